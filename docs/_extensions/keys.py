@@ -24,9 +24,9 @@ def scenario() -> Schema:
 
 
 def study() -> Schema:
-    from mgeo.studies.schema import study_schema
+    from mgeo.studies.schema import build_study_schema
 
-    return json.loads(study_schema())
+    return json.loads(build_study_schema())
 
 
 def mapping() -> Schema:

@@ -15,8 +15,8 @@ import joblib
 
 from mgeo.benchmarks.coco import CocoProblem
 from mgeo.studies.file import read_study
-from mgeo.studies.run import Task, record
-from mgeo.studies.stored import folder_name
+from mgeo.studies.run import Task, record_run
+from mgeo.studies.stored import format_folder_name
 
 
 class ObservedProblem(CocoProblem):
@@ -55,8 +55,8 @@ class ObservedProblem(CocoProblem):
 def log_run(problem, algorithm, label, n_eval, seed, folder):
     """Make one run and log it into a folder of its own below `folder`."""
     name = f"{problem.name().replace(' ', '-')}-seed{seed}"
-    place = folder.absolute() / folder_name(label) / name
-    return record(Task(ObservedProblem(problem, place, label, n_eval), algorithm, n_eval, seed))
+    place = folder.absolute() / format_folder_name(label) / name
+    return record_run(Task(ObservedProblem(problem, place, label, n_eval), algorithm, n_eval, seed))
 
 
 def main():
@@ -69,7 +69,7 @@ def main():
     calls = []
     for configuration in study.problems:
         problem = configuration.build()
-        n_eval, _ = study.budget(problem)
+        n_eval, _ = study.compute_budget(problem)
         for algorithm, seed in product(study.algorithms, study.seeds):
             run = problem, algorithm.build(problem), algorithm.label, n_eval, seed, given.folder
             calls.append(joblib.delayed(log_run)(*run))

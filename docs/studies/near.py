@@ -20,7 +20,7 @@ from mgeo_attitude.refine.splitting import split
 from mgeo_attitude.refine.starts import beam, until_converged
 from mgeo_attitude.refine.thinned_samples import ThinnedSamples
 
-from mgeo.runs.prepare import prepare
+from mgeo.runs.prepare import prepare_run
 
 DATA = Path(__file__).parent / "data" / "near.csv"
 #: Fronts of seed 1 by the rule "end", for the figure.
@@ -58,8 +58,13 @@ def measured(preset, rule, mode, seed):
     """Seconds of the processors, hypervolume and ratios to the limit; and the front."""
     count, evaluations, starts, polish = MODES[mode]
     options = {"preset": preset, "maneuvers": {"count": count}, "convergence": {"rule": rule}}
-    run = prepare(
-        "attitude", options, evaluations=evaluations, seed=seed, starts=starts, polish=polish
+    run = prepare_run(
+        "attitude",
+        options,
+        evaluations=evaluations,
+        seed=seed,
+        initial_designs=starts,
+        refine=polish,
     )
     run.problem.evaluate(run.problem.xu[None])  # tables and compiler are not counted
     wall, cpu = time.perf_counter(), time.process_time()

@@ -16,7 +16,7 @@ from pymoo.core.problem import Problem
 
 from mgeo.plugins.problems import load_problem
 from mgeo.runs.algorithms import build_algorithm
-from mgeo.studies.run import Task, record
+from mgeo.studies.run import Task, record_run
 
 EVALUATIONS = 3_000
 LEVELS = (0.0, 0.05)  # standard deviation, of the front's extent
@@ -52,7 +52,7 @@ def quality(name, algorithm, level, seed):
     inner = load_problem(name, {"n_var": 10, "n_obj": 2})
     parameters = {} if algorithm == "mgeo-directed" else {"population": 100}
     problem = Noisy(inner, level * np.array(EXTENT))
-    found = record(
+    found = record_run(
         Task(problem, build_algorithm(algorithm, parameters, problem), EVALUATIONS, seed)
     )
     return hypervolume(inner.evaluate(found.X) / EXTENT, ref=np.full(2, 1.1))

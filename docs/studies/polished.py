@@ -16,9 +16,9 @@ import pandas as pd
 from mgeo_attitude import AttitudeManeuverProblem
 from mgeo_attitude.refine.at_time import AtTime
 
-from mgeo.runs.prepare import prepare
+from mgeo.runs.prepare import prepare_run
 from mgeo.studies.file import read_study
-from mgeo.studies.indicators import indicator_space, parts_of
+from mgeo.studies.indicators import build_indicator_space, build_part_indicators
 
 HERE = Path(__file__).parent
 DATA = HERE / "data" / "polished.csv"
@@ -42,8 +42,10 @@ def measured(name, seed):
         return counting
 
     def row(stage, F):
-        space = indicator_space(run.problem, [F], parts=study.problems[0].parts)
-        parts = {part.name: part.value(space(F), space) for part in parts_of(space, "")}
+        space = build_indicator_space(run.problem, [F], parts=study.problems[0].parts)
+        parts = {
+            part.name: part.evaluate(space(F), space) for part in build_part_indicators(space, "")
+        }
         cpu = time.process_time() - spent
         return {"algorithm": name, "seed": seed, "stage": stage, **parts, **plans, "cpu_s": cpu}
 
@@ -51,14 +53,14 @@ def measured(name, seed):
         if state.refinement is None and state.evaluations >= study.evaluations:
             rows[:] = [row("search", state.front()[1])]
 
-    run = prepare(
+    run = prepare_run(
         "attitude",
         {"preset": "paper"},
         algorithm=name,
         parameters=PARAMETERS[name],
         evaluations=study.evaluations,
         seed=seed,
-        polish=True,
+        refine=True,
     )
     with ExitStack() as patched:
         for kind, owner, method in (

@@ -9,28 +9,28 @@ import pandas as pd
 from IPython.display import Markdown
 
 from mgeo.studies import Comparison, Study, read_comparison, read_study
-from mgeo.studies.conclusions import against, control_table
-from mgeo.studies.indicators import indicator_space, parts_of
-from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
-from mgeo.studies.report import average_ranks
-from mgeo.studies.statistics import LEVEL
-from mgeo.studies.stored import PROVENANCE, folder_name
-from mgeo.studies.tables import markdown
+from mgeo.studies.conclusions import compare_with_rivals, format_control_table
+from mgeo.studies.indicators import build_indicator_space, build_part_indicators
+from mgeo.studies.pooled import compute_average_ranks, compute_friedman_test, compute_problem_values
+from mgeo.studies.report import format_average_ranks
+from mgeo.studies.statistics import SIGNIFICANCE_LEVEL
+from mgeo.studies.stored import PROVENANCE_FILE, format_folder_name
+from mgeo.studies.tables import format_markdown
 
 HERE = Path(__file__).parent
 
 
 def load(name: str) -> tuple[Study, dict[str, Comparison]]:
     """A study and what is kept of it, by problem."""
-    study = read_study(HERE / f"{name}.toml", imports=False)
+    study = read_study(HERE / f"{name}.toml", allow_imports=False)
     return study, {label: read_comparison(place) for label, place in _places(name, study).items()}
 
 
 def size(name: str) -> Markdown:
     """How much of a study is kept, and by what it was made."""
-    study = read_study(HERE / f"{name}.toml", imports=False)
+    study = read_study(HERE / f"{name}.toml", allow_imports=False)
     made = [
-        json.loads((place / PROVENANCE).read_text(encoding="utf-8"))
+        json.loads((place / PROVENANCE_FILE).read_text(encoding="utf-8"))
         for place in _places(name, study).values()
     ]
     first = made[0]
@@ -74,7 +74,7 @@ def ranks_and_shares(
         + shown["evaluations"].map("{:,.0f}".format),
         share=shown["behind"].map("{:.0%}".format).where(shown["behind"].notna(), ""),
     )
-    averages = average_ranks(shown, per_variable=True).T
+    averages = format_average_ranks(shown, per_variable=True).T
     averages = averages.set_axis(shown["after"].unique(), axis=1).rename_axis("average rank")
     shares = shown.pivot(index="algorithm", columns="after", values="share")
     return averages, shares.loc[averages.index]
@@ -94,7 +94,7 @@ def under_noise() -> dict[float, pd.DataFrame]:
         values = now.pivot_table("hypervolume", "problem", "algorithm").reset_index()
         # of one size and budget, and no function twice
         values = values.assign(function=values["problem"], variables=0, evaluations=0)
-        ranks[noise] = ranks_over_problems(values, "MGEO directed (ours)")
+        ranks[noise] = compute_average_ranks(values, "MGEO directed (ours)")
     return ranks
 
 
@@ -118,7 +118,7 @@ def functions_ahead(name: str, rivals: Sequence[str], budgets: Sequence[int]) ->
     """Against each rival after each budget: on how many functions the control is ahead on most of
     their problems, and on which it is behind on most, the worst first."""
     values = pd.read_csv(HERE / "data" / name / "values.csv")
-    control = read_study(HERE / f"{name}.toml", imports=False).control
+    control = read_study(HERE / f"{name}.toml", allow_imports=False).control
     rows = {}
     for rival in rivals:
         for evaluations in budgets:
@@ -137,7 +137,8 @@ def mean_values(name: str, budgets: Sequence[int]) -> Markdown:
     """Mean hypervolume over the problems of a study after each budget, 0 where there is none."""
     values = pd.read_csv(HERE / "data" / name / "values.csv")
     names = [
-        algorithm.label for algorithm in read_study(HERE / f"{name}.toml", imports=False).algorithms
+        algorithm.label
+        for algorithm in read_study(HERE / f"{name}.toml", allow_imports=False).algorithms
     ]
     means = values[names].clip(lower=0.0).groupby(values["evaluations"]).mean().loc[list(budgets)]
     texts = means.map("{:.3f}".format).set_axis([f"{each:,}" for each in budgets])
@@ -162,13 +163,13 @@ def polished() -> Markdown:
 
 def table(values: pd.DataFrame) -> Markdown:
     """A table as the page's own, with no break within mean ± standard deviation."""
-    return Markdown(markdown(values).replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}"))
+    return Markdown(format_markdown(values).replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}"))
 
 
 def control_against(study: Study, comparison: Comparison) -> Markdown:
     """The study's control against every other algorithm, by every indicator."""
     assert study.control is not None
-    return table(control_table(comparison, study.control, comparison.indicators))
+    return table(format_control_table(comparison, study.control, comparison.indicators))
 
 
 def at_budgets(study: Study, comparison: Comparison, budgets: Sequence[int]) -> Markdown:
@@ -178,12 +179,14 @@ def at_budgets(study: Study, comparison: Comparison, budgets: Sequence[int]) -> 
     for name in ("hypervolume", "igd_plus"):
         for evaluations in budgets:
             then = replace(comparison, n_eval=evaluations)
-            values = then.summary()[(name, "mean")].map("{:.4f}".format)
-            p = against(then, study.control, name, control=True)["p_holm"].reindex(values.index)
-            columns[f"{then.indicator(name).title}, {evaluations:,}"] = values + p.map(
-                lambda p: "*" if p >= LEVEL else ""
+            values = then.summarize()[(name, "mean")].map("{:.4f}".format)
+            p = compare_with_rivals(then, study.control, name, is_control=True)["p_holm"].reindex(
+                values.index
             )
-    return table(pd.DataFrame(columns).loc[comparison.order()].rename_axis("algorithm"))
+            columns[f"{then.select_indicator(name).title}, {evaluations:,}"] = values + p.map(
+                lambda p: "*" if p >= SIGNIFICANCE_LEVEL else ""
+            )
+    return table(pd.DataFrame(columns).loc[comparison.rank_algorithms()].rename_axis("algorithm"))
 
 
 def by_parts(study: Study, comparison: Comparison, parts: Sequence[float] = ()) -> Markdown:
@@ -196,19 +199,19 @@ def by_parts(study: Study, comparison: Comparison, parts: Sequence[float] = ()) 
     """
     assert study.control is not None
     if parts:
-        fronts = {key: run.front_F for key, run in comparison.records.items()}
-        space = indicator_space(comparison.problem, fronts.values(), parts=parts)
-        final = comparison.final()
-        for part in parts_of(space, ""):
-            measured = {key: part.value(space(F), space) for key, F in fronts.items()}
+        fronts = {key: run.front_F for key, run in comparison.finished_runs.items()}
+        space = build_indicator_space(comparison.problem, fronts.values(), parts=parts)
+        final = comparison.select_final_rows()
+        for part in build_part_indicators(space, ""):
+            measured = {key: part.evaluate(space(F), space) for key, F in fronts.items()}
             final[part.name] = [measured[row.algorithm, row.seed] for row in final.itertuples()]
         comparison = replace(comparison, table=final, space=space)
     columns = {}
-    for part in comparison.parts:
-        values = comparison.summary()[(part.name, "mean")].map("{:.4f}".format)
-        rivals = against(comparison, study.control, part.name, control=True)
+    for part in comparison.part_indicators:
+        values = comparison.summarize()[(part.name, "mean")].map("{:.4f}".format)
+        rivals = compare_with_rivals(comparison, study.control, part.name, is_control=True)
         columns[part.title] = _marked(values, rivals)
-    return table(pd.DataFrame(columns).loc[comparison.order()].rename_axis("algorithm"))
+    return table(pd.DataFrame(columns).loc[comparison.rank_algorithms()].rename_axis("algorithm"))
 
 
 def on_each(name: str) -> Markdown:
@@ -220,10 +223,10 @@ def on_each(name: str) -> Markdown:
     assert study.control is not None
     columns = {}
     for label, comparison in found.items():
-        first = comparison.indicator()
-        values = comparison.summary()[(first.name, "mean")]
-        rivals = against(comparison, study.control, first.name, control=True)
-        title = label if first.larger else f"{label}, {first.title}"
+        first = comparison.select_indicator()
+        values = comparison.summarize()[(first.name, "mean")]
+        rivals = compare_with_rivals(comparison, study.control, first.name, is_control=True)
+        title = label if first.is_maximized else f"{label}, {first.title}"
         columns[title] = _marked(values.map("{:.3f}".format), rivals)
     return table(pd.DataFrame(columns).rename_axis("algorithm"))
 
@@ -231,7 +234,7 @@ def on_each(name: str) -> Markdown:
 def _marked(values: "pd.Series[str]", rivals: pd.DataFrame) -> "pd.Series[str]":
     """Texts with a star where a rival is like the control, in bold where it is ahead of it."""
     rivals = rivals.reindex(values.index)
-    alike = rivals["p_holm"] >= LEVEL
+    alike = rivals["p_holm"] >= SIGNIFICANCE_LEVEL
     values = values.where(~alike, values + "*")
     return values.where(alike | ~(rivals["A"] < 0.5), "**" + values + "**")
 
@@ -244,7 +247,7 @@ def with_and_without(name: str) -> Markdown:
         parts["shifted" if label.startswith("shifted") else "as they are"][label] = comparison
     ranks = {}
     for title, part in parts.items():
-        test = friedman_over_problems(problem_values(part))
+        test = compute_friedman_test(compute_problem_values(part))
         ranks[title] = pd.Series({**test.ranks, "critical difference": test.critical_difference})
     texts = pd.DataFrame(ranks).map("{:.2f}".format)
     return table(texts.loc[ranks["shifted"].index].rename_axis("average rank"))
@@ -256,10 +259,12 @@ def on_each_against(name: str, rival: str) -> Markdown:
     assert study.control is not None
     rows = {}
     for label, comparison in found.items():
-        rows[label] = comparison.summary()[("hypervolume", "mean")].map("{:.3f}".format)
+        rows[label] = comparison.summarize()[("hypervolume", "mean")].map("{:.3f}".format)
         for indicator in ("hypervolume", "igd_plus", "epsilon"):
-            p = against(comparison, study.control, indicator, control=True).loc[rival]
-            title = f"A, p by {comparison.indicator(indicator).title}"
+            p = compare_with_rivals(comparison, study.control, indicator, is_control=True).loc[
+                rival
+            ]
+            title = f"A, p by {comparison.select_indicator(indicator).title}"
             rows[label][title] = f"{p['A']:.2f}, {p['p_holm']:.2g}"
     return table(pd.DataFrame(rows).T.rename_axis("problem"))
 
@@ -269,7 +274,7 @@ def means(found: Mapping[str, Comparison], suite: str) -> pd.DataFrame:
     columns = {}
     for label, comparison in found.items():
         if label.startswith(suite):
-            values = comparison.summary()[("hypervolume", "mean")]
+            values = comparison.summarize()[("hypervolume", "mean")]
             texts = values.map("{:.3f}".format)
             columns[label] = texts.where(values < values.max(), "**" + texts + "**")
     return pd.DataFrame(columns).rename_axis("algorithm")
@@ -280,4 +285,4 @@ def _places(name: str, study: Study) -> dict[str, Path]:
     data = HERE / "data" / name
     if len(study.problems) == 1:
         return {study.problems[0].label: data}
-    return {case.label: data / folder_name(case.label) for case in study.problems}
+    return {case.label: data / format_folder_name(case.label) for case in study.problems}

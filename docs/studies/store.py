@@ -24,8 +24,8 @@ import pandas as pd
 from mgeo.algorithms.archive import truncate
 from mgeo.store.atomic import write_files
 from mgeo.studies import Comparison, read_comparison
-from mgeo.studies.stored import FRONTS, PROVENANCE, RUNS, TABLE
-from mgeo.studies.study import RANKS, TARGETS, VALUES
+from mgeo.studies.stored import FRONTS_FILE, PROVENANCE_FILE, RUNS_FILE, TABLE_FILE
+from mgeo.studies.study import RANKS_FILE, TARGETS_FILE, VALUES_FILE
 
 DATA = Path(__file__).parent / "data"
 DIGITS = 6
@@ -34,12 +34,12 @@ POINTS = 40  # of a front that is not the median one
 
 def store_pooled(source: Path, target: Path) -> list[Path]:
     """Keep values, ranks, targets, and the provenance of the first problem."""
-    first = min(source.glob(f"*/{PROVENANCE}"))
+    first = min(source.glob(f"*/{PROVENANCE_FILE}"))
     target.mkdir(parents=True, exist_ok=True)
-    write_files(target, {VALUES: _csv(pd.read_csv(source / VALUES))})
-    return [target / VALUES] + [
+    write_files(target, {VALUES_FILE: _csv(pd.read_csv(source / VALUES_FILE))})
+    return [target / VALUES_FILE] + [
         Path(shutil.copyfile(path, target / path.name))
-        for path in (source / RANKS, source / TARGETS, first)
+        for path in (source / RANKS_FILE, source / TARGETS_FILE, first)
     ]
 
 
@@ -51,15 +51,15 @@ def store(source: Path, target: Path, fronts: bool = True) -> list[Path]:
     FileNotFoundError
         If there is none.
     """
-    found = sorted(path.parent for path in source.glob(f"**/{PROVENANCE}"))
+    found = sorted(path.parent for path in source.glob(f"**/{PROVENANCE_FILE}"))
     if not found:
-        raise FileNotFoundError(f"{source} holds no comparison: there is no {PROVENANCE}")
+        raise FileNotFoundError(f"{source} holds no comparison: there is no {PROVENANCE_FILE}")
     written = []
     for folder in found:
         contents = small_tables(read_comparison(folder), fronts)
-        data = json.loads((folder / PROVENANCE).read_text(encoding="utf-8"))
+        data = json.loads((folder / PROVENANCE_FILE).read_text(encoding="utf-8"))
         data["kept"] = {"digits": DIGITS, "points_of_other_fronts": POINTS if fronts else 0}
-        contents[PROVENANCE] = (json.dumps(data, indent=2) + "\n").encode()
+        contents[PROVENANCE_FILE] = (json.dumps(data, indent=2) + "\n").encode()
         place = target / folder.relative_to(source)
         place.mkdir(parents=True, exist_ok=True)
         write_files(place, contents)
@@ -85,17 +85,19 @@ def store_coco(source: Path, target: Path) -> Path:
 
 def small_tables(comparison: Comparison, fronts: bool = True) -> dict[str, bytes]:
     """The tables of a comparison, by file."""
-    contents = {TABLE: _csv(comparison.table), RUNS: _csv(comparison.runs)}
+    contents = {TABLE_FILE: _csv(comparison.table), RUNS_FILE: _csv(comparison.runs)}
     if fronts:
-        contents[FRONTS] = _csv(_fronts(comparison))
+        contents[FRONTS_FILE] = _csv(_fronts(comparison))
     return contents
 
 
 def _fronts(comparison: Comparison) -> pd.DataFrame:
     rounded = comparison.table.map(lambda v: float(_text(v)) if isinstance(v, float) else v)
-    median = {n: replace(comparison, table=rounded).median_seed(n) for n in comparison.algorithms}
+    median = {
+        n: replace(comparison, table=rounded).find_median_seed(n) for n in comparison.algorithms
+    }
     tables = []
-    for (name, seed), record in comparison.records.items():
+    for (name, seed), record in comparison.finished_runs.items():
         F = record.front_F
         if seed != median[name]:
             F = F[truncate(F, POINTS)]

@@ -52,11 +52,11 @@ def cheapest(F):
 if __name__ == "__main__":
     seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 20
     found = study(seeds, sys.argv[2] if len(sys.argv) > 2 else None)
-    runs = found.final().set_index(["algorithm", "seed"])
+    runs = found.select_final_rows().set_index(["algorithm", "seed"])
     runs = runs[[each.name for each in found.indicators]]
-    runs["price"] = {key: cheapest(run.front_F) for key, run in found.records.items()}
+    runs["price"] = {key: cheapest(run.front_F) for key, run in found.finished_runs.items()}
     runs.to_csv(DATA, float_format="%.6g", lineterminator="\n")
     print(runs.groupby("algorithm").agg(["mean", "std"]).to_string())
     for indicator in found.indicators:
-        print(indicator.name, found.order(indicator.name))
-        print(found.tests(indicator.name).pairs.to_string(index=False))
+        print(indicator.name, found.rank_algorithms(indicator.name))
+        print(found.test_differences(indicator.name).pairs.to_string(index=False))

@@ -12,7 +12,7 @@ PARAMETERS = {"perturbation": "perturbation", "tau": "τ", "n_walkers": "n_i"}
 def swept(study: Study, comparison: Comparison) -> pd.DataFrame:
     """Each run's final row, with the parameters of its algorithm."""
     rows = {c.label: {p: c.parameters[p] for p in PARAMETERS} for c in study.algorithms}
-    return comparison.final().join(pd.DataFrame(rows).T, on="algorithm")
+    return comparison.select_final_rows().join(pd.DataFrame(rows).T, on="algorithm")
 
 
 def marginal(runs: pd.DataFrame) -> pd.DataFrame:

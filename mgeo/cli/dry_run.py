@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.running import run_title
-from mgeo.figures.front import MOST_OBJECTIVES
+from mgeo.figures.front import MAX_OBJECTIVES
 from mgeo.plugins.protocol import call_optional, describe_size, has_override
 from mgeo.plugins.view import View, build_view
 from mgeo.runs.prepare import PreparedRun
@@ -29,7 +29,7 @@ def describe_run(run: PreparedRun, folder: Path, output: Output) -> None:
         build_view(run.problem),
     )
     files = [run_folder.FRONT_FILE, run_folder.ARRAYS_FILE, run_folder.RUN_FILE]
-    if has_override(view, View.figures) or run.problem.n_obj <= MOST_OBJECTIVES:
+    if has_override(view, View.figures) or run.problem.n_obj <= MAX_OBJECTIVES:
         files.append(run_folder.FIGURE_FILE)
     if isinstance(run.algorithm, ExtremalOptimization):
         files.append(run_folder.CHECKPOINT_FILE)
@@ -43,7 +43,7 @@ def describe_run(run: PreparedRun, folder: Path, output: Output) -> None:
         "files": ", ".join(files),
         **(
             {"refinement": "after the search, not part of the budget"}
-            if configuration.polish
+            if configuration.refine
             else {}
         ),
         **facts,

@@ -40,11 +40,11 @@ def algorithms(
     debug: options.Debug = False,
 ) -> None:
     """List the algorithms, or the parameters of one algorithm."""
-    from mgeo.runs.algorithms import algorithm_names, described
+    from mgeo.runs.algorithms import describe_algorithm, list_algorithms
 
     output = Output(json=json)
     if name is None:
-        descriptions = [_describe_algorithm(each) for each in algorithm_names()]
+        descriptions = [_describe_algorithm(each) for each in list_algorithms()]
         output.result({"algorithms": descriptions})
         rows = [
             [each["name"], each["label"], each["error"] or each["about"]] for each in descriptions
@@ -52,7 +52,7 @@ def algorithms(
         output.print(table(("name", "algorithm", "description"), rows))
         return
     with bad_input():
-        description = described(name)
+        description = describe_algorithm(name)
     output.result(description)
     rows = [
         [p["name"], _format_default(p["default"]), p["meaning"]] for p in description["parameters"]
@@ -65,10 +65,10 @@ def algorithms(
 
 
 def _describe_algorithm(name: str) -> dict[str, Any]:
-    from mgeo.runs.algorithms import described
+    from mgeo.runs.algorithms import describe_algorithm
 
     try:
-        return described(name) | {"error": None}
+        return describe_algorithm(name) | {"error": None}
     except PluginError as error:  # One broken plugin must not hide the other algorithms.
         return {"name": name, "label": name, "about": "", "parameters": [], "error": str(error)}
 

@@ -82,7 +82,7 @@ def report(
     from mgeo.report.static import StaticExportError, drawn, run_figures, shaped
     from mgeo.store.atomic import write_file, write_files
     from mgeo.store.run_folder import REPORT_FILE, STUDY_FILE
-    from mgeo.studies.report import study_figures
+    from mgeo.studies.report import draw_study_figures
     from mgeo.studies.stored import read_comparisons
 
     output = Output(quiet, json)
@@ -97,7 +97,7 @@ def report(
         path = out or (Path(COMPARISON_FILE) if is_pair else first / REPORT_FILE)
         _check_page(path)
         if is_study:
-            figures = study_figures(read_comparisons(first, named=named), only)
+            figures = draw_study_figures(read_comparisons(first, trusted_classes=named), only)
         elif is_pair:
             page = compare_html(*sources, named=named)
         else:

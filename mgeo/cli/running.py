@@ -19,15 +19,15 @@ from rich.live import Live
 from mgeo.cli.errors import ExitCode, StopRequest, bad_input, stop_requests
 from mgeo.cli.summary import clock, show_summary
 from mgeo.evaluation.evaluator import EvaluationError
-from mgeo.figures.page import page
+from mgeo.figures.page import render_figure_page
 from mgeo.plugins.protocol import call_optional, get_column_names
 from mgeo.plugins.view import View, build_front_figure, build_view
 from mgeo.runs.algorithms import complete_parameters
 from mgeo.runs.prepare import PreparedRun
-from mgeo.runs.solve import State
+from mgeo.runs.solve import SolveState
 from mgeo.store import run_folder
-from mgeo.store.atomic import check_writable, lock, write_file
-from mgeo.store.provenance import installed_versions
+from mgeo.store.atomic import check_writable, lock_folder, write_file
+from mgeo.store.provenance import list_problem_versions
 from mgeo.store.run import Outcome, Run, RunConfiguration
 from mgeo.terminal import Output, console, plain
 
@@ -59,7 +59,7 @@ class Progress:
         self._request = request
         self.interval = 0.25 if console.is_terminal else 10.0
         self._next = 0.0
-        self._state: State | None = None
+        self._state: SolveState | None = None
         self._numbers = ""
         self._bar = progress.Progress(
             progress.BarColumn(),
@@ -82,7 +82,7 @@ class Progress:
                 yield
                 self._update()
 
-    def __call__(self, state: State) -> None:
+    def __call__(self, state: SolveState) -> None:
         """Stop the run if requested, and update the progress if the interval has passed."""
         if self._request:
             state.stop()
@@ -102,12 +102,14 @@ class Progress:
         if state is None:
             return
         self._numbers = _format_state(state)
-        done = f"{state.evaluations:,} of {state.budget:,} evaluations"
-        completed = min(state.evaluations, state.budget)
+        done = f"{state.n_evaluations:,} of {state.budget:,} evaluations"
+        completed = min(state.n_evaluations, state.budget)
         self._bar.update(self._task, total=state.budget, completed=completed, done=done)
         if not self._console.is_terminal:
             task, left = self._bar.tasks[0], self._bar.tasks[0].time_remaining
-            times = f"elapsed {clock(state.elapsed)}  left {'-' if left is None else clock(left)}"
+            times = (
+                f"elapsed {clock(state.elapsed_time)}  left {'-' if left is None else clock(left)}"
+            )
             self._print(plain(f"{task.percentage:3.0f}%  {done}  {self._numbers}  {times}"))
 
     def _print(self, line: Any) -> None:
@@ -140,9 +142,9 @@ def run_and_show(run: PreparedRun, folder: Path, output: Output, max_time: float
         return ExitCode.INCOMPLETE
     with bad_input():
         folder.mkdir(parents=True, exist_ok=True)
-    with stop_requests() as stop, bad_input((ValueError, OSError)), lock(folder):
+    with stop_requests() as stop, bad_input((ValueError, OSError)), lock_folder(folder):
         check_writable(folder)
-        if run.notes is None:
+        if run.metadata is None:
             run_folder.remove_run(folder)
         screen = Console(quiet=True) if output.quiet else console(stderr=True)
         progress = Progress(screen, run_title(run.configuration), stop)
@@ -151,7 +153,7 @@ def run_and_show(run: PreparedRun, folder: Path, output: Output, max_time: float
                 outcome = run.solve(progress, folder, max_time)
             stop.may_raise = False
             finished_run = Run(
-                run.configuration, outcome, installed_versions(run.configuration.problem)
+                run.configuration, outcome, list_problem_versions(run.configuration.problem)
             )
             run_folder.write_run(folder, finished_run, overwrite=True)
         except (EvaluationError, OSError):
@@ -176,7 +178,9 @@ def _write_extras(run: PreparedRun, outcome: Outcome, view: View, folder: Path) 
     if outcome.nearest:
         note = f"No feasible solution was found. Shown: the {len(view.X)} nearest to feasibility."
     if (figure := build_front_figure(view, title)) is not None:
-        write_file(folder / run_folder.FIGURE_FILE, page(figure, title, note).encode())
+        write_file(
+            folder / run_folder.FIGURE_FILE, render_figure_page(figure, title, note).encode()
+        )
 
 
 def run_title(run: RunConfiguration) -> str:
@@ -187,23 +191,23 @@ def run_title(run: RunConfiguration) -> str:
         f"{key} = {value}" for key, value in run.parameters.items() if value != defaults.get(key)
     )
     parts = [run.problem, f"{run.algorithm}{f' ({values})' if values else ''}", f"seed {run.seed}"]
-    parts += [f"{run.starts} initial designs"] if run.starts else []
-    parts += ["refined"] if run.polish else []
+    parts += [f"{run.initial_designs} initial designs"] if run.initial_designs else []
+    parts += ["refined"] if run.refine else []
     return " · ".join(parts)
 
 
-def _format_state(state: State) -> str:
+def _format_state(state: SolveState) -> str:
     """Return the size and quality of the front, and failures, in one line."""
-    _, F = state.front()
+    _, F = state.build_front()
     shown = {"front": f"{len(F):,}"}
     if state.refinement is not None:
-        shown["refined"] = f"{int(state.refinement.changed.sum()) + state.refinement.added:,}"
+        shown["refined"] = f"{int(state.refinement.is_replaced.sum()) + state.refinement.n_added:,}"
     if failed := sum(state.failures.values()):
         shown["failed"] = f"{failed:,}"
     if len(F):
         best = zip(get_column_names(state.problem)[1], F.min(axis=0), strict=True)
         shown |= {f"best {name}": f"{value:.6g}" for name, value in best}
-    if (volume := state.hypervolume(F)) is not None:
+    if (volume := state.compute_hypervolume(F)) is not None:
         shown["hypervolume"] = f"{volume:.4f}"
     if state.checkpoint_error is not None:
         shown["no checkpoint:"] = state.checkpoint_error

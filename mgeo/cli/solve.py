@@ -132,11 +132,11 @@ def solve(
     for `mgeo resume`. `mgeo algorithms NAME` lists the parameters of an algorithm.
     """
     from mgeo.plugins.problems import read_scenario
-    from mgeo.runs.algorithms import default_algorithm
-    from mgeo.runs.prepare import prepare
+    from mgeo.runs.algorithms import select_default_algorithm
+    from mgeo.runs.prepare import prepare_run
     from mgeo.store.run_folder import check_folder
 
-    algorithm_option, algorithm = algorithm, algorithm or default_algorithm(robust)
+    algorithm_option, algorithm = algorithm, algorithm or select_default_algorithm(robust)
     # Names such as coco:bbob/f1/d10/i1 and module:Class are not valid folder names.
     name = f"{problem}{'-robust' if robust else ''}-{algorithm}".replace(":", "-").replace("/", "-")
     folder = out or Path("runs", f"{name}-seed{seed}")
@@ -144,7 +144,7 @@ def solve(
         parameters = options.parse_parameters(settings or [])
         if walkers is not None:
             parameters["n_walkers"] = walkers
-        run = prepare(
+        run = prepare_run(
             problem,
             parameters=parameters,
             options=read_scenario(problem, scenario, after=after, trusted_classes=(problem,)),
@@ -152,8 +152,8 @@ def solve(
             evaluations=evaluations,
             seed=seed,
             robust=robust,
-            starts=starts,
-            polish=polish,
+            initial_designs=starts,
+            refine=polish,
             record=record,
         )
         check_folder(folder, overwrite=overwrite)

@@ -54,7 +54,7 @@ def study(
 
     folder, output = out or Path("studies", file.stem), Output(quiet, json)
     with bad_input((ValueError, TypeError, OSError, BrokenProcessPool)):
-        read = read_study(file, imports=not dry_run).reduced(evaluations, seeds)
+        read = read_study(file, allow_imports=not dry_run).with_budget(evaluations, seeds)
         if dry_run:
             from mgeo.cli.dry_run import describe_study
             from mgeo.plugins.problems import is_class_path
@@ -87,9 +87,9 @@ def schema(
 
     In editors with Taplo, refer to it in the first line of a file: #:schema ./study.schema.json
     """
-    from mgeo.studies.schema import study_schema
+    from mgeo.studies.schema import build_study_schema
 
-    typer.echo(study_schema())
+    typer.echo(build_study_schema())
 
 
 def _print_results(
@@ -97,13 +97,16 @@ def _print_results(
 ) -> int:
     """Print the results and return the exit code, which reports failed runs."""
     from mgeo.store.run_folder import REPORT_FILE
-    from mgeo.studies.conclusions import conclusions, published_table
+    from mgeo.studies.conclusions import format_conclusions, format_published_table
 
     for label, comparison in comparisons.items():
-        overview, sentences = comparison.overview(), conclusions(comparison, study.control)
+        overview, sentences = (
+            comparison.format_overview(),
+            format_conclusions(comparison, study.control),
+        )
         columns = table(["", *overview.columns], overview.itertuples(name=None))
         output.print(plain(f"\n{label}", style="bold"), columns, *sentences)
-        published = published_table(study, comparison)
+        published = format_published_table(study, comparison)
         if published is not None and study.published is not None:
             values = table(["", *published.columns], published.itertuples(name=None))
             output.print(f"compared with {study.published.source}:", values)
@@ -122,7 +125,7 @@ def _print_results(
         }
     )
     for label, comparison in comparisons.items():
-        for text in comparison.failures(label):
+        for text in comparison.describe_failures(label):
             output.note(f"Note: {text}")
     failed = sum(_count_runs(comparison, "failed") for comparison in comparisons.values())
     if failed:
@@ -147,14 +150,14 @@ def _start_workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
 
 
 def _build_document(comparison: Comparison, control: str | None) -> dict[str, Any]:
-    from mgeo.studies.conclusions import conclusions
+    from mgeo.studies.conclusions import format_conclusions
 
-    summary = comparison.summary()
+    summary = comparison.summarize()
     names = [name for name in dict.fromkeys(summary.columns.get_level_values(0)) if name != "runs"]
     return {
         "runs_finished": _count_runs(comparison, "finished"),
         "runs_failed": _count_runs(comparison, "failed"),
-        "best_first": comparison.order(),
+        "best_first": comparison.rank_algorithms(),
         "algorithms": {
             label: {
                 name: {key: float(value) for key, value in summary.loc[label, name].items()}
@@ -162,7 +165,7 @@ def _build_document(comparison: Comparison, control: str | None) -> dict[str, An
             }
             for label in comparison.algorithms
         },
-        "conclusions": conclusions(comparison, control),
+        "conclusions": format_conclusions(comparison, control),
     }
 
 

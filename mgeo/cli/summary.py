@@ -10,9 +10,13 @@ from rich.table import Table
 
 from mgeo.plugins.protocol import call_optional
 from mgeo.plugins.view import View
-from mgeo.runs.answer import answer, dead_end, representative_solutions
+from mgeo.runs.answer import (
+    explain_infeasibility,
+    select_representative_solutions,
+    summarize_default_solution,
+)
 from mgeo.store.run import Outcome, Run
-from mgeo.store.run_folder import CHECKPOINT_FILE, FIGURE_FILE, RUN_FILES, run_document
+from mgeo.store.run_folder import CHECKPOINT_FILE, FIGURE_FILE, RUN_FILES, build_run_document
 from mgeo.terminal import Output, console, fits, plain, table
 
 
@@ -33,8 +37,8 @@ def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
     if output.quiet and not output.json:
         return
     outcome = run.outcome
-    best = answer(view) if len(outcome.F) else None
-    stuck = dead_end(view) if outcome.nearest else None
+    best = summarize_default_solution(view) if len(outcome.F) else None
+    stuck = explain_infeasibility(view) if outcome.nearest else None
     remarks = (
         call_optional(view, View.remarks) if best else []
     )  # Remarks can take seconds to compute.
@@ -45,7 +49,7 @@ def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
             "answer": None if best is None else asdict(best),
             "dead_end": None if stuck is None else asdict(stuck),
             "remarks": remarks,
-            **run_document(run),
+            **build_run_document(run),
         }
     )
     if not output.for_people:
@@ -55,9 +59,9 @@ def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
     if stuck is not None:
         output.print(
             plain("no feasible solution was found; the nearest solutions violate", "bold"),
-            *(f"  {line}" for line in stuck.exceeded),
+            *(f"  {line}" for line in stuck.violations),
             plain("suggestions", "bold"),
-            *(f"  {line}" for line in stuck.ways),
+            *(f"  {line}" for line in stuck.suggestions),
         )
     _print_statistics(outcome, remarks, output)
     if best is not None:
@@ -81,12 +85,14 @@ def _print_statistics(outcome: Outcome, remarks: list[str], output: Output) -> N
     size = f"solutions: {len(outcome.F):,}"
     if outcome.hypervolume is not None:
         size += f"; hypervolume {outcome.hypervolume:.4f}"
-    took = f"{outcome.evaluations:,} evaluations in {clock(outcome.wall_time_s)}"
-    output.print(f"{outcome.end} after {took}; {size}", *remarks)
-    if outcome.refined or outcome.added:
-        output.print(f"refined: {outcome.refined:,} solutions improved, {outcome.added:,} added")
-    if outcome.unrefined:
-        output.print(f"refinement incomplete: {outcome.unrefined}")
+    took = f"{outcome.n_evaluations:,} evaluations in {clock(outcome.wall_time_s)}"
+    output.print(f"{outcome.end_description} after {took}; {size}", *remarks)
+    if outcome.n_refined or outcome.n_added:
+        output.print(
+            f"refined: {outcome.n_refined:,} solutions improved, {outcome.n_added:,} added"
+        )
+    if outcome.refinement_error:
+        output.print(f"refinement incomplete: {outcome.refinement_error}")
     if outcome.failures:
         causes = [f"{cause} ({count:,})" for cause, count in outcome.failures.items()]
         output.print(f"failed evaluations: {sum(outcome.failures.values()):,}; {', '.join(causes)}")
@@ -97,7 +103,7 @@ def _solutions_table(view: View, outcome: Outcome) -> Table:
 
     Solutions labeled "between" are omitted if the terminal is too narrow.
     """
-    chosen = representative_solutions(view.problem, outcome.F, outcome.objectives)
+    chosen = select_representative_solutions(view.problem, outcome.F, outcome.objectives)
     described = call_optional(view.select([solution.row for solution in chosen]), View.describe)
     titles = [f"{solution.label} ({solution.row})" for solution in chosen]
     frame = described.astype(object).T.set_axis(titles, axis="columns")

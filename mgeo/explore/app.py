@@ -115,7 +115,7 @@ def _add_design(app: Dash, explorer: Explorer) -> None:
         numbers, margins = explorer.evaluate(x)
         _show_message("")
         lines: list[Component] = [
-            html.P(str(each), className="" if each.kept else "violated") for each in margins
+            html.P(str(each), className="" if each.is_satisfied else "violated") for each in margins
         ]
         solution = numbers_of(explorer.table, selected)
         return layout.comparison(solution, numbers), lines, numbers

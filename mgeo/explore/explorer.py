@@ -12,15 +12,15 @@ import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
 from mgeo.algorithms.variables import KINDS, Variables
-from mgeo.figures.front import MOST_TEXTS
-from mgeo.figures.motion import motion_of
+from mgeo.figures.front import MAX_HOVER_TEXTS
+from mgeo.figures.motion import get_motion
 from mgeo.plugins.protocol import call_optional, get_column_names
 from mgeo.plugins.view import View, build_view
 from mgeo.report.shown_run import read_shown_run
 from mgeo.report.solutions import planned_rows
-from mgeo.runs.answer import Margin, limits
-from mgeo.store.atomic import to_json, write_file
-from mgeo.store.solution_file import solution_document
+from mgeo.runs.answer import ConstraintMargin, list_constraint_margins
+from mgeo.store.atomic import encode_json, write_file
+from mgeo.store.solution_file import build_solution_document
 
 
 class Explorer:
@@ -84,7 +84,7 @@ class Explorer:
         self.title, self.problem = shown.title, shown.problem
         self._problem_name = shown.run.configuration.problem
         self._lock = RLock()
-        self.rows = planned_rows(shown.representatives, len(shown.view.X), MOST_TEXTS)
+        self.rows = planned_rows(shown.representatives, len(shown.view.X), MAX_HOVER_TEXTS)
         self._view = shown.view.select(self.rows)
         self.X = self._view.X
         self.variables = Variables.from_problem(self.problem, KINDS)
@@ -103,7 +103,7 @@ class Explorer:
         with self._lock:
             return self._numbers(self._view).set_axis(pd.Index(self.rows, name="solution"))
 
-    def evaluate(self, x: ArrayLike) -> tuple[dict[str, float], list[Margin]]:
+    def evaluate(self, x: ArrayLike) -> tuple[dict[str, float], list[ConstraintMargin]]:
         """Evaluate a design, and return its numbers by `table` column and its constraint margins.
 
         Parameters
@@ -113,7 +113,7 @@ class Explorer:
         """
         with self._lock:
             view = self._view_of(x)
-            (margins,) = limits(view)
+            (margins,) = list_constraint_margins(view)
             return numbers_of(self._numbers(view), 0), margins
 
     def figures(self, x: ArrayLike) -> dict[str, go.Figure]:
@@ -126,7 +126,7 @@ class Explorer:
         """
         with self._lock:
             (drawings,) = call_optional(self._view_of(x), View.solution_figures)
-        return {name: figure for name, figure in drawings.items() if motion_of(figure) is None}
+        return {name: figure for name, figure in drawings.items() if get_motion(figure) is None}
 
     def save(self, x: ArrayLike, name: str) -> Path:
         """Write a design as a JSON file for the tools of the problem, and return the path.
@@ -153,8 +153,10 @@ class Explorer:
         if path.exists():
             raise FileExistsError(f"{path} exists: choose another name")
         with self._lock:
-            document = solution_document(self.problem, self._problem_name, np.asarray(x, float))
-        write_file(path, to_json(document))
+            document = build_solution_document(
+                self.problem, self._problem_name, np.asarray(x, float)
+            )
+        write_file(path, encode_json(document))
         return path
 
     def _view_of(self, x: ArrayLike) -> View:

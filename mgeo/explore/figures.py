@@ -11,8 +11,8 @@ import pandas as pd
 import plotly.graph_objects as go
 
 from mgeo.explore.explorer import numbers_of
-from mgeo.figures.front import axis, logarithmic
-from mgeo.figures.style import COLORS, GRAY, literal
+from mgeo.figures.front import build_axis_layout, needs_log_axis
+from mgeo.figures.style import COLORS, GRAY, escape_markup
 
 _FAINT = "#d4d8de"
 _LABEL = 18  # maximum line length of an axis label
@@ -46,13 +46,13 @@ def parallel_coordinates(table: pd.DataFrame, names: Sequence[str]) -> go.Figure
 
 
 def _wrap_label(name: str) -> str:
-    return "<br>".join(literal(line) for line in wrap(name, _LABEL))
+    return "<br>".join(escape_markup(line) for line in wrap(name, _LABEL))
 
 
 def is_log(values: pd.Series) -> bool:
     """Return whether a column is drawn on a logarithmic axis."""
     numbers = values.to_numpy(float)
-    return bool(np.isfinite(numbers).all()) and logarithmic(numbers)
+    return bool(np.isfinite(numbers).all()) and needs_log_axis(numbers)
 
 
 def front(
@@ -98,8 +98,10 @@ def front(
     for numbers, marker, name in marks:
         place = {"x": [numbers[x]], "y": [numbers[y]]}
         figure.add_scatter(**place, mode="markers", marker=marker, name=name, hoverinfo="skip")
-    figure.update_xaxes(axis(x, table[x].to_numpy(float)), linecolor=GRAY)
-    figure.update_yaxes(axis(y, table[y].to_numpy(float)), linecolor=GRAY, automargin=True)
+    figure.update_xaxes(build_axis_layout(x, table[x].to_numpy(float)), linecolor=GRAY)
+    figure.update_yaxes(
+        build_axis_layout(y, table[y].to_numpy(float)), linecolor=GRAY, automargin=True
+    )
     return figure.update_layout(
         template="plotly_white",
         showlegend=False,

@@ -9,31 +9,31 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from mgeo.figures.style import GRID, literal
+from mgeo.figures.style import GRID_COLOR, escape_markup
 
 if TYPE_CHECKING:
     import pandas as pd
 
 #: Maximum number of objectives that can be drawn.
-MOST_OBJECTIVES = 3
+MAX_OBJECTIVES = 3
 
 #: Maximum number of points with hover texts, and with figures by the problem.
-MOST_TEXTS = 2000
+MAX_HOVER_TEXTS = 2000
 
-_LOG_FROM = 20.0  # minimum ratio of the largest to the smallest value of a logarithmic axis
+_MIN_LOG_RATIO = 20.0  # minimum ratio of the largest to the smallest value of a logarithmic axis
 _COLOR = "#1f5fa8"
 _MARKER = {"size": 7, "color": _COLOR, "line": {"width": 0.5, "color": "white"}}
 _MARKER_3D = {"size": 4, "color": _COLOR}
 _BOUNDARY = {"shape": "hv", "width": 1, "color": "#9db7d5"}
 
 
-def front_figure(
+def draw_front(
     X: NDArray[np.float64],
     F: NDArray[np.float64],
     variables: tuple[str, ...],
     objectives: tuple[str, ...],
     title: str = "",
-    described: pd.DataFrame | None = None,
+    descriptions: pd.DataFrame | None = None,
 ) -> go.Figure:
     """Draw a front whose points describe their solution in a hover text.
 
@@ -56,16 +56,18 @@ def front_figure(
     ValueError
         If there are more than three objectives.
     """
-    if len(objectives) > MOST_OBJECTIVES:
+    if len(objectives) > MAX_OBJECTIVES:
         raise ValueError(
-            f"{len(objectives)} objectives: expected at most {MOST_OBJECTIVES} to draw the front"
+            f"{len(objectives)} objectives: expected at most {MAX_OBJECTIVES} to draw the front"
         )
     points: dict[str, Any] = {"mode": "markers", "customdata": np.arange(len(F))}
-    if len(F) <= MOST_TEXTS:
-        texts = hover_texts(X, F, variables, objectives, described)
+    if len(F) <= MAX_HOVER_TEXTS:
+        texts = format_hover_texts(X, F, variables, objectives, descriptions)
         points |= {"hovertext": texts, "hoverinfo": "text"}
     space = len(objectives) == 3
-    axes = [axis(name, f, in_space=space) for name, f in zip(objectives, F.T, strict=True)]
+    axes = [
+        build_axis_layout(name, f, is_3d=space) for name, f in zip(objectives, F.T, strict=True)
+    ]
     figure = go.Figure()
     if len(axes) == 1:
         figure.add_scatter(x=np.arange(len(F)), y=F[:, 0], marker=_MARKER, **points)
@@ -81,7 +83,7 @@ def front_figure(
         figure.update_scenes(dict(zip(("xaxis", "yaxis", "zaxis"), axes, strict=True)))
         figure.update_scenes(camera_eye=dict.fromkeys("xyz", 1.45))  # shows the whole front
     return figure.update_layout(
-        title=literal(title),
+        title=escape_markup(title),
         template="plotly_white",
         showlegend=False,
         font_size=14,
@@ -89,19 +91,19 @@ def front_figure(
     )
 
 
-def hover_texts(
+def format_hover_texts(
     X: NDArray[np.float64],
     F: NDArray[np.float64],
     variables: tuple[str, ...],
     objectives: tuple[str, ...],
-    described: pd.DataFrame | None = None,
+    descriptions: pd.DataFrame | None = None,
 ) -> list[str]:
     """Return the hover text of each solution: number, objectives, and description or variables."""
     names, rows = list(variables), X.tolist()
-    if described is not None:
-        table = described.drop(columns=list(objectives), errors="ignore")
+    if descriptions is not None:
+        table = descriptions.drop(columns=list(objectives), errors="ignore")
         names, rows = list(map(str, table.columns)), list(table.itertuples(index=False))
-    first, names = list(map(literal, objectives)), list(map(literal, names))
+    first, names = list(map(escape_markup, objectives)), list(map(escape_markup, names))
     texts = []
     for number, (row, f) in enumerate(zip(rows, F, strict=True)):
         lines = [f"solution {number}"]
@@ -112,10 +114,12 @@ def hover_texts(
 
 
 def _format_value(value: object) -> str:
-    return f"{value:.5g}" if isinstance(value, Real) else literal(value)
+    return f"{value:.5g}" if isinstance(value, Real) else escape_markup(value)
 
 
-def axis(name: str, values: NDArray[np.float64], *, in_space: bool = False) -> dict[str, object]:
+def build_axis_layout(
+    name: str, values: NDArray[np.float64], *, is_3d: bool = False
+) -> dict[str, object]:
     """Return the layout of the axis of an objective, logarithmic if `logarithmic` is true.
 
     Parameters
@@ -127,26 +131,26 @@ def axis(name: str, values: NDArray[np.float64], *, in_space: bool = False) -> d
     in_space
         Whether the axis belongs to a three-dimensional figure.
     """
-    log = logarithmic(values)
+    log = needs_log_axis(values)
     narrow = log and values.max() / values.min() < 1e4
     largest = np.abs(values).max() if len(values) else 1.0
     return {
-        "title": {"text": literal(name, in_space=in_space)},
+        "title": {"text": escape_markup(name, is_3d=is_3d)},
         "type": "log" if log else "linear",
         "dtick": "D2" if narrow else None,  # labels at 1, 2 and 5
         "exponentformat": "none" if not log and 1e-3 <= largest < 1e5 else "power",
-        "gridcolor": GRID,
+        "gridcolor": GRID_COLOR,
     }
 
 
-def logarithmic(values: NDArray[np.float64]) -> bool:
+def needs_log_axis(values: NDArray[np.float64]) -> bool:
     """Return whether positive values need a logarithmic axis.
 
     This is the case if the values span a factor of 20 or more and their logarithms are distributed
     more symmetrically than the values. Symmetry is measured by the median between the 2 % and 98 %
     quantiles, so that a single value near zero has no influence.
     """
-    if not len(values) or values.min() <= 0 or values.max() < _LOG_FROM * values.min():
+    if not len(values) or values.min() <= 0 or values.max() < _MIN_LOG_RATIO * values.min():
         return False
     low, median, high = np.quantile(values, [0.02, 0.5, 0.98])
     skewness = abs(low + high - 2.0 * median) / (high - low)

@@ -27,17 +27,17 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-_TYPES = ("scatter3d", "mesh3d")
-_TURN = "times that ascend from 0 and x, y, z of one number less, all finite"
+_TRACE_TYPES = ("scatter3d", "mesh3d")
+_ROTATION_FORM = "times that ascend from 0 and x, y, z of one number less, all finite"
 
 
-def motion_of(figure: go.Figure) -> Any:
+def get_motion(figure: go.Figure) -> Any:
     """Return the motion of a figure, or None for a static figure."""
     meta = figure.layout.meta
     return meta.get("motion") if isinstance(meta, Mapping) else None
 
 
-def check_motion(figure: go.Figure) -> None:
+def validate_motion(figure: go.Figure) -> None:
     """Raise an error if the motion of a figure does not have the form that this module describes.
 
     Raises
@@ -45,18 +45,20 @@ def check_motion(figure: go.Figure) -> None:
     ValueError
         If a part of the motion is invalid.
     """
-    motion, turns = motion_of(figure), {}
+    motion, turns = get_motion(figure), {}
     if motion is not None:
         has_keys = isinstance(motion, Mapping) and {"end", "turns"} <= motion.keys()
         _require(has_keys, "motion", "a dict of end and turns", motion)
         turns = motion["turns"]
         for name, turn in turns.items():
-            _require(_is_turn(turn), f"motion: turns[{name!r}]", _TURN, turn)
+            _require(_is_rotation(turn), f"motion: turns[{name!r}]", _ROTATION_FORM, turn)
     for trace in figure.data:
         if isinstance(trace.meta, Mapping) and "turn" in trace.meta:
             name = trace.meta["turn"]
             _require(name in turns, "turn of a trace", f"one of {list(turns)}", name)
-            _require(trace.type in _TYPES, "turning trace", " or ".join(_TYPES), trace.type)
+            _require(
+                trace.type in _TRACE_TYPES, "turning trace", " or ".join(_TRACE_TYPES), trace.type
+            )
 
 
 def _require(condition: bool, name: str, expected: str, found: Any) -> None:
@@ -64,9 +66,11 @@ def _require(condition: bool, name: str, expected: str, found: Any) -> None:
         raise ValueError(f"{name} = {found!r}: expected {expected}")
 
 
-def _is_turn(turn: Any) -> bool:
+def _is_rotation(rotation: Any) -> bool:
     try:
-        times, *vector = (np.asarray(turn[key], dtype=float) for key in ("times", "x", "y", "z"))
+        times, *vector = (
+            np.asarray(rotation[key], dtype=float) for key in ("times", "x", "y", "z")
+        )
     except (KeyError, TypeError, ValueError):
         return False
     ascend = times.ndim == 1 and times.size > 1 and times[0] == 0.0 and (np.diff(times) > 0.0).all()

@@ -14,8 +14,8 @@ from markupsafe import Markup
 
 from mgeo.figures.style import PAGE_HEIGHT
 
-LIBRARY = "plotly.min.js"  # file name of the plotting library, if several pages share it
-_TITLE = 35  # height of a figure's title [px]
+LIBRARY_FILE = "plotly.min.js"  # file name of the plotting library, if several pages share it
+_TITLE_HEIGHT = 35  # height of a figure's title [px]
 _CONFIG = {"responsive": True, "displaylogo": False, "showSendToCloud": False}
 _TEMPLATES = Environment(
     loader=PackageLoader("mgeo", ""),
@@ -40,7 +40,7 @@ def render(template: str, **values: Any) -> str:
     return _TEMPLATES.get_template(template).render(values)
 
 
-def page(figure: go.Figure, title: str, note: str = "") -> str:
+def render_figure_page(figure: go.Figure, title: str, note: str = "") -> str:
     """Return an HTML page that shows one figure in the whole window.
 
     Equal figures give equal pages.
@@ -54,11 +54,13 @@ def page(figure: go.Figure, title: str, note: str = "") -> str:
     note
         Text above the figure.
     """
-    body, heading = _figure_html(figure, height="100%")
+    body, heading = _convert_to_html(figure, height="100%")
     return render("figures/assets/page.html", title=title, heading=heading, note=note, figure=body)
 
 
-def report_page(title: str, parts: Sequence[str | go.Figure], library: bool | str = True) -> str:
+def render_report_page(
+    title: str, parts: Sequence[str | go.Figure], library: bool | str = True
+) -> str:
     """Return an HTML page of several figures with HTML between them.
 
     Equal parts give equal pages.
@@ -79,18 +81,18 @@ def report_page(title: str, parts: Sequence[str | go.Figure], library: bool | st
         if isinstance(part, str):
             written.append(Markup(part))
             continue
-        figure, heading = _figure_html(part, f"figure{drawn}", library if not drawn else False)
+        figure, heading = _convert_to_html(part, f"figure{drawn}", library if not drawn else False)
         written.append(Markup(render("figures/assets/heading.html", heading=heading)) + figure)
         drawn += 1
     return render("figures/assets/report.html", title=title, parts=written)
 
 
-def drawing(figure: go.Figure) -> Markup:
+def render_figure(figure: go.Figure) -> Markup:
     """Return a figure as HTML, for a page that includes the scripts of ``scripts.html``."""
-    return _figure_html(figure)[0]
+    return _convert_to_html(figure)[0]
 
 
-def _figure_html(
+def _convert_to_html(
     figure: go.Figure, name: str = "figure", library: bool | str = True, height: str | None = None
 ) -> tuple[Markup, list[str]]:
     """Return a figure without its title as HTML, and the lines of the title, which a page can wrap.
@@ -114,7 +116,7 @@ def _figure_html(
     if lines:
         del layout["title"]
         margin = layout.setdefault("margin", {})
-        margin["t"] = max(margin.get("t", 100) - _TITLE, 30)  # 100 is plotly's default.
+        margin["t"] = max(margin.get("t", 100) - _TITLE_HEIGHT, 30)  # 100 is plotly's default.
     html: str = pio.to_html(
         tree,
         validate=False,

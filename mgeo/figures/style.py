@@ -20,28 +20,28 @@ PAGE_HEIGHT = 560
 SYMBOLS = ("circle", "diamond", "square", "cross", "triangle-up", "x", "star")
 
 #: Hints for interactive use in subtitles.
-HOVER = "; hover over one for its plan"
-CLICK = "; click the legend to hide"
+HOVER_HINT = "; hover over one for its plan"
+CLICK_HINT = "; click the legend to hide"
 
 GRAY = "#767676"
-GRID = "#e3e6ea"
+GRID_COLOR = "#e3e6ea"
 
 #: Ratio of the largest to the smallest value from which only powers of ten are labeled.
-_WIDE = 1e3
+_MIN_DECADES_RATIO = 1e3
 #: Ratio below which labels at 1, 2 and 5 may be too few.
-_CLOSE = 5.0
+_MIN_DIGITS_RATIO = 5.0
 
 #: Width and height of a figure in print [px of 1/96 inch]; the width is the column width of 88 mm
 #: of the IEEE and the AIAA.
-WIDTH, HEIGHT = 333, 240
-_ON_SCREEN = 560  # usual height on screen [px]; higher figures have more rows
-_NARROW = 0.5  # share of the figure's width below which an axis has few labels
+PRINT_WIDTH, PRINT_HEIGHT = 333, 240
+_SCREEN_HEIGHT = 560  # usual height on screen [px]; higher figures have more rows
+_MAX_NARROW_SHARE = 0.5  # share of the figure's width below which an axis has few labels
 #: Font of 8 points.
-_FONT = {"family": "Times New Roman, Nimbus Roman, Liberation Serif, serif", "size": 10.7}
-_SMALLER = 0.6  # size of markers and lines in print relative to the screen
+_PRINT_FONT = {"family": "Times New Roman, Nimbus Roman, Liberation Serif, serif", "size": 10.7}
+_PRINT_SCALE = 0.6  # size of markers and lines in print relative to the screen
 
 
-def literal(text: object, *, in_space: bool = False) -> str:
+def escape_markup(text: object, *, is_3d: bool = False) -> str:
     """Return a text with markup escaped, so that plotly shows it literally.
 
     Parameters
@@ -52,12 +52,12 @@ def literal(text: object, *, in_space: bool = False) -> str:
         Whether the text is a title of a three-dimensional axis, where plotly interprets tags but
         not entities. A zero-width character then breaks the tags.
     """
-    if in_space:
+    if is_3d:
         return str(text).replace("<", "<\u200b")
     return escape(str(text), quote=False).replace("{", "&#123;")
 
 
-def symbol(index: int) -> str:
+def select_symbol(index: int) -> str:
     """Return the marker symbol of a trace by its index.
 
     Combined with the color of the same index, 49 combinations are distinct.
@@ -65,7 +65,7 @@ def symbol(index: int) -> str:
     return SYMBOLS[(index + index // len(COLORS)) % len(SYMBOLS)]
 
 
-def finished(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
+def apply_style(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
     """Return the figure with title, subtitle and common style."""
     figure.update_layout(
         template="plotly_white",
@@ -79,28 +79,32 @@ def finished(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
         },
         font={"size": 14, "color": "#222222"},
         hoverlabel={"align": "left", "bgcolor": "white", "font": {"color": "#222222"}},
-        legend={"bgcolor": "rgba(255,255,255,0.8)", "bordercolor": GRID, "borderwidth": 1},
+        legend={"bgcolor": "rgba(255,255,255,0.8)", "bordercolor": GRID_COLOR, "borderwidth": 1},
         margin={"l": 90, "r": 40, "t": 105, "b": 70},
     )
-    lines = {"gridcolor": GRID, "linecolor": GRAY, "showline": True, "zeroline": False}
+    lines = {"gridcolor": GRID_COLOR, "linecolor": GRAY, "showline": True, "zeroline": False}
     figure.update_xaxes(**lines, ticks="outside")
     # automargin moves the axis title away from long labels such as 1.89×10⁻⁶.
     figure.update_yaxes(**lines, ticks="outside", automargin=True, title_standoff=10)
     return figure
 
 
-def log_axis(values: ArrayLike) -> dict[str, Any]:
+def build_log_axis_layout(values: ArrayLike) -> dict[str, Any]:
     """Return the layout of a logarithmic axis with suitable labels for positive values.
 
     Labels are at powers of ten for a wide range and at 1, 2 and 5 for a narrower one; for a very
     narrow range, plotly chooses.
     """
     low, high = np.min(values), np.max(values)
-    steps = {} if high < _CLOSE * low else {"dtick": "D2" if high < _WIDE * low else 1}
+    steps = (
+        {}
+        if high < _MIN_DIGITS_RATIO * low
+        else {"dtick": "D2" if high < _MIN_DECADES_RATIO * low else 1}
+    )
     return {"type": "log", "exponentformat": "power", **steps}
 
 
-def for_paper(figure: go.Figure) -> go.Figure:
+def format_for_print(figure: go.Figure) -> go.Figure:
     """Return a copy of a figure for print: no title, 8-point text, thin lines, narrow margins.
 
     Colors and symbols are unchanged, so that traces differ in grayscale by symbol and dash.
@@ -111,17 +115,17 @@ def for_paper(figure: go.Figure) -> go.Figure:
         still.layout.annotations = [each for each in still.layout.annotations if not each.textangle]
     shared_title = any((each.yshift or 0.0) < 0.0 for each in still.layout.annotations)
     named = [each for each in still.data if each.showlegend is not False and _has_points(each)]
-    height = HEIGHT * max(1.0, (still.layout.height or _ON_SCREEN) / _ON_SCREEN)
+    height = PRINT_HEIGHT * max(1.0, (still.layout.height or _SCREEN_HEIGHT) / _SCREEN_HEIGHT)
     still.update_layout(
         title=None,
         template="plotly_white",
-        width=WIDTH,
+        width=PRINT_WIDTH,
         height=round(height),
         margin={"l": 8, "r": 8, "t": 8, "b": 22 if shared_title else 8, "pad": 0},
-        font={**_FONT, "color": "black"},
+        font={**_PRINT_FONT, "color": "black"},
         showlegend=still.layout.showlegend is not False and len(named) > 1,
         legend={
-            "font": _FONT,
+            "font": _PRINT_FONT,
             "title": {"text": ""},
             "orientation": "h",
             "x": 1.0,
@@ -134,26 +138,26 @@ def for_paper(figure: go.Figure) -> go.Figure:
         },
     )
     axes = {
-        "tickfont": _FONT,
-        "title": {"font": _FONT, "standoff": 4},
+        "tickfont": _PRINT_FONT,
+        "title": {"font": _PRINT_FONT, "standoff": 4},
         "ticklen": 3,
         "automargin": True,
     }
     still.update_xaxes(axes).update_yaxes(axes)
     still.for_each_xaxis(lambda each: each.update(nticks=4), selector=_is_narrow)
-    still.update_annotations(font={**_FONT, "color": "black"})
+    still.update_annotations(font={**_PRINT_FONT, "color": "black"})
     for trace in still.data:
         for part in ("marker", "line"):
             look = getattr(trace, part, None)
             key = "size" if part == "marker" else "width"
             if look is not None and isinstance(getattr(look, key, None), int | float):
-                look[key] *= _SMALLER
+                look[key] *= _PRINT_SCALE
     return still
 
 
 def _is_narrow(axis: Any) -> bool:
     low, high = axis.domain or (0.0, 1.0)
-    return bool(high - low < _NARROW)
+    return bool(high - low < _MAX_NARROW_SHARE)
 
 
 def _has_points(trace: Any) -> bool:

@@ -162,13 +162,13 @@ class View:
 
     def default_front_figure(self, title: str = "") -> go.Figure | None:
         """Return the figure of a front with up to three objectives, else None."""
-        from mgeo.figures.front import MOST_OBJECTIVES, MOST_TEXTS, front_figure
+        from mgeo.figures.front import MAX_HOVER_TEXTS, MAX_OBJECTIVES, draw_front
 
-        if self.problem.n_obj > MOST_OBJECTIVES:
+        if self.problem.n_obj > MAX_OBJECTIVES:
             return None
-        has_texts = has_override(self, View.describe) and len(self.X) <= MOST_TEXTS
+        has_texts = has_override(self, View.describe) and len(self.X) <= MAX_HOVER_TEXTS
         described = call_optional(self, View.describe) if has_texts else None
-        return front_figure(self.X, self.F, *get_column_names(self.problem), title, described)
+        return draw_front(self.X, self.F, *get_column_names(self.problem), title, described)
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
         """Return small, possibly animated figures of each solution by name; none by default."""

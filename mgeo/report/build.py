@@ -35,7 +35,7 @@ from mgeo.plugins.view import View
 from mgeo.report.history import recorded_history
 from mgeo.report.shown_run import read_shown_run
 from mgeo.report.solutions import Json, figure_json, script_json, solutions_json
-from mgeo.runs.answer import answer, dead_end
+from mgeo.runs.answer import explain_infeasibility, summarize_default_solution
 from mgeo.store.reading import read_json
 from mgeo.store.run import Run
 from mgeo.store.run_folder import VERIFICATION_FILES, check_verification
@@ -126,7 +126,7 @@ def report_html(
         if has_override(view, View.review):
             review = call_optional(selected, View.review)
         if is_feasible and solution is None:
-            summary = str(answer(view))
+            summary = str(summarize_default_solution(view))
         elif is_feasible:
             summary = f"solution {row} of {n:,}: {call_optional(selected, View.summaries)[0]}"
     history = recorded_history(folder, shown.problem, run.outcome)
@@ -139,7 +139,7 @@ def report_html(
         kinds_of=find_column_kinds,
         answer=summary,
         remarks=call_optional(view, View.remarks) if is_feasible else [],
-        dead_end=dead_end(view) if run.outcome.nearest else None,
+        dead_end=explain_infeasibility(view) if run.outcome.nearest else None,
         folder=folder.resolve().name,
         run=run,
         configuration=run.configuration,

@@ -13,16 +13,16 @@ import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 
-from mgeo.figures.front import axis
-from mgeo.figures.page import drawing, render
-from mgeo.figures.style import COLORS, SYMBOLS, finished, literal
+from mgeo.figures.front import build_axis_layout
+from mgeo.figures.page import render, render_figure
+from mgeo.figures.style import COLORS, SYMBOLS, apply_style, escape_markup
 from mgeo.plugins.protocol import call_optional, get_column_names
 from mgeo.plugins.shown import Review, find_column_kinds, format_cells
 from mgeo.plugins.view import View, build_view
 from mgeo.report.shown_run import read_shown_run
 from mgeo.store.reading import read_json
 from mgeo.store.run import Run
-from mgeo.store.solution_file import solution_of
+from mgeo.store.solution_file import parse_solution
 from mgeo.validation.entries import convert_file_errors
 
 
@@ -91,7 +91,7 @@ def compare_html(one: Path | str, other: Path | str, *, named: Collection[str] =
         glance=format_cells(_summary_table(subjects)),
         numbers=format_cells(_numbers_table(subjects), digits=5),
         options=format_cells(_options_table(subjects)),
-        front=None if front is None else drawing(front),
+        front=None if front is None else render_figure(front),
         pairs=list(zip_longest(*(subject.review.sections for subject in subjects))),
     )
 
@@ -116,7 +116,7 @@ def read(path: Path, named: Collection[str] = ()) -> Subject:
         raise FileNotFoundError(f"there is neither a run folder nor a file {path}")
     document = read_json(path)
     with convert_file_errors(path):
-        problem, own_options, x = solution_of(document, named)
+        problem, own_options, x = parse_solution(document, named)
         view = build_view(problem, [x])
         return Subject(path.name, view, call_optional(view, View.review), own_options)
 
@@ -143,7 +143,7 @@ def _run_facts(subject: Subject) -> dict[str, str]:
         "solutions": f"{len(run.outcome.F):,}",
         "algorithm": run.configuration.algorithm,
         "seed": str(run.configuration.seed),
-        "evaluations": f"{run.outcome.evaluations:,}",
+        "evaluations": f"{run.outcome.n_evaluations:,}",
         "hypervolume": "" if volume is None else f"{volume:.4f}",
         "wall time": f"{run.outcome.wall_time_s:,.1f} s",
     }
@@ -188,7 +188,7 @@ def fronts_figure(subjects: list[Subject]) -> go.Figure | None:
     values = []
     for i, subject in enumerate(subjects):
         look = {"color": COLORS[i], "symbol": SYMBOLS[i], "size": 8, "opacity": 0.8}
-        properties = {"mode": "markers", "name": literal(subject.name), "legendgroup": str(i)}
+        properties = {"mode": "markers", "name": escape_markup(subject.name), "legendgroup": str(i)}
         if subject.run is not None:
             x, y = subject.run.outcome.F.T
             figure.add_scatter(x=x, y=y, marker=look, **properties)
@@ -197,7 +197,7 @@ def fronts_figure(subjects: list[Subject]) -> go.Figure | None:
         ring = {"color": COLORS[i], "symbol": f"{SYMBOLS[i]}-open", "size": 16, "line_width": 3}
         figure.add_scatter(x=x, y=y, marker=ring, showlegend=subject.run is None, **properties)
         values.append(subject.view.F)
-    finished(figure, "", "")
+    apply_style(figure, "", "")
     for k, update in enumerate((figure.update_xaxes, figure.update_yaxes)):
-        update(axis(names[0][k], np.concatenate([value[:, k] for value in values])))
+        update(build_axis_layout(names[0][k], np.concatenate([value[:, k] for value in values])))
     return figure.update_layout(title=None, margin={"t": 40}, height=480)

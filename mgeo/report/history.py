@@ -14,7 +14,7 @@ from mgeo.evaluation.dominance import find_nondominated
 from mgeo.figures.style import COLORS
 from mgeo.plugins import protocol
 from mgeo.plugins.view import EQUALITY_TOLERANCE
-from mgeo.runs.hypervolume import MAX_OBJECTIVES, scaled, unit_hypervolume
+from mgeo.runs.hypervolume import MAX_OBJECTIVES, compute_unit_hypervolume, scale_objectives
 from mgeo.store.recorder import read_record
 from mgeo.store.run import Outcome
 from mgeo.store.run_folder import RECORD_FOLDER
@@ -44,7 +44,11 @@ def recorded_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Fig
         line={"shape": "hv", "color": COLORS[0], "width": 2.5},
         hovertemplate="%{x:,d} evaluations: %{y:.4f}<extra></extra>",
     )
-    title = f"evaluations, after {outcome.rough:,} by estimates" if outcome.rough else "evaluations"
+    title = (
+        f"evaluations, after {outcome.n_low_fidelity:,} by estimates"
+        if outcome.n_low_fidelity
+        else "evaluations"
+    )
     figure.update_xaxes(title=title, type="log", dtick=1)
     figure.update_yaxes(title="hypervolume", rangemode="tozero")
     return figure.update_layout(margin={"l": 70, "r": 20, "t": 20, "b": 55}, height=340)
@@ -79,19 +83,19 @@ def hypervolume_history(
     feasible = (G <= 0.0).all(axis=1) & (np.abs(H) <= EQUALITY_TOLERANCE).all(axis=1)
     F = record[list(outcome.objectives)].to_numpy(float).copy()
     F[record["failed"].to_numpy(bool) | ~feasible] = np.nan
-    precise = F[outcome.rough :]
+    precise = F[outcome.n_low_fidelity :]
     feasible_F = precise[~np.isnan(precise).any(axis=1)]
     if not len(feasible_F):
         return None
     space = protocol.get_indicator_map(problem)
     ideal, nadir = feasible_F.min(axis=0), feasible_F.max(axis=0)
-    ends = np.unique(np.geomspace(outcome.rough + 1, len(F), _SAMPLES).astype(np.int64))
-    front, volumes, done = F[:0], [], outcome.rough
+    ends = np.unique(np.geomspace(outcome.n_low_fidelity + 1, len(F), _SAMPLES).astype(np.int64))
+    front, volumes, done = F[:0], [], outcome.n_low_fidelity
     for end in ends:
         candidates = np.vstack([front, F[done:end]])
         front, done = candidates[find_nondominated(candidates)], end
-        points = scaled(front, ideal, nadir) if space is None else space(front)
-        volumes.append(unit_hypervolume(points) if len(front) else 0.0)
+        points = scale_objectives(front, ideal, nadir) if space is None else space(front)
+        volumes.append(compute_unit_hypervolume(points) if len(front) else 0.0)
     return ends, np.array(volumes)
 
 

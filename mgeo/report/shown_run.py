@@ -10,7 +10,11 @@ from pymoo.core.problem import Problem
 
 from mgeo.plugins.problems import load_problem
 from mgeo.plugins.view import View, build_view
-from mgeo.runs.answer import RepresentativeSolution, default_solution, representative_solutions
+from mgeo.runs.answer import (
+    RepresentativeSolution,
+    select_default_solution,
+    select_representative_solutions,
+)
 from mgeo.store.run import Run
 from mgeo.store.run_folder import RUN_FILE, read_run
 from mgeo.validation.entries import convert_file_errors
@@ -82,7 +86,7 @@ def read_shown_run(folder: Path, named: Collection[str] = ()) -> ShownRun:
         default = shown[0]
     else:
         X, F = outcome.X, outcome.F
-        shown = representative_solutions(problem, F, outcome.objectives)
-        default = default_solution(problem, F) if shown else None
+        shown = select_representative_solutions(problem, F, outcome.objectives)
+        default = select_default_solution(problem, F) if shown else None
     title = f"{configuration.problem} · {configuration.algorithm} · seed {configuration.seed}"
     return ShownRun(run, problem, build_view(problem, X, F), shown, default, title)

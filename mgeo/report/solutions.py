@@ -17,11 +17,11 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 
 from mgeo.algorithms.variables import KINDS, Variables
-from mgeo.figures.front import MOST_TEXTS
+from mgeo.figures.front import MAX_HOVER_TEXTS
 from mgeo.plugins.protocol import call_optional, get_column_names, has_override
 from mgeo.plugins.view import View
 from mgeo.report.shown_run import ShownRun
-from mgeo.runs.answer import RepresentativeSolution, limits
+from mgeo.runs.answer import RepresentativeSolution, list_constraint_margins
 
 #: Key of a placeholder for a value that differs between solutions.
 HOLE = "$differs"
@@ -173,7 +173,7 @@ def front_picture(view: View, title: str) -> go.Figure | None:
     The problem's own figure is used if it has ``customdata``, see ``docs/plugins.md``. With more
     than three objectives, the figure may be None.
     """
-    if len(view.X) <= MOST_TEXTS and has_override(view, View.figures):
+    if len(view.X) <= MAX_HOVER_TEXTS and has_override(view, View.figures):
         figure = call_optional(view, View.figures).get("front")
         if figure and any(getattr(trace, "customdata", None) is not None for trace in figure.data):
             return figure
@@ -220,8 +220,11 @@ def _descriptions(view: View, rows: NDArray[np.int64]) -> Json:
 def _constraint_margins(view: View, rows: NDArray[np.int64]) -> Json:
     """Return, for each solution, the name, satisfaction and text of each constraint."""
     margins = [
-        [[limit.name, limit.kept, str(limit).removeprefix(f"{limit.name}: ")] for limit in each]
-        for each in limits(view)
+        [
+            [limit.name, limit.is_satisfied, str(limit).removeprefix(f"{limit.name}: ")]
+            for limit in each
+        ]
+        for each in list_constraint_margins(view)
     ]
     return _by_row(margins, rows)
 

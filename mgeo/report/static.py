@@ -10,8 +10,8 @@ from pathlib import Path
 
 import plotly.graph_objects as go
 
-from mgeo.figures.motion import motion_of
-from mgeo.figures.style import CLICK, HOVER, for_paper
+from mgeo.figures.motion import get_motion
+from mgeo.figures.style import CLICK_HINT, HOVER_HINT, format_for_print
 from mgeo.plugins.protocol import call_optional
 from mgeo.plugins.view import View
 from mgeo.report.history import recorded_history
@@ -64,7 +64,7 @@ def run_figures(
     )
     for solution, figures in zip(labeled, each, strict=True):
         for name, figure in figures.items():
-            if motion_of(figure) is None:
+            if get_motion(figure) is None:
                 figures_by_name[_join_words(solution.label, str(name))] = figure
     available = {name: figure for name, figure in figures_by_name.items() if figure is not None}
     for name in only:
@@ -82,7 +82,7 @@ def shaped(figures: Mapping[str, go.Figure], paper: bool) -> dict[str, go.Figure
     paper
         Whether to use the style for publications, see `mgeo.figures.style.for_paper`.
     """
-    shape = for_paper if paper else _with_size
+    shape = format_for_print if paper else _with_size
     return {name: shape(_without_controls(figure)) for name, figure in figures.items()}
 
 
@@ -141,7 +141,7 @@ def _without_controls(figure: go.Figure) -> go.Figure:
     still = go.Figure(figure)
     still.layout.updatemenus, still.layout.sliders = (), ()
     if text := still.layout.title.text:
-        for words in (HOVER, CLICK):
+        for words in (HOVER_HINT, CLICK_HINT):
             text = text.replace(words, "")
         still.update_layout(title_text=text)
     return still

@@ -16,7 +16,7 @@ from mgeo.algorithms.variables import KINDS, Variables, get_kind
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.plugins import discovery
 from mgeo.plugins.discovery import load_algorithm
-from mgeo.runs.registry import ALGORITHMS, DEFAULT, ROBUST
+from mgeo.runs.registry import ALGORITHMS, DEFAULT_ALGORITHM, ROBUST_ALGORITHM
 from mgeo.validation import constructors
 from mgeo.validation.arguments import format_suggestion, validate_integer
 
@@ -27,18 +27,18 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 #: Number of steps without an evaluation after which an algorithm has no new candidates.
-IDLE_STEPS = 100
+MAX_IDLE_GENERATIONS = 100
 
-_MOST_POPULATION = 100_000
-_NOT_SET = ("sampling", "archive_size")  # parameters that users cannot set
+_MAX_POPULATION = 100_000
+_HIDDEN_PARAMETERS = ("sampling", "archive_size")  # parameters that users cannot set
 
 
-def default_algorithm(robust: bool) -> str:
+def select_default_algorithm(robust: bool) -> str:
     """Return the name of the default algorithm of a nominal or robust run."""
-    return ROBUST if robust else DEFAULT
+    return ROBUST_ALGORITHM if robust else DEFAULT_ALGORITHM
 
 
-def algorithm_names() -> list[str]:
+def list_algorithms() -> list[str]:
     """Return the names of all algorithms; those of installed plugins come last."""
     plugins = (plugin.name for plugin in discovery.list_plugins(discovery.ALGORITHMS))
     return list(dict.fromkeys([*ALGORITHMS, *plugins]))
@@ -71,30 +71,28 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
         ):
             algorithm: Algorithm = cls(**complete)
         return algorithm
-    population = validate_integer(
-        "population", complete["population"], low=4, high=_MOST_POPULATION
-    )
+    population = validate_integer("population", complete["population"], low=4, high=_MAX_POPULATION)
     record = ALGORITHMS[name]
-    if not record.constraints and problem.has_constraints():
+    if not record.supports_constraints and problem.has_constraints():
         raise ValueError(f"algorithm {name!r} does not support the constraints of this problem")
     declared = getattr(problem, "vars", None) is not None  # Such variables have their own bounds.
     if not declared and name != "random" and (problem.xl is None or problem.xu is None):
         raise ValueError(f"algorithm {name!r} needs bounds, which this problem does not have")
-    arguments: dict[str, Any] = dict.fromkeys(record.population, population)
+    arguments: dict[str, Any] = dict.fromkeys(record.population_arguments, population)
     if "ref_dirs" in arguments:
-        arguments["ref_dirs"] = _reference_directions(population, problem)
+        arguments["ref_dirs"] = _build_reference_directions(population, problem)
     algorithm = cls(**arguments)
     kind = "mixed" if declared else get_kind(problem.vtype)
     if kind not in (None, "real"):
-        from mgeo.runs.pymoo_algorithms import use_operators_for  # a slow import
+        from mgeo.runs.pymoo_algorithms import replace_operators  # a slow import
 
         Variables.from_problem(problem, KINDS)  # raises an error if a bound is missing or invalid
-        use_operators_for(kind, algorithm, name)
+        replace_operators(kind, algorithm, name)
     return algorithm
 
 
 def set_up(
-    problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, starts: int = 0
+    problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, initial_designs: int = 0
 ) -> Algorithm:
     """Return a copy of an algorithm that is set up for its first step, without evaluations.
 
@@ -117,19 +115,19 @@ def set_up(
         If the algorithm does not support the problem or the number of initial designs.
     """
     prepared = copy.deepcopy(algorithm)
-    if starts:
-        suggest(prepared, starts)
+    if initial_designs:
+        use_suggested_designs(prepared, initial_designs)
     prepared.evaluator = TolerantEvaluator.from_evaluator(prepared.evaluator)
     prepared.evaluator.warn = False  # The outcome reports the failures.
     prepared.setup(problem, termination=("n_eval", evaluations), seed=seed)
     if not isinstance(prepared, ExtremalOptimization):
-        from mgeo.runs.pymoo_algorithms import seed_draws  # a slow import
+        from mgeo.runs.pymoo_algorithms import use_seeded_generator  # a slow import
 
-        seed_draws(prepared)
+        use_seeded_generator(prepared)
     return prepared
 
 
-def suggest(algorithm: Algorithm, n: int) -> None:
+def use_suggested_designs(algorithm: Algorithm, n_suggested: int) -> None:
     """Start an algorithm from n initial designs that the problem suggests.
 
     The remaining initial designs come from the algorithm's own sampling.
@@ -141,15 +139,17 @@ def suggest(algorithm: Algorithm, n: int) -> None:
     """
     name = type(algorithm).__name__
     most = getattr(algorithm, "n_walkers", None) or getattr(algorithm, "pop_size", None)
-    if most is not None and n > most:
-        raise ValueError(f"starts = {n}: expected at most {most}, the initial size of {name}")
+    if most is not None and n_suggested > most:
+        raise ValueError(
+            f"starts = {n_suggested}: expected at most {most}, the initial size of {name}"
+        )
     if isinstance(algorithm, ExtremalOptimization):
-        algorithm.sampling = SuggestedSampling(n)
+        algorithm.sampling = SuggestedSampling(n_suggested)
         return
     initialization: Any = getattr(algorithm, "initialization", None)
     if not isinstance(getattr(initialization, "sampling", None), Sampling):
-        raise ValueError(f"starts = {n}: {name} accepts no initial designs: expected 0")
-    initialization.sampling = SuggestedSampling(n, initialization.sampling)
+        raise ValueError(f"starts = {n_suggested}: {name} accepts no initial designs: expected 0")
+    initialization.sampling = SuggestedSampling(n_suggested, initialization.sampling)
 
 
 def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -164,14 +164,14 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     """
     # The metadata of all packages are read only for a name that is not built in.
     is_built_in = ":" in name or name in ALGORITHMS
-    if not is_built_in and name not in (names := algorithm_names()):
+    if not is_built_in and name not in (names := list_algorithms()):
         raise ValueError(
             f"no algorithm is called {name!r}: expected one of {', '.join(names)}, or module:Class"
             f"{format_suggestion(name, names)}"
         )
     if not isinstance(parameters, Mapping):
         raise TypeError(f"parameters = {parameters!r}: expected a mapping of names to values")
-    defaults = _default_parameters(name)
+    defaults = _list_default_parameters(name)
     for key in parameters:
         if key not in defaults:
             expected = ", ".join(defaults) or "none"
@@ -179,7 +179,7 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     return {key: value for key, value in defaults.items() if _is_plain(value)} | dict(parameters)
 
 
-def default_evaluations(algorithm: Algorithm, problem: Problem) -> int:
+def compute_default_budget(algorithm: Algorithm, problem: Problem) -> int:
     """Return the default budget of evaluations, which is nearly equal for all algorithms.
 
     The budget is 5000 generations with one candidate per variable, as in the publications, rounded
@@ -190,7 +190,7 @@ def default_evaluations(algorithm: Algorithm, problem: Problem) -> int:
     return int(max(1, DEFAULT_WALKER_GENERATIONS // walkers) * walkers * problem.n_var)
 
 
-def described(name: str) -> dict[str, Any]:
+def describe_algorithm(name: str) -> dict[str, Any]:
     """Return name, label, description and parameters of an algorithm, as for ``mgeo algorithms``.
 
     Returns
@@ -221,7 +221,7 @@ def described(name: str) -> dict[str, Any]:
 
 
 def _has_population_only(name: str) -> bool:
-    return name in ALGORITHMS and bool(ALGORITHMS[name].population)
+    return name in ALGORITHMS and bool(ALGORITHMS[name].population_arguments)
 
 
 def _load_class(name: str) -> Any:
@@ -230,10 +230,10 @@ def _load_class(name: str) -> Any:
     return load_algorithm(name)
 
 
-def _default_parameters(name: str) -> dict[str, Any]:
+def _list_default_parameters(name: str) -> dict[str, Any]:
     if _has_population_only(name):
         return {"population": 100}
-    cls, left_out = _load_class(name), {*_NOT_SET}
+    cls, left_out = _load_class(name), {*_HIDDEN_PARAMETERS}
     root: type = ExtremalOptimization
     if not issubclass(cls, root):  # Only the constructor of the class itself defines parameters.
         from pymoo.core.algorithm import Algorithm
@@ -251,7 +251,7 @@ def _is_plain(value: Any) -> bool:
     return value is None or isinstance(value, bool | int | float | str)
 
 
-def _reference_directions(population: int, problem: Problem) -> NDArray[np.float64]:
+def _build_reference_directions(population: int, problem: Problem) -> NDArray[np.float64]:
     """Return the largest set of Das-Dennis directions that is no larger than the population."""
     if problem.n_obj < 2:
         raise ValueError("an algorithm with reference directions needs 2 or more objectives")

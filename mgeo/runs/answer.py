@@ -11,19 +11,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from mgeo.plugins.protocol import call_optional, get_indicator_map, has_override
 from mgeo.plugins.view import View
-from mgeo.runs.hypervolume import scaled
+from mgeo.runs.hypervolume import scale_objectives
 
 if TYPE_CHECKING:
     import pandas as pd
     from pymoo.core.problem import Problem
 
-_FLAT = 1e-9  # distances below this value are rounding errors, in fronts scaled to size 1
-_COLUMNS = ["margin", "unit", "value", "bound", "limit"]
-_MOST_WAYS = 3  # maximum number of combinations of constraints to relax
+_FLATNESS_TOLERANCE = (
+    1e-9  # distances below this value are rounding errors, in fronts scaled to size 1
+)
+_MARGIN_COLUMNS = ["margin", "unit", "value", "bound", "limit"]
+_MAX_RELAXATIONS = 3  # maximum number of combinations of constraints to relax
 
 
 @dataclass(frozen=True)
-class Answer:
+class SolutionSummary:
     """Summary of the solution of a front that is shown first.
 
     Attributes
@@ -38,27 +40,27 @@ class Answer:
         Constraints that the problem reports as violated although the solution is feasible.
     """
 
-    solution: int
-    count: int
+    row: int
+    n_solutions: int
     label: str
     text: str
-    exceeded: tuple[str, ...] = ()
+    violations: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        line = f"solution {self.solution} of {self.count:,}, {self.label}: {self.text}"
-        return "; ".join([line, *(f"BUT {limit}" for limit in self.exceeded)])
+        line = f"solution {self.row} of {self.n_solutions:,}, {self.label}: {self.text}"
+        return "; ".join([line, *(f"BUT {limit}" for limit in self.violations)])
 
 
-def answer(view: View) -> Answer:
+def summarize_default_solution(view: View) -> SolutionSummary:
     """Return the summary of the `default_solution` of a front with at least one solution."""
-    shown = default_solution(view.problem, view.F)
+    shown = select_default_solution(view.problem, view.F)
     chosen = view.select([shown.row])
     (line,) = call_optional(chosen, View.summaries)
     # Solutions of a front satisfy the constraints of the optimization, so margins are evaluated
     # only if the problem reports further constraints.
-    (margins,) = limits(chosen) if has_override(view, View.constraints) else [[]]
-    exceeded = tuple(str(margin) for margin in margins if not margin.kept)
-    return Answer(shown.row, len(view.X), shown.label, line, exceeded)
+    (margins,) = list_constraint_margins(chosen) if has_override(view, View.constraints) else [[]]
+    exceeded = tuple(str(margin) for margin in margins if not margin.is_satisfied)
+    return SolutionSummary(shown.row, len(view.X), shown.label, line, exceeded)
 
 
 @dataclass(frozen=True)
@@ -69,8 +71,8 @@ class RepresentativeSolution:
     label: str
 
 
-def representative_solutions(
-    problem: Problem, F: ArrayLike, names: tuple[str, ...]
+def select_representative_solutions(
+    problem: Problem, F: ArrayLike, objective_names: tuple[str, ...]
 ) -> list[RepresentativeSolution]:
     """Return about five representative solutions of a front, sorted by the first objective.
 
@@ -93,9 +95,9 @@ def representative_solutions(
         return []
     points = _scale_front(problem, front)
     labels: dict[int, list[str]] = {}
-    for row, name in zip(extremes(points), names, strict=True):
+    for row, name in zip(find_extremes(points), objective_names, strict=True):
         labels.setdefault(row, []).append(f"best {name}")
-    knee_row = knee(points)
+    knee_row = find_knee(points)
     if knee_row is not None:
         labels[knee_row] = ["knee"]
     for row in _select_spread_rows(points, list(labels), max(5, len(labels))):
@@ -104,7 +106,7 @@ def representative_solutions(
     return [RepresentativeSolution(row, ", ".join(labels[row])) for row in rows]
 
 
-def default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSolution:
+def select_default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSolution:
     """Return the knee of a front, or the best solution of the first objective if there is no knee.
 
     Parameters
@@ -115,13 +117,13 @@ def default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSolution:
         Objectives of the front, shape (n, n_obj) with n >= 1.
     """
     points = _scale_front(problem, np.asarray(F, dtype=float))
-    row = knee(points)
+    row = find_knee(points)
     if row is not None:
         return RepresentativeSolution(row, "knee")
-    return RepresentativeSolution(extremes(points)[0], "best of the first objective")
+    return RepresentativeSolution(find_extremes(points)[0], "best of the first objective")
 
 
-def extremes(points: NDArray[np.float64]) -> list[int]:
+def find_extremes(points: NDArray[np.float64]) -> list[int]:
     """Return the row with the minimum of each objective.
 
     Ties are broken by the sum of all objectives.
@@ -130,38 +132,40 @@ def extremes(points: NDArray[np.float64]) -> list[int]:
     return [int(np.lexsort((total, column))[0]) for column in points.T]
 
 
-def knee(points: NDArray[np.float64]) -> int | None:
+def find_knee(points: NDArray[np.float64]) -> int | None:
     """Return the row farthest from the plane through the extremes, on the side of the ideal point.
 
     Returns None if no row is on this side, as in a straight or concave front.
     """
-    corners = points[extremes(points)]
-    normal = _normal(corners)
+    corners = points[find_extremes(points)]
+    normal = _compute_normal(corners)
     bulge = (corners[0] - points) @ normal
     row = int(np.argmax(bulge))
-    return row if bulge[row] > _FLAT else None
+    return row if bulge[row] > _FLATNESS_TOLERANCE else None
 
 
 def _scale_front(problem: Problem, front: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the front in the indicator space, or scaled to its own extent if there is none."""
     space = get_indicator_map(problem)
-    return space(front) if space else scaled(front, front.min(axis=0), front.max(axis=0))
+    return space(front) if space else scale_objectives(front, front.min(axis=0), front.max(axis=0))
 
 
-def _normal(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+def _compute_normal(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the unit normal of the plane through m points, pointing away from the ideal point."""
     diagonal = np.full(corners.shape[1], corners.shape[1] ** -0.5)
     _, sizes, rows = np.linalg.svd(corners[1:] - corners[0])
-    if len(sizes) and sizes[-1] < _FLAT:  # Extremes coincide, so the plane is not unique.
+    if (
+        len(sizes) and sizes[-1] < _FLATNESS_TOLERANCE
+    ):  # Extremes coincide, so the plane is not unique.
         return diagonal
     normal: NDArray[np.float64] = rows[-1]
     return normal if normal @ diagonal >= 0 else -normal
 
 
-def _select_spread_rows(points: NDArray[np.float64], chosen: list[int], count: int) -> list[int]:
+def _select_spread_rows(points: NDArray[np.float64], chosen: list[int], n_rows: int) -> list[int]:
     """Return rows to add to the chosen rows, each the farthest from all earlier ones."""
     added: list[int] = []
-    while len(chosen) + len(added) < min(count, len(points)):
+    while len(chosen) + len(added) < min(n_rows, len(points)):
         taken = points[chosen + added]
         distance = np.linalg.norm(points[:, None] - taken[None], axis=2).min(axis=1)
         distance[chosen + added] = -1.0  # Duplicates of a chosen point have distance 0.
@@ -170,7 +174,7 @@ def _select_spread_rows(points: NDArray[np.float64], chosen: list[int], count: i
 
 
 @dataclass(frozen=True)
-class Margin:
+class ConstraintMargin:
     """Margin of one solution with respect to one constraint.
 
     Attributes
@@ -189,49 +193,52 @@ class Margin:
     margin: float
     unit: str = ""
     value: float = math.nan
-    bound: str = ""
-    limit: float = math.nan
+    bound_type: str = ""
+    bound_value: float = math.nan
 
     @property
-    def kept(self) -> bool:
+    def is_satisfied(self) -> bool:
         """Whether the constraint is satisfied."""
         return self.margin >= 0.0
 
     @property
-    def _unit(self) -> str:
+    def _unit_suffix(self) -> str:
         return f" {self.unit}" if self.unit not in ("", "-") else ""
 
     def __str__(self) -> str:
-        state = "margin" if self.kept else "exceeded by"
-        off = f"{state} {abs(self.margin):.3g}{self._unit}"
+        state = "margin" if self.is_satisfied else "exceeded by"
+        off = f"{state} {abs(self.margin):.3g}{self._unit_suffix}"
         if math.isnan(self.value):
             return f"{self.name}: {off}"
-        required = f"{self.bound} {self.limit:.4g}{self._unit}"
-        return f"{self.name}: {self.value:.4g}{self._unit}, {required}: {off}"
+        required = f"{self.bound_type} {self.bound_value:.4g}{self._unit_suffix}"
+        return f"{self.name}: {self.value:.4g}{self._unit_suffix}, {required}: {off}"
 
-    def relaxed(self) -> str:
+    def format_relaxation(self) -> str:
         """Return the least relaxation that satisfies the constraint, as text with three digits."""
         excess = -self.margin
         if math.isfinite(excess):
             unit = 10.0 ** (math.floor(math.log10(excess)) - 2)
             excess = math.ceil(excess / unit) * unit
-        return f"{self.name} by {excess:.3g}{self._unit}"
+        return f"{self.name} by {excess:.3g}{self._unit_suffix}"
 
 
-def limits(view: View) -> list[list[Margin]]:
+def list_constraint_margins(view: View) -> list[list[ConstraintMargin]]:
     """Return the constraint margins of each solution of a view, in the problem's order."""
     return _parse_margins(call_optional(view, View.constraints))
 
 
-def _parse_margins(tables: list[pd.DataFrame]) -> list[list[Margin]]:
+def _parse_margins(tables: list[pd.DataFrame]) -> list[list[ConstraintMargin]]:
     return [
-        [Margin(str(name), *row) for name, *row in table[_COLUMNS].itertuples(name=None)]
+        [
+            ConstraintMargin(str(name), *row)
+            for name, *row in table[_MARGIN_COLUMNS].itertuples(name=None)
+        ]
         for table in tables
     ]
 
 
 @dataclass(frozen=True)
-class DeadEnd:
+class InfeasibilityReport:
     """Explanation of a result without a feasible solution.
 
     Attributes
@@ -243,11 +250,11 @@ class DeadEnd:
         Suggestions of the problem, followed by sets of constraints to relax, smallest sets first.
     """
 
-    exceeded: tuple[str, ...]
-    ways: tuple[str, ...]
+    violations: tuple[str, ...]
+    suggestions: tuple[str, ...]
 
 
-def dead_end(view: View) -> DeadEnd:
+def explain_infeasibility(view: View) -> InfeasibilityReport:
     """Return the constraints that the nearest solutions violate, and suggestions.
 
     Parameters
@@ -256,22 +263,22 @@ def dead_end(view: View) -> DeadEnd:
         View of at least one infeasible solution.
     """
     # If all constraints reported by the problem are satisfied, use the constraint functions.
-    pairs = zip(limits(view), _parse_margins(View.constraints(view)), strict=True)
+    pairs = zip(list_constraint_margins(view), _parse_margins(View.constraints(view)), strict=True)
     rows = [
-        [limit for limit in reported if not limit.kept]
-        or [limit for limit in computed if not limit.kept]
+        [limit for limit in reported if not limit.is_satisfied]
+        or [limit for limit in computed if not limit.is_satisfied]
         for reported, computed in pairs
     ]
-    by_name: dict[str, list[Margin]] = {}
+    by_name: dict[str, list[ConstraintMargin]] = {}
     ways: dict[frozenset[str], str] = {}  # suggestions by the names of the constraints
     for row in sorted(rows, key=len):
         for limit in row:
             by_name.setdefault(limit.name, []).append(limit)
         names = frozenset(limit.name for limit in row)
-        ways.setdefault(names, f"relax {' and '.join(limit.relaxed() for limit in row)}")
+        ways.setdefault(names, f"relax {' and '.join(limit.format_relaxation() for limit in row)}")
     exceeded = (
         f"{max(margins, key=lambda limit: limit.margin)} at least ({len(margins)} of {len(rows)})"
         for margins in by_name.values()
     )
-    suggestions = (*call_optional(view, View.suggestions), *list(ways.values())[:_MOST_WAYS])
-    return DeadEnd(tuple(exceeded), suggestions)
+    suggestions = (*call_optional(view, View.suggestions), *list(ways.values())[:_MAX_RELAXATIONS])
+    return InfeasibilityReport(tuple(exceeded), suggestions)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MAX_OBJECTIVES = 5
 
 
-def hypervolume(problem: Problem, F: ArrayLike) -> float | None:
+def compute_hypervolume(problem: Problem, F: ArrayLike) -> float | None:
     """Return the hypervolume of a front in the indicator space of its problem.
 
     Parameters
@@ -38,15 +38,15 @@ def hypervolume(problem: Problem, F: ArrayLike) -> float | None:
     if space is None or not 1 < problem.n_obj <= MAX_OBJECTIVES:
         return None
     front = np.asarray(F, dtype=float)
-    return unit_hypervolume(space(front)) if len(front) else 0.0
+    return compute_unit_hypervolume(space(front)) if len(front) else 0.0
 
 
-def unit_hypervolume(points: FloatArray) -> float:
+def compute_unit_hypervolume(points: FloatArray) -> float:
     """Return the volume that points, shape (n, m), dominate up to (1, ..., 1)."""
     return float(HV(ref_point=np.ones(points.shape[1]))(points))
 
 
-def scaled(F: FloatArray, ideal: FloatArray, nadir: FloatArray) -> FloatArray:
+def scale_objectives(F: FloatArray, ideal: FloatArray, nadir: FloatArray) -> FloatArray:
     """Scale objectives linearly so that `ideal` maps to 0 and `nadir` to 1.
 
     Objectives with equal ideal and nadir are only shifted.

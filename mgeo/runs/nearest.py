@@ -11,15 +11,15 @@ from mgeo.algorithms.staged import MGEOStaged
 from mgeo.evaluation.dominance import find_nondominated
 from mgeo.evaluation.individuals import convert_designs_to_numbers, find_successful
 from mgeo.plugins.view import compute_violations
-from mgeo.store.run import Nearest
+from mgeo.store.run import NearestSolutions
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
 
-MOST = 10  # maximum number of solutions
+MAX_SOLUTIONS = 10  # maximum number of solutions
 
 
-def nearest_solutions(algorithm: Algorithm) -> Nearest:
+def select_nearest_solutions(algorithm: Algorithm) -> NearestSolutions:
     """Return up to `MOST` solutions nearest to feasibility, if no solution is feasible.
 
     Candidates are the optimum and the last population of the algorithm. Solutions with nondominated
@@ -30,15 +30,15 @@ def nearest_solutions(algorithm: Algorithm) -> Nearest:
     if not isinstance(algorithm, MGEOStaged):  # Its population may have low-fidelity values.
         candidates = Population.merge(candidates, algorithm.pop)
     if candidates is None or not len(candidates):
-        return Nearest.none()
+        return NearestSolutions.empty()
     candidates = candidates[find_successful(candidates)]
     if not len(candidates):
-        return Nearest.none()
+        return NearestSolutions.empty()
     X = convert_designs_to_numbers(problem, candidates.get("X")).astype(float)
     F = candidates.get("F").astype(float)
     violation = np.maximum(compute_violations(*candidates.get("G", "H")), 0.0)
     values = np.hstack([F, violation])
     rows = np.sort(np.unique(values, axis=0, return_index=True)[1])
     order = np.lexsort([violation[rows].sum(axis=1), ~find_nondominated(violation[rows])])
-    rows = rows[order[:MOST]]
-    return Nearest(X[rows], F[rows], violation[rows])
+    rows = rows[order[:MAX_SOLUTIONS]]
+    return NearestSolutions(X[rows], F[rows], violation[rows])

@@ -18,14 +18,14 @@ from mgeo.plugins.problems import is_class_path, load_problem
 from mgeo.runs.algorithms import (
     build_algorithm,
     complete_parameters,
-    default_algorithm,
-    default_evaluations,
+    compute_default_budget,
+    select_default_algorithm,
     set_up,
 )
-from mgeo.runs.solve import State, solve
-from mgeo.store.checkpoint import Checkpoint, read_notes, resume
+from mgeo.runs.solve import SolveState, solve
+from mgeo.store.checkpoint import Checkpoint, read_checkpoint_metadata, resume
 from mgeo.store.recorder import Recorder
-from mgeo.store.run import Notes, Outcome, RunConfiguration
+from mgeo.store.run import CheckpointMetadata, Outcome, RunConfiguration
 from mgeo.store.run_folder import CHECKPOINT_FILE, RECORD_FOLDER
 from mgeo.validation.entries import convert_file_errors
 from mgeo.validation.tables import validate_table
@@ -48,11 +48,11 @@ class PreparedRun:
     configuration: RunConfiguration
     problem: Problem
     algorithm: Algorithm
-    notes: Notes | None = None
+    metadata: CheckpointMetadata | None = None
     record: bool = False
 
     @classmethod
-    def of(cls, configuration: RunConfiguration) -> PreparedRun:
+    def from_configuration(cls, configuration: RunConfiguration) -> PreparedRun:
         """Build the problem and the algorithm of a configuration.
 
         Raises
@@ -68,7 +68,7 @@ class PreparedRun:
 
     def solve(
         self,
-        callback: Callable[[State], object] | None = None,
+        callback: Callable[[SolveState], object] | None = None,
         folder: Path | None = None,
         max_time: float | None = None,
     ) -> Outcome:
@@ -84,25 +84,29 @@ class PreparedRun:
             Time from now after which the run ends [s].
         """
         run = self.configuration
-        algorithm = self._set_up(run.starts) if self.notes is None else self.algorithm
-        state = State(algorithm, run.evaluations, callback, notes=self.notes, max_time=max_time)
+        algorithm = self._set_up(run.initial_designs) if self.metadata is None else self.algorithm
+        state = SolveState(
+            algorithm, run.evaluations, callback, metadata=self.metadata, max_time=max_time
+        )
         if folder is not None and self.record:
             is_new = (algorithm.n_iter or 1) == 1
             state.recorder = Recorder(folder / RECORD_FOLDER, overwrite=is_new)
         if folder is not None and isinstance(algorithm, ExtremalOptimization):
             state.checkpoint = Checkpoint(
-                folder / CHECKPOINT_FILE, notes=lambda: self._notes(state), warn=False
+                folder / CHECKPOINT_FILE,
+                build_metadata=lambda: self._build_metadata(state),
+                warn=False,
             )
-        return solve(state, polish=run.polish)
+        return solve(state, refine=run.refine)
 
-    def _notes(self, state: State) -> dict[str, Any]:
+    def _build_metadata(self, state: SolveState) -> dict[str, Any]:
         """Return the data that a checkpoint needs for a resumed run."""
-        notes = Notes(
+        notes = CheckpointMetadata(
             configuration=self.configuration,
             record=self.record,
-            started=state.started,
-            wall_time_s=state.elapsed,
-            rough=state.rough,
+            start_time=state.start_time,
+            wall_time_s=state.elapsed_time,
+            n_low_fidelity=state.n_low_fidelity,
         )
         return notes.model_dump(mode="json")
 
@@ -115,23 +119,23 @@ class PreparedRun:
             If the problem or the algorithm does not support a setting.
         """
         run = self.configuration
-        self._set_up(run.starts)
+        self._set_up(run.initial_designs)
         if self.record and isinstance(self.algorithm, LoopwiseAlgorithm):
             raise ValueError(
                 f"evaluations of {run.algorithm!r} cannot be recorded: expected an algorithm that "
                 "evaluates its candidates a generation at a time"
             )
-        if run.polish:  # A refinement of zero designs only checks that the problem supports it.
+        if run.refine:  # A refinement of zero designs only checks that the problem supports it.
             for _ in protocol.iterate_refinement(self.problem, np.empty((0, self.problem.n_var))):
                 pass
 
-    def _set_up(self, starts: int = 0) -> Algorithm:
+    def _set_up(self, initial_designs: int = 0) -> Algorithm:
         run = self.configuration
         protocol.get_column_names(self.problem)  # raises an error if names are invalid
-        return set_up(self.problem, self.algorithm, run.evaluations, run.seed, starts)
+        return set_up(self.problem, self.algorithm, run.evaluations, run.seed, initial_designs)
 
 
-def prepare(
+def prepare_run(
     problem: str,
     options: Mapping[str, Any] | None = None,
     *,
@@ -140,8 +144,8 @@ def prepare(
     evaluations: int | None = None,
     seed: int = 1,
     robust: bool = False,
-    starts: int | None = 0,
-    polish: bool | None = False,
+    initial_designs: int | None = 0,
+    refine: bool | None = False,
     record: bool = False,
 ) -> PreparedRun:
     """Prepare a new run whose configuration contains all settings explicitly.
@@ -175,7 +179,7 @@ def prepare(
         If a name, an option or a parameter is invalid, or the options are not JSON values.
     """
     uses_recommendation = not (robust or algorithm or parameters or evaluations)
-    algorithm = algorithm or default_algorithm(robust)
+    algorithm = algorithm or select_default_algorithm(robust)
     complete = complete_parameters(algorithm, parameters or {})
     built = load_problem(problem, options, trusted_classes=(problem,))
     if robust:
@@ -187,11 +191,11 @@ def prepare(
         if uses_recommendation
         else protocol.RecommendedSettings()
     )
-    starts = recommended.initial_designs if starts is None else starts
-    if polish is None:
-        polish, evaluations = recommended.refine, evaluations or recommended.evaluations
+    initial_designs = recommended.initial_designs if initial_designs is None else initial_designs
+    if refine is None:
+        refine, evaluations = recommended.refine, evaluations or recommended.evaluations
     if evaluations is None:
-        evaluations = default_evaluations(optimizer, built)
+        evaluations = compute_default_budget(optimizer, built)
     data = {
         "problem": problem,
         "options": dict(options or {}) if problem_options is None else problem_options,
@@ -199,8 +203,8 @@ def prepare(
         "parameters": complete,
         "evaluations": evaluations,
         "seed": seed,
-        "starts": starts,
-        "polish": polish,
+        "starts": initial_designs,
+        "polish": refine,
     }
     try:  # A repeated run reads its values from JSON, so the first run uses such values as well.
         data = json.loads(json.dumps(data, allow_nan=False))
@@ -247,9 +251,9 @@ def resume_run(
             f"{folder} cannot be resumed: there is no {CHECKPOINT_FILE} in it; only algorithms of "
             "the MGEO family write one"
         )
-    data = read_notes(path)
+    data = read_checkpoint_metadata(path)
     with convert_file_errors(path):
-        notes = validate_table(Notes, data)
+        notes = validate_table(CheckpointMetadata, data)
         run = notes.configuration
         if is_class_path(run.algorithm) and algorithm != run.algorithm:
             raise ValueError(

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 # Comparisons that break ties by random numbers from the operating system, without a seed.
-_UNSEEDED = (comp_by_cv_then_random, comp_by_rank_and_ref_line_dist)
+_UNSEEDED_COMPARISONS = (comp_by_cv_then_random, comp_by_rank_and_ref_line_dist)
 _SAMPLINGS = {
     "integer": IntegerRandomSampling,
     "binary": BinaryRandomSampling,
@@ -42,7 +42,7 @@ _SAMPLINGS = {
 }
 
 
-def use_operators_for(kind: str, algorithm: Algorithm, name: str) -> None:
+def replace_operators(kind: str, algorithm: Algorithm, name: str) -> None:
     """Replace the operators of a new algorithm by pymoo's operators for discrete variables.
 
     Parameters
@@ -81,11 +81,11 @@ def use_operators_for(kind: str, algorithm: Algorithm, name: str) -> None:
             mating.crossover, mating.mutation = TwoPointCrossover(), BitflipMutation()
         else:
             mating.crossover, mating.mutation = map(
-                _with_rounding, (mating.crossover, mating.mutation)
+                _add_rounding, (mating.crossover, mating.mutation)
             )
 
 
-def _with_rounding(operator: Any) -> Any:
+def _add_rounding(operator: Any) -> Any:
     rounded = copy.copy(operator)  # pymoo shares its default operators between algorithms.
     rounded.vtype, rounded.repair = float, RoundingRepair()
     return rounded
@@ -99,8 +99,8 @@ class SeededComparison:
     inner : comparison function of pymoo's `TournamentSelection`.
     """
 
-    def __init__(self, inner: Any) -> None:
-        self.inner = inner
+    def __init__(self, comparison: Any) -> None:
+        self.comparison = comparison
 
     def __call__(
         self, pop: Population, P: NDArray[np.int_], random_state: Any = None, **options: Any
@@ -121,19 +121,19 @@ class SeededComparison:
         violation = pop.get("CV")[P, 0]
         tied = (violation[:, 0] == violation[:, 1]) & (violation[:, 0] > 0.0)
         winners = np.empty((len(P), 1), dtype=np.int_)
-        winners[~tied] = self.inner(pop, P[~tied], random_state=random_state, **options)
+        winners[~tied] = self.comparison(pop, P[~tied], random_state=random_state, **options)
         winners[tied, 0] = random_state.permuted(P[tied], axis=1)[:, 0]
         return winners
 
 
-def seed_draws(algorithm: Algorithm) -> None:
+def use_seeded_generator(algorithm: Algorithm) -> None:
     """Restrict an algorithm that is set up to its own random generator.
 
     pymoo breaks ties in NSGA-III and selects elites in CMOPSO by unseeded random numbers, which
     makes runs irreproducible.
     """
     selection: Any = getattr(getattr(algorithm, "mating", None), "selection", None)
-    if isinstance(selection, TournamentSelection) and selection.func_comp in _UNSEEDED:
+    if isinstance(selection, TournamentSelection) and selection.func_comp in _UNSEEDED_COMPARISONS:
         selection.func_comp = SeededComparison(selection.func_comp)
     if isinstance(algorithm, CMOPSO):
         survival = algorithm.elites.truncation.survival

@@ -46,7 +46,7 @@ class Refinement:
     """
 
     def __init__(self, problem: Problem, front: Population) -> None:
-        self.changed = np.zeros(len(front), dtype=np.bool_)
+        self.is_replaced = np.zeros(len(front), dtype=np.bool_)
         self.error = ""
         self._problem = problem
         # The refinement is not part of the evaluation budget of the search.
@@ -75,9 +75,9 @@ class Refinement:
         return Population.create(*(self._solutions[row] for row in sorted(self._solutions)))
 
     @property
-    def added(self) -> int:
+    def n_added(self) -> int:
         """Number of added solutions."""
-        return len(self._solutions) - len(self.changed)
+        return len(self._solutions) - len(self.is_replaced)
 
     @property
     def front(self) -> Population:
@@ -95,6 +95,6 @@ class Refinement:
             before = self._solutions.get(row)
             if before is None or (solution.F <= before.F).all():
                 self._solutions[row] = solution
-                if row < len(self.changed):
-                    self.changed[row] = True
+                if row < len(self.is_replaced):
+                    self.is_replaced[row] = True
         return designs

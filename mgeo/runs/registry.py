@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-DEFAULT, ROBUST = "mgeo-directed", "mgeo-staged"
+DEFAULT_ALGORITHM, ROBUST_ALGORITHM = "mgeo-directed", "mgeo-staged"
 
 
 @dataclass(frozen=True)
@@ -33,60 +33,102 @@ class AlgorithmRecord:
     label: str
     description: str
     path: str
-    population: tuple[str, ...] = ()
-    constraints: bool = True
+    population_arguments: tuple[str, ...] = ()
+    supports_constraints: bool = True
 
 
-_SIZE, _DIRECTIONS = ("pop_size",), ("ref_dirs",)
-_BOTH = (*_DIRECTIONS, *_SIZE)
+_POPULATION_SIZE, _REFERENCE_DIRECTIONS = ("pop_size",), ("ref_dirs",)
+_DIRECTIONS_AND_SIZE = (*_REFERENCE_DIRECTIONS, *_POPULATION_SIZE)
 
 
-def _mgeo(name: str, label: str, cls: str, description: str) -> AlgorithmRecord:
+def _build_mgeo_record(name: str, label: str, cls: str, description: str) -> AlgorithmRecord:
     return AlgorithmRecord(name, label, description, f"mgeo.algorithms:{cls}")
 
 
-def _pymoo(
-    name: str, label: str, place: str, description: str, population: tuple[str, ...] = _SIZE
+def _build_pymoo_record(
+    name: str,
+    label: str,
+    module_path: str,
+    description: str,
+    population_arguments: tuple[str, ...] = _POPULATION_SIZE,
 ) -> AlgorithmRecord:
-    path = f"pymoo.algorithms.{place}"
-    return AlgorithmRecord(name, label, f"{description}, of pymoo", path, population)
+    path = f"pymoo.algorithms.{module_path}"
+    return AlgorithmRecord(name, label, f"{description}, of pymoo", path, population_arguments)
 
 
 #: The algorithms of mgeo and of pymoo. An installed plugin adds its own by an entry point.
 RECORDS = (
-    _mgeo("mgeo-real", "MGEO_real", "MGEOReal", "normal steps of one variable, published"),
-    _mgeo("mgeo-real2", "MGEO_real2", "MGEOReal2", "steps of several sizes, published"),
-    _mgeo("mgeo-canonical", "MGEO", "MGEOCanonical", "flips of one bit, published"),
-    _mgeo("mgeo-var", "MGEO_var", "MGEOVar", "a flip of one bit of each variable, published"),
-    _mgeo(DEFAULT, "decomposition-based MGEO", "MGEODirected", "walkers by direction; the default"),
-    _mgeo(ROBUST, "staged MGEO", "MGEOStaged", "by fidelity levels; the default with --robust"),
-    _pymoo("nsga2", "NSGA-II", "moo.nsga2:NSGA2", "nondominated sorting and crowding distance"),
-    _pymoo("nsga3", "NSGA-III", "moo.nsga3:NSGA3", "reference directions", _BOTH),
-    _pymoo("u-nsga3", "U-NSGA-III", "moo.unsga3:UNSGA3", "NSGA-III with tournaments", _BOTH),
-    _pymoo("spea2", "SPEA2", "moo.spea2:SPEA2", "strength Pareto evolutionary algorithm"),
-    _pymoo("sms-emoa", "SMS-EMOA", "moo.sms:SMSEMOA", "selection by hypervolume contribution"),
-    _pymoo("age-moea2", "AGE-MOEA-II", "moo.age2:AGEMOEA2", "selection by the front's geometry"),
+    _build_mgeo_record(
+        "mgeo-real", "MGEO_real", "MGEOReal", "normal steps of one variable, published"
+    ),
+    _build_mgeo_record(
+        "mgeo-real2", "MGEO_real2", "MGEOReal2", "steps of several sizes, published"
+    ),
+    _build_mgeo_record("mgeo-canonical", "MGEO", "MGEOCanonical", "flips of one bit, published"),
+    _build_mgeo_record(
+        "mgeo-var", "MGEO_var", "MGEOVar", "a flip of one bit of each variable, published"
+    ),
+    _build_mgeo_record(
+        DEFAULT_ALGORITHM,
+        "decomposition-based MGEO",
+        "MGEODirected",
+        "walkers by direction; the default",
+    ),
+    _build_mgeo_record(
+        ROBUST_ALGORITHM,
+        "staged MGEO",
+        "MGEOStaged",
+        "by fidelity levels; the default with --robust",
+    ),
+    _build_pymoo_record(
+        "nsga2", "NSGA-II", "moo.nsga2:NSGA2", "nondominated sorting and crowding distance"
+    ),
+    _build_pymoo_record(
+        "nsga3", "NSGA-III", "moo.nsga3:NSGA3", "reference directions", _DIRECTIONS_AND_SIZE
+    ),
+    _build_pymoo_record(
+        "u-nsga3",
+        "U-NSGA-III",
+        "moo.unsga3:UNSGA3",
+        "NSGA-III with tournaments",
+        _DIRECTIONS_AND_SIZE,
+    ),
+    _build_pymoo_record(
+        "spea2", "SPEA2", "moo.spea2:SPEA2", "strength Pareto evolutionary algorithm"
+    ),
+    _build_pymoo_record(
+        "sms-emoa", "SMS-EMOA", "moo.sms:SMSEMOA", "selection by hypervolume contribution"
+    ),
+    _build_pymoo_record(
+        "age-moea2", "AGE-MOEA-II", "moo.age2:AGEMOEA2", "selection by the front's geometry"
+    ),
     AlgorithmRecord(
         "moead",
         "MOEA/D",
         "decomposition, without constraints, of pymoo",
         "pymoo.algorithms.moo.moead:MOEAD",
-        _DIRECTIONS,
-        constraints=False,
+        _REFERENCE_DIRECTIONS,
+        supports_constraints=False,
     ),
-    _pymoo("ctaea", "C-TAEA", "moo.ctaea:CTAEA", "two archives, for constraints", _DIRECTIONS),
-    _pymoo("gde3", "GDE3", "moo.gde3:GDE3", "differential evolution"),
-    _pymoo("nsde", "NSDE", "moo.nsde:NSDE", "differential evolution with nondominated sorting"),
-    _pymoo("mopso-cd", "MOPSO-CD", "moo.mopso_cd:MOPSO_CD", "particle swarm, crowding distance"),
-    _pymoo("cmopso", "CMOPSO", "moo.cmopso:CMOPSO", "competitive particle swarm"),
+    _build_pymoo_record(
+        "ctaea", "C-TAEA", "moo.ctaea:CTAEA", "two archives, for constraints", _REFERENCE_DIRECTIONS
+    ),
+    _build_pymoo_record("gde3", "GDE3", "moo.gde3:GDE3", "differential evolution"),
+    _build_pymoo_record(
+        "nsde", "NSDE", "moo.nsde:NSDE", "differential evolution with nondominated sorting"
+    ),
+    _build_pymoo_record(
+        "mopso-cd", "MOPSO-CD", "moo.mopso_cd:MOPSO_CD", "particle swarm, crowding distance"
+    ),
+    _build_pymoo_record("cmopso", "CMOPSO", "moo.cmopso:CMOPSO", "competitive particle swarm"),
     AlgorithmRecord(
         "rvea",
         "RVEA",
         "reference vectors, of pymoo; the result is its nondominated part",
         "mgeo.runs.pymoo_algorithms:FrontRVEA",
-        _DIRECTIONS,
+        _REFERENCE_DIRECTIONS,
     ),
-    _pymoo(
+    _build_pymoo_record(
         "random",
         "random search",
         "soo.nonconvex.random_search:RandomSearch",

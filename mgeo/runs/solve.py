@@ -15,18 +15,18 @@ from mgeo._typing import FloatArray
 from mgeo.algorithms.staged import MGEOStaged, is_low_fidelity
 from mgeo.evaluation.individuals import convert_designs_to_numbers, find_successful
 from mgeo.plugins.protocol import get_column_names, get_constraint_names
-from mgeo.runs.algorithms import IDLE_STEPS
-from mgeo.runs.hypervolume import hypervolume
-from mgeo.runs.nearest import nearest_solutions
+from mgeo.runs.algorithms import MAX_IDLE_GENERATIONS
+from mgeo.runs.hypervolume import compute_hypervolume
+from mgeo.runs.nearest import select_nearest_solutions
 from mgeo.runs.refine import Refinement
 from mgeo.store.recorder import Recorder
-from mgeo.store.run import Nearest, Notes, Outcome, StopReason
+from mgeo.store.run import CheckpointMetadata, NearestSolutions, Outcome, StopReason
 
 if TYPE_CHECKING:
     from mgeo.store.checkpoint import Checkpoint
 
 
-class State(Callback):
+class SolveState(Callback):
     """State of a run, updated after each generation and each step of the local refinement.
 
     Parameters
@@ -58,31 +58,33 @@ class State(Callback):
         self,
         algorithm: Any,
         budget: int,
-        callback: Callable[[State], object] | None = None,
+        callback: Callable[[SolveState], object] | None = None,
         *,
-        notes: Notes | None = None,
+        metadata: CheckpointMetadata | None = None,
         max_time: float | None = None,
     ) -> None:
         super().__init__()
         self.algorithm, self.problem, self.budget = algorithm, algorithm.problem, budget
-        self.evaluations = 0
-        self.stopped: StopReason | None = None
+        self.n_evaluations = 0
+        self.stop_reason: StopReason | None = None
         self.refinement: Refinement | None = None
         self.checkpoint: Checkpoint | None = None
         self.recorder: Recorder | None = None
-        self.started = datetime.now(UTC) if notes is None else notes.started
-        self.rough = 0 if notes is None else notes.rough
-        self._clock = time.perf_counter() - (0.0 if notes is None else notes.wall_time_s)
+        self.start_time = datetime.now(UTC) if metadata is None else metadata.start_time
+        self.n_low_fidelity = 0 if metadata is None else metadata.n_low_fidelity
+        self._start_clock = time.perf_counter() - (
+            0.0 if metadata is None else metadata.wall_time_s
+        )
         self._deadline = None if max_time is None else time.monotonic() + max_time
         self._callback = callback
         self._n_idle = 0
         self._front = Population()
         if algorithm.opt is not None:
-            self.take_over()
+            self.update_from_algorithm()
 
     def stop(self, reason: StopReason = "signal") -> None:
         """End the run after the current generation."""
-        self.stopped = reason
+        self.stop_reason = reason
 
     @property
     def failures(self) -> dict[str, int]:
@@ -90,9 +92,9 @@ class State(Callback):
         return dict(self.algorithm.evaluator.causes)
 
     @property
-    def elapsed(self) -> float:
+    def elapsed_time(self) -> float:
         """Duration of the run [s], without interruptions of a resumed run."""
-        return time.perf_counter() - self._clock
+        return time.perf_counter() - self._start_clock
 
     @property
     def checkpoint_error(self) -> str | None:
@@ -100,55 +102,55 @@ class State(Callback):
         error = None if self.checkpoint is None else self.checkpoint.error
         return None if error is None else str(error)
 
-    def solutions(self) -> Population:
+    def select_feasible_solutions(self) -> Population:
         """Return the feasible solutions of the front."""
         if not len(self._front):
             return Population()
         return self._front[self._front.get("feas") & find_successful(self._front)]
 
-    def front(self) -> tuple[FloatArray, FloatArray]:
+    def build_front(self) -> tuple[FloatArray, FloatArray]:
         """Return X (n, n_var) and F (n, n_obj) of `solutions`.
 
         F has low-fidelity values before the last fidelity level of a staged run.
         """
-        solutions = self.solutions()
+        solutions = self.select_feasible_solutions()
         X = solutions.get("X") if len(solutions) else np.empty((0, self.problem.n_var))
-        F = values_of(solutions, "F", self.problem.n_obj)
+        F = stack_values(solutions, "F", self.problem.n_obj)
         return convert_designs_to_numbers(self.problem, X).astype(float), F
 
-    def hypervolume(self, F: FloatArray) -> float | None:
+    def compute_hypervolume(self, F: FloatArray) -> float | None:
         """Return the hypervolume of objectives F, None while they have low-fidelity values."""
-        return None if is_low_fidelity(self.algorithm) else hypervolume(self.problem, F)
+        return None if is_low_fidelity(self.algorithm) else compute_hypervolume(self.problem, F)
 
-    def take_over(self) -> None:
+    def update_from_algorithm(self) -> None:
         """Update the front and the evaluation counts from the algorithm."""
         opt = self.algorithm.opt
         self._front = Population() if opt is None else opt
-        self.evaluations = self.algorithm.evaluator.n_eval
+        self.n_evaluations = self.algorithm.evaluator.n_eval
         if is_low_fidelity(self.algorithm):
-            self.rough = self.evaluations
+            self.n_low_fidelity = self.n_evaluations
 
     def refine(self) -> bool:
         """Refine the front by the problem; return whether the refinement was completed."""
-        self.refinement = Refinement(self.problem, self.solutions())
+        self.refinement = Refinement(self.problem, self.select_feasible_solutions())
         for _ in self.refinement:
             self._front = self.refinement.front
-            self._watch()
-            if self.stopped is not None:
+            self._check_stop()
+            if self.stop_reason is not None:
                 return False
         return True
 
     def _update(self, algorithm: Any) -> None:
-        before = self.evaluations
-        self.take_over()
-        self._n_idle = self._n_idle + 1 if self.evaluations == before else 0
-        self._watch()
+        before = self.n_evaluations
+        self.update_from_algorithm()
+        self._n_idle = self._n_idle + 1 if self.n_evaluations == before else 0
+        self._check_stop()
         # pymoo's C-TAEA continues forever if it finds no new designs.
-        if self.stopped is not None or self._n_idle >= IDLE_STEPS:
+        if self.stop_reason is not None or self._n_idle >= MAX_IDLE_GENERATIONS:
             algorithm.termination.terminate()
             algorithm.termination.update(algorithm)
 
-    def _watch(self) -> None:
+    def _check_stop(self) -> None:
         """Check the time limit and call the callback, both of which may stop the run."""
         if self._deadline is not None and time.monotonic() >= self._deadline:
             self.stop("max_time")
@@ -156,7 +158,7 @@ class State(Callback):
             self._callback(self)
 
 
-def solve(state: State, *, polish: bool = False) -> Outcome:
+def solve(state: SolveState, *, refine: bool = False) -> Outcome:
     """Run an algorithm until its budget is used or it is stopped, and return the outcome.
 
     The last generation is completed, so the budget can be exceeded slightly. A KeyboardInterrupt
@@ -179,61 +181,61 @@ def solve(state: State, *, polish: bool = False) -> Outcome:
     algorithm = state.algorithm
     writers = [each for each in (state.recorder, state.checkpoint) if each is not None]
     algorithm.callback = CallbackCollection(state, *writers)
-    is_refined = not polish
+    is_refined = not refine
     try:
         algorithm.run()
     except KeyboardInterrupt:
         state.stop()
-    if state.stopped is None:
+    if state.stop_reason is None:
         algorithm.evaluator.require_success()
     if isinstance(algorithm, MGEOStaged):
         algorithm.evaluate_archive()
-        state.take_over()
+        state.update_from_algorithm()
         if state.recorder is not None and algorithm.is_concluded:
-            state.recorder.take(algorithm)
+            state.recorder.record(algorithm)
             state.recorder.flush()
-    if polish and state.stopped is None:
+    if refine and state.stop_reason is None:
         try:
             is_refined = state.refine()
         except KeyboardInterrupt:
             state.stop()
-    if is_refined and state.evaluations >= state.budget:
+    if is_refined and state.n_evaluations >= state.budget:
         return _build_outcome(state, "budget")
-    return _build_outcome(state, state.stopped or "exhausted")
+    return _build_outcome(state, state.stop_reason or "exhausted")
 
 
-def _build_outcome(state: State, reason: StopReason) -> Outcome:
+def _build_outcome(state: SolveState, reason: StopReason) -> Outcome:
     problem, refined = state.problem, state.refinement
-    X, F = state.front()
+    X, F = state.build_front()
     order = np.lexsort(F.T[::-1])
-    solutions = state.solutions()
+    solutions = state.select_feasible_solutions()
     constraints = get_constraint_names(problem)
     variables, objectives = get_column_names(problem)
     is_stuck = constraints and not len(F)
     return Outcome(
         X=X[order],
         F=F[order],
-        G=values_of(solutions, "G", problem.n_ieq_constr)[order],
-        H=values_of(solutions, "H", problem.n_eq_constr)[order],
+        G=stack_values(solutions, "G", problem.n_ieq_constr)[order],
+        H=stack_values(solutions, "H", problem.n_eq_constr)[order],
         variables=variables,
         objectives=objectives,
         constraints=constraints,
-        nearest=nearest_solutions(state.algorithm) if is_stuck else Nearest.none(),
+        nearest=select_nearest_solutions(state.algorithm) if is_stuck else NearestSolutions.empty(),
         stop_reason=reason,
-        evaluations=state.evaluations,
-        hypervolume=state.hypervolume(F),
-        started=state.started,
-        wall_time_s=state.elapsed,
+        n_evaluations=state.n_evaluations,
+        hypervolume=state.compute_hypervolume(F),
+        start_time=state.start_time,
+        wall_time_s=state.elapsed_time,
         failures=state.failures,
-        rough=state.rough,
-        refined=0 if refined is None else int(refined.changed.sum()),
-        added=0 if refined is None else refined.added,
-        unrefined="" if refined is None else refined.error,
+        n_low_fidelity=state.n_low_fidelity,
+        n_refined=0 if refined is None else int(refined.is_replaced.sum()),
+        n_added=0 if refined is None else refined.n_added,
+        refinement_error="" if refined is None else refined.error,
         checkpoint_error=state.checkpoint_error,
     )
 
 
-def values_of(solutions: Population, key: str, width: int) -> FloatArray:
+def stack_values(solutions: Population, key: str, n_columns: int) -> FloatArray:
     """Return objectives or constraints of solutions as floats.
 
     Parameters
@@ -250,4 +252,4 @@ def values_of(solutions: Population, key: str, width: int) -> FloatArray:
     array, shape (n, width)
     """
     values = solutions.get(key) if len(solutions) else np.empty(0)
-    return np.asarray(values, dtype=float).reshape(len(solutions), width)
+    return np.asarray(values, dtype=float).reshape(len(solutions), n_columns)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 #: Name of the file that is locked while a process writes into its folder.
 LOCK_FILE = ".mgeo-lock"
-_PROBE = 2**16  # free disk space required before a run [bytes], enough for a small front
+_PROBE_SIZE = 2**16  # free disk space required before a run [bytes], enough for a small front
 
 
 def write_file(path: Path | str, content: bytes) -> None:
@@ -84,11 +84,11 @@ def check_writable(folder: Path | str) -> None:
     if not folder.is_dir():
         folder = next(parent for parent in folder.absolute().parents if parent.is_dir())
     with _add_path_to_errors(folder), tempfile.TemporaryFile(dir=folder) as file:
-        file.write(bytes(_PROBE))
+        file.write(bytes(_PROBE_SIZE))
         file.flush()
 
 
-def to_json(document: Mapping[str, Any]) -> bytes:
+def encode_json(document: Mapping[str, Any]) -> bytes:
     """Return the content of a JSON file, with floats in the shortest exact form.
 
     Raises
@@ -99,7 +99,7 @@ def to_json(document: Mapping[str, Any]) -> bytes:
     return (json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n").encode()
 
 
-def to_npz(arrays: Mapping[str, NDArray[Any]]) -> bytes:
+def encode_npz(arrays: Mapping[str, NDArray[Any]]) -> bytes:
     """Return the content of an .npz file with named arrays of numbers."""
     named: dict[str, Any] = dict(arrays)
     content = io.BytesIO()
@@ -108,7 +108,7 @@ def to_npz(arrays: Mapping[str, NDArray[Any]]) -> bytes:
 
 
 @contextmanager
-def lock(folder: Path, patience: float = 0.0) -> Iterator[None]:
+def lock_folder(folder: Path, timeout: float = 0.0) -> Iterator[None]:
     """Hold the lock of a folder; the operating system releases it if the process is killed.
 
     Parameters
@@ -129,7 +129,7 @@ def lock(folder: Path, patience: float = 0.0) -> Iterator[None]:
 
     guard = FileLock(folder / LOCK_FILE)
     try:
-        guard.acquire(timeout=patience)
+        guard.acquire(timeout=timeout)
     except Timeout:
         raise ValueError(f"{folder} is in use: another process is running there") from None
     try:

@@ -22,9 +22,9 @@ from mgeo import algorithms
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.state import SavedState, capture, get_qualified_name, restore
 from mgeo.evaluation.evaluator import describe_changed_value
-from mgeo.store.atomic import to_npz, write_file
-from mgeo.store.provenance import difference, identity, versions
-from mgeo.store.reading import from_npz, parse_json
+from mgeo.store.atomic import encode_npz, write_file
+from mgeo.store.provenance import describe_difference, identify_problem, list_versions
+from mgeo.store.reading import decode_npz, parse_json
 from mgeo.store.recorder import Recorder
 from mgeo.validation.arguments import validate_number
 from mgeo.validation.entries import convert_file_errors, get_entry
@@ -70,7 +70,7 @@ class Checkpoint(Callback):
         path: Path | str,
         *,
         every_seconds: float = 5.0,
-        notes: Callable[[], Mapping[str, Any]] = dict,
+        build_metadata: Callable[[], Mapping[str, Any]] = dict,
         warn: bool = True,
     ) -> None:
         super().__init__()
@@ -80,7 +80,7 @@ class Checkpoint(Callback):
                 f"{self.path.parent} is not a folder: create it to save checkpoints"
             )
         self.every_seconds = validate_number("every_seconds", every_seconds, low=0)
-        self.notes = notes
+        self.build_metadata = build_metadata
         self.warn = warn
         self.error: OSError | None = None
         self.generation: int | None = None
@@ -101,12 +101,12 @@ class Checkpoint(Callback):
         ValueError, TypeError
             If the state of the algorithm cannot be saved, see `mgeo.algorithms.state.capture`.
         """
-        content = _encode_state(algorithm, self.notes())
+        content = _encode_state(algorithm, self.build_metadata())
         callbacks = getattr(algorithm.callback, "callbacks", [algorithm.callback])
         try:
             for recorder in callbacks:
                 if isinstance(recorder, Recorder):
-                    recorder.take(algorithm)
+                    recorder.record(algorithm)
                     recorder.flush()
             write_file(self.path, content)
         except OSError as error:
@@ -173,10 +173,10 @@ def resume(
     >>> bool((longer.F == at_once.F).all())
     True
     """
-    state, data = _read(path)
-    if changed := difference(data["problem"], identity(problem)):
+    state, data = _read_checkpoint(path)
+    if changed := describe_difference(data["problem"], identify_problem(problem)):
         raise ValueError(f"{path} belongs to another problem: {changed}")
-    if check and (changed := difference(data["versions"], versions())):
+    if check and (changed := describe_difference(data["versions"], list_versions())):
         raise ValueError(
             f"{path} was written with another version: {changed}. Install this version, or "
             "continue without this check (check=False, --no-check); results may then differ"
@@ -195,7 +195,7 @@ def resume(
     return run
 
 
-def read_notes(path: Path | str) -> Mapping[str, Any]:
+def read_checkpoint_metadata(path: Path | str) -> Mapping[str, Any]:
     """Return the notes saved in a checkpoint.
 
     Raises
@@ -205,7 +205,7 @@ def read_notes(path: Path | str) -> Mapping[str, Any]:
     ValueError
         If the file is damaged.
     """
-    notes: Mapping[str, Any] = _read(path)[1]["notes"]
+    notes: Mapping[str, Any] = _read_checkpoint(path)[1]["notes"]
     return notes
 
 
@@ -219,23 +219,23 @@ def _build_algorithm(state: SavedState) -> ExtremalOptimization:
     return algorithm
 
 
-def _encode_state(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
+def _encode_state(algorithm: ExtremalOptimization, metadata: Mapping[str, Any]) -> bytes:
     state = capture(algorithm)
     data = {
-        "versions": versions(),
-        "problem": identity(algorithm.problem),
-        "notes": dict(notes),
+        "versions": list_versions(),
+        "problem": identify_problem(algorithm.problem),
+        "notes": dict(metadata),
         "state": dict(state.data),
     }
     text = np.frombuffer(json.dumps(data, allow_nan=False).encode(), dtype=np.uint8)
-    return to_npz({"json": text, **state.arrays})
+    return encode_npz({"json": text, **state.arrays})
 
 
-def _read(path: Path | str) -> tuple[SavedState, dict[str, Any]]:
+def _read_checkpoint(path: Path | str) -> tuple[SavedState, dict[str, Any]]:
     content = Path(path).read_bytes()
     with convert_file_errors(path):
         try:
-            arrays = from_npz(content)
+            arrays = decode_npz(content)
         except ValueError as error:
             raise ValueError(f"not a checkpoint, or a damaged one: {error}") from None
         if "json" not in arrays:

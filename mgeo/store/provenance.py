@@ -18,7 +18,7 @@ from mgeo.plugins.discovery import find_plugin
 from mgeo.plugins.problems import is_class_path
 
 
-def identity(problem: Problem) -> dict[str, Any]:
+def identify_problem(problem: Problem) -> dict[str, Any]:
     """Return the class, sizes, bounds and ``options()`` of a problem as JSON values."""
     declared = getattr(problem, "vars", None) or {}
     options = get_choice_options(problem)
@@ -42,7 +42,7 @@ def _bound_as_list(bound: Any) -> Any:
     return bound.tolist() if isinstance(bound, np.ndarray) else bound
 
 
-def difference(expected: Any, found: Any, name: str = "") -> str:
+def describe_difference(expected: Any, actual: Any, name: str = "") -> str:
     """Return the first difference between two JSON values as text, empty if they are equal.
 
     Parameters
@@ -50,21 +50,21 @@ def difference(expected: Any, found: Any, name: str = "") -> str:
     expected, found : JSON values.
     name : name of the values in the text.
     """
-    if isinstance(expected, Mapping) and isinstance(found, Mapping):
-        for key in [*expected, *(key for key in found if key not in expected)]:
+    if isinstance(expected, Mapping) and isinstance(actual, Mapping):
+        for key in [*expected, *(key for key in actual if key not in expected)]:
             below = f"{name}.{key}" if name else key
-            if text := difference(expected.get(key), found.get(key), below):
+            if text := describe_difference(expected.get(key), actual.get(key), below):
                 return text
         return ""
-    return "" if expected == found else f"{name} = {found!r}, expected {expected!r}"
+    return "" if expected == actual else f"{name} = {actual!r}, expected {expected!r}"
 
 
-def versions(*more: str) -> dict[str, str]:
+def list_versions(*extra_distributions: str) -> dict[str, str]:
     """Return the installed versions of mgeo, pymoo, numpy and the distributions in `more`."""
-    return {name: version(name) for name in ("mgeo", "pymoo", "numpy", *more)}
+    return {name: version(name) for name in ("mgeo", "pymoo", "numpy", *extra_distributions)}
 
 
-def installed_versions(problem: str) -> dict[str, str]:
+def list_problem_versions(problem: str) -> dict[str, str]:
     """Return the installed versions that affect the runs of a problem, by distribution.
 
     Parameters
@@ -75,4 +75,4 @@ def installed_versions(problem: str) -> dict[str, str]:
         names = list_distributions(problem)
     else:
         names = [] if is_class_path(problem) else [find_plugin(problem).distribution]
-    return {"python": platform.python_version(), **versions(*names)}
+    return {"python": platform.python_version(), **list_versions(*names)}

@@ -32,7 +32,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
         return content.decode("utf-8-sig")
 
 
-def exact_floats() -> dict[str, Any]:
+def build_exact_float_options() -> dict[str, Any]:
     """Return the keyword arguments with which `pandas.read_csv` reads floats exactly.
 
     pandas 3.1 does so by default and deprecates the option.
@@ -64,14 +64,14 @@ def parse_json(text: str) -> Any:
     ValueError
         If the text is not JSON.
     """
-    return json.loads(text, parse_constant=_refuse_constant)
+    return json.loads(text, parse_constant=_reject_constant)
 
 
-def _refuse_constant(name: str) -> float:
+def _reject_constant(name: str) -> float:
     raise ValueError(f"{name} is not a finite number")
 
 
-def from_npz(content: bytes) -> dict[str, NDArray[Any]]:
+def decode_npz(content: bytes) -> dict[str, NDArray[Any]]:
     """Return the arrays of numbers and text in an .npz archive; nothing is unpickled.
 
     Raises
@@ -92,13 +92,13 @@ def from_npz(content: bytes) -> dict[str, NDArray[Any]]:
     return arrays
 
 
-def to_csv(table: pd.DataFrame) -> bytes:
+def encode_csv(table: pd.DataFrame) -> bytes:
     """Return the content of a CSV file with exact floats and NaN as ``nan``."""
     text: str = table.to_csv(index=False, na_rep="nan", lineterminator="\n")
     return text.encode()
 
 
-def read_numbers(path: Path) -> pd.DataFrame:
+def read_numeric_table(path: Path) -> pd.DataFrame:
     """Return the table of a CSV file of finite numbers, with exact floats.
 
     Raises
@@ -113,7 +113,7 @@ def read_numbers(path: Path) -> pd.DataFrame:
 
     text = read_text(path)
     with convert_file_errors(path):
-        table = pd.read_csv(io.StringIO(text), keep_default_na=False, **exact_floats())
+        table = pd.read_csv(io.StringIO(text), keep_default_na=False, **build_exact_float_options())
         if not isinstance(table.index, pd.RangeIndex):
             raise ValueError(f"rows are longer than the header {list(table.columns)!r:.200}")
         values: pd.DataFrame = table.apply(pd.to_numeric, errors="coerce").astype(float)

@@ -14,8 +14,8 @@ from pymoo.core.problem import Problem
 from mgeo._typing import FloatArray
 from mgeo.evaluation.individuals import convert_designs_to_numbers, find_successful
 from mgeo.plugins.protocol import get_column_names
-from mgeo.store.atomic import to_npz, write_file
-from mgeo.store.reading import from_npz
+from mgeo.store.atomic import encode_npz, write_file
+from mgeo.store.reading import decode_npz
 from mgeo.validation.arguments import validate_number
 from mgeo.validation.entries import FileError, convert_file_errors
 
@@ -70,9 +70,9 @@ class Recorder(Callback):
         self._next_time = 0.0
 
     def _update(self, algorithm: Any) -> None:
-        self.take(algorithm)
+        self.record(algorithm)
 
-    def take(self, algorithm: Any) -> None:
+    def record(self, algorithm: Any) -> None:
         """Record the last generation of an algorithm, unless it is already recorded.
 
         Raises
@@ -90,7 +90,7 @@ class Recorder(Callback):
         candidates = algorithm.pop if algorithm.off is None else algorithm.off
         evaluated = algorithm.evaluator.n_eval - self._n_eval
         if not is_same_run:
-            self._open(algorithm.problem, generation)
+            self._start_record(algorithm.problem, generation)
         elif evaluated > np.size(candidates):  # The offspring may be a single individual.
             raise ValueError(
                 f"{type(algorithm).__name__} made {evaluated} evaluations in generation "
@@ -115,19 +115,19 @@ class Recorder(Callback):
             return
         rows = np.concatenate(self._buffer)
         self.folder.mkdir(parents=True, exist_ok=True)
-        content = to_npz({"columns": np.array(self._columns), "rows": rows})
+        content = encode_npz({"columns": np.array(self._columns), "rows": rows})
         write_file(self.folder / f"{int(rows[0, 0]):09d}.npz", content)
         self._buffer = []
         self._next_time = time.monotonic() + self.every_seconds
 
-    def _open(self, problem: Problem, generation: int) -> None:
+    def _start_record(self, problem: Problem, generation: int) -> None:
         self._buffer, self._next_time = [], 0.0
         variables, objectives = get_column_names(problem)
         G = (f"g{j + 1}" for j in range(problem.n_ieq_constr))
         H = (f"h{j + 1}" for j in range(problem.n_eq_constr))
         self._columns = ["generation", *variables, *objectives, *G, *H, "failed"]
         if generation > 1:
-            _truncate(self.folder, self._columns, generation)
+            _truncate_record(self.folder, self._columns, generation)
         elif not self.overwrite and _list_files(self.folder):
             raise FileError(
                 f"{self.folder} holds a record: choose another folder, or overwrite=True"
@@ -187,7 +187,7 @@ def _list_files(folder: Path) -> list[Path]:
 def _read_part(path: Path, columns: list[str] | None = None) -> tuple[list[str], FloatArray]:
     """Return the columns and rows of one file, and check that the columns equal `columns`."""
     with convert_file_errors(path):
-        arrays = from_npz(path.read_bytes())
+        arrays = decode_npz(path.read_bytes())
         names: list[str] = arrays.get("columns", np.empty(0)).tolist()
         rows = arrays.get("rows", np.empty(0))
         if not {"generation", "failed"} <= set(names) or rows.shape[1:] != (len(names),):
@@ -197,7 +197,7 @@ def _read_part(path: Path, columns: list[str] | None = None) -> tuple[list[str],
         return names, rows
 
 
-def _truncate(folder: Path, columns: list[str], generation: int) -> None:
+def _truncate_record(folder: Path, columns: list[str], generation: int) -> None:
     """Remove the rows of a generation and of all later ones from a record.
 
     Rows are written before each checkpoint, so the generation after a checkpoint is always the

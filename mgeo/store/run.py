@@ -20,7 +20,7 @@ Names = Annotated[tuple[str, ...], Strict(False)]  # JSON has lists only
 #: `mgeo.runs.solve.State.stop`, or no new designs from the algorithm.
 StopReason = Literal["budget", "max_time", "signal", "exhausted"]
 
-_ENDS: dict[StopReason, str] = {
+_END_DESCRIPTIONS: dict[StopReason, str] = {
     "budget": "finished",
     "max_time": "stopped by --max-time",
     "signal": "interrupted",
@@ -53,12 +53,12 @@ class RunConfiguration(Table):
     parameters: dict[str, Any]
     evaluations: int = Field(ge=1)
     seed: int = Field(ge=0)
-    starts: int = Field(default=0, ge=0)
-    polish: bool = False
+    initial_designs: int = Field(default=0, ge=0)
+    refine: bool = False
 
 
 @dataclass(frozen=True, eq=False)
-class Nearest:
+class NearestSolutions:
     """Infeasible solutions of a run without a feasible solution, nearest to feasibility first.
 
     Attributes
@@ -74,7 +74,7 @@ class Nearest:
     violation: FloatArray
 
     @classmethod
-    def none(cls) -> Nearest:
+    def empty(cls) -> NearestSolutions:
         """Return an empty instance, for a run with a feasible solution."""
         return cls(*(np.empty((0, 0)) for _ in range(3)))
 
@@ -112,33 +112,33 @@ class Outcome(Table):
     model_config = ConfigDict(extra="ignore", arbitrary_types_allowed=True)
 
     stop_reason: StopReason
-    evaluations: int
+    n_evaluations: int
     failures: dict[str, int] = Field(default_factory=dict)
-    rough: int = 0
-    refined: int = 0
-    added: int = 0
-    unrefined: str = ""
+    n_low_fidelity: int = 0
+    n_refined: int = 0
+    n_added: int = 0
+    refinement_error: str = ""
     checkpoint_error: str | None = None
     hypervolume: float | None
     variables: Names
     objectives: Names
     constraints: Names = ()
-    started: Annotated[datetime, Strict(False)]
+    start_time: Annotated[datetime, Strict(False)]
     wall_time_s: float
     X: FloatArray = Field(default_factory=_empty_array, exclude=True)
     F: FloatArray = Field(default_factory=_empty_array, exclude=True)
     G: FloatArray = Field(default_factory=_empty_array, exclude=True)
     H: FloatArray = Field(default_factory=_empty_array, exclude=True)
     arrays: dict[str, NDArray[Any]] = Field(default_factory=dict, exclude=True)
-    nearest: Nearest = Field(default_factory=Nearest.none, exclude=True)
+    nearest: NearestSolutions = Field(default_factory=NearestSolutions.empty, exclude=True)
 
     @property
-    def end(self) -> str:
+    def end_description(self) -> str:
         """End of the run in words, to be followed by the number of evaluations."""
-        return _ENDS[self.stop_reason]
+        return _END_DESCRIPTIONS[self.stop_reason]
 
 
-class Notes(Table):
+class CheckpointMetadata(Table):
     """Data in the checkpoint of a run besides the state of the algorithm.
 
     Attributes
@@ -149,9 +149,9 @@ class Notes(Table):
 
     configuration: RunConfiguration
     record: bool
-    started: Annotated[datetime, Strict(False)]
+    start_time: Annotated[datetime, Strict(False)]
     wall_time_s: float
-    rough: int = Field(default=0, ge=0)
+    n_low_fidelity: int = Field(default=0, ge=0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict
 
-from mgeo.store.atomic import LOCK_FILE, to_json, to_npz, write_file, write_files
-from mgeo.store.reading import from_npz, read_json, read_numbers, to_csv
+from mgeo.store.atomic import LOCK_FILE, encode_json, encode_npz, write_file, write_files
+from mgeo.store.reading import decode_npz, encode_csv, read_json, read_numeric_table
 from mgeo.store.recorder import remove_record
-from mgeo.store.run import Nearest, Outcome, Run, RunConfiguration
+from mgeo.store.run import NearestSolutions, Outcome, Run, RunConfiguration
 from mgeo.validation.entries import convert_file_errors, get_entry
 from mgeo.validation.tables import Table, validate_table
 
-FORMAT = 3
+FORMAT_VERSION = 3
 RUN_FILE, FRONT_FILE, ARRAYS_FILE = "run.json", "front.csv", "front.npz"
 FIGURE_FILE, REPORT_FILE = "front.html", "report.html"
 CHECKPOINT_FILE, RECORD_FOLDER = "run.checkpoint", "evaluations"
@@ -39,13 +39,13 @@ STUDY_FILE = "study.json"
 VERIFICATION_FILES = "verification*.json"
 
 
-class _Document(Table):
+class _RunDocument(Table):
     model_config = ConfigDict(extra="ignore")
 
     configuration: RunConfiguration
     versions: dict[str, str]
-    solutions: int
-    nearest: int = 0
+    n_solutions: int
+    n_nearest: int = 0
 
 
 def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
@@ -83,13 +83,13 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     outcome, near = run.outcome, run.outcome.nearest
     contents = {
-        FRONT_FILE: _table_content(_front_columns(outcome), outcome.X, outcome.F),
-        ARRAYS_FILE: _arrays_content(outcome, outcome.arrays),
+        FRONT_FILE: _encode_table(_list_front_columns(outcome), outcome.X, outcome.F),
+        ARRAYS_FILE: _encode_arrays(outcome, outcome.arrays),
     }
     if near:
-        columns = _nearest_columns(outcome)
-        contents[NEAREST_FILE] = _table_content(columns, near.X, near.F, near.violation)
-    contents[RUN_FILE] = to_json(run_document(run))
+        columns = _list_nearest_columns(outcome)
+        contents[NEAREST_FILE] = _encode_table(columns, near.X, near.F, near.violation)
+    contents[RUN_FILE] = encode_json(build_run_document(run))
     write_files(folder, contents)
     for name in {NEAREST_FILE, FIGURE_FILE, REPORT_FILE} - contents.keys():
         (folder / name).unlink(missing_ok=True)
@@ -109,11 +109,11 @@ def write_arrays(folder: Path, outcome: Outcome, arrays: Mapping[str, NDArray[An
     OSError
         If the file cannot be written.
     """
-    write_file(folder / ARRAYS_FILE, _arrays_content(outcome, arrays))
+    write_file(folder / ARRAYS_FILE, _encode_arrays(outcome, arrays))
 
 
-def _arrays_content(outcome: Outcome, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-    return to_npz({**arrays, "X": outcome.X, "F": outcome.F, "G": outcome.G, "H": outcome.H})
+def _encode_arrays(outcome: Outcome, arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    return encode_npz({**arrays, "X": outcome.X, "F": outcome.F, "G": outcome.G, "H": outcome.H})
 
 
 def read_run(folder: Path | str) -> Run:
@@ -133,21 +133,23 @@ def read_run(folder: Path | str) -> Run:
     data = read_json(path)
     with convert_file_errors(path):
         file_format = get_entry(data, "format", int)
-        if file_format != FORMAT:
+        if file_format != FORMAT_VERSION:
             raise ValueError(
-                f"format = {file_format!r}: this version of mgeo reads format {FORMAT}"
+                f"format = {file_format!r}: this version of mgeo reads format {FORMAT_VERSION}"
             )
-        document = validate_table(_Document, data)
+        document = validate_table(_RunDocument, data)
         arrays = ("X", "F", "G", "H", "arrays", "nearest")  # stored in separate files
         outcome = validate_table(Outcome, {key: data[key] for key in data if key not in arrays})
-    front = _read_table(folder / FRONT_FILE, _front_columns(outcome), document.solutions)
+    front = _read_table(folder / FRONT_FILE, _list_front_columns(outcome), document.n_solutions)
     X, F = np.hsplit(front, [len(outcome.variables)])
-    nearest = Nearest.none()
-    if document.nearest:
-        table = _read_table(folder / NEAREST_FILE, _nearest_columns(outcome), document.nearest)
+    nearest = NearestSolutions.empty()
+    if document.n_nearest:
+        table = _read_table(
+            folder / NEAREST_FILE, _list_nearest_columns(outcome), document.n_nearest
+        )
         sizes = np.cumsum([len(outcome.variables), len(outcome.objectives)])
-        nearest = Nearest(*np.hsplit(table, sizes))
-    values = _read_arrays(folder / ARRAYS_FILE, document.solutions)
+        nearest = NearestSolutions(*np.hsplit(table, sizes))
+    values = _read_arrays(folder / ARRAYS_FILE, document.n_solutions)
     update = {"X": X, "F": F, "G": values.pop("G"), "H": values.pop("H"), "nearest": nearest}
     return Run(
         document.configuration,
@@ -157,7 +159,7 @@ def read_run(folder: Path | str) -> Run:
 
 
 def _read_table(path: Path, columns: list[str], n: int) -> NDArray[np.float64]:
-    table = read_numbers(path)
+    table = read_numeric_table(path)
     with convert_file_errors(path):
         if list(table.columns) != columns or len(table) != n:
             raise ValueError(
@@ -170,7 +172,7 @@ def _read_table(path: Path, columns: list[str], n: int) -> NDArray[np.float64]:
 def _read_arrays(path: Path, n: int) -> dict[str, NDArray[Any]]:
     """Read the arrays of ``front.npz`` except X and F, which are also in ``front.csv``."""
     with convert_file_errors(path):
-        arrays = from_npz(path.read_bytes())
+        arrays = decode_npz(path.read_bytes())
         for key in ("G", "H"):
             if key not in arrays:
                 raise ValueError(f"{key} is missing")
@@ -180,24 +182,27 @@ def _read_arrays(path: Path, n: int) -> dict[str, NDArray[Any]]:
     return {key: array for key, array in arrays.items() if key not in ("X", "F")}
 
 
-def _front_columns(outcome: Outcome) -> list[str]:
+def _list_front_columns(outcome: Outcome) -> list[str]:
     return [*outcome.variables, *outcome.objectives]
 
 
-def _nearest_columns(outcome: Outcome) -> list[str]:
-    return [*_front_columns(outcome), *(f"violation of {name}" for name in outcome.constraints)]
+def _list_nearest_columns(outcome: Outcome) -> list[str]:
+    return [
+        *_list_front_columns(outcome),
+        *(f"violation of {name}" for name in outcome.constraints),
+    ]
 
 
-def _table_content(columns: list[str], *parts: NDArray[np.float64]) -> bytes:
+def _encode_table(columns: list[str], *parts: NDArray[np.float64]) -> bytes:
     import pandas as pd
 
-    return to_csv(pd.DataFrame(np.hstack(parts), columns=columns))
+    return encode_csv(pd.DataFrame(np.hstack(parts), columns=columns))
 
 
-def run_document(run: Run) -> dict[str, Any]:
+def build_run_document(run: Run) -> dict[str, Any]:
     """Return the content of ``run.json`` as JSON values."""
     return {
-        "format": FORMAT,
+        "format": FORMAT_VERSION,
         "configuration": run.configuration.model_dump(),
         "solutions": len(run.outcome.F),
         "nearest": len(run.outcome.nearest),
@@ -206,7 +211,7 @@ def run_document(run: Run) -> dict[str, Any]:
     }
 
 
-def check_verification(found: Any) -> None:
+def check_verification(content: Any) -> None:
     """Raise an error if the content of a verification file is invalid, see `mgeo.report.build`.
 
     Raises
@@ -215,9 +220,9 @@ def check_verification(found: Any) -> None:
         If a key is missing or has an invalid value. The message contains the key.
     """
     for key in ("title", "conclusion"):
-        get_entry(found, key, str)
-    n = len(get_entry(found, "columns", list[str]))
-    for i, row in enumerate(get_entry(found, "rows", list)):
+        get_entry(content, key, str)
+    n = len(get_entry(content, "columns", list[str]))
+    for i, row in enumerate(get_entry(content, "rows", list)):
         is_row = isinstance(row, list) and len(row) == n
         if not (is_row and all(isinstance(cell, str | int | float) for cell in row)):
             raise ValueError(f"rows[{i}] = {row!r:.80}: expected {n} numbers or strings")

@@ -15,10 +15,10 @@ from mgeo.plugins.discovery import PluginError, list_plugins
 from mgeo.plugins.problems import load_problem
 from mgeo.validation.entries import get_entry
 
-FORMAT = "mgeo-solution"
+FORMAT_NAME = "mgeo-solution"
 
 
-def solution_document(problem: Problem, name: str, x: FloatArray) -> dict[str, Any]:
+def build_solution_document(problem: Problem, name: str, x: FloatArray) -> dict[str, Any]:
     """Return the content of the file of one solution as JSON values.
 
     The content comes from ``document_of(x)`` of the problem, or otherwise consists of its name, its
@@ -39,11 +39,11 @@ def solution_document(problem: Problem, name: str, x: FloatArray) -> dict[str, A
     if document is not None:
         return document
     options = protocol.get_options(problem) or {}
-    return {"format": FORMAT, "problem": name, "options": options, "design": x.tolist()}
+    return {"format": FORMAT_NAME, "problem": name, "options": options, "design": x.tolist()}
 
 
-def solution_of(
-    document: Any, named: Collection[str] = ()
+def parse_solution(
+    document: Any, trusted_classes: Collection[str] = ()
 ) -> tuple[Problem, Mapping[str, Any], Any]:
     """Return the problem, its options and the design of the content of a solution file.
 
@@ -61,8 +61,8 @@ def solution_of(
     ValueError, TypeError
         If no installed problem recognizes the content, or its options or design are invalid.
     """
-    if isinstance(document, dict) and document.get("format") == FORMAT:
-        return _read_general_format(document, named)
+    if isinstance(document, dict) and document.get("format") == FORMAT_NAME:
+        return _read_general_format(document, trusted_classes)
     if (result := _read_problem_format(document)) is not None:
         name, options, x = result
         return load_problem(name, options), options, x
@@ -80,11 +80,11 @@ def _read_problem_format(document: Any) -> tuple[str, Mapping[str, Any], Any] | 
 
 
 def _read_general_format(
-    document: Mapping[str, Any], named: Collection[str]
+    document: Mapping[str, Any], trusted_classes: Collection[str]
 ) -> tuple[Problem, Mapping[str, Any], FloatArray]:
     options = get_entry(document, "options", dict[str, Any])
     name = get_entry(document, "problem", str)
-    problem = load_problem(name, options, trusted_classes=named)
+    problem = load_problem(name, options, trusted_classes=trusted_classes)
     x = np.array(get_entry(document, "design", list[float]), dtype=float)
     if x.shape != (problem.n_var,):
         raise ValueError(f"design of {len(x)} numbers: expected {problem.n_var}")

@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison as Comparison
     from mgeo.studies.comparison import ComparisonWarning as ComparisonWarning
     from mgeo.studies.comparison import FailedRunsWarning as FailedRunsWarning
-    from mgeo.studies.comparison import Tests as Tests
+    from mgeo.studies.comparison import SignificanceTests as SignificanceTests
     from mgeo.studies.execute import compare as compare
     from mgeo.studies.file import Study as Study
     from mgeo.studies.file import read_study as read_study
-    from mgeo.studies.indicators import NothingToCompareError as NothingToCompareError
+    from mgeo.studies.indicators import NoFeasibleSolutionError as NoFeasibleSolutionError
     from mgeo.studies.stored import read_comparison as read_comparison
     from mgeo.studies.stored import read_comparisons as read_comparisons
     from mgeo.studies.study import run_study as run_study

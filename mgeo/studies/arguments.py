@@ -8,7 +8,7 @@ from pymoo.core.algorithm import Algorithm
 
 from mgeo.validation.arguments import validate_integer
 
-GRID_POINTS = 50
+DEFAULT_GRID_SIZE = 50
 
 
 def label_algorithms(
@@ -46,7 +46,7 @@ def label_algorithms(
     return labeled
 
 
-def seed_numbers(seeds: int | Iterable[int]) -> tuple[int, ...]:
+def expand_seeds(seeds: int | Iterable[int]) -> tuple[int, ...]:
     """Return the seeds 1, ..., `seeds` for an integer, or the listed seeds.
 
     Raises
@@ -62,7 +62,7 @@ def seed_numbers(seeds: int | Iterable[int]) -> tuple[int, ...]:
     return tuple(listed)
 
 
-def grid_steps(grid: int | Sequence[int], n_eval: int) -> list[int]:
+def expand_grid(grid: int | Sequence[int], n_eval: int) -> list[int]:
     """Return the ascending evaluation counts at which fronts are measured; the last is `n_eval`.
 
     Parameters

@@ -10,9 +10,14 @@ import numpy as np
 import pandas as pd
 
 from mgeo.plugins.protocol import get_column_names
-from mgeo.studies.indicators import Indicator, applicable, parts_of
-from mgeo.studies.statistics import KruskalWallis, kruskal_wallis, mean_ranks, pairwise
-from mgeo.studies.tables import problem_table
+from mgeo.studies.indicators import Indicator, build_part_indicators, select_indicators
+from mgeo.studies.statistics import (
+    KruskalWallisResult,
+    compare_pairwise,
+    kruskal_wallis_test,
+    mean_ranks,
+)
+from mgeo.studies.tables import build_problem_table
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -22,7 +27,7 @@ if TYPE_CHECKING:
     from mgeo.studies.indicators import IndicatorSpace
     from mgeo.studies.record import StudyRun
 
-_LINE = 80  # characters
+_LINE_WIDTH = 80  # characters
 
 
 class ComparisonWarning(RuntimeWarning):
@@ -34,7 +39,7 @@ class FailedRunsWarning(ComparisonWarning):
 
 
 @dataclass(frozen=True, eq=False)
-class Tests:
+class SignificanceTests:
     """Statistical tests of differences between algorithms.
 
     Attributes
@@ -56,7 +61,7 @@ class Tests:
 
     indicator: str
     pairs: pd.DataFrame
-    kruskal_wallis: KruskalWallis | None
+    kruskal_wallis: KruskalWallisResult | None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -97,40 +102,40 @@ class Comparison:
     n_eval: int
     table: pd.DataFrame
     runs: pd.DataFrame
-    records: Mapping[tuple[str, int], StudyRun]
+    finished_runs: Mapping[tuple[str, int], StudyRun]
     space: IndicatorSpace
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         name = type(self.problem).__name__
-        table = self.overview().to_string(line_width=_LINE)
+        table = self.format_overview().to_string(line_width=_LINE_WIDTH)
         return f"{name}, {self.n_eval:,} evaluations, mean ± sd\n{table}"
 
     @property
     def indicators(self) -> list[Indicator]:
         """Indicators of the whole front; the first is the default of every method."""
-        return applicable(self.problem.n_obj)
+        return select_indicators(self.problem.n_obj)
 
     @property
-    def parts(self) -> list[Indicator]:
+    def part_indicators(self) -> list[Indicator]:
         """Hypervolume of each part of the front, empty if it was not measured."""
         return [
             part
-            for part in parts_of(self.space, self.objectives[0])
+            for part in build_part_indicators(self.space, self.objectives[0])
             if part.name in self.table.columns
         ]
 
     @property
-    def measures(self) -> list[Indicator]:
+    def all_indicators(self) -> list[Indicator]:
         """All `indicators`, followed by the `parts`."""
-        return [*self.indicators, *self.parts]
+        return [*self.indicators, *self.part_indicators]
 
     @property
     def objectives(self) -> tuple[str, ...]:
         """Names of the objectives with their units."""
         return get_column_names(self.problem)[1]
 
-    def indicator(self, name: str | None = None) -> Indicator:
+    def select_indicator(self, name: str | None = None) -> Indicator:
         """Return an indicator or part by name, or the first indicator for None.
 
         Raises
@@ -138,20 +143,20 @@ class Comparison:
         ValueError
             If there is no indicator of this name.
         """
-        indicators = {indicator.name: indicator for indicator in self.measures}
+        indicators = {indicator.name: indicator for indicator in self.all_indicators}
         if name is not None and name not in indicators:
             raise ValueError(f"indicator = {name!r}: expected one of {', '.join(indicators)}")
         return indicators[name or next(iter(indicators))]
 
-    def final(self) -> pd.DataFrame:
+    def select_final_rows(self) -> pd.DataFrame:
         """Return the rows of the table after `n_eval` evaluations."""
         return self.table[self.table["evaluations"] == self.n_eval].reset_index(drop=True)
 
-    def fronts(self, algorithm: str) -> list[FloatArray]:
+    def list_fronts(self, algorithm: str) -> list[FloatArray]:
         """Return the final front of each finished run of an algorithm, shape (n, n_obj) each."""
-        return [r.front_F for (name, _), r in self.records.items() if name == algorithm]
+        return [r.front_F for (name, _), r in self.finished_runs.items() if name == algorithm]
 
-    def failures(self, label: str, *, everywhere: bool = False) -> list[str]:
+    def describe_failures(self, label: str, *, all_failed_only: bool = False) -> list[str]:
         """Return one sentence for each algorithm with failed runs.
 
         Parameters
@@ -162,27 +167,27 @@ class Comparison:
         sentences = []
         for name, runs in self.runs.groupby("algorithm", sort=False):
             errors = runs.loc[runs["status"] == "failed", "error"]
-            if len(errors) >= (len(runs) if everywhere else 1):
+            if len(errors) >= (len(runs) if all_failed_only else 1):
                 sentences.append(
                     f"{name} on {label}: {len(errors)} of {len(runs)} runs failed, the first with "
                     f"{errors.iloc[0]}"
                 )
         return sentences
 
-    def samples(self, indicator: str | None = None) -> dict[str, FloatArray]:
+    def collect_final_values(self, indicator: str | None = None) -> dict[str, FloatArray]:
         """Return the final indicator values of the finished runs, larger being better.
 
         Returns
         -------
         Values by algorithm, shape (n_runs,) each.
         """
-        chosen = self.indicator(indicator)
+        chosen = self.select_indicator(indicator)
         return {
-            str(name): chosen.better(group[chosen.name].to_numpy(float))
-            for name, group in self.final().groupby("algorithm", sort=False)
+            str(name): chosen.negate_if_minimized(group[chosen.name].to_numpy(float))
+            for name, group in self.select_final_rows().groupby("algorithm", sort=False)
         }
 
-    def order(self, indicator: str | None = None) -> list[str]:
+    def rank_algorithms(self, indicator: str | None = None) -> list[str]:
         """Return the algorithms with a finished run, sorted by mean rank, best first.
 
         The order uses the ranks of the statistical tests, so that a few outlying runs affect it
@@ -193,32 +198,36 @@ class Comparison:
         ValueError
             If the indicator is unknown.
         """
-        return [str(name) for name in mean_ranks(self.samples(indicator)).index]
+        return [str(name) for name in mean_ranks(self.collect_final_values(indicator)).index]
 
-    def median_seed(self, algorithm: str) -> int | None:
+    def find_median_seed(self, algorithm: str) -> int | None:
         """Return the seed of the run with the median first indicator, None without finished runs.
 
         For an even number of runs, the better of the two middle runs is returned.
         """
-        final, chosen = self.final(), self.indicator()
+        final, chosen = self.select_final_rows(), self.select_indicator()
         rows = final[final["algorithm"] == algorithm]
-        order = chosen.better(rows[chosen.name]).sort_values(ascending=False, kind="stable").index
+        order = (
+            chosen.negate_if_minimized(rows[chosen.name])
+            .sort_values(ascending=False, kind="stable")
+            .index
+        )
         return int(rows.loc[order[(len(order) - 1) // 2], "seed"]) if len(order) else None
 
-    def summary(self) -> pd.DataFrame:
+    def summarize(self) -> pd.DataFrame:
         """Return the number of finished runs and the statistics of each table column.
 
         There is one row per algorithm. Columns have two levels: the table column, and ``mean``,
         ``sd`` (sample standard deviation), ``median``, ``min`` and ``max``.
         """
-        final = self.final().drop(columns=["seed", "evaluations"])
+        final = self.select_final_rows().drop(columns=["seed", "evaluations"])
         groups = final.groupby("algorithm", sort=False)
         statistics = groups.agg(["mean", "std", "median", "min", "max"])
         statistics = statistics.rename(columns={"std": "sd"}, level=1)
         statistics.insert(0, ("runs", ""), groups.size())
         return statistics.reindex(self.algorithms)
 
-    def tests(self, indicator: str | None = None) -> Tests:
+    def test_differences(self, indicator: str | None = None) -> SignificanceTests:
         """Test the differences between the algorithms, in pairs and all together.
 
         Pairs are compared by the Mann-Whitney test with Holm's correction and an effect size, all
@@ -230,21 +239,23 @@ class Comparison:
         ValueError
             If the indicator is unknown.
         """
-        samples = self.samples(indicator)
-        overall = kruskal_wallis(samples) if len(samples) > 1 else None
-        return Tests(self.indicator(indicator).name, pairwise(samples), overall)
+        samples = self.collect_final_values(indicator)
+        overall = kruskal_wallis_test(samples) if len(samples) > 1 else None
+        return SignificanceTests(
+            self.select_indicator(indicator).name, compare_pairwise(samples), overall
+        )
 
-    def overview(self) -> pd.DataFrame:
+    def format_overview(self) -> pd.DataFrame:
         """Return the number of runs and mean ± sd of each table column as text, per algorithm.
 
         Indicator columns are named by the titles of the indicators.
         """
-        summary = self.summary()
+        summary = self.summarize()
         columns: dict[str, Any] = {"runs": [str(int(n)) for n in summary[("runs", "")].fillna(0)]}
         for name in dict.fromkeys(summary.columns.get_level_values(0).drop("runs")):
             mean, sd = summary[(name, "mean")], summary[(name, "sd")]
             columns[name] = [_format_mean_and_sd(m, s) for m, s in zip(mean, sd, strict=True)]
-        titles = {each.name: each.title for each in self.measures}
+        titles = {each.name: each.title for each in self.all_indicators}
         return pd.DataFrame(columns, index=summary.index).rename(columns=titles)
 
     def to_latex(self) -> str:
@@ -253,13 +264,13 @@ class Comparison:
         For each indicator, the best mean is bold, and algorithms without a significant difference
         from the best one are marked.
         """
-        return problem_table(self).latex()
+        return build_problem_table(self).to_latex()
 
     def to_markdown(self) -> str:
         """Return the `overview` as a Markdown table, marked as in `to_latex`."""
-        return problem_table(self).markdown()
+        return build_problem_table(self).to_markdown()
 
-    def figures(self) -> dict[str, go.Figure]:
+    def draw_figures(self) -> dict[str, go.Figure]:
         """Draw all applicable figures by name.
 
         The names are ``anytime``, ``boxes``, ``fronts`` (two or three objectives), ``each``,
@@ -269,17 +280,17 @@ class Comparison:
         from mgeo.studies.figures import fronts, indicators
 
         figures = {
-            "anytime": indicators.anytime_figure(self),
-            "boxes": indicators.boxes_figure(self),
+            "anytime": indicators.draw_anytime_curves(self),
+            "boxes": indicators.draw_box_plots(self),
         }
-        ranked = [name for name in self.order() if any(map(len, self.fronts(name)))]
+        ranked = [name for name in self.rank_algorithms() if any(map(len, self.list_fronts(name)))]
         if ranked and self.problem.n_obj in (2, 3):
-            figures["fronts"] = fronts.fronts_figure(self)
+            figures["fronts"] = fronts.draw_median_fronts(self)
         if ranked and self.problem.n_obj == 2:
-            figures["each"] = fronts.each_figure(self)
-            figures["attainment"] = fronts.attainment_figure(self)
+            figures["each"] = fronts.draw_front_panels(self)
+            figures["attainment"] = fronts.draw_attainment_surfaces(self)
             if len(ranked) > 1:
-                figures["difference"] = fronts.difference_figure(self, *ranked[:2])
+                figures["difference"] = fronts.draw_attainment_difference(self, *ranked[:2])
         return figures
 
 

@@ -9,10 +9,10 @@ import pandas as pd
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Study
 from mgeo.studies.indicators import Indicator
-from mgeo.studies.statistics import LEVEL, holm
+from mgeo.studies.statistics import SIGNIFICANCE_LEVEL, holm_correction
 
 
-def conclusions(comparison: Comparison, control: str | None = None) -> list[str]:
+def format_conclusions(comparison: Comparison, control: str | None = None) -> list[str]:
     """Return sentences on the best algorithm and on its differences from the other algorithms.
 
     Two sentences describe the first indicator. Further sentences describe the other indicators, and
@@ -25,15 +25,15 @@ def conclusions(comparison: Comparison, control: str | None = None) -> list[str]
         control ranks first, its p values are corrected for its own pairs; otherwise, p values are
         corrected for all pairs.
     """
-    order = comparison.order()
+    order = comparison.rank_algorithms()
     if len(order) < 2:
         return [*comparison.notes]
     first, second = order[:2]
     is_control = first == control
-    title = comparison.indicator().title
-    values = comparison.overview()[title]
-    rivals = against(comparison, first, control=is_control)
-    differs, is_ahead = rivals["p_holm"] < LEVEL, rivals["A"] > 0.5
+    title = comparison.select_indicator().title
+    values = comparison.format_overview()[title]
+    rivals = compare_with_rivals(comparison, first, is_control=is_control)
+    differs, is_ahead = rivals["p_holm"] < SIGNIFICANCE_LEVEL, rivals["A"] > 0.5
     groups = {
         "significantly better than": rivals[differs & is_ahead],
         "significantly worse than": rivals[differs & ~is_ahead],
@@ -44,19 +44,19 @@ def conclusions(comparison: Comparison, control: str | None = None) -> list[str]
         f"By {title}, {first} ranks first: {values[first]}, then {second}: {values[second]}.",
         f"{first} is {'; '.join(differences)}. A is the probability that a run of {first} beats "
         "one of the other; Mann-Whitney test with Holm's correction for "
-        f"{'its rivals' if is_control else 'all pairs'}, {100 * LEVEL:g} %.",
+        f"{'its rivals' if is_control else 'all pairs'}, {100 * SIGNIFICANCE_LEVEL:g} %.",
     ]
     for indicator in comparison.indicators[1:]:
-        best = comparison.order(indicator.name)[0]
+        best = comparison.rank_algorithms(indicator.name)[0]
         sentence = f"By {indicator.title}, {best} ranks first"
         if best != first:
-            rivals = against(comparison, first, indicator.name, control=is_control)
+            rivals = compare_with_rivals(comparison, first, indicator.name, is_control=is_control)
             effect, p = rivals.loc[best].to_numpy(float)
             sentence += f"; {first} against {best}: A = {effect:.2f}, p = {p:.2g}"
         sentences.append(f"{sentence}.")
-    for part in comparison.parts:
-        rivals = against(comparison, first, part.name, control=is_control)
-        ahead = rivals[(rivals["p_holm"] < LEVEL) & (rivals["A"] < 0.5)]
+    for part in comparison.part_indicators:
+        rivals = compare_with_rivals(comparison, first, part.name, is_control=is_control)
+        ahead = rivals[(rivals["p_holm"] < SIGNIFICANCE_LEVEL) & (rivals["A"] < 0.5)]
         if len(ahead):
             sentences.append(
                 f"By {part.title}, {first} is significantly worse than {_format_rivals(ahead)}."
@@ -64,8 +64,8 @@ def conclusions(comparison: Comparison, control: str | None = None) -> list[str]
     return [*sentences, *comparison.notes]
 
 
-def against(
-    comparison: Comparison, name: str, indicator: str | None = None, *, control: bool = False
+def compare_with_rivals(
+    comparison: Comparison, name: str, indicator: str | None = None, *, is_control: bool = False
 ) -> pd.DataFrame:
     """Compare one algorithm with each other algorithm, best rival first.
 
@@ -86,17 +86,17 @@ def against(
     ValueError
         If the indicator is unknown.
     """
-    pairs = comparison.tests(indicator).pairs
+    pairs = comparison.test_differences(indicator).pairs
     pairs = pairs[(pairs[["a", "b"]] == name).any(axis=1)]
     second = pairs["b"] == name  # in these rows, A is the probability that the rival wins
     effect = pairs["A"].where(~second, 1.0 - pairs["A"])
-    p = holm(pairs["p"]) if control else pairs["p_holm"]
+    p = holm_correction(pairs["p"]) if is_control else pairs["p_holm"]
     table = pd.DataFrame({"A": effect, "p_holm": p})
     table.index = pd.Index(pairs["a"].where(second, pairs["b"]), name="other")
-    return table.loc[[other for other in comparison.order(indicator) if other != name]]
+    return table.loc[[other for other in comparison.rank_algorithms(indicator) if other != name]]
 
 
-def control_table(
+def format_control_table(
     comparison: Comparison, control: str, indicators: Sequence[Indicator]
 ) -> pd.DataFrame:
     """Return A and p of the control against each rival as text, two columns per indicator.
@@ -106,10 +106,10 @@ def control_table(
     """
     columns: dict[str, pd.Series[str]] = {}
     for indicator in indicators:
-        rivals_table = against(comparison, control, indicator.name, control=True)
+        rivals_table = compare_with_rivals(comparison, control, indicator.name, is_control=True)
         columns[f"{indicator.title}: A"] = rivals_table["A"].map("{:.3f}".format)
         columns[f"{indicator.title}: p (Holm)"] = rivals_table["p_holm"].map("{:.2g}".format)
-    rivals = [name for name in comparison.order() if name != control]
+    rivals = [name for name in comparison.rank_algorithms() if name != control]
     return pd.DataFrame(columns).loc[rivals].rename_axis(f"{control} against")
 
 
@@ -117,7 +117,7 @@ def _format_rivals(rivals: pd.DataFrame) -> str:
     return ", ".join(f"{name} (A = {effect:.2f})" for name, effect in rivals["A"].items())
 
 
-def published_table(study: Study, comparison: Comparison) -> pd.DataFrame | None:
+def format_published_table(study: Study, comparison: Comparison) -> pd.DataFrame | None:
     """Return published values beside the measured values (mean ± sd), per algorithm.
 
     The measured first indicator is the last column. Returns None if the study has no published
@@ -126,7 +126,7 @@ def published_table(study: Study, comparison: Comparison) -> pd.DataFrame | None
     published = study.published
     if published is None or published.evaluations not in (None, comparison.n_eval):
         return None
-    overview = comparison.overview()
+    overview = comparison.format_overview()
     titles = {indicator.name: indicator.title for indicator in comparison.indicators}
     columns: dict[str, list[str]] = {}
     for name in dict.fromkeys(key for row in published.table.values() for key in row):
@@ -134,6 +134,6 @@ def published_table(study: Study, comparison: Comparison) -> pd.DataFrame | None
         columns[f"{name}: published"] = ["-" if v is None else f"{v:.12g}" for v in values]
         if titles.get(name, name) in overview:
             columns[f"{name}: here"] = overview[titles.get(name, name)].tolist()
-    first = comparison.indicator().title
+    first = comparison.select_indicator().title
     columns[f"{first}: here"] = overview[first].tolist()
     return pd.DataFrame(columns, index=overview.index)

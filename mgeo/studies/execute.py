@@ -18,25 +18,35 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 
 from mgeo.studies.arguments import (
-    GRID_POINTS,
-    grid_steps,
+    DEFAULT_GRID_SIZE,
+    expand_grid,
+    expand_seeds,
     label_algorithms,
-    seed_numbers,
 )
 from mgeo.studies.comparison import Comparison, ComparisonWarning, FailedRunsWarning
-from mgeo.studies.indicators import NothingToCompareError, check_space, indicator_space, trace
-from mgeo.studies.plan import claim, describe_algorithm, describe_problem, installed_versions
+from mgeo.studies.indicators import (
+    NoFeasibleSolutionError,
+    build_indicator_rows,
+    build_indicator_space,
+    validate_space_arguments,
+)
+from mgeo.studies.plan import describe_algorithm, describe_problem, list_study_versions, lock_study
 from mgeo.studies.progress import show_progress
 from mgeo.studies.record import StudyRun
-from mgeo.studies.run import Task, run
-from mgeo.studies.stored import folder_name, write_comparison
-from mgeo.studies.trial import Trial, notes, require_integers, try_out
+from mgeo.studies.run import Task, run_task
+from mgeo.studies.stored import format_folder_name, write_comparison
+from mgeo.studies.trial import (
+    TrialResult,
+    describe_limitations,
+    make_trial_runs,
+    reject_fractional_values,
+)
 from mgeo.validation.arguments import validate_integer
 
-RECORDS = "runs"  # name of the folder that stores the finished runs
+RUNS_FOLDER = "runs"  # name of the folder that stores the finished runs
 
-Key = tuple[str, int]
-Result = StudyRun | str  # the error message if the run failed
+RunKey = tuple[str, int]
+RunResult = StudyRun | str  # the error message if the run failed
 
 
 def compare(
@@ -47,7 +57,7 @@ def compare(
     *,
     folder: Path | str | None = None,
     resume: bool = False,
-    grid: int | Sequence[int] = GRID_POINTS,
+    grid: int | Sequence[int] = DEFAULT_GRID_SIZE,
     bounds: tuple[ArrayLike, ArrayLike] | None = None,
     reference_front: ArrayLike | None = None,
     parts: Sequence[float] | None = None,
@@ -120,8 +130,8 @@ def compare(
     ['directed', 'nsga2']
     """
     labeled = label_algorithms(algorithms)
-    n_eval, seeds = validate_integer("n_eval", n_eval, low=1), seed_numbers(seeds)
-    check_space(problem, bounds, reference_front, parts)
+    n_eval, seeds = validate_integer("n_eval", n_eval, low=1), expand_seeds(seeds)
+    validate_space_arguments(problem, bounds, reference_front, parts)
     if resume and folder is None:
         raise ValueError("resume = True without folder: expected the folder of the study")
     experiment = Experiment(
@@ -129,19 +139,19 @@ def compare(
         labeled,
         n_eval,
         seeds,
-        steps=grid_steps(grid, n_eval),
-        space={"bounds": bounds, "reference_front": reference_front, "parts": parts},
+        grid=expand_grid(grid, n_eval),
+        space_options={"bounds": bounds, "reference_front": reference_front, "parts": parts},
         title=title or type(problem).__name__,
-        runs=None if folder is None else Path(folder) / RECORDS,
+        runs_folder=None if folder is None else Path(folder) / RUNS_FOLDER,
         resume=resume,
         n_jobs=n_jobs,
         progress=progress,
     )
     if folder is None:
-        return experiment.compare()
+        return experiment.run()
     plan = _describe_plan(problem, labeled, n_eval, seeds)
-    with claim(Path(folder), plan, resume=resume):
-        comparison = experiment.compare()
+    with lock_study(Path(folder), plan, resume=resume):
+        comparison = experiment.run()
         write_comparison(Path(folder), comparison, plan)
     return comparison
 
@@ -162,15 +172,15 @@ class Experiment:
     algorithms: Mapping[str, Algorithm]
     n_eval: int
     seeds: Sequence[int]
-    steps: Sequence[int]
-    space: Mapping[str, Any]
+    grid: Sequence[int]
+    space_options: Mapping[str, Any]
     title: str
-    runs: Path | None
+    runs_folder: Path | None
     resume: bool
     n_jobs: int | None
     progress: bool
 
-    def compare(self) -> Comparison:
+    def run(self) -> Comparison:
         """Make the runs and return the comparison; warnings and errors are those of `compare`."""
         problem, n_eval, title = self.problem, self.n_eval, self.title
         keys = list(product(self.algorithms, self.seeds))
@@ -178,50 +188,59 @@ class Experiment:
             (label, seed): Task(problem, self.algorithms[label], n_eval, seed)
             for label, seed in keys
         }
-        trials = self._try_out([tasks[label, self.seeds[0]] for label in self.algorithms])
-        require_integers(trials, title)
-        remarks = tuple(notes(trials, title, n_eval))
+        trials = self._make_trial_runs([tasks[label, self.seeds[0]] for label in self.algorithms])
+        reject_fractional_values(trials, title)
+        remarks = tuple(describe_limitations(trials, title, n_eval))
         for message in remarks:
             warnings.warn(message, ComparisonWarning, stacklevel=3)
-        unseeded = {label for label, trial in trials.items() if not trial.repeats}
+        unseeded = {label for label, trial in trials.items() if not trial.is_reproducible}
         results = self._make_runs(tasks, [key for key in keys if key[0] not in unseeded])
         records = {key: r for key in keys if isinstance(r := results[key], StudyRun)}
         if not records:
             error = results[keys[0]]
-            raise NothingToCompareError(f"all {len(keys)} runs failed, the first with {error}")
+            raise NoFeasibleSolutionError(f"all {len(keys)} runs failed, the first with {error}")
         fronts = [record.front_F for record in records.values()]
-        space = indicator_space(problem, fronts, **self.space)
+        space = build_indicator_space(problem, fronts, **self.space_options)
         rows = [
             {"algorithm": label, "seed": seed, **row}
             for (label, seed), record in records.items()
-            for row in trace(problem, record, self.steps, space)
+            for row in build_indicator_rows(problem, record, self.grid, space)
         ]
-        table, runs = pd.DataFrame(rows), pd.DataFrame([_make_run_row(k, results[k]) for k in keys])
+        table, runs = (
+            pd.DataFrame(rows),
+            pd.DataFrame([_build_run_row(k, results[k]) for k in keys]),
+        )
         comparison = Comparison(
             problem, tuple(self.algorithms), n_eval, table, runs, records, space, remarks
         )
-        for message in comparison.failures(title, everywhere=True):
+        for message in comparison.describe_failures(title, all_failed_only=True):
             warnings.warn(message, FailedRunsWarning, stacklevel=3)
         return comparison
 
-    def _try_out(self, tasks: Sequence[Task]) -> dict[str, Trial]:
-        tried = joblib.Parallel(self.n_jobs)(joblib.delayed(try_out)(task) for task in tasks)
+    def _make_trial_runs(self, tasks: Sequence[Task]) -> dict[str, TrialResult]:
+        tried = joblib.Parallel(self.n_jobs)(
+            joblib.delayed(make_trial_runs)(task) for task in tasks
+        )
         return {label: t for label, t in zip(self.algorithms, tried, strict=True) if t is not None}
 
-    def _make_runs(self, tasks: Mapping[Key, Task], reusable: Sequence[Key]) -> dict[Key, Result]:
+    def _make_runs(
+        self, tasks: Mapping[RunKey, Task], reusable_keys: Sequence[RunKey]
+    ) -> dict[RunKey, RunResult]:
         """Return the result of each run, and store each run as it finishes.
 
         Parameters
         ----------
         reusable : runs that may be read from the folder if the study is resumed.
         """
-        folder = self.runs
-        files: dict[Key, Path] = {}
+        folder = self.runs_folder
+        files: dict[RunKey, Path] = {}
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
-            files = {(name, s): folder / f"{folder_name(name)}-seed{s}.npz" for name, s in tasks}
-        results: dict[Key, Result] = {}
-        for key in reusable if self.resume else ():
+            files = {
+                (name, s): folder / f"{format_folder_name(name)}-seed{s}.npz" for name, s in tasks
+            }
+        results: dict[RunKey, RunResult] = {}
+        for key in reusable_keys if self.resume else ():
             with suppress(FileNotFoundError):
                 results[key] = StudyRun.read(files[key])
         reused = len(results) if self.resume else None
@@ -238,16 +257,16 @@ class Experiment:
         return results
 
 
-def _run_with_key(key: Key, task: Task) -> tuple[Key, Result]:
-    return key, run(task)
+def _run_with_key(key: RunKey, task: Task) -> tuple[RunKey, RunResult]:
+    return key, run_task(task)
 
 
-def _make_run_row(key: Key, result: Result) -> dict[str, Any]:
+def _build_run_row(key: RunKey, result: RunResult) -> dict[str, Any]:
     row: dict[str, Any] = {"algorithm": key[0], "seed": key[1], "status": "failed"}
     row |= {"wall_time": np.nan, "failed_evaluations": 0, "error": ""}
     if isinstance(result, str):
         return row | {"error": result}
-    done = {"wall_time": result.wall_time, "failed_evaluations": result.failed}
+    done = {"wall_time": result.wall_time, "failed_evaluations": result.n_failed}
     return row | {"status": "finished"} | done
 
 
@@ -259,5 +278,5 @@ def _describe_plan(
         "algorithms": {label: describe_algorithm(each) for label, each in algorithms.items()},
         "evaluations": n_eval,
         "seeds": list(seeds),
-        "versions": installed_versions(problem, *algorithms.values()),
+        "versions": list_study_versions(problem, *algorithms.values()),
     }

@@ -20,7 +20,7 @@ from mgeo.benchmarks.collections import expand_name, format_short_name
 from mgeo.plugins.problems import load_problem, read_scenario
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.store.reading import read_text
-from mgeo.studies.schema import AlgorithmTable, ProblemTable, StudyKeys, StudyTable
+from mgeo.studies.schema import AlgorithmTable, ProblemTable, StudySettings, StudyTable
 from mgeo.validation.arguments import validate_integer
 from mgeo.validation.entries import convert_file_errors
 from mgeo.validation.tables import validate_table
@@ -70,7 +70,7 @@ class AlgorithmConfiguration:
             raise kind(f"{self.label}: {error}") from error
 
 
-class Study(StudyKeys):
+class Study(StudySettings):
     """Validated content of a study file.
 
     Attributes
@@ -106,7 +106,7 @@ class Study(StudyKeys):
     algorithms: tuple[AlgorithmConfiguration, ...]
     text: str
 
-    def plan(self) -> dict[str, Any]:
+    def build_plan(self) -> dict[str, Any]:
         """Return the problems, algorithms, budget and seeds as JSON values; dates are in ISO 8601.
 
         Raises
@@ -127,7 +127,7 @@ class Study(StudyKeys):
         values: dict[str, Any] = json.loads(text)
         return values
 
-    def budget(self, problem: Problem) -> tuple[int, int | list[int]]:
+    def compute_budget(self, problem: Problem) -> tuple[int, int | list[int]]:
         """Return the evaluations and the `grid` of a run on a problem."""
         each = problem.n_var if self.per_variable else 1
         if isinstance(self.grid, int):
@@ -135,7 +135,7 @@ class Study(StudyKeys):
         steps = [step * each for step in self.grid if step <= self.evaluations]
         return self.evaluations * each, steps
 
-    def reduced(self, evaluations: int | None = None, seeds: int | None = None) -> Study:
+    def with_budget(self, evaluations: int | None = None, seeds: int | None = None) -> Study:
         """Return a copy with another number of evaluations or of seeds.
 
         Parameters
@@ -159,7 +159,7 @@ class Study(StudyKeys):
         return self.model_copy(update=changes)
 
 
-def read_study(path: Path | str, *, imports: bool = True) -> Study:
+def read_study(path: Path | str, *, allow_imports: bool = True) -> Study:
     """Read and validate a study file.
 
     Parameters
@@ -195,10 +195,10 @@ def read_study(path: Path | str, *, imports: bool = True) -> Study:
         raise FileNotFoundError(f"there is no study file {path}")
     text = read_text(path)
     with convert_file_errors(path):
-        return parse_study(text, path.parent, imports=imports)
+        return parse_study(text, path.parent, allow_imports=allow_imports)
 
 
-def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
+def parse_study(text: str, folder: Path, *, allow_imports: bool = True) -> Study:
     """Parse and validate the text of a study file; scenario files are relative to `folder`.
 
     Raises
@@ -209,9 +209,9 @@ def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
     table = validate_table(StudyTable, tomllib.loads(text))
     configurations_by_key: dict[str, list[Any]] = {"problems": [], "algorithms": []}
     for i, problem in enumerate(table.problems):
-        configurations_by_key["problems"] += _expand_problems(problem, i, folder, imports)
+        configurations_by_key["problems"] += _expand_problems(problem, i, folder, allow_imports)
     for i, algorithm in enumerate(table.algorithms):
-        configurations_by_key["algorithms"] += _expand_algorithms(algorithm, i, imports)
+        configurations_by_key["algorithms"] += _expand_algorithms(algorithm, i, allow_imports)
     for key, configurations in configurations_by_key.items():
         for label, times in Counter(each.label for each in configurations).items():
             if times > 1:
@@ -232,20 +232,20 @@ def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
 
 
 def _expand_problems(
-    table: ProblemTable, index: int, folder: Path, imports: bool
+    table: ProblemTable, index: int, folder: Path, allow_imports: bool
 ) -> Iterator[ProblemConfiguration]:
     """Yield a configuration for each combination of name and scenario in a table."""
     where = f"problems[{index}]."
     if table.scenario is not None and table.options is not None:
         raise ValueError(f"{where}scenario and options: expected one of them")
-    with _name_in_errors(where):
+    with _add_location_to_errors(where):
         full_names = [name for pattern in table.name for name in expand_name(pattern)]
     for full, scenario in product(full_names, table.scenario or ("",)):
         label, options = format_short_name(full), table.options or {}
         values = {**options, "name": label}
         if scenario:
             options = read_scenario(
-                full, scenario, folder, trusted_classes=(full,) if imports else ()
+                full, scenario, folder, trusted_classes=(full,) if allow_imports else ()
             )
             values["scenario"] = Path(scenario).stem
             label = f"{label} {values['scenario']}"
@@ -256,7 +256,7 @@ def _expand_problems(
 
 
 def _expand_algorithms(
-    table: AlgorithmTable, index: int, imports: bool
+    table: AlgorithmTable, index: int, allow_imports: bool
 ) -> Iterator[AlgorithmConfiguration]:
     """Yield a configuration for each combination of the listed parameter values in a table."""
     where = f"algorithms[{index}]."
@@ -264,8 +264,8 @@ def _expand_algorithms(
     varied_keys = [key for key, value in parameters.items() if isinstance(value, list)]
     lists = [value if isinstance(value, list) else [value] for value in parameters.values()]
     for name in table.name:
-        with _name_in_errors(where):
-            if imports or ":" not in name:
+        with _add_location_to_errors(where):
+            if allow_imports or ":" not in name:
                 complete_parameters(name, parameters)
         for values in product(*lists):
             combination = dict(zip(parameters, values, strict=True))
@@ -275,20 +275,20 @@ def _expand_algorithms(
             yield AlgorithmConfiguration(label, name, combination)
 
 
-def _fill_label(text: str, where: str, values: Mapping[str, Any]) -> str:
+def _fill_label(text: str, location: str, values: Mapping[str, Any]) -> str:
     # str.format would evaluate attributes and widths, as in {name.__class__} or {name:>999999999}.
     parts = re.split(r"\{(.*?)\}", text)
     if set(parts[1::2]) - set(values):
         raise ValueError(
-            f"{where}label = {text!r:.80}: expected in braces only {', '.join(values)}"
+            f"{location}label = {text!r:.80}: expected in braces only {', '.join(values)}"
         )
     parts[1::2] = (str(values[name]) for name in parts[1::2])
     return "".join(parts)
 
 
 @contextmanager
-def _name_in_errors(where: str) -> Iterator[None]:
+def _add_location_to_errors(location: str) -> Iterator[None]:
     try:
         yield
     except ValueError as error:
-        raise ValueError(f"{where}name: {error}") from error
+        raise ValueError(f"{location}name: {error}") from error

@@ -21,19 +21,19 @@ from mgeo.evaluation.dominance import find_nondominated
 from mgeo.plugins import protocol
 from mgeo.plugins.protocol import call_optional
 from mgeo.plugins.view import View, build_view
-from mgeo.runs.hypervolume import MAX_OBJECTIVES, scaled
+from mgeo.runs.hypervolume import MAX_OBJECTIVES, scale_objectives
 from mgeo.studies.record import StudyRun
 from mgeo.validation.arguments import validate_list, validate_number
 
-BEYOND_NADIR = 1.1  # reference point if the space is scaled to the union of fronts
-REFERENCE_SIZE = 500  # number of points of the reference front
-_PARTS = 3  # default number of parts of the front
+REFERENCE_COORDINATE = 1.1  # reference point if the space is scaled to the union of fronts
+MAX_REFERENCE_POINTS = 500  # number of points of the reference front
+_N_PARTS = 3  # default number of parts of the front
 
-POINTS = ("ideal", "nadir", "reference_point")
-Origin = Literal["problem", "union", "given", "objective"]
+POINT_KEYS = ("ideal", "nadir", "reference_point")
+ScalingSource = Literal["problem", "union", "given", "objective"]
 
 
-class NothingToCompareError(ValueError):
+class NoFeasibleSolutionError(ValueError):
     """Error raised if every run failed, or no run found a feasible solution."""
 
 
@@ -61,7 +61,7 @@ class IndicatorSpace:
     nadir: FloatArray
     reference_point: FloatArray
     reference_front: FloatArray
-    origin: Origin
+    origin: ScalingSource
     transform: Callable[[FloatArray], FloatArray] | None = None
     parts: tuple[float, ...] = ()
     cuts: tuple[float, ...] = ()
@@ -71,13 +71,13 @@ class IndicatorSpace:
         if not len(F):
             return np.empty((0, len(self.ideal)))
         F = F if self.transform is None else np.asarray(self.transform(F), dtype=float)
-        return scaled(F, self.ideal, self.nadir)
+        return scale_objectives(F, self.ideal, self.nadir)
 
     def describe(self) -> dict[str, Any]:
         """Return the definition of the space as JSON values, for reproduction of the indicators."""
         if self.origin == "objective":
             return {"origin": self.origin}
-        points = {key: getattr(self, key).tolist() for key in POINTS}
+        points = {key: getattr(self, key).tolist() for key in POINT_KEYS}
         return {
             "origin": self.origin,
             **points,
@@ -87,7 +87,7 @@ class IndicatorSpace:
         }
 
 
-def indicator_space(
+def build_indicator_space(
     problem: Problem,
     fronts: Iterable[FloatArray],
     *,
@@ -126,34 +126,34 @@ def indicator_space(
     ValueError
         If an argument is invalid, is given for a single objective, or the problem is dynamic.
     """
-    ends, reference, part_values = check_space(problem, bounds, reference_front, parts)
+    ends, reference, part_values = validate_space_arguments(problem, bounds, reference_front, parts)
     n_obj = problem.n_obj
     union = np.concatenate([np.empty((0, n_obj)), *fronts])
     candidates = union if reference is None else np.concatenate([union, reference])
     best = candidates[find_nondominated(candidates)]
     if not len(best):
-        raise NothingToCompareError("no run found a feasible solution")
+        raise NoFeasibleSolutionError("no run found a feasible solution")
     if n_obj == 1:
-        return OBJECTIVE_SPACE
+        return SINGLE_OBJECTIVE_SPACE
     transform = protocol.get_indicator_map(problem)
-    origin: Origin = "problem"
+    origin: ScalingSource = "problem"
     ideal, nadir, reference_point = np.zeros(n_obj), np.ones(n_obj), np.ones(n_obj)
     if ends is not None:
         origin, transform, (ideal, nadir) = "given", None, ends
     elif transform is None:
         origin, ideal, nadir = "union", best.min(axis=0), best.max(axis=0)
-        reference_point = np.full(n_obj, BEYOND_NADIR)
+        reference_point = np.full(n_obj, REFERENCE_COORDINATE)
     space = IndicatorSpace(ideal, nadir, reference_point, np.empty((0, n_obj)), origin, transform)
     front = best if reference is None else reference
     points = space(front)
     if reference is None:
-        rows = truncate(points, max(REFERENCE_SIZE, 2 * n_obj))
+        rows = truncate(points, max(MAX_REFERENCE_POINTS, 2 * n_obj))
         front, points = front[rows], points[rows]
     divisions, cuts = _divide_front(space, front, points, part_values)
     return replace(space, reference_front=points, parts=divisions, cuts=cuts)
 
 
-def check_space(
+def validate_space_arguments(
     problem: Problem,
     bounds: tuple[ArrayLike, ArrayLike] | None = None,
     reference_front: ArrayLike | None = None,
@@ -209,7 +209,7 @@ def _divide_front(
     """
     if part_values is None:
         order = np.argsort(points[:, 0], kind="stable")
-        rows = order[[len(order) * k // _PARTS for k in range(1, _PARTS)]]
+        rows = order[[len(order) * k // _N_PARTS for k in range(1, _N_PARTS)]]
         cuts = dict(zip(points[rows, 0], front[rows, 0], strict=True))  # distinct, ascending
         return tuple(map(float, cuts.values())), tuple(map(float, cuts))
     rows_at_values = np.repeat(front[:1], len(part_values), axis=0)
@@ -218,11 +218,13 @@ def _divide_front(
 
 
 #: Indicator space of a single objective, which is not scaled.
-OBJECTIVE_SPACE = IndicatorSpace(np.zeros(1), np.ones(1), np.ones(1), np.empty((0, 1)), "objective")
+SINGLE_OBJECTIVE_SPACE = IndicatorSpace(
+    np.zeros(1), np.ones(1), np.ones(1), np.empty((0, 1)), "objective"
+)
 
 
 #: Function that returns the indicator of a front, shape (n, n_obj) with n >= 1, in a space.
-Measure = Callable[[FloatArray, IndicatorSpace], float]
+IndicatorFunction = Callable[[FloatArray, IndicatorSpace], float]
 
 
 @dataclass(frozen=True)
@@ -239,26 +241,26 @@ class Indicator:
 
     name: str
     title: str
-    larger: bool
-    measure: Measure
+    is_maximized: bool
+    measure: IndicatorFunction
 
-    def value(self, points: FloatArray, space: IndicatorSpace) -> float:
+    def evaluate(self, points: FloatArray, space: IndicatorSpace) -> float:
         """Return the indicator of a front, shape (n, n_obj); the worst value if n is 0."""
         if not len(points):
-            return 0.0 if self.larger else np.inf
+            return 0.0 if self.is_maximized else np.inf
         return float(self.measure(points, space))
 
     @property
     def direction(self) -> str:
         """Text that states which values are better."""
-        return "higher is better" if self.larger else "lower is better"
+        return "higher is better" if self.is_maximized else "lower is better"
 
-    def better(self, values: Any) -> Any:
+    def negate_if_minimized(self, values: Any) -> Any:
         """Return the values with the sign for which larger is better."""
-        return values if self.larger else -values
+        return values if self.is_maximized else -values
 
 
-def _to_reference_front(measure: Callable[..., float]) -> Measure:
+def _use_reference_front(measure: Callable[..., float]) -> IndicatorFunction:
     return lambda points, space: measure(points, ref=space.reference_front)
 
 
@@ -285,12 +287,12 @@ BEST_VALUE = Indicator("best_value", "best value", False, lambda points, space: 
 #: that weakly dominates the reference front. Both are infinite for an empty front.
 INDICATORS = (
     Indicator("hypervolume", "hypervolume", True, _hypervolume_between),
-    Indicator("igd_plus", "IGD+", False, _to_reference_front(moocore.igd_plus)),
-    Indicator("epsilon", "additive epsilon", False, _to_reference_front(moocore.epsilon_additive)),
+    Indicator("igd_plus", "IGD+", False, _use_reference_front(moocore.igd_plus)),
+    Indicator("epsilon", "additive epsilon", False, _use_reference_front(moocore.epsilon_additive)),
 )
 
 
-def parts_of(space: IndicatorSpace, objective: str) -> list[Indicator]:
+def build_part_indicators(space: IndicatorSpace, objective: str) -> list[Indicator]:
     """Return the hypervolume indicator of each part of the front.
 
     A part is a range of the first objective. The values of all parts add up to the hypervolume; the
@@ -317,7 +319,7 @@ def parts_of(space: IndicatorSpace, objective: str) -> list[Indicator]:
     ]
 
 
-def applicable(n_obj: int) -> list[Indicator]:
+def select_indicators(n_obj: int) -> list[Indicator]:
     """Return the indicators for a number of objectives.
 
     The hypervolume, which is computed exactly, is included up to `MAX_OBJECTIVES` objectives.
@@ -327,8 +329,8 @@ def applicable(n_obj: int) -> list[Indicator]:
     return [i for i in INDICATORS if n_obj <= MAX_OBJECTIVES or i.name != "hypervolume"]
 
 
-def trace(
-    problem: Problem, record: StudyRun, grid: Sequence[int], space: IndicatorSpace
+def build_indicator_rows(
+    problem: Problem, run: StudyRun, grid: Sequence[int], space: IndicatorSpace
 ) -> list[dict[str, Any]]:
     """Return the table rows of a run, one per evaluation count in `grid`.
 
@@ -336,13 +338,13 @@ def trace(
     ``points`` on the front (at most 1 for a single objective), and the values of
     ``front_summary(F)`` of the problem's view.
     """
-    indicators = applicable(problem.n_obj)
+    indicators = select_indicators(problem.n_obj)
     if problem.n_obj <= MAX_OBJECTIVES:
-        indicators += parts_of(space, "")
+        indicators += build_part_indicators(space, "")
     rows, view = [], build_view(problem)
-    for evaluations, F in zip(grid, record.fronts(grid), strict=True):
+    for evaluations, F in zip(grid, run.iterate_fronts(grid), strict=True):
         points = space(F)
-        values = {i.name: i.value(points, space) for i in indicators}
+        values = {i.name: i.evaluate(points, space) for i in indicators}
         rows.append(
             {"evaluations": int(evaluations), **values, "points": len(F)}
             | {

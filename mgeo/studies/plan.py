@@ -20,19 +20,19 @@ from pymoo.core.problem import Problem
 from mgeo.benchmarks.collections import COCO_DISTRIBUTION
 from mgeo.plugins import protocol
 from mgeo.plugins.discovery import list_plugin_versions
-from mgeo.store.atomic import lock, to_json, write_file
-from mgeo.store.provenance import difference
+from mgeo.store.atomic import encode_json, lock_folder, write_file
+from mgeo.store.provenance import describe_difference
 from mgeo.store.reading import read_json
 
-PLAN = "study.json"
+PLAN_FILE = "study.json"
 
-_ALWAYS = ("mgeo", "pymoo", "numpy", "scipy", "moocore")
-_DEPTH = 4  # levels of nested objects: algorithm, mating, crossover, parameter
-_LONGEST = 100  # size of an array up to which its values are listed
+_CORE_PACKAGES = ("mgeo", "pymoo", "numpy", "scipy", "moocore")
+_MAX_DEPTH = 4  # levels of nested objects: algorithm, mating, crossover, parameter
+_MAX_ARRAY_SIZE = 100  # size of an array up to which its values are listed
 
 
 @contextmanager
-def claim(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[None]:
+def lock_study(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[None]:
     """Lock a folder for one study and record the plan of the study there.
 
     Parameters
@@ -48,9 +48,9 @@ def claim(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[No
     ValueError
         If the folder holds a study of another plan, or another process uses the folder.
     """
-    path, content = folder / PLAN, to_json(plan)
+    path, content = folder / PLAN_FILE, encode_json(plan)
     folder.mkdir(parents=True, exist_ok=True)
-    with lock(folder):
+    with lock_folder(folder):
         if not path.exists():
             write_file(path, content)
         elif not resume:
@@ -58,7 +58,7 @@ def claim(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[No
                 f"{folder} holds a study: --resume (resume=True in Python) continues it, "
                 "read_comparison reads it; expected one of these, or another folder"
             )
-        elif text := difference(read_json(path), json.loads(content)):
+        elif text := describe_difference(read_json(path), json.loads(content)):
             raise ValueError(
                 f"{folder} holds another study: {text}; to resume, expected the same names, "
                 "options, parameters, seeds, evaluations and versions"
@@ -69,22 +69,22 @@ def claim(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[No
 def describe_algorithm(algorithm: Algorithm) -> dict[str, Any]:
     """Return the class and the public attributes that distinguish an algorithm, as JSON values."""
     common = vars(Algorithm())
-    description: dict[str, Any] = describe(algorithm)
+    description: dict[str, Any] = describe_value(algorithm)
     return {key: each for key, each in description.items() if key not in common}
 
 
 def describe_problem(problem: Problem) -> dict[str, Any]:
     """Return the class and options of a problem as JSON values, or its public attributes."""
     options = protocol.get_options(problem)
-    description: dict[str, Any] = describe(problem, depth=1)
+    description: dict[str, Any] = describe_value(problem, depth=1)
     return (
         description
         if options is None
-        else {"class": description["class"], "options": describe(options)}
+        else {"class": description["class"], "options": describe_value(options)}
     )
 
 
-def describe(value: Any, depth: int = _DEPTH) -> Any:
+def describe_value(value: Any, depth: int = _MAX_DEPTH) -> Any:
     """Return JSON values that identify an object by its class and public attributes.
 
     Attributes are described recursively to `depth` levels. Equal descriptions do not prove equal
@@ -93,7 +93,7 @@ def describe(value: Any, depth: int = _DEPTH) -> Any:
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, np.ndarray):
-        if value.size > _LONGEST:
+        if value.size > _MAX_ARRAY_SIZE:
             return {"shape": list(value.shape), "hash": joblib.hash(value)}
         value = value.tolist()
     if isinstance(value, float) and not math.isfinite(value):
@@ -101,26 +101,26 @@ def describe(value: Any, depth: int = _DEPTH) -> Any:
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, list | tuple):
-        return [describe(each, depth) for each in value]
+        return [describe_value(each, depth) for each in value]
     if isinstance(value, Mapping):
-        return {str(key): describe(each, depth) for key, each in value.items()}
+        return {str(key): describe_value(each, depth) for key, each in value.items()}
     named = value if hasattr(value, "__qualname__") else type(value)
     name = f"{named.__module__}.{named.__qualname__}"
     if named is value or depth == 0:
         return name
     public = {k: v for k, v in getattr(value, "__dict__", {}).items() if not k.startswith("_")}
-    return {"class": name} | {key: describe(each, depth - 1) for key, each in public.items()}
+    return {"class": name} | {key: describe_value(each, depth - 1) for key, each in public.items()}
 
 
 _distributions = cache(packages_distributions)  # reads the metadata of all packages
 
 
-def installed_versions(*parts: Any) -> dict[str, str]:
+def list_study_versions(*objects: Any) -> dict[str, str]:
     """Return the versions of Python, mgeo's dependencies, and the packages that define `parts`."""
-    modules = {cls.__module__ for part in parts for cls in type(part).__mro__}
+    modules = {cls.__module__ for part in objects for cls in type(part).__mro__}
     owners = _distributions()
     names = {name for module in modules for name in owners.get(module.partition(".")[0], ())}
     if "mgeo.benchmarks.coco" in modules:
         names.add(COCO_DISTRIBUTION)
-    versions = {name: version(name) for name in sorted({*_ALWAYS, *names})}
+    versions = {name: version(name) for name in sorted({*_CORE_PACKAGES, *names})}
     return {"python": platform.python_version()} | versions | list_plugin_versions(modules)

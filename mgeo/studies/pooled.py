@@ -13,15 +13,17 @@ from numpy.typing import NDArray
 from mgeo._typing import FloatArray
 from mgeo.plugins.protocol import get_function_name
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.statistics import Friedman, friedman, holm, ranks_of_blocks
+from mgeo.studies.statistics import FriedmanResult, friedman_test, holm_correction, mean_block_ranks
 
-KEYS = ("problem", "function", "variables", "evaluations")
+KEY_COLUMNS = ("problem", "function", "variables", "evaluations")
 
 #: Relative distances of the targets below the best hypervolume, from 0.79 to 1e-5.
-SHORTFALLS = 10.0 ** np.linspace(-0.1, -5.0, 50)
+TARGET_DISTANCES = 10.0 ** np.linspace(-0.1, -5.0, 50)
 
 
-def problem_values(results: Mapping[str, Comparison], per_variable: bool = False) -> pd.DataFrame:
+def compute_problem_values(
+    results: Mapping[str, Comparison], per_variable: bool = False
+) -> pd.DataFrame:
     """Return the median indicator of each algorithm on each problem after each evaluation count.
 
     The value is the median of the first indicator over the finished runs, larger being better. For
@@ -43,12 +45,12 @@ def problem_values(results: Mapping[str, Comparison], per_variable: bool = False
     rows = [
         row
         for label, each in results.items()
-        for row in _rows_of_problem(label, each, per_variable)
+        for row in _build_problem_rows(label, each, per_variable)
     ]
     return pd.DataFrame(rows)
 
 
-def ranks_over_problems(values: pd.DataFrame, control: str | None = None) -> pd.DataFrame:
+def compute_average_ranks(values: pd.DataFrame, control: str | None = None) -> pd.DataFrame:
     """Return average ranks over problems after each evaluation count that all problems have.
 
     Instances and sizes of one function are not independent problems, so each function counts once:
@@ -83,7 +85,7 @@ def ranks_over_problems(values: pd.DataFrame, control: str | None = None) -> pd.
         p of the signed-rank test against the control, with Holm's correction.
     """
     table = values.dropna(axis="columns")
-    columns = [name for name in table.columns if name not in KEYS]
+    columns = [name for name in table.columns if name not in KEY_COLUMNS]
     groups = [0, *sorted(table["variables"].unique())]
     rows: list[dict[str, object]] = []
     for variables in groups if len(groups) > 2 else [0]:
@@ -98,7 +100,7 @@ def ranks_over_problems(values: pd.DataFrame, control: str | None = None) -> pd.
     return pd.DataFrame(rows)
 
 
-def friedman_over_problems(values: pd.DataFrame) -> Friedman | None:
+def compute_friedman_test(values: pd.DataFrame) -> FriedmanResult | None:
     """Return Friedman's test of the values after most evaluations, with functions as blocks.
 
     Returns None for fewer than two functions or algorithms.
@@ -108,13 +110,13 @@ def friedman_over_problems(values: pd.DataFrame) -> Friedman | None:
     values : table of `problem_values`.
     """
     last = values.loc[values.groupby("problem", sort=False)["evaluations"].idxmax()]
-    table = last.drop(columns=list(KEYS)).dropna(axis="columns")
+    table = last.drop(columns=list(KEY_COLUMNS)).dropna(axis="columns")
     if min(last["function"].nunique(), table.shape[1]) < 2:
         return None
-    return friedman(table.to_numpy(float), list(table.columns), last["function"].tolist())
+    return friedman_test(table.to_numpy(float), list(table.columns), last["function"].tolist())
 
 
-def runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]:
+def compute_runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]:
     """Return the evaluations per variable needed to reach each target, by algorithm.
 
     The targets of a problem are `SHORTFALLS` below the best final hypervolume of all runs. Runtimes
@@ -128,10 +130,10 @@ def runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]:
     """
     times_by_algorithm: dict[str, list[FloatArray]] = {}
     for each in results.values():
-        if each.indicator().name != "hypervolume":
+        if each.select_indicator().name != "hypervolume":
             return {}
         best = float(each.table["hypervolume"].max())
-        targets = best * (1.0 - SHORTFALLS)
+        targets = best * (1.0 - TARGET_DISTANCES)
         for name in each.algorithms:
             n_runs = int((each.runs["algorithm"] == name).sum())
             times = np.full((n_runs, len(targets)), np.inf)
@@ -148,7 +150,7 @@ def runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]:
     return {name: np.sort(np.concatenate(times)) for name, times in times_by_algorithm.items()}
 
 
-def targets_reached(results: Mapping[str, Comparison]) -> pd.DataFrame:
+def compute_runtime_distribution(results: Mapping[str, Comparison]) -> pd.DataFrame:
     """Return the empirical runtime distribution of each algorithm, see `runtimes`.
 
     Returns
@@ -158,7 +160,7 @@ def targets_reached(results: Mapping[str, Comparison]) -> pd.DataFrame:
     that reached no target has one row of zeros. Empty if a problem has no hypervolume.
     """
     rows: list[tuple[str, float, float]] = []
-    for name, times in runtimes(results).items():
+    for name, times in compute_runtimes(results).items():
         reached = times[np.isfinite(times)]
         x, counts = np.unique(reached, return_counts=True)
         shares = counts.cumsum() / len(times)
@@ -166,21 +168,23 @@ def targets_reached(results: Mapping[str, Comparison]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["algorithm", "evaluations", "share"])
 
 
-def _rows_of_problem(
-    label: str, each: Comparison, per_variable: bool
+def _build_problem_rows(
+    label: str, comparison: Comparison, per_variable: bool
 ) -> list[dict[Hashable, object]]:
-    first, table = each.indicator(), each.table
-    value = first.better(table[first.name].to_numpy(float))
+    first, table = comparison.select_indicator(), comparison.table
+    value = first.negate_if_minimized(table[first.name].to_numpy(float))
     if first.name == "hypervolume":
         value = np.where(value > 0, value, -table["epsilon"].to_numpy(float))
-    n_var, function = each.problem.n_var, get_function_name(each.problem) or label
+    n_var, function = comparison.problem.n_var, get_function_name(comparison.problem) or label
     medians = (
         table.assign(value=value).groupby(["evaluations", "algorithm"])["value"].median().unstack()
     )
     counts = medians.index.to_numpy(float) / (n_var if per_variable else 1)
-    rows = medians.reindex(columns=list(each.algorithms), fill_value=-np.inf).to_dict("records")
+    rows = medians.reindex(columns=list(comparison.algorithms), fill_value=-np.inf).to_dict(
+        "records"
+    )
     return [
-        dict(zip(KEYS, (label, function, n_var, count), strict=True)) | row
+        dict(zip(KEY_COLUMNS, (label, function, n_var, count), strict=True)) | row
         for count, row in zip(counts, rows, strict=True)
     ]
 
@@ -190,7 +194,7 @@ def _rank_algorithms(
 ) -> list[dict[str, object]]:
     """Return the rows of `ranks_over_problems` for values of shape (problems, algorithms)."""
     table, blocks = values.to_numpy(float), functions.to_numpy()
-    ranks = ranks_of_blocks(table, blocks).mean(axis=0)
+    ranks = mean_block_ranks(table, blocks).mean(axis=0)
     order = np.argsort(ranks, kind="stable")
     names = list(values.columns)
     control_index = names.index(control) if control in names else int(order[0])
@@ -199,7 +203,9 @@ def _rank_algorithms(
     function_shares = pd.DataFrame(share_ahead).groupby(blocks).mean().to_numpy()
     n_functions_behind = ((function_shares > 0.5) + 0.5 * (function_shares == 0.5)).sum(axis=0)
     rivals, p = order[order != control_index], np.full(len(order), np.nan)
-    p[rivals] = holm([_signed_rank_test(control_values, table[:, i], blocks) for i in rivals])
+    p[rivals] = holm_correction(
+        [_signed_rank_test(control_values, table[:, i], blocks) for i in rivals]
+    )
     return [
         {
             "algorithm": names[i],

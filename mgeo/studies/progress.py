@@ -7,11 +7,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 #: Callback for each ended run, with algorithm, seed, and error message (empty on success).
-Done = Callable[[str, int, str], None]
+ProgressCallback = Callable[[str, int, str], None]
 
 
 @contextmanager
-def show_progress(title: str, total: int, reused: int | None, *, shown: bool) -> Iterator[Done]:
+def show_progress(
+    title: str, n_runs: int, n_reused: int | None, *, enabled: bool
+) -> Iterator[ProgressCallback]:
     """Show a progress bar on a terminal, each failed run, and the number of reused runs.
 
     Without rich, which comes with ``mgeo[cli]``, only the number of reused runs is shown.
@@ -27,21 +29,21 @@ def show_progress(title: str, total: int, reused: int | None, *, shown: bool) ->
     ------
     Function to call when a run ends.
     """
-    if shown and reused is not None:
-        print(f"{title}: reused {reused} of {total} runs", file=sys.stderr)
+    if enabled and n_reused is not None:
+        print(f"{title}: reused {n_reused} of {n_runs} runs", file=sys.stderr)
     try:
         from rich import markup, progress
 
         from mgeo.terminal import console
     except ImportError:
-        shown = False
-    if not shown:
+        enabled = False
+    if not enabled:
         yield lambda name, seed, error: None
         return
     screen = console(stderr=True)
     columns = (*progress.Progress.get_default_columns(), progress.MofNCompleteColumn())
     with progress.Progress(*columns, console=screen, disable=not screen.is_terminal) as bar:
-        task = bar.add_task(markup.escape(title), total=total, completed=reused or 0)
+        task = bar.add_task(markup.escape(title), total=n_runs, completed=n_reused or 0)
 
         def done(name: str, seed: int, error: str) -> None:
             if error:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mgeo._typing import FloatArray
 from mgeo.evaluation.dominance import find_nondominated
 from mgeo.store.atomic import write_file
-from mgeo.store.reading import from_npz
+from mgeo.store.reading import decode_npz
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,21 +34,21 @@ class StudyRun:
     wall_time : duration of the run [s].
     """
 
-    numbers: NDArray[np.int64]
+    evaluation_numbers: NDArray[np.int64]
     F: FloatArray
-    front: NDArray[np.int64]
+    front_rows: NDArray[np.int64]
     X: FloatArray
     n_eval: int
-    evaluations: int
-    failed: int
+    n_evaluations: int
+    n_failed: int
     wall_time: float
 
     @property
     def front_F(self) -> FloatArray:
         """Objectives of the front after `n_eval` evaluations, shape (n, n_obj)."""
-        return self.F[self.front]
+        return self.F[self.front_rows]
 
-    def fronts(self, grid: Sequence[int]) -> Iterator[FloatArray]:
+    def iterate_fronts(self, grid: Sequence[int]) -> Iterator[FloatArray]:
         """Yield the front after each evaluation count in `grid`, shape (n, n_obj) each.
 
         Parameters
@@ -56,7 +56,7 @@ class StudyRun:
         grid : ascending evaluation counts, at most `n_eval`.
         """
         front, start = self.F[:0], 0
-        for end in np.searchsorted(self.numbers, grid, side="right"):
+        for end in np.searchsorted(self.evaluation_numbers, grid, side="right"):
             both = np.concatenate([front, self.F[start:end]])
             front, start = both[find_nondominated(both)], end
             yield front
@@ -79,7 +79,7 @@ class StudyRun:
             If the file is not the record of a run.
         """
         try:
-            arrays: dict[str, Any] = from_npz(path.read_bytes())
+            arrays: dict[str, Any] = decode_npz(path.read_bytes())
             return cls(**{name: a if a.ndim else a.item() for name, a in arrays.items()})
         except (ValueError, TypeError) as error:
             raise ValueError(

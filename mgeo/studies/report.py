@@ -7,34 +7,46 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 import plotly.graph_objects as go
 
-from mgeo.figures.page import LIBRARY, render, report_page
+from mgeo.figures.page import LIBRARY_FILE, render, render_report_page
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.conclusions import conclusions, control_table, published_table
-from mgeo.studies.figures.indicators import anytime_figure, ranks_figure, targets_figure
+from mgeo.studies.conclusions import (
+    format_conclusions,
+    format_control_table,
+    format_published_table,
+)
+from mgeo.studies.figures.indicators import (
+    draw_anytime_curves,
+    draw_critical_difference_diagram,
+    draw_runtime_distribution,
+)
 from mgeo.studies.file import Study
-from mgeo.studies.pooled import friedman_over_problems, problem_values, targets_reached
-from mgeo.studies.statistics import LEVEL
-from mgeo.studies.stored import folder_name
-from mgeo.studies.tables import problems_table
+from mgeo.studies.pooled import (
+    compute_friedman_test,
+    compute_problem_values,
+    compute_runtime_distribution,
+)
+from mgeo.studies.statistics import SIGNIFICANCE_LEVEL
+from mgeo.studies.stored import format_folder_name
+from mgeo.studies.tables import build_study_table
 from mgeo.validation.arguments import format_suggestion
 
 
-def problem_page(study: Study, label: str, comparison: Comparison) -> str:
+def render_problem_page(study: Study, label: str, comparison: Comparison) -> str:
     """Return the HTML page of one problem: conclusions, tables, figures and method.
 
     If the study has several problems, the page loads the plotting library from the study's folder.
     """
-    runs, tests = comparison.runs, comparison.tests()
-    published = published_table(study, comparison)
+    runs, tests = comparison.runs, comparison.test_differences()
+    published = format_published_table(study, comparison)
     against = None
-    if study.control in comparison.order():
-        against = control_table(comparison, study.control, comparison.measures)
+    if study.control in comparison.rank_algorithms():
+        against = format_control_table(comparison, study.control, comparison.all_indicators)
     results = render(
         "studies/assets/results.html",
         study=study,
         label=label,
         comparison=comparison,
-        conclusions=" ".join(conclusions(comparison, study.control)),
+        conclusions=" ".join(format_conclusions(comparison, study.control)),
         published=published,
         against=against,
         failed=runs[runs["status"] == "failed"].to_dict("records"),
@@ -48,14 +60,16 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
         pairs=pairs.rename(columns={"p_holm": "p (Holm)"}).set_index("a"),
         overall=tests.kruskal_wallis,
     )
-    library = True if len(study.problems) == 1 else f"../{LIBRARY}"
-    return report_page(study.title, [results, *comparison.figures().values(), method], library)
+    library = True if len(study.problems) == 1 else f"../{LIBRARY_FILE}"
+    return render_report_page(
+        study.title, [results, *comparison.draw_figures().values(), method], library
+    )
 
 
-def study_page(
+def render_study_page(
     study: Study,
     comparisons: Mapping[str, Comparison],
-    standings: pd.DataFrame,
+    ranks: pd.DataFrame,
     remarks: Sequence[str],
 ) -> str:
     """Return the HTML page over all problems: means of the first indicator, ranks and runtimes.
@@ -70,41 +84,41 @@ def study_page(
     problems = render(
         "studies/assets/problems.html",
         study=study,
-        problems=problems_table(comparisons).table,
-        ranks=average_ranks(standings, study.per_variable),
-        folders={label: folder_name(label) for label in comparisons},
+        problems=build_study_table(comparisons).table,
+        ranks=format_average_ranks(ranks, study.per_variable),
+        folders={label: format_folder_name(label) for label in comparisons},
         remarks=remarks,
     )
-    figures = _pooled_figures(comparisons).values()
+    figures = _draw_aggregate_figures(comparisons).values()
     head = render("studies/assets/head.html", study=study)
-    return report_page(study.title, [head, *figures, problems], LIBRARY)
+    return render_report_page(study.title, [head, *figures, problems], LIBRARY_FILE)
 
 
-def average_ranks(standings: pd.DataFrame, per_variable: bool) -> pd.DataFrame:
+def format_average_ranks(ranks: pd.DataFrame, per_variable: bool) -> pd.DataFrame:
     """Return the average ranks as text, one row per evaluation count and one column per algorithm.
 
     A star marks ranks without a significant difference (5 %) from the best algorithm of the row, or
     from the control.
     """
     each = " each" if per_variable else ""
-    sizes = standings["variables"].map(lambda n: f"{n} variables" if n else "all")
-    budgets = standings["evaluations"].map("{:,.10g}".format) + each
+    sizes = ranks["variables"].map(lambda n: f"{n} variables" if n else "all")
+    budgets = ranks["evaluations"].map("{:,.10g}".format) + each
     blocks = [
         f" ({problems} problems{'' if functions == problems else f' of {functions} functions'})"
-        for problems, functions in zip(standings["problems"], standings["functions"], strict=True)
+        for problems, functions in zip(ranks["problems"], ranks["functions"], strict=True)
     ]
-    stars = (standings["p_holm"] >= LEVEL).map({True: "*", False: ""})
-    shown = standings.assign(
+    stars = (ranks["p_holm"] >= SIGNIFICANCE_LEVEL).map({True: "*", False: ""})
+    shown = ranks.assign(
         row=sizes + ", " + budgets + blocks,
-        text=standings["average_rank"].map("{:.2f}".format) + stars,
+        text=ranks["average_rank"].map("{:.2f}".format) + stars,
     )
     table = shown.pivot(index="row", columns="algorithm", values="text")
     order = shown.groupby("algorithm")["average_rank"].mean().sort_values(kind="stable")
     return table.loc[shown["row"].unique(), order.index].rename_axis("after evaluations")
 
 
-def study_figures(
-    comparisons: Mapping[str, Comparison], only: Sequence[str] = ()
+def draw_study_figures(
+    comparisons: Mapping[str, Comparison], names: Sequence[str] = ()
 ) -> dict[str, go.Figure]:
     """Return the figures of a study by names that are valid file names.
 
@@ -123,29 +137,29 @@ def study_figures(
     ValueError
         If there is no figure of a name.
     """
-    all_figures = _pooled_figures(comparisons) if len(comparisons) > 1 else {}
+    all_figures = _draw_aggregate_figures(comparisons) if len(comparisons) > 1 else {}
     full_names = {name: [name] for name in all_figures}
     for label, comparison in comparisons.items():
-        prefix = f"{folder_name(label)}-" if len(comparisons) > 1 else ""
-        figures = comparison.figures()
+        prefix = f"{format_folder_name(label)}-" if len(comparisons) > 1 else ""
+        figures = comparison.draw_figures()
         for indicator in comparison.indicators[1:]:
-            figures[f"anytime-{indicator.name}"] = anytime_figure(comparison, indicator.name)
+            figures[f"anytime-{indicator.name}"] = draw_anytime_curves(comparison, indicator.name)
         for name, figure in figures.items():
             all_figures[f"{prefix}{name}"] = figure
             full_names.setdefault(name, []).append(f"{prefix}{name}")
     selection = full_names | {name: [name] for name in all_figures}
-    for name in only:
+    for name in names:
         if name not in selection:
             expected = f"expected {', '.join(full_names)}{format_suggestion(name, selection)}"
             raise ValueError(f"the study has no figure {name!r}: {expected}")
-    return {full: all_figures[full] for name in only or all_figures for full in selection[name]}
+    return {full: all_figures[full] for name in names or all_figures for full in selection[name]}
 
 
-def _pooled_figures(comparisons: Mapping[str, Comparison]) -> dict[str, go.Figure]:
+def _draw_aggregate_figures(comparisons: Mapping[str, Comparison]) -> dict[str, go.Figure]:
     algorithms = next(iter(comparisons.values())).algorithms
-    ranked = friedman_over_problems(problem_values(comparisons))
-    reached = targets_reached(comparisons)
-    figures = {"ranks": ranks_figure(ranked, algorithms)} if ranked else {}
+    ranked = compute_friedman_test(compute_problem_values(comparisons))
+    reached = compute_runtime_distribution(comparisons)
+    figures = {"ranks": draw_critical_difference_diagram(ranked, algorithms)} if ranked else {}
     if len(reached):
-        figures["targets"] = targets_figure(reached, len(comparisons))
+        figures["targets"] = draw_runtime_distribution(reached, len(comparisons))
     return figures

@@ -27,11 +27,11 @@ from mgeo.algorithms.staged import MGEOStaged, is_low_fidelity
 from mgeo.evaluation.dominance import find_not_weakly_dominated
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import find_successful
-from mgeo.runs.algorithms import IDLE_STEPS, set_up
+from mgeo.runs.algorithms import MAX_IDLE_GENERATIONS, set_up
 from mgeo.studies.record import StudyRun
 
 #: Callback for each evaluated batch, with problem, population and algorithm.
-Watch = Callable[[Any, Population, Any], object]
+BatchCallback = Callable[[Any, Population, Any], object]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,15 +48,15 @@ class Task:
     seed: int
 
 
-def run(task: Task) -> StudyRun | str:
+def run_task(task: Task) -> StudyRun | str:
     """Make a run; return the error message if it fails, so that other runs continue."""
     try:
-        return record(task)
+        return record_run(task)
     except Exception as error:  # External algorithms and problems may raise any error.
         return f"{type(error).__name__}: {one_line(str(error))}"
 
 
-def record(task: Task) -> StudyRun:
+def record_run(task: Task) -> StudyRun:
     """Run copies of the algorithm and the problem, and return the record of all evaluations.
 
     The run ends with the generation that completes `n_eval` evaluations. The algorithm uses its own
@@ -73,20 +73,20 @@ def record(task: Task) -> StudyRun:
     """
     start = time.perf_counter()
     log = EvaluationLog(task.problem.n_obj, task.n_eval)
-    with global_state(task.seed), warnings.catch_warnings():
+    with seed_global_generators(task.seed), warnings.catch_warnings():
         # The comparison reports this condition in its notes.
         warnings.filterwarnings("ignore", "the first generation of")
         problem = copy.deepcopy(task.problem)
-        for algorithm in generations(task, problem, lambda _, *batch: log(*batch)):
+        for algorithm in iterate_generations(task, problem, lambda _, *batch: log(*batch)):
             evaluator = algorithm.evaluator.inner
         if isinstance(algorithm, MGEOStaged):
             algorithm.evaluate_archive()
         if isinstance(evaluator, TolerantEvaluator):
             evaluator.require_success()
-    return log.record(time.perf_counter() - start)
+    return log.build_run(time.perf_counter() - start)
 
 
-def generations(task: Task, problem: Problem, watch: Watch) -> Iterator[Any]:
+def iterate_generations(task: Task, problem: Problem, on_batch: BatchCallback) -> Iterator[Any]:
     """Yield a copy of the algorithm after each generation, until `n_eval` evaluations are made.
 
     The algorithm's own termination is not used, because some terminations end a generation early.
@@ -103,13 +103,13 @@ def generations(task: Task, problem: Problem, watch: Watch) -> Iterator[Any]:
         If the algorithm stops proposing candidates.
     """
     algorithm = set_up(problem, task.algorithm, task.n_eval, task.seed)
-    evaluator = algorithm.evaluator = WatchedEvaluator(algorithm.evaluator, watch)
+    evaluator = algorithm.evaluator = ReportingEvaluator(algorithm.evaluator, on_batch)
     idle = 0
-    while evaluator.seen < task.n_eval:
-        before = evaluator.seen
+    while evaluator.n_evaluations < task.n_eval:
+        before = evaluator.n_evaluations
         algorithm.next()
-        idle = idle + 1 if evaluator.seen == before else 0
-        if idle == IDLE_STEPS:
+        idle = idle + 1 if evaluator.n_evaluations == before else 0
+        if idle == MAX_IDLE_GENERATIONS:
             raise RuntimeError(
                 f"{type(task.algorithm).__name__} proposed no new candidate after {before} of "
                 f"{task.n_eval} evaluations"
@@ -139,10 +139,10 @@ class EvaluationLog:
 
     def __init__(self, n_obj: int, n_eval: int) -> None:
         self.n_eval = n_eval
-        self.seen = 0
-        self.failed = 0
+        self.n_evaluations = 0
+        self.n_failed = 0
         self._archive = ParetoArchive(n_obj)
-        self._rows = 0
+        self._n_rows = 0
         self._numbers: list[Any] = []
         self._F: list[Any] = [np.empty((0, n_obj))]
         self._X: list[Any] = []
@@ -150,10 +150,10 @@ class EvaluationLog:
     def __call__(self, population: Population, algorithm: Algorithm | None = None) -> None:
         """Log a batch of evaluated candidates, in the order of evaluation."""
         F = population.get("F").astype(float)
-        numbers = np.arange(self.seen + 1, self.seen + 1 + len(F))
-        self.seen += len(F)
+        numbers = np.arange(self.n_evaluations + 1, self.n_evaluations + 1 + len(F))
+        self.n_evaluations += len(F)
         failed = ~find_successful(population)
-        self.failed += int(np.count_nonzero(failed & (numbers <= self.n_eval)))
+        self.n_failed += int(np.count_nonzero(failed & (numbers <= self.n_eval)))
         if is_low_fidelity(algorithm):
             return
         if isinstance(algorithm, MGEOStaged) and algorithm.is_reevaluating:
@@ -163,14 +163,14 @@ class EvaluationLog:
         is_logged[is_logged] = find_not_weakly_dominated(F[is_logged], self._archive.F)
         if not is_logged.any():
             return
-        rows = np.arange(self._rows, self._rows + np.count_nonzero(is_logged))
-        self._rows += len(rows)
+        rows = np.arange(self._n_rows, self._n_rows + np.count_nonzero(is_logged))
+        self._n_rows += len(rows)
         self._archive.add(F[is_logged], rows.astype(object))
         self._numbers.append(numbers[is_logged])
         self._F.append(F[is_logged])
         self._X.append(np.array(population[is_logged].get("X")))
 
-    def record(self, wall_time: float) -> StudyRun:
+    def build_run(self, wall_time: float) -> StudyRun:
         """Return the record of the run.
 
         Parameters
@@ -179,18 +179,18 @@ class EvaluationLog:
         """
         rows = np.array(self._archive.individuals, dtype=np.int64)
         return StudyRun(
-            numbers=np.concatenate([np.empty(0, dtype=np.int64), *self._numbers]),
+            evaluation_numbers=np.concatenate([np.empty(0, dtype=np.int64), *self._numbers]),
             F=np.concatenate(self._F),
-            front=rows,
-            X=_numeric_rows(self._X, rows),
+            front_rows=rows,
+            X=_select_numeric_rows(self._X, rows),
             n_eval=self.n_eval,
-            evaluations=self.seen,
-            failed=self.failed,
+            n_evaluations=self.n_evaluations,
+            n_failed=self.n_failed,
             wall_time=wall_time,
         )
 
 
-class WatchedEvaluator(Evaluator):
+class ReportingEvaluator(Evaluator):
     """Evaluator that reports each evaluated batch to a callback.
 
     Parameters
@@ -203,19 +203,19 @@ class WatchedEvaluator(Evaluator):
     seen : number of evaluations so far.
     """
 
-    def __init__(self, inner: Evaluator, watch: Watch) -> None:
+    def __init__(self, inner: Evaluator, on_batch: BatchCallback) -> None:
         super().__init__(inner.skip_already_evaluated, inner.evaluate_values_of, inner.callback)
         self.inner = inner
-        self.seen = 0
-        self._watch = watch
+        self.n_evaluations = 0
+        self._on_batch = on_batch
 
     def _eval(self, problem: Problem, pop: Population, values: Any, **kwargs: Any) -> None:
         self.inner._eval(problem, pop, values, **kwargs)
-        self.seen += len(pop)
-        self._watch(problem, pop, kwargs.get("algorithm"))
+        self.n_evaluations += len(pop)
+        self._on_batch(problem, pop, kwargs.get("algorithm"))
 
 
-def _numeric_rows(X: list[Any], rows: Any) -> Any:
+def _select_numeric_rows(X: list[Any], rows: Any) -> Any:
     """Return the given rows as floats, shape (n, n_var), or no columns if they are not numbers."""
     if not X or X[0].ndim != 2 or X[0].dtype == object:
         return np.empty((len(rows), 0))
@@ -223,7 +223,7 @@ def _numeric_rows(X: list[Any], rows: Any) -> Any:
 
 
 @contextmanager
-def global_state(seed: int) -> Iterator[None]:
+def seed_global_generators(seed: int) -> Iterator[None]:
     """Seed the global generators of NumPy and Python, and restore them on exit."""
     numpy_state, python_state = np.random.get_state(), random.getstate()  # noqa: NPY002
     np.random.seed(seed % 2**32)  # noqa: NPY002

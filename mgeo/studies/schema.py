@@ -8,12 +8,12 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BeforeValidator, ConfigDict, Field, PlainValidator
 
 from mgeo.runs.registry import ALGORITHMS
-from mgeo.studies.arguments import GRID_POINTS, seed_numbers
+from mgeo.studies.arguments import DEFAULT_GRID_SIZE, expand_seeds
 from mgeo.validation.arguments import validate_integer
 from mgeo.validation.tables import Table
 
 
-def _as_list(value: Any) -> Any:
+def _convert_to_list(value: Any) -> Any:
     return [value] if isinstance(value, str) else value
 
 
@@ -24,12 +24,17 @@ def _validate_grid(value: Any) -> int | tuple[int, ...]:
 
 
 T = TypeVar("T")
-Some = Annotated[list[T], Field(min_length=1)]
-Count = Annotated[int, Field(ge=1)]
+NonEmptyList = Annotated[list[T], Field(min_length=1)]
+PositiveInteger = Annotated[int, Field(ge=1)]
 Seed = Annotated[int, Field(ge=0)]
-Names = Annotated[Some[str], BeforeValidator(_as_list, str | Some[str])]
-Grid = Annotated[int | tuple[int, ...], PlainValidator(_validate_grid, Count | Some[Count])]
-Seeds = Annotated[tuple[int, ...], PlainValidator(seed_numbers, Count | Some[Seed])]
+Names = Annotated[NonEmptyList[str], BeforeValidator(_convert_to_list, str | NonEmptyList[str])]
+Grid = Annotated[
+    int | tuple[int, ...],
+    PlainValidator(_validate_grid, PositiveInteger | NonEmptyList[PositiveInteger]),
+]
+Seeds = Annotated[
+    tuple[int, ...], PlainValidator(expand_seeds, PositiveInteger | NonEmptyList[Seed])
+]
 
 
 class ProblemTable(Table):
@@ -47,7 +52,7 @@ class ProblemTable(Table):
         None, description="Scenario files, relative to this file, or presets."
     )
     options: dict[str, Any] | None = Field(None, description="Options of the problem.")
-    parts: Some[float] | None = Field(
+    parts: NonEmptyList[float] | None = Field(
         None,
         description="Ascending values of the first objective that divide the front into parts, for "
         "the hypervolume of each part. By default, each part has a third of the points of the "
@@ -92,11 +97,11 @@ class PublishedTable(Table):
     )
 
 
-class StudyKeys(Table):
+class StudySettings(Table):
     """Keys of a study except its problems and algorithms."""
 
     title: str
-    about: str = ""
+    description: str = ""
     evaluations: int = Field(ge=1, description="Evaluations of each run.")
     per_variable: bool = Field(
         False,
@@ -105,7 +110,7 @@ class StudyKeys(Table):
     )
     seeds: Seeds = Field(description="Number of seeds (1, 2, ...), or a list of seeds.")
     grid: Grid = Field(
-        GRID_POINTS,
+        DEFAULT_GRID_SIZE,
         description="Number of equal steps, or a list of evaluation counts, at which fronts are "
         "measured.",
     )
@@ -118,14 +123,14 @@ class StudyKeys(Table):
     published: PublishedTable | None = None
 
 
-class StudyTable(StudyKeys):
+class StudyTable(StudySettings):
     """A comparison of algorithms on problems."""
 
-    problems: Some[ProblemTable]
-    algorithms: Some[AlgorithmTable]
+    problems: NonEmptyList[ProblemTable]
+    algorithms: NonEmptyList[AlgorithmTable]
 
 
-def study_schema() -> str:
+def build_study_schema() -> str:
     """Return the JSON Schema of study files as text."""
     version = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     return json.dumps(version | StudyTable.model_json_schema(), indent=2)

@@ -14,14 +14,14 @@ from numpy.typing import ArrayLike
 from mgeo._typing import FloatArray
 
 #: Significance level of all tests.
-LEVEL = 0.05
+SIGNIFICANCE_LEVEL = 0.05
 
 # Lower bounds of A for each magnitude (Vargha & Delaney 2000).
 _MAGNITUDES = ((0.71, "large"), (0.64, "medium"), (0.56, "small"))
 
 
 @dataclass(frozen=True, eq=False)
-class KruskalWallis:
+class KruskalWallisResult:
     """Result of the Kruskal-Wallis test (1952) for a difference between independent samples.
 
     Attributes
@@ -32,12 +32,12 @@ class KruskalWallis:
     """
 
     statistic: float
-    p: float
+    p_value: float
     ranks: pd.Series[float]
 
 
 @dataclass(frozen=True, eq=False)
-class Friedman:
+class FriedmanResult:
     """Result of Friedman's test over problems; rank 1 is the best.
 
     The values of a block must be related, as the values of all algorithms on one problem are. Runs
@@ -55,14 +55,14 @@ class Friedman:
     """
 
     statistic: float
-    p: float
+    p_value: float
     ranks: pd.Series[float]
-    problems: int
-    blocks: int
+    n_problems: int
+    n_blocks: int
     critical_difference: float
 
 
-def mann_whitney(a: ArrayLike, b: ArrayLike) -> float:
+def mann_whitney_p_value(a: ArrayLike, b: ArrayLike) -> float:
     """Return the two-sided p value of the Mann-Whitney test of two independent samples.
 
     The p value is exact for small samples without ties, and otherwise from the normal approximation
@@ -74,15 +74,15 @@ def mann_whitney(a: ArrayLike, b: ArrayLike) -> float:
     return float(scipy.stats.mannwhitneyu(a, b, alternative="two-sided").pvalue)
 
 
-def holm(p: ArrayLike) -> FloatArray:
+def holm_correction(p_values: ArrayLike) -> FloatArray:
     """Return the p values corrected by Holm's step-down procedure."""
-    values = np.asarray(p, dtype=float)
+    values = np.asarray(p_values, dtype=float)
     order = np.argsort(values, kind="stable")
     corrected = np.maximum.accumulate(values[order] * np.arange(len(values), 0, -1))
     return np.minimum(corrected, 1.0)[np.argsort(order)]
 
 
-def vargha_delaney(a: ArrayLike, b: ArrayLike) -> float:
+def vargha_delaney_effect_size(a: ArrayLike, b: ArrayLike) -> float:
     """Return the Vargha-Delaney effect size A.
 
     A is the probability that a value of `a` is larger than a value of `b`; ties count half.
@@ -91,12 +91,15 @@ def vargha_delaney(a: ArrayLike, b: ArrayLike) -> float:
     return float(np.mean((x > y) + 0.5 * (x == y)))
 
 
-def magnitude(effect: float) -> str:
+def classify_effect_size(effect_size: float) -> str:
     """Return the magnitude of an effect size A: negligible, small, medium or large."""
-    return next((w for least, w in _MAGNITUDES if max(effect, 1.0 - effect) >= least), "negligible")
+    return next(
+        (w for least, w in _MAGNITUDES if max(effect_size, 1.0 - effect_size) >= least),
+        "negligible",
+    )
 
 
-def pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.DataFrame:
+def compare_pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.DataFrame:
     """Compare all pairs of samples by the Mann-Whitney test, larger values being better.
 
     Returns
@@ -107,10 +110,10 @@ def pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.DataFram
     """
     table = pd.DataFrame(combinations(samples, 2), columns=["a", "b"])
     pairs = [(samples[a], samples[b]) for a, b in combinations(samples, 2)]
-    table["A"] = [vargha_delaney(*pair) for pair in pairs]
-    table["magnitude"] = [magnitude(effect) for effect in table["A"]]
-    table["p"] = [mann_whitney(*pair) for pair in pairs]
-    return table.assign(p_holm=holm(table["p"]))
+    table["A"] = [vargha_delaney_effect_size(*pair) for pair in pairs]
+    table["magnitude"] = [classify_effect_size(effect) for effect in table["A"]]
+    table["p"] = [mann_whitney_p_value(*pair) for pair in pairs]
+    return table.assign(p_holm=holm_correction(table["p"]))
 
 
 def mean_ranks(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.Series[float]:
@@ -125,7 +128,7 @@ def mean_ranks(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.Series
     return ranks.groupby(level=0, sort=False).mean().sort_values(kind="stable")
 
 
-def kruskal_wallis(samples: Mapping[str, Sequence[float] | FloatArray]) -> KruskalWallis:
+def kruskal_wallis_test(samples: Mapping[str, Sequence[float] | FloatArray]) -> KruskalWallisResult:
     """Return the Kruskal-Wallis test of independent samples, larger values being better.
 
     Raises
@@ -138,12 +141,12 @@ def kruskal_wallis(samples: Mapping[str, Sequence[float] | FloatArray]) -> Krusk
         raise ValueError(f"samples of sizes {sizes}: expected two or more, none of them empty")
     ranks = mean_ranks(samples)
     if np.unique(np.concatenate(list(samples.values()))).size == 1:
-        return KruskalWallis(0.0, 1.0, ranks)
+        return KruskalWallisResult(0.0, 1.0, ranks)
     result = scipy.stats.kruskal(*samples.values())
-    return KruskalWallis(float(result.statistic), float(result.pvalue), ranks)
+    return KruskalWallisResult(float(result.statistic), float(result.pvalue), ranks)
 
 
-def ranks_of_blocks(values: ArrayLike, blocks: ArrayLike) -> FloatArray:
+def mean_block_ranks(values: ArrayLike, blocks: ArrayLike) -> FloatArray:
     """Return the average rank of each algorithm in each block, shape (blocks, algorithms).
 
     Parameters
@@ -155,9 +158,9 @@ def ranks_of_blocks(values: ArrayLike, blocks: ArrayLike) -> FloatArray:
     return ranks.groupby(np.asarray(blocks)).mean().to_numpy()
 
 
-def friedman(
+def friedman_test(
     values: ArrayLike, names: Sequence[str], blocks: Sequence[str] | None = None
-) -> Friedman:
+) -> FriedmanResult:
     """Return Friedman's test of values by problem and algorithm, larger values being better.
 
     Parameters
@@ -183,7 +186,7 @@ def friedman(
             f"values of shape {table.shape} for {len(names)} algorithms: expected (problems, "
             "algorithms), two or more of each, and two blocks or more"
         )
-    ranks = ranks_of_blocks(table, block_names)
+    ranks = mean_block_ranks(table, block_names)
     n, k = ranks.shape
     mean = pd.Series(ranks.mean(axis=0), index=list(names), name="average rank")
     # scipy's test requires three algorithms and ranks of single problems. Ties and averages reduce
@@ -192,17 +195,19 @@ def friedman(
     statistic = float(n * np.sum((mean - (k + 1) / 2) ** 2) / spread) if spread > 0 else 0.0
     p = float(scipy.stats.chi2.sf(statistic, k - 1))
     ordered = mean.sort_values(kind="stable")
-    return Friedman(statistic, p, ordered, len(table), n, critical_difference(k, n))
+    return FriedmanResult(statistic, p, ordered, len(table), n, nemenyi_critical_difference(k, n))
 
 
-def critical_difference(k: int, blocks: int, alpha: float = LEVEL) -> float:
+def nemenyi_critical_difference(
+    n_algorithms: int, n_blocks: int, alpha: float = SIGNIFICANCE_LEVEL
+) -> float:
     """Return Nemenyi's critical difference of the average ranks of `k` algorithms."""
-    q = scipy.stats.studentized_range.ppf(1.0 - alpha, k, np.inf) / np.sqrt(2.0)
-    return float(q * np.sqrt(k * (k + 1) / (6.0 * blocks)))
+    q = scipy.stats.studentized_range.ppf(1.0 - alpha, n_algorithms, np.inf) / np.sqrt(2.0)
+    return float(q * np.sqrt(n_algorithms * (n_algorithms + 1) / (6.0 * n_blocks)))
 
 
 def bootstrap_band(
-    samples: FloatArray, level: float = 0.95, resamples: int = 2000, seed: int = 0
+    samples: FloatArray, level: float = 0.95, n_resamples: int = 2000, seed: int = 0
 ) -> tuple[FloatArray, FloatArray]:
     """Return the percentile bootstrap interval of the mean over runs.
 
@@ -218,7 +223,7 @@ def bootstrap_band(
     Lower and upper bound, (points,) each.
     """
     runs = len(samples)
-    resampled = np.random.default_rng(seed).integers(0, runs, (resamples, runs))
+    resampled = np.random.default_rng(seed).integers(0, runs, (n_resamples, runs))
     weights = np.stack([np.bincount(row, minlength=runs) for row in resampled]) / runs
     tail = (1.0 - level) / 2.0
     low, high = np.quantile(weights @ samples, [tail, 1.0 - tail], axis=0)

@@ -9,26 +9,30 @@ from typing import Any
 import pandas as pd
 from plotly.offline import get_plotlyjs
 
-from mgeo.figures.page import LIBRARY
+from mgeo.figures.page import LIBRARY_FILE
 from mgeo.store.atomic import write_file, write_files
-from mgeo.store.reading import to_csv
+from mgeo.store.reading import encode_csv
 from mgeo.store.run_folder import REPORT_FILE
-from mgeo.studies.arguments import grid_steps
+from mgeo.studies.arguments import expand_grid
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.conclusions import published_table
-from mgeo.studies.execute import RECORDS, Experiment
+from mgeo.studies.conclusions import format_published_table
+from mgeo.studies.execute import RUNS_FOLDER, Experiment
 from mgeo.studies.file import Study
-from mgeo.studies.indicators import NothingToCompareError, check_space
-from mgeo.studies.plan import claim, installed_versions
-from mgeo.studies.pooled import problem_values, ranks_over_problems, targets_reached
-from mgeo.studies.report import problem_page, study_page
-from mgeo.studies.stored import problem_folder, write_comparison
-from mgeo.studies.tables import markdown, problems_table
+from mgeo.studies.indicators import NoFeasibleSolutionError, validate_space_arguments
+from mgeo.studies.plan import list_study_versions, lock_study
+from mgeo.studies.pooled import (
+    compute_average_ranks,
+    compute_problem_values,
+    compute_runtime_distribution,
+)
+from mgeo.studies.report import render_problem_page, render_study_page
+from mgeo.studies.stored import select_problem_folder, write_comparison
+from mgeo.studies.tables import build_study_table, format_markdown
 
-TEXT = "study.toml"
-VALUES = "values.csv"
-RANKS = "ranks.csv"
-TARGETS = "targets.csv"
+STUDY_TOML_FILE = "study.toml"
+VALUES_FILE = "values.csv"
+RANKS_FILE = "ranks.csv"
+TARGETS_FILE = "targets.csv"
 
 
 def run_study(
@@ -90,19 +94,21 @@ def run_study(
     (['zdt1'], True)
     """
     folder = Path(folder)
-    places = {p.label: problem_folder(folder, p.label, len(study.problems)) for p in study.problems}
+    places = {
+        p.label: select_problem_folder(folder, p.label, len(study.problems)) for p in study.problems
+    }
     how = {"resume": resume, "n_jobs": n_jobs, "progress": progress}
     experiments = _build_experiments(study, places, how)
     parts = [part for e in experiments.values() for part in (e.problem, *e.algorithms.values())]
-    plan = study.plan() | {"versions": installed_versions(*parts)}
-    with claim(folder, plan, resume=resume):
-        write_file(folder / TEXT, study.text.encode())
+    plan = study.build_plan() | {"versions": list_study_versions(*parts)}
+    with lock_study(folder, plan, resume=resume):
+        write_file(folder / STUDY_TOML_FILE, study.text.encode())
         comparisons: dict[str, Comparison] = {}
         without: list[str] = []
         for label, experiment in experiments.items():
             try:
-                comparison = comparisons[label] = experiment.compare()
-            except NothingToCompareError as error:
+                comparison = comparisons[label] = experiment.run()
+            except NoFeasibleSolutionError as error:
                 without.append(f"{label}: {error}")
                 continue
             about = {
@@ -114,17 +120,17 @@ def run_study(
                 "versions": plan["versions"],
             }
             write_comparison(
-                places[label], comparison, about, _files_of_problem(study, label, comparison)
+                places[label], comparison, about, _build_problem_files(study, label, comparison)
             )
         if len(study.problems) > 1 and comparisons:
-            write_files(folder, _files_over_problems(study, comparisons, without))
+            write_files(folder, _build_study_files(study, comparisons, without))
     if without:
-        raise NothingToCompareError("; ".join(without))
+        raise NoFeasibleSolutionError("; ".join(without))
     return comparisons
 
 
 def _build_experiments(
-    study: Study, places: Mapping[str, Path], how: Mapping[str, Any]
+    study: Study, folders: Mapping[str, Path], run_options: Mapping[str, Any]
 ) -> dict[str, Experiment]:
     """Build all problems and algorithms before the first run, so that errors appear early.
 
@@ -137,54 +143,59 @@ def _build_experiments(
     for configuration in study.problems:
         label, problem = configuration.label, configuration.build()
         try:
-            check_space(problem, parts=configuration.parts)
+            validate_space_arguments(problem, parts=configuration.parts)
         except ValueError as error:
             raise ValueError(f"{label}: {error}") from error
-        n_eval, grid = study.budget(problem)
+        n_eval, grid = study.compute_budget(problem)
         experiments[label] = Experiment(
             problem,
             {each.label: each.build(problem) for each in study.algorithms},
             n_eval,
             study.seeds,
-            steps=grid_steps(grid, n_eval),
-            space={"parts": configuration.parts},
+            grid=expand_grid(grid, n_eval),
+            space_options={"parts": configuration.parts},
             title=label,
-            runs=places[label] / RECORDS,
-            **how,
+            runs_folder=folders[label] / RUNS_FOLDER,
+            **run_options,
         )
     return experiments
 
 
-def _files_over_problems(
-    study: Study, comparisons: Mapping[str, Comparison], without: list[str]
+def _build_study_files(
+    study: Study, comparisons: Mapping[str, Comparison], errors: list[str]
 ) -> dict[str, bytes]:
-    values = problem_values(comparisons, study.per_variable)
-    standings = ranks_over_problems(values, study.control)
-    marked = problems_table(comparisons)
-    remarks = [text for label, each in comparisons.items() for text in each.failures(label)]
-    remarks += [*without, *(text for each in comparisons.values() for text in each.notes)]
-    summary = marked.markdown() + "".join(f"\n{text}\n" for text in remarks)
+    values = compute_problem_values(comparisons, study.per_variable)
+    standings = compute_average_ranks(values, study.control)
+    marked = build_study_table(comparisons)
+    remarks = [
+        text for label, each in comparisons.items() for text in each.describe_failures(label)
+    ]
+    remarks += [*errors, *(text for each in comparisons.values() for text in each.notes)]
+    summary = marked.to_markdown() + "".join(f"\n{text}\n" for text in remarks)
     return {
-        LIBRARY: get_plotlyjs().encode(),
+        LIBRARY_FILE: get_plotlyjs().encode(),
         "summary.md": summary.encode(),
-        "summary.tex": marked.latex().encode(),
-        VALUES: to_csv(values),
-        RANKS: to_csv(standings),
-        TARGETS: to_csv(targets_reached(comparisons)),
-        REPORT_FILE: study_page(study, comparisons, standings, remarks).encode(),
+        "summary.tex": marked.to_latex().encode(),
+        VALUES_FILE: encode_csv(values),
+        RANKS_FILE: encode_csv(standings),
+        TARGETS_FILE: encode_csv(compute_runtime_distribution(comparisons)),
+        REPORT_FILE: render_study_page(study, comparisons, standings, remarks).encode(),
     }
 
 
-def _files_of_problem(study: Study, label: str, comparison: Comparison) -> dict[str, bytes]:
-    pairs = {each.name: comparison.tests(each.name).pairs for each in comparison.measures}
+def _build_problem_files(study: Study, label: str, comparison: Comparison) -> dict[str, bytes]:
+    pairs = {
+        each.name: comparison.test_differences(each.name).pairs
+        for each in comparison.all_indicators
+    }
     tests = pd.concat(pairs, names=["indicator"])
     summary = comparison.to_markdown() + "".join(f"\n{text}\n" for text in comparison.notes)
-    published = published_table(study, comparison)
+    published = format_published_table(study, comparison)
     if published is not None and study.published is not None:
-        summary += f"\nBeside {study.published.source}:\n\n{markdown(published)}"
+        summary += f"\nBeside {study.published.source}:\n\n{format_markdown(published)}"
     return {
-        "tests.csv": to_csv(tests.reset_index(0)),
+        "tests.csv": encode_csv(tests.reset_index(0)),
         "summary.md": summary.encode(),
         "summary.tex": comparison.to_latex().encode(),
-        REPORT_FILE: problem_page(study, label, comparison).encode(),
+        REPORT_FILE: render_problem_page(study, label, comparison).encode(),
     }

@@ -16,19 +16,19 @@ from pymoo.core.problem import Problem
 from mgeo._typing import FloatArray
 from mgeo.algorithms.variables import get_kind
 from mgeo.evaluation.evaluator import TolerantEvaluator
-from mgeo.studies.run import Task, generations, global_state
+from mgeo.studies.run import Task, iterate_generations, seed_global_generators
 
 # With these values, 20 of 20 trials detect that PatternSearch, NicheGA, SRES and ISRES of
 # pymoo 0.6.2 are not reproducible on a constrained problem. With 4 levels, 11 of 20 detect ISRES.
-_GENERATIONS, _EVALUATIONS = 12, 100  # minimum length of a short run
-_UNLIMITED = 10**9  # budget of a short run, because a small one may cut the first generation
-_LEVELS = 10  # number of different values of an objective
-_EXCESS = 1.1  # tolerated ratio of the first generation to the budget
-_ROUNDING = 1e-9  # differences below this share of the largest value are rounding errors
+_MIN_GENERATIONS, _MIN_EVALUATIONS = 12, 100  # minimum length of a short run
+_UNLIMITED_BUDGET = 10**9  # budget of a short run, because a small one may cut the first generation
+_N_LEVELS = 10  # number of different values of an objective
+_MAX_GENERATION_RATIO = 1.1  # tolerated ratio of the first generation to the budget
+_ROUNDING_TOLERANCE = 1e-9  # differences below this share of the largest value are rounding errors
 
 
 @dataclass(frozen=True)
-class Trial:
+class TrialResult:
     """Result of two short runs of one algorithm with equal seeds.
 
     Attributes
@@ -40,13 +40,13 @@ class Trial:
         None.
     """
 
-    repeats: bool
+    is_reproducible: bool
     noise: float
-    first_generation: int
-    fraction: float | None
+    first_generation_size: int
+    fractional_value: float | None
 
 
-def try_out(task: Task) -> Trial | None:
+def make_trial_runs(task: Task) -> TrialResult | None:
     """Make two short runs of a task; return None if a run fails.
 
     A short run has at least twelve generations and 100 evaluations, or `n_eval` evaluations if that
@@ -58,21 +58,23 @@ def try_out(task: Task) -> Trial | None:
     try:
         sizes, candidates = _make_short_run(task, copy.deepcopy(problem))
         points = candidates[0][[0, len(candidates[0]) // 2, -1]]
-        with global_state(task.seed + 1):  # so that the noise differs from the second evaluation
-            first = _evaluate(problem, points)
+        with seed_global_generators(
+            task.seed + 1
+        ):  # so that the noise differs from the second evaluation
+            first = _evaluate_points(problem, points)
         repeated_candidates = _make_short_run(task, problem)[1]
-        with global_state(task.seed):
-            second = _evaluate(problem, points)
+        with seed_global_generators(task.seed):
+            second = _evaluate_points(problem, points)
     except Exception:  # External algorithms and problems may raise any error.
         return None
     change = np.abs(first - second)
-    differs = change > _ROUNDING * np.abs(first).max(axis=0)
+    differs = change > _ROUNDING_TOLERANCE * np.abs(first).max(axis=0)
     noise = float(change.max(initial=0.0, where=differs))
     repeats = joblib.hash(candidates) == joblib.hash(repeated_candidates)
-    return Trial(repeats, noise, sizes[0], _find_fraction(problem, candidates))
+    return TrialResult(repeats, noise, sizes[0], _find_fractional_value(problem, candidates))
 
 
-def notes(trials: Mapping[str, Trial], title: str, n_eval: int) -> list[str]:
+def describe_limitations(trials: Mapping[str, TrialResult], title: str, n_eval: int) -> list[str]:
     """Return one sentence for each condition that limits the validity of a comparison.
 
     Parameters
@@ -89,7 +91,7 @@ def notes(trials: Mapping[str, Trial], title: str, n_eval: int) -> list[str]:
             "best values of a run are partly luck: evaluate final fronts again, or let the problem "
             "average over several evaluations."
         )
-    unseeded = [label for label, trial in trials.items() if not trial.repeats]
+    unseeded = [label for label, trial in trials.items() if not trial.is_reproducible]
     if unseeded:
         sentences.append(
             f"{title}: two runs of {', '.join(unseeded)} with the same seed differ. Their runs "
@@ -97,31 +99,31 @@ def notes(trials: Mapping[str, Trial], title: str, n_eval: int) -> list[str]:
             "numbers from their random_state."
         )
     for label, trial in trials.items():
-        if trial.first_generation > _EXCESS * n_eval:
+        if trial.first_generation_size > _MAX_GENERATION_RATIO * n_eval:
             sentences.append(
-                f"{title}: the first generation of {label} has {trial.first_generation:,} "
+                f"{title}: the first generation of {label} has {trial.first_generation_size:,} "
                 f"evaluations, of which the first {n_eval:,} count: expected a larger budget, or "
                 "an algorithm of smaller generations."
             )
     return sentences
 
 
-def require_integers(trials: Mapping[str, Trial], title: str) -> None:
+def reject_fractional_values(trials: Mapping[str, TrialResult], title: str) -> None:
     """Raise ValueError if an algorithm proposes fractional values of integer or binary variables.
 
     pymoo's default operators are for real variables, so that one algorithm would solve a relaxed
     problem and the others would not.
     """
     for label, trial in trials.items():
-        if trial.fraction is not None:
+        if trial.fractional_value is not None:
             raise ValueError(
-                f"{title} has integer variables, but {label} evaluates {trial.fraction:.4g}: "
+                f"{title} has integer variables, but {label} evaluates {trial.fractional_value:.4g}: "
                 "expected an algorithm with operators for integers (sampling, crossover, mutation "
                 "and repair), see pymoo's page on discrete variables"
             )
 
 
-def _find_fraction(problem: Problem, batches: Iterable[Any]) -> float | None:
+def _find_fractional_value(problem: Problem, batches: Iterable[Any]) -> float | None:
     if get_kind(problem.vtype) not in ("integer", "binary"):
         return None
     values = np.concatenate([np.asarray(X, float).ravel() for X in batches])
@@ -133,26 +135,26 @@ def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]
     """Return the number of evaluations of each generation, and the candidates X of each batch."""
     batches: list[Any] = []
     sizes: list[int] = []
-    unlimited_task = replace(task, n_eval=_UNLIMITED)
-    with global_state(task.seed), _replace_values(problem):
-        for _ in generations(
+    unlimited_task = replace(task, n_eval=_UNLIMITED_BUDGET)
+    with seed_global_generators(task.seed), _randomize_values(problem):
+        for _ in iterate_generations(
             unlimited_task, problem, lambda _, pop, __: batches.append(pop.get("X"))
         ):
             sizes.append(sum(map(len, batches)) - sum(sizes))
-            is_enough = len(sizes) >= _GENERATIONS and sum(sizes) >= _EVALUATIONS
+            is_enough = len(sizes) >= _MIN_GENERATIONS and sum(sizes) >= _MIN_EVALUATIONS
             if is_enough or sum(sizes) >= task.n_eval:
                 break
     return sizes, batches
 
 
 @contextmanager
-def _replace_values(problem: Problem) -> Iterator[None]:
+def _randomize_values(problem: Problem) -> Iterator[None]:
     """Replace the values of a problem at all fidelity levels by a reproducible random sequence."""
     random_state, is_elementwise = np.random.default_rng(0), problem.elementwise
 
     def evaluate(X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         ends = {
-            "F": (0, _LEVELS, problem.n_obj),
+            "F": (0, _N_LEVELS, problem.n_obj),
             "G": (-1, 2, problem.n_ieq_constr),
             "H": (0, 2, problem.n_eq_constr),
         }
@@ -169,7 +171,7 @@ def _replace_values(problem: Problem) -> Iterator[None]:
         problem.elementwise = is_elementwise
 
 
-def _evaluate(problem: Problem, X: Any) -> FloatArray:
+def _evaluate_points(problem: Problem, X: Any) -> FloatArray:
     """Return F, G and H of the points side by side."""
     population = Population.new("X", X)
     TolerantEvaluator(warn=False).eval(problem, population)

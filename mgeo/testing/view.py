@@ -7,7 +7,7 @@ import pandas as pd
 from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
-from mgeo.figures.motion import check_motion
+from mgeo.figures.motion import validate_motion
 from mgeo.plugins.shown import Review
 from mgeo.plugins.view import View, build_view
 from mgeo.testing.check import convert_to_check_error, require, require_equal
@@ -54,7 +54,7 @@ def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:
             with convert_to_check_error(
                 f"solution_figures(), {name!r} as a still or animated figure"
             ):
-                check_motion(figure)
+                validate_motion(figure)
     for name in _LINES:
         lines = _call_method(view, name)
         are_texts = isinstance(lines, list) and all(isinstance(line, str) for line in lines)

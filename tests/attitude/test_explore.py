@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 from mgeo.report import compare_html
-from mgeo.store.atomic import to_json
+from mgeo.store.atomic import encode_json
 from mgeo.store.run_folder import write_run
-from mgeo.store.solution_file import solution_document, solution_of
+from mgeo.store.solution_file import build_solution_document, parse_solution
 
 from ..browser import opened
 from ..mgeo.explore.test_server import served
@@ -38,10 +38,10 @@ def test_quick_metrics_are_those_of_the_table_without_monte_carlo(problem):
 
 def test_a_saved_plan_is_the_plans_file(problem):
     x = np.random.default_rng(2).uniform(problem.xl, problem.xu)
-    document = solution_document(problem, "attitude", x)
-    plan = from_json(to_json(document).decode())
+    document = build_solution_document(problem, "attitude", x)
+    plan = from_json(encode_json(document).decode())
     assert plan == ManeuverPlan(problem.scenario, tuple(x.tolist()))
-    again, _, design = solution_of(document)
+    again, _, design = parse_solution(document)
     np.testing.assert_array_equal(design, x)
     assert again.scenario == problem.scenario
 

@@ -4,19 +4,19 @@ from pathlib import Path
 
 import pandas as pd
 
-from mgeo.runs.prepare import prepare
+from mgeo.runs.prepare import prepare_run
 
 KEPT = Path(__file__).parent / "reference" / "paper-front.csv"
 
 
 def test_the_front_of_a_small_run_of_the_papers_preset_has_not_changed():
-    run = prepare(
+    run = prepare_run(
         "attitude",
         {"preset": "paper"},
         algorithm="mgeo-real",
         evaluations=1200,
-        starts=None,
-        polish=None,
+        initial_designs=None,
+        refine=None,
     )
     found = run.solve()
     columns = [*found.variables, *found.objectives]

@@ -14,8 +14,8 @@ from mgeo_attitude import AttitudeManeuverProblem, evaluate
 from mgeo_attitude.plan import Front
 from mgeo_attitude.view.observability.alternatives import baselines
 
-from mgeo.runs.prepare import prepare
-from mgeo.runs.registry import DEFAULT
+from mgeo.runs.prepare import prepare_run
+from mgeo.runs.registry import DEFAULT_ALGORITHM
 
 from ..three import three
 from .pages import DOCS, markdown, write_table
@@ -34,11 +34,13 @@ def main() -> None:
     parts = []
     for name in PRESETS:
         problem = AttitudeManeuverProblem(three(name))
-        outcome = prepare("attitude", problem.to_options(), algorithm=DEFAULT, seed=SEED).solve()
+        outcome = prepare_run(
+            "attitude", problem.to_options(), algorithm=DEFAULT_ALGORITHM, seed=SEED
+        ).solve()
         front = Front(Path(name), problem, outcome.X, outcome.F)
         heading = (
-            f"**`{name}`**: {len(outcome.F)} plans of {DEFAULT}, seed {SEED}, "
-            f"{outcome.evaluations:,} evaluations."
+            f"**`{name}`**: {len(outcome.F)} plans of {DEFAULT_ALGORITHM}, seed {SEED}, "
+            f"{outcome.n_evaluations:,} evaluations."
         )
         parts.append("\n\n".join([heading, same_time(front), on_its_own_terms(front)]))
     print(*parts, sep="\n\n")

@@ -26,7 +26,7 @@ from pymoo.optimize import minimize
 
 from mgeo import MGEODirected, MGEOStaged
 from mgeo.evaluation.dominance import find_front_rows
-from mgeo.studies.statistics import holm, mann_whitney
+from mgeo.studies.statistics import holm_correction, mann_whitney_p_value
 
 from ..three import three
 from .pages import DOCS, add_result, read_results, write_table
@@ -161,7 +161,7 @@ def tests(rows: Rows) -> Iterator[str]:
         if min(map(len, kept.values())) < LEAST:
             continue
         others = [search for search in kept if search != "robust"]
-        p = holm([mann_whitney(kept["robust"], kept[each]) for each in others])
+        p = holm_correction([mann_whitney_p_value(kept["robust"], kept[each]) for each in others])
         yield f"{preset}: " + ", ".join(
             f"{search} p = {value:.2g}" for search, value in zip(others, p, strict=True)
         )

@@ -33,7 +33,7 @@ population = 20
 def test_the_study_file_of_the_page_on_studies_is_read():
     (text,) = blocks("studies/README.md", "toml")
     study = parse_study(text, STUDIES)
-    assert study.budget(study.problems[0].build())[0] == 20_000
+    assert study.compute_budget(study.problems[0].build())[0] == 20_000
     assert study.control in [algorithm.label for algorithm in study.algorithms]
 
 
@@ -48,15 +48,17 @@ def test_stored_results_agree_to_six_digits(fronts, tmp_path):
     for label, comparison in results.items():
         stored = read_comparison(kept / label)
         pd.testing.assert_frame_equal(stored.table, comparison.table, check_exact=False, rtol=5e-6)
-        pd.testing.assert_frame_equal(stored.tests().pairs, comparison.tests().pairs)
-        assert set(stored.records) == (set(comparison.records) if fronts else set())
-        for (name, seed), record in stored.records.items():
-            whole = comparison.records[name, seed].front_F
+        pd.testing.assert_frame_equal(
+            stored.test_differences().pairs, comparison.test_differences().pairs
+        )
+        assert set(stored.finished_runs) == (set(comparison.finished_runs) if fronts else set())
+        for (name, seed), record in stored.finished_runs.items():
+            whole = comparison.finished_runs[name, seed].front_F
             near = np.isclose(record.front_F[:, None], whole[None], rtol=5e-6, atol=1e-12).all(
                 axis=2
             )
             assert near.any(axis=1).all()
-            is_median = seed == stored.median_seed(name)
+            is_median = seed == stored.find_median_seed(name)
             assert len(record.front_F) == (len(whole) if is_median else min(len(whole), POINTS))
 
 

@@ -84,7 +84,7 @@ def test_an_installed_one_is_found_by_its_name(installed):
     assert re.search(rf"^{installed} ", run("mgeo algorithms"), re.MULTILINE)
     run(f"mgeo solve pymoo:zdt1 --algorithm {installed} --walkers 2 --evaluations 60 --out a -q")
     run("mgeo resume a --evaluations 120 -q")
-    assert read_run("a").outcome.evaluations == 120
+    assert read_run("a").outcome.n_evaluations == 120
 
 
 def test_a_run_folder_imports_no_module(folder):

@@ -11,20 +11,29 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from mgeo._typing import FloatArray
-from mgeo.figures.front import axis
-from mgeo.figures.style import CLICK, literal
+from mgeo.figures.front import build_axis_layout
+from mgeo.figures.style import CLICK_HINT, escape_markup
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.figures.style import finished, looks, require_objectives, set_axes
+from mgeo.studies.figures.style import (
+    apply_comparison_style,
+    assign_trace_styles,
+    set_axes,
+    validate_n_objectives,
+)
 
-_COLUMNS = 3
+_N_COLUMNS = 3
 _ROW_HEIGHT = 300
 _COORDINATES = ("x", "y", "z")
 
-_SURFACES = ((50, "half of the runs", 2.0), (0, "the best run", 1.0), (100, "every run", 1.0))
-_CELLS = 300  # maximum number of heat-map cells along each objective
+_ATTAINMENT_SURFACES = (
+    (50, "half of the runs", 2.0),
+    (0, "the best run", 1.0),
+    (100, "every run", 1.0),
+)
+_MAX_CELLS = 300  # maximum number of heat-map cells along each objective
 
 
-def fronts_figure(comparison: Comparison) -> go.Figure:
+def draw_median_fronts(comparison: Comparison) -> go.Figure:
     """Draw, for each algorithm, the front of the run with the median first indicator.
 
     Raises
@@ -33,38 +42,42 @@ def fronts_figure(comparison: Comparison) -> go.Figure:
         Unless there are two or three objectives.
     """
     n_obj = comparison.problem.n_obj
-    require_objectives(comparison.problem, 2, 3)
+    validate_n_objectives(comparison.problem, 2, 3)
     figure, drawn = go.Figure(), [np.empty((0, n_obj))]
-    for name, look in looks(comparison.algorithms).items():
-        seed = comparison.median_seed(name)
+    for name, look in assign_trace_styles(comparison.algorithms).items():
+        seed = comparison.find_median_seed(name)
         if seed is None:
             continue
-        F = comparison.records[name, seed].front_F
+        F = comparison.finished_runs[name, seed].front_F
         F = F[np.lexsort(F.T[::-1])]
         drawn.append(F)
         style: dict[str, Any] = {"mode": "markers", "marker": {"size": 3, "color": look.color}}
         if n_obj == 2:
-            line = {"shape": "hv", "width": 1, "color": look.faint(0.5), "dash": look.dash}
+            line = {"shape": "hv", "width": 1, "color": look.format_color(0.5), "dash": look.dash}
             marker = {"size": 6, "color": look.color, "symbol": look.symbol, "opacity": 0.8}
             style = {"mode": "lines+markers", "marker": marker, "line": line}
-        figure.add_trace(_points_trace(F, name, f"seed {seed}", comparison.objectives, **style))
-        figure.data[-1].name = literal(f"{name}, seed {seed}")
+        figure.add_trace(
+            _build_points_trace(F, name, f"seed {seed}", comparison.objectives, **style)
+        )
+        figure.data[-1].name = escape_markup(f"{name}, seed {seed}")
     points = np.concatenate(drawn)
     if n_obj == 2:
         set_axes(figure, comparison.objectives, points)
     else:
         axes = zip(_COORDINATES, comparison.objectives, points.T, strict=True)
-        scene = {f"{key}axis": axis(name, values, in_space=True) for key, name, values in axes}
+        scene = {
+            f"{key}axis": build_axis_layout(name, values, is_3d=True) for key, name, values in axes
+        }
         figure.update_scenes(scene)
-    return finished(
+    return apply_comparison_style(
         figure,
         "Fronts of typical runs",
-        f"of each algorithm the run with the median {comparison.indicator().title}: the "
+        f"of each algorithm the run with the median {comparison.select_indicator().title}: the "
         f"nondominated among all its {comparison.n_eval:,} evaluations",
     )
 
 
-def each_figure(comparison: Comparison) -> go.Figure:
+def draw_front_panels(comparison: Comparison) -> go.Figure:
     """Draw one panel per algorithm with all fronts in gray and the median run in color.
 
     Raises
@@ -72,47 +85,47 @@ def each_figure(comparison: Comparison) -> go.Figure:
     ValueError
         Unless there are two objectives.
     """
-    require_objectives(comparison.problem, 2)
-    names = [name for name in comparison.algorithms if any(map(len, comparison.fronts(name)))]
-    rows = ceil(len(names) / _COLUMNS)
+    validate_n_objectives(comparison.problem, 2)
+    names = [name for name in comparison.algorithms if any(map(len, comparison.list_fronts(name)))]
+    rows = ceil(len(names) / _N_COLUMNS)
     figure = make_subplots(
         rows=rows,
-        cols=_COLUMNS,
+        cols=_N_COLUMNS,
         shared_xaxes="all",
         shared_yaxes="all",
-        subplot_titles=list(map(literal, names)),
+        subplot_titles=list(map(escape_markup, names)),
         vertical_spacing=0.25 / rows,
         horizontal_spacing=0.07,
-        x_title=literal(comparison.objectives[0]),
-        y_title=literal(comparison.objectives[1]),
+        x_title=escape_markup(comparison.objectives[0]),
+        y_title=escape_markup(comparison.objectives[1]),
     )
-    style = looks(comparison.algorithms)
-    drawn = [np.concatenate(comparison.fronts(name)) for name in names]
+    style = assign_trace_styles(comparison.algorithms)
+    drawn = [np.concatenate(comparison.list_fronts(name)) for name in names]
     for i, (name, points) in enumerate(zip(names, drawn, strict=True)):
-        seed = comparison.median_seed(name)
-        layers = [(points, f"one of {len(comparison.fronts(name))} runs", 3, "#b5b5b5")]
+        seed = comparison.find_median_seed(name)
+        layers = [(points, f"one of {len(comparison.list_fronts(name))} runs", 3, "#b5b5b5")]
         if seed is not None:
-            median = comparison.records[name, seed].front_F
+            median = comparison.finished_runs[name, seed].front_F
             layers.append((median, f"seed {seed}", 5, style[name].color))
         for F, run, size, color in layers:
             marker = {"size": size, "color": color}
-            trace = _points_trace(
+            trace = _build_points_trace(
                 F, name, run, comparison.objectives, mode="markers", marker=marker
             )
-            figure.add_trace(trace, row=i // _COLUMNS + 1, col=i % _COLUMNS + 1)
+            figure.add_trace(trace, row=i // _N_COLUMNS + 1, col=i % _N_COLUMNS + 1)
     set_axes(figure, ("", ""), np.concatenate(drawn))
     figure.update_xaxes(showticklabels=True)
     figure.update_yaxes(showticklabels=True)
-    finished(
+    apply_comparison_style(
         figure,
         "Fronts one by one",
-        f"gray: all runs; in color: the run with the median {comparison.indicator().title}; "
+        f"gray: all runs; in color: the run with the median {comparison.select_indicator().title}; "
         "equal axes, zoomed together",
     )
     return figure.update_layout(height=180 + _ROW_HEIGHT * rows, showlegend=False)
 
 
-def attainment_figure(comparison: Comparison) -> go.Figure:
+def draw_attainment_surfaces(comparison: Comparison) -> go.Figure:
     """Draw the best, median and worst attainment surface of each algorithm.
 
     Raises
@@ -120,40 +133,42 @@ def attainment_figure(comparison: Comparison) -> go.Figure:
     ValueError
         Unless there are two objectives.
     """
-    require_objectives(comparison.problem, 2)
+    validate_n_objectives(comparison.problem, 2)
     figure, drawn = go.Figure(), [np.empty((0, 2))]
-    for name, look in looks(comparison.algorithms).items():
+    for name, look in assign_trace_styles(comparison.algorithms).items():
         # A run with an empty front counts but attains no point, like a point at infinity.
-        fronts = [f if len(f) else np.full((1, 2), np.inf) for f in comparison.fronts(name)]
+        fronts = [f if len(f) else np.full((1, 2), np.inf) for f in comparison.list_fronts(name)]
         points = np.concatenate([np.empty((0, 2)), *fronts])
         if not np.isfinite(points).any():
             continue
         sets = np.repeat(np.arange(1.0, len(fronts) + 1), list(map(len, fronts)))
-        surfaces = moocore.eaf(points, sets, percentiles=[level for level, _, _ in _SURFACES])
+        surfaces = moocore.eaf(
+            points, sets, percentiles=[level for level, _, _ in _ATTAINMENT_SURFACES]
+        )
         surfaces = surfaces[np.isfinite(surfaces).all(axis=1)]
-        for level, meaning, width in _SURFACES:
+        for level, meaning, width in _ATTAINMENT_SURFACES:
             surface = surfaces[surfaces[:, 2] == level, :2]
             surface = surface[np.argsort(surface[:, 0])]
             drawn.append(surface)
-            line = {"color": look.faint(0.6), "dash": "1px,2px"}
+            line = {"color": look.format_color(0.6), "dash": "1px,2px"}
             if level == 50:
                 line = {"color": look.color, "dash": look.dash}
             style = {"mode": "lines", "line": {"shape": "hv", "width": width, **line}}
-            trace = _points_trace(
+            trace = _build_points_trace(
                 surface, name, f"{meaning} attained", comparison.objectives, **style
             )
             group = {"legendgroup": name, "showlegend": level == 50}
-            figure.add_trace(trace.update(name=literal(name), **group))
+            figure.add_trace(trace.update(name=escape_markup(name), **group))
     set_axes(figure, comparison.objectives, np.concatenate(drawn))
-    return finished(
+    return apply_comparison_style(
         figure,
         "Empirical attainment surfaces",
         "thick: what half of the runs dominate or reach; dotted: the best run and every "
-        f"run{CLICK}",
+        f"run{CLICK_HINT}",
     )
 
 
-def difference_figure(comparison: Comparison, first: str, second: str) -> go.Figure:
+def draw_attainment_difference(comparison: Comparison, first: str, second: str) -> go.Figure:
     """Draw the difference of the attainment shares of two algorithms over the objective space.
 
     Raises
@@ -161,14 +176,14 @@ def difference_figure(comparison: Comparison, first: str, second: str) -> go.Fig
     ValueError
         Unless there are two objectives, both algorithms have a finished run, and a run has a front.
     """
-    require_objectives(comparison.problem, 2)
-    pair = [comparison.fronts(name) for name in (first, second)]
+    validate_n_objectives(comparison.problem, 2)
+    pair = [comparison.list_fronts(name) for name in (first, second)]
     fronts = [front for each in pair for front in each if len(front)]
     if not (all(pair) and fronts):
         raise ValueError(f"{first!r} and {second!r}: expected a finished run of each, and a front")
     points = np.concatenate(fronts)
-    x, y = (_cell_edges(values) for values in points.T)
-    shares = [attained_shares(each, x[:-1], y[:-1]) for each in pair]
+    x, y = (_compute_cell_edges(values) for values in points.T)
+    shares = [compute_attainment(each, x[:-1], y[:-1]) for each in pair]
     figure = go.Figure(
         go.Heatmap(
             x=x,
@@ -178,19 +193,19 @@ def difference_figure(comparison: Comparison, first: str, second: str) -> go.Fig
             zmax=100,
             colorscale=[(0.0, "rgb(190,75,0)"), (0.5, "white"), (1.0, "rgb(0,92,148)")],
             colorbar={"title": {"text": "difference in<br>share of runs"}, "ticksuffix": " %"},
-            hovertemplate=f"{literal(first)} minus {literal(second)}: %{{z}} %<extra></extra>",
+            hovertemplate=f"{escape_markup(first)} minus {escape_markup(second)}: %{{z}} %<extra></extra>",
         )
     )
     set_axes(figure, comparison.objectives, points)
-    return finished(
+    return apply_comparison_style(
         figure,
-        f"Attainment of {literal(first)} against {literal(second)}",
-        f"blue: {literal(first)} attains the point in more of its runs; orange: in fewer; the "
+        f"Attainment of {escape_markup(first)} against {escape_markup(second)}",
+        f"blue: {escape_markup(first)} attains the point in more of its runs; orange: in fewer; the "
         "darker, the more",
     )
 
 
-def attained_shares(fronts: list[FloatArray], x: FloatArray, y: FloatArray) -> FloatArray:
+def compute_attainment(fronts: list[FloatArray], x: FloatArray, y: FloatArray) -> FloatArray:
     """Return the share of fronts that attain each grid point, shape (len(y), len(x)).
 
     A front attains a grid point if one of its points, shape (n, 2), weakly dominates the grid
@@ -204,21 +219,21 @@ def attained_shares(fronts: list[FloatArray], x: FloatArray, y: FloatArray) -> F
     return attained / len(fronts)
 
 
-def _cell_edges(values: FloatArray) -> FloatArray:
+def _compute_cell_edges(values: FloatArray) -> FloatArray:
     """Return ascending cell edges: the distinct values, or their quantiles if there are many."""
     edges = np.unique(values)
-    if len(edges) > _CELLS:
-        edges = np.unique(np.quantile(edges, np.linspace(0.0, 1.0, _CELLS), method="nearest"))
+    if len(edges) > _MAX_CELLS:
+        edges = np.unique(np.quantile(edges, np.linspace(0.0, 1.0, _MAX_CELLS), method="nearest"))
     return np.append(edges, edges[-1] + 0.05 * (np.ptp(edges) or 1.0))
 
 
-def _points_trace(
+def _build_points_trace(
     F: FloatArray, name: str, run: str, objectives: tuple[str, ...], **style: Any
 ) -> go.Scatter | go.Scatter3d:
     """Return a scatter trace of points, shape (n, 2) or (n, 3), with a hover text."""
     shown = zip(objectives, _COORDINATES, strict=False)
-    lines = [f"{literal(title)}: %{{{key}:.6g}}" for title, key in shown]
-    hover = "<br>".join([f"<b>{literal(name)}</b>, {run}", *lines]) + "<extra></extra>"
+    lines = [f"{escape_markup(title)}: %{{{key}:.6g}}" for title, key in shown]
+    hover = "<br>".join([f"<b>{escape_markup(name)}</b>, {run}", *lines]) + "<extra></extra>"
     coordinates = dict(zip(_COORDINATES, F.T, strict=False))
     kind = go.Scatter3d if F.shape[1] == 3 else go.Scatter
     return kind(**coordinates, hovertemplate=hover, **style)

@@ -8,15 +8,20 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from mgeo._typing import FloatArray
-from mgeo.figures.front import axis
-from mgeo.figures.style import CLICK, literal
+from mgeo.figures.front import build_axis_layout
+from mgeo.figures.style import CLICK_HINT, escape_markup
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.figures.style import Look, finished, looks, row_height
-from mgeo.studies.pooled import SHORTFALLS
-from mgeo.studies.statistics import Friedman, bootstrap_band
+from mgeo.studies.figures.style import (
+    TraceStyle,
+    apply_comparison_style,
+    assign_trace_styles,
+    compute_height,
+)
+from mgeo.studies.pooled import TARGET_DISTANCES
+from mgeo.studies.statistics import FriedmanResult, bootstrap_band
 
 
-def anytime_figure(comparison: Comparison, indicator: str | None = None) -> go.Figure:
+def draw_anytime_curves(comparison: Comparison, indicator: str | None = None) -> go.Figure:
     """Draw the mean indicator over evaluations with a 95 % bootstrap band, per algorithm.
 
     A curve begins at the first evaluation count with finite values of all runs, because an empty
@@ -28,50 +33,50 @@ def anytime_figure(comparison: Comparison, indicator: str | None = None) -> go.F
     ValueError
         If the indicator is unknown.
     """
-    chosen = comparison.indicator(indicator)
+    chosen = comparison.select_indicator(indicator)
     figure = go.Figure()
-    for name, look in looks(comparison.algorithms).items():
+    for name, look in assign_trace_styles(comparison.algorithms).items():
         rows = comparison.table[comparison.table["algorithm"] == name]
         wide = rows.pivot(index="seed", columns="evaluations", values=chosen.name)
         wide = wide.loc[:, np.isfinite(wide.to_numpy(float)).all(axis=0)]
         if wide.size:
             values = wide.to_numpy(float)
-            figure.add_traces(_curve(name, look, wide.columns.to_numpy(int), values))
+            figure.add_traces(_build_curve(name, look, wide.columns.to_numpy(int), values))
     figure.update_xaxes(title="evaluations", tickformat=",d", rangemode="tozero")
     positive = all(np.min(curve.y) > 0 for curve in figure.data if curve.mode == "lines")
     figure.update_yaxes(
         title=chosen.title,
-        type="log" if positive and not chosen.larger else "linear",
+        type="log" if positive and not chosen.is_maximized else "linear",
         exponentformat="power",
     )
-    return finished(
+    return apply_comparison_style(
         figure,
         f"{chosen.title[0].upper()}{chosen.title[1:]} of all evaluations so far",
-        f"mean of the runs, {chosen.direction}; band: 95 % bootstrap interval of the mean{CLICK}",
+        f"mean of the runs, {chosen.direction}; band: 95 % bootstrap interval of the mean{CLICK_HINT}",
     )
 
 
-def boxes_figure(comparison: Comparison) -> go.Figure:
+def draw_box_plots(comparison: Comparison) -> go.Figure:
     """Draw box plots of the final indicators, with one point per run."""
     figure = make_subplots(rows=1, cols=len(comparison.indicators), shared_yaxes=True)
-    final = comparison.final()
-    for name, look in looks(comparison.algorithms).items():
+    final = comparison.select_final_rows()
+    for name, look in assign_trace_styles(comparison.algorithms).items():
         rows = final[final["algorithm"] == name]
         for column, indicator in enumerate(comparison.indicators, 1):
             values = rows[indicator.name].to_numpy(float)
             shown = np.isfinite(values)
             box = go.Box(
                 x=values[shown],
-                name=literal(name),
+                name=escape_markup(name),
                 orientation="h",
                 boxpoints="all",
                 jitter=0.5,
                 pointpos=0,
                 marker={"color": look.color, "size": 4, "opacity": 0.7},
                 line={"width": 1.2},
-                fillcolor=look.faint(0.2),
+                fillcolor=look.format_color(0.2),
                 customdata=rows["seed"][shown],
-                hovertemplate=f"<b>{literal(name)}</b>, seed %{{customdata}}<br>{indicator.title}: "
+                hovertemplate=f"<b>{escape_markup(name)}</b>, seed %{{customdata}}<br>{indicator.title}: "
                 "%{x:.5g}<extra></extra>",
                 hoveron="points",
                 showlegend=False,
@@ -79,31 +84,33 @@ def boxes_figure(comparison: Comparison) -> go.Figure:
             figure.add_trace(box, row=1, col=column)
     for column, indicator in enumerate(comparison.indicators, 1):
         values = final[indicator.name].to_numpy(float)
-        figure.update_xaxes(axis("", values[np.isfinite(values)]), col=column)
+        figure.update_xaxes(build_axis_layout("", values[np.isfinite(values)]), col=column)
         figure.update_xaxes(title=f"{indicator.title}<br>{indicator.direction}", col=column)
     figure.update_xaxes(tickangle=0)
     figure.update_yaxes(autorange="reversed", automargin=True)
     empty = int((final["points"] == 0).sum())
-    return finished(
+    return apply_comparison_style(
         figure,
         f"All runs after {comparison.n_eval:,} evaluations",
         "box: quartiles and median; every point is a run, hover for its seed"
         + (f"; without {empty} that found nothing feasible" if empty else ""),
-    ).update_layout(height=row_height(len(comparison.algorithms)))
+    ).update_layout(height=compute_height(len(comparison.algorithms)))
 
 
-def _curve(name: str, look: Look, x: FloatArray, values: FloatArray) -> list[go.Scatter]:
+def _build_curve(
+    name: str, style: TraceStyle, x: FloatArray, values: FloatArray
+) -> list[go.Scatter]:
     mean = values.mean(axis=0)
     low, high = bootstrap_band(values)
     hover = (
-        f"<b>{literal(name)}</b><br>after %{{x:,d}} evaluations<br>mean of {len(values)} runs: "
+        f"<b>{escape_markup(name)}</b><br>after %{{x:,d}} evaluations<br>mean of {len(values)} runs: "
         "%{y:.5g}<br>95 % interval: %{customdata[0]:.5g} to %{customdata[1]:.5g}<extra></extra>"
     )
     band = go.Scatter(
         x=np.concatenate([x, x[::-1]]),
         y=np.concatenate([high, low[::-1]]),
         fill="toself",
-        fillcolor=look.faint(0.18),
+        fillcolor=style.format_color(0.18),
         line={"width": 0},
         hoverinfo="skip",
         legendgroup=name,
@@ -113,16 +120,18 @@ def _curve(name: str, look: Look, x: FloatArray, values: FloatArray) -> list[go.
         x=x,
         y=mean,
         mode="lines",
-        name=literal(name),
+        name=escape_markup(name),
         legendgroup=name,
-        line=look.line(2),
+        line=style.build_line(2),
         customdata=np.column_stack([low, high]),
         hovertemplate=hover,
     )
     return [band, line]
 
 
-def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...]) -> go.Figure:
+def draw_critical_difference_diagram(
+    test_result: FriedmanResult, algorithms: tuple[str, ...]
+) -> go.Figure:
     """Draw the critical-difference diagram of average ranks (Demsar 2006).
 
     Parameters
@@ -130,15 +139,15 @@ def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...]) -> go.Figure:
     ranked : Friedman's test over problems.
     algorithms : labels in the order that determines their colors.
     """
-    names, ranks = list(ranked.ranks.index), ranked.ranks.to_numpy(float)
-    style = looks(algorithms)
-    over = f"{ranked.problems} problems"
-    if ranked.blocks < ranked.problems:
-        over += f" of {ranked.blocks} functions"
-    groups = alike(list(ranks), ranked.critical_difference)
+    names, ranks = list(test_result.ranks.index), test_result.ranks.to_numpy(float)
+    style = assign_trace_styles(algorithms)
+    over = f"{test_result.n_problems} problems"
+    if test_result.n_blocks < test_result.n_problems:
+        over += f" of {test_result.n_blocks} functions"
+    groups = find_equivalent_groups(list(ranks), test_result.critical_difference)
     figure = go.Figure()
     for row, (low, high) in enumerate(groups):
-        members = literal(", ".join(names[low : high + 1]))
+        members = escape_markup(", ".join(names[low : high + 1]))
         figure.add_scatter(
             x=[ranks[low], (ranks[low] + ranks[high]) / 2, ranks[high]],
             y=[0.6 + 0.45 * row] * 3,
@@ -153,9 +162,9 @@ def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...]) -> go.Figure:
             x=[rank, rank],
             y=[0, -1 - i],
             mode="lines+markers",
-            line={"width": 1, "color": look.faint(0.5)},
+            line={"width": 1, "color": look.format_color(0.5)},
             marker={"size": [0, 12], "color": look.color, "symbol": look.symbol, "opacity": 1},
-            hovertemplate=f"<b>{literal(name)}</b><br>average rank %{{x:.3f}} over {over}"
+            hovertemplate=f"<b>{escape_markup(name)}</b><br>average rank %{{x:.3f}} over {over}"
             "<extra></extra>",
         )
     k = len(names)
@@ -164,19 +173,20 @@ def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...]) -> go.Figure:
         range=[-k - 0.6, 0.8 + 0.45 * max(1, len(groups))],
         tickvals=[-1 - i for i in range(k)],
         ticktext=[
-            f"{literal(name)}  <b>{rank:.2f}</b>" for name, rank in zip(names, ranks, strict=True)
+            f"{escape_markup(name)}  <b>{rank:.2f}</b>"
+            for name, rank in zip(names, ranks, strict=True)
         ],
         automargin=True,
     )
-    return finished(
+    return apply_comparison_style(
         figure,
         f"Average ranks over {over}",
         f"bars join what differs by less than the critical difference of "
-        f"{ranked.critical_difference:.2f} (Nemenyi, 5 %); Friedman's test: p = {ranked.p:.2g}",
-    ).update_layout(showlegend=False, height=row_height(k + len(groups)))
+        f"{test_result.critical_difference:.2f} (Nemenyi, 5 %); Friedman's test: p = {test_result.p_value:.2g}",
+    ).update_layout(showlegend=False, height=compute_height(k + len(groups)))
 
 
-def alike(ranks: list[float], difference: float) -> list[tuple[int, int]]:
+def find_equivalent_groups(ranks: list[float], critical_difference: float) -> list[tuple[int, int]]:
     """Return the (first, last) index of each maximal group of ranks within the critical difference.
 
     Parameters
@@ -186,13 +196,13 @@ def alike(ranks: list[float], difference: float) -> list[tuple[int, int]]:
     """
     groups: list[tuple[int, int]] = []
     for low, rank in enumerate(ranks):
-        high = max(i for i, other in enumerate(ranks) if other - rank < difference)
+        high = max(i for i, other in enumerate(ranks) if other - rank < critical_difference)
         if high > low and (not groups or high > groups[-1][1]):
             groups.append((low, high))
     return groups
 
 
-def targets_figure(reached: pd.DataFrame, n_problems: int) -> go.Figure:
+def draw_runtime_distribution(distribution: pd.DataFrame, n_problems: int) -> go.Figure:
     """Draw the empirical runtime distribution, as in COCO.
 
     Parameters
@@ -201,23 +211,23 @@ def targets_figure(reached: pd.DataFrame, n_problems: int) -> go.Figure:
     n_problems : number of problems, for the title.
     """
     figure = go.Figure()
-    for name, look in looks(tuple(reached["algorithm"].unique())).items():
-        steps = reached[reached["algorithm"] == name]
+    for name, look in assign_trace_styles(tuple(distribution["algorithm"].unique())).items():
+        steps = distribution[distribution["algorithm"] == name]
         figure.add_scatter(
             x=steps["evaluations"],
             y=steps["share"],
             mode="lines+markers",  # markers at the measured evaluation counts
-            line=look.line(2),
+            line=look.build_line(2),
             marker={"symbol": look.symbol, "size": 6},
-            name=literal(name),
-            hovertemplate=f"<b>{literal(name)}</b><br>%{{y:.1%}} of the targets<br>"
+            name=escape_markup(name),
+            hovertemplate=f"<b>{escape_markup(name)}</b><br>%{{y:.1%}} of the targets<br>"
             "within %{x:,.4g} evaluations per variable<extra></extra>",
         )
     figure.update_xaxes(title="evaluations per variable", type="log")
     figure.update_yaxes(title="share of targets reached", range=[0, 1], tickformat=".0%")
-    return finished(
+    return apply_comparison_style(
         figure,
         f"Targets reached, {n_problems} problems",
-        f"targets: hypervolumes short of a problem's best by {SHORTFALLS[0]:.0%} to "
-        f"{SHORTFALLS[-1]:.3%} of it{CLICK}",
+        f"targets: hypervolumes short of a problem's best by {TARGET_DISTANCES[0]:.0%} to "
+        f"{TARGET_DISTANCES[-1]:.3%} of it{CLICK_HINT}",
     )

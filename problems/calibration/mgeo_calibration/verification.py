@@ -17,7 +17,7 @@ from mgeo_attitude.view.describe import span
 from mgeo_attitude.view.observability.covariance import States
 from scipy.stats import chi2
 
-from mgeo.studies.statistics import holm
+from mgeo.studies.statistics import holm_correction
 from mgeo_calibration.flight.as_flown import ends
 from mgeo_calibration.simulation.flights import simulate
 from mgeo_calibration.simulation.monte_carlo import MonteCarlo
@@ -152,7 +152,7 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
         for sigma in (prediction, flights.sigma[:, at])
     )
     nees, m = float(flights.nees[:, at].mean() / len(states.names)), len(states.names)
-    p = holm(
+    p = holm_correction(
         np.concatenate(
             [
                 chi2.sf(n_runs * np.concatenate([predicted, claimed]) ** 2, n_runs),

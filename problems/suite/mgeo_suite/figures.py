@@ -11,7 +11,7 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.view.describe import maneuver_texts
 from mgeo_attitude.view.figures.style import line, small_layout
 
-from mgeo.figures.style import COLORS, SYMBOLS, finished, literal, log_axis
+from mgeo.figures.style import COLORS, SYMBOLS, apply_style, build_log_axis_layout, escape_markup
 from mgeo_suite.catalog import NONE
 from mgeo_suite.suites import SuiteModels
 
@@ -65,7 +65,7 @@ def _front(
                     f"<b>solution {row}</b>",
                     f"{price[row]:.4g} kEUR, attitude {accuracy[row]:.3g} deg after "
                     f"{result.t_end[row]:.6g} s",
-                    *map(literal, suites.text(choices[row]).split(", ")),
+                    *map(escape_markup, suites.text(choices[row]).split(", ")),
                     "maneuvers, x / y / z [deg/s] for duration [s]:",
                     *maneuver_texts(maneuvers[row]),
                 ]
@@ -73,7 +73,7 @@ def _front(
             for row in own
         ]
         figure.add_scatter(
-            name="no star tracker" if tracker == NONE else literal(f"{tracker} star tracker"),
+            name="no star tracker" if tracker == NONE else escape_markup(f"{tracker} star tracker"),
             x=price[own],
             y=accuracy[own],
             mode="markers",
@@ -82,9 +82,11 @@ def _front(
             hovertext=hover,
             hoverinfo="text",
         )
-    finished(figure, "Sensor suites", "price class against how well the attitude is known at t_end")
+    apply_style(
+        figure, "Sensor suites", "price class against how well the attitude is known at t_end"
+    )
     figure.update_xaxes(title="price [kEUR]")
-    axis = log_axis(accuracy[order]) if len(order) else {}
+    axis = build_log_axis_layout(accuracy[order]) if len(order) else {}
     figure.update_yaxes(title="attitude, 1-sigma about the worst of all axes [deg]", **axis)
     return figure
 
@@ -94,7 +96,8 @@ def _sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints) -> 
     places = suites.places[::-1]
     numbers = choices[order][:, ::-1].T
     texts = [
-        [literal(place.options[n]) for n in row] for place, row in zip(places, numbers, strict=True)
+        [escape_markup(place.options[n]) for n in row]
+        for place, row in zip(places, numbers, strict=True)
     ]
     shares = [n / max(len(p.options) - 1, 1) for p, n in zip(places, numbers, strict=True)]
     labels = [f"{row}: {price[row]:.4g} kEUR" for row in order]
@@ -110,7 +113,7 @@ def _sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints) -> 
         zmax=1.0,
         showscale=False,
     )
-    finished(figure, "Which sensors appear where", "the darker the better; the cheapest first")
+    apply_style(figure, "Which sensors appear where", "the darker the better; the cheapest first")
     figure.update_xaxes(title="solutions by price")
     return figure
 
@@ -137,7 +140,7 @@ def solution_figures(model: FilterModel, result: Evaluation) -> dict[str, go.Fig
     )
     return {
         "rates": turning.update_yaxes(title="deg/s"),
-        "attitude": accuracy.update_yaxes(title="deg", **log_axis(sigma)),
+        "attitude": accuracy.update_yaxes(title="deg", **build_log_axis_layout(sigma)),
     }
 
 

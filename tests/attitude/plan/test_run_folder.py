@@ -10,7 +10,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, read_front, to_json
 
 from mgeo.evaluation.dominance import find_front_rows
-from mgeo.runs.answer import representative_solutions
+from mgeo.runs.answer import select_representative_solutions
 from mgeo.store.run_folder import write_arrays, write_run
 
 from ..small_run import small_run
@@ -41,7 +41,7 @@ def test_picks(run, written):
     below = (points - points[0]) @ [y1 - y0, x0 - x1]
     bend = F[find_front_rows(F)[np.argmax(below)]]
     assert (knee.t_end, knee.trace) == (bend[0], pytest.approx(bend[1], rel=1e-9))
-    chosen = representative_solutions(front.problem, F, front.problem.obj_names)
+    chosen = select_representative_solutions(front.problem, F, front.problem.obj_names)
     assert [s.row for s in chosen if s.label == "knee"] == [front.row("knee")]
     times = F[:, 0]
     for seconds in (0.0, 1900.0, 1e9):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mgeo.runs.prepare import prepare, resume_run
+from mgeo.runs.prepare import prepare_run, resume_run
 
 from ...three import TRACE
 
@@ -24,7 +24,7 @@ class Killed(BaseException):
 
 @pytest.mark.slow
 def test_a_run_that_is_killed_amid_its_polish_ends_as_one_that_was_not(tmp_path):
-    run = prepare("attitude", SHORT, starts=2, polish=True, **SIZE)
+    run = prepare_run("attitude", SHORT, initial_designs=2, refine=True, **SIZE)
 
     def kill(state):
         if state.refinement is not None:
@@ -34,11 +34,11 @@ def test_a_run_that_is_killed_amid_its_polish_ends_as_one_that_was_not(tmp_path)
         run.solve(kill, tmp_path)
     except Killed:
         outcome = resume_run(tmp_path).solve()
-    expected = prepare("attitude", SHORT, starts=2, polish=True, **SIZE).solve()
+    expected = prepare_run("attitude", SHORT, initial_designs=2, refine=True, **SIZE).solve()
     np.testing.assert_array_equal(outcome.X, expected.X)
     np.testing.assert_array_equal(outcome.F, expected.F)
-    search = prepare("attitude", SHORT, starts=2, **SIZE).solve()
-    assert expected.refined > 0
+    search = prepare_run("attitude", SHORT, initial_designs=2, **SIZE).solve()
+    assert expected.n_refined > 0
     assert expected.hypervolume > search.hypervolume
 
 
@@ -59,5 +59,5 @@ TEN, THREE = {"maneuvers": {"count": 10}}, {"maneuvers": {"count": 3}}
     ],
 )
 def test_a_run_without_options_does_what_the_problem_recommends(given, expected):
-    found = prepare("attitude", given, starts=None, polish=None).configuration
-    assert (found.starts, found.polish, found.evaluations) == expected
+    found = prepare_run("attitude", given, initial_designs=None, refine=None).configuration
+    assert (found.initial_designs, found.refine, found.evaluations) == expected

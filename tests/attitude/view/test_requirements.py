@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 
-from mgeo.runs.answer import dead_end
+from mgeo.runs.answer import explain_infeasibility
 
 SHORT = {"preset": "cubesat_6u", "duration": 2400.0, "step": 4.0}
 SHORT |= {"maneuvers": {"count": 3}, "convergence": {"rule": "trace"}}
@@ -44,7 +44,7 @@ def test_an_error_that_no_turn_makes_smaller_is_named(required, expected):
     """A gyro's misalignment turns with the body: attitude and sensors hide it."""
     problem = asked(required, gyro={"initial_misalignment_deg": 0.08})
     X = designs(problem, 6, 1200.0)
-    way, *relax = dead_end(problem.view(X)).ways
+    way, *relax = explain_infeasibility(problem.view(X)).suggestions
     assert re.match(expected, way), way
     assert relax[0].startswith("relax required 1-sigma of")
     # what is said is so: with half of that error the attitude is known so much better

@@ -118,16 +118,16 @@ STAGES = [(0.5, 0.75), (0.87, 1.0), (0.0, 0.4)]
 def test_a_study_knows_values_of_the_last_stage_alone(stages):
     problem, algorithm = Rough(), MGEOStaged(stages, n_walkers=4)
     found = compare(problem, {"staged": algorithm}, 400, seeds=[1], grid=[100, 200, 399])
-    record = found.records["staged", 1]
+    record = found.finished_runs["staged", 1]
     np.testing.assert_array_equal(problem.evaluate(record.X), record.front_F)
     assert (record.F > 0.0).all()
     points = found.table["points"].tolist()
     assert (points[0] == 0) == (stages[-1] > 0.25)
-    assert points[-1] == len(record.front) > 3
+    assert points[-1] == len(record.front_rows) > 3
     # a judgment at the end counts with the last evaluation, and its own are told
     judged = stages[-1] == 1.0
-    assert (record.evaluations > 408) == judged
-    assert not judged or (record.numbers == 400).all()
+    assert (record.n_evaluations > 408) == judged
+    assert not judged or (record.evaluation_numbers == 400).all()
     # the same front as a run by itself has
     own = solve(Rough(), algorithm, 400, 1)
     if judged:

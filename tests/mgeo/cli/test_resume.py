@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from mgeo import read_record
-from mgeo.store.atomic import lock
-from mgeo.store.checkpoint import read_notes
+from mgeo.store.atomic import lock_folder
+from mgeo.store.checkpoint import read_checkpoint_metadata
 from mgeo.store.run_folder import CHECKPOINT_FILE, read_run
 
 from .test_process import started
@@ -43,14 +43,14 @@ def same(a, b):
 def test_a_finished_run_is_made_longer(mgeo):
     first = solve(mgeo, "a", 160)
     expected = solve(mgeo, "b", 400)
-    before = read_notes(Path("a") / CHECKPOINT_FILE)["wall_time_s"]
+    before = read_checkpoint_metadata(Path("a") / CHECKPOINT_FILE)["wall_time_s"]
     done = mgeo("resume", "a", "--evaluations", 400)
     assert done.exit_code == 0, done.output
     assert "finished after 400 evaluations" in done.stdout
     assert "100%  400 of 400 evaluations" in done.stderr
     longer = read_run("a")
     assert same(longer, expected)
-    assert longer.outcome.started == first.outcome.started
+    assert longer.outcome.start_time == first.outcome.start_time
     # of the first part up to its last checkpoint: what came after may take longer than the rest
     assert longer.outcome.wall_time_s > before > 0.0
     assert Path("a/front.html").exists()
@@ -104,7 +104,7 @@ def test_bad_input_is_one_line_and_changes_nothing(mgeo, arguments, message):
 def test_a_folder_that_somebody_works_in_is_left_alone(mgeo):
     solve(mgeo, "a", 160)
     before = {path: path.read_bytes() for path in Path("a").iterdir()}
-    with lock(Path("a")):
+    with lock_folder(Path("a")):
         for command in (["resume", "a"], ["solve", "cantilever", "--overwrite", "--out", "a"]):
             refused = mgeo(*command)
             assert (refused.exit_code, refused.stdout) == (2, "")

@@ -21,8 +21,8 @@ def test_a_run_is_written_and_can_be_made_again(mgeo):
         *("front.csv", "front.npz", "run.json", "front.html", "run.checkpoint")
     }
     run = read_run(folder)
-    assert (run.outcome.stop_reason, run.outcome.evaluations) == ("budget", 400)
-    again = PreparedRun.of(run.configuration).solve()
+    assert (run.outcome.stop_reason, run.outcome.n_evaluations) == ("budget", 400)
+    again = PreparedRun.from_configuration(run.configuration).solve()
     assert np.array_equal(again.X, run.outcome.X)
     assert np.array_equal(again.F, run.outcome.F)
     assert "drawn by the plugin" in (folder / "front.html").read_text()
@@ -98,7 +98,7 @@ def test_a_run_ends_after_its_longest_time_and_can_be_continued(mgeo):
     first = read_run("a").outcome
     assert (first.stop_reason, first.wall_time_s >= 0.18) == ("max_time", True)
     assert mgeo("resume", "a", "--max-time", 0.1).exit_code == 0
-    assert read_run("a").outcome.evaluations > first.evaluations
+    assert read_run("a").outcome.n_evaluations > first.n_evaluations
     for text in ("soon", "0", "-1m", "inf"):
         refused = mgeo("solve", "cantilever", "--max-time", text)
         assert refused.exit_code == 2

@@ -32,7 +32,7 @@ def test_a_problem_without_a_view_shows_objectives_and_variables(solved):
 def test_a_changed_design_is_evaluated(folder):
     numbers, (length,) = Explorer(folder).evaluate([0.02, 0.75])
     assert numbers["mass [kg]"] == pytest.approx(7800.0 * np.pi / 4 * 0.02**2 * 0.75)
-    assert not length.kept
+    assert not length.is_satisfied
     assert length.margin == -0.25
 
 

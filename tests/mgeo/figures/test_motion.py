@@ -4,7 +4,7 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from mgeo.figures.motion import check_motion
+from mgeo.figures.motion import validate_motion
 
 TURN = {"times": [0.0, 10.0], "x": [0.0], "y": [0.0], "z": [90.0]}
 MOTION = {"end": 10.0, "turns": {"wheel": TURN}}
@@ -15,10 +15,10 @@ def moving(motion, meta=None, kind=go.Scatter3d):
 
 
 def test_still_figures_and_valid_motions_pass():
-    check_motion(go.Figure(go.Scatter(y=[1], meta=["any", "thing"]), {"meta": {"own": 1}}))
-    check_motion(moving(MOTION, {"turn": "wheel", "faint": "never"}))
+    validate_motion(go.Figure(go.Scatter(y=[1], meta=["any", "thing"]), {"meta": {"own": 1}}))
+    validate_motion(moving(MOTION, {"turn": "wheel", "faint": "never"}))
     arrays = {key: np.array(values) for key, values in TURN.items()}
-    check_motion(moving({"end": 1, "turns": {"wheel": arrays}}, {"turn": "wheel"}, go.Mesh3d))
+    validate_motion(moving({"end": 1, "turns": {"wheel": arrays}}, {"turn": "wheel"}, go.Mesh3d))
 
 
 @pytest.mark.parametrize(
@@ -27,7 +27,7 @@ def test_still_figures_and_valid_motions_pass():
 def test_a_turn_of_another_form_is_refused(key, value):
     motion = {"end": 10.0, "turns": {"wheel": TURN | {key: value}}}
     with pytest.raises(ValueError, match=r"turns\['wheel'\]"):
-        check_motion(moving(motion))
+        validate_motion(moving(motion))
 
 
 @pytest.mark.parametrize(
@@ -39,4 +39,4 @@ def test_a_turn_of_another_form_is_refused(key, value):
 )
 def test_traces_must_be_able_to_turn(turn, kind, message):
     with pytest.raises(ValueError, match=message):
-        check_motion(moving(MOTION, {"turn": turn}, kind))
+        validate_motion(moving(MOTION, {"turn": turn}, kind))

@@ -188,5 +188,5 @@ def test_a_run_and_a_study_of_a_class_in_the_current_folder(beam, tmp_path):
     run("resume", "made", "--problem", beam, "--evaluations", "120")
     run("report", "made", "--problem", beam)
     run("study", "study.toml", "--jobs", "1")
-    kept = read_comparison("studies/study", named=[beam])
-    assert kept.order() == ["mgeo-real"]
+    kept = read_comparison("studies/study", trusted_classes=[beam])
+    assert kept.rank_algorithms() == ["mgeo-real"]

@@ -8,7 +8,7 @@ import pytest
 from mgeo.plugins.problems import load_problem
 from mgeo.report.compare import compare_html, fronts_figure, read
 from mgeo.store.run_folder import read_run
-from mgeo.store.solution_file import solution_document
+from mgeo.store.solution_file import build_solution_document
 
 from .conftest import Page, mgeo
 
@@ -32,7 +32,7 @@ def files(two, tmp_path):
         problem = load_problem("cantilever", {"load": 1000.0 + 500.0 * i})
         path = tmp_path / f"plans{i}" / "plan.json"
         path.parent.mkdir()
-        document = solution_document(problem, "cantilever", read_run(folder).outcome.X[1 + i])
+        document = build_solution_document(problem, "cantilever", read_run(folder).outcome.X[1 + i])
         path.write_text(json.dumps(document))
         written.append(path)
     return written

@@ -14,7 +14,7 @@ from mgeo.plugins.problems import load_problem
 from mgeo.plugins.shown import Review, Section
 from mgeo.report.build import report_html
 from mgeo.report.history import hypervolume_history
-from mgeo.runs.answer import answer
+from mgeo.runs.answer import summarize_default_solution
 from mgeo.store.run_folder import read_run, write_run
 
 from .conftest import Page, mgeo
@@ -62,7 +62,7 @@ def test_it_loads_nothing_and_has_all_solutions(solved):
     rows = np.concatenate([t.get("customdata", []) for t in page.data["front"]["data"]])
     assert sorted(rows) == list(range(len(outcome.X)))
     view = load_problem("cantilever").view(outcome.X)
-    assert str(answer(view)) in html
+    assert str(summarize_default_solution(view)) in html
     assert page.data["answers"]["0"] == view.answers()[0]
 
 
@@ -126,7 +126,7 @@ def test_the_history_of_a_recorded_run_ends_with_its_hypervolume(solved):
     outcome = read_run(folder).outcome
     record = read_record(folder / "evaluations")
     evaluations, volumes = hypervolume_history(load_problem("cantilever"), outcome, record)
-    assert (evaluations[0], evaluations[-1]) == (1, outcome.evaluations)
+    assert (evaluations[0], evaluations[-1]) == (1, outcome.n_evaluations)
     assert (np.diff(volumes) >= -1e-12).all()
     assert volumes[-1] == pytest.approx(outcome.hypervolume, rel=1e-9)
     assert Page(report_html(folder)).data["history"] is not None

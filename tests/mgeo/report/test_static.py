@@ -6,7 +6,7 @@ import sys
 import plotly.graph_objects as go
 import pytest
 
-from mgeo.figures.style import HOVER, finished, for_paper
+from mgeo.figures.style import HOVER_HINT, apply_style, format_for_print
 from mgeo.report.static import run_figures, shaped
 
 from ...browser import find_browser
@@ -80,12 +80,12 @@ def test_one_figure_for_a_paper(folder):
 
 def test_a_figure_for_a_paper_is_a_column_wide_and_leaves_out_controls():
     figure = go.Figure(go.Scatter(x=[1, 2], y=[3, 4], marker={"size": 10}))
-    finished(figure, "A title", f"points{HOVER}")
+    apply_style(figure, "A title", f"points{HOVER_HINT}")
     figure.update_layout(updatemenus=[{"buttons": [{"label": "a", "method": "update"}]}])
     still = shaped({"a": figure}, paper=False)["a"]
     assert not still.layout.updatemenus
     assert still.layout.title.text.endswith("13px'>points</span>")
-    printed = for_paper(figure)
+    printed = format_for_print(figure)
     assert printed.layout.title.text is None
     assert printed.layout.width / 96 * 25.4 == pytest.approx(88.0, abs=0.2)  # mm
     assert printed.layout.font.size * 0.75 == pytest.approx(8.0, abs=0.1)  # points

@@ -13,7 +13,12 @@ from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.single import Sphere
 
 from mgeo.algorithms.variables import convert_numbers_to_designs
-from mgeo.runs.algorithms import build_algorithm, complete_parameters, default_evaluations, set_up
+from mgeo.runs.algorithms import (
+    build_algorithm,
+    complete_parameters,
+    compute_default_budget,
+    set_up,
+)
 from mgeo.runs.registry import ALGORITHMS
 from tests.mgeo.solved import solve
 
@@ -40,7 +45,7 @@ def test_every_algorithm_improves_a_front_and_repeats_itself(name):
     longer = solve(problem, algorithm, 300, seed=1)
     again = solve(problem, algorithm, 300, seed=1)
     assert AREA(longer.F) > AREA(first.F)
-    assert 300 <= longer.evaluations < 340
+    assert 300 <= longer.n_evaluations < 340
     assert np.array_equal(longer.X, again.X)
     assert np.array_equal(problem.evaluate(longer.X), longer.F)
     worse = (longer.F[:, None] >= longer.F).all(axis=2) & (longer.F[:, None] > longer.F).any(axis=2)
@@ -82,9 +87,9 @@ def test_problems_an_algorithm_cannot_treat_are_refused():
 def test_the_default_budget_is_the_papers_and_the_same_for_all():
     problem = ZDT1(n_var=12)
     for name in ("mgeo-real", "nsga2"):
-        assert default_evaluations(build_algorithm(name, {}, problem), problem) == 59760
+        assert compute_default_budget(build_algorithm(name, {}, problem), problem) == 59760
     alone = build_algorithm("mgeo-real", {"n_walkers": 1}, problem)
-    assert default_evaluations(alone, problem) == 60000
+    assert compute_default_budget(alone, problem) == 60000
 
 
 class Levels(Problem):

@@ -5,7 +5,7 @@ from pymoo.problems import get_problem
 
 from mgeo.algorithms import MGEODirected
 from mgeo.plugins.view import build_view
-from mgeo.runs.answer import answer
+from mgeo.runs.answer import summarize_default_solution
 from tests.mgeo.solved import solve
 
 from .test_limits import Told
@@ -24,12 +24,12 @@ class Tall(Told):
 
 def answered(problem):
     found = solve(problem, MGEODirected(), 400, seed=1)
-    return answer(build_view(problem, found.X, found.F))
+    return summarize_default_solution(build_view(problem, found.X, found.F))
 
 
 def test_a_limit_that_is_exceeded_is_told():
     found = answered(Tall())
-    (exceeded,) = found.exceeded
+    (exceeded,) = found.violations
     assert exceeded == "height: 3 m, at most 2 m: exceeded by 1 m"
     assert str(found) == f"solution 0 of 1, {found.label}: f1 -7; BUT {exceeded}"
 
@@ -41,6 +41,6 @@ def test_without_one_there_is_none():
 
     for problem in (Short(), get_problem("zdt1")):
         found = answered(problem)
-        assert found.exceeded == ()
+        assert found.violations == ()
         assert "BUT" not in str(found)
         assert np.isfinite(float(found.text.split()[-1]))

@@ -4,8 +4,8 @@ import json
 import numpy as np
 import pytest
 
-from mgeo.runs.prepare import prepare
-from mgeo.store.provenance import installed_versions
+from mgeo.runs.prepare import prepare_run
+from mgeo.store.provenance import list_problem_versions
 from mgeo.store.run import Run
 from mgeo.store.run_folder import FIGURE_FILE, read_run, write_arrays, write_run
 
@@ -14,14 +14,14 @@ pytestmark = pytest.mark.usefixtures("stand_in")
 
 @pytest.fixture
 def run(stand_in):
-    prepared = prepare(
+    prepared = prepare_run(
         "cantilever",
         algorithm="mgeo-real",
         parameters={"sigma": 0.05, "n_walkers": 4},
         evaluations=400,
         seed=2,
     )
-    return Run(prepared.configuration, prepared.solve(), installed_versions("cantilever"))
+    return Run(prepared.configuration, prepared.solve(), list_problem_versions("cantilever"))
 
 
 def replaced(outcome, **values):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from pymoo.core.problem import Problem
 
-from mgeo.runs.hypervolume import hypervolume
+from mgeo.runs.hypervolume import compute_hypervolume
 
 
 class WithSpace(Problem):
@@ -15,16 +15,16 @@ class WithSpace(Problem):
 
 def test_it_is_the_area_in_the_problems_indicator_space():
     # (0.2, 0.5) dominates 0.8 x 0.5 below (1, 1), (0.6, 0.1) adds 0.4 x 0.4; (1.5, 0) is outside
-    value = hypervolume(WithSpace(2), [[2.0, 50.0], [6.0, 10.0], [15.0, 0.0]])
+    value = compute_hypervolume(WithSpace(2), [[2.0, 50.0], [6.0, 10.0], [15.0, 0.0]])
     assert value == pytest.approx(0.8 * 0.5 + 0.4 * 0.4)
-    assert hypervolume(WithSpace(2), np.empty((0, 2))) == 0
+    assert compute_hypervolume(WithSpace(2), np.empty((0, 2))) == 0
 
 
 @pytest.mark.parametrize("n_obj", [1, 6])
 def test_it_is_left_out_where_it_says_nothing_or_takes_long(n_obj):
-    assert hypervolume(WithSpace(n_obj), np.zeros((1, n_obj))) is None
+    assert compute_hypervolume(WithSpace(n_obj), np.zeros((1, n_obj))) is None
 
 
 def test_it_is_left_out_without_an_indicator_space():
     problem = Problem(n_var=1, n_obj=2, xl=0, xu=1)
-    assert hypervolume(problem, np.zeros((1, 2))) is None
+    assert compute_hypervolume(problem, np.zeros((1, 2))) is None

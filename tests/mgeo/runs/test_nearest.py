@@ -10,9 +10,9 @@ from pymoo.core.problem import Problem
 from mgeo import MGEOReal, build_view
 from mgeo.evaluation.dominance import find_nondominated
 from mgeo.plugins.view import EQUALITY_TOLERANCE
-from mgeo.runs.answer import dead_end
-from mgeo.runs.nearest import MOST
-from mgeo.runs.prepare import prepare
+from mgeo.runs.answer import explain_infeasibility
+from mgeo.runs.nearest import MAX_SOLUTIONS
+from mgeo.runs.prepare import prepare_run
 from mgeo.store.run import Run
 from mgeo.store.run_folder import read_run, write_run
 from mgeo.validation.entries import FileError
@@ -41,7 +41,7 @@ def test_they_are_ordered_and_the_nearest_of_all_is_the_first(algorithm):
     problem = Shelf()
     found = solve(problem, algorithm, 400, seed=1)
     assert len(found.F) == 0
-    assert 1 < len(found.nearest) <= MOST
+    assert 1 < len(found.nearest) <= MAX_SOLUTIONS
     rows = np.unique(np.vstack(problem.rows), axis=0)
     total = rows[:, 4:].sum(axis=1)
     nearest = found.nearest
@@ -67,11 +67,11 @@ def test_nothing_is_kept_once_something_is_feasible():
 
 def test_ways_out_name_units_and_round_so_that_they_are_enough():
     nearest = solve(Both(), NSGA2(pop_size=20), 200, seed=2).nearest
-    found = dead_end(build_view(Both(), nearest.X, nearest.F))
-    assert len(found.exceeded) == 1
-    assert found.exceeded[0].startswith("height: ")
-    assert found.exceeded[0].endswith(f"({len(nearest)} of {len(nearest)})")
-    (way,) = found.ways
+    found = explain_infeasibility(build_view(Both(), nearest.X, nearest.F))
+    assert len(found.violations) == 1
+    assert found.violations[0].startswith("height: ")
+    assert found.violations[0].endswith(f"({len(nearest)} of {len(nearest)})")
+    (way,) = found.suggestions
     value = float(way.removeprefix("relax height by ").removesuffix(" m"))
     least = nearest.X[0, 0] - 2.0
     assert least <= value < 1.01 * least
@@ -89,7 +89,7 @@ class Both(Told):
 
 
 def run_of(problem, folder):
-    prepared = prepare("zdt1", parameters={"population": 4}, algorithm="nsga2", evaluations=8)
+    prepared = prepare_run("zdt1", parameters={"population": 4}, algorithm="nsga2", evaluations=8)
     outcome = solve(problem, NSGA2(pop_size=20), 100, seed=1)
     run = Run(prepared.configuration, outcome, {"mgeo": "1"})
     write_run(folder, run, overwrite=True)

@@ -3,21 +3,23 @@ import json
 import pytest
 
 from mgeo.runs.algorithms import complete_parameters
-from mgeo.runs.prepare import prepare
-from mgeo.runs.registry import DEFAULT
+from mgeo.runs.prepare import prepare_run
+from mgeo.runs.registry import DEFAULT_ALGORITHM
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 
 
 def test_a_configuration_states_everything():
-    configuration = prepare(
+    configuration = prepare_run(
         "cantilever", {"preset": "heavy"}, parameters={"n_walkers": 5}
     ).configuration
     assert configuration.model_dump() == {
         "problem": "cantilever",
         "options": {"load": 2000.0},  # what the preset meant
-        "algorithm": DEFAULT,
-        "parameters": json.loads(json.dumps(complete_parameters(DEFAULT, {"n_walkers": 5}))),
+        "algorithm": DEFAULT_ALGORITHM,
+        "parameters": json.loads(
+            json.dumps(complete_parameters(DEFAULT_ALGORITHM, {"n_walkers": 5}))
+        ),
         "evaluations": 1000 * 5 * 2,
         "seed": 1,
         "starts": 0,
@@ -29,4 +31,4 @@ def test_a_configuration_states_everything():
 def test_options_that_cannot_be_written_are_refused_before_the_run(value, monkeypatch):
     monkeypatch.setattr("stand_in.Cantilever.options", lambda self: {"load": value})
     with pytest.raises(ValueError, match="options of 'cantilever' are not JSON values"):
-        prepare("cantilever")
+        prepare_run("cantilever")

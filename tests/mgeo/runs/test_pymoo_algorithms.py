@@ -22,4 +22,4 @@ def test_comparisons_without_ties_are_those_of_pymoo(pymoos):
 
 def test_rvea_makes_all_generations_of_its_budget():
     directions = np.column_stack([np.linspace(0, 1, 10), np.linspace(1, 0, 10)])
-    assert solve(ZDT1(n_var=4), FrontRVEA(directions), 95, seed=1).evaluations == 100
+    assert solve(ZDT1(n_var=4), FrontRVEA(directions), 95, seed=1).n_evaluations == 100

@@ -5,7 +5,7 @@ import pytest
 
 from mgeo import read_record
 from mgeo.plugins.problems import load_problem
-from mgeo.runs.prepare import PreparedRun, prepare, resume_run
+from mgeo.runs.prepare import PreparedRun, prepare_run, resume_run
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 SMALL = {"n_walkers": 4}
@@ -13,13 +13,13 @@ SMALL = {"n_walkers": 4}
 
 def begun(starts=0, polish=False, **options):
     options = {"parameters": SMALL, "evaluations": 160, "seed": 2} | options
-    return prepare("cantilever", starts=starts, polish=polish, **options)
+    return prepare_run("cantilever", initial_designs=starts, refine=polish, **options)
 
 
 def test_what_is_refined_takes_the_place_of_what_was_found():
     search, outcome = begun().solve(), begun(polish=True).solve()
-    assert outcome.evaluations == search.evaluations
-    assert (search.refined, outcome.refined) == (0, (search.X[:, 1] > 0.2).sum())
+    assert outcome.n_evaluations == search.n_evaluations
+    assert (search.n_refined, outcome.n_refined) == (0, (search.X[:, 1] > 0.2).sum())
     assert (outcome.X[:, 1] == 0.2).all()
     F = load_problem("cantilever").evaluate(outcome.X)
     np.testing.assert_array_equal(F, outcome.F)
@@ -32,10 +32,10 @@ def test_suggested_designs_are_the_first_of_a_run(tmp_path):
     run = begun(starts=3, record=True)
     outcome = run.solve(folder=tmp_path)
     record = read_record(tmp_path / "evaluations")
-    assert len(record) == outcome.evaluations
+    assert len(record) == outcome.n_evaluations
     np.testing.assert_allclose(record["length [m]"][:3], 0.2)
     assert record["generation"][2] == 1
-    again = PreparedRun.of(run.configuration).solve()
+    again = PreparedRun.from_configuration(run.configuration).solve()
     np.testing.assert_array_equal(again.F, outcome.F)
 
 
@@ -60,7 +60,7 @@ def test_a_run_that_was_killed_while_it_refines_ends_as_it_would_have(step, tmp_
     assert resumed.configuration == run.configuration
     outcome = resumed.solve()
     np.testing.assert_array_equal(outcome.X, expected.X)
-    assert (outcome.refined, outcome.stop_reason) == (expected.refined, "budget")
+    assert (outcome.n_refined, outcome.stop_reason) == (expected.n_refined, "budget")
 
 
 def refines(monkeypatch, method):
@@ -99,9 +99,9 @@ def test_what_fails_or_is_no_better_keeps_what_was_given(method, kept, message, 
     search = begun().solve()
     refines(monkeypatch, method)
     outcome = begun(polish=True).solve()
-    assert message in outcome.unrefined
-    assert bool(outcome.unrefined) == bool(message)
-    assert outcome.refined == (method is breaks)
+    assert message in outcome.refinement_error
+    assert bool(outcome.refinement_error) == bool(message)
+    assert outcome.n_refined == (method is breaks)
     assert outcome.stop_reason == "budget"
     of_search = {tuple(row) for row in search.X}
     assert len([row for row in outcome.X if tuple(row) in of_search]) >= len(outcome.X) - 1
@@ -117,7 +117,7 @@ def test_what_is_given_beyond_the_front_is_added(monkeypatch):
             sizes.append(len(state.refinement.solutions))
 
     outcome = run.solve(see)
-    assert (outcome.refined, outcome.added) == (0, 2)
+    assert (outcome.n_refined, outcome.n_added) == (0, 2)
     n = len(search.X)
     assert sizes[:3] == [n + 1, n + 2, n + 2]
     added = search.X[:, 0].min() * np.array([0.5, 0.7])
@@ -151,8 +151,10 @@ def test_what_cannot_be_asked_of_a_problem_is_told_before_the_search(monkeypatch
 
 def test_a_problem_recommends_both_for_runs_that_are_told_nothing_else(monkeypatch):
     def configuration(**options):
-        found = prepare("cantilever", **({"starts": None, "polish": None} | options)).configuration
-        return found.starts, found.polish
+        found = prepare_run(
+            "cantilever", **({"starts": None, "polish": None} | options)
+        ).configuration
+        return found.initial_designs, found.refine
 
     assert configuration() == (0, False)
     of = type(load_problem("cantilever"))
@@ -161,9 +163,15 @@ def test_a_problem_recommends_both_for_runs_that_are_told_nothing_else(monkeypat
     assert configuration() == (2, True)
     assert configuration(starts=0) == (0, True)
     assert configuration(polish=False) == (2, False)
-    assert prepare("cantilever").configuration.polish is False
+    assert prepare_run("cantilever").configuration.refine is False
     for given in ({"evaluations": 100}, {"algorithm": "nsga2"}, {"parameters": {"n_walkers": 1}}):
         assert configuration(**given) == (0, False)
     advice |= {"evaluations": 320}
-    assert prepare("cantilever", starts=None, polish=None).configuration.evaluations == 320
-    assert prepare("cantilever", starts=None, polish=False).configuration.evaluations > 320
+    assert (
+        prepare_run("cantilever", initial_designs=None, refine=None).configuration.evaluations
+        == 320
+    )
+    assert (
+        prepare_run("cantilever", initial_designs=None, refine=False).configuration.evaluations
+        > 320
+    )

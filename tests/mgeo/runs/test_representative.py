@@ -4,10 +4,10 @@ from pymoo.core.problem import Problem
 
 from mgeo.runs.answer import (
     RepresentativeSolution,
-    default_solution,
-    extremes,
-    knee,
-    representative_solutions,
+    find_extremes,
+    find_knee,
+    select_default_solution,
+    select_representative_solutions,
 )
 
 
@@ -29,7 +29,7 @@ def circle(n):
 
 def test_of_a_quarter_circle_the_extremes_the_knee_and_two_between_are_shown():
     F = circle(101)[::-1]  # from (1, 0) to (0, 1)
-    chosen = representative_solutions(Plain(), F, ("a", "b"))
+    chosen = select_representative_solutions(Plain(), F, ("a", "b"))
     assert [h.label for h in chosen] == ["best a", "between", "knee", "between", "best b"]
     assert [h.row for h in chosen] == [100, 75, 50, 25, 0]
 
@@ -37,9 +37,9 @@ def test_of_a_quarter_circle_the_extremes_the_knee_and_two_between_are_shown():
 def test_the_knee_is_sought_in_the_problems_indicator_space():
     # straight in logarithms but for one point, which a linear scale would not pick
     F = np.array([[1.0, 1000.0], [10.0, 100.0], [300.0, 2.0], [1000.0, 1.0]])
-    labels = {h.row: h.label for h in representative_solutions(Logarithmic(), F, ("a", "b"))}
+    labels = {h.row: h.label for h in select_representative_solutions(Logarithmic(), F, ("a", "b"))}
     assert labels[2] == "knee"
-    linear = {h.row: h.label for h in representative_solutions(Plain(), F, ("a", "b"))}
+    linear = {h.row: h.label for h in select_representative_solutions(Plain(), F, ("a", "b"))}
     assert linear[1] == "knee"
 
 
@@ -47,8 +47,8 @@ def test_the_knee_is_sought_in_the_problems_indicator_space():
 def test_straight_and_concave_fronts_have_no_knee(bulge):
     x = np.linspace(0, 1, 11)
     F = np.column_stack([x, 1 - x + bulge * np.sin(np.pi * x)])
-    assert knee(F) is None
-    labels = [h.label for h in representative_solutions(Plain(), F, ("a", "b"))]
+    assert find_knee(F) is None
+    labels = [h.label for h in select_representative_solutions(Plain(), F, ("a", "b"))]
     assert labels == ["best a", "between", "between", "between", "best b"]
 
 
@@ -59,7 +59,7 @@ def test_of_two_objectives_the_knee_is_farthest_below_the_line(seed):
     a, b = points[0], points[-1]
     # height of the line over each point: the same order as the distance to the line
     heights = a[1] + (points[:, 0] - a[0]) * (b[1] - a[1]) / (b[0] - a[0]) - points[:, 1]
-    assert (knee(points) or 0) == np.argmax(heights)  # one of five bends outward only
+    assert (find_knee(points) or 0) == np.argmax(heights)  # one of five bends outward only
 
 
 def test_in_three_objectives_the_knee_is_farthest_from_the_plane():
@@ -68,16 +68,16 @@ def test_in_three_objectives_the_knee_is_farthest_from_the_plane():
     sphere = 1 - directions / np.linalg.norm(directions, axis=1)[:, None]
     F = np.vstack([1 - np.eye(3), sphere])
     # the corners 1 - e_i span the plane sum = 2, so the farthest point has the least sum
-    assert knee(F) == np.argmin(F.sum(axis=1))
-    chosen = representative_solutions(Plain(3), F, ("a", "b", "c"))
+    assert find_knee(F) == np.argmin(F.sum(axis=1))
+    chosen = select_representative_solutions(Plain(3), F, ("a", "b", "c"))
     assert len(chosen) == 5
-    assert {0, 1, 2} <= {extremes(F)[i] for i in range(3)} | {h.row for h in chosen}
+    assert {0, 1, 2} <= {find_extremes(F)[i] for i in range(3)} | {h.row for h in chosen}
 
 
 def test_what_is_shown_unasked_is_the_knee_or_the_best_of_the_first():
     F = circle(101)
-    assert default_solution(Plain(), F) == RepresentativeSolution(50, "knee")
+    assert select_default_solution(Plain(), F) == RepresentativeSolution(50, "knee")
     straight = np.array([[2.0, 0.0], [0.0, 2.0], [1.0, 1.0]])
-    shown = default_solution(Plain(), straight)
+    shown = select_default_solution(Plain(), straight)
     assert shown == RepresentativeSolution(1, "best of the first objective")
-    assert default_solution(Plain(1), [[3.0]]).row == 0
+    assert select_default_solution(Plain(1), [[3.0]]).row == 0

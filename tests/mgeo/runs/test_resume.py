@@ -8,7 +8,7 @@ import pytest
 from mgeo import read_record
 from mgeo.plugins.problems import load_problem
 from mgeo.report.history import hypervolume_history
-from mgeo.runs.prepare import prepare, resume_run
+from mgeo.runs.prepare import prepare_run, resume_run
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 
@@ -34,12 +34,12 @@ def test_the_history_of_a_staged_run_is_without_estimates(tmp_path, monkeypatch)
     problem = load_problem("cantilever")
     monkeypatch.setattr(type(problem), "at_stage", at_stage, raising=False)
     staged = {"algorithm": "mgeo-staged", "parameters": SMALL, "evaluations": 320, "seed": 2}
-    run = prepare("cantilever", **staged, record=True)
+    run = prepare_run("cantilever", **staged, record=True)
     outcome = run.solve(folder=tmp_path)
     record = read_record(tmp_path / "evaluations")
-    assert len(record) == outcome.evaluations > 320  # with the last judgment
+    assert len(record) == outcome.n_evaluations > 320  # with the last judgment
     evaluations, volumes = hypervolume_history(run.problem, outcome, record)
-    assert outcome.rough == evaluations[0] - 1 >= 320
+    assert outcome.n_low_fidelity == evaluations[0] - 1 >= 320
     assert volumes[-1] == pytest.approx(outcome.hypervolume)
     # and again, where the run goes on from before the judgment
     again = resume_run(tmp_path, check=False)

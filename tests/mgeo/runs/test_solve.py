@@ -7,7 +7,7 @@ from pymoo.problems.multi import ZDT1
 
 from mgeo import EvaluationError, compare
 from mgeo.runs.algorithms import build_algorithm
-from mgeo.studies.indicators import NothingToCompareError
+from mgeo.studies.indicators import NoFeasibleSolutionError
 from tests.mgeo.solved import solve
 
 
@@ -21,7 +21,7 @@ def test_it_finds_what_pymoos_minimize_finds():
     expected = minimize(problem, algorithm, ("n_eval", 500), seed=3)
     assert np.array_equal(outcome.F, ordered(expected.F))
     assert np.array_equal(problem.evaluate(outcome.X), outcome.F)
-    assert (outcome.stop_reason, outcome.evaluations) == ("budget", 500)
+    assert (outcome.stop_reason, outcome.n_evaluations) == ("budget", 500)
     assert algorithm.problem is None  # a copy was run
 
 
@@ -37,7 +37,7 @@ def test_the_callback_sees_every_generation_and_can_stop_the_run():
 
     outcome = solve(ZDT1(), NSGA2(pop_size=20), 500, seed=1, callback=watch)
     assert [evaluations for evaluations, _ in seen] == [20, 40, 60]
-    assert (outcome.stop_reason, outcome.evaluations) == ("signal", 60)
+    assert (outcome.stop_reason, outcome.n_evaluations) == ("signal", 60)
     same = minimize(ZDT1(), NSGA2(pop_size=20), ("n_eval", 60), seed=1)
     assert np.array_equal(outcome.F, ordered(same.F))
     assert len(outcome.F) == seen[-1][1]
@@ -59,7 +59,7 @@ class InterruptedZDT1(ZDT1):
 def test_an_interrupt_amid_a_generation_keeps_the_whole_ones(generations):
     problem = InterruptedZDT1(generations)
     outcome = solve(problem, NSGA2(pop_size=20), 500, seed=1)
-    assert (outcome.stop_reason, outcome.evaluations) == ("signal", 20 * generations)
+    assert (outcome.stop_reason, outcome.n_evaluations) == ("signal", 20 * generations)
     if generations:
         same = minimize(ZDT1(), NSGA2(pop_size=20), ("n_eval", 20 * generations), seed=1)
         assert np.array_equal(outcome.F, ordered(same.F))
@@ -115,7 +115,7 @@ def test_a_run_of_which_everything_failed_is_an_error(name):
         EvaluationError, match=r"all of the last \d+ candidates failed.*F\[0\] = nan"
     ):
         solve(problem, algorithm, 400, seed=1)
-    with pytest.raises(NothingToCompareError, match="EvaluationError: all of the last"):
+    with pytest.raises(NoFeasibleSolutionError, match="EvaluationError: all of the last"):
         compare(problem, {"it": algorithm}, 400, seeds=1)
 
 

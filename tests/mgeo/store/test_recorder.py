@@ -89,12 +89,12 @@ def test_a_resumed_run_needs_its_own_record(tmp_path):
         return run
 
     with pytest.raises(ValueError, match="ends with generation 0: expected the record"):
-        Recorder(tmp_path).take(begun(PROBLEM))
+        Recorder(tmp_path).record(begun(PROBLEM))
     solve(n_gen=2, callback=Recorder(tmp_path))
     with pytest.raises(ValueError, match=r"columns .*: expected"):
-        Recorder(tmp_path).take(begun(ZDT2(n_var=4), 3))
+        Recorder(tmp_path).record(begun(ZDT2(n_var=4), 3))
     with pytest.raises(ValueError, match="ends with generation 2: expected the record of the gen"):
-        Recorder(tmp_path).take(begun(PROBLEM))
+        Recorder(tmp_path).record(begun(PROBLEM))
     assert len(read_record(tmp_path)) == 24
 
 

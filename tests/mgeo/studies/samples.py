@@ -5,7 +5,7 @@ import pandas as pd
 from pymoo.problems.multi import ZDT1
 
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.indicators import indicator_space
+from mgeo.studies.indicators import build_indicator_space
 from mgeo.studies.record import StudyRun
 
 VALUES = {"A_1": [0.5, 0.6, 0.7], "B": [0.1, 0.2, 0.3], "C": [0.5, 0.65, 0.2]}
@@ -44,7 +44,7 @@ def comparison(problem=None):
         for seed, F in enumerate(fronts, 1)
     }
     problem = problem or ZDT1()
-    space = indicator_space(problem, [r.front_F for r in records.values()])
+    space = build_indicator_space(problem, [r.front_F for r in records.values()])
     table, runs = pd.DataFrame(rows), pd.DataFrame()
     return Comparison(problem, tuple(VALUES), 100, table, runs, records, space)
 

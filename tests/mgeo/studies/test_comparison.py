@@ -45,22 +45,26 @@ def test_seeds_are_no_blocks(comparison):
     table.loc[chosen, "seed"] = table.loc[chosen, "seed"].map({1: 3, 2: 1, 3: 2})
     renamed = Comparison(**{**vars(comparison), "table": table})
     for name in ("statistic", "p"):
-        found = getattr(renamed.tests().kruskal_wallis, name)
+        found = getattr(renamed.test_differences().kruskal_wallis, name)
         assert found == getattr(comparison.tests().kruskal_wallis, name)
     table = comparison.table.query("not (algorithm == 'C' and seed == 2)")
     fewer = Comparison(**{**vars(comparison), "table": table})
     # A 3.5, 2, 1; C 3.5, 6.5; B 8, 6.5, 5
-    assert fewer.tests().kruskal_wallis.ranks.to_dict() == {"A_1": 6.5 / 3, "C": 5, "B": 6.5}
-    assert fewer.summary()[("runs", "")].tolist() == [3, 3, 2]
+    assert fewer.test_differences().kruskal_wallis.ranks.to_dict() == {
+        "A_1": 6.5 / 3,
+        "C": 5,
+        "B": 6.5,
+    }
+    assert fewer.summarize()[("runs", "")].tolist() == [3, 3, 2]
 
 
 def test_an_algorithm_without_a_finished_run_stays_in_the_summary(comparison):
     table = comparison.table.query("algorithm != 'C'")
     fewer = Comparison(**{**vars(comparison), "table": table})
-    assert fewer.overview().loc["C"].tolist() == ["0", "-", "-", "-", "-"]
-    assert list(fewer.tests().kruskal_wallis.ranks.index) == ["A_1", "B"]
+    assert fewer.format_overview().loc["C"].tolist() == ["0", "-", "-", "-", "-"]
+    assert list(fewer.test_differences().kruskal_wallis.ranks.index) == ["A_1", "B"]
     alone = Comparison(**{**vars(comparison), "table": table.query("algorithm != 'B'")})
-    assert alone.tests().kruskal_wallis is None
+    assert alone.test_differences().kruskal_wallis is None
     assert "C & 0 & - & - & - & -" in fewer.to_latex()
 
 
@@ -69,4 +73,4 @@ def test_the_order_and_the_typical_runs(comparison):
     assert [comparison.median_seed(name) for name in VALUES] == [2, 2, 1]
     table = comparison.table.query("algorithm == 'A_1' and seed != 1")
     two = Comparison(**{**vars(comparison), "table": table})
-    assert (two.median_seed("A_1"), two.median_seed("B")) == (3, None)
+    assert (two.find_median_seed("A_1"), two.find_median_seed("B")) == (3, None)

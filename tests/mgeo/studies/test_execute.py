@@ -20,8 +20,8 @@ from pymoo.util.ref_dirs import get_reference_directions
 import mgeo
 from mgeo import MGEODirected, MGEOReal, compare
 from mgeo.studies.comparison import ComparisonWarning, FailedRunsWarning
-from mgeo.studies.conclusions import conclusions
-from mgeo.studies.run import Task, record
+from mgeo.studies.conclusions import format_conclusions
+from mgeo.studies.run import Task, record_run
 
 from ..algorithms.problems import Arc
 from ..naive import nondominated_rows
@@ -77,7 +77,7 @@ def test_every_algorithm_is_measured_by_all_its_evaluations(serial):
 
 def test_fronts_satisfy_an_equality():
     found = compare(Arc(), {"directed": MGEODirected()}, 300, seeds=1, grid=2)
-    (F,) = found.fronts("directed")
+    (F,) = found.list_fronts("directed")
     assert len(F)
     assert np.abs((F**2).sum(axis=1) - 1.0).max() <= 1e-4
 
@@ -98,9 +98,9 @@ def test_each_run_has_its_own_copy_of_the_problem(make, n_jobs):
         found = compare(problem, {"a": NSGA2(12), "b": NSGA2(12)}, 60, seeds=2, n_jobs=n_jobs)
     assert pickle.dumps(problem) == before
     for seed in (1, 2):
-        alone = record(Task(make(), NSGA2(12), 60, seed))
+        alone = record_run(Task(make(), NSGA2(12), 60, seed))
         for label in ("a", "b"):
-            assert np.array_equal(found.records[label, seed].front_F, alone.front_F)
+            assert np.array_equal(found.finished_runs[label, seed].front_F, alone.front_F)
 
 
 def used(algorithm):
@@ -128,7 +128,7 @@ def test_a_run_that_fails_is_reported_and_the_rest_completes(tmp_path, capsys):
     failed = result.runs[result.runs["status"] == "failed"]
     assert failed[["algorithm", "seed"]].to_numpy().tolist() == [["bad", 2], ["bad", 4]]
     assert failed["error"].tolist() == [f"ArithmeticError: seed {s} is even" for s in (2, 4)]
-    assert result.final().groupby("algorithm").size().to_dict() == {"bad": 2, "good": 4}
+    assert result.select_final_rows().groupby("algorithm").size().to_dict() == {"bad": 2, "good": 4}
     lines = capsys.readouterr().err.splitlines()
     assert lines == [f"ZDT1: bad, seed {s}: ArithmeticError: seed {s} is even" for s in (2, 4)]
 
@@ -143,7 +143,7 @@ def test_an_algorithm_that_failed_everywhere_is_named_in_a_warning():
 
 def test_an_algorithm_without_new_candidates_fails():
     with pytest.raises(RuntimeError, match="StuckSearch proposed no new candidate after 7 of 40"):
-        record(Task(PROBLEM, StuckSearch(), 40, 1))
+        record_run(Task(PROBLEM, StuckSearch(), 40, 1))
 
 
 def test_global_random_state_is_seeded_and_restored():
@@ -152,7 +152,7 @@ def test_global_random_state_is_seeded_and_restored():
     expected = np.random.random(), random.random()  # noqa: NPY002
     np.random.seed(5)  # noqa: NPY002
     random.seed(5)
-    runs = [record(Task(PROBLEM, GlobalRandomSearch(), 60, seed)) for seed in (1, 1, 2)]
+    runs = [record_run(Task(PROBLEM, GlobalRandomSearch(), 60, seed)) for seed in (1, 1, 2)]
     assert (np.random.random(), random.random()) == expected  # noqa: NPY002
     assert np.array_equal(runs[0].F, runs[1].F)
     assert not np.array_equal(runs[0].F, runs[2].F)
@@ -160,12 +160,14 @@ def test_global_random_state_is_seeded_and_restored():
 
 def test_infeasible_and_undefined_points_count_but_are_no_front():
     result = compare(Half(), [NSGA2(pop_size=10)], 100, seeds=2, grid=[1, 100])
-    for run in result.records.values():
-        assert run.failed > 0
+    for run in result.finished_runs.values():
+        assert run.n_failed > 0
         assert (run.X[:, 0] >= 0.5).all()
         assert not ((run.X[:, 0] > 0.6) & (run.X[:, 0] < 0.7)).any()
         assert np.isfinite(run.front_F).all()
-    assert (result.runs["failed_evaluations"] == [r.failed for r in result.records.values()]).all()
+    assert (
+        result.runs["failed_evaluations"] == [r.n_failed for r in result.finished_runs.values()]
+    ).all()
 
 
 @pytest.mark.parametrize(
@@ -206,7 +208,7 @@ def test_with_one_objective_the_best_value_counts():
     }
     found = compare(Offset(), algorithms, 240, seeds=4, grid=[1, 120])
     assert [i.name for i in found.indicators] == ["best_value"]
-    for name, seed in found.records:
+    for name, seed in found.finished_runs:
         values = []
         problem = Offset()
         problem.callback = lambda X, out, into=values: into.extend(
@@ -217,9 +219,9 @@ def test_with_one_objective_the_best_value_counts():
         assert rows["best_value"].tolist() == [min(values[:n]) for n in (1, 120, 240)]
         assert rows["points"].tolist() == np.isfinite(rows["best_value"]).astype(int).tolist()
     assert np.isinf(found.table["best_value"]).any()  # nothing feasible at first
-    medians = found.summary()[("best_value", "median")]
+    medians = found.summarize()[("best_value", "median")]
     assert -3.0 < medians.min() < -2.8
-    assert found.order()[0] == medians.idxmin()
-    assert list(found.figures()) == ["anytime", "boxes"]
-    assert len(conclusions(found)) == 2
-    assert len(found.tests().pairs) == 3
+    assert found.rank_algorithms()[0] == medians.idxmin()
+    assert list(found.draw_figures()) == ["anytime", "boxes"]
+    assert len(format_conclusions(found)) == 2
+    assert len(found.test_differences().pairs) == 3

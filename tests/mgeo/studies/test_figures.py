@@ -7,19 +7,19 @@ from pymoo.problems.many import DTLZ2
 
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.figures.fronts import (
-    attained_shares,
-    attainment_figure,
-    difference_figure,
-    each_figure,
-    fronts_figure,
+    compute_attainment,
+    draw_attainment_difference,
+    draw_attainment_surfaces,
+    draw_front_panels,
+    draw_median_fronts,
 )
 from mgeo.studies.figures.indicators import (
-    alike,
-    anytime_figure,
-    ranks_figure,
-    targets_figure,
+    draw_anytime_curves,
+    draw_critical_difference_diagram,
+    draw_runtime_distribution,
+    find_equivalent_groups,
 )
-from mgeo.studies.statistics import friedman
+from mgeo.studies.statistics import friedman_test
 
 from .samples import FRONTS, VALUES, comparison, record
 
@@ -29,7 +29,7 @@ def lines(figure):
 
 
 def test_the_curve_is_the_mean_and_lies_in_its_band():
-    figure = anytime_figure(comparison())
+    figure = draw_anytime_curves(comparison())
     for (name, line), band in zip(lines(figure).items(), figure.data[::2], strict=True):
         assert line.x.tolist() == [50, 100]
         assert line.y[1] == pytest.approx(np.mean(VALUES[name]))
@@ -37,24 +37,24 @@ def test_the_curve_is_the_mean_and_lies_in_its_band():
         assert min(VALUES[name]) <= low < line.y[1] < high <= max(VALUES[name])
         assert f"<b>{name}</b>" in line.hovertemplate
     assert figure.layout.yaxis.type == "linear"
-    assert anytime_figure(comparison(), "igd_plus").layout.yaxis.type == "log"
+    assert draw_anytime_curves(comparison(), "igd_plus").layout.yaxis.type == "log"
 
 
 def test_a_curve_begins_where_all_runs_have_a_value():
     made = comparison()
     made.table.loc[0, "igd_plus"] = np.inf
-    found = lines(anytime_figure(made, "igd_plus"))
+    found = lines(draw_anytime_curves(made, "igd_plus"))
     assert [trace.x.tolist() for trace in found.values()] == [[100], [50, 100], [50, 100]]
 
 
 def test_fronts_are_those_of_the_median_runs():
-    figure = fronts_figure(comparison())
+    figure = draw_median_fronts(comparison())
     assert [trace.name for trace in figure.data] == ["A_1, seed 2", "B, seed 2", "C, seed 1"]
     assert np.column_stack([figure.data[1].x, figure.data[1].y]).tolist() == FRONTS["B"][1]
 
 
 def test_attainment_surfaces():
-    figure = attainment_figure(comparison())
+    figure = draw_attainment_surfaces(comparison())
     half, best, every = figure.data[:3]
     # all three runs of A_1 have (1, 2), and one of them (2, 1) too
     assert list(zip(best.x, best.y, strict=True)) == [(1, 2), (2, 1)]
@@ -74,10 +74,10 @@ def differences(figure):
 def test_the_difference_is_counted_in_runs():
     # two of three runs of A_1 attain (1, 2) to (2, 3) where those of B do not; one of them (2, 1)
     expected = {(1, 2): 67, (1, 3): 67, (2, 1): 33, (2, 2): 67}
-    assert differences(difference_figure(comparison(), "A_1", "B")) == expected
-    swapped = difference_figure(comparison(), "B", "A_1")
+    assert differences(draw_attainment_difference(comparison(), "A_1", "B")) == expected
+    swapped = draw_attainment_difference(comparison(), "B", "A_1")
     assert differences(swapped) == {point: -share for point, share in expected.items()}
-    assert differences(difference_figure(comparison(), "A_1", "C")) == {}
+    assert differences(draw_attainment_difference(comparison(), "A_1", "C")) == {}
 
 
 def test_attained_shares_are_those_of_a_plain_loop():
@@ -85,26 +85,26 @@ def test_attained_shares_are_those_of_a_plain_loop():
     fronts = [rng.random((n, 2)) for n in (1, 5, 0, 7)]
     x, y = rng.random(6), rng.random(4)
     expected = [[np.mean([any(((a, b) >= F).all(axis=1)) for F in fronts]) for a in x] for b in y]
-    assert np.array_equal(attained_shares(fronts, x, y), expected)
+    assert np.array_equal(compute_attainment(fronts, x, y), expected)
 
 
 def test_runs_without_a_front_count_in_what_is_attained():
     """One run of three has a front: it is not what half of them or all of them attain."""
     made = comparison()
     nothing = record(np.empty((0, 2)))
-    made.records.update({("B", 1): nothing, ("B", 2): nothing})
-    half, best, every = attainment_figure(made).data[3:6]
+    made.finished_runs.update({("B", 1): nothing, ("B", 2): nothing})
+    half, best, every = draw_attainment_surfaces(made).data[3:6]
     assert (len(half.x), best.x.tolist(), len(every.x)) == (0, [1.0], 0)
     # all runs of A_1 attain (1, 2), and one of three of B
-    assert differences(difference_figure(made, "A_1", "B"))[1, 2] == 67
-    made.records[("B", 3)] = nothing
-    assert differences(difference_figure(made, "B", "A_1"))[1, 2] == -100
-    assert [t.text for t in each_figure(made).layout.annotations[:2]] == ["A_1", "C"]
+    assert differences(draw_attainment_difference(made, "A_1", "B"))[1, 2] == 67
+    made.finished_runs[("B", 3)] = nothing
+    assert differences(draw_attainment_difference(made, "B", "A_1"))[1, 2] == -100
+    assert [t.text for t in draw_front_panels(made).layout.annotations[:2]] == ["A_1", "C"]
 
 
 def test_ranks_are_drawn_where_they_are():
-    figure = ranks_figure(
-        friedman(np.transpose(list(VALUES.values())), list(VALUES)), tuple(VALUES)
+    figure = draw_critical_difference_diagram(
+        friedman_test(np.transpose(list(VALUES.values())), list(VALUES)), tuple(VALUES)
     )
     bar, *markers = figure.data
     assert bar.x[0] == 1.5
@@ -123,23 +123,24 @@ def test_ranks_are_drawn_where_they_are():
     ],
 )
 def test_groups_are_the_largest_within_the_difference(ranks, groups):
-    assert alike(ranks, 1.0) == groups
+    assert find_equivalent_groups(ranks, 1.0) == groups
 
 
 def test_three_objectives_are_drawn_in_space_and_more_are_refused():
     made = comparison()
     three = {
-        key: type(r)(**{**vars(r), "F": np.c_[r.F, r.F[:, 0]]}) for key, r in made.records.items()
+        key: type(r)(**{**vars(r), "F": np.c_[r.F, r.F[:, 0]]})
+        for key, r in made.finished_runs.items()
     }
     spatial = Comparison(**{**vars(made), "problem": DTLZ2(n_obj=3), "records": three})
-    figure = fronts_figure(spatial)
+    figure = draw_median_fronts(spatial)
     assert {trace.type for trace in figure.data} == {"scatter3d"}
-    assert "attainment" not in spatial.figures()
-    for draw in (attainment_figure, lambda c: difference_figure(c, "A_1", "B")):
+    assert "attainment" not in spatial.draw_figures()
+    for draw in (draw_attainment_surfaces, lambda c: draw_attainment_difference(c, "A_1", "B")):
         with pytest.raises(ValueError, match="3 objectives"):
             draw(spatial)
     with pytest.raises(ValueError, match="4 objectives: expected 2 or 3"):
-        fronts_figure(Comparison(**{**vars(made), "problem": DTLZ2(n_obj=4)}))
+        draw_median_fronts(Comparison(**{**vars(made), "problem": DTLZ2(n_obj=4)}))
 
 
 def test_labels_are_neither_markup_nor_templates():
@@ -153,15 +154,15 @@ def test_labels_are_neither_markup_nor_templates():
         made.n_eval,
         made.table.replace({"algorithm": evil}),
         made.runs,
-        {(evil[name], seed): each for (name, seed), each in made.records.items()},
+        {(evil[name], seed): each for (name, seed), each in made.finished_runs.items()},
         made.space,
     )
-    ranked = friedman(np.array([[1.0, 2.0, 3.0], [1.0, 3.0, 2.0]]), list(evil.values()))
+    ranked = friedman_test(np.array([[1.0, 2.0, 3.0], [1.0, 3.0, 2.0]]), list(evil.values()))
     reached = pd.DataFrame({"algorithm": evil["B"], "evaluations": [1.0, 2.0], "share": [0.1, 0.2]})
     figures = {
-        **renamed.figures(),
-        "ranks": ranks_figure(ranked, tuple(evil.values())),
-        "targets": targets_figure(reached, 1),
+        **renamed.draw_figures(),
+        "ranks": draw_critical_difference_diagram(ranked, tuple(evil.values())),
+        "targets": draw_runtime_distribution(reached, 1),
     }
     assert len(figures) == 8
     for name, figure in figures.items():

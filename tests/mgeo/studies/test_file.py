@@ -23,7 +23,7 @@ def parse(text=SMALL, folder=Path()):
 
 def test_a_small_study():
     study = parse()
-    assert (study.title, study.about, study.evaluations) == ("small", "", 100)
+    assert (study.title, study.description, study.evaluations) == ("small", "", 100)
     assert (study.seeds, study.grid, study.published) == ((1, 2), 50, None)
     (problem,), (algorithm,) = study.problems, study.algorithms
     assert (problem.label, problem.build().n_var) == ("zdt1", 30)
@@ -64,12 +64,12 @@ def test_a_problem_with_several_options_needs_labels():
 
 def test_it_can_be_reduced_and_extended():
     study = parse(SMALL.replace("seeds = 2", "seeds = [4, 9]"))
-    assert study.reduced(50, 1).seeds == (4,)
-    assert study.reduced(50, 1).evaluations == 50
-    assert study.reduced(seeds=4).seeds == (4, 9, 10, 11)
-    assert study.reduced() == study
+    assert study.with_budget(50, 1).seeds == (4,)
+    assert study.with_budget(50, 1).evaluations == 50
+    assert study.with_budget(seeds=4).seeds == (4, 9, 10, 11)
+    assert study.with_budget() == study
     with pytest.raises(ValueError, match="seeds = 0"):
-        study.reduced(seeds=0)
+        study.with_budget(seeds=0)
 
 
 @pytest.mark.parametrize(
@@ -100,11 +100,11 @@ def test_what_is_wrong_is_named_with_its_file(old, new, message, tmp_path):
 def test_budgets_may_grow_with_the_number_of_variables():
     text = SMALL.replace("seeds = 2", "seeds = 2\nper_variable = true\ngrid = [10, 50, 100]")
     study = parse(text.replace('"pymoo:zdt1"', '["pymoo:zdt1", "pymoo:zdt4"]'))
-    budgets = [study.budget(problem.build()) for problem in study.problems]
+    budgets = [study.compute_budget(problem.build()) for problem in study.problems]
     assert budgets == [(3000, [300, 1500, 3000]), (1000, [100, 500, 1000])]
-    assert study.reduced(60).budget(study.problems[1].build()) == (600, [100, 500])
+    assert study.with_budget(60).compute_budget(study.problems[1].build()) == (600, [100, 500])
     plain = parse(SMALL.replace("seeds = 2", "seeds = 2\ngrid = 4"))
-    assert plain.budget(plain.problems[0].build()) == (100, 4)
+    assert plain.compute_budget(plain.problems[0].build()) == (100, 4)
 
 
 @pytest.mark.parametrize("name", [path.stem for path in sorted(STUDIES.glob("*.toml"))])

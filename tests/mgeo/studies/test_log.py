@@ -9,7 +9,7 @@ from pymoo.problems.multi import ZDT1
 
 from mgeo.runs.algorithms import set_up
 from mgeo.studies.record import StudyRun
-from mgeo.studies.run import EvaluationLog, WatchedEvaluator
+from mgeo.studies.run import EvaluationLog, ReportingEvaluator
 
 from ..naive import nondominated_rows
 
@@ -23,12 +23,12 @@ def front(F):
 def watched(batches, feasible, n_eval):
     log = EvaluationLog(batches[0].shape[1], n_eval)
     for F, ok in zip(batches, feasible, strict=True):
-        X = np.arange(log.seen, log.seen + len(F))[:, None] * [1.0, -1.0]
+        X = np.arange(log.n_evaluations, log.n_evaluations + len(F))[:, None] * [1.0, -1.0]
         population = Population.new("X", X, "F", F)
         for individual, one in zip(population, ok, strict=True):
             individual.G = np.array([-1.0 if one else 1.0])
         log(population)
-    return log.record(0.5)
+    return log.build_run(0.5)
 
 
 @pytest.mark.slow
@@ -43,14 +43,14 @@ def test_the_front_after_any_number_of_evaluations_is_that_of_all_of_them(data):
     F, usable = np.concatenate(batches), np.concatenate(feasible)
     usable &= np.isfinite(F).all(axis=1)
     grid = range(1, n_eval + 1)
-    for n, found in zip(grid, record.fronts(grid), strict=True):
+    for n, found in zip(grid, record.iterate_fronts(grid), strict=True):
         assert sorted(map(tuple, found)) == front(F[:n][usable[:n]])
     assert sorted(map(tuple, record.front_F)) == front(F[:n_eval][usable[:n_eval]])
     # the solutions that go with the front: X tells the number of the evaluation
-    if len(record.front):
-        assert np.array_equal(record.X[:, 0], record.numbers[record.front] - 1)
+    if len(record.front_rows):
+        assert np.array_equal(record.X[:, 0], record.evaluation_numbers[record.front_rows] - 1)
         assert np.array_equal(F[record.X[:, 0].astype(int)], record.front_F)
-    assert record.evaluations == len(F)
+    assert record.n_evaluations == len(F)
 
 
 def test_every_evaluation_of_an_algorithm_is_seen_once():
@@ -62,13 +62,13 @@ def test_every_evaluation_of_an_algorithm_is_seen_once():
         evaluate(X, out),
     )
     log = EvaluationLog(2, 73)
-    algorithm.evaluator = WatchedEvaluator(algorithm.evaluator, lambda _, *batch: log(*batch))
+    algorithm.evaluator = ReportingEvaluator(algorithm.evaluator, lambda _, *batch: log(*batch))
     algorithm.run()
     X = np.concatenate(evaluated)
-    assert (log.seen, len(X), algorithm.evaluator.n_eval) == (100, 100, 100)
+    assert (log.n_evaluations, len(X), algorithm.evaluator.n_eval) == (100, 100, 100)
     problem._evaluate = evaluate
-    record = log.record(1.5)
-    assert (record.n_eval, record.evaluations, record.wall_time) == (73, 100, 1.5)
+    record = log.build_run(1.5)
+    assert (record.n_eval, record.n_evaluations, record.wall_time) == (73, 100, 1.5)
     assert sorted(map(tuple, record.front_F)) == front(problem.evaluate(X[:73]))
     assert np.array_equal(problem.evaluate(record.X), record.front_F)
 

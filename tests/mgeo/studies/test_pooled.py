@@ -11,19 +11,19 @@ from scipy import stats
 
 from mgeo.studies.indicators import BEST_VALUE, INDICATORS
 from mgeo.studies.pooled import (
-    SHORTFALLS,
-    friedman_over_problems,
-    problem_values,
-    ranks_over_problems,
-    runtimes,
-    targets_reached,
+    TARGET_DISTANCES,
+    compute_average_ranks,
+    compute_friedman_test,
+    compute_problem_values,
+    compute_runtime_distribution,
+    compute_runtimes,
 )
 
 NAMES = ("one", "two", "three")
 
 
 def pooled(given, per_variable=False, control=None):
-    return ranks_over_problems(problem_values(given, per_variable), control)
+    return compute_average_ranks(compute_problem_values(given, per_variable), control)
 
 
 def results(values, n_var=4, epsilon=None, instance_of="", runs=None, indicator=INDICATORS[0]):
@@ -131,9 +131,11 @@ def test_instances_of_a_function_do_not_count_twice():
     once, often = pooled(given), pooled(copied(given, 5))
     assert (often["problems"] == 45).all()
     pd.testing.assert_frame_equal(often.drop(columns="problems"), once.drop(columns="problems"))
-    whole, more = (friedman_over_problems(problem_values(g)) for g in (given, copied(given, 5)))
-    assert (more.statistic, more.blocks) == (pytest.approx(whole.statistic), 9)
-    assert (more.problems, more.critical_difference) == (45, whole.critical_difference)
+    whole, more = (
+        compute_friedman_test(compute_problem_values(g)) for g in (given, copied(given, 5))
+    )
+    assert (more.statistic, more.n_blocks) == (pytest.approx(whole.statistic), 9)
+    assert (more.n_problems, more.critical_difference) == (45, whole.critical_difference)
     pd.testing.assert_series_equal(more.ranks, whole.ranks)
 
 
@@ -176,20 +178,20 @@ def test_problems_are_grouped_by_their_variables_and_counted_per_variable():
 
 def test_an_algorithm_whose_runs_all_failed_is_last_there():
     given = many(np.random.default_rng(3), 5)
-    whole = problem_values(given)
+    whole = compute_problem_values(given)
     given["0"].table = given["0"].table.query("algorithm != 'two'")
-    values = problem_values(given)
+    values = compute_problem_values(given)
     assert values.query("problem == '0'")["two"].tolist() == [-np.inf, -np.inf]
     expected = whole.assign(two=whole["two"].where(whole["problem"] != "0", -1.0))
-    pd.testing.assert_frame_equal(ranks_over_problems(values), ranks_over_problems(expected))
-    found = friedman_over_problems(values)
-    assert (len(found.ranks), found.blocks) == (3, 5)
+    pd.testing.assert_frame_equal(compute_average_ranks(values), compute_average_ranks(expected))
+    found = compute_friedman_test(values)
+    assert (len(found.ranks), found.n_blocks) == (3, 5)
 
 
 def plainly(values, n_var, best):
     found = {}
     for (algorithm, _), trace in values.items():
-        for shortfall in SHORTFALLS:
+        for shortfall in TARGET_DISTANCES:
             reached = [40 * (i + 1) for i, v in enumerate(trace) if v >= best - shortfall * best]
             found.setdefault(algorithm, []).append(reached[0] / n_var if reached else math.inf)
     return {name: sorted(times) for name, times in found.items()}
@@ -203,7 +205,7 @@ def test_runtimes_are_those_of_a_plain_loop():
         for seed in (1, 2)
     }
     best = max(trace[-1] for trace in values.values())
-    found, expected = runtimes({"p": results(values)}), plainly(values, 4, best)
+    found, expected = compute_runtimes({"p": results(values)}), plainly(values, 4, best)
     assert found.keys() == expected.keys()
     for name, times in expected.items():
         assert np.array_equal(found[name], times)
@@ -211,28 +213,30 @@ def test_runtimes_are_those_of_a_plain_loop():
 
 def test_problems_are_pooled_by_evaluations_per_variable():
     values = {("a", 1): [0.0, 1.0]}
-    found = runtimes({"p": results(values, n_var=4), "q": results(values, n_var=8)})["a"]
-    assert found.tolist() == [20.0] * 2 * len(SHORTFALLS)
+    found = compute_runtimes({"p": results(values, n_var=4), "q": results(values, n_var=8)})["a"]
+    assert found.tolist() == [20.0] * 2 * len(TARGET_DISTANCES)
 
 
 def test_a_run_that_failed_or_found_nothing_reaches_no_target():
     values = {("a", 1): [0.5, 1.0], ("b", 1): [0.0, 0.0]}
     made = results(values, runs=[("a", 1), ("a", 2), ("b", 1), ("c", 1)])
-    found = runtimes({"p": made})
-    assert np.isfinite(found["a"]).sum() == len(SHORTFALLS)
-    assert len(found["a"]) == 2 * len(SHORTFALLS)
+    found = compute_runtimes({"p": made})
+    assert np.isfinite(found["a"]).sum() == len(TARGET_DISTANCES)
+    assert len(found["a"]) == 2 * len(TARGET_DISTANCES)
     assert np.isinf(found["b"]).all()
     assert np.isinf(found["c"]).all()
 
 
 def test_nobody_reaches_a_target_where_nobody_reached_anything():
     nothing = results({("a", 1): [0.0, 0.0], ("b", 1): [0.0, 0.0]})
-    assert targets_reached({"p": nothing})["share"].tolist() == [0.0, 0.0]
-    both = targets_reached({"p": nothing, "q": results({("a", 1): [0.0, 1.0], ("b", 1): [0, 0]})})
+    assert compute_runtime_distribution({"p": nothing})["share"].tolist() == [0.0, 0.0]
+    both = compute_runtime_distribution(
+        {"p": nothing, "q": results({("a", 1): [0.0, 1.0], ("b", 1): [0, 0]})}
+    )
     assert both["share"].tolist() == [0.5, 0.0]
 
 
 def test_there_are_no_targets_without_a_hypervolume():
     made = results({("a", 1): [1.0]}, indicator=BEST_VALUE)
-    assert runtimes({"p": made}) == {}
-    assert targets_reached({"p": made}).empty
+    assert compute_runtimes({"p": made}) == {}
+    assert compute_runtime_distribution({"p": made}).empty

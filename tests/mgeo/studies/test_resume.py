@@ -12,7 +12,7 @@ from pymoo.problems.functional import FunctionalProblem
 from pymoo.problems.multi import ZDT1
 
 from mgeo import MGEOReal, compare
-from mgeo.store.atomic import lock
+from mgeo.store.atomic import lock_folder
 from mgeo.studies import Comparison, read_comparison
 
 from .problems import FailingNSGA2
@@ -132,16 +132,16 @@ def test_a_finished_study_is_read(first):
     folder, found = first
     read = read_comparison(folder, problem=Beam())
     assert read.table.equals(found.table)
-    assert read.overview().equals(found.overview())
-    assert read.tests().pairs.equals(found.tests().pairs)
+    assert read.format_overview().equals(found.overview())
+    assert read.test_differences().pairs.equals(found.tests().pairs)
     for key, record in found.records.items():
-        assert np.array_equal(read.records[key].front_F, record.front_F)
+        assert np.array_equal(read.finished_runs[key].front_F, record.front_F)
     with pytest.raises(ValueError, match="made in Python: pass the compared problem"):
         read_comparison(folder)
 
 
 def test_two_studies_do_not_share_a_folder_at_once(tmp_path):
-    with lock(tmp_path), pytest.raises(ValueError, match="is in use"):
+    with lock_folder(tmp_path), pytest.raises(ValueError, match="is in use"):
         study(tmp_path)
 
 

@@ -20,10 +20,10 @@ from mgeo import MGEOReal
 from mgeo.cli.app import app
 from mgeo.studies import read_comparison, read_comparisons, read_study, run_study
 from mgeo.studies.file import parse_study
-from mgeo.studies.indicators import NothingToCompareError
-from mgeo.studies.pooled import friedman_over_problems, ranks_over_problems
-from mgeo.studies.run import record
-from mgeo.studies.tables import problems_table
+from mgeo.studies.indicators import NoFeasibleSolutionError
+from mgeo.studies.pooled import compute_average_ranks, compute_friedman_test
+from mgeo.studies.run import record_run
+from mgeo.studies.tables import build_study_table
 
 from .test_file import STUDIES
 
@@ -51,17 +51,17 @@ def test_a_study_of_two_problems(tmp_path):
     found = run_study(study, out, progress=False)
     assert (out / "study.toml").read_text() == TWO
     values = pd.read_csv(out / "values.csv")
-    again = ranks_over_problems(values, study.control)
+    again = compute_average_ranks(values, study.control)
     pd.testing.assert_frame_equal(again, pd.read_csv(out / "ranks.csv"))
-    ranked = friedman_over_problems(values)
-    assert (ranked.blocks, len(ranked.ranks)) == (2, 4)
+    ranked = compute_friedman_test(values)
+    assert (ranked.n_blocks, len(ranked.ranks)) == (2, 4)
     for label, result in found.items():
         assert len(list((out / label / "runs").iterdir())) == 8
         assert len(pd.read_csv(out / label / "tests.csv")) == 6 * (3 + 3)  # and parts
         read = read_comparison(out / label)
         assert read.table.equals(result.table)
-        assert read.overview().equals(result.overview())
-        assert read.figures() == result.figures()
+        assert read.format_overview().equals(result.format_overview())
+        assert read.draw_figures() == result.draw_figures()
     data = json.loads((out / "dtlz2" / "provenance.json").read_text())
     assert data["problem"] == {"label": "dtlz2", "name": "pymoo:dtlz2", "options": {}}
     assert data["algorithms"]["random 20"] == {"name": "random", "parameters": {"population": 20}}
@@ -69,8 +69,8 @@ def test_a_study_of_two_problems(tmp_path):
     assert data["space"]["reference_point"] == [1.1] * 3
     every = read_comparisons(out)
     assert list(every) == list(found)
-    assert (out / "summary.tex").read_text() == problems_table(every).latex()
-    assert (out / "summary.md").read_text() == problems_table(every).markdown()
+    assert (out / "summary.tex").read_text() == build_study_table(every).to_latex()
+    assert (out / "summary.md").read_text() == build_study_table(every).to_markdown()
     with pytest.raises(FileNotFoundError, match="no comparison of one problem: see read_compar"):
         read_comparison(out)
     page = (out / "zdt1" / "report.html").read_text()
@@ -106,11 +106,11 @@ def test_what_cannot_be_built_is_found_before_any_run(old, new, message, tmp_pat
 @pytest.mark.usefixtures("quick")
 def test_a_problem_without_a_result_does_not_stop_the_others(tmp_path, monkeypatch):
     def failing(task):
-        return record(task) if task.problem.n_obj == 3 else "ValueError: no"
+        return record_run(task) if task.problem.n_obj == 3 else "ValueError: no"
 
     monkeypatch.setattr("mgeo.studies.execute.run", failing)
-    study = parse_study(TWO, tmp_path).reduced(60, 1)
-    with pytest.raises(NothingToCompareError, match=r"^zdt1: all 4 runs failed.*ValueError: no$"):
+    study = parse_study(TWO, tmp_path).with_budget(60, 1)
+    with pytest.raises(NoFeasibleSolutionError, match=r"^zdt1: all 4 runs failed.*ValueError: no$"):
         run_study(study, tmp_path / "out", progress=False)
     assert (tmp_path / "out" / "dtlz2" / "report.html").is_file()
     assert "zdt1: all 4 runs failed" in (tmp_path / "out" / "summary.md").read_text()
@@ -128,10 +128,14 @@ def mgeo(tmp_path, monkeypatch, stand_in):
 def test_a_study_of_one_objective(tmp_path):
     text = TWO.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '["pymoo:sphere", "pymoo:rastrigin"]')
     text = text.replace("[10, 20]", "[10]")
-    study = parse_study(text, tmp_path).reduced(60, 1)
+    study = parse_study(text, tmp_path).with_budget(60, 1)
     run_study(study, tmp_path, n_jobs=1, progress=False)
     sphere = tmp_path / "sphere"
-    assert list(read_comparison(sphere).overview().columns) == ["runs", "best value", "points"]
+    assert list(read_comparison(sphere).format_overview().columns) == [
+        "runs",
+        "best value",
+        "points",
+    ]
     assert "Of a run counts the least feasible value" in (sphere / "report.html").read_text()
     assert list(read_comparisons(tmp_path)) == ["sphere", "rastrigin"]
 
@@ -161,7 +165,7 @@ def test_the_command_runs_a_file_and_continues_only_if_asked(mgeo, tmp_path):
 @pytest.mark.usefixtures("quick")
 def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
     def failing(task):
-        return record(task) if task.seed == 1 else "ValueError: no"
+        return record_run(task) if task.seed == 1 else "ValueError: no"
 
     monkeypatch.setattr("mgeo.studies.execute.run", failing)
     done = mgeo("mine.toml", "--jobs", 1, "--evaluations", 60)
@@ -242,9 +246,9 @@ def test_a_folder_without_a_comparison_is_named(tmp_path):
 @pytest.mark.usefixtures("quick")
 def test_the_papers_table_at_a_small_size(tmp_path):
     pytest.importorskip("mgeo_attitude")
-    study = read_study(STUDIES / "table3.toml").reduced(360, 1)
+    study = read_study(STUDIES / "table3.toml").with_budget(360, 1)
     (found,) = run_study(study, tmp_path / "out", n_jobs=2, progress=False).values()
-    final = found.final()
+    final = found.select_final_rows()
     assert len(final) == 6
     both = final["points, first orbit"] + final["points, second orbit"]
     assert both.tolist() == final["points"].tolist()

@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from mgeo.studies.conclusions import published_table
-from mgeo.studies.report import study_figures
+from mgeo.studies.conclusions import format_published_table
+from mgeo.studies.report import draw_study_figures
 from mgeo.studies.schema import PublishedTable
-from mgeo.studies.tables import MarkedTable, markdown, problem_table, problems_table
+from mgeo.studies.tables import MarkedTable, build_problem_table, build_study_table, format_markdown
 
 from .samples import comparison as made_by_hand
 from .samples import final
@@ -44,12 +44,12 @@ def test_the_best_mean_is_bold_and_what_does_not_differ_from_it_is_marked(three)
         rejected.add(pairs[i])
     alike = {n for n in values if n != best and not {(n, best), (best, n)} & rejected}
     assert alike == {"near"}
-    table = problem_table(three)
+    table = build_problem_table(three)
     for column in ("hypervolume", "IGD+", "additive epsilon"):
         assert {row for row, c in table.best if c == column} == {best} == {"best_1"}
-        assert {row for row, c in table.alike if c == column} == alike
+        assert {row for row, c in table.equivalent if c == column} == alike
     shown = three.overview()["hypervolume"]
-    lines = table.markdown().splitlines()
+    lines = table.to_markdown().splitlines()
     assert f"| best_1 | 12 | **{shown['best_1']}** |" in lines[3]
     assert f"| near | 12 | {shown['near']} † |" in lines[2]
     assert "†" not in lines[4]
@@ -66,18 +66,21 @@ def test_the_best_mean_is_bold_and_what_does_not_differ_from_it_is_marked(three)
 def test_all_problems_in_one_table(three):
     """Each row is marked by itself."""
     other = comparison(near=0.1, best_1=0.0, far=-0.2)
-    table = problems_table({"one": three, "two": other})
+    table = build_study_table({"one": three, "two": other})
     assert list(table.table.index) == ["one (hypervolume)", "two (hypervolume)"]
     assert set(table.best) == {("one (hypervolume)", "best_1"), ("two (hypervolume)", "near")}
-    assert set(table.alike) == {("one (hypervolume)", "near")}
-    assert table.table.loc["two (hypervolume)", "far"] == other.overview().loc["far", "hypervolume"]
-    assert table.latex().count(r"\textbf") == 2
+    assert set(table.equivalent) == {("one (hypervolume)", "near")}
+    assert (
+        table.table.loc["two (hypervolume)", "far"]
+        == other.format_overview().loc["far", "hypervolume"]
+    )
+    assert table.to_latex().count(r"\textbf") == 2
 
 
 def test_special_characters_of_tables_are_escaped():
     table = pd.DataFrame({"50 %": ["a|b<c"]}, index=pd.Index(["σ ^ {1} \\"], name="x & y"))
-    assert markdown(table) == "| x & y | 50 % |\n| --- | ---: |\n| σ ^ {1} \\ | a\\|b<c |\n"
-    text = MarkedTable(table, (), ()).latex()
+    assert format_markdown(table) == "| x & y | 50 % |\n| --- | ---: |\n| σ ^ {1} \\ | a\\|b<c |\n"
+    text = MarkedTable(table, (), ()).to_latex()
     assert r"x \& y & 50 \% \\" in text
     assert (
         r"$\sigma$ \textasciicircum{} \{1\} \textbackslash{} & a\textbar{}b\textless{}c \\" in text
@@ -89,11 +92,11 @@ def test_published_values_are_shown_where_the_budget_is_theirs(three, evaluation
     published = PublishedTable(
         source="x", evaluations=evaluations, table={"best_1": {"points": 7.0}}
     )
-    found = published_table(SimpleNamespace(published=published), three)
+    found = format_published_table(SimpleNamespace(published=published), three)
     assert (found is not None) == shown
     if shown:
         assert found.loc["best_1", "points: published"] == "7"
-    assert published_table(SimpleNamespace(published=None), three) is None
+    assert format_published_table(SimpleNamespace(published=None), three) is None
 
 
 @pytest.mark.slow
@@ -101,8 +104,8 @@ def test_figures_of_a_study_are_chosen_by_name():
     made = made_by_hand()
     made.runs[["algorithm", "seed"]] = made.table[["algorithm", "seed"]].drop_duplicates()
     found = {"one": made, "two": made}
-    assert {"ranks", "targets", "one-anytime-igd_plus", "two-each"} < set(study_figures(found))
-    chosen = study_figures(found, ["anytime", "two-boxes"])
+    assert {"ranks", "targets", "one-anytime-igd_plus", "two-each"} < set(draw_study_figures(found))
+    chosen = draw_study_figures(found, ["anytime", "two-boxes"])
     assert list(chosen) == ["one-anytime", "two-anytime", "two-boxes"]
     with pytest.raises(ValueError, match=r"no figure 'rank': expected ranks, .*mean 'ranks'\?"):
-        study_figures(found, ["rank"])
+        draw_study_figures(found, ["rank"])

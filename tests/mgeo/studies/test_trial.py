@@ -24,7 +24,7 @@ from pymoo.problems.multi import BNH, ZDT1
 
 from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOStaged, compare
 from mgeo.studies import ComparisonWarning, read_comparison
-from mgeo.studies.conclusions import conclusions
+from mgeo.studies.conclusions import format_conclusions
 
 from .problems import GlobalRandomSearch, OwnNoise, Wearing
 
@@ -78,7 +78,7 @@ def noted(problem, algorithms, n_eval=60, seeds=1, **options):
     with pytest.warns(ComparisonWarning) as caught:
         found = compare(problem, algorithms, n_eval, seeds, grid=1, progress=False, **options)
     assert [str(warning.message) for warning in caught] == list(found.notes)
-    assert conclusions(found)[-len(found.notes) :] == list(found.notes)
+    assert format_conclusions(found)[-len(found.notes) :] == list(found.notes)
     return found
 
 
@@ -127,8 +127,8 @@ class Counted(ZDT1):
 def test_a_trial_takes_six_evaluations_of_the_problem(algorithm):
     Counted.evaluated = 0
     found = compare(Counted(n_var=4), [algorithm], 200, 1, grid=1, n_jobs=1, progress=False)
-    (record,) = found.records.values()
-    assert Counted.evaluated == record.evaluations + 6
+    (record,) = found.finished_runs.values()
+    assert Counted.evaluated == record.n_evaluations + 6
 
 
 class EntropySearch(GlobalRandomSearch):
@@ -227,4 +227,4 @@ def test_integer_operators_of_pymoo_are_accepted():
         mutation=PM(vtype=float, repair=RoundingRepair()),
     )
     result = compare(IntegerSums(), {"NSGA2": whole}, n_eval=60, seeds=1)
-    assert (result.records["NSGA2", 1].X % 1 == 0).all()
+    assert (result.finished_runs["NSGA2", 1].X % 1 == 0).all()

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import RenderableType
 
-from mgeo.figures.page import report_page
+from mgeo.figures.page import render_report_page
 from mgeo.store.atomic import write_file
 from mgeo.terminal import Output, note, plain, rows, titled
 from mgeo_attitude.bound.samples import NoLimit
@@ -94,5 +94,5 @@ def _limit(plan: ManeuverPlan) -> dict[str, Any]:
 
 def write_figures(plan: ManeuverPlan, path: Path) -> None:
     """Write the figures of a plan as one HTML page."""
-    html = report_page(f"plan, {plan.scenario.name}", list(plan_figures(plan).values()))
+    html = render_report_page(f"plan, {plan.scenario.name}", list(plan_figures(plan).values()))
     write_file(path, html.encode())

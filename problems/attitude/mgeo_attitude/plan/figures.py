@@ -6,7 +6,7 @@ import dataclasses
 
 import plotly.graph_objects as go
 
-from mgeo.figures.style import COLORS, finished, log_axis, symbol
+from mgeo.figures.style import COLORS, apply_style, build_log_axis_layout, select_symbol
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.describe import exactly
@@ -40,15 +40,15 @@ def _contributions(plan: ManeuverPlan) -> go.Figure:
             name=block.label,
             mode="lines+markers",
             line=line(index),
-            marker={"symbol": symbol(index), "size": 9},
+            marker={"symbol": select_symbol(index), "size": 9},
             customdata=worst[:, index],
             hovertemplate=f"{block.label} %{{customdata:.4g}} {block.unit} (%{{y:.3g}})",
         )
     title = "1-sigma at the end of each phase, over the initial one"
-    finished(figure, title, "worst body axis of each error" + exactly(plan.scenario))
+    apply_style(figure, title, "worst body axis of each error" + exactly(plan.scenario))
     figure.update_layout(hovermode="x unified", height=460)
     return figure.update_yaxes(
-        log_axis(worst / worst[0]), title_text="1-sigma / initial 1-sigma [-]"
+        build_log_axis_layout(worst / worst[0]), title_text="1-sigma / initial 1-sigma [-]"
     )
 
 
@@ -68,7 +68,7 @@ def _budget(plan: ManeuverPlan) -> go.Figure:
             customdata=table.loc[source],
             hovertemplate=f"{source} %{{customdata:.3g}} (%{{x:.1f}} % of the variance)",
         )
-    finished(figure, "Error budget at t_end", "share of the variance of the worst body axis")
+    apply_style(figure, "Error budget at t_end", "share of the variance of the worst body axis")
     figure.update_layout(barmode="stack", height=320 + 30 * len(table.columns))
     figure.update_yaxes(autorange="reversed", title_text="")
     return figure.update_xaxes(range=[0.0, 100.0], title_text="share of the variance [%]")
@@ -91,7 +91,7 @@ def _correlation(plan: ManeuverPlan) -> go.Figure:
             hovertemplate="%{y} and %{x}: %{z:.3f}<extra></extra>",
         )
     )
-    finished(
+    apply_style(
         figure,
         "Correlation of the errors at t_end",
         "a combination of strongly correlated errors is known better than either error",

@@ -11,7 +11,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from mgeo.evaluation.dominance import find_front_rows
-from mgeo.runs.answer import default_solution
+from mgeo.runs.answer import select_default_solution
 from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
 from mgeo.validation.entries import convert_file_errors
 from mgeo_attitude._typing import Floats, Ints
@@ -100,7 +100,7 @@ class Front:
     def row(self, choice: Choice | float) -> int:
         """Return the number of the solution that `plan` selects."""
         if choice == "knee":
-            return default_solution(self.problem, self.F).row if self.feasible else 0
+            return select_default_solution(self.problem, self.F).row if self.feasible else 0
         rows, t_end = self._by_time
         if choice in ("fastest", "best"):
             return int(rows[0 if choice == "fastest" else -1])

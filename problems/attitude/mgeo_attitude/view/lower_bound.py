@@ -77,7 +77,7 @@ def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
 
     The line covers the default solution of the front and the median of the plans `some`.
     """
-    from mgeo.runs.answer import default_solution
+    from mgeo.runs.answer import select_default_solution
 
     problem = plans.problem
     try:
@@ -88,7 +88,7 @@ def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
     rows = np.flatnonzero(np.isfinite(plans.F).all(axis=1))
     if not len(rows) or np.isnan(ratios).all():
         return []
-    row = int(rows[default_solution(problem, plans.F[rows]).row])
+    row = int(rows[select_default_solution(problem, plans.F[rows]).row])
     shown = plans.select([row]).exactly
     (least,) = curves.at(shown.t_end)
     return [

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.view.figures.style import line
 
-from mgeo.figures.style import COLORS, GRAY, finished, log_axis, symbol
+from mgeo.figures.style import COLORS, GRAY, apply_style, build_log_axis_layout, select_symbol
 from mgeo_calibration.estimation.residuals import History
 
 #: Approximate number of points per line; more cannot be distinguished.
@@ -53,14 +53,14 @@ def _plot_constants(table: pd.DataFrame) -> go.Figure:
             mode="markers",
             name=label,
             marker={
-                "symbol": symbol(number),
+                "symbol": select_symbol(number),
                 "size": 8,
                 "color": COLORS[number % len(COLORS)],
             },
             customdata=rows[["estimate", "sigma", "unit"]],
             hovertemplate="%{customdata[0]:.4g} ± %{customdata[1]:.2g} %{customdata[2]}",
         )
-    finished(
+    apply_style(
         figure,
         "Calibration parameters",
         "estimate minus prior with 3-sigma bars, in units of the prior 1-sigma",
@@ -84,10 +84,10 @@ def _plot_innovations(names: Sequence[str], history: History) -> go.Figure:
             name=name,
             mode="lines+markers",
             line=line(number),
-            marker={"symbol": symbol(number), "size": 7},
+            marker={"symbol": select_symbol(number), "size": 7},
             hovertemplate=f"{name} %{{y:.3f}} at %{{x:.0f}} s<extra></extra>",
         )
-    finished(
+    apply_style(
         figure,
         "Normalized innovations squared",
         "mean per component over consecutive readings; 1 for the declared noise",
@@ -115,7 +115,9 @@ def _plot_attitude(history: History) -> go.Figure:
             line=line(number),
             hovertemplate=f"{name} %{{y:.4g}} deg at %{{x:.0f}} s<extra></extra>",
         )
-    finished(figure, "Attitude", "1-sigma about the worst body axis")
+    apply_style(figure, "Attitude", "1-sigma about the worst body axis")
     figure.update_layout(height=420)
     figure.update_xaxes(title_text="time [s]")
-    return figure.update_yaxes(log_axis(np.concatenate(drawn)), title_text="1-sigma [deg]")
+    return figure.update_yaxes(
+        build_log_axis_layout(np.concatenate(drawn)), title_text="1-sigma [deg]"
+    )

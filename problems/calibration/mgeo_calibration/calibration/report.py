@@ -6,7 +6,7 @@ import pandas as pd
 import plotly.graph_objects as go
 from markupsafe import escape
 
-from mgeo.figures.page import report_page
+from mgeo.figures.page import render_report_page
 from mgeo_calibration.calibration.calibration import Calibration
 
 #: Largest number of listed outliers; the JSON file contains all.
@@ -48,7 +48,7 @@ def report_html(calibration: Calibration, promised: pd.DataFrame | None = None) 
         more = f", the first {LISTED}" if len(rejected) > LISTED else ""
         parts += [f"<h2>{len(rejected)} outliers{more}</h2>", _format_table(rejected[:LISTED])]
     parts += ["<h2>Correction parameters</h2>", _format_uplink(calibration)]
-    return report_page(title, parts)
+    return render_report_page(title, parts)
 
 
 def _format_uplink(calibration: Calibration) -> str:

@@ -134,7 +134,7 @@ def fly(
     """
     from mgeo_attitude.commands.files import check_targets, load_plan
 
-    from mgeo.store.atomic import to_json, write_file
+    from mgeo.store.atomic import encode_json, write_file
     from mgeo_calibration.commands import fly as command
     from mgeo_calibration.flight.as_flown import as_flown
     from mgeo_calibration.flight.truth import read_truth, truth_document
@@ -151,7 +151,7 @@ def fly(
         compared = as_flown(plan, telemetry)
         telemetry.to_csv(out)
         if truth:
-            write_file(truth, to_json(document))
+            write_file(truth, encode_json(document))
     files = [str(path) for path in (out, truth) if path]
     output = Output(quiet, json)
     command.print_flight(picked, telemetry, compared, simulator, files, output)

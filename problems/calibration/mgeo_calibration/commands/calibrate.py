@@ -11,7 +11,7 @@ from mgeo_attitude.environment.times import utc_text
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.scenario import Scenario
 
-from mgeo.store.atomic import check_writable, lock, write_file
+from mgeo.store.atomic import check_writable, lock_folder, write_file
 from mgeo.terminal import Output, note, plain, rows, titled
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.diagnosis import CannotCalibrate
@@ -98,7 +98,7 @@ def write_calibration(
     )
     folder.mkdir(parents=True, exist_ok=True)
     written = {folder / name: text for name, text in zip(FILES, texts, strict=True) if text}
-    with lock(folder):
+    with lock_folder(folder):
         for path, text in written.items():
             write_file(path, text.encode())
     return list(map(str, written))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from mgeo.store.reading import exact_floats
+from mgeo.store.reading import build_exact_float_options
 
 _SEPARATORS = ";\t,"  # The first separator in the header is used.
 _NUMBER = re.compile(r"\s*[-+.,]?\d")
@@ -74,6 +74,6 @@ def parse_table(text: str) -> pd.DataFrame:
         skipinitialspace=True,
         index_col=False,
         low_memory=False,
-        **exact_floats(),
+        **build_exact_float_options(),
     )
     return frame.set_axis(pd.Index(names), axis=1)

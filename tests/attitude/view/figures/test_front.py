@@ -11,7 +11,7 @@ from mgeo_attitude.scenario import FlightErrors, PathLimit
 from mgeo_attitude.view.plans import spread
 
 from mgeo.evaluation.dominance import find_front_rows
-from mgeo.figures.style import literal
+from mgeo.figures.style import escape_markup
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +92,7 @@ def test_names_in_a_scenario_are_no_markup():
     problem = AttitudeManeuverProblem(scenario)
     X = np.array([[0.5, 0.0, 0.0, 60.0] * 3])
     front = problem.view(X).figures()["front"]
-    assert f"scenario {literal(evil)}; " in front.layout.title.text
+    assert f"scenario {escape_markup(evil)}; " in front.layout.title.text
     drawn = [front, *problem.view(X).solution_figures()[0].values()]
     names = [trace.name for figure in drawn for trace in figure.data]
     assert any("&lt;a href" in (name or "") for name in names)

@@ -7,7 +7,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem
 from mgeo_attitude.view.figures.style import Solutions
 
-from mgeo.runs.answer import knee
+from mgeo.runs.answer import find_knee
 
 
 def made_up(F):
@@ -20,7 +20,7 @@ def made_up(F):
 def test_fastest_knee_and_least_trace_are_chosen():
     # by distance below the line from (0, 10) to (10, 0), (2, 3) is the knee
     F = [[10, 0], [8, 1], [0, 10], [9, 9], [2, 3], [5, 2], [1, 6]]
-    few = made_up(F).chosen(knee(np.array(F, dtype=float)))
+    few = made_up(F).chosen(find_knee(np.array(F, dtype=float)))
     assert few.labels == (
         "solution 2 (fastest)",
         "solution 4 (knee)",

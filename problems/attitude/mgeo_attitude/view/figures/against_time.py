@@ -9,8 +9,8 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
-from mgeo.figures.style import finished, log_axis
-from mgeo.runs.answer import knee
+from mgeo.figures.style import apply_style, build_log_axis_layout
+from mgeo.runs.answer import find_knee
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.objectives import PAPER, indicators
 from mgeo_attitude.maneuvers.schedule import flown
@@ -40,7 +40,7 @@ def figures(plans: Plans) -> dict[str, go.Figure]:
     """
     problem, solutions = plans.problem, Solutions.of(plans)
     own = plans.F[solutions.numbers]
-    bend = knee(indicators(problem.objectives, own, problem.scenario))
+    bend = find_knee(indicators(problem.objectives, own, problem.scenario))
     few = solutions.chosen(bend)
     front = {}
     if problem.objectives == PAPER:
@@ -103,7 +103,7 @@ def maneuvers_figure(
         figure.add_vrect(
             x0=over, x1=until, fillcolor=_HELD, layer="below", line_width=0, row=row, col=1
         )
-    finished(
+    apply_style(
         figure,
         "Body rates of the plans",
         "gray: the last rate is held"
@@ -153,7 +153,7 @@ def convergence_figure(problem: AttitudeManeuverProblem, solutions: Solutions) -
         horizontal_spacing=0.09,
         vertical_spacing=0.28 / rows,
     )
-    finished(
+    apply_style(
         figure,
         "Convergence of the filter",
         "predicted 1-sigma of the worst body axis of each error, until t_end"
@@ -175,7 +175,7 @@ def convergence_figure(problem: AttitudeManeuverProblem, solutions: Solutions) -
                 **place,
             )
         figure.update_yaxes(
-            log_axis(np.concatenate([values[panel] for _, values in lines])), **place
+            build_log_axis_layout(np.concatenate([values[panel] for _, values in lines])), **place
         )
         if panel >= len(panels) - _COLUMNS:  # the lowest of its column
             figure.update_xaxes(title_text="time [s]", **place)

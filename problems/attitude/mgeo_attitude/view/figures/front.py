@@ -10,7 +10,15 @@ import numpy as np
 import plotly.graph_objects as go
 
 from mgeo.evaluation.dominance import find_front_rows
-from mgeo.figures.style import COLORS, GRAY, HOVER, SYMBOLS, finished, literal, log_axis
+from mgeo.figures.style import (
+    COLORS,
+    GRAY,
+    HOVER_HINT,
+    SYMBOLS,
+    apply_style,
+    build_log_axis_layout,
+    escape_markup,
+)
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.view.describe import exactly, maneuver_texts
@@ -93,14 +101,16 @@ def front_figure(
             traces.append(points | more | {"hoverinfo": "text"})
         drawn.append([*traces, *_lines(scale, kept, least, knee, span)])
     state = ", none of which satisfies all constraints" if dead_end else ""
-    figure = finished(
+    figure = apply_style(
         go.Figure(drawn[0]),
         f"Calibration maneuvers: accuracy against {scenario.convergence.time}",
-        f"scenario {literal(scenario.name)}; {len(values)} plans{state}{HOVER}",
+        f"scenario {escape_markup(scenario.name)}; {len(values)} plans{state}{HOVER_HINT}",
     )
     _mark_times(figure, scenario, span)
     figure.update_xaxes(title_text="t_end [s]", tickformat="d", range=span)
-    axes = [log_axis(np.concatenate([each["y"] for each in traces])) for traces in drawn]
+    axes = [
+        build_log_axis_layout(np.concatenate([each["y"] for each in traces])) for traces in drawn
+    ]
     figure.update_yaxes(axes[0], title_text=scales[0].title)
     return figure.update_layout(
         # Place the legend below the axis title, where it covers neither points nor labels.

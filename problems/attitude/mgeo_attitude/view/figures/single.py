@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mgeo.figures.style import COLORS, GRAY, literal, log_axis
+from mgeo.figures.style import COLORS, GRAY, build_log_axis_layout, escape_markup
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import Flown
@@ -104,7 +104,7 @@ def _errors(
     figures = {
         "trace": {
             "data": [_line(times, trace, 0) | {"name": "trace", "showlegend": False}],
-            "layout": _layout("Trace of the covariance", log_axis(trace)),
+            "layout": _layout("Trace of the covariance", build_log_axis_layout(trace)),
         }
     }
     for b, block in enumerate(block_units(model.suite)):
@@ -114,7 +114,7 @@ def _errors(
             "data": [_line(times, own[:, axis], axis) for axis in range(3)],
             "layout": _layout(
                 f"{block.label}, 1-sigma{exactly(problem.scenario)}",
-                {"title": {"text": unit}, **log_axis(own)},
+                {"title": {"text": unit}, **build_log_axis_layout(own)},
             ),
         }
     return figures
@@ -147,7 +147,7 @@ def _directions(problem: AttitudeManeuverProblem, body: Floats, t_end: float) ->
 
 def _edges(scenario: Scenario) -> list[dict[str, Any]]:
     """Draw the cones of path constraints (solid) and of sensors (dotted or dashed) on the map."""
-    cones = [(literal(limit.label), limit.cone(), "solid") for limit in scenario.path_limits]
+    cones = [(escape_markup(limit.label), limit.cone(), "solid") for limit in scenario.path_limits]
     for sensor in scenario.sensors:
         for view in sensor.views():
             seen = "view of" if view.inside else f"{view.direction.capitalize()} off"
