@@ -42,26 +42,26 @@ class Output:
     json: bool = False
 
     @property
-    def for_people(self) -> bool:
+    def is_text(self) -> bool:
         """True if text and tables are printed."""
         return not (self.quiet or self.json)
 
-    def print(self, *shown: str | RenderableType) -> None:
+    def print(self, *renderables: str | RenderableType) -> None:
         """Print text and tables on separate lines, unless `quiet` or `json` is true."""
-        if self.for_people:
-            show(*shown)
+        if self.is_text:
+            show(*renderables)
 
-    def note(self, text: str) -> None:
+    def print_note(self, text: str) -> None:
         """Print a line on stderr."""
         show(text, stderr=True)
 
-    def result(self, document: Mapping[str, Any]) -> None:
+    def print_document(self, document: Mapping[str, Any]) -> None:
         """Print a JSON document on stdout if `json` is true."""
         if self.json:
-            print(json_text(document), file=_stdout_stack[0] if _stdout_stack else sys.stdout)
+            print(format_json(document), file=_stdout_stack[0] if _stdout_stack else sys.stdout)
 
 
-def json_text(document: Mapping[str, Any]) -> str:
+def format_json(document: Mapping[str, Any]) -> str:
     """Return a document as JSON text, with null for NaN and infinite numbers."""
     from pydantic_core import to_jsonable_python
 
@@ -69,7 +69,7 @@ def json_text(document: Mapping[str, Any]) -> str:
     return json.dumps(finite, indent=2, allow_nan=False)
 
 
-def rows(frame: pd.DataFrame) -> list[dict[Any, Any]]:
+def to_records(frame: pd.DataFrame) -> list[dict[Any, Any]]:
     """Return the rows of a table as dicts, including the index unless it is a RangeIndex."""
     import pandas as pd
 
@@ -78,7 +78,7 @@ def rows(frame: pd.DataFrame) -> list[dict[Any, Any]]:
 
 
 @contextmanager
-def stdout_for_documents() -> Iterator[None]:
+def reserve_stdout() -> Iterator[None]:
     """Reserve stdout for `Output.result` and redirect all other output to stderr."""
     _stdout_stack.append(sys.stdout)
     try:
@@ -88,7 +88,9 @@ def stdout_for_documents() -> Iterator[None]:
         _stdout_stack.pop()
 
 
-def table(titles: Iterable[object], rows: Iterable[Sequence[object]], digits: int = 5) -> Table:
+def build_table(
+    titles: Iterable[object], rows: Iterable[Sequence[object]], digits: int = 5
+) -> Table:
     """Return a table without borders, with text left-aligned and other values right-aligned.
 
     Parameters
@@ -104,35 +106,37 @@ def table(titles: Iterable[object], rows: Iterable[Sequence[object]], digits: in
     table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 3, 0, 0))
     for i, title in enumerate(titles):
         is_text = all(isinstance(row[i], str) for row in entries)
-        table.add_column(plain(title), justify="left" if is_text else "right", overflow="fold")
+        table.add_column(
+            escape_text(title), justify="left" if is_text else "right", overflow="fold"
+        )
     for row in entries:
-        table.add_row(*(plain(_format_value(value, digits)) for value in row))
+        table.add_row(*(escape_text(_format_value(value, digits)) for value in row))
     return table
 
 
-def fits(shown: Table, width: int) -> bool:
+def is_within_width(content: Table, width: int) -> bool:
     """Return whether a table fits into a width in columns without wrapping a cell."""
-    out = console()
-    measurement = Measurement.get(out, out.options.update(max_width=_PIPE_WIDTH), shown)
+    out = build_console()
+    measurement = Measurement.get(out, out.options.update(max_width=_PIPE_WIDTH), content)
     return measurement.maximum <= width
 
 
-def titled(title: str, frame: pd.DataFrame, digits: int = 4) -> tuple[Text, Table]:
+def build_titled_table(title: str, frame: pd.DataFrame, digits: int = 4) -> tuple[Text, Table]:
     """Return a bold title and the `table` of a DataFrame, including its index."""
     rows = frame.itertuples(name=None)
-    return plain(f"\n{title}", "bold"), table(["", *frame.columns], rows, digits)
+    return escape_text(f"\n{title}", "bold"), build_table(["", *frame.columns], rows, digits)
 
 
-def note(text: str) -> Text:
+def format_note(text: str) -> Text:
     """Return dimmed text, for a note below a table."""
-    return plain(text, "dim")
+    return escape_text(text, "dim")
 
 
-def pairs(texts: Mapping[str, str]) -> Table:
+def build_key_value_table(texts: Mapping[str, str]) -> Table:
     """Return a table with one name and its text per line."""
     grid = Table.grid(padding=(0, 2))
     for name, text in texts.items():
-        grid.add_row(plain(name, style="dim"), plain(text))
+        grid.add_row(escape_text(name, style="dim"), escape_text(text))
     return grid
 
 
@@ -141,7 +145,7 @@ def _format_value(value: object, digits: int) -> str:
     return str(value) if is_exact else f"{value:.{digits}g}"
 
 
-def console(*, stderr: bool = False) -> Console:
+def build_console(*, stderr: bool = False) -> Console:
     """Return a console on stdout or stderr, with 400 columns if it is not a terminal.
 
     The environment variable COLUMNS overrides the width.
@@ -152,19 +156,19 @@ def console(*, stderr: bool = False) -> Console:
     return console
 
 
-def show(*shown: str | RenderableType, stderr: bool = False) -> None:
+def show(*renderables: str | RenderableType, stderr: bool = False) -> None:
     """Print text and tables on separate lines; lines of text are wrapped only in a terminal."""
-    out = console(stderr=stderr)
-    for each in shown:
+    out = build_console(stderr=stderr)
+    for each in renderables:
         if isinstance(each, str | Text):
-            text = plain(each) if isinstance(each, str) else each
+            text = escape_text(each) if isinstance(each, str) else each
             # Long paths must not be truncated.
             out.print(text, soft_wrap=not out.is_terminal, overflow="ignore", crop=False)
         else:
             out.print(each)
 
 
-def plain(text: object, style: str = "") -> Text:
+def escape_text(text: object, style: str = "") -> Text:
     """Return text for a console, with control characters escaped.
 
     Prevents that names from files or plugins send control sequences to the terminal.

@@ -18,9 +18,9 @@ from mgeo.cli import explore, installed, report, solve, study
 from mgeo.cli.errors import (
     EXIT_CODES,
     ExitCode,
-    one_line_errors,
     print_warning,
     raise_on_sigterm,
+    report_errors,
 )
 from mgeo.plugins.discovery import (
     ALGORITHMS,
@@ -63,7 +63,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
 }
 
 
-def epilog(command: str, examples: Mapping[str, Iterable[str]] = EXAMPLES) -> str:
+def format_examples(command: str, examples: Mapping[str, Iterable[str]] = EXAMPLES) -> str:
     """Return the examples of a command as the last part of its help."""
     return "\n".join(["\b", "Examples:", *(f"  {line}" for line in examples[command])])
 
@@ -78,16 +78,16 @@ class CommandGroup(TyperGroup):
         return super().parse_args(ctx, args)
 
 
-class Commands(CommandGroup):
+class RootCommandGroup(CommandGroup):
     """Commands of mgeo and of plugins; each error is reported in one line with an exit code."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         ctx.meta["debug"] = "--debug" in args
-        with one_line_errors(ctx):
+        with report_errors(ctx):
             return super().parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        with one_line_errors(ctx, debug=ctx.meta["debug"]):
+        with report_errors(ctx, debug=ctx.meta["debug"]):
             return super().invoke(ctx)
 
     def list_commands(self, ctx: Any) -> list[str]:
@@ -95,7 +95,7 @@ class Commands(CommandGroup):
         for plugin in list_plugins(COMMANDS):
             # A name with a dot extends the commands of another plugin.
             if "." not in plugin.name:
-                self.commands.setdefault(plugin.name, _PluginCommands(plugin))
+                self.commands.setdefault(plugin.name, _PluginCommandStub(plugin))
         return super().list_commands(ctx)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
@@ -107,12 +107,12 @@ class Commands(CommandGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command to run, after importing it."""
         name, command, rest = super().resolve_command(ctx, args)
-        if isinstance(command, _PluginCommands):
+        if isinstance(command, _PluginCommandStub):
             command = command.load()
         return name, command, rest
 
 
-class _PluginCommands(TyperCommand):
+class _PluginCommandStub(TyperCommand):
     """Stub of a plugin's commands, for the help of ``mgeo`` without importing the plugin."""
 
     def __init__(self, plugin: Plugin) -> None:
@@ -123,14 +123,14 @@ class _PluginCommands(TyperCommand):
 
     def load(self) -> Any:
         """Import the commands, including those that other distributions add."""
-        group = _group(self._plugin)
+        group = _build_group(self._plugin)
         for plugin in list_plugins(COMMANDS):
             if plugin.name.startswith(f"{self._plugin.name}."):
-                group.commands |= _group(plugin).commands
+                group.commands |= _build_group(plugin).commands
         return group
 
 
-def _group(plugin: Plugin) -> Any:
+def _build_group(plugin: Plugin) -> Any:
     root = typer.Typer(rich_markup_mode=None)
     root.add_typer(plugin.load(), name=plugin.name, cls=CommandGroup)
     return typer.main.get_group(root).commands[plugin.name]
@@ -138,7 +138,7 @@ def _group(plugin: Plugin) -> Any:
 
 app = typer.Typer(
     name="mgeo",
-    cls=Commands,
+    cls=RootCommandGroup,
     help="Multiobjective generalized extremal optimization of installed problems.",
     epilog="\n\n".join(
         ["Exit codes:", *(f"{int(code)}: {text}" for code, text in EXIT_CODES.items())]
@@ -161,8 +161,8 @@ def main() -> None:
     app()
 
 
-def _print_version(wanted: bool) -> None:
-    if not wanted:
+def _print_version(is_requested: bool) -> None:
+    if not is_requested:
         return
     groups = (PROBLEMS, ALGORITHMS, COMMANDS)
     plugins = {each.distribution for group in groups for each in list_plugins(group)}
@@ -202,4 +202,4 @@ for _command in (
     study.schema,
 ):
     _about = (_command.__doc__ or "").partition("\n")[0]
-    app.command(epilog=epilog(_command.__name__), short_help=_about)(_command)
+    app.command(epilog=format_examples(_command.__name__), short_help=_about)(_command)

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.cli.running import run_title
+from mgeo.cli.running import format_run_title
 from mgeo.figures.front import MAX_OBJECTIVES
 from mgeo.plugins.protocol import call_optional, describe_size, has_override
 from mgeo.plugins.view import View, build_view
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store import run_folder
-from mgeo.terminal import Output, pairs
+from mgeo.terminal import Output, build_key_value_table
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from mgeo.studies.file import Study
 
 
-def describe_run(run: PreparedRun, folder: Path, output: Output) -> None:
+def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
     """Print the size, budget and files of a run of ``mgeo solve``."""
     configuration, size, view = (
         run.configuration,
@@ -49,8 +49,8 @@ def describe_run(run: PreparedRun, folder: Path, output: Output) -> None:
         **facts,
         **({"warnings": "; ".join(notes)} if notes else {}),
     }
-    output.print(run_title(configuration), pairs(texts))
-    output.result(
+    output.print(format_run_title(configuration), build_key_value_table(texts))
+    output.print_document(
         {
             "dry_run": True,
             "configuration": configuration.model_dump(),
@@ -63,7 +63,7 @@ def describe_run(run: PreparedRun, folder: Path, output: Output) -> None:
     )
 
 
-def describe_study(
+def print_study_size(
     study: Study, problems: Mapping[str, Problem], folder: Path, output: Output
 ) -> None:
     """Print the size and budget of a study.
@@ -85,8 +85,8 @@ def describe_study(
         "budget": f"{runs:,} runs of {study.evaluations:,} evaluations{each}",
         "folder": str(folder),
     }
-    output.print(study.title, pairs(texts))
-    output.result(
+    output.print(study.title, build_key_value_table(texts))
+    output.print_document(
         {
             "dry_run": True,
             "title": study.title,

@@ -14,11 +14,11 @@ from typing import Any
 
 import typer
 
-from mgeo._text import one_line
+from mgeo._text import join_lines
 from mgeo.terminal import show
 
 
-class Terminated(KeyboardInterrupt):
+class TerminationInterrupt(KeyboardInterrupt):
     """Exception raised on SIGTERM, which ends a command like Ctrl-C."""
 
 
@@ -45,17 +45,17 @@ class StopRequest:
         """Exit code of a shell for the signal: 130 for Ctrl-C, 143 for SIGTERM, 0 for none."""
         return 0 if self.signal is None else 128 + self.signal
 
-    def receive(self, number: int, frame: FrameType | None = None) -> None:
+    def receive(self, signal_number: int, frame: FrameType | None = None) -> None:
         """Store the first signal; raise KeyboardInterrupt at the second one, once."""
         if self.signal is None:
-            self.signal = signal.Signals(number)
+            self.signal = signal.Signals(signal_number)
         elif self.may_raise:
             self.may_raise = False
             raise KeyboardInterrupt
 
 
 @contextmanager
-def stop_requests() -> Iterator[StopRequest]:
+def collect_stop_requests() -> Iterator[StopRequest]:
     """Collect SIGINT and SIGTERM, so that a run can end after the current generation.
 
     A second signal raises KeyboardInterrupt, to end long generations.
@@ -74,7 +74,7 @@ def raise_on_sigterm() -> None:
     """Raise `Terminated` on SIGTERM, so that workers are stopped and temporary files removed."""
 
     def terminate(number: int, frame: FrameType | None) -> None:
-        raise Terminated
+        raise TerminationInterrupt
 
     signal.signal(signal.SIGTERM, terminate)
 
@@ -86,13 +86,13 @@ UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 class ExitCode(IntEnum):
     """Exit codes of all commands, see `EXIT_CODES`."""
 
-    DONE, ERROR, BAD_INPUT, INCOMPLETE = range(4)
+    SUCCESS, ERROR, BAD_INPUT, INCOMPLETE = range(4)
     INTERRUPTED, TERMINATED = 130, 143
 
 
 #: Descriptions of the exit codes, for the help.
 EXIT_CODES: Mapping[ExitCode, str] = {
-    ExitCode.DONE: "done",
+    ExitCode.SUCCESS: "done",
     ExitCode.ERROR: "an error in mgeo or in a problem; --debug shows the traceback",
     ExitCode.BAD_INPUT: "bad input: arguments, files, options, an error in a plugin, or a full "
     "disk; existing files are intact",
@@ -103,13 +103,13 @@ EXIT_CODES: Mapping[ExitCode, str] = {
 }
 
 
-class Refused(Exception):
+class InputError(Exception):
     """Error that the user can correct; its cause is the original exception."""
 
 
 @contextmanager
-def bad_input(
-    kinds: tuple[type[Exception], ...] = (ValueError, TypeError, OSError),
+def convert_input_errors(
+    error_types: tuple[type[Exception], ...] = (ValueError, TypeError, OSError),
 ) -> Iterator[None]:
     """Raise `Refused` for errors of the given kinds.
 
@@ -120,12 +120,12 @@ def bad_input(
         yield
     except BrokenPipeError:  # typer ends the command silently.
         raise
-    except kinds as error:
-        raise Refused(str(error) or type(error).__name__) from error
+    except error_types as error:
+        raise InputError(str(error) or type(error).__name__) from error
 
 
 @contextmanager
-def one_line_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None]:
+def report_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None]:
     """Print an error as one line on stderr and end the command with its exit code.
 
     Parameters
@@ -141,35 +141,35 @@ def one_line_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None
     except (typer.Exit, typer.Abort, BrokenPipeError):
         raise
     except (Exception, KeyboardInterrupt) as error:
-        message, code = _describe(error, ctx)
+        message, code = _describe_error(error, ctx)
         if debug and not isinstance(error, (UsageError, KeyboardInterrupt)):
-            traceback.print_exception(error.__cause__ if isinstance(error, Refused) else error)
-        show(f"Error: {one_line(message)}", stderr=True)
+            traceback.print_exception(error.__cause__ if isinstance(error, InputError) else error)
+        show(f"Error: {join_lines(message)}", stderr=True)
         raise typer.Exit(code) from error
 
 
 def print_warning(message: Warning | str, *_: object, **__: object) -> None:
     """Print a warning as one line on stderr, as a replacement of `warnings.showwarning`."""
-    show(f"Warning: {one_line(str(message))}", stderr=True)
+    show(f"Warning: {join_lines(str(message))}", stderr=True)
 
 
-def of_interrupt(error: KeyboardInterrupt) -> ExitCode:
+def get_interrupt_exit_code(error: KeyboardInterrupt) -> ExitCode:
     """Return the exit code of an interrupt by Ctrl-C or SIGTERM."""
-    return ExitCode.TERMINATED if isinstance(error, Terminated) else ExitCode.INTERRUPTED
+    return ExitCode.TERMINATED if isinstance(error, TerminationInterrupt) else ExitCode.INTERRUPTED
 
 
-def _describe(error: BaseException, ctx: typer.Context) -> tuple[str, ExitCode]:
+def _describe_error(error: BaseException, ctx: typer.Context) -> tuple[str, ExitCode]:
     if isinstance(error, UsageError):
         at: Any = getattr(error, "ctx", None) or ctx
         message = error.format_message().rstrip(".")  # type: ignore[attr-defined]
         return f"{message} (see {at.command_path} --help)", ExitCode.BAD_INPUT
     if isinstance(error, KeyboardInterrupt):
-        return "interrupted", of_interrupt(error)
+        return "interrupted", get_interrupt_exit_code(error)
     from mgeo.evaluation.evaluator import EvaluationError
     from mgeo.plugins.discovery import PluginError
     from mgeo.validation.entries import FileError
 
-    if isinstance(error, Refused | PluginError | EvaluationError | FileError):
+    if isinstance(error, InputError | PluginError | EvaluationError | FileError):
         return str(error), ExitCode.BAD_INPUT
     # Any other error is a bug of mgeo or of a plugin.
     last = traceback.extract_tb(error.__traceback__)[-1]

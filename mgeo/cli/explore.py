@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from mgeo.cli import options
-from mgeo.cli.errors import Terminated, bad_input
+from mgeo.cli.errors import TerminationInterrupt, convert_input_errors
 from mgeo.terminal import Output
 
 
@@ -40,18 +40,20 @@ def explore(
     machine, at the printed address, until Ctrl-C. Requires Dash (pip install 'mgeo[explore]').
     """
     output = Output(quiet, json)
-    with bad_input((ImportError, ValueError, TypeError, OSError)):
+    with convert_input_errors((ImportError, ValueError, TypeError, OSError)):
         from mgeo.explore.server import ExplorerServer
 
         server = ExplorerServer(folder, save=save, problem=problem, port=port)
     with server:
         output.print(server.url, "open on this machine only; Ctrl-C ends it")
-        output.result({"url": server.url, "folder": str(folder), "save": str(save or folder)})
+        output.print_document(
+            {"url": server.url, "folder": str(folder), "save": str(save or folder)}
+        )
         if browser:
             webbrowser.open(server.url)
         try:
             server.serve_forever()
-        except Terminated:
+        except TerminationInterrupt:
             raise
         except KeyboardInterrupt:
             output.print("ended")

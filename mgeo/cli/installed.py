@@ -7,16 +7,16 @@ from typing import Annotated, Any
 import typer
 
 from mgeo.cli import options
-from mgeo.cli.errors import bad_input
+from mgeo.cli.errors import convert_input_errors
 from mgeo.plugins.discovery import Plugin, PluginError, list_plugins, list_preset_names
-from mgeo.terminal import Output, plain, table
+from mgeo.terminal import Output, build_table, escape_text
 
 
 def problems(json: options.Json = False, debug: options.Debug = False) -> None:
     """List the installed problems."""
     descriptions = [_describe_problem(plugin) for plugin in list_plugins()]
     output = Output(json=json)
-    output.result({"problems": descriptions})
+    output.print_document({"problems": descriptions})
     if not descriptions:
         output.print("no problem is installed; the first to try: pip install ./problems/attitude")
         return
@@ -26,14 +26,15 @@ def problems(json: options.Json = False, debug: options.Debug = False) -> None:
         for one in descriptions
     ]
     errors = [f"Error: {one['name']}: {one['error']}" for one in descriptions if one["error"]]
-    output.print(table(titles, rows), *(plain(error, style="red") for error in errors))
+    output.print(build_table(titles, rows), *(escape_text(error, style="red") for error in errors))
 
 
 def algorithms(
     name: Annotated[
         str | None,
         typer.Argument(
-            help="Name of an algorithm, or MODULE:CLASS.", autocompletion=options.algorithms
+            help="Name of an algorithm, or MODULE:CLASS.",
+            autocompletion=options.complete_algorithms,
         ),
     ] = None,
     json: options.Json = False,
@@ -45,21 +46,21 @@ def algorithms(
     output = Output(json=json)
     if name is None:
         descriptions = [_describe_algorithm(each) for each in list_algorithms()]
-        output.result({"algorithms": descriptions})
+        output.print_document({"algorithms": descriptions})
         rows = [
             [each["name"], each["label"], each["error"] or each["about"]] for each in descriptions
         ]
-        output.print(table(("name", "algorithm", "description"), rows))
+        output.print(build_table(("name", "algorithm", "description"), rows))
         return
-    with bad_input():
+    with convert_input_errors():
         description = describe_algorithm(name)
-    output.result(description)
+    output.print_document(description)
     rows = [
         [p["name"], _format_default(p["default"]), p["meaning"]] for p in description["parameters"]
     ]
     output.print(
         f"{name}: {description['about']}",
-        table(("parameter", "default", "description"), rows),
+        build_table(("parameter", "default", "description"), rows),
         "parameters are given by --set NAME=VALUE",
     )
 

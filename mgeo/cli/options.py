@@ -14,36 +14,36 @@ from typing import Annotated, Any
 import typer
 
 from mgeo.plugins.discovery import list_plugins, list_preset_names
-from mgeo.terminal import stdout_for_documents
+from mgeo.terminal import reserve_stdout
 
 
-def among(names: Iterable[str]) -> Callable[[], list[str]]:
+def complete_from(names: Iterable[str]) -> Callable[[], list[str]]:
     """Return a completion function for fixed names."""
     return lambda: list(names)
 
 
-def problems() -> list[str]:
+def complete_problems() -> list[str]:
     """Return the names of the installed problems, for completion."""
     return [plugin.name for plugin in list_plugins()]
 
 
-def algorithms() -> list[str]:
+def complete_algorithms() -> list[str]:
     """Return the names of the algorithms, for completion."""
     names: list[str] = resolve_name("mgeo.runs.algorithms:algorithm_names")()
     return names
 
 
-def scenarios(ctx: typer.Context) -> list[str]:
+def complete_scenarios(ctx: typer.Context) -> list[str]:
     """Return the presets of the problem on the command line, for completion."""
     # An option without a value makes typer leave the arguments unread.
     words = [str(ctx.params.get("problem")), *ctx.args]
     return [preset for word in words for preset in list_preset_names(word)]
 
 
-def _reserve_stdout(ctx: typer.Context, wanted: bool) -> bool:
-    if wanted and not ctx.resilient_parsing:
-        ctx.find_root().with_resource(stdout_for_documents())
-    return wanted
+def _reserve_stdout_for_json(ctx: typer.Context, is_requested: bool) -> bool:
+    if is_requested and not ctx.resilient_parsing:
+        ctx.find_root().with_resource(reserve_stdout())
+    return is_requested
 
 
 RunFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the run.")]
@@ -52,7 +52,7 @@ Json = Annotated[
     bool,
     typer.Option(
         "--json",
-        callback=_reserve_stdout,
+        callback=_reserve_stdout_for_json,
         help="Print the result as one JSON document, and nothing else, on stdout.",
     ),
 ]

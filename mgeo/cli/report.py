@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from mgeo.cli import options
-from mgeo.cli.errors import bad_input
+from mgeo.cli.errors import convert_input_errors
 from mgeo.terminal import Output
 
 FIGURES_FOLDER = "figures"
@@ -77,9 +77,14 @@ def report(
     Chromium. A study already has a report, so only its figures are written; without options, their
     names are listed.
     """
-    from mgeo.report.build import report_html
-    from mgeo.report.compare import compare_html
-    from mgeo.report.static import StaticExportError, drawn, run_figures, shaped
+    from mgeo.report.build import build_report_html
+    from mgeo.report.compare import build_comparison_html
+    from mgeo.report.static import (
+        StaticExportError,
+        draw_run_figures,
+        export_figures,
+        prepare_figures,
+    )
     from mgeo.store.atomic import write_file, write_files
     from mgeo.store.run_folder import REPORT_FILE, STUDY_FILE
     from mgeo.studies.report import draw_study_figures
@@ -92,18 +97,18 @@ def report(
     only, named, first = figure or [], problem or [], sources[0]
     is_pair, is_study = len(sources) > 1, len(sources) == 1 and (first / STUDY_FILE).is_file()
     page, figures = "", {}
-    with bad_input((ValueError, TypeError, OSError, StaticExportError)):
+    with convert_input_errors((ValueError, TypeError, OSError, StaticExportError)):
         _check_options(sources, is_study, formats, out, solution)
         path = out or (Path(COMPARISON_FILE) if is_pair else first / REPORT_FILE)
-        _check_page(path)
+        _check_page_path(path)
         if is_study:
             figures = draw_study_figures(read_comparisons(first, trusted_classes=named), only)
         elif is_pair:
-            page = compare_html(*sources, named=named)
+            page = build_comparison_html(*sources, trusted_classes=named)
         else:
-            figures = run_figures(first, only, named=named) if formats else {}
-            page = "" if only else report_html(first, solution, named=named)
-        pictures = drawn(shaped(figures, paper), formats)
+            figures = draw_run_figures(first, only, trusted_classes=named) if formats else {}
+            page = "" if only else build_report_html(first, solution, trusted_classes=named)
+        pictures = export_figures(prepare_figures(figures, paper), formats)
         folder = path.parent / FIGURES_FOLDER
         if pictures:
             folder.mkdir(exist_ok=True)
@@ -116,7 +121,7 @@ def report(
         output.print(f"written: {folder} ({len(pictures)} files)")
     elif is_study:
         output.print(f"report: {path}", f"figures, for --figure: {', '.join(figures)}")
-    output.result(
+    output.print_document(
         {
             **({"compared": list(map(str, sources))} if is_pair else {"folder": str(first)}),
             "file": str(path) if page or is_study else None,
@@ -146,7 +151,7 @@ def _check_options(
         raise ValueError(f"{sources[0]} is a file: expected the folder of a run, or two solutions")
 
 
-def _check_page(path: Path) -> None:
+def _check_page_path(path: Path) -> None:
     """Raise an error if the page cannot be written, before any computation."""
     from mgeo.store.atomic import check_writable
 

@@ -16,8 +16,8 @@ from rich import progress
 from rich.console import Console, Group
 from rich.live import Live
 
-from mgeo.cli.errors import ExitCode, StopRequest, bad_input, stop_requests
-from mgeo.cli.summary import clock, show_summary
+from mgeo.cli.errors import ExitCode, StopRequest, collect_stop_requests, convert_input_errors
+from mgeo.cli.summary import format_duration, print_summary
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures.page import render_figure_page
 from mgeo.plugins.protocol import call_optional, get_column_names
@@ -29,10 +29,10 @@ from mgeo.store import run_folder
 from mgeo.store.atomic import check_writable, lock_folder, write_file
 from mgeo.store.provenance import list_problem_versions
 from mgeo.store.run import Outcome, Run, RunConfiguration
-from mgeo.terminal import Output, console, plain
+from mgeo.terminal import Output, build_console, escape_text
 
-_MAX_SHARE = 0.02  # maximum share of the run time for the computation of the progress
-_STOPPING = "stopping after this generation; Ctrl-C again to stop at once"
+_MAX_PROGRESS_SHARE = 0.02  # maximum share of the run time for the computation of the progress
+_STOP_MESSAGE = "stopping after this generation; Ctrl-C again to stop at once"
 
 
 class Progress:
@@ -55,12 +55,12 @@ class Progress:
 
     def __init__(self, console: Console, title: str, request: StopRequest) -> None:
         self._console = console
-        self._title = plain(title, style="bold")
+        self._title = escape_text(title, style="bold")
         self._request = request
         self.interval = 0.25 if console.is_terminal else 10.0
-        self._next = 0.0
+        self._next_update = 0.0
         self._state: SolveState | None = None
-        self._numbers = ""
+        self._status = ""
         self._bar = progress.Progress(
             progress.BarColumn(),
             progress.TextColumn("{task.fields[done]}"),
@@ -71,7 +71,7 @@ class Progress:
         self._task = self._bar.add_task("", total=None, done="first generation")
 
     @contextmanager
-    def shown(self) -> Iterator[None]:
+    def display(self) -> Iterator[None]:
         """Show the progress within a ``with`` block: redrawn on a terminal, otherwise as lines."""
         if not self._console.is_terminal:
             self._print(self._title)
@@ -87,36 +87,34 @@ class Progress:
         if self._request:
             state.stop()
         self._state = state
-        if time.monotonic() >= self._next:
+        if time.monotonic() >= self._next_update:
             begin = time.process_time()
             self._update()
-            pause = max(self.interval, (time.process_time() - begin) / _MAX_SHARE)
-            self._next = time.monotonic() + pause
+            pause = max(self.interval, (time.process_time() - begin) / _MAX_PROGRESS_SHARE)
+            self._next_update = time.monotonic() + pause
 
     def __rich__(self) -> Group:
-        stopping = [plain(_STOPPING, style="yellow")] if self._request else []
-        return Group(self._title, self._bar, plain(self._numbers), *stopping)
+        stopping = [escape_text(_STOP_MESSAGE, style="yellow")] if self._request else []
+        return Group(self._title, self._bar, escape_text(self._status), *stopping)
 
     def _update(self) -> None:
         state = self._state
         if state is None:
             return
-        self._numbers = _format_state(state)
+        self._status = _format_state(state)
         done = f"{state.n_evaluations:,} of {state.budget:,} evaluations"
         completed = min(state.n_evaluations, state.budget)
         self._bar.update(self._task, total=state.budget, completed=completed, done=done)
         if not self._console.is_terminal:
             task, left = self._bar.tasks[0], self._bar.tasks[0].time_remaining
-            times = (
-                f"elapsed {clock(state.elapsed_time)}  left {'-' if left is None else clock(left)}"
-            )
-            self._print(plain(f"{task.percentage:3.0f}%  {done}  {self._numbers}  {times}"))
+            times = f"elapsed {format_duration(state.elapsed_time)}  left {'-' if left is None else format_duration(left)}"
+            self._print(escape_text(f"{task.percentage:3.0f}%  {done}  {self._status}  {times}"))
 
     def _print(self, line: Any) -> None:
         self._console.print(line, soft_wrap=True)
 
 
-def run_and_show(run: PreparedRun, folder: Path, output: Output, max_time: float | None) -> int:
+def execute_run(run: PreparedRun, folder: Path, output: Output, max_time: float | None) -> int:
     """Run until the budget is used, write the run folder and print the summary.
 
     Parameters
@@ -138,18 +136,22 @@ def run_and_show(run: PreparedRun, folder: Path, output: Output, max_time: float
     """
     if impossible := call_optional(build_view(run.problem), View.infeasibility_reasons):
         output.print("no solution can satisfy all constraints", *(f"  {why}" for why in impossible))
-        output.result({"impossible": impossible})
+        output.print_document({"impossible": impossible})
         return ExitCode.INCOMPLETE
-    with bad_input():
+    with convert_input_errors():
         folder.mkdir(parents=True, exist_ok=True)
-    with stop_requests() as stop, bad_input((ValueError, OSError)), lock_folder(folder):
+    with (
+        collect_stop_requests() as stop,
+        convert_input_errors((ValueError, OSError)),
+        lock_folder(folder),
+    ):
         check_writable(folder)
         if run.metadata is None:
             run_folder.remove_run(folder)
-        screen = Console(quiet=True) if output.quiet else console(stderr=True)
-        progress = Progress(screen, run_title(run.configuration), stop)
+        screen = Console(quiet=True) if output.quiet else build_console(stderr=True)
+        progress = Progress(screen, format_run_title(run.configuration), stop)
         try:
-            with progress.shown():
+            with progress.display():
                 outcome = run.solve(progress, folder, max_time)
             stop.may_raise = False
             finished_run = Run(
@@ -158,23 +160,23 @@ def run_and_show(run: PreparedRun, folder: Path, output: Output, max_time: float
             run_folder.write_run(folder, finished_run, overwrite=True)
         except (EvaluationError, OSError):
             if (folder / run_folder.CHECKPOINT_FILE).exists():
-                output.note(f"To continue after correcting the error: mgeo resume {folder}")
+                output.print_note(f"To continue after correcting the error: mgeo resume {folder}")
             raise
         solutions = outcome.nearest or outcome
         view = build_view(run.problem, solutions.X, solutions.F)
         try:
-            _write_extras(run, outcome, view, folder)
+            _write_front_files(run, outcome, view, folder)
         finally:  # Print the summary even if a figure fails.
-            show_summary(finished_run, view, folder, output)
+            print_summary(finished_run, view, folder, output)
     if outcome.stop_reason == "signal":
         return stop.exit_code or ExitCode.INTERRUPTED
-    return ExitCode.DONE if len(outcome.F) else ExitCode.INCOMPLETE
+    return ExitCode.SUCCESS if len(outcome.F) else ExitCode.INCOMPLETE
 
 
-def _write_extras(run: PreparedRun, outcome: Outcome, view: View, folder: Path) -> None:
+def _write_front_files(run: PreparedRun, outcome: Outcome, view: View, folder: Path) -> None:
     if len(outcome.F) and (arrays := call_optional(view, View.arrays)):
         run_folder.write_arrays(folder, outcome, arrays)
-    title, note = run_title(run.configuration), ""
+    title, note = format_run_title(run.configuration), ""
     if outcome.nearest:
         note = f"No feasible solution was found. Shown: the {len(view.X)} nearest to feasibility."
     if (figure := build_front_figure(view, title)) is not None:
@@ -183,7 +185,7 @@ def _write_extras(run: PreparedRun, outcome: Outcome, view: View, folder: Path) 
         )
 
 
-def run_title(run: RunConfiguration) -> str:
+def format_run_title(run: RunConfiguration) -> str:
     """Return the title of a run, including the parameters that differ from the defaults."""
     # Convert tuples to lists, because the configuration was read from JSON.
     defaults = json.loads(json.dumps(complete_parameters(run.algorithm, {}), default=str))

@@ -8,17 +8,17 @@ from typing import Annotated
 import typer
 
 from mgeo.cli import options
-from mgeo.cli.errors import bad_input
+from mgeo.cli.errors import convert_input_errors
 from mgeo.terminal import Output
 
-_UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0}
+_SECONDS_PER_UNIT = {"s": 1.0, "m": 60.0, "h": 3600.0}
 
 
 def _parse_duration(text: str) -> float:
     """Return a time [s] from a number of seconds, or a number with a unit, such as 10m or 2h."""
-    unit = text[-1:] if text[-1:] in _UNITS else ""
+    unit = text[-1:] if text[-1:] in _SECONDS_PER_UNIT else ""
     try:
-        seconds = float(text.removesuffix(unit)) * _UNITS.get(unit, 1.0)
+        seconds = float(text.removesuffix(unit)) * _SECONDS_PER_UNIT.get(unit, 1.0)
     except ValueError:
         seconds = 0.0
     if not 0.0 < seconds < float("inf"):
@@ -42,7 +42,7 @@ def solve(
         typer.Argument(
             help="Name from `mgeo problems`, your own class as module:Class, or a test problem, "
             "such as pymoo:zdt1.",
-            autocompletion=options.problems,
+            autocompletion=options.complete_problems,
         ),
     ],
     scenario: Annotated[
@@ -50,7 +50,7 @@ def solve(
         typer.Option(
             metavar="FILE.toml|PRESET",
             help="Options of the problem: a file, or the name of a preset.",
-            autocompletion=options.scenarios,
+            autocompletion=options.complete_scenarios,
         ),
     ] = None,
     after: Annotated[
@@ -75,7 +75,7 @@ def solve(
             metavar="NAME|MODULE:CLASS",
             help="Name from `mgeo algorithms`, or your own class [default: mgeo-directed; "
             "mgeo-staged with --robust].",
-            autocompletion=options.algorithms,
+            autocompletion=options.complete_algorithms,
         ),
     ] = None,
     walkers: options.Walkers = None,
@@ -88,7 +88,7 @@ def solve(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all random numbers.")] = 1,
-    starts: Annotated[
+    initial_designs: Annotated[
         int | None,
         typer.Option(
             min=0,
@@ -96,7 +96,7 @@ def solve(
             "0 with --robust, --evaluations, an algorithm or its parameters].",
         ),
     ] = None,
-    polish: Annotated[
+    refine: Annotated[
         bool | None,
         typer.Option(
             "--polish/--no-polish",
@@ -140,7 +140,7 @@ def solve(
     # Names such as coco:bbob/f1/d10/i1 and module:Class are not valid folder names.
     name = f"{problem}{'-robust' if robust else ''}-{algorithm}".replace(":", "-").replace("/", "-")
     folder = out or Path("runs", f"{name}-seed{seed}")
-    with bad_input():
+    with convert_input_errors():
         parameters = options.parse_parameters(settings or [])
         if walkers is not None:
             parameters["n_walkers"] = walkers
@@ -152,20 +152,20 @@ def solve(
             evaluations=evaluations,
             seed=seed,
             robust=robust,
-            initial_designs=starts,
-            refine=polish,
+            initial_designs=initial_designs,
+            refine=refine,
             record=record,
         )
         check_folder(folder, overwrite=overwrite)
     output = Output(quiet, json)
     if dry_run:
-        from mgeo.cli.dry_run import describe_run
+        from mgeo.cli.dry_run import print_run_size
 
-        describe_run(run, folder, output)
+        print_run_size(run, folder, output)
     else:
-        from mgeo.cli.running import run_and_show
+        from mgeo.cli.running import execute_run
 
-        raise typer.Exit(run_and_show(run, folder, output, max_time))
+        raise typer.Exit(execute_run(run, folder, output, max_time))
 
 
 def resume(
@@ -199,10 +199,10 @@ def resume(
     The run continues from run.checkpoint in the folder exactly as if it had not stopped, and writes
     the same files. Runs of another problem or of other software versions are refused.
     """
-    from mgeo.cli.running import run_and_show
+    from mgeo.cli.running import execute_run
     from mgeo.runs.prepare import resume_run
 
-    with bad_input():
+    with convert_input_errors():
         run = resume_run(
             folder,
             evaluations=evaluations,
@@ -210,4 +210,4 @@ def resume(
             problem=problem,
             check=check,
         )
-    raise typer.Exit(run_and_show(run, folder, Output(quiet, json), max_time))
+    raise typer.Exit(execute_run(run, folder, Output(quiet, json), max_time))

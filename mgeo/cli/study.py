@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from mgeo.cli import options
-from mgeo.cli.errors import ExitCode, bad_input, of_interrupt
-from mgeo.terminal import Output, plain, table
+from mgeo.cli.errors import ExitCode, convert_input_errors, get_interrupt_exit_code
+from mgeo.terminal import Output, build_table, escape_text
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
@@ -53,19 +53,21 @@ def study(
     from mgeo.studies.study import run_study
 
     folder, output = out or Path("studies", file.stem), Output(quiet, json)
-    with bad_input((ValueError, TypeError, OSError, BrokenProcessPool)):
+    with convert_input_errors((ValueError, TypeError, OSError, BrokenProcessPool)):
         read = read_study(file, allow_imports=not dry_run).with_budget(evaluations, seeds)
         if dry_run:
-            from mgeo.cli.dry_run import describe_study
+            from mgeo.cli.dry_run import print_study_size
             from mgeo.plugins.problems import is_class_path
 
             problems = {p.label: p.build() for p in read.problems if not is_class_path(p.name)}
-            describe_study(read, problems, folder, output)
+            print_study_size(read, problems, folder, output)
             listed = [(p.label, p.name) for p in read.problems]
             listed += [(a.label, a.name) for a in read.algorithms]
             for label, name in listed:
                 if is_class_path(name):
-                    output.note(f"Note: {label}: not checked, because a dry run imports no modules")
+                    output.print_note(
+                        f"Note: {label}: not checked, because a dry run imports no modules"
+                    )
             return
         with _start_workers(jobs, cluster) as n_jobs, warnings.catch_warnings():
             warnings.simplefilter("ignore", ComparisonWarning)  # printed as notes instead
@@ -74,8 +76,8 @@ def study(
                     read, folder, resume=resume, n_jobs=n_jobs, progress=not quiet
                 )
             except KeyboardInterrupt as error:
-                output.note(f"interrupted; --resume continues with the runs in {folder}")
-                raise typer.Exit(of_interrupt(error)) from None
+                output.print_note(f"interrupted; --resume continues with the runs in {folder}")
+                raise typer.Exit(get_interrupt_exit_code(error)) from None
     raise typer.Exit(_print_results(read, comparisons, folder, output))
 
 
@@ -104,14 +106,14 @@ def _print_results(
             comparison.format_overview(),
             format_conclusions(comparison, study.control),
         )
-        columns = table(["", *overview.columns], overview.itertuples(name=None))
-        output.print(plain(f"\n{label}", style="bold"), columns, *sentences)
+        columns = build_table(["", *overview.columns], overview.itertuples(name=None))
+        output.print(escape_text(f"\n{label}", style="bold"), columns, *sentences)
         published = format_published_table(study, comparison)
         if published is not None and study.published is not None:
-            values = table(["", *published.columns], published.itertuples(name=None))
+            values = build_table(["", *published.columns], published.itertuples(name=None))
             output.print(f"compared with {study.published.source}:", values)
     output.print(f"\nwritten: {folder / REPORT_FILE}")
-    output.result(
+    output.print_document(
         {
             "title": study.title,
             "folder": str(folder),
@@ -126,11 +128,11 @@ def _print_results(
     )
     for label, comparison in comparisons.items():
         for text in comparison.describe_failures(label):
-            output.note(f"Note: {text}")
+            output.print_note(f"Note: {text}")
     failed = sum(_count_runs(comparison, "failed") for comparison in comparisons.values())
     if failed:
-        output.note(f"{failed} runs failed; --resume repeats them")
-    return ExitCode.INCOMPLETE if failed else ExitCode.DONE
+        output.print_note(f"{failed} runs failed; --resume repeats them")
+    return ExitCode.INCOMPLETE if failed else ExitCode.SUCCESS
 
 
 @contextmanager

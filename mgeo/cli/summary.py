@@ -17,10 +17,10 @@ from mgeo.runs.answer import (
 )
 from mgeo.store.run import Outcome, Run
 from mgeo.store.run_folder import CHECKPOINT_FILE, FIGURE_FILE, RUN_FILES, build_run_document
-from mgeo.terminal import Output, console, fits, plain, table
+from mgeo.terminal import Output, build_console, build_table, escape_text, is_within_width
 
 
-def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
+def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
     """Print the recommended solution, or suggestions if none is feasible, and the statistics.
 
     Parameters
@@ -42,7 +42,7 @@ def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
     remarks = (
         call_optional(view, View.remarks) if best else []
     )  # Remarks can take seconds to compute.
-    output.result(
+    output.print_document(
         {
             "folder": str(folder),
             "files": [name for name in RUN_FILES if (folder / name).exists()],
@@ -52,20 +52,20 @@ def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
             **build_run_document(run),
         }
     )
-    if not output.for_people:
+    if not output.is_text:
         return
     if best is not None:
-        output.print(plain(best, "bold"))
+        output.print(escape_text(best, "bold"))
     if stuck is not None:
         output.print(
-            plain("no feasible solution was found; the nearest solutions violate", "bold"),
+            escape_text("no feasible solution was found; the nearest solutions violate", "bold"),
             *(f"  {line}" for line in stuck.violations),
-            plain("suggestions", "bold"),
+            escape_text("suggestions", "bold"),
             *(f"  {line}" for line in stuck.suggestions),
         )
     _print_statistics(outcome, remarks, output)
     if best is not None:
-        output.print(_solutions_table(view, outcome))
+        output.print(_build_solutions_table(view, outcome))
     elif stuck is None:
         output.print("no feasible solution was found")
     picture = folder / FIGURE_FILE
@@ -76,7 +76,7 @@ def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
         output.print(f"to continue: mgeo resume {folder}")
 
 
-def clock(seconds: float) -> str:
+def format_duration(seconds: float) -> str:
     """Return a duration [s] as hours, minutes and seconds, such as 1:02:03."""
     return str(timedelta(seconds=round(seconds)))
 
@@ -85,7 +85,7 @@ def _print_statistics(outcome: Outcome, remarks: list[str], output: Output) -> N
     size = f"solutions: {len(outcome.F):,}"
     if outcome.hypervolume is not None:
         size += f"; hypervolume {outcome.hypervolume:.4f}"
-    took = f"{outcome.n_evaluations:,} evaluations in {clock(outcome.wall_time_s)}"
+    took = f"{outcome.n_evaluations:,} evaluations in {format_duration(outcome.wall_time_s)}"
     output.print(f"{outcome.end_description} after {took}; {size}", *remarks)
     if outcome.n_refined or outcome.n_added:
         output.print(
@@ -98,7 +98,7 @@ def _print_statistics(outcome: Outcome, remarks: list[str], output: Output) -> N
         output.print(f"failed evaluations: {sum(outcome.failures.values()):,}; {', '.join(causes)}")
 
 
-def _solutions_table(view: View, outcome: Outcome) -> Table:
+def _build_solutions_table(view: View, outcome: Outcome) -> Table:
     """Return a table with one column per representative solution and one row per quantity.
 
     Solutions labeled "between" are omitted if the terminal is too narrow.
@@ -107,8 +107,8 @@ def _solutions_table(view: View, outcome: Outcome) -> Table:
     described = call_optional(view.select([solution.row for solution in chosen]), View.describe)
     titles = [f"{solution.label} ({solution.row})" for solution in chosen]
     frame = described.astype(object).T.set_axis(titles, axis="columns")
-    full_table = table(["", *frame], frame.itertuples(name=None))
-    if fits(full_table, console().width):
+    full_table = build_table(["", *frame], frame.itertuples(name=None))
+    if is_within_width(full_table, build_console().width):
         return full_table
     frame = frame[[title for title in titles if not title.startswith("between")]]
-    return table(["", *frame], frame.itertuples(name=None))
+    return build_table(["", *frame], frame.itertuples(name=None))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem, default_shape
 
-from mgeo._text import one_line
+from mgeo._text import join_lines
 
 Values = dict[str, NDArray[Any]]
 _MAX_CAUSE_LENGTH = 200  # characters
@@ -38,7 +38,7 @@ class Failure:
     @classmethod
     def from_exception(cls, error: Exception) -> Failure:
         """Build the failure from an exception, with its traceback."""
-        text = one_line(f"{type(error).__name__}: {error}").removesuffix(":")
+        text = join_lines(f"{type(error).__name__}: {error}").removesuffix(":")
         return cls(text[:_MAX_CAUSE_LENGTH], "".join(traceback.format_exception(error)).rstrip())
 
 

@@ -10,16 +10,18 @@ import plotly.graph_objects as go
 from dash import ALL, Dash, Input, Output, State, html, set_props
 from dash.development.base_component import Component
 
-from mgeo._text import one_line
+from mgeo._text import join_lines
 from mgeo.explore import figures, layout
-from mgeo.explore.explorer import Explorer, numbers_of
+from mgeo.explore.explorer import Explorer, extract_row
 from mgeo.plugins.shown import format_cells
 
-MOST_ROWS = 200  # maximum number of rows of the table
-MOST_SECONDS = 0.2  # evaluation time [s] up to which designs are evaluated while sliders move
+MAX_ROWS = 200  # maximum number of rows of the table
+MAX_EVALUATION_TIME = (
+    0.2  # evaluation time [s] up to which designs are evaluated while sliders move
+)
 
 
-def explore_app(explorer: Explorer) -> Dash:
+def build_app(explorer: Explorer) -> Dash:
     """Return the Dash application of an explorer.
 
     The URL path is random, and requests to host names of other machines are refused, so that
@@ -33,7 +35,7 @@ def explore_app(explorer: Explorer) -> Dash:
         on_error=lambda error: _show_message(str(error)),
     )
     app.server.config["TRUSTED_HOSTS"] = ["127.0.0.1", "localhost"]
-    app.layout = layout.page(explorer)
+    app.layout = layout.build_page(explorer)
     _add_filter(app, explorer)
     _add_front(app, explorer)
     _add_design(app, explorer)
@@ -45,13 +47,13 @@ def _add_filter(app: Dash, explorer: Explorer) -> None:
 
     @app.callback(Output("parallel", "figure"), Input("axes", "value"))
     def draw_axes(axes: list[str]) -> go.Figure:
-        return figures.parallel_coordinates(table, axes)
+        return figures.draw_parallel_coordinates(table, axes)
 
     @app.callback(
         Output("kept", "data"), Input("parallel", "restyleData"), Input("parallel", "figure")
     )
     def brush(_: Any, figure: dict[str, Any]) -> list[int]:
-        return figures.brushed(table, figure["data"][0].get("dimensions", ()))
+        return figures.select_rows(table, figure["data"][0].get("dimensions", ()))
 
     @app.callback(
         Output("count", "children"),
@@ -60,8 +62,8 @@ def _add_filter(app: Dash, explorer: Explorer) -> None:
         Input("order", "value"),
     )
     def list_kept(kept: list[int], order: str) -> tuple[str, Component]:
-        rows = table.iloc[kept].sort_values(order).head(MOST_ROWS)
-        return f"{len(kept):,} of {len(table):,} solutions", layout.table(format_cells(rows))
+        rows = table.iloc[kept].sort_values(order).head(MAX_ROWS)
+        return f"{len(kept):,} of {len(table):,} solutions", layout.build_table(format_cells(rows))
 
 
 def _add_front(app: Dash, explorer: Explorer) -> None:
@@ -76,7 +78,7 @@ def _add_front(app: Dash, explorer: Explorer) -> None:
     def draw_front(
         x: str, y: str, kept: list[int], selected: int, changed: dict[str, float]
     ) -> go.Figure:
-        return figures.front(explorer.table, x, y, kept, selected, changed)
+        return figures.draw_front(explorer.table, x, y, kept, selected, changed)
 
     @app.callback(
         Output("selected", "value"), Input("front", "clickData"), prevent_initial_call=True
@@ -88,8 +90,8 @@ def _add_front(app: Dash, explorer: Explorer) -> None:
 def _add_design(app: Dash, explorer: Explorer) -> None:
     variables = {"variable": ALL}
     start = perf_counter()
-    explorer.evaluate(explorer.X[explorer.default])
-    is_fast = perf_counter() - start < MOST_SECONDS
+    explorer.evaluate(explorer.X[explorer.default_position])
+    is_fast = perf_counter() - start < MAX_EVALUATION_TIME
 
     @app.callback(
         Output(variables, "value"),
@@ -117,16 +119,16 @@ def _add_design(app: Dash, explorer: Explorer) -> None:
         lines: list[Component] = [
             html.P(str(each), className="" if each.is_satisfied else "violated") for each in margins
         ]
-        solution = numbers_of(explorer.table, selected)
-        return layout.comparison(solution, numbers), lines, numbers
+        solution = extract_row(explorer.table, selected)
+        return layout.build_comparison(solution, numbers), lines, numbers
 
     @app.callback(
         Output("figures", "children"), Input(variables, "value"), prevent_initial_call=True
     )
     def draw_figures(x: list[float]) -> list[Component]:
-        drawings = explorer.figures(x).items()
+        drawings = explorer.build_figures(x).items()
         return [
-            layout.graph(name, figure=figure.update_layout(template="plotly_white"))
+            layout.build_graph(name, figure=figure.update_layout(template="plotly_white"))
             for name, figure in drawings
         ]
 
@@ -144,4 +146,4 @@ def _add_design(app: Dash, explorer: Explorer) -> None:
 
 
 def _show_message(text: str) -> None:
-    set_props("message", {"children": one_line(text)})
+    set_props("message", {"children": join_lines(text)})

@@ -16,8 +16,8 @@ from mgeo.figures.front import MAX_HOVER_TEXTS
 from mgeo.figures.motion import get_motion
 from mgeo.plugins.protocol import call_optional, get_column_names
 from mgeo.plugins.view import View, build_view
-from mgeo.report.shown_run import read_shown_run
-from mgeo.report.solutions import planned_rows
+from mgeo.report.shown_run import load_run
+from mgeo.report.solutions import select_figure_rows
 from mgeo.runs.answer import ConstraintMargin, list_constraint_margins
 from mgeo.store.atomic import encode_json, write_file
 from mgeo.store.solution_file import build_solution_document
@@ -78,18 +78,18 @@ class Explorer:
         self, folder: Path | str, *, save: Path | str | None = None, problem: str | None = None
     ) -> None:
         folder = Path(folder)
-        shown = read_shown_run(folder, [problem] if problem else [])
+        shown = load_run(folder, [problem] if problem else [])
         if shown.default is None:
             raise ValueError(f"{folder} holds no solution: expected a run that found one")
         self.title, self.problem = shown.title, shown.problem
         self._problem_name = shown.run.configuration.problem
         self._lock = RLock()
-        self.rows = planned_rows(shown.representatives, len(shown.view.X), MAX_HOVER_TEXTS)
+        self.rows = select_figure_rows(shown.representatives, len(shown.view.X), MAX_HOVER_TEXTS)
         self._view = shown.view.select(self.rows)
         self.X = self._view.X
         self.variables = Variables.from_problem(self.problem, KINDS)
         self.names, self.objectives = get_column_names(self.problem)
-        self.default = int(np.searchsorted(self.rows, shown.default.row))
+        self.default_position = int(np.searchsorted(self.rows, shown.default.row))
         place = folder if save is None else Path(save)
         self.folder, self.file_name = place, "plan.json"
         if place.suffix == ".json":
@@ -101,7 +101,7 @@ class Explorer:
     def table(self) -> pd.DataFrame:
         """Objectives and further quick metrics (``View.glance``) of each solution, one row each."""
         with self._lock:
-            return self._numbers(self._view).set_axis(pd.Index(self.rows, name="solution"))
+            return self._compute_metrics(self._view).set_axis(pd.Index(self.rows, name="solution"))
 
     def evaluate(self, x: ArrayLike) -> tuple[dict[str, float], list[ConstraintMargin]]:
         """Evaluate a design, and return its numbers by `table` column and its constraint margins.
@@ -112,11 +112,11 @@ class Explorer:
             Design.
         """
         with self._lock:
-            view = self._view_of(x)
+            view = self._build_view(x)
             (margins,) = list_constraint_margins(view)
-            return numbers_of(self._numbers(view), 0), margins
+            return extract_row(self._compute_metrics(view), 0), margins
 
-    def figures(self, x: ArrayLike) -> dict[str, go.Figure]:
+    def build_figures(self, x: ArrayLike) -> dict[str, go.Figure]:
         """Return the static figures of a design by name.
 
         Parameters
@@ -125,7 +125,7 @@ class Explorer:
             Design.
         """
         with self._lock:
-            (drawings,) = call_optional(self._view_of(x), View.solution_figures)
+            (drawings,) = call_optional(self._build_view(x), View.solution_figures)
         return {name: figure for name, figure in drawings.items() if get_motion(figure) is None}
 
     def save(self, x: ArrayLike, name: str) -> Path:
@@ -159,10 +159,10 @@ class Explorer:
         write_file(path, encode_json(document))
         return path
 
-    def _view_of(self, x: ArrayLike) -> View:
+    def _build_view(self, x: ArrayLike) -> View:
         return build_view(self.problem, np.asarray(x, dtype=float)[None])
 
-    def _numbers(self, view: View) -> pd.DataFrame:
+    def _compute_metrics(self, view: View) -> pd.DataFrame:
         table, objectives = (
             call_optional(view, View.glance).select_dtypes("number"),
             list(self.objectives),
@@ -173,6 +173,6 @@ class Explorer:
         return table[[*objectives, *table.columns.drop(objectives)]]
 
 
-def numbers_of(table: pd.DataFrame, position: int) -> dict[str, float]:
+def extract_row(table: pd.DataFrame, position: int) -> dict[str, float]:
     """Return a row of a numeric table as a dict by column."""
     return {str(name): float(value) for name, value in table.iloc[position].items()}

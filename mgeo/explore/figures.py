@@ -10,15 +10,15 @@ import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 
-from mgeo.explore.explorer import numbers_of
+from mgeo.explore.explorer import extract_row
 from mgeo.figures.front import build_axis_layout, needs_log_axis
 from mgeo.figures.style import COLORS, GRAY, escape_markup
 
-_FAINT = "#d4d8de"
-_LABEL = 18  # maximum line length of an axis label
+_HIDDEN_COLOR = "#d4d8de"
+_MAX_LABEL_LENGTH = 18  # maximum line length of an axis label
 
 
-def parallel_coordinates(table: pd.DataFrame, names: Sequence[str]) -> go.Figure:
+def draw_parallel_coordinates(table: pd.DataFrame, names: Sequence[str]) -> go.Figure:
     """Return parallel coordinates of table columns, colored by the first column.
 
     Columns selected by `mgeo.figures.front.logarithmic` are drawn as decimal logarithms.
@@ -34,7 +34,7 @@ def parallel_coordinates(table: pd.DataFrame, names: Sequence[str]) -> go.Figure
     for name in names:
         values = table[name].to_numpy(float)
         dimension = {"label": _wrap_label(name), "name": name, "values": values}
-        if is_log(table[name]):
+        if is_logarithmic(table[name]):
             shown = np.log10(values)
             ticks = np.linspace(shown.min(), shown.max(), 5)
             texts = [f"{value:.3g}" for value in 10.0**ticks]
@@ -46,22 +46,22 @@ def parallel_coordinates(table: pd.DataFrame, names: Sequence[str]) -> go.Figure
 
 
 def _wrap_label(name: str) -> str:
-    return "<br>".join(escape_markup(line) for line in wrap(name, _LABEL))
+    return "<br>".join(escape_markup(line) for line in wrap(name, _MAX_LABEL_LENGTH))
 
 
-def is_log(values: pd.Series) -> bool:
+def is_logarithmic(values: pd.Series) -> bool:
     """Return whether a column is drawn on a logarithmic axis."""
     numbers = values.to_numpy(float)
     return bool(np.isfinite(numbers).all()) and needs_log_axis(numbers)
 
 
-def front(
+def draw_front(
     table: pd.DataFrame,
     x: str,
     y: str,
-    kept: Sequence[int],
-    selected: int,
-    changed: Mapping[str, float],
+    visible_rows: Sequence[int],
+    selected_row: int,
+    design_metrics: Mapping[str, float],
 ) -> go.Figure:
     """Return a scatter plot of two columns; ``customdata`` of each point is its table position.
 
@@ -78,10 +78,13 @@ def front(
     changed
         Numbers of the design set by the sliders.
     """
-    rest = np.setdiff1d(np.arange(len(table)), kept)
+    rest = np.setdiff1d(np.arange(len(table)), visible_rows)
     hover = "solution %{text}<br>%{x:.5g}, %{y:.5g}<extra></extra>"
     figure = go.Figure()
-    for positions, color in ((rest, _FAINT), (np.asarray(kept, dtype=int), COLORS[0])):
+    for positions, color in (
+        (rest, _HIDDEN_COLOR),
+        (np.asarray(visible_rows, dtype=int), COLORS[0]),
+    ):
         part = table.iloc[positions]
         figure.add_scatter(
             x=part[x],
@@ -94,7 +97,10 @@ def front(
         )
     ring = {"symbol": "circle-open", "size": 17, "color": COLORS[1], "line": {"width": 3}}
     star = {"symbol": "star", "size": 13, "color": COLORS[1]}
-    marks = [(numbers_of(table, selected), ring, "selected solution"), (changed, star, "design")]
+    marks = [
+        (extract_row(table, selected_row), ring, "selected solution"),
+        (design_metrics, star, "design"),
+    ]
     for numbers, marker, name in marks:
         place = {"x": [numbers[x]], "y": [numbers[y]]}
         figure.add_scatter(**place, mode="markers", marker=marker, name=name, hoverinfo="skip")
@@ -111,7 +117,7 @@ def front(
     )
 
 
-def brushed(table: pd.DataFrame, dimensions: Sequence[Mapping[str, Any]]) -> list[int]:
+def select_rows(table: pd.DataFrame, dimensions: Sequence[Mapping[str, Any]]) -> list[int]:
     """Return the positions of the rows within the selected ranges of all dimensions.
 
     Parameters
@@ -127,7 +133,7 @@ def brushed(table: pd.DataFrame, dimensions: Sequence[Mapping[str, Any]]) -> lis
         if not ranges:
             continue
         values = table[dimension["name"]].to_numpy(float)
-        values = np.log10(values) if is_log(table[dimension["name"]]) else values
+        values = np.log10(values) if is_logarithmic(table[dimension["name"]]) else values
         within = [(low <= values) & (values <= high) for low, high in np.reshape(ranges, (-1, 2))]
         is_within &= np.any(within, axis=0)
     return np.flatnonzero(is_within).tolist()

@@ -8,84 +8,88 @@ from typing import Any
 from dash import dcc, html
 from dash.development.base_component import Component
 
-from mgeo.explore.explorer import Explorer, numbers_of
+from mgeo.explore.explorer import Explorer, extract_row
 from mgeo.plugins.shown import find_column_kinds
 
-MOST_AXES = 8  # initial number of axes of the parallel coordinates
+N_INITIAL_AXES = 8  # initial number of axes of the parallel coordinates
 DESIGN_COLUMNS = ["", "solution", "changed", "change"]
 
 
-def page(explorer: Explorer) -> Component:
+def build_page(explorer: Explorer) -> Component:
     columns = list(explorer.table.columns)
     numbered = enumerate(explorer.rows.tolist())
     solutions = [{"label": f"solution {row}", "value": position} for position, row in numbered]
-    filters = section(
+    filters = build_section(
         "Filter",
-        hint("Drag along an axis to keep a range; click on the axis to drop the range."),
-        dcc.Dropdown(columns, columns[:MOST_AXES], id="axes", multi=True),
-        html.Div(graph("parallel"), className="wide"),
+        build_hint("Drag along an axis to keep a range; click on the axis to drop the range."),
+        dcc.Dropdown(columns, columns[:N_INITIAL_AXES], id="axes", multi=True),
+        html.Div(build_graph("parallel"), className="wide"),
         html.P(id="count"),
     )
-    front = section(
+    front = build_section(
         "Front",
-        hint("Click on a point to select its solution. The star is the design of the sliders."),
-        labeled("across", dropdown("x", columns, columns[0])),
-        labeled("up", dropdown("y", columns, columns[min(1, len(columns) - 1)])),
-        graph("front"),
+        build_hint(
+            "Click on a point to select its solution. The star is the design of the sliders."
+        ),
+        build_labeled_control("across", build_dropdown("x", columns, columns[0])),
+        build_labeled_control(
+            "up", build_dropdown("y", columns, columns[min(1, len(columns) - 1)])
+        ),
+        build_graph("front"),
     )
     undo, save = html.Button("Undo changes", id="undo"), html.Button("Save", id="save")
     file = dcc.Input(explorer.file_name, id="file")
-    design = section(
+    design = build_section(
         "Design",
-        bar(dropdown("selected", solutions, explorer.default), undo),
-        *sliders(explorer),
-        bar(file, save, html.Output(id="saved")),
+        build_toolbar(build_dropdown("selected", solutions, explorer.default_position), undo),
+        *build_sliders(explorer),
+        build_toolbar(file, save, html.Output(id="saved")),
     )
-    prediction = section("Prediction", html.Div(id="numbers"), html.Div(id="constraints"))
-    order = labeled("sorted by", dropdown("order", columns, columns[0]))
-    first = numbers_of(explorer.table, explorer.default)
+    prediction = build_section("Prediction", html.Div(id="numbers"), html.Div(id="constraints"))
+    order = build_labeled_control("sorted by", build_dropdown("order", columns, columns[0]))
+    first = extract_row(explorer.table, explorer.default_position)
     return html.Main(
         [
             html.H1(explorer.title),
             html.P(id="message", role="alert"),
             filters,
             html.Div([front, design, prediction], className="columns"),
-            section("Figures of the design", html.Div(id="figures", className="figures")),
-            section("Solutions", order, html.Div(id="table", className="wide")),
+            build_section("Figures of the design", html.Div(id="figures", className="figures")),
+            build_section("Solutions", order, html.Div(id="table", className="wide")),
             dcc.Store(id="kept", data=list(range(len(explorer.X)))),
             dcc.Store(id="changed", data=first),
         ]
     )
 
 
-def section(title: str, *parts: Component) -> Component:
+def build_section(title: str, *parts: Component) -> Component:
     return html.Section([html.H2(title), *parts])
 
 
-def hint(text: str) -> Component:
+def build_hint(text: str) -> Component:
     return html.P(text, className="hint")
 
 
-def bar(*parts: Component) -> Component:
+def build_toolbar(*parts: Component) -> Component:
     return html.Div(parts, className="bar")
 
 
-def labeled(text: str, control: Component) -> Component:
+def build_labeled_control(text: str, control: Component) -> Component:
     return html.Label([html.Span(text), control], className="labeled")
 
 
-def dropdown(name: str, options: Sequence[Any], value: Any) -> Component:
+def build_dropdown(name: str, options: Sequence[Any], value: Any) -> Component:
     return dcc.Dropdown(options, value, id=name, clearable=False)
 
 
-def graph(name: str, **more: Any) -> Component:
+def build_graph(name: str, **properties: Any) -> Component:
     """Return a component for a figure, with the given ID."""
     # Data must not leave this machine.
     config: Any = {"displaylogo": False, "showSendToCloud": False}
-    return dcc.Graph(id=name, config=config, **more)
+    return dcc.Graph(id=name, config=config, **properties)
 
 
-def sliders(explorer: Explorer) -> Iterator[Component]:
+def build_sliders(explorer: Explorer) -> Iterator[Component]:
     """Yield a slider for each design variable; sliders of choices have their options as marks."""
     variables = explorer.variables
     columns = zip(explorer.names, variables.kinds, variables.xl, variables.xu, strict=True)
@@ -96,7 +100,7 @@ def sliders(explorer: Explorer) -> Iterator[Component]:
         yield html.Div([html.Label(name), slider], className="variable")
 
 
-def table(rows: Sequence[Sequence[str]]) -> Component:
+def build_table(rows: Sequence[Sequence[str]]) -> Component:
     """Return an HTML table of texts; the first row is the header."""
     kinds = find_column_kinds(rows)
     head, *body = (
@@ -106,11 +110,13 @@ def table(rows: Sequence[Sequence[str]]) -> Component:
     return html.Table([html.Thead(head), html.Tbody(body)])
 
 
-def comparison(solution: Mapping[str, float], changed: Mapping[str, float]) -> Component:
+def build_comparison(
+    solution: Mapping[str, float], design_metrics: Mapping[str, float]
+) -> Component:
     """Return a table of the numbers of a solution and of a modified design, and their change."""
     rows = [DESIGN_COLUMNS]
     for name, before in solution.items():
-        after = changed[name]
+        after = design_metrics[name]
         change = f"{100 * (after / before - 1):+.3g} %" if before else ""
         rows.append([name, f"{before:.5g}", f"{after:.5g}", change])
-    return table(rows)
+    return build_table(rows)

@@ -10,7 +10,7 @@ from wsgiref.simple_server import WSGIRequestHandler, WSGIServer
 from mgeo.explore.explorer import Explorer
 
 try:
-    from mgeo.explore.app import explore_app
+    from mgeo.explore.app import build_app
 except ImportError as error:
     raise ImportError("mgeo explore needs Dash: pip install 'mgeo[explore]'") from error
 
@@ -57,7 +57,7 @@ class ExplorerServer(ThreadingMixIn, WSGIServer):
         problem: str | None = None,
         port: int = 0,
     ) -> None:
-        app = explore_app(Explorer(folder, save=save, problem=problem))
+        app = build_app(Explorer(folder, save=save, problem=problem))
         try:
             super().__init__(("127.0.0.1", port), _Handler)
         except OSError as error:

@@ -32,9 +32,9 @@ from mgeo.plugins import protocol
 from mgeo.plugins.protocol import call_optional, has_override
 from mgeo.plugins.shown import find_column_kinds, format_cells
 from mgeo.plugins.view import View
-from mgeo.report.history import recorded_history
-from mgeo.report.shown_run import read_shown_run
-from mgeo.report.solutions import Json, figure_json, script_json, solutions_json
+from mgeo.report.history import draw_hypervolume_history
+from mgeo.report.shown_run import load_run
+from mgeo.report.solutions import Json, build_figure_json, build_solutions_json, format_script_json
 from mgeo.runs.answer import explain_infeasibility, summarize_default_solution
 from mgeo.store.reading import read_json
 from mgeo.store.run import Run
@@ -42,12 +42,14 @@ from mgeo.store.run_folder import VERIFICATION_FILES, check_verification
 from mgeo.validation.entries import convert_file_errors
 
 
-def more_tables(found: Mapping[str, Any]) -> Iterator[tuple[str, list[list[str]]]]:
+def format_verification_tables(
+    verification: Mapping[str, Any],
+) -> Iterator[tuple[str, list[list[str]]]]:
     """Yield the name and rows of each further table in a verification, titles in the first row.
 
     A further table is a list of objects with equal keys.
     """
-    for key, rows in found.items():
+    for key, rows in verification.items():
         if not (isinstance(rows, list) and rows and all(isinstance(row, dict) for row in rows)):
             continue
         titles = list(rows[0])
@@ -55,7 +57,7 @@ def more_tables(found: Mapping[str, Any]) -> Iterator[tuple[str, list[list[str]]
             yield key.replace("_", " "), format_cells(pd.DataFrame(rows, columns=titles))
 
 
-def verifications(
+def read_verifications(
     folder: Path, run: Run, problem: Problem
 ) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
     """Yield name, reason to ignore it, and content of each verification file of a run folder.
@@ -84,8 +86,8 @@ def verifications(
         yield path.name, reason, document
 
 
-def report_html(
-    folder: Path | str, solution: int | None = None, *, named: Collection[str] = ()
+def build_report_html(
+    folder: Path | str, solution: int | None = None, *, trusted_classes: Collection[str] = ()
 ) -> str:
     """Return the HTML report of a run folder.
 
@@ -112,7 +114,7 @@ def report_html(
     >>> page = report_html("runs/first")  # doctest: +SKIP
     """
     folder = Path(folder)
-    shown = read_shown_run(folder, named)
+    shown = load_run(folder, trusted_classes)
     run, view, default = shown.run, shown.view, shown.default
     n, is_feasible = len(view.X), default is not None and not run.outcome.nearest
     if solution is not None and not 0 <= solution < n:
@@ -121,7 +123,7 @@ def report_html(
     summary, review = None, None
     if default is not None:
         row = default.row if solution is None else solution
-        data = solutions_json(shown) | {"first": row}
+        data = build_solutions_json(shown) | {"first": row}
         selected = view.select([row])
         if has_override(view, View.review):
             review = call_optional(selected, View.review)
@@ -129,8 +131,8 @@ def report_html(
             summary = str(summarize_default_solution(view))
         elif is_feasible:
             summary = f"solution {row} of {n:,}: {call_optional(selected, View.summaries)[0]}"
-    history = recorded_history(folder, shown.problem, run.outcome)
-    data["history"] = None if history is None else figure_json(history)
+    history = draw_hypervolume_history(folder, shown.problem, run.outcome)
+    data["history"] = None if history is None else build_figure_json(history)
     return render(
         "report/assets/report.html",
         title=shown.title,
@@ -148,9 +150,9 @@ def report_html(
         F=view.F.tolist(),
         options=json.dumps(run.configuration.options, indent=2, ensure_ascii=False),
         chosen=shown.representatives,
-        more_tables=more_tables,
-        verifications=list(verifications(folder, run, shown.problem)),
+        more_tables=format_verification_tables,
+        verifications=list(read_verifications(folder, run, shown.problem)),
         data=data,
-        json=Markup(script_json(data)),
+        json=Markup(format_script_json(data)),
         library=Markup(get_plotlyjs()),
     )

@@ -19,7 +19,7 @@ from mgeo.figures.style import COLORS, SYMBOLS, apply_style, escape_markup
 from mgeo.plugins.protocol import call_optional, get_column_names
 from mgeo.plugins.shown import Review, find_column_kinds, format_cells
 from mgeo.plugins.view import View, build_view
-from mgeo.report.shown_run import read_shown_run
+from mgeo.report.shown_run import load_run
 from mgeo.store.reading import read_json
 from mgeo.store.run import Run
 from mgeo.store.solution_file import parse_solution
@@ -27,7 +27,7 @@ from mgeo.validation.entries import convert_file_errors
 
 
 @dataclass(frozen=True)
-class Subject:
+class ComparedSolution:
     """One of the two compared solutions, with its review and the options of its problem.
 
     Attributes
@@ -48,7 +48,9 @@ class Subject:
     solution: str = ""
 
 
-def compare_html(one: Path | str, other: Path | str, *, named: Collection[str] = ()) -> str:
+def build_comparison_html(
+    first: Path | str, second: Path | str, *, trusted_classes: Collection[str] = ()
+) -> str:
     """Return an HTML page that compares two run folders or solution files.
 
     The default solution represents a run.
@@ -73,30 +75,32 @@ def compare_html(one: Path | str, other: Path | str, *, named: Collection[str] =
     >>> from mgeo.report import compare_html
     >>> page = compare_html("runs/first", "runs/second")  # doctest: +SKIP
     """
-    paths = Path(one), Path(other)
+    paths = Path(first), Path(second)
     if paths[0].resolve() == paths[1].resolve():
-        raise ValueError(f"{one} is given twice: expected two runs or solutions")
+        raise ValueError(f"{first} is given twice: expected two runs or solutions")
     names = [path.resolve().name for path in paths]
     if names[0] == names[1]:
         names = [str(path) for path in paths]
     both = zip(paths, names, strict=True)
-    subjects = [replace(read(path, named), name=name) for path, name in both]
-    front = fronts_figure(subjects)
+    subjects = [
+        replace(read_compared_solution(path, trusted_classes), name=name) for path, name in both
+    ]
+    front = draw_fronts(subjects)
     return render(
         "report/assets/compare.html",
         title=f"{names[0]} beside {names[1]}",
         names=names,
         cells=format_cells,
         kinds_of=find_column_kinds,
-        glance=format_cells(_summary_table(subjects)),
-        numbers=format_cells(_numbers_table(subjects), digits=5),
-        options=format_cells(_options_table(subjects)),
+        glance=format_cells(_build_summary_table(subjects)),
+        numbers=format_cells(_build_metrics_table(subjects), digits=5),
+        options=format_cells(_build_options_table(subjects)),
         front=None if front is None else render_figure(front),
         pairs=list(zip_longest(*(subject.review.sections for subject in subjects))),
     )
 
 
-def read(path: Path, named: Collection[str] = ()) -> Subject:
+def read_compared_solution(path: Path, trusted_classes: Collection[str] = ()) -> ComparedSolution:
     """Read the default solution of a run folder, or the solution of a file.
 
     Raises
@@ -105,35 +109,35 @@ def read(path: Path, named: Collection[str] = ()) -> Subject:
         See `compare_html`.
     """
     if path.is_dir():
-        shown = read_shown_run(path, named)
+        shown = load_run(path, trusted_classes)
         if shown.default is None:
             raise ValueError(f"{path} holds no solution: expected a run that found one")
         view = shown.view.select([shown.default.row])
         solution = f"{shown.default.row}, {shown.default.label}"
         review, options = call_optional(view, View.review), shown.run.configuration.options
-        return Subject(path.name, view, review, options, shown.run, solution)
+        return ComparedSolution(path.name, view, review, options, shown.run, solution)
     if not path.exists():
         raise FileNotFoundError(f"there is neither a run folder nor a file {path}")
     document = read_json(path)
     with convert_file_errors(path):
-        problem, own_options, x = parse_solution(document, named)
+        problem, own_options, x = parse_solution(document, trusted_classes)
         view = build_view(problem, [x])
-        return Subject(path.name, view, call_optional(view, View.review), own_options)
+        return ComparedSolution(path.name, view, call_optional(view, View.review), own_options)
 
 
-def _summary_table(subjects: Sequence[Subject]) -> pd.DataFrame:
+def _build_summary_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
     columns = {
         subject.name: {
             "what it is": subject.review.title,
             "answer": subject.review.summary,
-            **_run_facts(subject),
+            **_describe_run(subject),
         }
         for subject in subjects
     }
     return pd.DataFrame(columns).fillna("")
 
 
-def _run_facts(subject: Subject) -> dict[str, str]:
+def _describe_run(subject: ComparedSolution) -> dict[str, str]:
     run = subject.run
     if run is None:
         return {}
@@ -149,7 +153,7 @@ def _run_facts(subject: Subject) -> dict[str, str]:
     }
 
 
-def _numbers_table(subjects: Sequence[Subject]) -> pd.DataFrame:
+def _build_metrics_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
     """Return the numbers that describe both solutions, and their ratios."""
     described = (call_optional(subject.view, View.describe) for subject in subjects)
     columns = [table.select_dtypes("number").iloc[0] for table in described]
@@ -157,7 +161,7 @@ def _numbers_table(subjects: Sequence[Subject]) -> pd.DataFrame:
     return table.assign(**{"second / first": columns[1] / columns[0]})
 
 
-def _options_table(subjects: Sequence[Subject]) -> pd.DataFrame:
+def _build_options_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
     """Return the options that differ, by dotted keys."""
     columns = {subject.name: dict(_flatten(subject.options)) for subject in subjects}
     table = pd.DataFrame(columns, dtype=object).rename_axis("option").fillna("left out")
@@ -175,7 +179,7 @@ def _flatten(node: Any, key: str = "") -> Iterator[tuple[str, str]]:
         yield key, json.dumps(node, ensure_ascii=False)
 
 
-def fronts_figure(subjects: list[Subject]) -> go.Figure | None:
+def draw_fronts(subjects: list[ComparedSolution]) -> go.Figure | None:
     """Draw the fronts of both subjects and the compared solutions in one figure.
 
     Returns None unless both problems have the same two objectives and a subject is a run.

@@ -19,10 +19,10 @@ from mgeo.store.recorder import read_record
 from mgeo.store.run import Outcome
 from mgeo.store.run_folder import RECORD_FOLDER
 
-_SAMPLES = 60
+_N_POINTS = 60
 
 
-def recorded_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Figure | None:
+def draw_hypervolume_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Figure | None:
     """Draw the hypervolume over evaluations; None without a record or a hypervolume.
 
     Raises
@@ -34,7 +34,7 @@ def recorded_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Fig
         record = read_record(folder / RECORD_FOLDER)
     except FileNotFoundError:
         return None
-    history = hypervolume_history(problem, outcome, record)
+    history = compute_hypervolume_history(problem, outcome, record)
     if history is None:
         return None
     figure = go.Figure().add_scatter(
@@ -54,7 +54,7 @@ def recorded_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Fig
     return figure.update_layout(margin={"l": 70, "r": 20, "t": 20, "b": 55}, height=340)
 
 
-def hypervolume_history(
+def compute_hypervolume_history(
     problem: Problem, outcome: Outcome, record: pd.DataFrame
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]] | None:
     """Return evaluation counts, and the hypervolume of the evaluations up to each count.
@@ -79,7 +79,7 @@ def hypervolume_history(
     """
     if not 1 < problem.n_obj <= MAX_OBJECTIVES:
         return None
-    G, H = (record[_constraint_columns(problem, kind)].to_numpy(float) for kind in "gh")
+    G, H = (record[_list_constraint_columns(problem, kind)].to_numpy(float) for kind in "gh")
     feasible = (G <= 0.0).all(axis=1) & (np.abs(H) <= EQUALITY_TOLERANCE).all(axis=1)
     F = record[list(outcome.objectives)].to_numpy(float).copy()
     F[record["failed"].to_numpy(bool) | ~feasible] = np.nan
@@ -89,7 +89,7 @@ def hypervolume_history(
         return None
     space = protocol.get_indicator_map(problem)
     ideal, nadir = feasible_F.min(axis=0), feasible_F.max(axis=0)
-    ends = np.unique(np.geomspace(outcome.n_low_fidelity + 1, len(F), _SAMPLES).astype(np.int64))
+    ends = np.unique(np.geomspace(outcome.n_low_fidelity + 1, len(F), _N_POINTS).astype(np.int64))
     front, volumes, done = F[:0], [], outcome.n_low_fidelity
     for end in ends:
         candidates = np.vstack([front, F[done:end]])
@@ -99,6 +99,6 @@ def hypervolume_history(
     return ends, np.array(volumes)
 
 
-def _constraint_columns(problem: Problem, kind: str) -> list[str]:
+def _list_constraint_columns(problem: Problem, kind: str) -> list[str]:
     n = {"g": problem.n_ieq_constr, "h": problem.n_eq_constr}[kind]
     return [f"{kind}{j + 1}" for j in range(n)]

@@ -19,11 +19,11 @@ from mgeo.store.run import Run
 from mgeo.store.run_folder import RUN_FILE, read_run
 from mgeo.validation.entries import convert_file_errors
 
-_MOST_NEAREST = 5  # maximum number of representative infeasible solutions
+_MAX_NEAREST = 5  # maximum number of representative infeasible solutions
 
 
 @dataclass(frozen=True)
-class ShownRun:
+class LoadedRun:
     """Run with its problem and the solutions to show.
 
     Attributes
@@ -49,7 +49,7 @@ class ShownRun:
     title: str
 
 
-def read_shown_run(folder: Path, named: Collection[str] = ()) -> ShownRun:
+def load_run(folder: Path, trusted_classes: Collection[str] = ()) -> LoadedRun:
     """Read the run of a folder, and load its problem.
 
     Parameters
@@ -70,7 +70,9 @@ def read_shown_run(folder: Path, named: Collection[str] = ()) -> ShownRun:
     run = read_run(folder)
     configuration, outcome = run.configuration, run.outcome
     with convert_file_errors(folder / RUN_FILE):
-        problem = load_problem(configuration.problem, configuration.options, trusted_classes=named)
+        problem = load_problem(
+            configuration.problem, configuration.options, trusted_classes=trusted_classes
+        )
         counts = len(outcome.variables), len(outcome.objectives)
         if counts != (problem.n_var, problem.n_obj):
             raise ValueError(
@@ -81,7 +83,7 @@ def read_shown_run(folder: Path, named: Collection[str] = ()) -> ShownRun:
     default: RepresentativeSolution | None
     if outcome.nearest:
         X, F = outcome.nearest.X, outcome.nearest.F
-        rows = range(min(_MOST_NEAREST, len(X)))
+        rows = range(min(_MAX_NEAREST, len(X)))
         shown = [RepresentativeSolution(row, "near" if row else "nearest") for row in rows]
         default = shown[0]
     else:
@@ -89,4 +91,4 @@ def read_shown_run(folder: Path, named: Collection[str] = ()) -> ShownRun:
         shown = select_representative_solutions(problem, F, outcome.objectives)
         default = select_default_solution(problem, F) if shown else None
     title = f"{configuration.problem} · {configuration.algorithm} · seed {configuration.seed}"
-    return ShownRun(run, problem, build_view(problem, X, F), shown, default, title)
+    return LoadedRun(run, problem, build_view(problem, X, F), shown, default, title)

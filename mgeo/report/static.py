@@ -14,24 +14,24 @@ from mgeo.figures.motion import get_motion
 from mgeo.figures.style import CLICK_HINT, HOVER_HINT, format_for_print
 from mgeo.plugins.protocol import call_optional
 from mgeo.plugins.view import View
-from mgeo.report.history import recorded_history
-from mgeo.report.shown_run import read_shown_run
-from mgeo.report.solutions import front_picture
+from mgeo.report.history import draw_hypervolume_history
+from mgeo.report.shown_run import load_run
+from mgeo.report.solutions import draw_front
 from mgeo.validation.arguments import validate_choice
 
 #: Default width and height of a figure [px].
-_SIZE = (900, 560)
-_WIDTH_OF_SOLUTION = 640
-_INK = "#222222"
-_PIXELS = 2  # resolution of a PNG relative to the figure's size
+_DEFAULT_SIZE = (900, 560)
+_SOLUTION_WIDTH = 640
+_TEXT_COLOR = "#222222"
+_PNG_SCALE = 2  # resolution of a PNG relative to the figure's size
 
 
 class StaticExportError(RuntimeError):
     """Error raised if figures cannot be written, because kaleido or a browser is missing."""
 
 
-def run_figures(
-    folder: Path | str, only: Sequence[str] = (), *, named: Collection[str] = ()
+def draw_run_figures(
+    folder: Path | str, names: Sequence[str] = (), *, trusted_classes: Collection[str] = ()
 ) -> dict[str, go.Figure]:
     """Return the figures of a run by name.
 
@@ -54,9 +54,9 @@ def run_figures(
     FileNotFoundError, TypeError
         See `mgeo.report.report_html`.
     """
-    shown = read_shown_run(Path(folder), named)
-    front = front_picture(shown.view, shown.title) if shown.representatives else None
-    history = recorded_history(Path(folder), shown.problem, shown.run.outcome)
+    shown = load_run(Path(folder), trusted_classes)
+    front = draw_front(shown.view, shown.title) if shown.representatives else None
+    history = draw_hypervolume_history(Path(folder), shown.problem, shown.run.outcome)
     figures_by_name = {"front": front, "hypervolume": history}
     labeled = [solution for solution in shown.representatives if solution.label != "between"]
     each = call_optional(
@@ -67,12 +67,12 @@ def run_figures(
             if get_motion(figure) is None:
                 figures_by_name[_join_words(solution.label, str(name))] = figure
     available = {name: figure for name, figure in figures_by_name.items() if figure is not None}
-    for name in only:
+    for name in names:
         validate_choice("figure", name, available)
-    return {name: available[name] for name in only or available}
+    return {name: available[name] for name in names or available}
 
 
-def shaped(figures: Mapping[str, go.Figure], paper: bool) -> dict[str, go.Figure]:
+def prepare_figures(figures: Mapping[str, go.Figure], paper: bool) -> dict[str, go.Figure]:
     """Return copies of figures for files: with a size, without menus and interactive hints.
 
     Parameters
@@ -82,11 +82,11 @@ def shaped(figures: Mapping[str, go.Figure], paper: bool) -> dict[str, go.Figure
     paper
         Whether to use the style for publications, see `mgeo.figures.style.for_paper`.
     """
-    shape = format_for_print if paper else _with_size
-    return {name: shape(_without_controls(figure)) for name, figure in figures.items()}
+    shape = format_for_print if paper else _set_size
+    return {name: shape(_remove_controls(figure)) for name, figure in figures.items()}
 
 
-def drawn(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str, bytes]:
+def export_figures(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str, bytes]:
     """Return the contents of the figure files, by file name.
 
     Parameters
@@ -112,7 +112,7 @@ def drawn(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str,
         files = {}
         async with Kaleido(mathjax=False) as browser:  # MathJax would be loaded from the network.
             for (name, figure), kind in itertools.product(figures.items(), formats):
-                options = {"format": kind, "scale": _PIXELS if kind == "png" else 1}
+                options = {"format": kind, "scale": _PNG_SCALE if kind == "png" else 1}
                 files[f"{name}.{kind}"] = await browser.calc_fig(figure, opts=options)
         return files
 
@@ -130,13 +130,13 @@ def _join_words(label: str, figure: str) -> str:
     return "-".join(re.findall(r"[a-z0-9_]+", f"{label} {figure}".lower()))
 
 
-def _with_size(figure: go.Figure) -> go.Figure:
-    width, height = _SIZE if figure.layout.height is None else (_WIDTH_OF_SOLUTION, None)
-    still = go.Figure(figure).update_layout(template="plotly_white", font_color=_INK)
+def _set_size(figure: go.Figure) -> go.Figure:
+    width, height = _DEFAULT_SIZE if figure.layout.height is None else (_SOLUTION_WIDTH, None)
+    still = go.Figure(figure).update_layout(template="plotly_white", font_color=_TEXT_COLOR)
     return still.update_layout(width=width, height=height or figure.layout.height)
 
 
-def _without_controls(figure: go.Figure) -> go.Figure:
+def _remove_controls(figure: go.Figure) -> go.Figure:
     """Return a copy without menus, and without the hints for interactive use in its title."""
     still = go.Figure(figure)
     still.layout.updatemenus, still.layout.sliders = (), ()

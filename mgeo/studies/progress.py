@@ -34,13 +34,13 @@ def show_progress(
     try:
         from rich import markup, progress
 
-        from mgeo.terminal import console
+        from mgeo.terminal import build_console
     except ImportError:
         enabled = False
     if not enabled:
         yield lambda name, seed, error: None
         return
-    screen = console(stderr=True)
+    screen = build_console(stderr=True)
     columns = (*progress.Progress.get_default_columns(), progress.MofNCompleteColumn())
     with progress.Progress(*columns, console=screen, disable=not screen.is_terminal) as bar:
         task = bar.add_task(markup.escape(title), total=n_runs, completed=n_reused or 0)

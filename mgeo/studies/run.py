@@ -21,7 +21,7 @@ from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from mgeo._text import one_line
+from mgeo._text import join_lines
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.staged import MGEOStaged, is_low_fidelity
 from mgeo.evaluation.dominance import find_not_weakly_dominated
@@ -53,7 +53,7 @@ def run_task(task: Task) -> StudyRun | str:
     try:
         return record_run(task)
     except Exception as error:  # External algorithms and problems may raise any error.
-        return f"{type(error).__name__}: {one_line(str(error))}"
+        return f"{type(error).__name__}: {join_lines(str(error))}"
 
 
 def record_run(task: Task) -> StudyRun:

@@ -10,7 +10,7 @@ from selenium.webdriver import Keys
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
-from mgeo.report import compare_html
+from mgeo.report import build_comparison_html
 from mgeo.store.atomic import encode_json
 from mgeo.store.run_folder import write_run
 from mgeo.store.solution_file import build_solution_document, parse_solution
@@ -69,5 +69,5 @@ def test_a_slider_changes_the_covariance_and_the_saved_plan_is_shown(problem, tm
     assert any(f"{plan.t_end:.5g}" in text for text in after)
     shown = CliRunner().invoke(app, ["attitude", "show", str(folder / "plan.json"), "--json"])
     assert shown.exit_code == 0, shown.output
-    html = compare_html(folder, folder / "plan.json")
+    html = build_comparison_html(folder, folder / "plan.json")
     assert "Timeline" in html

@@ -6,7 +6,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 
-from mgeo.report.build import report_html
+from mgeo.report.build import build_report_html
 from mgeo.store.run_folder import write_run
 
 from ..browser import opened
@@ -20,7 +20,7 @@ def test_each_point_of_the_front_has_its_plan(tmp_path):
     )
     run = small_run(AttitudeManeuverProblem(scenario))
     write_run(tmp_path / "run", run)
-    html = report_html(tmp_path / "run")
+    html = build_report_html(tmp_path / "run")
     for title in ("Body rates", "Sun and field seen from the body", "gyro bias, 1-sigma"):
         assert html.count(title) == 1  # what all plans have in common is there once
     assert html.count("</script>") == 3
@@ -42,7 +42,7 @@ def test_on_a_phone_the_body_stands_as_in_the_filter(tmp_path):
     run = small_run(problem)
     write_run(tmp_path / "run", run)
     path = tmp_path / "report.html"
-    path.write_text(report_html(tmp_path / "run"), encoding="utf-8")
+    path.write_text(build_report_html(tmp_path / "run"), encoding="utf-8")
     with opened(path, 390, color_scheme="dark") as page:
         page.evaluate("document.querySelector('.moving').scrollIntoView()")
         page.until("document.querySelector('.player') !== null")

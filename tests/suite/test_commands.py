@@ -7,7 +7,7 @@ import mgeo_suite
 import numpy as np
 import pytest
 import tomlkit
-from mgeo_suite.view import conclusions
+from mgeo_suite.view import summarize_front
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
@@ -68,7 +68,7 @@ def test_conclusions_say_what_takes_a_star_tracker(problem, points):
     X = points[:4].copy()
     X[:, 2] = [0, 0, 1, 1]
     F = np.array([[1.0, 0.9], [2.0, 0.5], [9.0, 0.09], [12.0, 0.05]])
-    lines = conclusions(two, X, F, np.array([0.5, 5.0]))
+    lines = summarize_front(two, X, F, np.array([0.5, 5.0]))
     assert lines[0] == "Within 0.5 kEUR there is no suite."
     assert lines[1].startswith("Within 5 kEUR the best is 0.50 deg, for 2: ")
     assert lines[2] == "1 deg takes 1 kEUR, and no star tracker from 1 kEUR on."

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from mgeo_suite import SensorSuiteProblem
-from mgeo_suite.view import conclusions
+from mgeo_suite.view import summarize_front
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
@@ -36,6 +36,6 @@ def test_the_commands_are_there(tmp_path, monkeypatch):
 def test_the_conclusions_are_those_of_the_stored_front():
     problem = SensorSuiteProblem()
     table = pd.read_csv(DOCS / "fronts" / "suite.csv").to_numpy()
-    lines = conclusions(problem, table[:, :-2], table[:, -2:], [10.0, 30.0, 60.0])
+    lines = summarize_front(problem, table[:, :-2], table[:, -2:], [10.0, 30.0, 60.0])
     assert "\n".join(lines) in PAGE
     assert problem.evaluate(table[:, :-2]) == pytest.approx(table[:, -2:], rel=1e-9)

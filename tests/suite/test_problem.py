@@ -10,7 +10,7 @@ from mgeo_attitude import AttitudeManeuverProblem, FilterModel, evaluate
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_suite import SensorSuiteProblem
-from mgeo_suite.catalog import SunHead
+from mgeo_suite.catalog import FaceSunSensor
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected
@@ -87,7 +87,7 @@ def test_values_do_not_depend_on_what_else_is_in_the_batch(problem, points):
 
 @pytest.mark.slow
 def test_a_sun_sensor_needs_no_bias_states():
-    full = SunHead(name="a", initial_bias=0.02, half_angle_deg=60.0)
+    full = FaceSunSensor(name="a", initial_bias=0.02, half_angle_deg=60.0)
     bare = dataclasses.replace(full, initial_bias=0.0)
     assert list(full.states()) == ["misalignment", "bias"]
     assert list(bare.states()) == ["misalignment"]

@@ -29,12 +29,12 @@ FACES: dict[str, tuple[float, float, float]] = {
     "-z": (0.0, 0.0, -1.0),
 }
 NONE = "none"  # option without a sensor
-_NEEDED = ("gyros", "magnetometers")
-_OF_PLACE = ("kind", "name", "boresight")  # keys that the mounting place determines
+_REQUIRED_SECTIONS = ("gyros", "magnetometers")
+_MOUNTING_KEYS = ("kind", "name", "boresight")  # keys that the mounting place determines
 
 
 @pydantic.dataclasses.dataclass(frozen=True)
-class SunHead(SunSensor):
+class FaceSunSensor(SunSensor):
     """A Sun sensor on a face with optional bias states.
 
     Within the field of view of one face, a bias and a misalignment are hardly distinguishable, so
@@ -49,13 +49,13 @@ class SunHead(SunSensor):
 SECTIONS: Mapping[str, type[Any]] = {
     "gyros": Gyro,
     "magnetometers": Magnetometer,
-    "sun_sensors": SunHead,
+    "sun_sensors": FaceSunSensor,
     "star_trackers": StarTracker,
 }
 
 
 @pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
-class Entry(Settings):
+class GradeCost(Settings):
     """Cost of a grade, with its source."""
 
     name: str
@@ -74,12 +74,12 @@ class Entry(Settings):
 class Grade:
     """A grade of an instrument, with its cost."""
 
-    entry: Entry
+    cost: GradeCost
     instrument: Any
 
     @property
     def name(self) -> str:
-        return self.entry.name
+        return self.cost.name
 
 
 @dataclass(frozen=True)
@@ -143,12 +143,12 @@ class Catalog:
         for key, value in table.items():
             if key not in known:
                 raise KeyProblem(str(key), value, f"unknown key{known_names(key, known)}")
-        grades = {section: _grades(section, table.get(section, [])) for section in SECTIONS}
-        for section in _NEEDED:
+        grades = {section: _build_grades(section, table.get(section, [])) for section in SECTIONS}
+        for section in _REQUIRED_SECTIONS:
             expect(grades[section], section, [], f"at least one entry [[{section}]]")
-        faces = _faces(table.get("faces", list(FACES)))
+        faces = _validate_faces(table.get("faces", list(FACES)))
         for section, entries in grades.items():
-            _check_traits(section, entries)
+            _validate_traits(section, entries)
         return Catalog(**grades, faces=faces)
 
     def to_dict(self) -> dict[str, Any]:
@@ -157,19 +157,19 @@ class Catalog:
         for section in SECTIONS:
             table[section] = [
                 to_table(grade.entry)
-                | {k: v for k, v in to_table(grade.instrument).items() if k not in _OF_PLACE}
+                | {k: v for k, v in to_table(grade.instrument).items() if k not in _MOUNTING_KEYS}
                 for grade in getattr(self, section)
             ]
         return table
 
 
-def _grades(section: str, tables: Any) -> tuple[Grade, ...]:
+def _build_grades(section: str, tables: Any) -> tuple[Grade, ...]:
     if not isinstance(tables, list | tuple):
         raise InvalidValue(section, tables, f"expected entries [[{section}]]")
     grades: list[Grade] = []
     for i, table in enumerate(tables):
         try:
-            grade = _grade(SECTIONS[section], table)
+            grade = _build_grade(SECTIONS[section], table)
             names = [NONE, *(other.name for other in grades)]
             new = bool(grade.name.strip()) and grade.name not in names
             expect(new, "name", grade.name, f"a name other than {', '.join(map(repr, names))}")
@@ -179,35 +179,35 @@ def _grades(section: str, tables: Any) -> tuple[Grade, ...]:
     return tuple(grades)
 
 
-def _grade(cls: type[Any], table: Any) -> Grade:
+def _build_grade(cls: type[Any], table: Any) -> Grade:
     if not isinstance(table, Mapping):
         raise InvalidValue("entry", table, "expected a table")
-    own = tuple(declared(Entry))
-    keys = [key for key in declared(cls) if key not in _OF_PLACE]
+    own = tuple(declared(GradeCost))
+    keys = [key for key in declared(cls) if key not in _MOUNTING_KEYS]
     for key, value in table.items():
         if key not in own and key not in keys:
             raise KeyProblem(str(key), value, f"unknown key{known_names(key, [*own, *keys])}")
-    entry = Entry(**{key: table[key] for key in table if key in own})
+    entry = GradeCost(**{key: table[key] for key in table if key in own})
     return Grade(entry, cls(**{key: table[key] for key in table if key not in own}))
 
 
-def _faces(given: Any) -> tuple[str, ...]:
-    sound = isinstance(given, list | tuple) and all(face in FACES for face in given)
-    once = sound and len(set(given)) == len(given)
-    expect(once, "faces", given, f"a list of {', '.join(map(repr, FACES))}, each once")
-    return tuple(given)
+def _validate_faces(faces: Any) -> tuple[str, ...]:
+    sound = isinstance(faces, list | tuple) and all(face in FACES for face in faces)
+    once = sound and len(set(faces)) == len(faces)
+    expect(once, "faces", faces, f"a list of {', '.join(map(repr, FACES))}, each once")
+    return tuple(faces)
 
 
-def _check_traits(section: str, grades: tuple[Grade, ...]) -> None:
+def _validate_traits(section: str, grades: tuple[Grade, ...]) -> None:
     """Check that the grades of a section can share one kernel of the filter."""
     for i, grade in enumerate(grades[1:], 1):
-        first, own = (_kernel_traits(each.instrument) for each in (grades[0], grade))
+        first, own = (_list_kernel_traits(each.instrument) for each in (grades[0], grade))
         for name, value in own.items():
             alike = f"{first[name]!r}, as {section}[0] has"
             expect(value == first[name], f"{section}[{i}], its {name},", value, alike)
 
 
-def _kernel_traits(instrument: Any) -> dict[str, Any]:
+def _list_kernel_traits(instrument: Any) -> dict[str, Any]:
     """Return the properties of an instrument that determine its kernel, by name."""
     views = instrument.views() if hasattr(instrument, "views") else ()
     return {

@@ -15,10 +15,10 @@ from mgeo.figures.style import COLORS, SYMBOLS, apply_style, build_log_axis_layo
 from mgeo_suite.catalog import NONE
 from mgeo_suite.suites import SuiteModels
 
-_SAMPLES = 200  # number of samples of a curve against time
+_N_SAMPLES = 200  # number of samples of a curve against time
 
 
-def figures(
+def draw_figures(
     suites: SuiteModels, choices: Ints, maneuvers: Floats, price: Floats, result: Evaluation
 ) -> dict[str, go.Figure]:
     """Return ``front``, price against accuracy by star tracker, and ``sensors``, their selection.
@@ -40,12 +40,12 @@ def figures(
     rows = np.flatnonzero(np.isfinite(result.t_end) & np.isfinite(accuracy))
     order = rows[np.argsort(price[rows], kind="stable")]
     return {
-        "front": _front(suites, choices, maneuvers, price, accuracy, result, order),
-        "sensors": _sensors(suites, choices, price, order),
+        "front": _draw_front(suites, choices, maneuvers, price, accuracy, result, order),
+        "sensors": _draw_sensors(suites, choices, price, order),
     }
 
 
-def _front(
+def _draw_front(
     suites: SuiteModels,
     choices: Ints,
     maneuvers: Floats,
@@ -55,7 +55,7 @@ def _front(
     order: Ints,
 ) -> go.Figure:
     figure = go.Figure()
-    names = [suites.names(choice) for choice in choices]
+    names = [suites.get_option_names(choice) for choice in choices]
     trackers = [each.get("star tracker", NONE) for each in names]
     for k, tracker in enumerate(dict.fromkeys(trackers[row] for row in order)):
         own = [int(row) for row in order if trackers[row] == tracker]
@@ -65,7 +65,7 @@ def _front(
                     f"<b>solution {row}</b>",
                     f"{price[row]:.4g} kEUR, attitude {accuracy[row]:.3g} deg after "
                     f"{result.t_end[row]:.6g} s",
-                    *map(escape_markup, suites.text(choices[row]).split(", ")),
+                    *map(escape_markup, suites.describe_suite(choices[row]).split(", ")),
                     "maneuvers, x / y / z [deg/s] for duration [s]:",
                     *maneuver_texts(maneuvers[row]),
                 ]
@@ -91,7 +91,7 @@ def _front(
     return figure
 
 
-def _sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints) -> go.Figure:
+def _draw_sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints) -> go.Figure:
     """Draw the option of each place, one column per solution in ascending order of price."""
     places = suites.places[::-1]
     numbers = choices[order][:, ::-1].T
@@ -118,7 +118,7 @@ def _sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints) -> 
     return figure
 
 
-def solution_figures(model: FilterModel, result: Evaluation) -> dict[str, go.Figure]:
+def draw_solution_figures(model: FilterModel, result: Evaluation) -> dict[str, go.Figure]:
     """Draw the body rates and the attitude 1-sigma of a design until t_end.
 
     Parameters
@@ -129,13 +129,13 @@ def solution_figures(model: FilterModel, result: Evaluation) -> dict[str, go.Fig
     """
     t_end = result.t_end[0]
     end = round(t_end / model.step) if np.isfinite(t_end) else 0
-    steps = np.unique(np.linspace(0, end, _SAMPLES).round().astype(np.int64))
+    steps = np.unique(np.linspace(0, end, _N_SAMPLES).round().astype(np.int64))
     sigma = np.degrees(np.sqrt(result.variances[0, steps, :3].max(axis=1)))
     plan, times = result.plan, model.step * steps.astype(np.float64)
     stretch = np.maximum(np.searchsorted(plan.starts[0], steps, side="right") - 1, 0)
     rates = np.degrees(plan.rates[0, stretch])
-    turning = _against_time("Body rates", times, dict(zip("xyz", rates.T, strict=True)), "hv")
-    accuracy = _against_time(
+    turning = _draw_time_series("Body rates", times, dict(zip("xyz", rates.T, strict=True)), "hv")
+    accuracy = _draw_time_series(
         "Attitude, 1-sigma of the worst body axis", times, {"attitude": sigma}, "linear"
     )
     return {
@@ -144,7 +144,7 @@ def solution_figures(model: FilterModel, result: Evaluation) -> dict[str, go.Fig
     }
 
 
-def _against_time(text: str, times: Floats, lines: dict[str, Floats], shape: str) -> go.Figure:
+def _draw_time_series(title: str, times: Floats, lines: dict[str, Floats], shape: str) -> go.Figure:
     figure = go.Figure()
     for k, (name, values) in enumerate(lines.items()):
         look = {**line(k), "shape": shape}
@@ -152,4 +152,4 @@ def _against_time(text: str, times: Floats, lines: dict[str, Floats], shape: str
     figure.update_traces(hovertemplate="%{x:.6g} s: %{y:.4g}")
     figure.update_xaxes(title="time [s]", tickformat="d")
     # Omitting the template saves 7 kB per figure.
-    return figure.update_layout(small_layout(text), showlegend=len(lines) > 1, template="none")
+    return figure.update_layout(small_layout(title), showlegend=len(lines) > 1, template="none")

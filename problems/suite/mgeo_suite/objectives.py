@@ -12,8 +12,8 @@ from mgeo_attitude.criteria.objectives import OBJECTIVES as OF_PLANS
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.settings.errors import InvalidValue, known_names
 
-_DECADES = 4.0  # decades of accuracy that map to one unit of an indicator
-_FINEST_DEG = 1e-3
+_INDICATOR_DECADES = 4.0  # decades of accuracy that map to one unit of an indicator
+_REFERENCE_ACCURACY_DEG = 1e-3
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class SuiteObjective:
     indicator: Callable[[Floats, Scenario, Floats], Floats]
 
 
-def check_objectives(names: Sequence[str], required: bool) -> tuple[str, ...]:
+def validate_objectives(names: Sequence[str], has_required_sigma: bool) -> tuple[str, ...]:
     """Return the names of objectives as a tuple.
 
     Raises
@@ -51,12 +51,12 @@ def check_objectives(names: Sequence[str], required: bool) -> tuple[str, ...]:
             raise InvalidValue(key, name, f"unknown objective{known_names(name, OBJECTIVES)}")
         if name in names[:i]:
             raise InvalidValue(key, name, "expected each one once")
-        if name == "t_required" and not required:
+        if name == "t_required" and not has_required_sigma:
             raise InvalidValue(key, name, "the scenario has no required_sigma")
     return tuple(names)
 
 
-def _resource(label: str, column: int) -> SuiteObjective:
+def _build_resource_objective(label: str, column: int) -> SuiteObjective:
     return SuiteObjective(
         label,
         lambda model, result, resources: resources[:, column],
@@ -64,7 +64,7 @@ def _resource(label: str, column: int) -> SuiteObjective:
     )
 
 
-def _plan_objective(name: str) -> SuiteObjective:
+def _build_plan_objective(name: str) -> SuiteObjective:
     own = OF_PLANS[name]
     return SuiteObjective(
         own.label,
@@ -73,21 +73,23 @@ def _plan_objective(name: str) -> SuiteObjective:
     )
 
 
-def _accuracy(model: FilterModel, result: Evaluation, resources: Floats) -> Floats:
+def _compute_accuracy(model: FilterModel, result: Evaluation, resources: Floats) -> Floats:
     accuracy = attitude_accuracy_deg(result.covariance)
     return np.where(np.isnan(result.t_end), np.nan, accuracy)
 
 
 OBJECTIVES = {
-    "price": _resource("price [kEUR]", 0),
-    "mass": _resource("mass [g]", 1),
-    "power": _resource("power [mW]", 2),
+    "price": _build_resource_objective("price [kEUR]", 0),
+    "mass": _build_resource_objective("mass [g]", 1),
+    "power": _build_resource_objective("power [mW]", 2),
     "attitude": SuiteObjective(
         "attitude 1-sigma [deg]",
-        _accuracy,
-        lambda values, scenario, greatest: np.log10(values / _FINEST_DEG) / _DECADES,
+        _compute_accuracy,
+        lambda values, scenario, greatest: (
+            np.log10(values / _REFERENCE_ACCURACY_DEG) / _INDICATOR_DECADES
+        ),
     ),
-    "t_end": _plan_objective("t_end"),
-    "t_required": _plan_objective("t_required"),
-    "trace": _plan_objective("trace"),
+    "t_end": _build_plan_objective("t_end"),
+    "t_required": _build_plan_objective("t_required"),
+    "trace": _build_plan_objective("trace"),
 }

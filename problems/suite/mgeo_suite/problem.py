@@ -21,8 +21,8 @@ from pymoo.core.variable import Choice, Real
 
 from mgeo.plugins.protocol import ProblemMixin
 from mgeo_suite.catalog import Catalog
-from mgeo_suite.objectives import OBJECTIVES, SuiteObjective, check_objectives
-from mgeo_suite.suites import Place, SuiteModels, evaluated
+from mgeo_suite.objectives import OBJECTIVES, SuiteObjective, validate_objectives
+from mgeo_suite.suites import MountingPlace, SuiteModels, evaluate_choices
 
 if TYPE_CHECKING:
     from mgeo_suite.view import SuiteView
@@ -32,10 +32,10 @@ PRESETS: Mapping[str, tuple[str, ...]] = {
     "cubesat": ("price", "attitude"),
     "cubesat_time": ("price", "attitude", "t_end"),
 }
-_OPTIONS = ("preset", "scenario", "catalog", "objectives")
+_OPTION_KEYS = ("preset", "scenario", "catalog", "objectives")
 
 
-def scenario_table() -> dict[str, Any]:
+def load_scenario_table() -> dict[str, Any]:
     """Return the scenario of the presets as a table for `Scenario.from_dict`."""
     text = Path(__file__).with_name("cubesat.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
@@ -89,21 +89,21 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         objectives: Sequence[str] = PRESETS["cubesat"],
         threads: int | None = None,
     ) -> None:
-        scenario = Scenario.from_dict(scenario_table()) if scenario is None else scenario
+        scenario = Scenario.from_dict(load_scenario_table()) if scenario is None else scenario
         catalog = Catalog.default() if catalog is None else catalog
         for name, value, kind in (("scenario", scenario, Scenario), ("catalog", catalog, Catalog)):
             if not isinstance(value, kind):
                 raise TypeError(f"{name} = {value!r:.80}: expected a {kind.__name__}")
         if threads is not None and (not isinstance(threads, int) or threads < 1):
             raise ValueError(f"threads = {threads!r}: expected an integer >= 1, or None")
-        self.objectives = check_objectives(objectives, bool(scenario.required_sigma))
+        self.objectives = validate_objectives(objectives, bool(scenario.required_sigma))
         self.catalog, self.threads = catalog, threads
         self.suites = SuiteModels(scenario, catalog)
         self.scenario = self.suites.scenario
         check_start(self.scenario)
         self._cache = EvaluationCache()
         self._constraints = constraints(self.scenario)
-        self.obj_names = tuple(entry.label for entry in self._objectives())
+        self.obj_names = tuple(entry.label for entry in self._list_objectives())
         self.constraint_names = tuple(entry.label for entry in self._constraints)
         declared = {place.name: Choice(options=list(place.options)) for place in self.suites.places}
         limits = self.scenario.maneuvers
@@ -117,7 +117,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
             vars=declared, n_obj=len(self.objectives), n_ieq_constr=len(self.constraint_names)
         )
 
-    def split(self, X: ArrayLike) -> tuple[Ints, Floats]:
+    def split_designs(self, X: ArrayLike) -> tuple[Ints, Floats]:
         """Split designs into option indices, shape (n, n_places), and maneuvers, shape (n, 4 m).
 
         Raises
@@ -125,7 +125,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         TypeError, ValueError
             If the designs are neither (n,) dicts nor (n, n_var) numbers within the bounds.
         """
-        k, numbers = len(self.suites.places), self.numbers(X)
+        k, numbers = len(self.suites.places), self.encode_designs(X)
         with np.errstate(invalid="ignore"):  # NaN is reported below
             choices = numbers[:, :k].astype(np.int64)
         for j, place in enumerate(self.suites.places):
@@ -138,30 +138,32 @@ class SensorSuiteProblem(ProblemMixin, Problem):
                 )
         return choices, numbers[:, k:]
 
-    def evaluation(self, X: ArrayLike, history: bool = False) -> Evaluation:
+    def run_filter(self, X: ArrayLike, history: bool = False) -> Evaluation:
         """Run the filter for designs; the results contain only states that all suites have."""
-        return evaluated(self.suites, *self.split(X), self.threads, history)
+        return evaluate_choices(self.suites, *self.split_designs(X), self.threads, history)
 
     def _evaluate(self, X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        numbers = self.numbers(X)
-        decode(self.split(numbers)[1])  # reports an invalid design by its index in the whole batch
-        values = self._cache.complete(numbers, self._run)
+        numbers = self.encode_designs(X)
+        decode(
+            self.split_designs(numbers)[1]
+        )  # reports an invalid design by its index in the whole batch
+        values = self._cache.complete(numbers, self._compute_values)
         out["F"], out["G"] = np.split(values, [self.n_obj], axis=1)
 
-    def _run(self, numbers: Floats) -> Floats:
+    def _compute_values(self, designs: Floats) -> Floats:
         """Return objectives and constraints side by side, shape (n, n_obj + n_ieq_constr)."""
-        result = self.evaluation(numbers)
-        resources = self.suites.resources(self.split(numbers)[0])
+        result = self.run_filter(designs)
+        resources = self.suites.compute_resources(self.split_designs(designs)[0])
         columns = [
-            entry.value(self.suites.model, result, resources) for entry in self._objectives()
+            entry.value(self.suites.model, result, resources) for entry in self._list_objectives()
         ]
         columns += [entry.excesses(result).max(axis=0) for entry in self._constraints]
         return np.column_stack(columns)
 
-    def _objectives(self) -> list[SuiteObjective]:
+    def _list_objectives(self) -> list[SuiteObjective]:
         return [OBJECTIVES[name] for name in self.objectives]
 
-    def numbers(self, X: ArrayLike) -> Floats:
+    def encode_designs(self, X: ArrayLike) -> Floats:
         """Convert designs to numbers, shape (n, n_var), with options as their indices."""
         designs = np.asarray(X)
         if designs.dtype == object and designs.ndim == 1:
@@ -169,7 +171,9 @@ class SensorSuiteProblem(ProblemMixin, Problem):
             for design in designs:
                 if not isinstance(design, Mapping) or not design.keys() >= set(self.var_names):
                     raise ValueError(f"{design!r:.80}: expected a dict of {list(self.var_names)}")
-                row = [_option_index(place, design[place.name]) for place in self.suites.places]
+                row = [
+                    _find_option_index(place, design[place.name]) for place in self.suites.places
+                ]
                 rows.append(row + [design[name] for name in self.var_names[len(row) :]])
             designs = np.array(rows, dtype=float).reshape(-1, self.n_var)
         numbers = np.atleast_2d(designs.astype(float))
@@ -185,8 +189,8 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         ``objectives`` is a list of names.
         """
         for key, value in options.items():
-            if key not in _OPTIONS:
-                raise KeyProblem(str(key), value, f"unknown key{known_names(key, _OPTIONS)}")
+            if key not in _OPTION_KEYS:
+                raise KeyProblem(str(key), value, f"unknown key{known_names(key, _OPTION_KEYS)}")
         preset = options.get("preset", "cubesat")
         if not isinstance(preset, str) or preset not in PRESETS:
             raise InvalidValue("preset", preset, f"unknown preset{known_names(preset, PRESETS)}")
@@ -243,7 +247,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         values = np.atleast_2d(np.asarray(F, dtype=float))
         columns = [
             entry.indicator(column, self.scenario, greatest)
-            for entry, column in zip(self._objectives(), values.T, strict=True)
+            for entry, column in zip(self._list_objectives(), values.T, strict=True)
         ]
         return np.column_stack(columns)
 
@@ -254,7 +258,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         return SuiteView(self, X)
 
 
-def _option_index(place: Place, option: Any) -> int:
+def _find_option_index(place: MountingPlace, option: Any) -> int:
     if option not in place.options:
         known = known_names(str(option), place.options)
         raise InvalidValue(place.name, option, f"unknown option{known}")

@@ -22,12 +22,12 @@ from mgeo_attitude.settings.errors import InvalidValue
 
 from mgeo_suite.catalog import FACES, NONE, Catalog, Grade
 
-_MOST_KEPT = 20_000  # cached variants; each has a suite and a few short arrays
-RESOURCES = ("price_keur", "mass_g", "power_mw")
+_MAX_CACHED_VARIANTS = 20_000  # cached variants; each has a suite and a few short arrays
+RESOURCE_KEYS = ("price_keur", "mass_g", "power_mw")
 
 
 @dataclass(frozen=True)
-class Place:
+class MountingPlace:
     """Mounting place of an instrument, with its options.
 
     Attributes
@@ -48,7 +48,7 @@ class Place:
     options: tuple[str, ...]
     instruments: tuple[Any, ...]
     resources: Floats
-    on_face: bool = False
+    is_on_face: bool = False
 
 
 class SuiteModels:
@@ -58,17 +58,19 @@ class SuiteModels:
     """
 
     def __init__(self, scenario: Scenario, catalog: Catalog) -> None:
-        self.catalog, self.places = catalog, tuple(places(catalog))
+        self.catalog, self.places = catalog, tuple(list_places(catalog))
         gyro, *sensors = (place.instruments[-1] for place in self.places)
         self.scenario = _add_instruments(scenario, gyro, tuple(sensors))
-        on_face: Bools = np.array([place.on_face for place in self.places])
-        self._n_single = int(np.sum(~on_face))
+        on_face: Bools = np.array([place.is_on_face for place in self.places])
+        self._n_bus_places = int(np.sum(~on_face))
         # The number of a form has the count of Sun sensors as its lowest digit, and a bit for each
         # of the other places.
-        self._digits: Ints = np.where(on_face, 1, (np.sum(on_face) + 1) << np.arange(len(on_face)))
-        self._optional: Bools = np.array([place.options[0] == NONE for place in self.places])
+        self._form_weights: Ints = np.where(
+            on_face, 1, (np.sum(on_face) + 1) << np.arange(len(on_face))
+        )
+        self._is_optional: Bools = np.array([place.options[0] == NONE for place in self.places])
         self._forms: dict[int, FilterModel] = {}
-        self._known: dict[bytes, FilterModel] = {}
+        self._variants: dict[bytes, FilterModel] = {}
 
     def __reduce__(self) -> tuple[type[SuiteModels], tuple[Scenario, Catalog]]:
         # A copy, in another process or a history, computes its models again.
@@ -77,21 +79,21 @@ class SuiteModels:
     @cached_property
     def model(self) -> FilterModel:
         """Form of the suite with all instruments."""
-        return self.form_of(np.array([len(place.options) - 1 for place in self.places]))
+        return self.get_form(np.array([len(place.options) - 1 for place in self.places]))
 
-    def forms(self, choices: Ints) -> Ints:
+    def compute_form_numbers(self, choices: Ints) -> Ints:
         """Return the form number of each choice, shape (n,), for choices of shape (n, n_places)."""
-        return self._has_instrument(choices) @ self._digits
+        return self._has_instrument(choices) @ self._form_weights
 
-    def form_of(self, choice: Ints) -> FilterModel:
+    def get_form(self, choice: Ints) -> FilterModel:
         """Return the form of a choice, shape (n_places,), computed on first use."""
-        number = int(self.forms(choice))
+        number = int(self.compute_form_numbers(choice))
         if number not in self._forms:
             filled, single = (
                 self._has_instrument(choice),
-                self._n_single - 1,
+                self._n_bus_places - 1,
             )  # sensors not on a face
-            sensors, n_heads = self.scenario.sensors, np.sum(filled[self._n_single :])
+            sensors, n_heads = self.scenario.sensors, np.sum(filled[self._n_bus_places :])
             own = [sensor for n, sensor in enumerate(sensors[:single]) if filled[1 + n]]
             own.extend(sensors[single : single + n_heads])
             scenario = dataclasses.replace(self.scenario, sensors=tuple(own))
@@ -100,38 +102,38 @@ class SuiteModels:
 
     def _has_instrument(self, choices: Ints) -> Bools:
         """Return which places of choices, shape (..., n_places), have an instrument."""
-        return (choices > 0) | ~self._optional
+        return (choices > 0) | ~self._is_optional
 
     @cached_property
     def _environment(self) -> Environment:
         return Environment.from_scenario(self.scenario)
 
-    def resources(self, choices: Ints) -> Floats:
+    def compute_resources(self, choices: Ints) -> Floats:
         """Return price [kEUR], mass [g] and power [mW] of choices (n, n_places), shape (n, 3)."""
         parts = [place.resources[choices[:, k]] for k, place in enumerate(self.places)]
         total: Floats = np.sum(parts, axis=0)
         return total
 
-    def variant(self, choice: Ints) -> FilterModel:
+    def get_variant(self, choice: Ints) -> FilterModel:
         """Return the filter model of a choice, shape (n_places,)."""
         key = choice.tobytes()
-        model = self._known.get(key)
+        model = self._variants.get(key)
         if model is None:
-            if len(self._known) >= _MOST_KEPT:
-                self._known.clear()
-            model = self._known[key] = self._build_variant(choice)
+            if len(self._variants) >= _MAX_CACHED_VARIANTS:
+                self._variants.clear()
+            model = self._variants[key] = self._build_variant(choice)
         return model
 
-    def names(self, choice: Ints) -> dict[str, str]:
+    def get_option_names(self, choice: Ints) -> dict[str, str]:
         """Return the option of each place by name."""
         return {
             place.name: place.options[number]
             for place, number in zip(self.places, choice, strict=True)
         }
 
-    def text(self, choice: Ints) -> str:
+    def describe_suite(self, choice: Ints) -> str:
         """Describe a suite, such as ``mems gyro, boom magnetometer, 1 fine Sun sensor (+x)``."""
-        names = self.names(choice)
+        names = self.get_option_names(choice)
         parts = [f"{names['gyro']} gyro", f"{names['magnetometer']} magnetometer"]
         if (tracker := names.get("star tracker", NONE)) != NONE:
             parts.append(f"{tracker} star tracker")
@@ -145,44 +147,48 @@ class SuiteModels:
         return ", ".join(parts)
 
     def _build_variant(self, choice: Ints) -> FilterModel:
-        form = self.form_of(choice)
+        form = self.get_form(choice)
         chosen = (p.instruments[n] for p, n in zip(self.places, choice, strict=True))
         gyro, *sensors = (each for each in chosen if each is not None)
         named = zip(form.suite.sensors, sensors, strict=True)
         suite = Suite(
-            gyro, tuple(_rename(sensor, place.name) for place, sensor in named), form.suite.world
+            gyro,
+            tuple(_rename_sensor(sensor, place.name) for place, sensor in named),
+            form.suite.world,
         )
         sigma = suite.initial_sigma(np.radians(self.scenario.initial.attitude_deg))
         return dataclasses.replace(form, suite=suite, initial_sigma=sigma)
 
 
 @cache
-def _rename(sensor: Sensor, name: str) -> Sensor:
+def _rename_sensor(sensor: Sensor, name: str) -> Sensor:
     return sensor if sensor.name == name else dataclasses.replace(sensor, name=name)
 
 
-def places(catalog: Catalog) -> Iterator[Place]:
+def list_places(catalog: Catalog) -> Iterator[MountingPlace]:
     """Yield the places of all instruments in the order of the filter's states."""
-    yield _place("gyro", catalog.gyros)
-    yield _place("magnetometer", catalog.magnetometers, name="mag")
+    yield _build_place("gyro", catalog.gyros)
+    yield _build_place("magnetometer", catalog.magnetometers, name="mag")
     if catalog.star_trackers:
-        yield _place("star tracker", catalog.star_trackers, optional=True, name="tracker")
+        yield _build_place("star tracker", catalog.star_trackers, optional=True, name="tracker")
     if catalog.sun_sensors:
         for face in catalog.faces:
             name = f"sun_{face.replace('+', 'p').replace('-', 'n')}"
             where = {"name": name, "boresight": FACES[face]}
-            place = _place(f"Sun sensor {face}", catalog.sun_sensors, optional=True, **where)
+            place = _build_place(f"Sun sensor {face}", catalog.sun_sensors, optional=True, **where)
             yield dataclasses.replace(place, on_face=True)
 
 
-def _place(variable: str, grades: Sequence[Grade], optional: bool = False, **where: Any) -> Place:
-    instruments = [dataclasses.replace(grade.instrument, **where) for grade in grades]
-    resources = [[getattr(grade.entry, key) for key in RESOURCES] for grade in grades]
+def _build_place(
+    variable: str, grades: Sequence[Grade], optional: bool = False, **mounting: Any
+) -> MountingPlace:
+    instruments = [dataclasses.replace(grade.instrument, **mounting) for grade in grades]
+    resources = [[getattr(grade.cost, key) for key in RESOURCE_KEYS] for grade in grades]
     options = [grade.name for grade in grades]
     if optional:
         instruments, options = [None, *instruments], [NONE, *options]
-        resources = [[0.0] * len(RESOURCES), *resources]
-    return Place(variable, tuple(options), tuple(instruments), np.array(resources))
+        resources = [[0.0] * len(RESOURCE_KEYS), *resources]
+    return MountingPlace(variable, tuple(options), tuple(instruments), np.array(resources))
 
 
 def _add_instruments(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -> Scenario:
@@ -211,7 +217,7 @@ def _add_instruments(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -
     return dataclasses.replace(scenario, gyro=gyro, sensors=sensors)
 
 
-def evaluated(
+def evaluate_choices(
     suites: SuiteModels, choices: Ints, maneuvers: Floats, threads: int | None, history: bool
 ) -> Evaluation:
     """Run the filter for n choices with their maneuvers, shape (n, 4 m).
@@ -221,23 +227,23 @@ def evaluated(
     if not len(choices):
         return evaluate(suites.model, maneuvers, covariance=True)
     distinct, which = np.unique(choices, axis=0, return_inverse=True)
-    forms, which = suites.forms(distinct), which.reshape(-1)
+    forms, which = suites.compute_form_numbers(distinct), which.reshape(-1)
     parts = []
     for number in np.unique(forms):
         same = np.flatnonzero(forms == number)
         rows = np.flatnonzero(forms[which] == number)
-        form = suites.form_of(distinct[same[0]])
+        form = suites.get_form(distinct[same[0]])
         result = evaluate(
             form,
             maneuvers[rows],
             threads,
             history=history,
             covariance=True,
-            variants=[suites.variant(choice) for choice in distinct[same]],
+            variants=[suites.get_variant(choice) for choice in distinct[same]],
             which=np.searchsorted(same, which[rows]),
         )
         parts.append((rows, _truncate_states(result, form.suite.n_kinematic)))
-    return _concatenate(parts, suites, maneuvers)
+    return _concatenate_results(parts, suites, maneuvers)
 
 
 def _truncate_states(result: Evaluation, n: int) -> Evaluation:
@@ -246,7 +252,7 @@ def _truncate_states(result: Evaluation, n: int) -> Evaluation:
     )
 
 
-def _concatenate(
+def _concatenate_results(
     parts: list[tuple[Ints, Evaluation]], suites: SuiteModels, maneuvers: Floats
 ) -> Evaluation:
     """Concatenate results in the order of their rows."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
 #: Accuracies [deg] for which the least price of a front is reported.
-BUDGETED_DEG = (1.0, 0.1, 0.03)
+ACCURACY_LEVELS_DEG = (1.0, 0.1, 0.03)
 
 
 class SuiteView(View):
@@ -34,22 +34,22 @@ class SuiteView(View):
     @cached_property
     def choices(self) -> Ints:
         """Option indices, shape (n, n_places)."""
-        return self.problem.split(self.X)[0]
+        return self.problem.split_designs(self.X)[0]
 
     @cached_property
     def maneuvers(self) -> Floats:
         """Maneuvers, shape (n, 4 m), in deg/s and s."""
-        return self.problem.split(self.X)[1]
+        return self.problem.split_designs(self.X)[1]
 
     @cached_property
     def resources(self) -> Floats:
         """Price [kEUR], mass [g] and power [mW], shape (n, 3)."""
-        return self.problem.suites.resources(self.choices)
+        return self.problem.suites.compute_resources(self.choices)
 
     @cached_property
-    def result(self) -> Evaluation:
+    def evaluation(self) -> Evaluation:
         """Filter runs of the designs."""
-        return self.problem.evaluation(self.X)
+        return self.problem.run_filter(self.X)
 
     def describe(self) -> pd.DataFrame:
         """Return a table with one row per design.
@@ -59,7 +59,7 @@ class SuiteView(View):
         """
         import pandas as pd
 
-        problem, result, resources = self.problem, self.result, self.resources
+        problem, result, resources = self.problem, self.evaluation, self.resources
         sigma = attitude_accuracy_deg(result.covariance)
         columns: dict[str, object] = {
             "price [kEUR]": resources[:, 0],
@@ -67,7 +67,7 @@ class SuiteView(View):
             "power [mW]": resources[:, 2],
             "attitude 1-sigma [deg]": np.where(np.isnan(result.t_end), np.nan, sigma),
             "t_end [s]": result.t_end,
-            "suite": [problem.suites.text(choice) for choice in self.choices],
+            "suite": [problem.suites.describe_suite(choice) for choice in self.choices],
         }
         for k, place in enumerate(problem.suites.places):
             columns[place.name] = [place.options[number] for number in self.choices[:, k]]
@@ -81,14 +81,14 @@ class SuiteView(View):
         """Return a line on cost, accuracy and sensors of each design."""
         lines = []
         for i, choice in enumerate(self.choices):
-            t_end = self.result.t_end[i]
+            t_end = self.evaluation.t_end[i]
             if np.isnan(t_end):
                 lines.append("the filter's covariance lost positivity")
                 continue
-            accuracy = two_digits(float(attitude_accuracy_deg(self.result.covariance[i])))
+            accuracy = two_digits(float(attitude_accuracy_deg(self.evaluation.covariance[i])))
             lines.append(
                 f"{self.resources[i, 0]:.4g} kEUR; attitude {accuracy} deg (1-sigma, worst of all "
-                f"axes) after {span(t_end)}; {self.problem.suites.text(choice)}"
+                f"axes) after {span(t_end)}; {self.problem.suites.describe_suite(choice)}"
             )
         return lines
 
@@ -96,25 +96,27 @@ class SuiteView(View):
         limits = [
             each for constraint in constraints(self.problem.scenario) for each in constraint.limits
         ]
-        excesses = np.array([limit.excess(self.result) for limit in limits]).T
+        excesses = np.array([limit.excess(self.evaluation) for limit in limits]).T
         return tables(limits, excesses.reshape(len(self.X), len(limits)))
 
     def figures(self) -> dict[str, go.Figure]:
         """Return ``front``, price against accuracy, and ``sensors``, the selected options."""
-        from mgeo_suite.figures import figures
+        from mgeo_suite.figures import draw_figures
 
         price = self.resources[:, 0]
-        return figures(self.problem.suites, self.choices, self.maneuvers, price, self.result)
+        return draw_figures(
+            self.problem.suites, self.choices, self.maneuvers, price, self.evaluation
+        )
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
         """Return figures of the body rates and of the attitude 1-sigma of each design."""
-        from mgeo_suite.figures import solution_figures
+        from mgeo_suite.figures import draw_solution_figures
 
         model = self.problem.suites.model
         results = (
-            self.problem.evaluation(self.X[[row]], history=True) for row in range(len(self.X))
+            self.problem.run_filter(self.X[[row]], history=True) for row in range(len(self.X))
         )
-        return [solution_figures(model, each) for each in results]
+        return [draw_solution_figures(model, each) for each in results]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
         """Return the least price at which a front reaches each of `BUDGETED_DEG`, if it does."""
@@ -124,12 +126,14 @@ class SuiteView(View):
         price, accuracy = (np.atleast_2d(F)[:, objectives.index(n)] for n in ("price", "attitude"))
         return {
             f"price of {least:g} deg [kEUR]": float(price[accuracy <= least].min())
-            for least in BUDGETED_DEG
+            for least in ACCURACY_LEVELS_DEG
             if (accuracy <= least).any()
         }
 
 
-def conclusions(problem: SensorSuiteProblem, X: ArrayLike, F: Floats, budgets: Floats) -> list[str]:
+def summarize_front(
+    problem: SensorSuiteProblem, X: ArrayLike, F: Floats, budgets: Floats
+) -> list[str]:
     """Summarize a front of price against accuracy in sentences.
 
     Parameters
@@ -146,9 +150,9 @@ def conclusions(problem: SensorSuiteProblem, X: ArrayLike, F: Floats, budgets: F
         The most accurate suite within each budget; then, for each accuracy of `BUDGETED_DEG`, the
         least price, with and without a star tracker.
     """
-    choices, _ = problem.split(X)
+    choices, _ = problem.split_designs(X)
     price, accuracy = (F[:, problem.objectives.index(n)] for n in ("price", "attitude"))
-    names = [problem.suites.names(choice) for choice in choices]
+    names = [problem.suites.get_option_names(choice) for choice in choices]
     blind = np.array([each.get("star tracker", NONE) == NONE for each in names])
     lines = []
     for budget in budgets:
@@ -159,9 +163,9 @@ def conclusions(problem: SensorSuiteProblem, X: ArrayLike, F: Floats, budgets: F
         best = within[np.argmin(accuracy[within])]
         lines.append(
             f"Within {budget:g} kEUR the best is {two_digits(accuracy[best])} deg, for "
-            f"{price[best]:.4g}: {problem.suites.text(choices[best])}."
+            f"{price[best]:.4g}: {problem.suites.describe_suite(choices[best])}."
         )
-    for least in BUDGETED_DEG:
+    for least in ACCURACY_LEVELS_DEG:
         reach = accuracy <= least
         if not reach.any():
             lines.append(f"Nothing that was found reaches {least:g} deg.")

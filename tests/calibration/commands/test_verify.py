@@ -11,7 +11,7 @@ from mgeo_attitude.scenario.limits import PathLimit
 from mgeo_calibration import verify
 from mgeo_calibration.flight.as_flown import told
 
-from mgeo.report.build import report_html, verifications
+from mgeo.report.build import build_report_html, read_verifications
 from mgeo.store.run_folder import read_run
 
 
@@ -27,7 +27,9 @@ def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path)
     assert quiet.stdout + quiet.stderr == ""
     run_too = shutil.copytree(folder, tmp_path / "run")
     shutil.copy(file, run_too)
-    html = report_html(run_too).partition("<h2>Monte Carlo</h2>")[2].partition("</section>")[0]
+    html = (
+        build_report_html(run_too).partition("<h2>Monte Carlo</h2>")[2].partition("</section>")[0]
+    )
     assert f"(verification-best.json, solution {front.row('best')})" in html
     assert f"NEES per state {found.nees:.3f}" in html
     assert found.table.shape[0] == 18
@@ -50,7 +52,7 @@ def test_a_run_keeps_how_its_plans_flew(run, folder, front, flown, tmp_path, mon
     row = front.row("fastest")
     run("verify", own, "--pick", "fastest", "--seed", "3", "--json")
     kept = own / f"verification-solution{row}-seed3.json"
-    shown = {name: why for name, why, _ in verifications(own, read_run(own), front.problem)}
+    shown = {name: why for name, why, _ in read_verifications(own, read_run(own), front.problem)}
     assert shown[kept.name] == ""
     assert json.loads(kept.read_text())["design"] == front.X[row].tolist()
     write_plan(front.plan("fastest"), tmp_path / "alone.json")

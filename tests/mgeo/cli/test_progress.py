@@ -14,7 +14,7 @@ def test_in_a_pipe_progress_is_lines_without_escapes():
     console = Console(file=io.StringIO(), width=100, force_terminal=False)
     progress = Progress(console, "title [s]", StopRequest())
     progress.interval = 0.0
-    with progress.shown():
+    with progress.display():
         outcome = solve(ZDT1(), NSGA2(pop_size=20), 60, 1, progress)
     title, first, *_, last = console.file.getvalue().splitlines()
     f1, f2 = outcome.F.min(axis=0)

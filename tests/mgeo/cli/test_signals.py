@@ -3,13 +3,13 @@ import signal
 
 import pytest
 
-from mgeo.cli.errors import StopRequest, print_warning, stop_requests
+from mgeo.cli.errors import StopRequest, collect_stop_requests, print_warning
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_is_noted_and_the_handlers_are_put_back(number, code):
     before = signal.getsignal(number)
-    with stop_requests() as request:
+    with collect_stop_requests() as request:
         assert not request
         assert request.exit_code == 0
         os.kill(os.getpid(), number)

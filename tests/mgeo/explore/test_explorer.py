@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import pytest
 
 from mgeo.explore import Explorer
-from mgeo.explore.figures import brushed
+from mgeo.explore.figures import select_rows
 from mgeo.store.run_folder import read_run
 
 
@@ -26,7 +26,7 @@ def test_a_problem_without_a_view_shows_objectives_and_variables(solved):
     assert numbers["f1"] == 0.25
     assert numbers["f2"] == pytest.approx(g * (1.0 - np.sqrt(0.25 / g)))
     assert margins == []
-    assert explorer.figures(np.full(30, 0.25)) == {}
+    assert explorer.build_figures(np.full(30, 0.25)) == {}
 
 
 def test_a_changed_design_is_evaluated(folder):
@@ -41,24 +41,24 @@ def test_figures_that_move_are_left_out(folder, monkeypatch):
 
     figures = {"still": go.Figure(), "moving": go.Figure(layout={"meta": {"motion": {"end": 1}}})}
     monkeypatch.setattr(CantileverView, "solution_figures", lambda self: [figures])
-    assert list(Explorer(folder).figures([0.02, 0.5])) == ["still"]
+    assert list(Explorer(folder).build_figures([0.02, 0.5])) == ["still"]
 
 
 def test_rows_pass_the_ranges_of_every_axis(folder):
     table = Explorer(folder).table
     mass, bend = table["mass [kg]"].to_numpy(), table["deflection [mm]"].to_numpy()
     low, middle, high = np.quantile(bend, [0.1, 0.3, 0.9])
-    from mgeo.explore.figures import is_log
+    from mgeo.explore.figures import is_logarithmic
 
-    scale = np.log10 if is_log(table["deflection [mm]"]) else np.asarray
+    scale = np.log10 if is_logarithmic(table["deflection [mm]"]) else np.asarray
     ranges = scale([[bend.min(), low], [middle, high]]).tolist()
     dimensions = [
         {"name": "mass [kg]"},
         {"name": "deflection [mm]", "constraintrange": ranges},
     ]
     expected = (bend <= low) | ((middle <= bend) & (bend <= high))
-    assert brushed(table, dimensions) == np.flatnonzero(expected).tolist()
-    assert brushed(table, dimensions[:1]) == list(range(len(mass)))
+    assert select_rows(table, dimensions) == np.flatnonzero(expected).tolist()
+    assert select_rows(table, dimensions[:1]) == list(range(len(mass)))
 
 
 def test_a_design_is_saved_into_a_new_file(folder, tmp_path):

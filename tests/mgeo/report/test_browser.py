@@ -5,7 +5,7 @@ import plotly.graph_objects as go
 import pytest
 from selenium.webdriver import ActionChains
 
-from mgeo.report import report_html
+from mgeo.report import build_report_html
 from mgeo.store.run_folder import read_run
 
 from ...browser import opened
@@ -35,7 +35,7 @@ def folder(solved, monkeypatch):
 @pytest.fixture
 def path(folder, tmp_path):
     file = tmp_path / "page.html"
-    file.write_text(report_html(folder), encoding="utf-8")
+    file.write_text(build_report_html(folder), encoding="utf-8")
     return file
 
 

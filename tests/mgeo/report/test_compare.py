@@ -6,7 +6,7 @@ import re
 import pytest
 
 from mgeo.plugins.problems import load_problem
-from mgeo.report.compare import compare_html, fronts_figure, read
+from mgeo.report.compare import build_comparison_html, draw_fronts, read_compared_solution
 from mgeo.store.run_folder import read_run
 from mgeo.store.solution_file import build_solution_document
 
@@ -39,7 +39,7 @@ def files(two, tmp_path):
 
 
 def test_two_runs_side_by_side(two, tmp_path):
-    html = compare_html(*two)
+    html = build_comparison_html(*two)
     assert ["seed", "1", "2"] in rows(html)
     fronts = [read_run(folder).outcome.F for folder in two]
     assert ["solutions", *(str(len(F)) for F in fronts)] in rows(html)
@@ -54,19 +54,21 @@ def test_two_runs_side_by_side(two, tmp_path):
 
 
 def test_two_files_of_one_name_are_distinguished(files):
-    html = compare_html(*files)
+    html = build_comparison_html(*files)
     assert ["option", *map(str, files)] in rows(html)
     assert ["load", "1000.0", "1500.0"] in rows(html)
     assert "<h2>Fronts</h2>" not in html
 
 
 def test_a_solution_beside_a_run_is_drawn_with_its_front(two, files):
-    html = compare_html(two[0], files[1])
+    html = build_comparison_html(two[0], files[1])
     assert html.count("<h2>Fronts</h2>") == 1
     x = json.loads(files[1].read_text())["design"]
     view = load_problem("cantilever", {"load": 1500.0}).view([x])
     assert view.answers()[0] in html
-    points = fronts_figure([read(two[0]), read(files[1])]).data[-1]
+    points = draw_fronts([read_compared_solution(two[0]), read_compared_solution(files[1])]).data[
+        -1
+    ]
     assert [points.x[0], points.y[0]] == view.F[0].tolist()
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mgeo.report.solutions import HOLE, figure_json, script_json, shared
+from mgeo.report.solutions import PLACEHOLDER, build_figure_json, format_script_json, split_common
 
 
 def filled(tree, values):
@@ -18,8 +18,8 @@ def filled(tree, values):
         return [filled(entry, values) for entry in tree]
     if not isinstance(tree, dict):
         return tree
-    if HOLE in tree:
-        return values[tree[HOLE]]
+    if PLACEHOLDER in tree:
+        return values[tree[PLACEHOLDER]]
     return {key: filled(value, values) for key, value in tree.items()}
 
 
@@ -33,7 +33,7 @@ trees = st.recursive(
 
 @given(st.lists(trees, min_size=1, max_size=5))
 def test_every_tree_comes_back(given_trees):
-    common, values = shared(given_trees)
+    common, values = split_common(given_trees)
     assert [filled(common, own) for own in values] == given_trees
 
 
@@ -42,22 +42,22 @@ def test_what_is_common_is_kept_once_and_so_are_times_of_several_curves():
         curves = [{"x": [n, n + 1], "y": [n * k, 0], "name": "long " * 9} for k in (1, 2)]
         return {"data": curves}
 
-    common, values = shared([tree(3), tree(5)])
+    common, values = split_common([tree(3), tree(5)])
     assert common["data"][0]["name"] == "long " * 9
-    assert common["data"][0]["x"] == common["data"][1]["x"] == {HOLE: 0}
+    assert common["data"][0]["x"] == common["data"][1]["x"] == {PLACEHOLDER: 0}
     assert values == [[[3, 4], [3, 0], [6, 0]], [[5, 6], [5, 0], [10, 0]]]
 
 
 def test_floats_are_float32_and_survive():
     x = np.array([1.0, np.pi, np.nan, 1e-12])
     figure = go.Figure(go.Scatter(x=x, y=np.arange(4), customdata=np.ones((4, 2))))
-    tree = figure_json(figure)
+    tree = build_figure_json(figure)
     encoded = tree["data"][0]["x"]
     assert encoded["dtype"] == "f4"
     back = np.frombuffer(base64.b64decode(encoded["bdata"]), "<f4")
     np.testing.assert_allclose(back, x, rtol=1e-7)
     assert tree["data"][0]["customdata"] == [[1.0, 1.0]] * 4
-    lists = figure_json(figure, lists=True)["data"][0]
+    lists = build_figure_json(figure, use_lists=True)["data"][0]
     assert lists["x"] == [1.0, np.pi, None, 1e-12]
     assert lists["y"] == [0, 1, 2, 3]
     assert "template" not in tree["layout"]
@@ -65,6 +65,6 @@ def test_floats_are_float32_and_survive():
 
 @pytest.mark.parametrize("text", ["</script><script>x()", "<!--", "a & b", "é\u2028"])
 def test_json_in_a_script_holds_no_markup(text):
-    written = script_json({text: [text]})
+    written = format_script_json({text: [text]})
     assert not set("<>&\u2028") & set(written)
     assert json.loads(written) == {text: [text]}

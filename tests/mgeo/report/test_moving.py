@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from mgeo.report import report_html
+from mgeo.report import build_report_html
 
 from ...browser import opened
 
@@ -37,7 +37,7 @@ def path(solved, monkeypatch, tmp_path):
     drawn = lambda self: [{"hand": figure} for _ in self.X]  # noqa: E731
     monkeypatch.setattr(CantileverView, "solution_figures", drawn, raising=False)
     path = tmp_path / "page.html"
-    path.write_text(report_html(solved()), encoding="utf-8")
+    path.write_text(build_report_html(solved()), encoding="utf-8")
     return path
 
 

@@ -12,8 +12,8 @@ from mgeo import read_record
 from mgeo.explore import Explorer
 from mgeo.plugins.problems import load_problem
 from mgeo.plugins.shown import Review, Section
-from mgeo.report.build import report_html
-from mgeo.report.history import hypervolume_history
+from mgeo.report.build import build_report_html
+from mgeo.report.history import compute_hypervolume_history
 from mgeo.runs.answer import summarize_default_solution
 from mgeo.store.run_folder import read_run, write_run
 
@@ -27,7 +27,7 @@ def test_the_command_writes_into_the_folder_or_elsewhere(solved, tmp_path):
     folder = solved()
     assert mgeo("report", folder).exit_code == 0
     text = (folder / "report.html").read_text(encoding="utf-8")
-    assert text == report_html(folder)  # the same run gives the same report
+    assert text == build_report_html(folder)  # the same run gives the same report
     other = tmp_path / "elsewhere.html"
     quiet = mgeo("report", folder, "--out", other, "-q")
     assert (quiet.exit_code, quiet.stdout, other.read_text(encoding="utf-8")) == (0, "", text)
@@ -53,7 +53,7 @@ def test_bad_input_is_one_line_and_writes_nothing(tmp_path, monkeypatch, out, me
 
 def test_it_loads_nothing_and_has_all_solutions(solved):
     folder = solved()
-    html = report_html(folder)
+    html = build_report_html(folder)
     page = Page(html)
     assert page.loading == []
     assert page.tags.count("script") == 3  # plotly.js, data, the page's own
@@ -112,7 +112,7 @@ def hostile(solved, monkeypatch):
 
 
 def test_texts_of_files_and_plugins_never_become_markup(hostile):
-    html = report_html(hostile)
+    html = build_report_html(hostile)
     page = Page(html)
     assert page.loading == []
     assert (page.tags.count("script"), page.tags.count("img")) == (3, 0)
@@ -125,12 +125,12 @@ def test_the_history_of_a_recorded_run_ends_with_its_hypervolume(solved):
     folder = solved("--record")
     outcome = read_run(folder).outcome
     record = read_record(folder / "evaluations")
-    evaluations, volumes = hypervolume_history(load_problem("cantilever"), outcome, record)
+    evaluations, volumes = compute_hypervolume_history(load_problem("cantilever"), outcome, record)
     assert (evaluations[0], evaluations[-1]) == (1, outcome.n_evaluations)
     assert (np.diff(volumes) >= -1e-12).all()
     assert volumes[-1] == pytest.approx(outcome.hypervolume, rel=1e-9)
-    assert Page(report_html(folder)).data["history"] is not None
-    assert Page(report_html(solved(name="other"))).data["history"] is None
+    assert Page(build_report_html(folder)).data["history"] is not None
+    assert Page(build_report_html(solved(name="other"))).data["history"] is None
 
 
 def test_a_run_of_another_problem_is_refused(solved):
@@ -148,7 +148,7 @@ def test_a_verification_of_a_solution_is_shown_with_all_its_tables(solved):
     file = folder / "verification-knee.json"
     more = {"path_limits": [{"limit": "<b>", "broken [%]": 12.5}]}
     file.write_text(json.dumps(verification(folder, 3, **more)))
-    html = report_html(folder)
+    html = build_report_html(folder)
     assert "(verification-knee.json, solution 3)" in html
     assert "<tr><td>a</td><td>1.25</td></tr><tr><td>b</td><td>2</td></tr>" in html
     assert "<h4>path limits</h4>" in html
@@ -164,7 +164,7 @@ def test_a_verification_of_a_solution_is_shown_with_all_its_tables(solved):
 def test_a_verification_of_another_solution_is_ignored(solved, changes):
     folder = solved()
     (folder / "verification.json").write_text(json.dumps(verification(folder, **changes)))
-    html = report_html(folder)
+    html = build_report_html(folder)
     assert "9 flights" not in html
     assert "verification.json is ignored" in html
 
@@ -179,7 +179,7 @@ def test_a_large_front_has_every_solution_and_few_details(solved):
     found = {"X": X[order], "F": F[order], "G": none, "H": none}
     outcome = run.outcome.model_copy(update=found)
     write_run(folder, dataclasses.replace(run, outcome=outcome), overwrite=True)
-    data = Page(report_html(folder)).data
+    data = Page(build_report_html(folder)).data
     assert len(data["table"]["rows"]) == 3000
     assert {0, 2999} < set(data["planned"])
     assert len(data["planned"]) <= 300
@@ -193,11 +193,11 @@ def test_a_review_has_a_place_for_signatures(solved, monkeypatch):
     from stand_in import CantileverView
 
     folder = solved()
-    assert "Approval" not in report_html(folder)
+    assert "Approval" not in build_report_html(folder)
     table = pd.DataFrame({"kept": [True, False]}, index=["a", "b"])
     review = Review("Beam", "worth it", (Section("Margins", ("a line",), table),))
     monkeypatch.setattr(CantileverView, "review", lambda self: review, raising=False)
-    html = report_html(folder, solution=2)
+    html = build_report_html(folder, solution=2)
     assert Page(html).data["first"] == 2
     assert "<h1>Beam</h1>" in html
     assert '<td class="text exceeded">NO</td>' in html
@@ -213,10 +213,10 @@ def test_where_nothing_is_feasible_the_nearest_solutions_are_shown(stand_in, mon
     monkeypatch.setattr("pymoo.problems.multi.BNH._evaluate", infeasible)
     arguments = ["--algorithm", "mgeo-real", "--evaluations", 60, "--out", tmp_path / "run", "-q"]
     assert mgeo("solve", "bnh", *arguments).exit_code == 3
-    html = report_html(tmp_path / "run")
+    html = build_report_html(tmp_path / "run")
     nearest = read_run(tmp_path / "run").outcome.nearest
     assert Page(html).data["table"]["rows"] == np.hstack([nearest.X, nearest.F]).tolist()
     assert "Nearest solutions" in html
     explorer = Explorer(tmp_path / "run")
-    _, (first, _) = explorer.evaluate(explorer.X[explorer.default])
-    assert first.margin == pytest.approx(-1.0 - explorer.X[explorer.default, 0])
+    _, (first, _) = explorer.evaluate(explorer.X[explorer.default_position])
+    assert first.margin == pytest.approx(-1.0 - explorer.X[explorer.default_position, 0])

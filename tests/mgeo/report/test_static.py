@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import pytest
 
 from mgeo.figures.style import HOVER_HINT, apply_style, format_for_print
-from mgeo.report.static import run_figures, shaped
+from mgeo.report.static import draw_run_figures, prepare_figures
 
 from ...browser import find_browser
 from .conftest import mgeo
@@ -48,7 +48,7 @@ def test_without_a_browser_it_says_so(folder, monkeypatch):
 
 def test_an_unknown_figure_is_named_with_the_nearest(folder):
     names = {"front", "hypervolume", "knee-bar", "best-mass-kg-bar", "best-deflection-m-bar"}
-    assert set(run_figures(folder)) == names
+    assert set(draw_run_figures(folder)) == names
     message = refused(folder, mgeo("report", folder, "--figure", "knee-bra"))
     assert "'knee-bra'" in message
     assert "did you mean 'knee-bar'" in message
@@ -62,7 +62,7 @@ def test_pictures_are_written_beside_the_report(folder, tmp_path):
     done = mgeo("report", folder, "--png", "--out", out)
     assert done.exit_code == 0, done.output
     written = {path.name: path.read_bytes() for path in (out.parent / "figures").iterdir()}
-    assert set(written) == {f"{name}.png" for name in run_figures(folder)}
+    assert set(written) == {f"{name}.png" for name in draw_run_figures(folder)}
     assert struct.unpack(">II", written["front.png"][16:24]) == (1800, 1120)
     assert struct.unpack(">II", written["knee-bar.png"][16:24]) == (1280, 600)
 
@@ -82,7 +82,7 @@ def test_a_figure_for_a_paper_is_a_column_wide_and_leaves_out_controls():
     figure = go.Figure(go.Scatter(x=[1, 2], y=[3, 4], marker={"size": 10}))
     apply_style(figure, "A title", f"points{HOVER_HINT}")
     figure.update_layout(updatemenus=[{"buttons": [{"label": "a", "method": "update"}]}])
-    still = shaped({"a": figure}, paper=False)["a"]
+    still = prepare_figures({"a": figure}, paper=False)["a"]
     assert not still.layout.updatemenus
     assert still.layout.title.text.endswith("13px'>points</span>")
     printed = format_for_print(figure)

@@ -7,7 +7,7 @@ import pytest
 
 from mgeo import read_record
 from mgeo.plugins.problems import load_problem
-from mgeo.report.history import hypervolume_history
+from mgeo.report.history import compute_hypervolume_history
 from mgeo.runs.prepare import prepare_run, resume_run
 
 pytestmark = pytest.mark.usefixtures("stand_in")
@@ -38,7 +38,7 @@ def test_the_history_of_a_staged_run_is_without_estimates(tmp_path, monkeypatch)
     outcome = run.solve(folder=tmp_path)
     record = read_record(tmp_path / "evaluations")
     assert len(record) == outcome.n_evaluations > 320  # with the last judgment
-    evaluations, volumes = hypervolume_history(run.problem, outcome, record)
+    evaluations, volumes = compute_hypervolume_history(run.problem, outcome, record)
     assert outcome.n_low_fidelity == evaluations[0] - 1 >= 320
     assert volumes[-1] == pytest.approx(outcome.hypervolume)
     # and again, where the run goes on from before the judgment

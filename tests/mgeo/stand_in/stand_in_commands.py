@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from mgeo.cli.errors import bad_input
+from mgeo.cli.errors import convert_input_errors
 from mgeo.cli.options import Debug, Json
 from mgeo.terminal import Output
 
@@ -20,11 +20,11 @@ def weigh(
     debug: Debug = False,
 ) -> None:
     """Weigh a beam of [so much] volume."""
-    with bad_input():
+    with convert_input_errors():
         volume = float(file.read_text())
     output = Output(json=json)
     output.print(f"{file}: {density * volume:g} kg")
-    output.result({"mass_kg": density * volume, "volume_ratio": 1.0 / volume})
+    output.print_document({"mass_kg": density * volume, "volume_ratio": 1.0 / volume})
 
 
 @app.command()

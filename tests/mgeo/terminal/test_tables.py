@@ -5,7 +5,7 @@ import io
 import numpy as np
 from rich.console import Console
 
-from mgeo.terminal import fits, table
+from mgeo.terminal import build_table, is_within_width
 
 TITLES = ("", "best t_end [s]", "knee", "between", "x, y, z in turn, there and back", "best trace")
 ROWS = [
@@ -17,13 +17,13 @@ ROWS = [
 
 def printed(width, titles=TITLES, rows=ROWS):
     console = Console(file=io.StringIO(), width=width)
-    console.print(table(titles, rows))
+    console.print(build_table(titles, rows))
     return console.file.getvalue().splitlines()
 
 
 def test_a_table_that_fits_has_a_line_for_each_row():
-    shown = table(TITLES, ROWS)
-    width = next(width for width in range(400) if fits(shown, width))
+    shown = build_table(TITLES, ROWS)
+    width = next(width for width in range(400) if is_within_width(shown, width))
     (head, *lines) = printed(width)
     assert len(lines) == len(ROWS)
     assert all(title in head for title in TITLES)

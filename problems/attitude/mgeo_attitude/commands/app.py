@@ -11,10 +11,10 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli.app import epilog
-from mgeo.cli.errors import ExitCode, bad_input
-from mgeo.cli.options import Debug, Json, Quiet, among
-from mgeo.terminal import Output, json_text
+from mgeo.cli.app import format_examples
+from mgeo.cli.errors import ExitCode, convert_input_errors
+from mgeo.cli.options import Debug, Json, Quiet, complete_from
+from mgeo.terminal import Output, format_json
 from mgeo_attitude.export_formats import FORMATS
 
 app = typer.Typer(help="Calibration maneuvers: select a plan of a front, analyze it and export it.")
@@ -45,7 +45,7 @@ Pick = Annotated[
     typer.Option(
         metavar="knee|fastest|best",
         help="Solution of the run: knee of the front, least t_end, or least trace [default: knee].",
-        autocompletion=among(("knee", "fastest", "best")),
+        autocompletion=complete_from(("knee", "fastest", "best")),
     ),
 ]
 Time = Annotated[
@@ -65,7 +65,7 @@ USERS = (ValueError, TypeError, OSError, ImportError)
 TOLERANCE = 1e-9
 
 
-@app.command(epilog=epilog("show", EXAMPLES))
+@app.command(epilog=format_examples("show", EXAMPLES))
 def show(
     source: Source,
     pick: Pick = None,
@@ -87,20 +87,20 @@ def show(
     from mgeo_attitude.commands.files import check_targets, load_plan
     from mgeo_attitude.commands.show import plan_document, print_plan, write_figures
 
-    with bad_input(USERS):
+    with convert_input_errors(USERS):
         check_targets([html], overwrite)
         picked = load_plan(source, pick, time, solution)
         output = Output(quiet, json)
-        if output.for_people:
+        if output.is_text:
             print_plan(picked, output)
         if json:
-            output.result(plan_document(picked))
+            output.print_document(plan_document(picked))
         if html:
             write_figures(picked.plan, html)
             output.print(f"wrote {html}")
 
 
-@app.command(epilog=epilog("export", EXAMPLES))
+@app.command(epilog=format_examples("export", EXAMPLES))
 def export(
     source: Source,
     files: Annotated[
@@ -159,7 +159,7 @@ def export(
     from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
     from mgeo_attitude.plan.files import plan_content
 
-    with bad_input(USERS):
+    with convert_input_errors(USERS):
         check_targets(files, overwrite, tuple(each.suffix for each in FORMATS))
         picked = load_plan(source, pick, time, solution)
         if not force:
@@ -177,14 +177,14 @@ def export(
         contents = {path: plan_content(picked.plan, path, options) for path in files}
         output = Output(quiet, json)
         for line in () if quiet else picked.doubts() + picked.lateness():
-            output.note(line)
+            output.print_note(line)
         for path, content in contents.items():
             write_file(path, content)
             output.print(f"wrote {path}")
-    output.result({"files": [str(path) for path in contents]})
+    output.print_document({"files": [str(path) for path in contents]})
 
 
-@app.command(epilog=epilog("check", EXAMPLES))
+@app.command(epilog=format_examples("check", EXAMPLES))
 def check(
     scenario: Annotated[
         str,
@@ -207,20 +207,20 @@ def check(
     from mgeo_attitude.plan.run_folder import PROBLEM
     from mgeo_attitude.problem import AttitudeManeuverProblem
 
-    with bad_input(USERS):
+    with convert_input_errors(USERS):
         problem = AttitudeManeuverProblem.from_options(read_scenario(PROBLEM, scenario))
         rng = np.random.default_rng(seed)
         designs = rng.uniform(problem.xl, problem.xu, (plans, problem.n_var))
         difference = agreement(problem.model, designs)
     output = Output(quiet, json)
     output.print(f"{problem.scenario.name}: {difference}, {TOLERANCE:g} allowed")
-    output.result(vars(difference))
-    raise typer.Exit(ExitCode.DONE if difference.within(TOLERANCE) else ExitCode.INCOMPLETE)
+    output.print_document(vars(difference))
+    raise typer.Exit(ExitCode.SUCCESS if difference.within(TOLERANCE) else ExitCode.INCOMPLETE)
 
 
-@app.command(epilog=epilog("schema", EXAMPLES))
+@app.command(epilog=format_examples("schema", EXAMPLES))
 def schema(debug: Debug = False) -> None:
     """Print the JSON Schema of scenario files, for completion and validation in editors."""
     from mgeo_attitude.scenario.schema import scenario_schema
 
-    typer.echo(json_text(scenario_schema()))
+    typer.echo(format_json(scenario_schema()))

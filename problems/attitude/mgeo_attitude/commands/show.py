@@ -10,7 +10,7 @@ from rich.console import RenderableType
 
 from mgeo.figures.page import render_report_page
 from mgeo.store.atomic import write_file
-from mgeo.terminal import Output, note, plain, rows, titled
+from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
 from mgeo_attitude.bound.samples import NoLimit
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
@@ -24,7 +24,7 @@ def print_plan(picked: Picked, output: Output) -> None:
     plan = picked.plan
     orbits = plan.t_end / plan.scenario.orbit.period
     output.print(
-        plain(picked.answer, "bold"),
+        escape_text(picked.answer, "bold"),
         *picked.doubts(),
         f"scenario {plan.scenario.name}: {_ended(plan)} at {plan.t_end:.6g} s ({orbits:.3f} "
         f"orbits), trace {plan.trace:.4g}",
@@ -40,9 +40,11 @@ def render_table(table: PlanTable, plan: ManeuverPlan) -> Iterator[RenderableTyp
     section = table.section(plan)
     if section is None or section.table is None:
         return
-    yield from titled(section.title, section.table.T if table.is_wide else section.table)
+    yield from build_titled_table(
+        section.title, section.table.T if table.is_wide else section.table
+    )
     if section.note:
-        yield note(section.note)
+        yield format_note(section.note)
     yield from section.lines
 
 
@@ -57,7 +59,9 @@ def _ended(plan: ManeuverPlan) -> str:
 def plan_document(picked: Picked) -> dict[str, Any]:
     """Return the JSON document of ``mgeo attitude show``, with tables as lists of rows."""
     plan = picked.plan
-    tables = {key: rows(each.table(plan)) for key, each in TABLES.items() if key != "worst_axis"}
+    tables = {
+        key: to_records(each.table(plan)) for key, each in TABLES.items() if key != "worst_axis"
+    }
     return {
         "solution": picked.solution,
         "answer": plan.answer,
@@ -87,7 +91,7 @@ def _limit(plan: ManeuverPlan) -> dict[str, Any]:
     return {
         "trace": least,
         "times": plan.trace / least,
-        "worst_axis": rows(plan.at_best()),
+        "worst_axis": to_records(plan.at_best()),
         "given_away": list(curves.given_away),
     }
 

@@ -10,10 +10,10 @@ from typing import Annotated, Literal
 import typer
 from mgeo_attitude.commands.app import USERS, Overwrite, Pick, Solution, Source, Time
 
-from mgeo.cli.app import epilog
-from mgeo.cli.errors import ExitCode, bad_input
+from mgeo.cli.app import format_examples
+from mgeo.cli.errors import ExitCode, convert_input_errors
 from mgeo.cli.options import Debug, Json, Quiet
-from mgeo.terminal import Output, json_text, rows
+from mgeo.terminal import Output, format_json, to_records
 
 app = typer.Typer()
 
@@ -35,13 +35,13 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
 }
 
 
-@app.command(epilog=epilog("verify", EXAMPLES))
+@app.command(epilog=format_examples("verify", EXAMPLES))
 def verify(
     source: Source,
     pick: Pick = None,
     time: Time = None,
     solution: Solution = None,
-    runs: Annotated[int, typer.Option(min=2, help="Number of Monte Carlo runs.")] = 200,
+    monte_carlo: Annotated[int, typer.Option(min=2, help="Number of Monte Carlo runs.")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random errors.")] = 1,
     out: Annotated[
         Path | None,
@@ -70,25 +70,25 @@ def verify(
     from mgeo_calibration.commands import verify as command
 
     output = Output(quiet, json)
-    with bad_input(USERS):
+    with convert_input_errors(USERS):
         check_targets([out], overwrite)
         picked = load_plan(source, pick, time, solution)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", OutsideValidity)
-            result = verification.verify(picked.plan, runs, seed)
+            result = verification.verify(picked.plan, monte_carlo, seed)
         for warning in caught:
-            output.note(f"Note: {warning.message}")
+            output.print_note(f"Note: {warning.message}")
         document = command.verification_document(picked, result, seed)
         command.print_verification(picked, result, output)
-        output.result(document)
+        output.print_document(document)
         if target := out or command.result_file(source, picked, seed):
-            write_file(target, f"{json_text(document)}\n".encode())
+            write_file(target, f"{format_json(document)}\n".encode())
             output.print(f"written: {target}")
     holds = result.achieved and not document["violations"]
-    raise typer.Exit(ExitCode.DONE if holds else ExitCode.INCOMPLETE)
+    raise typer.Exit(ExitCode.SUCCESS if holds else ExitCode.INCOMPLETE)
 
 
-@app.command(epilog=epilog("fly", EXAMPLES))
+@app.command(epilog=format_examples("fly", EXAMPLES))
 def fly(
     source: Source,
     pick: Pick = None,
@@ -139,7 +139,7 @@ def fly(
     from mgeo_calibration.flight.as_flown import as_flown
     from mgeo_calibration.flight.truth import read_truth, truth_document
 
-    with bad_input(USERS):
+    with convert_input_errors(USERS):
         check_targets([out], overwrite, (".csv",))
         check_targets([truth], overwrite, (".json",))
         picked = load_plan(source, pick, time, solution)
@@ -156,12 +156,12 @@ def fly(
     output = Output(quiet, json)
     command.print_flight(picked, telemetry, compared, simulator, files, output)
     samples = len(telemetry.times)
-    output.result(
-        {"files": files, "samples": samples, "truth": document, "as_flown": rows(compared)}
+    output.print_document(
+        {"files": files, "samples": samples, "truth": document, "as_flown": to_records(compared)}
     )
 
 
-@app.command(epilog=epilog("calibrate", EXAMPLES))
+@app.command(epilog=format_examples("calibrate", EXAMPLES))
 def calibrate(
     telemetry: Annotated[
         Path, typer.Argument(metavar="TELEMETRY", help="Telemetry table in CSV or .parquet.")
@@ -224,7 +224,7 @@ def calibrate(
     from mgeo_calibration.telemetry.reading import read_telemetry
 
     output = Output(quiet, json)
-    with bad_input(USERS):
+    with convert_input_errors(USERS):
         if out:
             command.check_folder(out, overwrite)
         with warnings.catch_warnings(record=True) as caught:
@@ -233,7 +233,7 @@ def calibrate(
             flown = picked.plan if picked else None
             of = command.scenario_of(scenario, flown)
         for line in dict.fromkeys(str(warning.message) for warning in caught):
-            output.note(f"Note: {line}")
+            output.print_note(f"Note: {line}")
         read = TelemetryMapping.from_toml(mapping) if mapping else None
         alone = read is not None and read.gyro.holds == "unknown"
         if alone and fit is not None:
@@ -259,5 +259,5 @@ def calibrate(
             command.print_comparison(first, result, output)
         files = command.write_calibration(result, predicted, out) if out else []
     output.print(*(f"wrote {file}" for file in files))
-    output.result(command.calibration_document(result, predicted, files))
-    raise typer.Exit(ExitCode.DONE if result.supported else ExitCode.INCOMPLETE)
+    output.print_document(command.calibration_document(result, predicted, files))
+    raise typer.Exit(ExitCode.SUCCESS if result.supported else ExitCode.INCOMPLETE)

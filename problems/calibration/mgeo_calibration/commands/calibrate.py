@@ -12,7 +12,7 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo.store.atomic import check_writable, lock_folder, write_file
-from mgeo.terminal import Output, note, plain, rows, titled
+from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.diagnosis import CannotCalibrate
 from mgeo_calibration.calibration.document import document, to_json
@@ -112,32 +112,36 @@ def print_calibration(
     output.print(
         f"scenario {calibration.scenario.name}: calibrated at {calibration.time:.6g} s, "
         f"{calibration.utc} UTC",
-        *titled("Calibration parameters", table),
-        *titled("Innovations", calibration.test_table().T),
-        note("before, after: rms of the residuals without and with the calibration"),
+        *build_titled_table("Calibration parameters", table),
+        *build_titled_table("Innovations", calibration.test_table().T),
+        format_note("before, after: rms of the residuals without and with the calibration"),
     )
     if promised is not None and picked is not None:
         time = f"{promised.attrs['time_s']:.6g} s"
         time += promised.attrs["flown"]
         title = f"1-sigma at {time}, predicted by the plan and achieved: {picked.name}"
-        output.print(*titled(title, promised), *picked.doubts())
+        output.print(*build_titled_table(title, promised), *picked.doubts())
     for text in calibration.notes:
-        output.print(note(text))
-    output.print("", plain(calibration.conclusion, "bold"))
+        output.print(format_note(text))
+    output.print("", escape_text(calibration.conclusion, "bold"))
 
 
 def report_refusal(refused: CannotCalibrate, output: Output) -> None:
     """Print the findings of attitude-independent checks if a calibration is not possible."""
     table = refused.check_table()
-    output.print(*titled("Attitude-independent checks", table))
-    output.result({"refused": str(refused), "checks": rows(table)})
+    output.print(*build_titled_table("Attitude-independent checks", table))
+    output.print_document({"refused": str(refused), "checks": to_records(table)})
 
 
 def print_tests(calibration: Calibration, output: Output) -> None:
     """Print the tests of model and prior, and the causes that attitude-independent checks found."""
     columns = ["says", "chi_square", "freedom", "p", "named", "key"]
-    output.print(*titled("Errors outside the scenario's model", calibration.model_table()[columns]))
-    output.print(*titled("Estimate and prior", calibration.prior_table()))
+    output.print(
+        *build_titled_table(
+            "Errors outside the scenario's model", calibration.model_table()[columns]
+        )
+    )
+    output.print(*build_titled_table("Estimate and prior", calibration.prior_table()))
     for cause in calibration.causes:
         output.print(f"found without an attitude: {cause}")
 
@@ -145,10 +149,10 @@ def print_tests(calibration: Calibration, output: Output) -> None:
 def print_comparison(first: Calibration, second: Calibration, output: Output) -> None:
     """Print the comparison of two calibrations with and without additional states or noise."""
     output.print(
-        *titled("With and without the additions", compare_calibrations(first, second)),
-        note("moved: change of the estimate in units of its 1-sigma"),
-        note(f"noise: {describe_noise(second)}"),
-        note(f"without: {first.conclusion}"),
+        *build_titled_table("With and without the additions", compare_calibrations(first, second)),
+        format_note("moved: change of the estimate in units of its 1-sigma"),
+        format_note(f"noise: {describe_noise(second)}"),
+        format_note(f"without: {first.conclusion}"),
     )
 
 
@@ -156,7 +160,7 @@ def calibration_document(
     calibration: Calibration, promised: pd.DataFrame | None, files: list[str]
 ) -> dict[str, Any]:
     """Return calibration.json with the comparison to a plan and the list of files."""
-    compared = [] if promised is None else rows(promised)
+    compared = [] if promised is None else to_records(promised)
     return {
         **document(calibration),
         "supported": calibration.supported,

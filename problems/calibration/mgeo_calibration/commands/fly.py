@@ -6,7 +6,7 @@ import pandas as pd
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.plan.plan import ManeuverPlan
 
-from mgeo.terminal import Output, note, plain, titled
+from mgeo.terminal import Output, build_titled_table, escape_text, format_note
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 
@@ -42,7 +42,7 @@ def simulate_flight(
 
 
 #: Note on simulated runs with magnetorquers.
-_COILS = note("magnetorquers act in the true attitude, which is not controlled to the plan")
+_COILS = format_note("magnetorquers act in the true attitude, which is not controlled to the plan")
 
 
 def limited(frame: pd.DataFrame) -> pd.DataFrame:
@@ -72,13 +72,15 @@ def print_flight(
         Result of `as_flown`.
     """
     output.print(
-        plain(picked.answer, "bold"),
+        escape_text(picked.answer, "bold"),
         *picked.doubts(),
         *(f"Note: the plan violates a constraint: {line}" for line in picked.plan.violations()),
         f"{len(telemetry.times)} samples to {telemetry.times[-1]:.6g} s of gyro, "
         f"{', '.join(telemetry.sensors)}, simulator {simulator}",
-        *titled(f"Plan and simulation until {came_to.attrs['time_s']:.6g} s", limited(came_to)),
-        note("values of plan and simulation without margin"),
+        *build_titled_table(
+            f"Plan and simulation until {came_to.attrs['time_s']:.6g} s", limited(came_to)
+        ),
+        format_note("values of plan and simulation without margin"),
         *([_COILS] if picked.plan.scenario.turned_by_coils else []),
         *(f"wrote {file}" for file in files),
     )

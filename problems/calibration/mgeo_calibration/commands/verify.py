@@ -11,7 +11,7 @@ from mgeo_attitude.commands.show import render_table
 from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.tables import TABLES
 
-from mgeo.terminal import Output, note, plain, rows, titled
+from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
 from mgeo_calibration.commands.fly import limited
 from mgeo_calibration.flight.as_flown import told
 from mgeo_calibration.verification import (
@@ -32,27 +32,31 @@ def print_verification(picked: Picked, found: Verification, output: Output) -> N
     plan = picked.plan
     shown = found.table.iloc[:, :5].rename(columns=_SHORT)
     output.print(
-        plain(picked.answer, "bold"),
-        *(plain(f"violated constraint: {line}", "bold") for line in plan.violations()),
-        plain(conclusion(found), "bold"),
+        escape_text(picked.answer, "bold"),
+        *(escape_text(f"violated constraint: {line}", "bold") for line in plan.violations()),
+        escape_text(conclusion(found), "bold"),
         *picked.doubts(),
     )
     if ways := list(remedies(plan, found)):
-        output.print(plain("suggestions", "bold"), *(plain(f"  {way}") for way in ways))
+        output.print(escape_text("suggestions", "bold"), *(escape_text(f"  {way}") for way in ways))
     output.print(
-        *titled(f"{found.n_runs} Monte Carlo runs, errors at {plan.t_end:.6g} s", shown),
-        note(f"NEES per state {found.nees:.3f}; {power(found)}"),
+        *build_titled_table(
+            f"{found.n_runs} Monte Carlo runs, errors at {plan.t_end:.6g} s", shown
+        ),
+        format_note(f"NEES per state {found.nees:.3f}; {power(found)}"),
     )
     output.print(*render_table(TABLES["promises"], plan))
     if len(found.path_limits):
         output.print(
-            *titled("path limits broken", found.path_limits),
-            note("steered: attitude control with the estimate; open loop: exact rates of the plan"),
+            *build_titled_table("path limits broken", found.path_limits),
+            format_note(
+                "steered: attitude control with the estimate; open loop: exact rates of the plan"
+            ),
         )
     if len(found.ends):
         output.print(
-            *titled("Monte Carlo runs with gyro-based guidance", limited(found.ends)),
-            *(note(line) for line in told(found.ends)),
+            *build_titled_table("Monte Carlo runs with gyro-based guidance", limited(found.ends)),
+            *(format_note(line) for line in told(found.ends)),
         )
 
 
@@ -86,9 +90,9 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
         "design": list(plan.design),
         "achieved": bool(found.achieved),
         "violations": plan.violations(),
-        "path_limits": rows(found.path_limits),
-        "ends": rows(found.ends),
-        "promises": rows(plan.promises()),
+        "path_limits": to_records(found.path_limits),
+        "ends": to_records(found.ends),
+        "promises": to_records(plan.promises()),
     }
 
 

@@ -11,10 +11,10 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli.app import epilog
-from mgeo.cli.errors import bad_input
+from mgeo.cli.app import format_examples
+from mgeo.cli.errors import convert_input_errors
 from mgeo.cli.options import Debug, Json
-from mgeo.terminal import Output, table
+from mgeo.terminal import Output, build_table
 
 app = typer.Typer(help="Sensor suites: list a catalog, and summarize a front of suites.")
 
@@ -26,10 +26,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
 }
 
-_BUDGETS = (10.0, 30.0, 60.0)  # default budgets [kEUR]
+_DEFAULT_BUDGETS_KEUR = (10.0, 30.0, 60.0)  # default budgets [kEUR]
 
 
-@app.command(epilog=epilog("catalog", EXAMPLES))
+@app.command(epilog=format_examples("catalog", EXAMPLES))
 def catalog(
     file: Annotated[
         Path | None,
@@ -41,10 +41,10 @@ def catalog(
     """Print the price, mass, power and source of each grade of a catalog."""
     from mgeo_suite.catalog import SECTIONS, Catalog
 
-    with bad_input():
+    with convert_input_errors():
         found = Catalog.default() if file is None else Catalog.from_toml(file)
     output = Output(json=json)
-    output.result(found.to_dict())
+    output.print_document(found.to_dict())
     titles = ("", "price [kEUR]", "mass [g]", "power [mW]", "source")
     rows: list[tuple[Any, ...]] = []
     for section in SECTIONS:
@@ -52,10 +52,10 @@ def catalog(
             one = grade.entry
             name = f"{section.removesuffix('s').replace('_', ' ')} {one.name}"
             rows.append((name, one.price_keur, one.mass_g, one.power_mw, one.source))
-    output.print(table(titles, rows))
+    output.print(build_table(titles, rows))
 
 
-@app.command(epilog=epilog("conclude", EXAMPLES))
+@app.command(epilog=format_examples("conclude", EXAMPLES))
 def conclude(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Run folder of `mgeo solve suite`.")],
     budget: Annotated[
@@ -71,9 +71,9 @@ def conclude(
     from mgeo.plugins.problems import load_problem
     from mgeo.store.run_folder import read_run
     from mgeo_suite.problem import SensorSuiteProblem
-    from mgeo_suite.view import conclusions
+    from mgeo_suite.view import summarize_front
 
-    with bad_input():
+    with convert_input_errors():
         found = read_run(run)
         problem = load_problem(found.configuration.problem, found.configuration.options)
         if not isinstance(problem, SensorSuiteProblem):
@@ -83,8 +83,8 @@ def conclude(
             raise ValueError(f"{run} minimizes {minimized}: expected price and attitude among them")
         if not len(found.outcome.F):
             raise ValueError(f"{run} has no front to conclude from")
-    budgets = np.array(budget if budget else _BUDGETS)
-    lines = conclusions(problem, found.outcome.X, found.outcome.F, budgets)
+    budgets = np.array(budget if budget else _DEFAULT_BUDGETS_KEUR)
+    lines = summarize_front(problem, found.outcome.X, found.outcome.F, budgets)
     output = Output(json=json)
-    output.result({"conclusions": lines})
+    output.print_document({"conclusions": lines})
     output.print(*lines)
