@@ -11,7 +11,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit
 from mgeo_attitude.environment.interpolation import interpolate
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.filter.wheel_load import wheel_loads
+from mgeo_attitude.filter.wheel_load import compute_wheel_loads
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_calibration import calibrate, fly
 from plotly.subplots import make_subplots
@@ -109,7 +109,7 @@ def near() -> go.Figure:
     figure = make_subplots(1, len(presets), subplot_titles=presets, shared_yaxes=True)
     for column, preset in enumerate(presets, 1):
         curves = limit(Scenario.from_dict({"preset": preset, "convergence": {"rule": "end"}}))
-        least = np.minimum.accumulate(curves.ending)
+        least = np.minimum.accumulate(curves.trace_at_end)
         for mode, (name, color) in _NEAR.items():
             rows = table[(table["preset"] == preset) & (table["mode"] == mode)]
             time, trace = rows["t_end [s]"].to_numpy(), rows["trace [-]"].to_numpy()
@@ -164,7 +164,7 @@ def tracker() -> go.Figure:
     sees = can_measure(model, 2, motion.attitude, motion.rates)[: n + 1]
     figure = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06)
     for view in model.suite.sensors[2].views():
-        vectors, radius = model.direction(view.direction, slice(n + 1))
+        vectors, radius = model.select_direction(view.direction, slice(n + 1))
         cosines = np.einsum("kij,kj->ki", C, vectors) @ view.axis
         angle = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)) - radius)
         angle[~vectors.any(axis=1)] = np.nan
@@ -202,15 +202,17 @@ def wheels() -> go.Figure:
     """Greatest momentum of a wheel until each time of a plan, by allocation and disturbances."""
     problem, design = _knee()
     steps = np.arange(1, round(_KNEE) + 1, 4)
-    plan = problem.model.schedule(np.tile(design, (len(steps), 1)))
+    plan = problem.model.build_schedule(np.tile(design, (len(steps), 1)))
     figure = go.Figure()
     for allocation, color in (("pseudo-inverse", "#1f5fa8"), ("minimax", "#c8501e")):
         for quiet, dash in ((False, "solid"), (True, "dot")):
             of = dataclasses.replace(problem.scenario.wheels, allocation=allocation)
             changed = dataclasses.replace(problem.scenario, wheels=of)
-            budget = MomentumBudget.of(changed, problem.environment, np.eye(3), np.zeros(3))
+            budget = MomentumBudget.from_scenario(
+                changed, problem.environment, np.eye(3), np.zeros(3)
+            )
             budget = dataclasses.replace(budget, margin=0.0) if quiet else budget
-            found = wheel_loads(budget, plan, steps, problem.model.step, 1)[:, 0]
+            found = compute_wheel_loads(budget, plan, steps, problem.model.step, 1)[:, 0]
             figure.add_scatter(
                 x=steps.tolist(),
                 y=(1e3 * found).tolist(),

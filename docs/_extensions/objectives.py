@@ -11,13 +11,13 @@ from sphinx.util.docutils import SphinxDirective
 
 
 def markdown() -> str:
-    from mgeo_attitude.criteria.objectives import OBJECTIVES, TRACE_DESCRIPTION, TRACE_OF
+    from mgeo_attitude.criteria.objectives import OBJECTIVES, TRACE_DESCRIPTION, TRACE_PREFIX
 
     rows = [
         (key, f"{each.description}{'' if each.unit == '-' else f' [{each.unit}]'}")
         for key, each in OBJECTIVES.items()
     ]
-    rows.append((f"{TRACE_OF}BLOCK,BLOCK...", TRACE_DESCRIPTION))
+    rows.append((f"{TRACE_PREFIX}BLOCK,BLOCK...", TRACE_DESCRIPTION))
     lines = ["| name | minimizes |", "| --- | --- |"]
     return "\n".join([*lines, *(f"| `{key}` | {text} |" for key, text in rows)])
 

@@ -91,7 +91,7 @@ def best_known(preset, rule, time, count=10, rate=None, starts=300, seed=1):
     maneuvers = {"count": count} | ({} if rate is None else {"max_rate_deg_s": rate})
     options = {"preset": preset, "maneuvers": maneuvers, "convergence": {"rule": rule}}
     problem = AttitudeManeuverProblem(Scenario.from_dict(options))
-    exact, limit = at_time(problem), np.minimum.accumulate(problem.limit_curves.ending)
+    exact, limit = at_time(problem), np.minimum.accumulate(problem.limit_curves.trace_at_end)
     step, longest = exact.model.step, exact.scenario.maneuvers.max_duration
     until = time - (rule == "trace") * exact.model.window_steps * step
     at = ThinnedSamples(exact).at(until)

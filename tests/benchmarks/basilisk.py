@@ -21,8 +21,8 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from mgeo_attitude import AttitudeManeuverProblem, reference_run
-from mgeo_attitude.geometry.rotation import matrix, rotation_vector
+from mgeo_attitude import AttitudeManeuverProblem, run_reference_filter
+from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.from_telemetry import calibrate
 from mgeo_calibration.flight.basilisk.fly import fly
@@ -55,7 +55,7 @@ def promised(name: str, number: int) -> dict[str, Any]:
     """1-sigma of every state by the linear covariance, when it has converged and at the end."""
     model, plan = problem(name).model, PLANS[name][number]
     endless = dataclasses.replace(model, window_steps=model.n_steps + 1)
-    history, whole = (reference_run(one, plan["design"]) for one in (model, endless))
+    history, whole = (run_reference_filter(one, plan["design"]) for one in (model, endless))
     return {"t_end": history.t_end, "at t_end": history.sigma[-1], "at the end": whole.sigma[-1]}
 
 
@@ -65,7 +65,7 @@ def errors(found: Calibration, truth: Truth) -> np.ndarray:
     assert found.history is not None
     for first in suite.rotations[1:]:
         block = slice(first, first + 3)
-        remains = matrix(found.states[block]).T @ matrix(truth.states[-1, block])
+        remains = rotation_matrix(found.states[block]).T @ rotation_matrix(truth.states[-1, block])
         e[block] = rotation_vector(remains)
     e[:3] = rotation_vector(found.history.smoothed[-1] @ truth.attitude[-1].T)
     return e

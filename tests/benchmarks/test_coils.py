@@ -19,8 +19,10 @@ def test_a_design_with_coils_against_the_same_of_free_rates():
     """The same satellite, designs and steps in one run, so that the ratio holds on any machine."""
     coils = dataclasses.replace(Scenario.cubesat_1u(), duration=3000.0)
     models = {
-        "coils": FilterModel.from_scenario(coils).endless,
-        "free": FilterModel.from_scenario(dataclasses.replace(coils, coils=None)).endless,
+        "coils": FilterModel.from_scenario(coils).full_duration_model,
+        "free": FilterModel.from_scenario(
+            dataclasses.replace(coils, coils=None)
+        ).full_duration_model,
     }
     problem = AttitudeManeuverProblem(coils)
     X = np.random.default_rng(1).uniform(problem.xl, problem.xu, (24, problem.n_var))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, evaluate
-from mgeo_attitude.criteria.robustness import over_flights
+from mgeo_attitude.criteria.robustness import evaluate_runs
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected
@@ -47,7 +47,7 @@ def test_a_step_over_flights_costs_hardly_more_than_an_exact_one(search, designs
         steps["exact"] = sum(evaluate(problem.model, X, 1).t_end.sum() for X in batches)
 
     def flown():
-        found = [over_flights(problem.flights, X, times, 1, False) for X in batches]
+        found = [evaluate_runs(problem.flights, X, times, 1, False) for X in batches]
         steps["flown"] = problem.model.step * sum(np.sum(each) for each in found)
 
     timings = interleaved({"exact": exact, "flown": flown}, rounds=5)

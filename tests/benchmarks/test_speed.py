@@ -5,7 +5,7 @@ import time
 import llvmlite.binding
 import numpy as np
 import pytest
-from mgeo_attitude import reference_run
+from mgeo_attitude import run_reference_filter
 
 from . import cases, speed, textbook
 
@@ -16,7 +16,7 @@ WIDE = bool(llvmlite.binding.get_host_cpu_features().get("avx512f"))
 def test_filterpy_and_numpy_loops_agree_with_the_reference_filter():
     paper = cases.model(cases.PAPER)
     n_steps, omega_deg_s = 400, [0.5, -0.3, 0.8]
-    history = reference_run(paper, [*omega_deg_s, n_steps])
+    history = run_reference_filter(paper, [*omega_deg_s, n_steps])
     given = textbook.matrices(paper, np.radians(omega_deg_s), n_steps)
     expected = history.sigma[n_steps] ** 2
     np.testing.assert_allclose(np.diag(textbook.run_filterpy(given)), expected, rtol=1e-9)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from filterpy.kalman import KalmanFilter
 from mgeo_attitude import FilterModel
-from mgeo_attitude.filter.reference import van_loan
+from mgeo_attitude.filter.reference import discretize_van_loan
 from mgeo_attitude.maneuvers.motion import attitudes
 from numpy.typing import NDArray
 
@@ -31,7 +31,7 @@ class Matrices:
 
 def matrices(model: FilterModel, omega: Floats, n_steps: int) -> Matrices:
     """Matrices of `n_steps` steps at constant body rate `omega` [rad/s]."""
-    F, Q = van_loan(model, omega)
+    F, Q = discretize_van_loan(model, omega)
     C = attitudes(omega[None], np.zeros(1, dtype=np.int64), n_steps, model.step)[1:]
     v = np.einsum("kij,ksj->ksi", C, model.references[1 : n_steps + 1])
     sensors = model.suite.sensors

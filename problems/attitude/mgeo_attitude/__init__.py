@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mgeo_attitude.bound.assembly import limit as limit
-    from mgeo_attitude.bound.curves import LimitCurves as LimitCurves
-    from mgeo_attitude.bound.samples import NoLimit as NoLimit
+    from mgeo_attitude.bound.curves import LowerBound as LowerBound
+    from mgeo_attitude.bound.samples import NoLowerBoundError as NoLowerBoundError
     from mgeo_attitude.environment.environment import Environment as Environment
     from mgeo_attitude.filter.evaluator import Evaluation as Evaluation
     from mgeo_attitude.filter.evaluator import evaluate as evaluate
     from mgeo_attitude.filter.history import FilterHistory as FilterHistory
-    from mgeo_attitude.filter.history import filter_history as filter_history
+    from mgeo_attitude.filter.history import run_filter as run_filter
     from mgeo_attitude.filter.model import FilterModel as FilterModel
-    from mgeo_attitude.filter.reference import agreement as agreement
-    from mgeo_attitude.filter.reference import reference_run as reference_run
+    from mgeo_attitude.filter.reference import compare_filters as compare_filters
+    from mgeo_attitude.filter.reference import run_reference_filter as run_reference_filter
     from mgeo_attitude.problem import AttitudeManeuverProblem as AttitudeManeuverProblem
     from mgeo_attitude.refine.polish import polish as polish
     from mgeo_attitude.refine.splitting import split as split

@@ -17,11 +17,21 @@ from pymoo.core.problem import Problem
 from mgeo.plugins.protocol import ProblemMixin
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.assembly import limit
-from mgeo_attitude.bound.curves import LimitCurves
-from mgeo_attitude.criteria.constraints import check_start, constraints
+from mgeo_attitude.bound.curves import LowerBound
+from mgeo_attitude.criteria.constraints import list_constraints, validate_initial_state
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
-from mgeo_attitude.criteria.objectives import Objective, can_be_polished, indicators, objective
-from mgeo_attitude.criteria.robustness import FlightSample, FlightSamples, judged, over_flights
+from mgeo_attitude.criteria.objectives import (
+    Objective,
+    find_objective,
+    is_refinable,
+    scale_for_indicators,
+)
+from mgeo_attitude.criteria.robustness import (
+    MonteCarloRun,
+    MonteCarloRuns,
+    evaluate_runs,
+    reduce_runs,
+)
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.evaluator import Evaluation, evaluate
 from mgeo_attitude.filter.model import FilterModel
@@ -121,14 +131,14 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         elif asked:
             changes["flight"] = dataclasses.replace(scenario.flight or FlightErrors(), **asked)
         self.scenario = scenario = dataclasses.replace(scenario, **changes)
-        check_start(scenario)
+        validate_initial_state(scenario)
         check_followed(scenario.channels, scenario.suite)
         self.threads = threads
         self.objectives = scenario.objectives
         self._count = scenario.flight.count if scenario.flight else 0
         self._cache = EvaluationCache()
         self.obj_names = tuple(entry.label for entry in self._objectives())
-        self.constraint_names = tuple(entry.label for entry in constraints(scenario))
+        self.constraint_names = tuple(entry.label for entry in list_constraints(scenario))
         limits = scenario.maneuvers
         greatest = np.array([limits.max_rate_deg_s] * 3 + [limits.max_duration])
         xl = np.tile(greatest * [-1.0, -1.0, -1.0, 0.0], limits.count)
@@ -175,7 +185,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return evaluate(model, X, self.threads, **asked)
 
     @cached_property
-    def limit_curves(self) -> LimitCurves:
+    def limit_curves(self) -> LowerBound:
         """Lower bounds over all nominal plans; computed at first use.
 
         Raises
@@ -186,10 +196,10 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return limit(self.scenario, self.model)
 
     @cached_property
-    def flights(self) -> FlightSamples | None:
+    def flights(self) -> MonteCarloRuns | None:
         """Monte Carlo runs of the scenario; None if plans are evaluated by nominal runs."""
         errors = self.scenario.flight
-        return None if errors is None else FlightSamples(self.scenario, self.model, errors)
+        return None if errors is None else MonteCarloRuns(self.scenario, self.model, errors)
 
     def at_fidelity(self, fidelity: int) -> AttitudeManeuverProblem:
         """Return the problem at a fidelity level of a search, from 0, the lowest.
@@ -218,24 +228,26 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         Values are those of nominal runs or, with Monte Carlo runs, their reductions. Designs of the
         previous batch are not evaluated again.
         """
-        return self._cache.complete(X, self._run)
+        return self._cache.evaluate(X, self._run)
 
     def _run(self, X: Floats) -> Floats:
         if self.flights is None or not self._count:
             return self.valued(self.model, self.run(X, covariance=self._needs_covariance))
-        values = self.flown(self.flights.first(self._count), X)
-        return judged(values, self.n_obj, self.flights.errors)
+        values = self.flown(self.flights.iterate_runs(self._count), X)
+        return reduce_runs(values, self.n_obj, self.flights.settings)
 
-    def flown(self, flights: Iterable[FlightSample], X: Floats) -> Floats:
+    def flown(self, flights: Iterable[MonteCarloRun], X: Floats) -> Floats:
         """Return the values of `valued` in each of f Monte Carlo runs, shape (f, n, k)."""
-        return over_flights(flights, X, self.valued, self.threads, self._needs_covariance)
+        return evaluate_runs(flights, X, self.valued, self.threads, self._needs_covariance)
 
     def valued(self, model: FilterModel, result: Evaluation) -> Floats:
         """Return objectives, constraints and single violations for a filter result, shape (n, k).
 
         The result must contain covariances if objectives or constraints need them.
         """
-        excesses = [constraint.excesses(result) for constraint in constraints(self.scenario)]
+        excesses = [
+            constraint.compute_violations(result) for constraint in list_constraints(self.scenario)
+        ]
         columns = [entry.value(model, result) for entry in self._objectives()]
         columns += [of_limits.max(axis=0) for of_limits in excesses]
         return np.column_stack([*columns, *chain.from_iterable(excesses)])
@@ -243,10 +255,10 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
     @property
     def _needs_covariance(self) -> bool:
         needed = any(each.needs_covariance for each in self._objectives())
-        return needed or any(each.needs_covariance for each in constraints(self.scenario))
+        return needed or any(each.needs_covariance for each in list_constraints(self.scenario))
 
     def _objectives(self) -> list[Objective]:
-        return [objective(name, self.scenario.suite) for name in self.objectives]
+        return [find_objective(name, self.scenario.suite) for name in self.objectives]
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> AttitudeManeuverProblem:
@@ -294,7 +306,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         array, shape (n, n_obj)
         """
         values = np.atleast_2d(np.asarray(F, dtype=float))
-        return indicators(self.objectives, values, self.scenario)
+        return scale_for_indicators(self.objectives, values, self.scenario)
 
     def to_robust(self) -> AttitudeManeuverProblem:
         """Return a problem that evaluates plans over Monte Carlo runs.
@@ -323,7 +335,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         is_small = scenario.maneuvers.count < least
         if is_small or scenario.name == "paper" or scenario.flight or scenario.turned_by_coils:
             return {}
-        if not can_be_polished(self.objectives) or (wheels and wheels.budgeted):
+        if not is_refinable(self.objectives) or (wheels and wheels.budgeted):
             return {"starts": _STARTS}
         return {"starts": _STARTS, "polish": True, "evaluations": _BEFORE_POLISH}
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.evaluator import evaluate
-from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.validity import validity
 from mgeo_attitude.view.describe import span
@@ -189,8 +189,8 @@ def predictions(plan: ManeuverPlan, flights: MonteCarlo) -> Floats:
     first, step = model.initial_attitude, round(plan.t_end / model.step)
     result = []
     for error in flights.errors[:, 0, :3]:
-        flown = model.turned(first.T @ matrix(error) @ first)
-        run = evaluate(flown, [plan.design], 1, covariance=True, until=step)
+        flown = model.rotate_initial_attitude(first.T @ rotation_matrix(error) @ first)
+        run = evaluate(flown, [plan.design], 1, covariance=True, end_steps=step)
         result.append(np.sqrt(np.diag(run.covariance[0])))
     return np.array(result)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mgeo_attitude import Evaluation, Scenario
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.criteria.constraints import check_start, constraints
+from mgeo_attitude.criteria.constraints import list_constraints, validate_initial_state
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.maneuvers.schedule import decode
 from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, known_names
@@ -100,9 +100,9 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         self.catalog, self.threads = catalog, threads
         self.suites = SuiteModels(scenario, catalog)
         self.scenario = self.suites.scenario
-        check_start(self.scenario)
+        validate_initial_state(self.scenario)
         self._cache = EvaluationCache()
-        self._constraints = constraints(self.scenario)
+        self._constraints = list_constraints(self.scenario)
         self.obj_names = tuple(entry.label for entry in self._list_objectives())
         self.constraint_names = tuple(entry.label for entry in self._constraints)
         declared = {place.name: Choice(options=list(place.options)) for place in self.suites.places}
@@ -147,7 +147,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         decode(
             self.split_designs(numbers)[1]
         )  # reports an invalid design by its index in the whole batch
-        values = self._cache.complete(numbers, self._compute_values)
+        values = self._cache.evaluate(numbers, self._compute_values)
         out["F"], out["G"] = np.split(values, [self.n_obj], axis=1)
 
     def _compute_values(self, designs: Floats) -> Floats:
@@ -157,7 +157,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         columns = [
             entry.value(self.suites.model, result, resources) for entry in self._list_objectives()
         ]
-        columns += [entry.excesses(result).max(axis=0) for entry in self._constraints]
+        columns += [entry.compute_violations(result).max(axis=0) for entry in self._constraints]
         return np.column_stack(columns)
 
     def _list_objectives(self) -> list[SuiteObjective]:

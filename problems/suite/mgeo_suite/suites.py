@@ -240,7 +240,7 @@ def evaluate_choices(
             history=history,
             covariance=True,
             variants=[suites.get_variant(choice) for choice in distinct[same]],
-            which=np.searchsorted(same, which[rows]),
+            variant_index=np.searchsorted(same, which[rows]),
         )
         parts.append((rows, _truncate_states(result, form.suite.n_kinematic)))
     return _concatenate_results(parts, suites, maneuvers)
@@ -263,4 +263,4 @@ def _concatenate_results(
         if isinstance(values[0], np.ndarray):
             stacked = np.concatenate(values)
             joined[field.name] = stacked[order] if len(stacked) else stacked
-    return Evaluation(**joined, plan=suites.model.schedule(maneuvers))
+    return Evaluation(**joined, plan=suites.model.build_schedule(maneuvers))

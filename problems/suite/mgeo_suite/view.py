@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from mgeo_attitude import Evaluation
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.criteria.constraints import constraints
+from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.view.describe import maneuver_texts, span, two_digits
 from mgeo_attitude.view.margins import tables
@@ -94,9 +94,11 @@ class SuiteView(View):
 
     def constraints(self) -> list[pd.DataFrame]:
         limits = [
-            each for constraint in constraints(self.problem.scenario) for each in constraint.limits
+            each
+            for constraint in list_constraints(self.problem.scenario)
+            for each in constraint.bounds
         ]
-        excesses = np.array([limit.excess(self.evaluation) for limit in limits]).T
+        excesses = np.array([limit.compute_violation(self.evaluation) for limit in limits]).T
         return tables(limits, excesses.reshape(len(self.X), len(limits)))
 
     def figures(self) -> dict[str, go.Figure]:

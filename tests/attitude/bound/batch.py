@@ -10,7 +10,7 @@ import dataclasses
 
 import numpy as np
 from mgeo_attitude import FilterModel
-from mgeo_attitude.filter.reference import van_loan
+from mgeo_attitude.filter.reference import discretize_van_loan
 from mgeo_attitude.maneuvers.motion import attitudes
 from numpy.typing import NDArray
 from scipy.linalg import inv, solve_triangular
@@ -79,7 +79,7 @@ def _jacobian(model: FilterModel, rotation: Floats, rate: Floats) -> Floats:
         rows.append(solve_triangular(factor, row, lower=True))
 
     add(np.eye(n), np.linalg.cholesky(model.initial_covariance), 0)
-    F, Q = van_loan(model, rate)
+    F, Q = discretize_van_loan(model, rate)
     lower = np.linalg.cholesky(Q[np.ix_(driven, driven)])
     H = _measurements(model, C)
     for k in range(1, model.n_steps + 1):

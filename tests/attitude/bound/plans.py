@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from mgeo_attitude import FilterModel, Scenario, evaluate
-from mgeo_attitude.bound.curves import LimitCurves
+from mgeo_attitude.bound.curves import LowerBound
 from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.toml import PRESETS
@@ -122,20 +122,20 @@ def random_plans(
 
 
 def least_ratios(
-    model: FilterModel, found: LimitCurves, plans: NDArray[np.float64]
+    model: FilterModel, found: LowerBound, plans: NDArray[np.float64]
 ) -> dict[str, float]:
     """The least that plans reach over the limit, at all times but the start."""
-    ran = evaluate(model.endless, plans, 1, history=True)
+    ran = evaluate(model.full_duration_model, plans, 1, history=True)
     variances = ran.variances[:, 1:]
     blocks = variances.reshape(*variances.shape[:2], -1, 3)
     ratios = {"trace": (variances @ model.weights / found.trace[1:]).min()}
     for i, name in enumerate(model.suite.blocks):
-        ratios[name] = (blocks[:, :, i].sum(axis=2) / found.blocks[name][1:]).min()
-        worst = blocks[:, :, i].max(axis=2) / found.worst[name][1:]
+        ratios[name] = (blocks[:, :, i].sum(axis=2) / found.variance_sum[name][1:]).min()
+        worst = blocks[:, :, i].max(axis=2) / found.max_variance[name][1:]
         ratios[f"{name}, worst axis"] = worst.min()
     ended = evaluate(model, plans, 1, covariance=True)
     at = np.rint(ended.t_end / model.step).astype(int)
-    ratios["ending"] = (ended.trace / found.ending[at]).min()
+    ratios["ending"] = (ended.trace / found.trace_at_end[at]).min()
     for name, curve in found.criteria.items():
         value = OBJECTIVES[name].value(model, ended)
         if name == "log_det":  # a logarithm, per state

@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario, evaluate, limit
-from mgeo_attitude.bound.common_mode import Carrier, cost_of_following
-from mgeo_attitude.bound.samples import NoLimit
+from mgeo_attitude.bound.common_mode import Carrier, compute_following_cost
+from mgeo_attitude.bound.samples import NoLowerBoundError
 from scipy.spatial.transform import Rotation
 
 from .batch import mean_covariance
@@ -32,13 +32,13 @@ def turns(rng, n):
 
 def test_a_step_costs_what_the_farthest_turn_does():
     n = 3
-    bias = np.diff(cost_of_following(CARRIER, ANGLE, None, n))
+    bias = np.diff(compute_following_cost(CARRIER, ANGLE, None, n))
     rotations = turns(np.random.default_rng(1), 3000)
     exact = max(np.sum((R - DECAY * np.eye(3)) ** 2) for R in rotations) / NOISE
     np.testing.assert_allclose(bias, exact, rtol=1e-12)
     still = np.tile([0.0, 0.0, 0.7], (n, 1))
     exact = max(np.sum((cross(still[0]) @ (R - DECAY * np.eye(3))) ** 2) for R in rotations) / NOISE
-    misaligned = np.diff(cost_of_following(CARRIER, ANGLE, still, n))
+    misaligned = np.diff(compute_following_cost(CARRIER, ANGLE, still, n))
     np.testing.assert_allclose(misaligned, exact, rtol=1e-12)
 
 
@@ -46,7 +46,7 @@ def test_a_step_costs_what_the_farthest_turn_does():
 def test_no_turn_costs_more_while_the_vector_turns_too(opening, near):
     v = Rotation.from_rotvec(opening * np.arange(4)[:, None] * [0.0, 1.0, 0.0]).apply([0, 0, 0.7])
     v *= np.array([1.0, 1.1, 0.8, 1.0])[:, None]
-    told = np.diff(cost_of_following(CARRIER, ANGLE, v, 4)) * NOISE
+    told = np.diff(compute_following_cost(CARRIER, ANGLE, v, 4)) * NOISE
     exact = [
         [np.sum((cross(after) @ R - DECAY * cross(before)) ** 2) for before, after in pairwise(v)]
         for R in turns(np.random.default_rng(2), 1000)
@@ -68,7 +68,7 @@ def test_no_history_at_the_greatest_rate_is_below():
         for signs in ([1.0, 1.0, 1.0], [1.0, -1.0, 1.0]):
             slow = totals(mean_covariance(turned, rate * np.array(signs), np.eye(3)[None]))
             for block, total in zip(model.suite.blocks, slow, strict=True):
-                least[block] = min(least[block], total / found.blocks[block][-1])
+                least[block] = min(least[block], total / found.variance_sum[block][-1])
     assert min(least.values()) >= 1.0 - 1e-9
     assert least["mag_a.bias"] < 5.0  # about one axis; two thousand times if all else is known
 
@@ -82,9 +82,9 @@ def test_turns_at_the_greatest_rate_come_near_what_the_field_lets_magnetometers_
         [[1, 1, 1], [1, -1, 1], [-1, 1, 1], [1, 1, -1], [-1, -1, 1], [1, -1, -1]]
     )
     plan = np.column_stack([rates, np.full(6, 300.0)]).reshape(1, -1)
-    ran = evaluate(model.endless, plan, history=True).variances[0]
+    ran = evaluate(model.full_duration_model, plan, history=True).variances[0]
     own = 3 * model.suite.blocks.index("mag_a.bias")
-    ratio = ran[1:, own : own + 3].sum(axis=1) / found.blocks["mag_a.bias"][1:]
+    ratio = ran[1:, own : own + 3].sum(axis=1) / found.variance_sum["mag_a.bias"][1:]
     assert ratio.min() >= 1.0
     assert ratio[1800] < 1.2
 
@@ -92,7 +92,9 @@ def test_turns_at_the_greatest_rate_come_near_what_the_field_lets_magnetometers_
 def test_coils_leave_the_rate_free():
     scenario = Scenario.from_toml(SCENARIOS / "cubesat-1u.toml")
     scenario = dataclasses.replace(scenario, duration=3000.0)
-    assert limit(scenario).blocks["mag.bias"][-1] > 0.0
+    assert limit(scenario).variance_sum["mag.bias"][-1] > 0.0
     gyro = dataclasses.replace(scenario.gyro, initial_scale_factor=0.01)
-    with pytest.raises(NoLimit, match=r"^gyro\.scale_factor: .* rate, which magnetorquers do not"):
+    with pytest.raises(
+        NoLowerBoundError, match=r"^gyro\.scale_factor: .* rate, which magnetorquers do not"
+    ):
         limit(dataclasses.replace(scenario, gyro=gyro))

@@ -3,7 +3,7 @@
 import dataclasses
 import json
 
-from mgeo_attitude import agreement
+from mgeo_attitude import compare_filters
 
 
 def scenario_file(tmp_path):
@@ -22,7 +22,7 @@ def test_the_filters_agree(run, tmp_path):
 
 def test_filters_that_differ_end_with_code_3(run, tmp_path, monkeypatch):
     def off(*given):
-        return dataclasses.replace(agreement(*given), difference=2e-9)
+        return dataclasses.replace(compare_filters(*given), difference=2e-9)
 
     monkeypatch.setattr("mgeo_attitude.filter.reference.agreement", off)
     done = run("check", scenario_file(tmp_path), "--plans", 1, code=3)

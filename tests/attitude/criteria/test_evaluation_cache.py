@@ -25,7 +25,7 @@ def test_only_what_the_batch_before_had_not_is_run():
         ([4], [4]),
     ]:
         designs = np.array(batch, dtype=float).reshape(-1, 1)
-        np.testing.assert_array_equal(cache.complete(designs, run), 10.0 * designs)
+        np.testing.assert_array_equal(cache.evaluate(designs, run), 10.0 * designs)
         assert runs == ran
         runs.clear()
 

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, run_reference_filter
 from mgeo_attitude.maneuvers.motion import phases
 from mgeo_attitude.scenario.actuators import Wheels
 from mgeo_attitude.scenario.goals import Convergence
@@ -59,7 +59,7 @@ def limited():
         ),
     )
     X = designs()
-    return problem, X, evaluated(problem, X), [reference_run(problem.model, x) for x in X]
+    return problem, X, evaluated(problem, X), [run_reference_filter(problem.model, x) for x in X]
 
 
 def test_criteria_of_the_covariance(limited):

@@ -4,12 +4,18 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
+from mgeo_attitude import (
+    AttitudeManeuverProblem,
+    FilterModel,
+    Scenario,
+    evaluate,
+    run_reference_filter,
+)
 from mgeo_attitude.criteria.robustness import (
-    draw_flights,
-    judged,
-    kept_by,
-    over_flights,
+    compute_quantile,
+    draw_runs,
+    evaluate_runs,
+    reduce_runs,
 )
 from mgeo_attitude.scenario import FlightErrors, PathLimit, Prior, Wheels
 from scipy.spatial.transform import Rotation
@@ -30,7 +36,7 @@ def scenario(**errors) -> Scenario:
 
 def flights(**errors):
     of = scenario(**errors)
-    return draw_flights(of, FilterModel.from_scenario(of), of.flight)
+    return draw_runs(of, FilterModel.from_scenario(of), of.flight)
 
 
 def designs(n, seed=0):
@@ -46,7 +52,10 @@ def test_values_are_those_of_the_reference_filter_in_each_flight():
     )
     by_hand = np.array(
         [
-            [(run.t_end, run.trace[-1]) for run in (reference_run(f.model, x) for x in f.flown(X))]
+            [
+                (run.t_end, run.trace[-1])
+                for run in (run_reference_filter(f.model, x) for x in f.apply_errors(X))
+            ]
             for f in problem.flights
         ]
     )
@@ -77,7 +86,7 @@ def test_a_flight_begins_from_another_attitude_by_as_much_as_is_believed():
 
 
 def test_rates_are_off_by_the_gyros_bias():
-    added = np.array([flight.rates for flight in flights(count=400)])
+    added = np.array([flight.rate_errors for flight in flights(count=400)])
     assert (added == added[:, :1]).all()  # the same for all maneuvers of a flight
     assert np.std(added[:, 0]) == pytest.approx(0.01, rel=0.06)
 
@@ -85,10 +94,10 @@ def test_rates_are_off_by_the_gyros_bias():
 def test_noise_is_other_than_believed_by_a_factor_that_the_filter_knows():
     X, names = designs(2), ("angle_random_walk_deg_per_sqrt_h", "noise_deg", "noise_nt")
     of = scenario(count=300, noise_spread=0.3)
-    drawn = draw_flights(of, FilterModel.from_scenario(of), of.flight)
+    drawn = draw_runs(of, FilterModel.from_scenario(of), of.flight)
     for noisy, exact in zip(drawn, flights(count=3), strict=False):
         np.testing.assert_array_equal(noisy.model.references, exact.model.references)
-        np.testing.assert_array_equal(noisy.rates, exact.rates)
+        np.testing.assert_array_equal(noisy.rate_errors, exact.rate_errors)
     believed = [of.gyro, *of.sensors]
     found = [[each.variants[0].suite.gyro, *each.variants[0].suite.sensors] for each in drawn]
     factors = [
@@ -102,8 +111,11 @@ def test_noise_is_other_than_believed_by_a_factor_that_the_filter_knows():
     assert np.std(np.log(factors)) == pytest.approx(0.3, rel=0.07)
     assert np.abs(np.corrcoef(np.log(factors).T)[np.triu_indices(3, 1)]).max() < 0.2
     problem = AttitudeManeuverProblem(dataclasses.replace(of, flight=None), flights=1)
-    values = over_flights(drawn[:2], X, lambda _, ran: ran.trace[:, None], 1, False)
-    by_hand = [[reference_run(f.variants[0], x).trace[-1] for x in f.flown(X)] for f in drawn[:2]]
+    values = evaluate_runs(drawn[:2], X, lambda _, ran: ran.trace[:, None], 1, False)
+    by_hand = [
+        [run_reference_filter(f.variants[0], x).trace[-1] for x in f.apply_errors(X)]
+        for f in drawn[:2]
+    ]
     np.testing.assert_allclose(values[..., 0], by_hand, rtol=1e-9)
     assert not np.allclose(values[..., 0], problem.evaluate(X)[:, 1], rtol=0.05)
 
@@ -122,9 +134,11 @@ def test_a_delayed_run_is_a_run_of_the_scenario_that_begins_later():
             "path_limits": [limit | {"half_angle_deg": 179.0}],
         }
     )
-    (flight,) = draw_flights(of, FilterModel.from_scenario(of), of.flight)
-    later = FilterModel.from_scenario(dataclasses.replace(of.starting(flight.delay), flight=None))
-    assert flight.delay > 1800.0
+    (flight,) = draw_runs(of, FilterModel.from_scenario(of), of.flight)
+    later = FilterModel.from_scenario(
+        dataclasses.replace(of.starting(flight.start_delay), flight=None)
+    )
+    assert flight.start_delay > 1800.0
     np.testing.assert_allclose(flight.model.references, later.references, rtol=0, atol=1e-10)
     found, expected = (evaluate(each, designs(2)) for each in (flight.model, later))
     np.testing.assert_allclose(found.path_angle, expected.path_angle, rtol=0, atol=1e-9)
@@ -138,7 +152,7 @@ def test_constraints_are_the_worst_of_the_share_of_runs_that_keeps_them():
         scenario(count=4, attitude_deg=20.0, start_delay=600.0), wheels=wheels, path_limits=(limit,)
     )
     problem, X = AttitudeManeuverProblem(of), designs(2)
-    ran = [evaluate(each.model, each.flown(X)) for each in problem.flights]
+    ran = [evaluate(each.model, each.apply_errors(X)) for each in problem.flights]
     load = np.max([each.wheel_load[:, 0] for each in ran], axis=0) / 0.01 - 1.0
     off = 1.0 - np.min([each.path_angle[:, 0] for each in ran], axis=0) / np.radians(20.0)
     assert problem.constraint_names == ("wheel momentum", "Sun off payload")
@@ -149,20 +163,20 @@ def test_constraints_are_the_worst_of_the_share_of_runs_that_keeps_them():
 def test_kept_by_is_the_least_value_that_the_share_does_not_exceed():
     values = np.random.default_rng(1).permutation(np.arange(1.0, 21.0))[:, None]
     for share, expected in ((0.9, 18.0), (1.0, 20.0), (0.05, 1.0), (0.901, 19.0)):
-        assert kept_by(values, share) == expected
+        assert compute_quantile(values, share) == expected
         assert (values <= expected).mean() >= share
         assert (values <= expected - 1.0).mean() < share
 
 
 def test_a_lost_covariance_is_above_every_number():
-    assert kept_by(np.array([[1.0], [np.nan], [2.0]]), 0.6) == 2.0
-    assert np.isnan(kept_by(np.array([[1.0], [np.nan], [2.0]]), 1.0))
+    assert compute_quantile(np.array([[1.0], [np.nan], [2.0]]), 0.6) == 2.0
+    assert np.isnan(compute_quantile(np.array([[1.0], [np.nan], [2.0]]), 1.0))
 
 
 def test_objectives_may_be_means_and_limits_be_kept_by_some():
     values = np.arange(12.0).reshape(4, 1, 3)
     errors = FlightErrors(mean=True, kept=0.5)
-    np.testing.assert_array_equal(judged(values, 2, errors), [[4.5, 5.5, 5.0]])
+    np.testing.assert_array_equal(reduce_runs(values, 2, errors), [[4.5, 5.5, 5.0]])
 
 
 def test_promises_are_those_of_the_plan_and_of_other_flights():
@@ -214,18 +228,18 @@ def test_flights_after_a_calibration_are_drawn_from_its_covariance():
     of = dataclasses.replace(of, prior=prior)
     model = FilterModel.from_scenario(of)
     errors = []
-    for flight in draw_flights(of, model, of.flight):
+    for flight in draw_runs(of, model, of.flight):
         # what is seen there is what is seen from the true attitude R(-e) C
         turn, *_ = np.linalg.lstsq(model.references[:50, 1], flight.model.references[:50, 1])
         C = model.initial_attitude
         error = -Rotation.from_matrix(C @ turn.T @ C.T).as_rotvec()
-        errors.append([*error, *-np.radians(flight.rates[0])])
+        errors.append([*error, *-np.radians(flight.rate_errors[0])])
     P = P[:6, :6]
     found = np.cov(np.array(errors).T) / np.sqrt(np.outer(np.diag(P), np.diag(P)))
     expected = P / np.sqrt(np.outer(np.diag(P), np.diag(P)))
     assert np.abs(expected - np.eye(6)).max() > 0.3
     np.testing.assert_allclose(found, expected, rtol=0, atol=0.08)  # 1.6 % 1-sigma, times 5
     given = dataclasses.replace(of.flight, attitude_deg=0.0, rate_error_deg_s=0.0, count=2)
-    for flight in draw_flights(of, model, given):
+    for flight in draw_runs(of, model, given):
         np.testing.assert_array_equal(flight.model.references, model.references)
-        np.testing.assert_array_equal(flight.rates, np.zeros((3, 3)))
+        np.testing.assert_array_equal(flight.rate_errors, np.zeros((3, 3)))

@@ -8,9 +8,9 @@ import erfa
 import numpy as np
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT, DAY, EARTH_RADIUS
-from mgeo_attitude.environment.directions import DIRECTIONS, directions, radii
+from mgeo_attitude.environment.directions import DIRECTIONS, compute_directions, compute_radii
 from mgeo_attitude.environment.sun_moon import moon_position, sun_position
-from mgeo_attitude.environment.times import Instants
+from mgeo_attitude.environment.times import JulianDates
 
 SHORT = dataclasses.replace(Scenario.cubesat_6u(), duration=3000.0, step=50.0)
 NAMES = tuple(DIRECTIONS)
@@ -22,7 +22,7 @@ def test_moon_of_meeus() -> None:
     Meeus' longitude contains the light time of 1.2 s, in which the Moon moves by 0.0002 deg.
     """
     day = np.array([0.0])
-    moon = moon_position(Instants(2448724.5, ut=day, tt=day))[0]
+    moon = moon_position(JulianDates(2448724.5, ut=day, tt=day))[0]
     x, y, z = erfa.ecm06(2448724.5, 0.0) @ moon
     longitude, latitude = (
         np.degrees(np.arctan2(y, x)),
@@ -35,7 +35,7 @@ def test_moon_of_meeus() -> None:
 
 def test_moon_of_sofa() -> None:
     day = np.array([43999.9])
-    moon = moon_position(Instants(2400000.5, ut=day, tt=day))[0] / ASTRONOMICAL_UNIT
+    moon = moon_position(JulianDates(2400000.5, ut=day, tt=day))[0] / ASTRONOMICAL_UNIT
     published = [-0.002601295959971044, 0.0006139750944302742, 0.00026407945282298289]
     np.testing.assert_allclose(moon, published, rtol=0.0, atol=1e-14)
 
@@ -47,7 +47,7 @@ def test_the_shadow_of_the_moon_passes_the_earth_as_published() -> None:
     the Moon's place. Aberration, which is not in geometric directions, makes half of that.
     """
     seconds = np.array([18.0 * 3600.0 + 17.0 * 60.0 + 18.0])
-    at = Instants(2460408.5, ut=seconds / DAY, tt=(seconds + 69.2) / DAY)
+    at = JulianDates(2460408.5, ut=seconds / DAY, tt=(seconds + 69.2) / DAY)
     sun, moon = sun_position(at)[0], moon_position(at)[0]
     axis = (moon - sun) / np.linalg.norm(moon - sun)
     gamma = np.linalg.norm(moon - (moon @ axis) * axis) / 6_378_137.0
@@ -57,7 +57,11 @@ def test_the_shadow_of_the_moon_passes_the_earth_as_published() -> None:
 def test_unit_vectors_of_what_they_are_called() -> None:
     environment = Environment.from_scenario(SHORT)
     found = dict(
-        zip(NAMES, np.moveaxis(directions(NAMES, environment, SHORT.epoch), 1, 0), strict=True)
+        zip(
+            NAMES,
+            np.moveaxis(compute_directions(NAMES, environment, SHORT.epoch), 1, 0),
+            strict=True,
+        )
     )
     lengths = {name: np.linalg.norm(v, axis=1) for name, v in found.items()}
     for name in set(NAMES) - {"sun"}:
@@ -77,8 +81,8 @@ def test_unit_vectors_of_what_they_are_called() -> None:
 
 def test_the_limb_is_where_lines_of_sight_touch_the_earth() -> None:
     environment = Environment.from_scenario(SHORT)
-    nadir = directions(("nadir",), environment, SHORT.epoch)[:, 0]
-    radius = radii(("sun", "earth", "nadir"), environment)
+    nadir = compute_directions(("nadir",), environment, SHORT.epoch)[:, 0]
+    radius = compute_radii(("sun", "earth", "nadir"), environment)
     assert (radius[:, [0, 2]] == 0.0).all()
     across = np.cross(nadir, environment.sun)
     across /= np.linalg.norm(across, axis=1, keepdims=True)

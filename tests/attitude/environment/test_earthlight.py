@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mgeo_attitude.environment.constants import EARTH_RADIUS
-from mgeo_attitude.environment.sun_moon import earthlight
+from mgeo_attitude.environment.sun_moon import albedo_vector
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -17,7 +17,7 @@ def sun_at(zenith):
 def test_from_far_it_is_the_phase_function_of_a_lambert_sphere():
     """Geometric albedo 2/3, (sin α + (π - α) cos α) / π: Lester, McCall & Tatum (1979), eq. 4."""
     alpha, r = np.radians([0.0, 30.0, 60.0, 90.0, 120.0, 150.0]), 1e5 * EARTH_RADIUS
-    found = earthlight(np.tile(r * UP, (6, 1)), sun_at(alpha))
+    found = albedo_vector(np.tile(r * UP, (6, 1)), sun_at(alpha))
     expected = 2.0 / 3.0 * (np.sin(alpha) + (np.pi - alpha) * np.cos(alpha)) / np.pi * 1e-10
     np.testing.assert_allclose(-found[:, 2], expected, rtol=2e-3)
     np.testing.assert_allclose(found[:, :2], 0.0, atol=1e-14)
@@ -46,6 +46,6 @@ def test_in_orbit_it_is_the_sum_over_the_lit_and_visible_surface(height):
         (area / np.pi * np.maximum(n @ sun, 0.0) * leaving / distance**3) @ to_cell
         for sun in sun_at(zenith)
     ]
-    found = earthlight(np.tile((EARTH_RADIUS + height) * UP, (8, 1)), sun_at(zenith))
+    found = albedo_vector(np.tile((EARTH_RADIUS + height) * UP, (8, 1)), sun_at(zenith))
     np.testing.assert_allclose(found, expected, rtol=0, atol=2e-4)
     assert np.abs(found).max() > 0.02

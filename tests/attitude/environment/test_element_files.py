@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mgeo_attitude.environment.element_set import SGP4Error, gcrs_of
-from mgeo_attitude.environment.times import instants
+from mgeo_attitude.environment.element_set import SGP4Error, compute_gcrs_states
+from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.scenario import OrbitFile, TLEOrbit
 from mgeo_attitude.settings.errors import InvalidValue
 from sgp4 import exporter, omm
@@ -75,7 +75,7 @@ def test_a_message_is_propagated_as_by_sgp4(name: str, epoch: datetime) -> None:
             ".xml": lambda: next(omm.parse_xml(file)),
         }[path.suffix]()
     omm.initialize(satellite, fields)
-    expected, motion = gcrs_of(satellite, instants(epoch, TIMES))
+    expected, motion = compute_gcrs_states(satellite, compute_julian_dates(epoch, TIMES))
     found = orbit_of(path, epoch)
     position, velocity = found.propagate(epoch, TIMES)
     assert np.abs(position - expected).max() < 1e-6

@@ -12,7 +12,7 @@ import ppigrf
 import pytest
 from mgeo_attitude import FilterModel
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.environment.times import instants
+from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.scenario import Convergence, Scenario
 
 EPOCH = datetime(2020, 6, 19, 21, 30, tzinfo=UTC)  # the run passes midnight
@@ -30,7 +30,7 @@ def environment(scenario: Scenario) -> Environment:
 
 def slow_field(position: np.ndarray, date: datetime, seconds: float) -> np.ndarray:
     """Field at one GCRS position by geodetic coordinates, its own date and the full series."""
-    at = instants(date, [seconds])
+    at = compute_julian_dates(date, [seconds])
     to_itrs = erfa.c2t06a(at.midnight, at.tt[0], at.midnight, at.ut[0], 0.0, 0.0)
     longitude, latitude, height = erfa.gc2gd(1, to_itrs @ position)
     moment = (date + timedelta(seconds=seconds)).replace(tzinfo=None)

@@ -65,8 +65,10 @@ def test_it_follows_the_position_in_inertial_axes():
     """Of tables of IGRF, and of tables of one's own, of whose field nothing but values is known."""
     scenario = Scenario.cubesat_6u()
     times = np.linspace(0.0, 9000.0, 30)
-    here = Environment.at(scenario, times)
-    expected = differences(lambda r: Environment.at(scenario, times, r).field, here.position)
+    here = Environment.from_times(scenario, times)
+    expected = differences(
+        lambda r: Environment.from_times(scenario, times, r).field, here.position
+    )
     limit = 1e-6 * np.abs(expected).max()
     np.testing.assert_allclose(here.field_gradient(), expected, rtol=0, atol=limit)
     own = dataclasses.replace(here, field=dipole(here.position), epoch=None)

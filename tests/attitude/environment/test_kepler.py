@@ -11,11 +11,11 @@ from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.environment.kepler import (
     Elements,
     eccentric_anomaly,
-    j2_secular,
-    mean_from_true,
+    j2_secular_rates,
+    mean_anomaly_from_true,
     orbital_period,
-    secular_rates,
-    two_body,
+    propagate_j2_secular,
+    propagate_two_body,
 )
 
 from .integration import integrated
@@ -46,7 +46,7 @@ def test_vallado_example_2_4() -> None:
     start = elements_of(
         np.array([1131340.0, -2282343.0, 6672423.0]), np.array([-5643.05, 4303.33, 2428.79])
     )
-    position, velocity = two_body(start, [0.0, 40.0 * 60.0])
+    position, velocity = propagate_two_body(start, [0.0, 40.0 * 60.0])
     np.testing.assert_allclose(position[0], [1131340.0, -2282343.0, 6672423.0], atol=1e-6)
     np.testing.assert_allclose(velocity[0], [-5643.05, 4303.33, 2428.79], atol=1e-9)
     published = [-4219752.7, 4363029.2, -3958766.6]
@@ -56,7 +56,7 @@ def test_vallado_example_2_4() -> None:
 
 def test_j2_against_stk_after_four_days() -> None:
     angles = (math.radians(degrees) for degrees in (28.5, 100.0, 200.0, 45.0))
-    position, _ = j2_secular(Elements(8e6, 0.015, *angles), [4 * 86400.0])
+    position, _ = propagate_j2_secular(Elements(8e6, 0.015, *angles), [4 * 86400.0])
     assert np.linalg.norm(position[0] - [-6849654.348, -2253059.809, 3574529.667]) < 20.0
 
 
@@ -64,7 +64,7 @@ def test_j2_against_stk_after_four_days() -> None:
 def test_two_body_solves_the_equation_of_motion(eccentricity: float) -> None:
     elements = Elements(3e7, eccentricity, 1.7, 4.0, 1.6, 5.3)
     times = np.linspace(0.0, 1.5 * orbital_period(3e7), 31)
-    position, velocity = two_body(elements, times)
+    position, velocity = propagate_two_body(elements, times)
     state = integrated(np.concatenate([position[0], velocity[0]]), times, oblate=False)
     assert np.abs(position - state[:, :3]).max() < 0.05
     assert np.abs(velocity - state[:, 3:]).max() < 1e-4
@@ -76,11 +76,11 @@ def test_secular_rates_against_integration(inclination_deg: float) -> None:
     inclination = math.radians(inclination_deg)
     circular = Elements(7.2e6, 0.0, inclination, 0.5, 0.0, 0.0)
     times = np.linspace(0.0, 15.0 * orbital_period(7.2e6), 3001)
-    position, velocity = two_body(circular, [0.0])
+    position, velocity = propagate_two_body(circular, [0.0])
     state = integrated(np.concatenate([position[0], velocity[0]]), times)
     momentum = np.cross(state[:, :3], state[:, 3:])
     node = np.unwrap(np.arctan2(momentum[:, 0], -momentum[:, 1]))
-    raan_rate, perigee_rate, mean_rate = secular_rates(7.2e6, 0.0, inclination)
+    raan_rate, perigee_rate, mean_rate = j2_secular_rates(7.2e6, 0.0, inclination)
     assert np.polyfit(times, node, 1)[0] == pytest.approx(raan_rate, rel=0.01)
     # An osculating semi-major axis of 7.2e6 m at the node is not the mean one: take that from the
     # energy averaged over the orbits, or its 10 km would hide the drift along the orbit.
@@ -123,7 +123,7 @@ def test_kepler_equation_to_the_last_digits(eccentricity: float) -> None:
 
 def test_mean_anomaly_of_a_true_anomaly_any_revolution() -> None:
     for true_anomaly in (-6.0, 0.0, 2.0, 3.2, 12.0):
-        eccentric = eccentric_anomaly(mean_from_true(true_anomaly, 0.6), 0.6)
+        eccentric = eccentric_anomaly(mean_anomaly_from_true(true_anomaly, 0.6), 0.6)
         cosine = (np.cos(eccentric) - 0.6) / (1.0 - 0.6 * np.cos(eccentric))
         assert cosine == pytest.approx(math.cos(true_anomaly), abs=1e-14)
         assert math.copysign(1.0, eccentric) == math.copysign(1.0, math.sin(true_anomaly) + 0.0)

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from brahe.ccsds import OEM
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment.element_set import TLEOrbit, gcrs_of
-from mgeo_attitude.environment.times import instants
+from mgeo_attitude.environment.element_set import TLEOrbit, compute_gcrs_states
+from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile
 from mgeo_attitude.settings.errors import InvalidValue
 
@@ -117,7 +117,7 @@ def test_the_message_in_teme_against_sgp4(
     orbit: Any = OrbitFile(file=str(ISS), **keys).for_run(ISS_EPOCH, 5400.0)
     times = np.arange(0.0, 5401.0, 10.0)
     satellite = TLEOrbit(line1=ISS_1, line2=ISS_2).satellite()
-    expected, motion = gcrs_of(satellite, instants(ISS_EPOCH, times))
+    expected, motion = compute_gcrs_states(satellite, compute_julian_dates(ISS_EPOCH, times))
     found, velocity = orbit.propagate(ISS_EPOCH, times)
     assert least < np.linalg.norm(found - expected, axis=1).max() < most
     assert np.linalg.norm(velocity - motion, axis=1).max() < 0.5  # of which SGP4's own are 0.4

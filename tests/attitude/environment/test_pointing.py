@@ -6,7 +6,7 @@ import brahe
 import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment.directions import Place, pointed
+from mgeo_attitude.environment.directions import SatelliteState, compute_pointing_attitudes
 from mgeo_attitude.scenario import InitialConditions
 from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
@@ -15,23 +15,23 @@ AXES = [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0
 
 
 @pytest.fixture(scope="module")
-def at() -> Place:
+def at() -> SatelliteState:
     """An eccentric orbit, half a day at 10 s, so that velocity and horizon differ."""
     table = Scenario.paper().to_dict() | {"duration": 43200.0, "step": 10.0}
     table["orbit"] |= {"semi_major_axis": 9e6, "eccentricity": 0.2}
     scenario = Scenario.from_dict(table)
-    return Place.at(scenario, scenario.times)
+    return SatelliteState.from_times(scenario, scenario.times)
 
 
 def test_a_place_is_what_the_environment_has_there() -> None:
     scenario = Scenario.from_dict({"preset": "cubesat_6u", "duration": 1000.0})
     environment = Environment.from_scenario(scenario)
-    place = Place.at(scenario, scenario.times[::100])
+    place = SatelliteState.from_times(scenario, scenario.times[::100])
     for name, found in place._asdict().items():
         np.testing.assert_array_equal(found, getattr(environment, name)[::100])
 
 
-def test_nadir_is_the_radial_frame_of_brahe(at: Place) -> None:
+def test_nadir_is_the_radial_frame_of_brahe(at: SatelliteState) -> None:
     """z down, x along track, y against the orbit's normal: the frame called LVLH."""
     found = InitialConditions(pointing="nadir").attitude(at)
     for k in (0, 17, 300, 4000):
@@ -44,7 +44,7 @@ def test_nadir_is_the_radial_frame_of_brahe(at: Place) -> None:
 @pytest.mark.parametrize("clock", [0.0, 30.0, -170.0])
 @pytest.mark.parametrize("pointing", ["nadir", "velocity", "sun"])
 def test_the_axis_points_and_the_clock_angle_counts_from_the_nearest(
-    at: Place, pointing: str, axis: tuple[float, float, float], clock: float
+    at: SatelliteState, pointing: str, axis: tuple[float, float, float], clock: float
 ) -> None:
     law = InitialConditions(pointing=pointing, axis=axis, clock_deg=clock)
     normal = np.cross(at.position, at.velocity)
@@ -68,7 +68,7 @@ def test_the_axis_points_and_the_clock_angle_counts_from_the_nearest(
 
 
 @pytest.mark.parametrize("pointing", ["nadir", "velocity", "sun"])
-def test_the_rate_is_that_of_the_law(at: Place, pointing: str) -> None:
+def test_the_rate_is_that_of_the_law(at: SatelliteState, pointing: str) -> None:
     """Central differences of the attitude over 20 s; the Sun's degree a day is left out."""
     law = InitialConditions(pointing=pointing, axis=(0.6, 0.0, 0.8), clock_deg=25.0)
     C, rates = law.attitude(at), law.law_rate(at)
@@ -80,13 +80,13 @@ def test_the_rate_is_that_of_the_law(at: Place, pointing: str) -> None:
 def test_a_target_on_the_reference_of_the_clock_angle_is_refused() -> None:
     along = np.array([[0.0, 0.0, 1.0]])
     with pytest.raises(ValueError, match="parallel"):
-        pointed(np.eye(3)[2], along, -3.0 * along, 0.0)
+        compute_pointing_attitudes(np.eye(3)[2], along, -3.0 * along, 0.0)
     orbit = np.zeros(1), np.array([[7e6, 0.0, 0.0]]), np.array([[0.0, 7e3, 0.0]])
     with pytest.raises(InvalidValue, match=r"initial\.pointing = 'sun': expected.*parallel"):
-        InitialConditions(pointing="sun").attitude(Place(*orbit, along, np.array([True])))
+        InitialConditions(pointing="sun").attitude(SatelliteState(*orbit, along, np.array([True])))
 
 
-def test_a_fixed_attitude_is_the_same_in_both_words(at: Place) -> None:
+def test_a_fixed_attitude_is_the_same_in_both_words(at: SatelliteState) -> None:
     """The quaternion of (e, φ) takes the axes of GCRF to those of the body: 90 degrees about z."""
     half = np.sqrt(0.5)
     by_quaternion = InitialConditions(quaternion=(0.0, 0.0, half, half))

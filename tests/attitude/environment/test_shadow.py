@@ -8,9 +8,9 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT, EARTH_RADIUS, SUN_RADIUS
-from mgeo_attitude.environment.kepler import Elements, two_body
-from mgeo_attitude.environment.sun_moon import lit_fraction, sun_position
-from mgeo_attitude.environment.times import instants
+from mgeo_attitude.environment.kepler import Elements, propagate_two_body
+from mgeo_attitude.environment.sun_moon import sun_position, visible_sun_fraction
+from mgeo_attitude.environment.times import compute_julian_dates
 
 _SUN = np.array([[ASTRONOMICAL_UNIT, 0.0, 0.0]])
 
@@ -19,9 +19,9 @@ def test_transitions_of_the_paper_orbit() -> None:
     """Half the disc at t = 3877, 5843, 9869, 11835 s; 67.2 % of 12 000 s in sunlight."""
     angles = (math.radians(degrees) for degrees in (98.405, 230.297, 90.0, 305.0))
     times = np.arange(12000.0)
-    position, _ = two_body(Elements(7130982.0, 0.001111, *angles), times)
-    sun = sun_position(instants(datetime(2020, 6, 19, tzinfo=UTC), times))
-    fraction = lit_fraction(position, sun)
+    position, _ = propagate_two_body(Elements(7130982.0, 0.001111, *angles), times)
+    sun = sun_position(compute_julian_dates(datetime(2020, 6, 19, tzinfo=UTC), times))
+    fraction = visible_sun_fraction(position, sun)
     sunlit = fraction >= 0.5
     transitions = times[1:][np.diff(sunlit.astype(int)) != 0]
     np.testing.assert_allclose(transitions, [3877.0, 5843.0, 9869.0, 11835.0], atol=1.0)
@@ -53,7 +53,7 @@ def test_fraction_against_rays() -> None:
     """Through the penumbra of a low orbit, where the Earth's limb is nearly straight."""
     angles = math.pi - math.asin(EARTH_RADIUS / 7.1e6) + np.linspace(-0.007, 0.007, 15)
     position = 7.1e6 * np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
-    fraction = lit_fraction(position, np.repeat(_SUN, 15, axis=0))
+    fraction = visible_sun_fraction(position, np.repeat(_SUN, 15, axis=0))
     rays = [disc_by_rays(point, _SUN[0]) for point in position]
     np.testing.assert_allclose(fraction, rays, atol=4e-3)
     assert fraction.min() == 0.0
@@ -65,7 +65,7 @@ def test_on_the_axis_of_the_shadow() -> None:
     """Umbra behind the Earth, sunlight before it, a ring of Sun beyond the umbra's tip."""
     far = 2e9
     position = np.array([[-7e6, 0.0, 0.0], [7e6, 0.0, 0.0], [-far, 0.0, 0.0]])
-    fraction = lit_fraction(position, np.repeat(_SUN, 3, axis=0))
+    fraction = visible_sun_fraction(position, np.repeat(_SUN, 3, axis=0))
     ratio = math.asin(EARTH_RADIUS / far) / math.asin(SUN_RADIUS / (ASTRONOMICAL_UNIT + far))
     np.testing.assert_allclose(fraction, [0.0, 1.0, 1.0 - ratio**2], rtol=1e-9)
     assert ratio < 1.0
@@ -74,4 +74,4 @@ def test_on_the_axis_of_the_shadow() -> None:
 @pytest.mark.parametrize("radius", [6.3e6, 0.0, math.nan])
 def test_positions_inside_the_earth_are_refused(radius: float) -> None:
     with pytest.raises(ValueError, match="expected a satellite above the Earth's surface"):
-        lit_fraction(np.array([[radius, 0.0, 0.0]]), _SUN)
+        visible_sun_fraction(np.array([[radius, 0.0, 0.0]]), _SUN)

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT
 from mgeo_attitude.environment.sun_moon import sun_direction, sun_position
-from mgeo_attitude.environment.times import Instants, instants
+from mgeo_attitude.environment.times import JulianDates, compute_julian_dates
 
 
 def test_heliocentric_earth_of_sofa() -> None:
     day = np.array([53411.52501161])
-    sun = sun_position(Instants(2400000.5, ut=day, tt=day))
+    sun = sun_position(JulianDates(2400000.5, ut=day, tt=day))
     earth = [-0.7757238809297706813, 0.5598052241363340596, 0.2426998466481686993]
     np.testing.assert_allclose(-sun[0] / ASTRONOMICAL_UNIT, earth, rtol=0.0, atol=1e-14)
 
@@ -29,7 +29,7 @@ def test_direction_against_other_ephemerides(
     date: datetime, published: tuple[float, float, float]
 ) -> None:
     """Geocentric directions on which four ephemerides agree to 4e-6°."""
-    sun = sun_position(instants(date, [0.0]))
+    sun = sun_position(compute_julian_dates(date, [0.0]))
     direction = sun_direction(np.zeros((1, 3)), sun)[0]
     assert np.degrees(np.linalg.norm(np.cross(direction, published))) < 4e-6
     assert direction @ published > 0.0
@@ -37,9 +37,9 @@ def test_direction_against_other_ephemerides(
 
 def test_many_instants_are_those_of_each_alone() -> None:
     """Of so many the theory is evaluated at nodes."""
-    at = instants(datetime(2025, 3, 1, 12, tzinfo=UTC), np.linspace(0.0, 1e6, 25001))
+    at = compute_julian_dates(datetime(2025, 3, 1, 12, tzinfo=UTC), np.linspace(0.0, 1e6, 25001))
     some = np.arange(0, 25001, 500)
-    each = sun_position(Instants(at.midnight, at.ut[some], at.tt[some]))
+    each = sun_position(JulianDates(at.midnight, at.ut[some], at.tt[some]))
     error = sun_position(at)[some] - each
     assert np.abs(error).max() < 1e-12 * ASTRONOMICAL_UNIT
 

@@ -11,8 +11,8 @@ from datetime import UTC, datetime, timedelta
 import erfa
 import numpy as np
 import pytest
-from mgeo_attitude.environment.element_set import TLEOrbit, gcrs_of, teme_of
-from mgeo_attitude.environment.times import Instants, instants
+from mgeo_attitude.environment.element_set import TLEOrbit, compute_gcrs_states, compute_teme_states
+from mgeo_attitude.environment.times import JulianDates, compute_julian_dates
 from sgp4.api import Satrec
 
 VANGUARD_1 = (
@@ -29,10 +29,10 @@ def satellite(lines: tuple[str, str]) -> Satrec:
     return TLEOrbit(line1=lines[0], line2=lines[1]).satellite()
 
 
-def after_epoch(lines: tuple[str, str], minutes: list[float]) -> Instants:
+def after_epoch(lines: tuple[str, str], minutes: list[float]) -> JulianDates:
     year, day = 2000 + int(lines[0][18:20]), float(lines[0][20:32])
     epoch = datetime(year, 1, 1, tzinfo=UTC) + timedelta(days=day - 1.0)
-    return instants(epoch, 60.0 * np.array(minutes))
+    return compute_julian_dates(epoch, 60.0 * np.array(minutes))
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,9 @@ def test_teme_vectors_of_the_verification_output(
     position: list[list[float]],
     velocity: list[list[float]],
 ) -> None:
-    found_position, found_velocity = teme_of(satellite(lines), after_epoch(lines, minutes))
+    found_position, found_velocity = compute_teme_states(
+        satellite(lines), after_epoch(lines, minutes)
+    )
     np.testing.assert_allclose(found_position, 1e3 * np.array(position), rtol=0.0, atol=0.02)
     np.testing.assert_allclose(found_velocity, 1e3 * np.array(velocity), rtol=0.0, atol=2e-5)
 
@@ -81,7 +83,7 @@ def test_published_j2000_vector() -> None:
     """IAU 1976/1980 without pole corrections: its 0.05" make 2 m of the 10 000 km there."""
     at = after_epoch(VANGUARD_1, [4320.0])
     frame_bias, _, _ = erfa.bp06(at.midnight, at.tt[0])
-    position, velocity = gcrs_of(satellite(VANGUARD_1), at)
+    position, velocity = compute_gcrs_states(satellite(VANGUARD_1), at)
     j2000 = 1e3 * np.array([-9059.9413786, 4659.6972000, 813.9588875])
     assert np.linalg.norm(frame_bias @ position[0] - j2000) < 2.5
     j2000_velocity = 1e3 * np.array([-2.233348094, -4.110136162, -3.157394074])
@@ -92,7 +94,7 @@ def test_velocity_is_the_derivative_of_position_as_well_as_in_teme() -> None:
     """SGP4's own velocity is off by up to 0.4 m/s; turning both to GCRS must not add to it."""
     at = after_epoch(MOLNIYA_2_14, [120.0 - 1.0 / 60.0, 120.0, 120.0 + 1.0 / 60.0])
     errors = []
-    for propagate in (teme_of, gcrs_of):
+    for propagate in (compute_teme_states, compute_gcrs_states):
         position, velocity = propagate(satellite(MOLNIYA_2_14), at)
         errors.append(np.linalg.norm((position[2] - position[0]) / 2.0 - velocity[1]))
     assert errors[0] < 0.5

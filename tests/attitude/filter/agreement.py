@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude import evaluate, filter_history, reference_run
+from mgeo_attitude import evaluate, run_filter, run_reference_filter
 
 
 def designs(rng, n, max_duration=2000.0):
@@ -38,7 +38,7 @@ def assert_agrees(model, X):
     for x, t_end, trace, variances in zip(
         X, result.t_end, result.trace, result.variances, strict=True
     ):
-        history = reference_run(model, x)
+        history = run_reference_filter(model, x)
         assert t_end == history.t_end
         assert trace == pytest.approx(history.trace[-1], rel=1e-9)
         n = len(history.times)
@@ -48,7 +48,7 @@ def assert_agrees(model, X):
 
 def assert_same_history(model, x):
     """`filter_history` is `reference_run`'s, but for rounding."""
-    found, expected = filter_history(model, x), reference_run(model, x)
+    found, expected = run_filter(model, x), run_reference_filter(model, x)
     assert found.converged == expected.converged
     assert found.blocks == expected.blocks
     for name in ("times", "trace", "sigma", "attitude", "covariance"):

@@ -1,7 +1,7 @@
 """Path limits in NumPy, written apart from the code that serves kernel and arrays."""
 
 import numpy as np
-from mgeo_attitude.geometry.rotation import exponential
+from mgeo_attitude.geometry.rotation import exponential_map
 from mgeo_attitude.maneuvers.motion import Motion
 
 PARALLEL = 1e-6
@@ -11,7 +11,7 @@ def nearest(cone, turn, passage):
     before, after, radius_before, radius_after, appears = passage
     axis, sign = np.array(cone.axis), -1.0 if cone.inside else 1.0
     angle, moved = np.linalg.norm(turn, axis=1), after - before
-    started = np.einsum("ijk,i->kj", exponential(turn.T), axis)
+    started = np.einsum("ijk,i->kj", exponential_map(turn.T), axis)
     first, last = (
         sign * np.einsum("ki,ki->k", np.cross(turn, a), v) + sign * np.einsum("ki,ki->k", a, moved)
         for a, v in ((started, before), (np.broadcast_to(axis, turn.shape), after))
@@ -23,7 +23,7 @@ def nearest(cone, turn, passage):
     theta = np.where(within, left, np.where(begins, angle, 0.0))
     theta = theta / np.where(angle > 0.0, angle, 1.0)
     share = np.where(within, last, begins) / np.where(within, last - first, 1.0)
-    back = np.moveaxis(exponential((theta[:, None] * turn).T), -1, 0)
+    back = np.moveaxis(exponential_map((theta[:, None] * turn).T), -1, 0)
     seen = np.einsum("kij,kj->ki", back, after - share[:, None] * moved)
     length = np.linalg.norm(seen, axis=1, keepdims=True)
     radius = radius_after - share * (radius_after - radius_before)

@@ -4,14 +4,14 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter.codegen import CHECK, instrument_constants, step_parts
+from mgeo_attitude.filter.codegen import CHECK_PART, build_step_parts, compute_instrument_constants
 from mgeo_attitude.filter.layout import (
-    directions_of,
+    build_layout,
+    compute_transition_pattern,
     is_disc,
-    layout,
-    transition_pattern,
+    list_directions,
 )
-from mgeo_attitude.filter.reference import schmidt
+from mgeo_attitude.filter.reference import update_with_considered_states
 from scipy.linalg import block_diag
 
 from .suites import SUITES, every_suite
@@ -25,18 +25,18 @@ def test_generated_step_is_one_filter_step(name):
     """Equations (3) and (4) by dense algebra against the text's result."""
     suite, rng = SUITES[name], np.random.default_rng(0)
     gated = tuple(index == 0 for index in range(len(suite.sensors)))
-    at, n = layout(suite, gated), suite.n_states
+    at, n = build_layout(suite, gated), suite.n_states
     m, k = suite.n_dynamic, suite.n_kinematic
-    names, blind = directions_of(suite), []
-    parts, lanes = step_parts(suite, gated), 8
-    assert list(parts)[-1] == CHECK
+    names, blind = list_directions(suite), []
+    parts, lanes = build_step_parts(suite, gated), 8
+    assert list(parts)[-1] == CHECK_PART
     weights = rng.uniform(0.5, 2.0, n)
-    constants, step = np.append(instrument_constants(suite, STEP), weights), STEP
+    constants, step = np.append(compute_instrument_constants(suite, STEP), weights), STEP
     decays = [np.exp(-step / each.correlation_time) for each in suite.processes.values()]
     sigmas = [np.broadcast_to(each.sigma, 3) for each in suite.processes.values()]
     W = np.zeros((at.constants + len(constants), lanes))
     W[at.constants :] = constants[:, None]
-    pattern = transition_pattern(suite)
+    pattern = compute_transition_pattern(suite)
     expected = []
     for lane in range(lanes):
         root = rng.standard_normal((n, n))
@@ -59,17 +59,17 @@ def test_generated_step_is_one_filter_step(name):
         W[at.attitude : at.monitors, lane] = C.ravel()
         W[at.rotation : at.F, lane] = dC.ravel()
         W[at.F : at.Q, lane] = [F[i, j] for i, j in pattern]
-        W[at.Q : at.turn, lane] = Q[np.tril_indices(k)]
+        W[at.Q : at.axis_angle, lane] = Q[np.tril_indices(k)]
         omega = rng.standard_normal(3)
-        W[at.rate : at.omega, lane] = rate**2
-        W[at.omega : at.trace, lane] = omega[: at.trace - at.omega]
+        W[at.squared_rate : at.body_rate, lane] = rate**2
+        W[at.body_rate : at.trace, lane] = omega[: at.trace - at.body_rate]
         views = [
             number
             for name, vector in seen.items()
             for number in (*vector, *([np.cos(limb), np.sin(limb)] if is_disc(name) else []))
         ]
         follows = rng.standard_normal(len(suite.influence_keys))
-        W[at.given : at.constants, lane] = [*references.ravel(), *views, *follows, gate]
+        W[at.table : at.constants, lane] = [*references.ravel(), *views, *follows, gate]
         for columns, value in zip(suite.following, follows, strict=False):
             F[:3, columns] *= value
 
@@ -80,15 +80,17 @@ def test_generated_step_is_one_filter_step(name):
             hidden = rate > sensor.max_rate()
             for view in sensor.views():
                 looked_at = dC @ C @ seen[view.direction] if view.direction else v
-                angle = np.arccos(np.clip(looked_at @ view.axis, -1.0, 1.0)) - limb * view.disc
-                hidden |= (angle > view.half_angle) == view.inside
+                angle = np.arccos(np.clip(looked_at @ view.axis, -1.0, 1.0)) - limb * view.is_disc
+                hidden |= (angle > view.half_angle) == view.keep_in
             blind.append(hidden)
             if (index == 0 and not gate) or hidden:
                 continue
             gradient = references[suite.gradient_rows(index)] @ (dC @ C).T
             own = follows[suite.influence_columns(sensor)]
             H = suite.measurement_matrix(sensor, v, dC @ C, gradient, omega, own)
-            P = schmidt(P, H, np.diag(np.square(sensor.noise())), suite.considered)
+            P = update_with_considered_states(
+                P, H, np.diag(np.square(sensor.noise())), suite.considered
+            )
         expected.append((P, dC @ C, weights @ np.diag(P)))
     if names:
         assert len(set(blind[::2])) == 2  # the tracker sees in some lanes

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, evaluate
-from mgeo_attitude.filter.kernel import lanes, load_driver
+from mgeo_attitude.filter.kernel import count_lanes, load_driver
 from mgeo_attitude.filter.reference import has_converged
 
 from ...three import three
@@ -38,7 +38,7 @@ def cubesat():
 @pytest.mark.parametrize("allow_rise", [False, True])
 def test_only_a_trace_that_fell_by_little_has_converged(window, converged, allow_rise):
     expected = converged or (allow_rise and window[-1] > window[0])
-    recent = np.zeros((4, lanes()))
+    recent = np.zeros((4, count_lanes()))
     recent[:, 1] = np.roll(window, 2)  # a ring, whose last entry is at 1
     assert load_driver().converged(recent, 1, 1, WINDOW, DECREASE, allow_rise) == expected
     assert has_converged(window[0], window[-1], DECREASE, allow_rise) == expected
@@ -46,7 +46,7 @@ def test_only_a_trace_that_fell_by_little_has_converged(window, converged, allow
 
 def test_a_run_without_result_ends():
     """Of a covariance that has broken down nothing better is to come."""
-    recent = np.full((4, lanes()), np.nan)
+    recent = np.full((4, count_lanes()), np.nan)
     assert load_driver().converged(recent, 0, 0, WINDOW, DECREASE, False)
 
 

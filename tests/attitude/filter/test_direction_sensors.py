@@ -15,7 +15,7 @@ from mgeo_attitude import (
     TwoAxisSunSensor,
 )
 from mgeo_attitude.filter.history import can_measure
-from mgeo_attitude.geometry.rotation import skew, tangents
+from mgeo_attitude.geometry.rotation import skew, tangent_vectors
 from mgeo_attitude.sensors.world import POSITION_UNIT
 from scipy.spatial.transform import Rotation
 
@@ -30,7 +30,7 @@ def test_tangents_are_a_right_handed_frame_with_every_vector():
     """Also with those along an axis, and nearly so."""
     v = np.vstack([V, np.eye(3), -np.eye(3), [[1e-9, -1e-9, -1.0]]])
     v /= np.linalg.norm(v, axis=1)[:, None]
-    frames = np.stack([*tangents(v), v], axis=1)
+    frames = np.stack([*tangent_vectors(v), v], axis=1)
     np.testing.assert_allclose(
         frames @ frames.swapaxes(1, 2), np.tile(np.eye(3), (27, 1, 1)), atol=1e-15
     )
@@ -43,7 +43,7 @@ def test_a_sample_tells_nothing_along_the_direction(kind):
     sensor = kind(noise_deg=0.3)
     r = np.array(sensor.noise())
     assert r.shape == (2,)
-    H = Suite(Gyro(), (sensor,)).measurement_matrix(sensor, V, gradient=tangents(V))
+    H = Suite(Gyro(), (sensor,)).measurement_matrix(sensor, V, gradient=tangent_vectors(V))
     information = np.einsum("kmi,kmj->kij", H / r[0], H / r[0])
     across = (np.eye(3) - V[:, :, None] * V[:, None]) / r[0] ** 2
     attitude, mount, bias = (slice(i, i + 3) for i in (0, 6, 9))
@@ -87,7 +87,7 @@ def test_the_sun_and_an_earth_out_of_sight_blind_it():
     attitude = Rotation.random(len(model.times), random_state=4).as_matrix()
     seen = can_measure(model, 0, attitude, np.zeros((model.n_steps, 3)))
     z = attitude[:, 2]
-    sun, _ = model.direction("sun")
+    sun, _ = model.select_direction("sun")
     to_sun = np.degrees(np.arccos(np.einsum("ki,ki->k", z, sun)))
     to_nadir = np.degrees(np.arccos(np.einsum("ki,ki->k", z, model.references[:, 0])))
     dark = ~sun.any(axis=1)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter.discretization import discretize, turn
+from mgeo_attitude.filter.discretization import compute_step_rotation, discretize
 from scipy.integrate import quad_vec
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
@@ -45,11 +45,14 @@ def test_process_noise_against_quadrature():
 def test_turn_is_a_rotation_by_minus_omega_dt(rate):
     omega, dt = rate * np.array([0.36, -0.48, 0.8]), 1.0
     np.testing.assert_allclose(
-        turn(omega, dt), Rotation.from_rotvec(-omega * dt).as_matrix(), rtol=0, atol=1e-15
+        compute_step_rotation(omega, dt),
+        Rotation.from_rotvec(-omega * dt).as_matrix(),
+        rtol=0,
+        atol=1e-15,
     )
 
 
 def test_turned_vector_moves_as_seen_from_a_body_that_rotates():
     """A star straight ahead on body x moves towards -y when the body turns about +z."""
-    seen = turn(np.array([0.0, 0.0, 0.01]), 1.0) @ np.array([1.0, 0.0, 0.0])
+    seen = compute_step_rotation(np.array([0.0, 0.0, 0.01]), 1.0) @ np.array([1.0, 0.0, 0.0])
     assert seen[1] == pytest.approx(-0.01, rel=1e-4)

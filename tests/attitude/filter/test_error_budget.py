@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import FilterModel, Scenario, filter_history
-from mgeo_attitude.filter.error_budget import error_budget
-from mgeo_attitude.filter.history import measurements
-from mgeo_attitude.filter.reference import van_loan
+from mgeo_attitude import FilterModel, Scenario, run_filter
+from mgeo_attitude.filter.error_budget import compute_error_budget
+from mgeo_attitude.filter.history import build_measurement_model
+from mgeo_attitude.filter.reference import discretize_van_loan
 from mgeo_attitude.maneuvers.motion import Motion
 
 from .suites import SUITES
@@ -23,13 +23,13 @@ def model(request):
     scenario = dataclasses.replace(
         Scenario.paper(), duration=800.0, step=4.0, gyro=suite.gyro, sensors=suite.sensors
     )
-    return FilterModel.from_scenario(scenario).endless
+    return FilterModel.from_scenario(scenario).full_duration_model
 
 
 def alone(model, design, last):
     """Diagonals at the end of every source's own covariance, all with the filter's gains."""
     motion = Motion.of(model, design, model.n_steps)
-    H, R, seen = measurements(model, motion.attitude, motion.rates)
+    H, R, seen = build_measurement_model(model, motion.attitude, motion.rates)
     suite, n = model.suite, model.suite.n_states
     counts = [len(sensor.noise()) for sensor in suite.sensors]
     rows = np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
@@ -44,10 +44,12 @@ def alone(model, design, last):
     total = start
     for k in range(1, last + 1):
         rate = motion.rates[k - 1]
-        F, Q = van_loan(model, rate)
+        F, Q = discretize_van_loan(model, rate)
         parts, total = F @ parts @ F.T, F @ total @ F.T + Q
         for i, own in enumerate(driven):
-            parts[n // 3 + i] += van_loan(_Driven(model, np.where(own, density, 0.0)), rate)[1]
+            parts[n // 3 + i] += discretize_van_loan(
+                _Driven(model, np.where(own, density, 0.0)), rate
+            )[1]
         for i, own in enumerate(rows):
             if not seen[k, own].any():
                 continue
@@ -75,7 +77,7 @@ class _Driven:
 
 @pytest.mark.cases(1)
 def test_every_part_is_what_its_source_causes_alone(model):
-    found = error_budget(model, DESIGN, END)
+    found = compute_error_budget(model, DESIGN, END)
     expected = alone(model, DESIGN, round(END / model.step))
     assert found.variances.shape == expected.shape
     whole = expected.sum(axis=0)
@@ -85,11 +87,11 @@ def test_every_part_is_what_its_source_causes_alone(model):
 
 @pytest.mark.cases(1)
 def test_parts_add_up_to_the_kernels_variances(model):
-    known = filter_history(model, DESIGN)
-    whole = error_budget(model, DESIGN, known.t_end).variances.sum(axis=0)
+    known = run_filter(model, DESIGN)
+    whole = compute_error_budget(model, DESIGN, known.t_end).variances.sum(axis=0)
     np.testing.assert_allclose(whole, np.diag(known.covariance), rtol=1e-9)
     (at,) = np.flatnonzero(known.times == END)
-    whole = error_budget(model, DESIGN, END).variances.sum(axis=0)
+    whole = compute_error_budget(model, DESIGN, END).variances.sum(axis=0)
     np.testing.assert_allclose(whole, known.sigma[at] ** 2, rtol=1e-9)
 
 
@@ -99,9 +101,9 @@ def test_correlated_initial_errors_are_one_source():
     )
     correlation = np.eye(18)
     correlation[0, 6] = correlation[6, 0] = 0.5
-    model = dataclasses.replace(paper, initial_correlation=correlation).endless
-    found = error_budget(model, DESIGN, END)
-    known = filter_history(model, DESIGN)
+    model = dataclasses.replace(paper, initial_correlation=correlation).full_duration_model
+    found = compute_error_budget(model, DESIGN, END)
+    known = run_filter(model, DESIGN)
     (at,) = np.flatnonzero(known.times == END)
     assert found.sources[0] == "initial errors, correlated"
     np.testing.assert_allclose(found.variances.sum(axis=0), known.sigma[at] ** 2, rtol=1e-9)

@@ -6,7 +6,7 @@ import numpy as np
 import pydantic.dataclasses
 import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Scenario, Sensor, evaluate
-from mgeo_attitude.filter.evaluator import available_threads
+from mgeo_attitude.filter.evaluator import count_available_threads
 from mgeo_attitude.geometry import vector
 from mgeo_attitude.maneuvers.drives import SlewLimits
 
@@ -117,6 +117,6 @@ def test_threads_are_limited_by_the_variable_that_joblib_sets(monkeypatch):
     monkeypatch.setattr("os.sched_getaffinity", lambda pid: set(range(8)), raising=False)
     for limit, threads in (("3", 3), ("16", 8), ("0", 1), ("", 8), ("many", 8)):
         monkeypatch.setenv("NUMBA_NUM_THREADS", limit)
-        assert available_threads() == threads
+        assert count_available_threads() == threads
     monkeypatch.delenv("NUMBA_NUM_THREADS")
-    assert available_threads() == 8
+    assert count_available_threads() == 8

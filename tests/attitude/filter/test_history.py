@@ -3,7 +3,7 @@
 import dataclasses
 
 import numpy as np
-from mgeo_attitude import FilterModel, agreement, evaluate, filter_history
+from mgeo_attitude import FilterModel, compare_filters, evaluate, run_filter
 from mgeo_attitude.scenario import Convergence
 
 from .agreement import assert_same_history, designs
@@ -13,7 +13,7 @@ def test_a_run_that_does_not_converge_says_so(short):
     model = FilterModel.from_scenario(
         dataclasses.replace(short, convergence=Convergence(window=short.duration))
     )
-    history = filter_history(model, [0.1] * 12)
+    history = run_filter(model, [0.1] * 12)
     assert not history.converged
     assert history.t_end == short.duration
     assert_same_history(model, [0.1] * 12)
@@ -23,10 +23,10 @@ def test_filters_of_other_models_do_not_agree(short, monkeypatch):
     """What `agreement` finds is real: another noise is another covariance, and another end."""
     model = FilterModel.from_scenario(short)
     X = designs(np.random.default_rng(6), 2, 300.0)
-    found = agreement(model, X)
-    assert found.same_end
-    assert found.difference < 1e-9
-    assert found.samples > 2 * 60
+    found = compare_filters(model, X)
+    assert found.has_equal_ends
+    assert found.max_difference < 1e-9
+    assert found.n_samples > 2 * 60
     noisy = dataclasses.replace(
         short.gyro,
         angle_random_walk_deg_per_sqrt_h=9.0 * short.gyro.angle_random_walk_deg_per_sqrt_h,
@@ -35,6 +35,6 @@ def test_filters_of_other_models_do_not_agree(short, monkeypatch):
     monkeypatch.setattr(
         "mgeo_attitude.filter.reference.evaluate", lambda _, *a, **k: evaluate(other, *a, **k)
     )
-    found = agreement(model, X)
-    assert not found.same_end
-    assert found.difference > 0.01
+    found = compare_filters(model, X)
+    assert not found.has_equal_ends
+    assert found.max_difference > 0.01

@@ -10,7 +10,7 @@ from mgeo_attitude import (
     FilterModel,
     Influence,
     Magnetometer,
-    NoLimit,
+    NoLowerBoundError,
     Scenario,
     evaluate,
     limit,
@@ -67,8 +67,8 @@ def test_the_gyro_counts_the_mean_of_a_step_and_a_sensor_its_sample():
     of = scenario((Influence("current", 0.01, "A", 0.1),), (Influence("current", 300.0, "A", 0.1),))
     model = FilterModel.from_scenario(of)
     u = model.channels["current"] - 0.1
-    np.testing.assert_array_equal(model.influences[:, 1], u)
-    np.testing.assert_allclose(model.influences[1:, 0], 0.5 * (u[1:] + u[:-1]), atol=1e-15)
+    np.testing.assert_array_equal(model.sensitivity_factors[:, 1], u)
+    np.testing.assert_allclose(model.sensitivity_factors[1:, 0], 0.5 * (u[1:] + u[:-1]), atol=1e-15)
 
 
 @pytest.mark.slow
@@ -80,7 +80,7 @@ def test_a_channel_that_rests_cannot_be_told_from_the_bias():
         scenario(mag=(Influence("temp", sigma, "degC", 20.0),)), channels=(still,)
     )
     model = FilterModel.from_scenario(of)
-    P = evaluate(model.endless, DESIGN, covariance=True).covariance[0]
+    P = evaluate(model.full_duration_model, DESIGN, covariance=True).covariance[0]
     bias, per = (3 * model.suite.blocks.index(f"mag.{b}") for b in ("bias", "bias_per_temp"))
     half = model.initial_sigma[bias] ** 2 / 2.0
     both = P[bias, bias] + 2.0 * P[bias, per] + P[per, per]
@@ -96,7 +96,9 @@ def test_a_sensors_influence_has_a_limit_and_the_gyros_says_why_not():
     X[:, 3::4] = 300.0
     found = evaluate(FilterModel.from_scenario(of), X)
     assert (found.trace > np.interp(found.t_end, bound.times, bound.trace)).all()
-    with pytest.raises(NoLimit, match=r"gyro\.influences: no lower bound .* effect of temp"):
+    with pytest.raises(
+        NoLowerBoundError, match=r"gyro\.influences: no lower bound .* effect of temp"
+    ):
         limit(scenario((Influence("temp", 1e-3),)))
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mgeo_attitude.filter.jobs import shared
+from mgeo_attitude.filter.jobs import build_shared_jobs
 from mgeo_attitude.maneuvers.schedule import decode, maneuver_steps
 
 
@@ -16,11 +16,13 @@ def steps_of(rates, starts, n_steps):
 def check(X, n_steps):
     rates, durations = decode(X)
     starts, over = maneuver_steps(durations, 1.0)
-    jobs = shared(rates, starts, over, n_steps, np.zeros(len(rates), dtype=np.int64))
+    jobs = build_shared_jobs(rates, starts, over, n_steps, np.zeros(len(rates), dtype=np.int64))
     written = [steps_of(r, s, n_steps) for r, s in zip(rates, starts, strict=True)]
     leaves = jobs.design[jobs.end < 0]
-    assert sorted(leaves) == sorted(set(jobs.twin))  # every design is run once, or its twin is
-    for i, twin in enumerate(jobs.twin):
+    assert sorted(leaves) == sorted(
+        set(jobs.representative)
+    )  # every design is run once, or its twin is
+    for i, twin in enumerate(jobs.representative):
         assert written[i] == written[twin]
         assert over[i] == over[twin]
     for job in np.flatnonzero(jobs.end < 0):
@@ -92,14 +94,14 @@ def test_variants_of_the_model_share_nothing():
     variants = np.array([0, 1, 2] * 3)
     rates, durations = decode(X)
     given = rates, *maneuver_steps(durations, 1.0)
-    jobs = shared(*given, 400, variants)
+    jobs = build_shared_jobs(*given, 400, variants)
     apart = 0
     for k in range(3):
         mine = variants == k
-        own = shared(*(part[mine] for part in given), 400, np.full(mine.sum(), k))
+        own = build_shared_jobs(*(part[mine] for part in given), 400, np.full(mine.sum(), k))
         apart += len(own.design)
     assert len(jobs.design) == apart
     for job, parent in enumerate(jobs.parent):
         own = variants[jobs.design[job]]
         assert parent == -1 - own if parent < 0 else variants[jobs.design[parent]] == own
-    assert (variants[jobs.twin] == variants).all()
+    assert (variants[jobs.representative] == variants).all()

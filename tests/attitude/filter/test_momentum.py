@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate
-from mgeo_attitude.criteria.constraints import constraints
+from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.environment.constants import EARTH_MU
-from mgeo_attitude.filter.wheel_load import gravity_gradient, wheel_loads
+from mgeo_attitude.filter.wheel_load import compute_gravity_gradient, compute_wheel_loads
 from mgeo_attitude.maneuvers.motion import attitudes
 from mgeo_attitude.maneuvers.schedule import schedule
 from mgeo_attitude.scenario import Coils, Convergence, InitialConditions, ManeuverLimits, Wheels
@@ -51,7 +51,9 @@ def scenario(maneuvers=None, initial=None, coils=None, **wheels):
 
 def torque(inertia, position):
     out = np.empty(3)
-    gravity_gradient(np.asarray(inertia, dtype=float), np.asarray(position, dtype=float), out)
+    compute_gravity_gradient(
+        np.asarray(inertia, dtype=float), np.asarray(position, dtype=float), out
+    )
     return out
 
 
@@ -179,7 +181,9 @@ def test_compiled_loads_are_those_of_slow_sums(maneuvers, initial, wheels):
     expected = [loads(given, x, end) for x, end in zip(X, ends, strict=True)]
     np.testing.assert_allclose(result.wheel_load, expected, rtol=1e-9)
     for threads in (1, 5):
-        again = wheel_loads(model.budget, model.schedule(X), ends, model.step, threads)
+        again = compute_wheel_loads(
+            model.momentum_budget, model.build_schedule(X), ends, model.step, threads
+        )
         np.testing.assert_array_equal(again, result.wheel_load)
 
 
@@ -191,10 +195,12 @@ def test_momentum_at_rest_is_the_integral_of_a_constant_torque():
     n = model.n_steps + 1
     position, field = np.array([4e6, -3e6, 5e6]), np.array([2e-5, -1e-5, 3e-5])
     budget = dataclasses.replace(
-        model.budget, position=np.tile(position, (n, 1)), field=np.tile(field, (n, 1))
+        model.momentum_budget, position=np.tile(position, (n, 1)), field=np.tile(field, (n, 1))
     )
     T = torque(given.wheels.matrix(), position) + np.cross([0.01, -0.02, 0.005], field)
-    found = wheel_loads(budget, model.schedule(np.zeros((1, 12))), np.array([900]), 1.0, 1)[0]
+    found = compute_wheel_loads(
+        budget, model.build_schedule(np.zeros((1, 12))), np.array([900]), 1.0, 1
+    )[0]
     assert found[0] == pytest.approx(
         np.max([1e-3, 2e-3, 3e-3] + 2.0 * np.abs(T) * 900.0), rel=1e-12
     )
@@ -209,14 +215,14 @@ def test_coils_unload_what_is_across_the_field():
     given = scenario(None, None, strong, **quiet, **axes, initial_momentum=(1e-3, 2e-3, 0.0))
     model = FilterModel.from_scenario(given)
     field = np.tile([0.0, 4e-5, 0.0], (model.n_steps + 1, 1))
-    budget = dataclasses.replace(model.budget, field=field @ model.initial_attitude)
-    still = model.schedule(np.zeros((1, 12)))
+    budget = dataclasses.replace(model.momentum_budget, field=field @ model.initial_attitude)
+    still = model.build_schedule(np.zeros((1, 12)))
     for after in (0, 10, 50):
-        found = wheel_loads(budget, still, np.array([900]), 1.0, 1, after)[0]
+        found = compute_wheel_loads(budget, still, np.array([900]), 1.0, 1, after)[0]
         assert found[0] == pytest.approx(2e-3, rel=1e-12)  # about y, along the field
         assert found[1] == pytest.approx(1e-3 / 20.0 * 0.95**after, rel=1e-9)  # what x gives
     weak = dataclasses.replace(budget, coils=np.full(3, 0.01))
-    found = wheel_loads(weak, still, np.array([900]), 1.0, 1)[0]
+    found = compute_wheel_loads(weak, still, np.array([900]), 1.0, 1)[0]
     assert found[1] == pytest.approx(0.01 * 4e-5, rel=1e-12)  # at its most
 
 
@@ -238,12 +244,12 @@ def momentum_along_x():
 def test_a_turn_across_the_momentum_brings_it_to_every_axis():
     """H along x, turning about z at w: its components go round, and the torque is w H."""
     model, w = momentum_along_x(), np.radians(1.0)
-    budget, plan = model.budget, model.schedule([[0.0, 0.0, 1.0, 2000.0]])
-    found = wheel_loads(budget, plan, np.array([90]), 1.0, 1)[0]
+    budget, plan = model.momentum_budget, model.build_schedule([[0.0, 0.0, 1.0, 2000.0]])
+    found = compute_wheel_loads(budget, plan, np.array([90]), 1.0, 1)[0]
     assert found[0] == pytest.approx(2e-3, rel=1e-12)
     assert found[1] == pytest.approx(2e-3 * w, rel=1e-9)
     turned = Rotation.from_rotvec([0.0, 0.0, -w * 30.0]).apply([2e-3, 0.0, 0.0])
-    part = wheel_loads(budget, plan, np.array([30]), 1.0, 1)[0]
+    part = compute_wheel_loads(budget, plan, np.array([30]), 1.0, 1)[0]
     assert part[0] == pytest.approx(max(2e-3, np.abs(turned).max(), 0.05 * w), rel=1e-12)
 
 
@@ -251,24 +257,24 @@ def test_loads_from_a_step_on_are_those_of_the_rest():
     """The greatest of a part and of what follows is the greatest of all."""
     model = FilterModel.from_scenario(scenario(None, SPINNING))
     X = designs(np.random.default_rng(8), 5, max_duration=300.0)
-    plan, ends = model.schedule(X), np.full(5, 900)
-    whole = wheel_loads(model.budget, plan, ends, 1.0, 1)
+    plan, ends = model.build_schedule(X), np.full(5, 900)
+    whole = compute_wheel_loads(model.momentum_budget, plan, ends, 1.0, 1)
     for k in (1, 137, 500, 899):
-        before = wheel_loads(model.budget, plan, np.full(5, k), 1.0, 1)
-        after = wheel_loads(model.budget, plan, ends, 1.0, 1, k)
+        before = compute_wheel_loads(model.momentum_budget, plan, np.full(5, k), 1.0, 1)
+        after = compute_wheel_loads(model.momentum_budget, plan, ends, 1.0, 1, k)
         np.testing.assert_array_equal(np.maximum(before, after), whole)
         assert (after < whole).any() or k < 500
 
 
 def test_both_are_constraints_in_their_units():
     given = scenario(max_momentum=2.5e-3)
-    entries = {entry.label: entry for entry in constraints(given)}
+    entries = {entry.label: entry for entry in list_constraints(given)}
     assert [*entries] == ["wheel momentum", "wheel torque"]
     model = FilterModel.from_scenario(given)
     X = designs(np.random.default_rng(5), 6, max_duration=200.0)
     result = evaluate(model, X)
     for column, (label, bound) in enumerate((("wheel momentum", 2.5e-3), ("wheel torque", 1e-4))):
-        found = entries[label].excesses(result).max(axis=0)
+        found = entries[label].compute_violations(result).max(axis=0)
         np.testing.assert_allclose(found, result.wheel_load[:, column] / bound - 1.0, rtol=1e-12)
         violated = found > 0.0
         assert violated.any() == (column == 0)  # ramps leave 40 % of the torque for the rest
@@ -285,12 +291,12 @@ def test_without_a_budget_four_wheels_share_the_momentum_by_their_allocation(all
         allocation=allocation,
     )
     model = FilterModel.from_scenario(given)
-    assert model.budget is None
+    assert model.momentum_budget is None
     X = designs(np.random.default_rng(5), 4, max_duration=300.0)
-    (entry,) = constraints(given)
+    (entry,) = list_constraints(given)
     W = ALLOCATIONS[allocation](given.wheels.spin_axes())
     result = evaluate(model, X)
-    for found, x in zip(entry.excesses(result).max(axis=0), X, strict=True):
+    for found, x in zip(entry.compute_violations(result).max(axis=0), X, strict=True):
         plan = schedule(x[None], model.step, model.slew_limits, model.n_steps)
         ends = plan.end_rates[0][plan.flown()[0]]
         expected = np.abs(ends @ given.wheels.matrix() @ W.T).max()

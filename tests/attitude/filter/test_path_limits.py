@@ -9,11 +9,11 @@ from mgeo_attitude import (
     FilterModel,
     Scenario,
     evaluate,
-    reference_run,
+    run_reference_filter,
 )
-from mgeo_attitude.criteria.constraints import constraints
-from mgeo_attitude.environment.directions import DIRECTIONS, Cone, Passage, Place
-from mgeo_attitude.filter.path_limits import excess
+from mgeo_attitude.criteria.constraints import list_constraints
+from mgeo_attitude.environment.directions import DIRECTIONS, Cone, DirectionMotion, SatelliteState
+from mgeo_attitude.filter.path_limits import compute_violation
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence, InitialConditions, PathLimit
 from scipy.spatial.transform import Rotation
@@ -52,8 +52,8 @@ def test_the_margin_is_how_far_turns_of_one_sigma_move_the_sun():
         one_direction = np.outer(turn, turn)[None]
         turned = Rotation.from_rotvec(-turn).as_matrix() @ v
         change = np.arccos(turned @ axis) - np.arccos(v @ axis)
-        found = excess(about(axis), 1.0, *at_rest(v[None]), one_direction)[0]
-        sigma = found - excess(about(axis), 0.0, *at_rest(v[None]), one_direction)[0]
+        found = compute_violation(about(axis), 1.0, *at_rest(v[None]), one_direction)[0]
+        sigma = found - compute_violation(about(axis), 0.0, *at_rest(v[None]), one_direction)[0]
         assert sigma == pytest.approx(abs(change), rel=1e-4, abs=1e-12)
 
 
@@ -65,15 +65,15 @@ def at_rest(directions, radius=0.0):
     """Turns and passages of directions that stay where they are."""
     radii = np.full(len(directions), radius)
     seen = np.zeros(len(directions), dtype=bool)
-    return np.zeros_like(directions), Passage(directions, directions, radii, radii, seen)
+    return np.zeros_like(directions), DirectionMotion(directions, directions, radii, radii, seen)
 
 
 def test_parallel_takes_the_largest_sigma_across_the_axis():
     axis, sun = np.array([0.0, 0.0, 1.0]), np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
     P = np.diag([0.01, 0.04, 9.0])  # turns about the axis itself change no angle
-    found = excess(about(axis), 3.0, *at_rest(sun), np.array([P, P]))
+    found = compute_violation(about(axis), 3.0, *at_rest(sun), np.array([P, P]))
     np.testing.assert_allclose(found, [0.6, 0.6 - np.pi], rtol=1e-12)
-    found = excess(about(axis, inside=True), 3.0, *at_rest(sun, 0.2), np.array([P, P]))
+    found = compute_violation(about(axis, inside=True), 3.0, *at_rest(sun, 0.2), np.array([P, P]))
     np.testing.assert_allclose(found, [0.4, np.pi + 0.4], rtol=1e-12)
 
 
@@ -96,16 +96,16 @@ def test_the_excess_is_that_of_other_formulas(sigmas, inside, radius):
     start = radius and radius + 1e-3
     appears = np.arange(len(sun)) % 6 == 2  # of those that hardly move
     radii = np.where(appears, radius, start), np.full(len(sun), radius)
-    passage = Passage(before, sun, *radii, appears)
+    passage = DirectionMotion(before, sun, *radii, appears)
     P, cone = 0.01 * covariances(rng, len(sun)), about(axis, inside)
     expected = plain.excess(cone, sigmas, turn, passage, P)
     stays = passage._replace(appears=np.zeros(len(sun), dtype=bool))
     assert (plain.excess(cone, sigmas, turn, stays, P) < expected - 1e-3).any()
     # the chord that a direction moves along is lengthened to the arc, to second order
-    found = excess(cone, sigmas, turn, passage, P)
+    found = compute_violation(cone, sigmas, turn, passage, P)
     np.testing.assert_allclose(found, expected, rtol=0, atol=2e-9)
-    dark = Passage(*np.zeros((2, 1, 3)), *np.zeros((2, 1)), np.zeros(1, dtype=bool))
-    assert excess(cone, sigmas, turn[:1], dark, P[:1]) == -np.inf
+    dark = DirectionMotion(*np.zeros((2, 1, 3)), *np.zeros((2, 1)), np.zeros(1, dtype=bool))
+    assert compute_violation(cone, sigmas, turn[:1], dark, P[:1]) == -np.inf
 
 
 @pytest.fixture(scope="module")
@@ -146,11 +146,11 @@ def test_kernel_keeps_the_limits_that_the_reference_keeps(watched):
     assert not sun[0].any()
     assert sun[-1].any()
     result = evaluate(model, X)
-    expected = np.array([plain.path_angles(model, reference_run(model, x), x) for x in X])
+    expected = np.array([plain.path_angles(model, run_reference_filter(model, x), x) for x in X])
     np.testing.assert_allclose(result.path_angle, expected, rtol=0, atol=1e-9)
     assert (result.path_angle[:, 1] < result.path_angle[:, 2] - 1e-3).any()
-    asked = constraints(scenario(*model.path_limits))
-    G = np.column_stack([entry.excesses(result).max(axis=0) for entry in asked])
+    asked = list_constraints(scenario(*model.path_limits))
+    G = np.column_stack([entry.compute_violations(result).max(axis=0) for entry in asked])
     keep_in = np.array([limit.keep_in for limit in model.path_limits])
     half = np.radians([limit.half_angle_deg for limit in model.path_limits])
     share = result.path_angle / half
@@ -167,10 +167,10 @@ def flown_densely(problem, x):
 
     What is unknown of the attitude stays the same in inertial axes throughout a step.
     """
-    run, model, step = reference_run(problem.model, x), problem.model, problem.model.step
+    run, model, step = run_reference_filter(problem.model, x), problem.model, problem.model.step
     n, part = len(run.times) - 1, np.linspace(0.0, step, DENSE)
-    at = Place.at(problem.scenario, (run.times[:-1, None] + part).ravel())
-    at = at if problem.scenario.eclipse else at.without_shadow()
+    at = SatelliteState.from_times(problem.scenario, (run.times[:-1, None] + part).ravel())
+    at = at if problem.scenario.eclipse else at.without_eclipses()
 
     def turned(times):
         rotations = Rotation.from_rotvec(
@@ -180,7 +180,7 @@ def flown_densely(problem, x):
 
     attitude = turned(-part[:, None]) @ np.repeat(run.attitude[:-1], DENSE, axis=0)
     back = turned(step - part[:, None])
-    P = back @ np.repeat(run.predicted_attitude[1:], DENSE, axis=0) @ back.swapaxes(1, 2)
+    P = back @ np.repeat(run.predicted_attitude_covariance[1:], DENSE, axis=0) @ back.swapaxes(1, 2)
     return at, attitude, P
 
 

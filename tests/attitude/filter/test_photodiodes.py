@@ -8,14 +8,14 @@ import pytest
 from mgeo_attitude import (
     Gyro,
     Magnetometer,
-    NoLimit,
+    NoLowerBoundError,
     Photodiode,
     Scenario,
     Suite,
     World,
     limit,
 )
-from mgeo_attitude.bound.faces import together
+from mgeo_attitude.bound.faces import bound_joint_information
 from scipy.spatial.transform import Rotation
 
 V = Rotation.random(20, random_state=1).as_matrix()[:, 0]
@@ -123,8 +123,8 @@ def test_all_faces_together_tell_no_more_than_the_bound_says():
         row[s @ n < np.cos(np.radians(diode.half_angle_deg))] = 0.0
         J += row[:, :, None] * row[:, None]
     most = np.linalg.eigvalsh(J)[:, -1].max()
-    assert most < together(diodes) < 1.15 * most
-    assert 1.0 < together(cube(relative_noise=1.0)) < 1.06
+    assert most < bound_joint_information(diodes) < 1.15 * most
+    assert 1.0 < bound_joint_information(cube(relative_noise=1.0)) < 1.06
 
 
 @pytest.mark.parametrize(
@@ -135,5 +135,5 @@ def test_all_faces_together_tell_no_more_than_the_bound_says():
     ],
 )
 def test_where_there_is_no_limit_it_says_why(keys, world, message):
-    with pytest.raises(NoLimit, match=message):
+    with pytest.raises(NoLowerBoundError, match=message):
         limit(scenario(*cube(**keys), Magnetometer(), world=world))

@@ -5,7 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
+from mgeo_attitude import (
+    AttitudeManeuverProblem,
+    FilterModel,
+    Scenario,
+    evaluate,
+    run_reference_filter,
+)
 from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.scenario import Prior
 from scipy.spatial.transform import Rotation
@@ -89,7 +95,7 @@ def test_covariance_at_the_end_is_the_reference_s():
     model = FilterModel.from_scenario(known(scenario(), rng))
     X = designs(rng, 3, max_duration=300.0)
     for x, P in zip(X, evaluate(model, X, covariance=True).covariance, strict=True):
-        expected = reference_run(model, x).covariance
+        expected = run_reference_filter(model, x).covariance
         scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
         np.testing.assert_allclose(P / scale, expected / scale, rtol=0, atol=1e-9)
 
@@ -104,7 +110,7 @@ def test_a_run_that_is_cut_in_two_is_the_whole_run():
     tables = ("references", "available", "directions", "radii")
     until = {name: getattr(model, name)[: k + 1] for name in tables}
     since = {name: getattr(model, name)[k:] for name in tables}
-    first = reference_run(dataclasses.replace(model, **until), x)
+    first = run_reference_filter(dataclasses.replace(model, **until), x)
     assert first.times[-1] == 450.0
     sigma = first.sigma[-1]
     rest = dataclasses.replace(

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter.reference import schmidt
+from mgeo_attitude.filter.reference import update_with_considered_states
 
 
 @pytest.mark.parametrize("considered", [[], [3, 4, 5, 9]])
@@ -13,7 +13,7 @@ def test_considered_states_are_left_out_of_the_gain_and_keep_their_covariance(co
     K = P @ H.T @ np.linalg.inv(R + H @ P @ H.T)
     K[considered] = 0.0
     rest = np.eye(12) - K @ H
-    found = schmidt(P, H, R, np.array(considered, dtype=int))
+    found = update_with_considered_states(P, H, R, np.array(considered, dtype=int))
     np.testing.assert_allclose(found, rest @ P @ rest.T + K @ R @ K.T, rtol=1e-10, atol=1e-10)
     kept = np.ix_(considered, considered)
     np.testing.assert_array_equal(found[kept], P[kept])

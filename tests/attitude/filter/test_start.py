@@ -4,7 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
+from mgeo_attitude import (
+    AttitudeManeuverProblem,
+    FilterModel,
+    Scenario,
+    evaluate,
+    run_reference_filter,
+)
 from mgeo_attitude.scenario import PathLimit
 from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
@@ -46,7 +52,7 @@ def test_a_nadir_start_is_flown_from_the_orbital_frame():
     still = scenario({"pointing": "nadir"})
     model = FilterModel.from_scenario(still)
     x = np.tile([0.0, 0.0, 0.0, 100.0], 3)
-    run = reference_run(model, x)
+    run = run_reference_filter(model, x)
     position, velocity = still.orbit.propagate(still.epoch, np.zeros(1))
     down = -position[0] / np.linalg.norm(position[0])
     np.testing.assert_allclose(run.attitude[0] @ down, [0.0, 0.0, 1.0], atol=1e-14)
@@ -58,7 +64,9 @@ def test_a_nadir_start_is_flown_from_the_orbital_frame():
     expected = Rotation.from_rotvec(-0.5 * time * rate).as_matrix() @ run.attitude[0]
     np.testing.assert_allclose(run.attitude[1:], np.repeat(expected[None], len(run.times) - 1, 0))
     sharp = FilterModel.from_scenario(scenario({"pointing": "nadir"}, maneuvers={"count": 3}))
-    np.testing.assert_allclose(reference_run(sharp, x).attitude[-1], run.attitude[0], atol=1e-15)
+    np.testing.assert_allclose(
+        run_reference_filter(sharp, x).attitude[-1], run.attitude[0], atol=1e-15
+    )
 
 
 def test_rate_changes_count_from_the_initial_rate():
@@ -106,7 +114,7 @@ def test_the_attitude_at_the_start_decides_about_a_cone():
     camera = {"name": "eye", "boresight": [0.0, 0.0, -1.0], "half_angle_deg": 60.0}
     day = scenario({"pointing": "sun"}, eclipse=False, path_limits=[camera])
     kept = AttitudeManeuverProblem(day)
-    assert [limit.cone().axis for limit in kept.model.path_limits] == [(0.0, 0.0, -1.0)]
+    assert [limit.cone().axis for limit in kept.model.path_constraints] == [(0.0, 0.0, -1.0)]
     at_rest = np.tile([0.0, 0.0, 0.0, 100.0], 3)
     angle = evaluate(kept.model, at_rest).path_angle[0, 0]
     assert angle == pytest.approx(np.pi - 3.0 * np.radians(8.0), abs=1e-6)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate
-from mgeo_attitude.filter.variants import thinned
+from mgeo_attitude.filter.variants import coarsen_model
 
 SHORT = {"duration": 1500.0, "maneuvers": {"max_rate_deg_s": 0.5}}
 
@@ -20,26 +20,26 @@ def plans(problem):
 def test_it_knows_what_the_whole_filter_knows(preset):
     problem = AttitudeManeuverProblem(Scenario.from_dict({"preset": preset} | SHORT))
     X = plans(problem)
-    exact = evaluate(problem.model, X, until=1500).trace
-    coarse = thinned(problem.model, 10)
+    exact = evaluate(problem.model, X, end_steps=1500).trace
+    coarse = coarsen_model(problem.model, 10)
     assert (coarse.step, coarse.n_steps) == (10.0, 150)
-    found = evaluate(coarse, X, until=150).trace
+    found = evaluate(coarse, X, end_steps=150).trace
     np.testing.assert_allclose(found, exact, rtol=0.03)
     assert coarse.gated == problem.model.gated
     by_series = dataclasses.replace(coarse, by_polynomials=False)
-    np.testing.assert_allclose(found, evaluate(by_series, X, until=150).trace, rtol=1e-10)
+    np.testing.assert_allclose(found, evaluate(by_series, X, end_steps=150).trace, rtol=1e-10)
 
 
 def test_a_sensor_with_fewer_samples_counts_for_those_it_has():
     scenario = Scenario.from_dict({"preset": "paper"} | SHORT)
     sensors = tuple(dataclasses.replace(each, sample_interval=5.0) for each in scenario.sensors)
     model = FilterModel.from_scenario(dataclasses.replace(scenario, sensors=sensors))
-    coarse = thinned(model, 10)
+    coarse = coarsen_model(model, 10)
     for before, after in zip(sensors, coarse.suite.sensors, strict=True):
         assert after.noise() == pytest.approx([sigma / np.sqrt(2.0) for sigma in before.noise()])
     X = plans(AttitudeManeuverProblem(scenario))
-    exact = evaluate(model, X, until=1500).trace
-    np.testing.assert_allclose(evaluate(coarse, X, until=150).trace, exact, rtol=0.03)
+    exact = evaluate(model, X, end_steps=1500).trace
+    np.testing.assert_allclose(evaluate(coarse, X, end_steps=150).trace, exact, rtol=0.03)
 
 
 def test_noise_by_axis_and_channels_are_thinned_with_the_rest():
@@ -50,14 +50,14 @@ def test_noise_by_axis_and_channels_are_thinned_with_the_rest():
     mag["influences"] = [{"channel": "current", "unit": "A", "initial_sigma": 1000.0}]
     problem = AttitudeManeuverProblem(Scenario.from_dict(table))
     X = plans(problem)
-    exact = evaluate(problem.model, X, until=1500).trace
-    coarse = thinned(problem.model, 10)
-    assert len(coarse.influences) == 151
-    np.testing.assert_allclose(evaluate(coarse, X, until=150).trace, exact, rtol=0.03)
+    exact = evaluate(problem.model, X, end_steps=1500).trace
+    coarse = coarsen_model(problem.model, 10)
+    assert len(coarse.sensitivity_factors) == 151
+    np.testing.assert_allclose(evaluate(coarse, X, end_steps=150).trace, exact, rtol=0.03)
 
 
 @pytest.mark.parametrize("preset", ["cubesat_1u"])
 def test_what_has_tables_of_its_own_stays_as_it_is(preset):
     model = AttitudeManeuverProblem(Scenario.from_dict({"preset": preset})).model
-    assert thinned(model, 5) is model
-    assert thinned(model, 1) is model
+    assert coarsen_model(model, 5) is model
+    assert coarsen_model(model, 1) is model

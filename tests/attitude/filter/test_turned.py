@@ -62,7 +62,9 @@ def test_axes_by_other_names():
         return tuple(v[k] for k in order)
 
     plain = FilterModel.from_scenario(satellite(lambda v: v))
-    other = FilterModel.from_scenario(satellite(renamed)).turned(np.eye(3)[:, order])
+    other = FilterModel.from_scenario(satellite(renamed)).rotate_initial_attitude(
+        np.eye(3)[:, order]
+    )
     X = designs(np.random.default_rng(7), 5, max_duration=200.0)
     X[:, np.arange(12) % 4 != 3] *= 0.5
     maneuvers = X.reshape(5, 3, 4).copy()

@@ -61,7 +61,7 @@ def test_each_design_is_as_if_its_variant_was_alone(models, threads, history):
     X[20:, :8] = X[:20, :8]  # much in common, also between variants
     which = rng.integers(0, 4, 40)
     options = {"threads": threads, "history": history, "covariance": True}
-    found = evaluate(models[0], X, variants=models, which=which, **options)
+    found = evaluate(models[0], X, variants=models, variant_index=which, **options)
     for k, model in enumerate(models):
         mine, alone = which == k, evaluate(model, X[which == k], **options)
         for field in ("t_end", "trace", "covariance", "t_required"):
@@ -83,7 +83,7 @@ def test_a_sensor_of_infinite_noise_is_as_good_as_absent(models, short, index):
     blind = variant(full, Suite(full.suite.gyro, tuple(sensors)), np.repeat(weights, 3))
     X = designs(np.random.default_rng(3), 24, max_duration=300.0)
     expected = evaluate(plain, X, covariance=True)
-    found = evaluate(full, X, covariance=True, variants=[full, blind], which=np.ones(24))
+    found = evaluate(full, X, covariance=True, variants=[full, blind], variant_index=np.ones(24))
     assert np.array_equal(found.t_end, expected.t_end)
     assert found.trace == pytest.approx(expected.trace, rel=1e-9)
     kept = np.repeat(weights, 3) > 0
@@ -113,7 +113,7 @@ def test_trackers_and_path_limits_may_differ_in_numbers_but_not_in_what_they_loo
     )
     X, which = designs(np.random.default_rng(5), 16, max_duration=300.0), np.arange(16) % 2
     X[:, np.arange(12) % 4 != 3] *= 0.6
-    found = evaluate(model, X, variants=[model, second], which=which)
+    found = evaluate(model, X, variants=[model, second], variant_index=which)
     for k, each in enumerate((model, second)):
         alone = evaluate(each, X[which == k])
         np.testing.assert_array_equal(found.trace[which == k], alone.trace)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from mgeo_attitude.environment.times import utc_texts
-from mgeo_attitude.geometry.quaternion import quaternions, sampled_quaternions
+from mgeo_attitude.environment.times import format_time_stamps
+from mgeo_attitude.geometry.quaternion import interpolate_quaternions, quaternions_from_matrices
 from scipy.spatial.transform import Rotation
 
 HALF = np.sqrt(0.5)
@@ -20,13 +20,17 @@ def test_the_example_of_the_standard():
     """CCSDS 504.0-B-2, F2.2: body turned by +90 deg about z."""
     matrix = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     np.testing.assert_allclose(matrix @ [1.0, 0.0, 0.0], [0.0, -1.0, 0.0])
-    np.testing.assert_allclose(quaternions(matrix[None]), [[0.0, 0.0, HALF, HALF]], atol=1e-15)
+    np.testing.assert_allclose(
+        quaternions_from_matrices(matrix[None]), [[0.0, 0.0, HALF, HALF]], atol=1e-15
+    )
 
 
 @pytest.mark.parametrize("noise", [1e-16, -1e-16])
 def test_a_half_turn_has_one_quaternion_whatever_the_rounding(noise):
     C = Rotation.from_rotvec([0.0, -np.pi + noise, 0.0]).as_matrix()
-    np.testing.assert_allclose(quaternions(C[None]), [[0.0, 1.0, 0.0, 0.0]], atol=1e-9)
+    np.testing.assert_allclose(
+        quaternions_from_matrices(C[None]), [[0.0, 1.0, 0.0, 0.0]], atol=1e-9
+    )
 
 
 vectors = st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3).map(np.array)
@@ -36,7 +40,7 @@ vectors = st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3).map(np.array)
 def test_it_turns_coordinates_of_the_inertial_frame_to_the_body(rotvec, v):
     """The rotation that takes GCRF's axes to the body's: of coordinates it is the inverse."""
     C = Rotation.from_rotvec(rotvec).as_matrix()
-    (q,) = quaternions(C[None])
+    (q,) = quaternions_from_matrices(C[None])
     assert q[3] >= -1e-9
     np.testing.assert_allclose(Rotation.from_quat(q).inv().apply(v), C @ v, atol=1e-12)
 
@@ -46,7 +50,7 @@ def test_samples_between_steps_turn_at_constant_rate(omega, at):
     times = np.arange(10.0)
     C = Rotation.from_rotvec(-np.outer(times, 0.5 * omega)).as_matrix()
     grid = np.linspace(0.0, 9.0, 91)
-    q = sampled_quaternions(times, C, np.append(grid, at))
+    q = interpolate_quaternions(times, C, np.append(grid, at))
     exact = Rotation.from_rotvec(-at * 0.5 * omega).as_matrix()
     v = np.array([0.3, -0.2, 0.9])
     np.testing.assert_allclose(Rotation.from_quat(q[-1]).inv().apply(v), exact @ v, atol=1e-12)
@@ -60,7 +64,7 @@ def test_samples_between_steps_turn_at_constant_rate(omega, at):
 )
 def test_between_leap_seconds_it_is_the_calendar(epoch, microseconds):
     expected = epoch + timedelta(microseconds=microseconds)
-    (text,) = utc_texts(epoch.replace(tzinfo=UTC), [1e-6 * microseconds])
+    (text,) = format_time_stamps(epoch.replace(tzinfo=UTC), [1e-6 * microseconds])
     found = datetime.fromisoformat(text)
     assert abs(found - expected) <= timedelta(microseconds=1)  # of a float, after 10^11 of them
     assert len(text) == 26
@@ -68,7 +72,7 @@ def test_between_leap_seconds_it_is_the_calendar(epoch, microseconds):
 
 def test_the_leap_second_of_2016():
     epoch = datetime(2016, 12, 31, 23, 59, 59, tzinfo=UTC)
-    assert utc_texts(epoch, [0.0, 1.0, 1.5, 2.0]) == [
+    assert format_time_stamps(epoch, [0.0, 1.0, 1.5, 2.0]) == [
         "2016-12-31T23:59:59.000000",
         "2016-12-31T23:59:60.000000",
         "2016-12-31T23:59:60.500000",
@@ -78,6 +82,12 @@ def test_the_leap_second_of_2016():
 
 def test_other_offsets_and_years_without_leap_seconds():
     west = timezone(timedelta(hours=-3))
-    assert utc_texts(datetime(2018, 6, 4, 21, tzinfo=west), 60.25) == ["2018-06-05T00:01:00.250000"]
-    assert utc_texts(datetime(1950, 1, 1, tzinfo=UTC), [1.0]) == ["1950-01-01T00:00:01.000000"]
-    assert utc_texts(datetime(2029, 12, 31, tzinfo=UTC), [1.0]) == ["2029-12-31T00:00:01.000000"]
+    assert format_time_stamps(datetime(2018, 6, 4, 21, tzinfo=west), 60.25) == [
+        "2018-06-05T00:01:00.250000"
+    ]
+    assert format_time_stamps(datetime(1950, 1, 1, tzinfo=UTC), [1.0]) == [
+        "1950-01-01T00:00:01.000000"
+    ]
+    assert format_time_stamps(datetime(2029, 12, 31, tzinfo=UTC), [1.0]) == [
+        "2029-12-31T00:00:01.000000"
+    ]

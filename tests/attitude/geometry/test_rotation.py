@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from mgeo_attitude.geometry.rotation import (
-    exponential,
-    matrix,
+    exponential_map,
     multiply,
     rotate,
+    rotation_matrix,
     rotation_vector,
     unrotate,
 )
@@ -26,7 +26,7 @@ def test_rotate_is_scipys(size):
     turned = np.array([as_scipy(a).apply(b) for a, b in zip(g, v, strict=True)])
     np.testing.assert_allclose(rotate(g, v), turned, rtol=0, atol=1e-14)
     np.testing.assert_allclose(unrotate(g, turned), v, rtol=0, atol=1e-14)
-    matrices = matrix(g.T)
+    matrices = rotation_matrix(g.T)
     np.testing.assert_allclose(np.einsum("ijr,rj->ri", matrices, v), turned, rtol=0, atol=1e-14)
     np.testing.assert_allclose(rotation_vector(matrices), g.T, rtol=1e-9)
 
@@ -35,10 +35,10 @@ def test_rotate_is_scipys(size):
 def test_exponential_is_scipys(size):
     phi = size * np.random.default_rng(1).standard_normal((3, 20))
     expected = Rotation.from_rotvec(phi.T).as_matrix()
-    np.testing.assert_allclose(np.moveaxis(exponential(phi), -1, 0), expected, atol=1e-14)
+    np.testing.assert_allclose(np.moveaxis(exponential_map(phi), -1, 0), expected, atol=1e-14)
 
 
 def test_the_last_one_of_a_product_turns_first():
     a, b = np.random.default_rng(1).standard_normal((2, 3))
-    product = multiply(matrix(a[:, None]), matrix(b[:, None]))[..., 0]
+    product = multiply(rotation_matrix(a[:, None]), rotation_matrix(b[:, None]))[..., 0]
     np.testing.assert_allclose(product, (as_scipy(a) * as_scipy(b)).as_matrix(), atol=1e-14)

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import FilterModel, agreement, evaluate
+from mgeo_attitude import FilterModel, compare_filters, evaluate
 from mgeo_attitude.maneuvers.motion import RAMP, Motion, phases
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
@@ -97,7 +97,7 @@ def test_motion_is_that_of_a_rigid_body_under_the_law_by_another_integrator(mode
 def test_free_motion_keeps_momentum_in_inertial_axes_and_energy(model):
     quiet = {"residual_dipole": [0.0, 0.0, 0.0], "detumble_rate_deg_s": 100.0}
     free = FilterModel.from_scenario(one_unit(coils=quiet))
-    plan, motion = free.schedule(DESIGN), Motion.of(free, DESIGN, 1200)
+    plan, motion = free.build_schedule(DESIGN), Motion.of(free, DESIGN, 1200)
     rates = np.vstack([free.initial_rate, plan.end_rates[0]])
     assert plan.free.all()
     assert np.ptp(rates, axis=0).min() > 1e-4
@@ -123,10 +123,10 @@ def test_torque_is_across_the_field_and_no_coil_gives_more_than_it_can(model, fl
 
 @pytest.mark.slow
 def test_the_filter_runs_along_the_motion_as_filterpy_does(model):
-    found = agreement(model, DESIGN)
-    assert found.same_end
-    assert found.samples > 300
-    assert found.difference < 1e-9
+    found = compare_filters(model, DESIGN)
+    assert found.has_equal_ends
+    assert found.n_samples > 300
+    assert found.max_difference < 1e-9
 
 
 def test_designs_of_coils_that_begin_alike_are_those_flown_each_by_itself():

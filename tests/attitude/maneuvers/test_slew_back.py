@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario
-from mgeo_attitude.environment.directions import Place
+from mgeo_attitude.environment.directions import SatelliteState
 from mgeo_attitude.maneuvers.schedule import schedule
 from mgeo_attitude.settings.errors import InvalidValue
-from mgeo_attitude.trajectory.trajectory import Search, slew_back
+from mgeo_attitude.trajectory.trajectory import SlewSearch, find_slew_back
 from scipy.spatial.transform import Rotation
 
 WHEELS = {"inertia": [0.15, 0.2, 0.3], "products_of_inertia": [0.01, -0.02, 0.03]}
@@ -27,7 +27,7 @@ def scenario(limits, initial=None, **changes):
 
 def back_of(scene, design, t_end, model=None):
     model = model or FilterModel.from_scenario(scene)
-    found = slew_back(scene, design, t_end, model.slew_limits, model.initial_attitude)
+    found = find_slew_back(scene, design, t_end, model.slew_limits, model.initial_attitude)
     return model, found
 
 
@@ -85,7 +85,7 @@ def test_it_arrives_at_the_law_within_all_limits(limits, pointing):
         before, _ = step_rates(model, x[None], round(t_end / model.step))
         np.testing.assert_array_equal(rates[: len(before)], before)
         attitude = flown(model, rates)
-        at = Place.at(scene, np.array([back.end]))
+        at = SatelliteState.from_times(scene, np.array([back.end]))
         law = scene.initial.attitude(at)[0]
         assert (attitude * Rotation.from_matrix(law).inv()).magnitude() < 1e-9
         final = schedule(back.design, model.step, model.slew_limits, n + 1)
@@ -111,7 +111,7 @@ def test_no_sooner_slew_is_found_by_trying_all(limits, monkeypatch):
     x = designs(np.random.default_rng(8), 1)[0]
     _, back = back_of(scene, x, 1500.0)
     model, tried = FilterModel.from_scenario(scene), {}
-    original = Search.maneuvers
+    original = SlewSearch.find_maneuvers
 
     def remembered(self, n):
         if not tried:  # there is one search, and it asks for few of them
@@ -119,8 +119,8 @@ def test_no_sooner_slew_is_found_by_trying_all(limits, monkeypatch):
                 tried[steps] = original(self, steps)
         return original(self, n)
 
-    monkeypatch.setattr(Search, "maneuvers", remembered)
-    slew_back(scene, x, 1500.0, model.slew_limits, model.initial_attitude)
+    monkeypatch.setattr(SlewSearch, "maneuvers", remembered)
+    find_slew_back(scene, x, 1500.0, model.slew_limits, model.initial_attitude)
     assert [n for n, found in tried.items() if found is not None] == [back.end - back.start]
 
 

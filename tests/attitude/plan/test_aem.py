@@ -12,7 +12,7 @@ import brahe.ccsds
 import numpy as np
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
-from mgeo_attitude.environment.times import utc_texts
+from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.plan import ManeuverPlan, aem_text
 from scipy.spatial.transform import Rotation
 
@@ -134,7 +134,7 @@ def test_version_1_against_its_schema(plan):
             "UTC",
             "QUATERNION/DERIVATIVE",
         )
-        assert [meta.start_time, meta.stop_time] == utc_texts(
+        assert [meta.start_time, meta.stop_time] == format_time_stamps(
             plan.scenario.epoch, [phase.start, phase.end]
         )
         states = segment.data.attitude_state

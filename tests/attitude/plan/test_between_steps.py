@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.environment.directions import Place
+from mgeo_attitude.environment.directions import SatelliteState
 from mgeo_attitude.plan import ManeuverPlan, aem_text
 from mgeo_calibration import verify
 from scipy.spatial.transform import Rotation
@@ -81,7 +81,10 @@ def test_the_first_light_after_a_shadow_counts():
     design = [*np.degrees(rate), before + 20.0, 0.0, 0.0, 0.0, 60.0, 0.0, 0.0, 0.0, 60.0]
     plan = ManeuverPlan(scenario, tuple(map(float, design)))
     times = np.arange(0.0, before + 20.0, 0.01)
-    at, attitude = Place.at(scenario, times), Rotation.from_rotvec(-times[:, None] * rate)
+    at, attitude = (
+        SatelliteState.from_times(scenario, times),
+        Rotation.from_rotvec(-times[:, None] * rate),
+    )
     cosine = attitude.apply(at.sun) @ camera
     seen = np.degrees(np.arccos(np.clip(cosine[at.sunlit], -1.0, 1.0))).min()
     row = plan.constraints().loc["Sun off camera"]

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario, evaluate
-from mgeo_attitude.criteria.robustness import draw_flights
+from mgeo_attitude.criteria.robustness import draw_runs
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan.aem import aem_text
 from mgeo_attitude.plan.plan import ManeuverPlan
@@ -55,8 +55,8 @@ def test_what_it_promises_is_what_flights_of_it_know(plan):
     errors = dataclasses.replace(FlightErrors(), count=20, seed=FlightErrors().seed + 1)
     problem, X = plan.problem, np.array([plan.design])
     variances = [
-        np.diag(evaluate(each.model, each.flown(X), 1, covariance=True).covariance[0])
-        for each in draw_flights(problem.scenario, problem.model, errors)
+        np.diag(evaluate(each.model, each.apply_errors(X), 1, covariance=True).covariance[0])
+        for each in draw_runs(problem.scenario, problem.model, errors)
     ]
     np.testing.assert_allclose(plan.sigma, np.sqrt(np.mean(variances, axis=0)), rtol=1e-12)
     worst = np.degrees(plan.sigma[:3].max())

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
-from mgeo_attitude import AttitudeManeuverProblem, reference_run
+from mgeo_attitude import AttitudeManeuverProblem, run_reference_filter
 from mgeo_attitude.plan import ManeuverPlan, aem_text, to_csv
 from scipy.spatial.transform import Rotation
 
@@ -33,7 +33,7 @@ def violating(plans):
 def by_hand(plan):
     """Momentum, angles to the Sun and worst 1-sigmas of the reference filter's run."""
     model = plan.problem.model
-    run = reference_run(model, plan.design)
+    run = run_reference_filter(model, plan.design)
     C = run.attitude
     turns = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
     yield np.abs(turns / model.step @ plan.scenario.wheels.matrix()).max()

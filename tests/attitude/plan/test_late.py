@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import Scenario
-from mgeo_attitude.environment.times import utc_texts
+from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.plan import ManeuverPlan, aem_text, commands, to_csv
 from mgeo_calibration.flight.own import fly
 from scipy.spatial.transform import Rotation
@@ -56,8 +56,8 @@ def test_the_ephemeris_goes_on_turning_at_the_last_rate(plan):
     np.testing.assert_allclose(after, turned @ before, atol=1e-9)
     first_edition = NdmIo().from_string(text)
     *_, last = first_edition.body.segment
-    assert last.metadata.start_time == utc_texts(plan.scenario.epoch, plan.t_end)[0]
-    assert last.metadata.stop_time == utc_texts(plan.scenario.epoch, plan.duration)[0]
+    assert last.metadata.start_time == format_time_stamps(plan.scenario.epoch, plan.t_end)[0]
+    assert last.metadata.stop_time == format_time_stamps(plan.scenario.epoch, plan.duration)[0]
 
 
 def test_the_slew_back_waits_for_late_flights(back):

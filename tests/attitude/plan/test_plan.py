@@ -5,7 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, run_reference_filter
 from mgeo_attitude.plan import ManeuverPlan
 from scipy.spatial.transform import Rotation
 
@@ -46,7 +46,7 @@ def test_timeline_turned_through_gives_the_filter_its_attitude(plan):
 
 
 def test_accuracy_is_that_of_the_filter(plan, problem):
-    history = reference_run(problem.model, DESIGN)
+    history = run_reference_filter(problem.model, DESIGN)
     assert plan.t_end == history.t_end
     assert plan.trace == pytest.approx(history.trace[-1], rel=1e-9)
     table = plan.accuracy()

@@ -11,9 +11,9 @@ from mgeo_attitude import (
     Environment,
     FilterModel,
     Scenario,
-    reference_run,
+    run_reference_filter,
 )
-from mgeo_attitude.filter.wheel_load import wheel_loads
+from mgeo_attitude.filter.wheel_load import compute_wheel_loads
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan.aem import aem_text
 from mgeo_attitude.plan.files import from_json, to_json
@@ -153,8 +153,8 @@ def test_the_attitude_at_the_end_is_within_a_tolerance(plan):
         # directions are interpolated over the duration: those of the same, to the last step
         longest = max(duration, ended.duration)
         whole = FilterModel.from_scenario(Scenario.from_dict(table | {"duration": longest}))
-        until_end = whole.at_samples(slice(0, round(ended.duration / whole.step) + 1))
-        run = reference_run(until_end.endless, ended.trajectory.commanded)
+        until_end = whole.select_samples(slice(0, round(ended.duration / whole.step) + 1))
+        run = run_reference_filter(until_end.full_duration_model, ended.trajectory.commanded)
         expected = 3.0 * np.degrees(np.sqrt(np.linalg.eigvalsh(run.covariance[:3, :3])[-1]))
         row = ended.constraints().loc[END_ATTITUDE]
         assert row["value"] == pytest.approx(expected, rel=1e-9)
@@ -193,10 +193,12 @@ def test_wheels_with_a_budget_are_looked_at_until_the_end(plan):
     back, step = loaded.slew_back, loaded.scenario.step
     long = dataclasses.replace(loaded.scenario, duration=back.end + 10.0)
     model = FilterModel.from_scenario(long)
-    flown = model.schedule(back.design)
+    flown = model.build_schedule(back.design)
     table, ends = loaded.constraints(), np.array([round(back.end / step)])
-    whole = wheel_loads(model.budget, flown, ends, step, 1)[0]
-    until = wheel_loads(model.budget, flown, np.array([round(back.start / step)]), step, 1)[0]
+    whole = compute_wheel_loads(model.momentum_budget, flown, ends, step, 1)[0]
+    until = compute_wheel_loads(
+        model.momentum_budget, flown, np.array([round(back.start / step)]), step, 1
+    )[0]
     for column, label in enumerate(("wheel momentum", "wheel torque")):
         row = table.loc[f"{label} in the slew back"]
         assert max(row["value"], until[column]) == pytest.approx(whole[column], rel=1e-12)

@@ -192,4 +192,4 @@ def test_ten_maneuvers_come_near_the_limit(rule, times, ratio):
     found = values(problem, polish(problem, plans, iterations=40))[0]
     least = limit(scenario)
     for F in found:
-        assert F[1] / least.ending[round(F[0])] < ratio
+        assert F[1] / least.trace_at_end[round(F[0])] < ratio

@@ -11,7 +11,7 @@ from mgeo_attitude import (
     Magnetometer,
     Scenario,
     SunSensor,
-    agreement,
+    compare_filters,
 )
 from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.settings.errors import InvalidValue
@@ -46,9 +46,9 @@ def test_each_axis_counts_with_its_own_noise():
         "bias_decay": 1e-3,
     }
     uneven = scenario(gyro, noise_nt=[100.0, 500.0, 2000.0])
-    found = agreement(FilterModel.from_scenario(uneven), DESIGN)
-    assert found.same_end
-    assert found.difference < 1e-9
+    found = compare_filters(FilterModel.from_scenario(uneven), DESIGN)
+    assert found.has_equal_ends
+    assert found.max_difference < 1e-9
 
 
 def test_noise_is_scaled_axis_by_axis():

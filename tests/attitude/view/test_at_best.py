@@ -25,7 +25,7 @@ def test_what_no_maneuver_reaches_is_said_with_the_least_that_one_may():
     ).infeasibility_reasons()
     problem = AttitudeManeuverProblem(asking(sun__misalignment_deg=0.05, mag__bias_nt=1000.0))
     assert build_view(problem).infeasibility_reasons() == [line]
-    least = np.degrees(problem.limit_curves.sigma("sun.misalignment").min())
+    least = np.degrees(problem.limit_curves.compute_sigma("sun.misalignment").min())
     assert line == (
         "required 1-sigma of sun misalignment: 0.05 deg cannot be reached within 3 h 19 min 44 s "
         f"by any maneuver: relax it to more than {np.ceil(least * 1e4) / 1e4:.4f} deg, take better "
@@ -74,5 +74,5 @@ def test_no_flight_is_below_the_limit_that_is_shown_under_its_front():
     problem = AttitudeManeuverProblem(scenario)
     times, trace, _ = bound_curves(problem, np.array([304.0, 11984.0])).T
     for flight in problem.flights:
-        ran = evaluate(flight.model, flight.flown(DESIGN))
+        ran = evaluate(flight.model, flight.apply_errors(DESIGN))
         assert ran.trace[0] > np.interp(ran.t_end[0], times, trace)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, run_reference_filter
 from mgeo_attitude.view.describe import BESIDE, front_summary
 
 from mgeo.plugins.view import build_view
@@ -38,7 +38,7 @@ def table(problem):
 
 def test_numbers_are_those_of_the_reference_filter(problem, table):
     for row, x in enumerate(X):
-        history = reference_run(problem.model, x)
+        history = run_reference_filter(problem.model, x)
         assert table.loc[row, "t_end [s]"] == history.t_end
         assert table.loc[row, "t_end [orbits]"] == pytest.approx(history.t_end / 5992.87, rel=1e-6)
         assert table.loc[row, "trace [-]"] == pytest.approx(history.trace[-1], rel=1e-9)

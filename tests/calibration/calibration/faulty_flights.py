@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 from mgeo_attitude import Scenario
 from mgeo_attitude.environment.frames import gcrs_to_itrs
-from mgeo_attitude.environment.times import instants
+from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.sensors import StarTracker
 from mgeo_calibration import Telemetry, calibrate
 from mgeo_calibration import fly as fly_plan
@@ -116,7 +116,7 @@ def quaternions(change: Callable[[np.ndarray], np.ndarray]) -> Spoil:
 
 def in_itrf(telemetry: Telemetry, rng: np.random.Generator) -> Telemetry:
     position, _ = SCENARIO.orbit.propagate(SCENARIO.epoch, telemetry.times)
-    rotation = gcrs_to_itrs(instants(SCENARIO.epoch, telemetry.times))
+    rotation = gcrs_to_itrs(compute_julian_dates(SCENARIO.epoch, telemetry.times))
     return dataclasses.replace(telemetry, position=np.einsum("nij,nj->ni", rotation, position))
 
 

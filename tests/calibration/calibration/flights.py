@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 from mgeo_attitude import Environment
-from mgeo_attitude.geometry.rotation import matrix, rotation_vector
+from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
 from mgeo_attitude.scenario import Convergence
 from mgeo_calibration import calibrate, consistency, fly, simulate
 from scipy.spatial.transform import Rotation
@@ -43,7 +43,9 @@ def error(calibration, telemetry):
     e = telemetry.truth.states[k] - calibration.states
     for first in calibration.suite.rotations[1:]:
         block = slice(first, first + 3)
-        believed, true = (matrix(x[block]) for x in (calibration.states, telemetry.truth.states[k]))
+        believed, true = (
+            rotation_matrix(x[block]) for x in (calibration.states, telemetry.truth.states[k])
+        )
         e[block] = rotation_vector(believed.T @ true)
     body_to_gcrs = Rotation.from_quat(calibration.quaternion).as_matrix()
     e[:3] = rotation_vector(body_to_gcrs.T @ telemetry.truth.attitude[k].T)

@@ -159,9 +159,9 @@ def in_units(**given) -> dict[str, np.ndarray]:
 def surroundings(scenario: Scenario, n: int, step: float, late: float, behind: float):
     times = np.arange(1, n + 1) * step - late
     if not behind:
-        return Environment.at(scenario, times)
+        return Environment.from_times(scenario, times)
     position, _ = scenario.orbit.propagate(scenario.epoch, times - behind)
-    return Environment.at(scenario, times, position)
+    return Environment.from_times(scenario, times, position)
 
 
 def errors_of(part, rng, given) -> dict:

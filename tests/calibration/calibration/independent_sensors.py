@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.environment.constants import EARTH_RADIUS
-from mgeo_attitude.environment.sun_moon import earthlight
+from mgeo_attitude.environment.sun_moon import albedo_vector
 from scipy.spatial.transform import Rotation
 
 #: Units of the magnetometer's and of the orbit error's states [nT], [m].
@@ -67,8 +67,8 @@ def displaced(scenario: Scenario, around: Environment, orbit_error) -> Environme
         normal = normalized(np.cross(up, around.velocity))
         axes = np.stack([np.cross(normal, up), normal, up], axis=1)
         moved = np.einsum("nk,nkj->nj", orbit_error, axes)
-    there = Environment.at(scenario, around.times, around.position + POSITION_UNIT * moved)
-    return there if around.shadow else there.without_shadow()
+    there = Environment.from_times(scenario, around.times, around.position + POSITION_UNIT * moved)
+    return there if around.has_eclipses else there.without_eclipses()
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Surroundings:
     @cached_property
     def light(self) -> np.ndarray:
         """Mean light from the Earth, in units of direct sunlight."""
-        return self.earth_albedo * earthlight(self.around.position, self.sun)
+        return self.earth_albedo * albedo_vector(self.around.position, self.sun)
 
     @property
     def all_light(self) -> np.ndarray:

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario
 from mgeo_attitude.environment.orbit import Orbit
-from mgeo_attitude.geometry.rotation import matrix, rotation_vector
+from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
 from mgeo_calibration import calibrate, fly, simulate
 from mgeo_calibration.calibration.document import from_json, to_json
 from mgeo_calibration.estimation.belief import Belief
@@ -106,7 +106,7 @@ def test_a_later_epoch_carries_what_is_known_until_then(first):
     assert not covariance[:3, 3:].any()
     # it points as another scenario that begins so, on the same orbit
     around = Environment.from_scenario(after)
-    whole = Environment.at(found.scenario, found.time + gap + after.times)
+    whole = Environment.from_times(found.scenario, found.time + gap + after.times)
     np.testing.assert_allclose(around.position, whole.position, rtol=0, atol=1e-3)
     free = dataclasses.replace(after, prior=None)
     expected = free.initial_attitude(Environment.from_scenario(free))
@@ -158,11 +158,13 @@ def test_a_belief_is_what_remains_of_the_truth(first):
     rng, n = np.random.default_rng(1), 18
     e = belief.sigma * rng.standard_normal(n)
     states = belief.states.copy()
-    attitude = belief.attitude @ matrix(e[:3])
+    attitude = belief.attitude @ rotation_matrix(e[:3])
     for first_state in range(3, n, 3):
         block = slice(first_state, first_state + 3)
         if first_state in belief.suite.rotations:
-            states[block] = rotation_vector(matrix(states[block]) @ matrix(e[block]))
+            states[block] = rotation_vector(
+                rotation_matrix(states[block]) @ rotation_matrix(e[block])
+            )
         else:
             states[block] += e[block]
     r, J = belief.residual(attitude, states)
@@ -175,9 +177,9 @@ def test_a_belief_is_what_remains_of_the_truth(first):
         d = np.zeros(3)
         d[j % 3] = step[j]
         if j < 3:
-            turned = attitude @ matrix(d)
+            turned = attitude @ rotation_matrix(d)
         elif block.start in belief.suite.rotations:
-            changed[block] = rotation_vector(matrix(states[block]) @ matrix(d))
+            changed[block] = rotation_vector(rotation_matrix(states[block]) @ rotation_matrix(d))
         else:
             changed[block] += d
         slope = (belief.residual(turned, changed)[0] - r) / step[j]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mgeo_attitude import Gyro, Magnetometer, Suite, SunSensor
-from mgeo_attitude.filter.reference import schmidt
+from mgeo_attitude.filter.reference import update_with_considered_states
 from mgeo_calibration.calibration.from_telemetry import as_believed
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.smoother import last_covariance, linear_solution
@@ -63,7 +63,7 @@ def test_what_is_considered_is_noise_of_all_readings(name, monkeypatch):
     P, mean, HR = root @ root.T, root @ (Q.T @ r[:believed]), H @ root
     gain = np.linalg.solve(HR @ HR.T + np.eye(len(z)), HR @ root.T).T
     mean = mean + np.where(of, 0.0, gain @ (z - H @ mean))
-    P = schmidt(P, H, np.eye(len(z)), np.flatnonzero(of))
+    P = update_with_considered_states(P, H, np.eye(len(z)), np.flatnonzero(of))
     spread = np.sqrt(np.diag(P))
 
     found = linear_solution(data, belief, at, parts)

@@ -28,7 +28,7 @@ def telemetry(scenario):
 @pytest.fixture(scope="module")
 def affine(scenario, telemetry):
     """Bias [nT] of m = A B + b for any A, least squares, with the field along LVLH."""
-    environment = Environment.at(scenario, telemetry.times)
+    environment = Environment.from_times(scenario, telemetry.times)
     down = -environment.position
     right = np.cross(down, environment.velocity)
     axes = [np.cross(right, down), right, down]

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 from mgeo_attitude import FilterModel, Scenario, SunSensor, TwoAxisSunSensor
-from mgeo_attitude.filter.reference import van_loan
-from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.filter.reference import discretize_van_loan
+from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.maneuvers.motion import attitudes
 from mgeo_calibration.estimation.batch import Batch, batch
 from mgeo_calibration.estimation.belief import Belief
@@ -74,7 +74,7 @@ def near(of, seed=1, broken=True):
         states[:, state] = states[0, state]
         if 3 <= state < 6:
             states[:, state] *= np.exp(-data.suite.gyro.bias_decay * (data.times - data.times[0]))
-    turn = matrix(np.array([0.01, -0.02, 0.015]))
+    turn = rotation_matrix(np.array([0.01, -0.02, 0.015]))
     return data, Trajectory(truth.attitude[k].swapaxes(1, 2) @ turn, states)
 
 
@@ -208,7 +208,7 @@ def linear_case(name):
     """A batch at the planned attitude with the plan's rates, so that all defects are zero."""
     of = scenario(name, **MEMS)
     model = FilterModel.from_scenario(of)
-    plan = model.schedule(np.atleast_2d(PLAN))
+    plan = model.build_schedule(np.atleast_2d(PLAN))
     rates, starts = plan.rates[0], plan.starts[0]
     C = attitudes(rates, starts, STEPS, 1.0)
     stretch = np.searchsorted(starts, np.arange(STEPS), side="right") - 1
@@ -229,7 +229,7 @@ def linear_case(name):
         sensors=tuple(sensors),
         noise=np.array([sensor.noise() for sensor in model.suite.sensors]),
         vectors=model.references,
-        influences=model.influences,
+        influences=model.sensitivity_factors,
     )
     zero = np.zeros((STEPS + 1, model.suite.n_states))
     return model, data, rates[stretch], C, Trajectory(C.swapaxes(1, 2), zero)
@@ -245,7 +245,7 @@ def test_the_linear_case_is_filterpys_smoother(name):
     means, Ps, Fs, Qs = [], [], [], []
     for k in range(STEPS + 1):
         if k:
-            F, Q = van_loan(model, rates[k - 1])
+            F, Q = discretize_van_loan(model, rates[k - 1])
             Fs.append(F)
             Qs.append(Q)
             kf.predict(F=F, Q=Q)
@@ -352,7 +352,7 @@ def test_the_optimum_is_that_of_scipys_optimizer(sun):
     suite, sigma, N = data.suite, data.suite.initial_sigma(1.0), len(data.times)
     found = solve(data, Belief.initial(suite), near_start(data, of), 30, (1e-4, 1e-9))
     start = found.estimate
-    _, Q = van_loan(FilterModel.from_scenario(of), np.zeros(3))
+    _, Q = discretize_van_loan(FilterModel.from_scenario(of), np.zeros(3))
     root = np.linalg.inv(np.linalg.cholesky(Q[:6, :6]))
     at = Rotation.from_matrix(start.attitude)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mgeo_attitude import Gyro, Suite, SunSensor
-from mgeo_attitude.geometry.rotation import dot, matrix, rotate, tangents
+from mgeo_attitude.geometry.rotation import dot, rotate, rotation_matrix, tangent_vectors
 from mgeo_attitude.sensors.direction_sensors import carried
 from mgeo_attitude.sensors.readings import as_array, as_reported, taken
 from mgeo_calibration.estimation.innovation import Estimate, innovation, jacobian, second_moments
@@ -47,14 +47,14 @@ def look(suite, sensor):
     if sensor.unit_length:
         v = V / np.linalg.norm(V)
         by_orbit = GRADIENT[: suite.n_gradient(sensor) - 2 - len(change)]
-        return v, np.vstack([*tangents(v), *by_orbit, *change])
+        return v, np.vstack([*tangent_vectors(v), *by_orbit, *change])
     return V, np.vstack([GRADIENT[: suite.n_gradient(sensor) - len(change)], change])
 
 
 def estimate(suite, C, x):
     """One run's estimate of attitude and states with the vectors of rotations."""
     places = np.arange(3)[:, None] + np.array(suite.rotations)
-    rotations, states = matrix(x[places])[..., None], x[:, None].copy()
+    rotations, states = rotation_matrix(x[places])[..., None], x[:, None].copy()
     rotations[:, :, 0, 0] = C.T
     states[places] = 0.0
     return Estimate(places, rotations, states, np.zeros((len(x), len(x), 1)))

@@ -13,8 +13,8 @@ from mgeo_attitude import (
     SunSensor,
     World,
 )
-from mgeo_attitude.environment.sun_moon import lit_fraction, sun_position
-from mgeo_attitude.environment.times import instants
+from mgeo_attitude.environment.sun_moon import sun_position, visible_sun_fraction
+from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverLimits
 from mgeo_calibration import calibrate
 from mgeo_calibration.flight.flight import at_rest, draw
@@ -151,7 +151,7 @@ def test_an_orbit_error_moves_the_eclipse_of_a_flight_and_calibration_does_not_m
         e[:, None] * axis / np.linalg.norm(axis, axis=1)[:, None]
         for e, axis in zip(error.T, axes, strict=True)
     )
-    dark = lit_fraction(there, sun_position(instants(scenario.epoch, at))) < 0.5
+    dark = visible_sun_fraction(there, sun_position(compute_julian_dates(scenario.epoch, at))) < 0.5
     believed = ~environment.sunlit
     assert 3 <= np.sum(dark & ~believed) <= 30
     assert not np.any(believed & ~dark)

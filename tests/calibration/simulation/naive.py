@@ -6,7 +6,7 @@ For suites of a plain gyro with Sun sensors and magnetometers, whose measurement
 from functools import cache
 
 import numpy as np
-from mgeo_attitude.filter.reference import van_loan
+from mgeo_attitude.filter.reference import discretize_van_loan
 from scipy.spatial.transform import Rotation
 
 
@@ -30,8 +30,8 @@ def estimates(model, readings, rates, estimator):
     suite, n = model.suite, model.suite.n_states
     C, x, P = Rotation.identity(), np.zeros(n), np.diag(model.initial_sigma**2)
     found = [(C.as_matrix(), x, P)]
-    at_rest = van_loan(model, np.zeros(3))[0]
-    step = cache(lambda *rate: van_loan(model, np.array(rate)))
+    at_rest = discretize_van_loan(model, np.zeros(3))[0]
+    step = cache(lambda *rate: discretize_van_loan(model, np.array(rate)))
     for k, rate in enumerate(rates, start=1):
         F, Q = (A.copy() for A in step(*rate))
         mean_bias = -np.diag(at_rest[:3, 3:6]) * x[3:6] / model.step

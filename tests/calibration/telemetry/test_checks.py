@@ -147,7 +147,7 @@ def test_a_field_of_another_time_is_found_with_the_sample(telemetry):
 
 def test_positions_of_another_frame_or_time_scale_are_named(frame):
     """The satellite is 2 km ahead of the scenario's orbit, as by an element set of some days."""
-    where = Environment.at(PAPER, frame["time"].to_numpy() + 0.3).position
+    where = Environment.from_times(PAPER, frame["time"].to_numpy() + 0.3).position
     astropy = pytest.importorskip("astropy.coordinates")
     from astropy.time import Time, TimeDelta
 

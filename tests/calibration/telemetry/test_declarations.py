@@ -101,7 +101,7 @@ def test_attitude_against_lvlh_points_z_to_the_earth_and_x_forward(frame):
     rows = np.array([[0.0], [0.0], [0.0], [1.0]]) + noise
     own = frame.assign(**dict(zip(Q, rows, strict=True)))
     found = read_telemetry(own, TRACKED, tracker(frame="LVLH"))
-    environment = Environment.at(TRACKED, found.times)
+    environment = Environment.from_times(TRACKED, found.times)
     to_body = Rotation.from_quat(found.sensors["tracker"]).inv()
     down = to_body.apply(-np.array(environment.position))
     np.testing.assert_allclose(down[:, :2], 0.0, atol=0.1)

@@ -143,7 +143,7 @@ def test_without_a_gyro_axes_that_are_held_say_the_rate(telemetry, frame):
     turned = ((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     of_lvlh = GyroChannels(holds="lvlh", dcm=turned, rotation="sensor-to-body")
     found = read_telemetry(own, PAPER, TelemetryMapping(gyro=of_lvlh)).gyro_deg_s
-    r = np.array(Environment.at(PAPER, telemetry.times).position)
+    r = np.array(Environment.from_times(PAPER, telemetry.times).position)
     r /= np.linalg.norm(r, axis=1)[:, None]
     steps = np.degrees(2.0 * np.arcsin(0.5 * np.linalg.norm(np.diff(r, axis=0), axis=1)))
     np.testing.assert_allclose(found[1:, 0], -steps, rtol=1e-6)
@@ -156,7 +156,7 @@ def test_positions_with_a_gap_at_their_own_rate():
     """They are where the orbit is, and so is the field to a nanotesla, nothing beside its noise."""
     of = short(Scenario.paper(), 1200.0)
     flown = fly(of, PLAN, 1)
-    truth = Environment.at(of, flown.times).position
+    truth = Environment.from_times(of, flown.times).position
     own = flown.frame()
     own[["position_x", "position_y", "position_z"]] = truth
     known = np.arange(1201) % 60 == 0

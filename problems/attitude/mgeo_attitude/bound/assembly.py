@@ -7,18 +7,24 @@ from collections.abc import Iterator
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.bound.common_mode import Carrier, common_modes
+from mgeo_attitude.bound.common_mode import Carrier, bound_common_modes
 from mgeo_attitude.bound.curves import (
-    Block,
-    LimitCurves,
-    curves,
-    in_any_axes,
-    in_these_axes,
-    least,
-    unobserved,
+    BlockBounds,
+    LowerBound,
+    assemble_bounds,
+    bounds_from_covariances,
+    bounds_from_eigenvalues,
+    bounds_from_information,
+    propagate_unobserved,
 )
-from mgeo_attitude.bound.gyro import Drift, along_attitude, corners, recursion, through_attitude
-from mgeo_attitude.bound.samples import NoLimit, Samples, samples
+from mgeo_attitude.bound.gyro import (
+    GyroErrorDynamics,
+    bound_through_attitude,
+    bound_with_known_attitude,
+    rate_box_corners,
+    run_covariance_recursion,
+)
+from mgeo_attitude.bound.samples import NoLowerBoundError, SampleInformation, collect_information
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.gyro import is_uneven
@@ -26,7 +32,7 @@ from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.suite import Suite
 
 
-def limit(scenario: Scenario, model: FilterModel | None = None) -> LimitCurves:
+def compute_lower_bound(scenario: Scenario, model: FilterModel | None = None) -> LowerBound:
     """Return lower bounds of the covariance over all plans of a scenario, as functions of time.
 
     At each time the bound holds for every attitude history at rates that maneuvers may have, or at
@@ -51,30 +57,32 @@ def limit(scenario: Scenario, model: FilterModel | None = None) -> LimitCurves:
     array([1.919e-05, 6.100e-06])
     """
     model = FilterModel.from_scenario(scenario) if model is None else model
-    return _assemble(scenario, model, samples(model))
+    return _assemble_lower_bound(scenario, model, collect_information(model))
 
 
-def _assemble(scenario: Scenario, model: FilterModel, sample_info: Samples) -> LimitCurves:
+def _assemble_lower_bound(
+    scenario: Scenario, model: FilterModel, information: SampleInformation
+) -> LowerBound:
     prior = _invert_initial_covariance(model)
     greatest = np.radians(scenario.maneuvers.max_rate_deg_s)
     rates = np.maximum(greatest, np.abs(model.initial_rate))
-    bounds = dict(_bound_inertial(model, sample_info, prior))
+    bounds = dict(_bound_inertial(model, information, prior))
     free = scenario.turned_by_coils  # Magnetorquers release the body after a slew.
-    bounds |= dict(_bound_gyro(model, sample_info, prior, rates, free))
-    bounds |= dict(_bound_sensors(model, sample_info, prior))
+    bounds |= dict(_bound_gyro(model, information, prior, rates, free))
+    bounds |= dict(_bound_sensors(model, information, prior))
     angle = np.pi if free else float(np.linalg.norm(rates)) * model.step
-    for name, total in _bound_common_modes(model, sample_info, prior, angle):
-        bounds[name] = bounds[name].or_above_sum(total)
+    for name, total in _bound_common_modes(model, information, prior, angle):
+        bounds[name] = bounds[name].raise_to_sum(total)
     bounds |= dict(_bound_considered(model))
-    return curves(scenario, model, bounds, given_away(scenario, model, sample_info))
+    return assemble_bounds(scenario, model, bounds, list_relaxations(scenario, model, information))
 
 
 def _bound_inertial(
-    model: FilterModel, sample_info: Samples, prior: Floats
-) -> Iterator[tuple[str, Block]]:
+    model: FilterModel, information: SampleInformation, prior: Floats
+) -> Iterator[tuple[str, BlockBounds]]:
     """Yield joint bounds of the blocks with attitude-independent information, equation (22)."""
-    suite, names = model.suite, sample_info.inertial
-    places = np.concatenate([_indices_of(suite, name) for name in names])
+    suite, names = model.suite, information.inertial_blocks
+    places = np.concatenate([_list_block_states(suite, name) for name in names])
     axes = np.eye(len(places))
     axes[:3, :3] = model.initial_attitude
     start = np.linalg.inv(axes.T @ prior[np.ix_(places, places)] @ axes)
@@ -83,27 +91,31 @@ def _bound_inertial(
     for i, name in enumerate(names[1:], start=1):
         own = slice(3 * i, 3 * i + 3)
         decay[own], noise[own] = suite.processes[name].over(model.step)
-    covariances = recursion(start, decay, noise, sample_info.together)
+    covariances = run_covariance_recursion(start, decay, noise, information.joint)
     for i, name in enumerate(names):
         own = slice(3 * i, 3 * i + 3)
-        block = in_these_axes(covariances[:, own, own])
+        block = bounds_from_covariances(covariances[:, own, own])
         if name == "attitude":  # Body axes may share the variance evenly.
-            block = block._replace(worst=block.total / 3.0)
-            if sample_info.uneven or np.ptp(walks):
-                block = block.or_above(
-                    _bound_by_mean(sample_info.attitude, prior[:3, :3], 1.0, harmonic(walks))
+            block = block._replace(worst=block.variance_sum / 3.0)
+            if information.anisotropic_sensors or np.ptp(walks):
+                block = block.combine_with(
+                    _bound_by_mean(
+                        information.attitude_trace, prior[:3, :3], 1.0, harmonic_mean(walks)
+                    )
                 )
         yield name, block
 
 
-def _bound_by_mean(traces: Floats, prior: Floats, decay: float, noise: float) -> Block:
+def _bound_by_mean(traces: Floats, prior: Floats, decay: float, noise: float) -> BlockBounds:
     """Bound a 3-vector by a recursion of the mean eigenvalue, from traces alone, equation (24)."""
     start = np.array([[3.0 / np.trace(prior)]])
-    variances = recursion(start, np.array([decay]), np.array([noise]), traces[:, None, None] / 3.0)
-    return in_any_axes(np.repeat(variances[:, 0], 3, axis=1))
+    variances = run_covariance_recursion(
+        start, np.array([decay]), np.array([noise]), traces[:, None, None] / 3.0
+    )
+    return bounds_from_eigenvalues(np.repeat(variances[:, 0], 3, axis=1))
 
 
-def harmonic(values: Floats) -> float:
+def harmonic_mean(values: Floats) -> float:
     """Return the harmonic mean of noise densities.
 
     Isotropic noise of this density gives the same total information as the anisotropic noise.
@@ -112,84 +124,91 @@ def harmonic(values: Floats) -> float:
 
 
 def _bound_gyro(
-    model: FilterModel, sample_info: Samples, prior: Floats, rates: Floats, free: bool
-) -> Iterator[tuple[str, Block]]:
+    model: FilterModel,
+    information: SampleInformation,
+    prior: Floats,
+    max_rates: Floats,
+    is_rate_free: bool,
+) -> Iterator[tuple[str, BlockBounds]]:
     """Yield bounds of the gyro errors, equations (25) and (26)."""
     suite, times = Suite(model.suite.gyro, ()), model.times
-    walks, matrices = suite.diffusion(), np.array(list(map(suite.dynamics_matrix, corners(rates))))
-    attitude, walk = prior[:3, :3], harmonic(walks[:3])
+    walks, matrices = (
+        suite.diffusion(),
+        np.array(list(map(suite.dynamics_matrix, rate_box_corners(max_rates)))),
+    )
+    attitude, walk = prior[:3, :3], harmonic_mean(walks[:3])
     for name in suite.blocks[1:]:
-        own = _indices_of(suite, name)
+        own = _list_block_states(suite, name)
         gain = float(np.linalg.norm(matrices[:, :3, own], 2, axis=(1, 2)).max())
-        drift = Drift(gain, -matrices[0][own[0], own[0]], walks[own].min())
+        drift = GyroErrorDynamics(gain, -matrices[0][own[0], own[0]], walks[own].min())
         start = np.inf if prior[:3, own].any() else float(np.trace(attitude))
         of_own = prior[np.ix_(own, own)]
-        block = in_any_axes(
-            through_attitude(times, drift, of_own, sample_info.attitude, start, walk)
+        block = bounds_from_eigenvalues(
+            bound_through_attitude(times, drift, of_own, information.attitude_trace, start, walk)
         )
         at_any_rate = (matrices[:, :3, own] == matrices[0, :3, own]).all()
-        if free and not at_any_rate:
-            raise NoLimit(
+        if is_rate_free and not at_any_rate:
+            raise NoLowerBoundError(
                 f"{name}: no lower bound is known, because its effect on the attitude depends on "
                 "the rate, which magnetorquers do not constrain"
             )
         if at_any_rate:
-            variances = along_attitude(times, drift, of_own, walks[:3].min())
-            block = block.or_above(in_any_axes(variances))
+            variances = bound_with_known_attitude(times, drift, of_own, walks[:3].min())
+            block = block.combine_with(bounds_from_eigenvalues(variances))
         yield name, block
 
 
 def _bound_sensors(
-    model: FilterModel, sample_info: Samples, prior: Floats
-) -> Iterator[tuple[str, Block]]:
+    model: FilterModel, information: SampleInformation, prior: Floats
+) -> Iterator[tuple[str, BlockBounds]]:
     """Yield bounds of the sensor errors if all other states are known, equation (23)."""
-    for name, samples_tell in sample_info.own.items():
-        own = _indices_of(model.suite, name)
+    for name, samples_tell in information.blocks.items():
+        own = _list_block_states(model.suite, name)
         start, process = prior[np.ix_(own, own)], model.suite.processes.get(name)
         if process is not None:
             decay, noise = process.over(model.step)
             yield (
                 name,
                 _bound_by_mean(
-                    samples_tell.trace, start, decay, harmonic(np.broadcast_to(noise, 3))
+                    samples_tell.trace, start, decay, harmonic_mean(np.broadcast_to(noise, 3))
                 ),
             )
         elif samples_tell.matrix is not None:
             gained = np.cumsum(samples_tell.matrix, axis=0)
-            yield name, in_these_axes(np.linalg.inv(start + gained))
+            yield name, bounds_from_covariances(np.linalg.inv(start + gained))
         else:
-            yield name, least(start, np.cumsum(samples_tell.trace))
+            yield name, bounds_from_information(start, np.cumsum(samples_tell.trace))
 
 
 def _bound_common_modes(
-    model: FilterModel, sample_info: Samples, prior: Floats, angle: float
+    model: FilterModel, information: SampleInformation, prior: Floats, max_angle: float
 ) -> Iterator[tuple[str, Floats]]:
     """Yield bounds of body-fixed errors that look like inertial errors, equation (28)."""
     suite = model.suite
     if (model.initial_correlation != np.eye(len(prior))).any():
         return
-    states = {name: _indices_of(suite, name) for name in suite.blocks}
+    states = {name: _list_block_states(suite, name) for name in suite.blocks}
     start = {name: prior[np.ix_(own, own)] for name, own in states.items()}
-    for name in sample_info.inertial:
+    for name in information.inertial_blocks:
         decay, noise = 1.0, suite.diffusion()[:3] * model.step
         if name != "attitude":
             decay, noise = suite.processes[name].over(model.step)
         carrier = Carrier(float(decay), float(np.min(noise)), start[name])
-        looks = [look for look in sample_info.looks if look.carrier == name]
-        yield from common_modes(name, carrier, looks, start, angle)
+        looks = [look for look in information.carriers if look.carrier == name]
+        yield from bound_common_modes(name, carrier, looks, start, max_angle)
 
 
-def _bound_considered(model: FilterModel) -> Iterator[tuple[str, Block]]:
+def _bound_considered(model: FilterModel) -> Iterator[tuple[str, BlockBounds]]:
     """Yield the exact covariances of the considered errors, which no plan changes."""
     suite = model.suite
     diffusion, start = suite.diffusion(), model.initial_covariance
     rest = suite.dynamics_matrix(np.zeros(3))
     for name in suite.considered_blocks:
-        own = _indices_of(suite, name)
+        own = _list_block_states(suite, name)
         varies = own[0] < suite.n_dynamic
         decay, walk = (-rest[own[0], own[0]], diffusion[own]) if varies else (0.0, np.zeros(3))
-        now = unobserved(start[np.ix_(own, own)], decay, walk, model.times)
-        yield name, in_these_axes(now)
+        now = propagate_unobserved(start[np.ix_(own, own)], decay, walk, model.times)
+        yield name, bounds_from_covariances(now)
 
 
 def _invert_initial_covariance(model: FilterModel) -> Floats:
@@ -201,17 +220,22 @@ def _invert_initial_covariance(model: FilterModel) -> Floats:
     return np.linalg.inv(model.initial_correlation) / np.outer(sigma, sigma)
 
 
-def _indices_of(suite: Suite, block: str) -> np.ndarray:
+def _list_block_states(suite: Suite, block: str) -> np.ndarray:
     return 3 * suite.blocks.index(block) + np.arange(3)
 
 
-def given_away(scenario: Scenario, model: FilterModel, sample_info: Samples) -> tuple[str, ...]:
+def list_relaxations(
+    scenario: Scenario, model: FilterModel, information: SampleInformation
+) -> tuple[str, ...]:
     """Return the relaxations of the lower bound, one line each.
 
     A relaxation that applies to every scenario is not listed: the bound of a 3-vector assumes that
     all other states are known.
     """
-    uneven = (*(["gyro"] if is_uneven(model.suite.diffusion()) else []), *sample_info.uneven)
+    uneven = (
+        *(["gyro"] if is_uneven(model.suite.diffusion()) else []),
+        *information.anisotropic_sensors,
+    )
     relaxations = [f"{name}: the noise of every axis is that of the best axis" for name in uneven]
     diodes = [each.name for each in model.suite.sensors if isinstance(each, Photodiode)]
     if diodes:
@@ -229,7 +253,7 @@ def given_away(scenario: Scenario, model: FilterModel, sample_info: Samples) -> 
         relaxations.append("rate-dependent gyro errors: any attitude, at the maximum rates")
     turning = [
         ("magnetorquers" if scenario.turned_by_coils else "ramps", model.slew_limits),
-        ("path constraints", model.path_limits),
+        ("path constraints", model.path_constraints),
         ("wheels", scenario.wheels),
     ]
     relaxations += [f"{name}: ignored, the attitude is free" for name, value in turning if value]

@@ -15,11 +15,11 @@ from typing import NamedTuple
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.bound.curves import least
+from mgeo_attitude.bound.curves import bounds_from_information
 
 
 @dataclass(frozen=True)
-class Look:
+class CarrierInformation:
     """Information of one sensor about an inertial error, and its body-fixed errors that look alike.
 
     Attributes
@@ -33,11 +33,11 @@ class Look:
     """
 
     carrier: str
-    told: Floats
-    turned: dict[str, Turned]
+    trace: Floats
+    body_fixed_errors: dict[str, BodyFixedError]
 
 
-class Turned(NamedTuple):
+class BodyFixedError(NamedTuple):
     """Information about a body-fixed error that looks like a carrier.
 
     Attributes
@@ -48,10 +48,10 @@ class Turned(NamedTuple):
         G = [v×] in GCRS, for a misalignment, which looks like an error of the vector v; else G = 1.
     """
 
-    told: Floats
+    trace: Floats
     v: Floats | None
 
-    def like(self, other: Turned) -> bool:
+    def has_same_transformation(self, other: BodyFixedError) -> bool:
         """Return whether both errors have the same G."""
         if self.v is None or other.v is None:
             return self.v is other.v
@@ -71,10 +71,12 @@ class Carrier(NamedTuple):
 
     decay: float
     noise: float
-    known: Floats
+    initial_information: Floats
 
 
-def cost_of_following(carrier: Carrier, angle: float, v: Floats | None, n: int) -> Floats:
+def compute_following_cost(
+    carrier: Carrier, max_angle: float, v: Floats | None, n_samples: int
+) -> Floats:
     """Return the information against a carrier that follows a body-fixed error, equation (29).
 
     Parameters
@@ -93,21 +95,29 @@ def cost_of_following(carrier: Carrier, angle: float, v: Floats | None, n: int) 
         Upper bound on the trace of the information about the error, from the carrier's dynamics up
         to each sample.
     """
-    costs, decay, along = np.zeros(n), carrier.decay, 1.0 + 2.0 * np.cos(min(angle, np.pi))
+    costs, decay, along = (
+        np.zeros(n_samples),
+        carrier.decay,
+        1.0 + 2.0 * np.cos(min(max_angle, np.pi)),
+    )
     if v is None:  # |R - decay|² for the rotation R of a step, whose trace is at least `along`.
-        costs[0] = np.trace(carrier.known)
+        costs[0] = np.trace(carrier.initial_information)
         costs[1:] = 3.0 * (1.0 + decay**2) - 2.0 * decay * along
     else:  # |[v'×] R - decay [v×]|², where tr [v'×]ᵀ[v×] R = (v' v) tr R - v' R v.
         size, alike = np.linalg.norm(v, axis=1), np.sum(v[1:] * v[:-1], axis=1)
-        costs[0] = 2.0 * size[0] ** 2 * np.linalg.eigvalsh(carrier.known)[-1]
+        costs[0] = 2.0 * size[0] ** 2 * np.linalg.eigvalsh(carrier.initial_information)[-1]
         least_trace = np.minimum(along * alike, 3.0 * alike) - size[1:] * size[:-1]
         costs[1:] = 2.0 * (size[1:] ** 2 + (decay * size[:-1]) ** 2 - decay * least_trace)
     costs[1:] /= carrier.noise
     return np.cumsum(costs)
 
 
-def common_modes(
-    name: str, carrier: Carrier, looks: Sequence[Look], known: dict[str, Floats], angle: float
+def bound_common_modes(
+    name: str,
+    carrier: Carrier,
+    observations: Sequence[CarrierInformation],
+    initial_information: dict[str, Floats],
+    max_angle: float,
 ) -> Iterator[tuple[str, Floats]]:
     """Yield lower bounds on variance sums of body-fixed errors and their carrier, equation (28).
 
@@ -130,28 +140,37 @@ def common_modes(
     """
     if carrier.noise <= 0.0:  # A carrier without process noise cannot follow the body.
         return
-    totals = [np.cumsum(look.told) for look in looks]
-    for look in looks:
-        for block, own in look.turned.items():
+    totals = [np.cumsum(look.trace) for look in observations]
+    for look in observations:
+        for block, own in look.body_fixed_errors.items():
             size = 1.0 if own.v is None else np.sum(own.v**2, axis=1).max()
-            against = cost_of_following(carrier, angle, own.v, len(own.told))
-            for other, all_told in zip(looks, totals, strict=True):
+            against = compute_following_cost(carrier, max_angle, own.v, len(own.trace))
+            for other, all_told in zip(observations, totals, strict=True):
                 if other is not look:
-                    follow = [known[b] for b, it in other.turned.items() if it.like(own)]
+                    follow = [
+                        initial_information[b]
+                        for b, it in other.body_fixed_errors.items()
+                        if it.has_same_transformation(own)
+                    ]
                     against = against + _reduce_by_following(size * all_told, follow)
-            along = np.cumsum(own.told)
-            yield block, least(known[block], along * against / (along + against)).total
+            along = np.cumsum(own.trace)
+            yield (
+                block,
+                bounds_from_information(
+                    initial_information[block], along * against / (along + against)
+                ).variance_sum,
+            )
             if own.v is None:  # The carrier is the rotated error and can follow it completely.
-                against = against + _reduce_by_following(along, [known[block]])
-                yield name, least(np.zeros((3, 3)), against).total
+                against = against + _reduce_by_following(along, [initial_information[block]])
+                yield name, bounds_from_information(np.zeros((3, 3)), against).variance_sum
 
 
-def _reduce_by_following(information: Floats, follow: Sequence[Floats]) -> Floats:
+def _reduce_by_following(information: Floats, following_errors: Sequence[Floats]) -> Floats:
     """Return the information of another sensor, reduced if its own error can look the same.
 
     The prior of that error limits how far the error can follow.
     """
-    if not follow:
+    if not following_errors:
         return information
-    start = float(np.trace(follow[0]))
+    start = float(np.trace(following_errors[0]))
     return information * start / (information + start)

@@ -14,7 +14,7 @@ from mgeo_attitude.scenario.goals import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
 
 
-class Block(NamedTuple):
+class BlockBounds(NamedTuple):
     """Lower bounds for one 3-vector of the state at n times, valid for every plan.
 
     Attributes
@@ -27,38 +27,39 @@ class Block(NamedTuple):
         Bound of the natural logarithm of the determinant if all other states are known.
     """
 
-    total: Floats
-    worst: Floats
+    variance_sum: Floats
+    max_variance: Floats
     log_det: Floats
 
-    def or_above(self, other: Block) -> Block:
+    def combine_with(self, other: BlockBounds) -> BlockBounds:
         """Return the larger of two proved bounds."""
-        return Block(*map(np.maximum, self, other))
+        return BlockBounds(*map(np.maximum, self, other))
 
-    def or_above_sum(self, total: Floats) -> Block:
+    def raise_to_sum(self, total: Floats) -> BlockBounds:
         """Return the bounds raised to a bound of the sum of variances, shape (n,).
 
         The determinant stays: the bound of the sum does not assume that other states are known.
         """
         return self._replace(
-            total=np.maximum(self.total, total), worst=np.maximum(self.worst, total / 3.0)
+            total=np.maximum(self.variance_sum, total),
+            worst=np.maximum(self.max_variance, total / 3.0),
         )
 
 
-def in_any_axes(variances: Floats) -> Block:
+def bounds_from_eigenvalues(variances: Floats) -> BlockBounds:
     """Build bounds from the eigenvalues, shape (n, 3), of a covariance with unknown axes."""
     total = variances.sum(axis=1)
-    return Block(total, total / 3.0, np.log(variances).sum(axis=1))
+    return BlockBounds(total, total / 3.0, np.log(variances).sum(axis=1))
 
 
-def in_these_axes(covariances: Floats) -> Block:
+def bounds_from_covariances(covariances: Floats) -> BlockBounds:
     """Build bounds from a covariance, shape (n, 3, 3), that no plan can undercut."""
     diagonals = np.diagonal(covariances, axis1=1, axis2=2)
     log_det = np.linalg.slogdet(covariances)[1]
-    return Block(diagonals.sum(axis=1), diagonals.max(axis=1), log_det)
+    return BlockBounds(diagonals.sum(axis=1), diagonals.max(axis=1), log_det)
 
 
-def least(known: Floats, gained: Floats) -> Block:
+def bounds_from_information(initial_information: Floats, max_trace: Floats) -> BlockBounds:
     """Return the bounds of P = (Y + K)⁻¹ if only the trace of K is bounded.
 
     By equation (21) the best K has the eigenvectors of Y and raises its smallest eigenvalues to a
@@ -72,19 +73,21 @@ def least(known: Floats, gained: Floats) -> Block:
     gained : array, shape (n,)
         Largest trace of the positive semidefinite K.
     """
-    return in_any_axes(filled(known, gained))
+    return bounds_from_eigenvalues(apply_water_filling(initial_information, max_trace))
 
 
-def filled(known: Floats, gained: Floats) -> Floats:
+def apply_water_filling(initial_information: Floats, max_trace: Floats) -> Floats:
     """Return the eigenvalues of the best P of `least`, shape (n, 3)."""
-    eigenvalues = np.linalg.eigvalsh(known)
+    eigenvalues = np.linalg.eigvalsh(initial_information)
     counts = np.arange(1, len(eigenvalues) + 1)
-    level = ((gained[:, None] + np.cumsum(eigenvalues)) / counts).min(axis=1)
+    level = ((max_trace[:, None] + np.cumsum(eigenvalues)) / counts).min(axis=1)
     variances: Floats = 1.0 / np.maximum(eigenvalues, level[:, None])
     return variances
 
 
-def unobserved(start: Floats, decay: float, walk: Floats, times: Floats) -> Floats:
+def propagate_unobserved(
+    initial_covariance: Floats, decay: float, noise_density: Floats, times: Floats
+) -> Floats:
     """Return the covariance of an unobserved error with e' = -λ e + noise.
 
     Parameters
@@ -105,11 +108,13 @@ def unobserved(start: Floats, decay: float, walk: Floats, times: Floats) -> Floa
     twice = 2.0 * decay * times
     # This is (1 - exp(-2 λ t)) / 2 λ, whose limit for λ = 0 is t.
     grown = times if decay == 0.0 else -np.expm1(-twice) / (2.0 * decay)
-    return np.exp(-twice)[:, None, None] * start + walk * grown[:, None, None] * np.eye(3)
+    return np.exp(-twice)[:, None, None] * initial_covariance + noise_density * grown[
+        :, None, None
+    ] * np.eye(3)
 
 
 @dataclass(frozen=True)
-class LimitCurves:
+class LowerBound:
     """Lower bounds over all plans at n times.
 
     Attributes
@@ -144,14 +149,14 @@ class LimitCurves:
 
     times: Floats
     trace: Floats
-    ending: Floats
-    blocks: Mapping[str, Floats]
-    worst: Mapping[str, Floats]
+    trace_at_end: Floats
+    variance_sum: Mapping[str, Floats]
+    max_variance: Mapping[str, Floats]
     criteria: Mapping[str, Floats]
-    earliest: Mapping[str, float]
-    given_away: tuple[str, ...]
+    earliest_times: Mapping[str, float]
+    relaxations: tuple[str, ...]
 
-    def sigma(self, block: str) -> Floats:
+    def compute_sigma(self, block: str) -> Floats:
         """Return the bound of the worst-axis 1-sigma of a 3-vector, filter units, shape (n,).
 
         Raises
@@ -159,9 +164,9 @@ class LimitCurves:
         KeyError
             If the block is not in the state.
         """
-        return np.sqrt(self.worst[block])
+        return np.sqrt(self.max_variance[block])
 
-    def at(self, times: Floats) -> Floats:
+    def evaluate_trace(self, times: Floats) -> Floats:
         """Return the bound of the trace at sample times [s], shape (m,); NaN for a NaN time."""
         is_finite = np.isfinite(times)
         steps = np.rint(times[is_finite] / self.times[1]).astype(np.int64)
@@ -170,12 +175,12 @@ class LimitCurves:
         return least
 
 
-def curves(
+def assemble_bounds(
     scenario: Scenario,
     model: FilterModel,
-    found: Mapping[str, Block],
-    given_away: tuple[str, ...],
-) -> LimitCurves:
+    block_bounds: Mapping[str, BlockBounds],
+    relaxations: tuple[str, ...],
+) -> LowerBound:
     """Assemble the lower bounds of a scenario from the bounds of each 3-vector of the state.
 
     Parameters
@@ -188,8 +193,8 @@ def curves(
         Relaxations.
     """
     suite, names = model.suite, model.suite.blocks
-    blocks = {name: found[name].total for name in names}
-    worst = {name: found[name].worst for name in names}
+    blocks = {name: block_bounds[name].variance_sum for name in names}
+    worst = {name: block_bounds[name].max_variance for name in names}
     trace = _sum([weight * blocks[n] for n, weight in zip(names, model.weights[::3], strict=True)])
     required = RequiredSigma(scenario.required_sigma).of(suite.units)
     times = model.times
@@ -198,19 +203,19 @@ def curves(
         for (name, unit), sigma in zip(suite.units.items(), required, strict=True)
         if sigma < np.inf
     }
-    return LimitCurves(
+    return LowerBound(
         times=times,
         trace=trace,
-        ending=_bound_ending(model, trace),
-        blocks=blocks,
-        worst=worst,
-        criteria=_bound_criteria(model, found),
-        earliest=earliest,
-        given_away=given_away,
+        trace_at_end=_bound_trace_at_end(model, trace),
+        variance_sum=blocks,
+        max_variance=worst,
+        criteria=_bound_criteria(model, block_bounds),
+        earliest_times=earliest,
+        relaxations=relaxations,
     )
 
 
-def _bound_ending(model: FilterModel, trace: Floats) -> Floats:
+def _bound_trace_at_end(model: FilterModel, trace: Floats) -> Floats:
     """Return the bound of the trace of a plan that ends, equation (27)."""
     if model.rule != "trace":
         return trace
@@ -221,7 +226,7 @@ def _bound_ending(model: FilterModel, trace: Floats) -> Floats:
     return ending
 
 
-def _bound_criteria(model: FilterModel, bounds: Mapping[str, Block]) -> dict[str, Floats]:
+def _bound_criteria(model: FilterModel, bounds: Mapping[str, BlockBounds]) -> dict[str, Floats]:
     """Return the bounds of the objectives of equation (13), over the calibrated states."""
     suite = model.suite
     states = suite.calibrated
@@ -230,7 +235,9 @@ def _bound_criteria(model: FilterModel, bounds: Mapping[str, Block]) -> dict[str
         return {}
     sigma = model.initial_sigma[states]
     widest = sigma.reshape(-1, 3).max(axis=1) ** 2
-    shares = [bounds[name].total / square for name, square in zip(names, widest, strict=True)]
+    shares = [
+        bounds[name].variance_sum / square for name, square in zip(names, widest, strict=True)
+    ]
     start = np.linalg.slogdet(model.initial_correlation[np.ix_(states, states)])[1]
     log_det = _sum([bounds[name].log_det for name in names]) - 2.0 * np.log(sigma).sum() - start
     return {
@@ -240,8 +247,8 @@ def _bound_criteria(model: FilterModel, bounds: Mapping[str, Block]) -> dict[str
     }
 
 
-def _find_first_time(times: Floats, met: np.ndarray) -> float:
-    return float(times[met.argmax()]) if met.any() else float("inf")
+def _find_first_time(times: Floats, is_satisfied: np.ndarray) -> float:
+    return float(times[is_satisfied.argmax()]) if is_satisfied.any() else float("inf")
 
 
 def _sum(values: list[Floats]) -> Floats:

@@ -11,10 +11,10 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors.photodiode import Photodiode
 
 #: Approximate number of points on the sphere.
-_POINTS = 60000
+_N_POINTS = 60000
 
 
-def together(diodes: Sequence[Photodiode]) -> float:
+def bound_joint_information(diodes: Sequence[Photodiode]) -> float:
     """Return a κ such that at any attitude a joint sample has at most the information κ (I - s sᵀ).
 
     A diode has the information w (n × s) (n × s)ᵀ, w = 1 / r², if the angle between the Sun s and
@@ -48,7 +48,7 @@ def _build_points() -> tuple[Floats, float]:
     a cell width from the central meridian along its parallel, then half a cell height from the
     center.
     """
-    n = round(np.sqrt(_POINTS * np.pi / 4.0))
+    n = round(np.sqrt(_N_POINTS * np.pi / 4.0))
     step = np.pi / n
     points = []
     for latitude in -0.5 * np.pi + step * (np.arange(n) + 0.5):

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.bound.curves import filled
+from mgeo_attitude.bound.curves import apply_water_filling
 
 
-class Drift(NamedTuple):
+class GyroErrorDynamics(NamedTuple):
     """Dynamics of a gyro error e that drives the attitude error θ.
 
     Attributes
@@ -26,19 +26,24 @@ class Drift(NamedTuple):
 
     gain: float
     decay: float
-    walk: float
+    noise_density: float
 
 
-def corners(greatest: Floats) -> Floats:
+def rate_box_corners(max_rates: Floats) -> Floats:
     """Return the corners of the box of rates up to `greatest` about each axis, shape (8, 3).
 
     The norm of a matrix that is linear in the rate is largest at a corner.
     """
-    return np.array(list(product((-1.0, 1.0), repeat=3))) * greatest
+    return np.array(list(product((-1.0, 1.0), repeat=3))) * max_rates
 
 
-def through_attitude(
-    times: Floats, drift: Drift, known: Floats, told: Floats, start: float, walk: float
+def bound_through_attitude(
+    times: Floats,
+    drift: GyroErrorDynamics,
+    initial_information: Floats,
+    attitude_information: Floats,
+    initial_attitude_information: float,
+    angle_random_walk: float,
 ) -> Floats:
     """Return least variances of a gyro error observed through the attitude, equation (25).
 
@@ -60,16 +65,26 @@ def through_attitude(
     -------
     array, shape (n, 3)
     """
-    none, once, twice = (np.cumsum(told * times**power) for power in range(3))
-    mean = once / (none + start) if np.isfinite(start) else np.zeros(len(times))
+    none, once, twice = (np.cumsum(attitude_information * times**power) for power in range(3))
+    mean = (
+        once / (none + initial_attitude_information)
+        if np.isfinite(initial_attitude_information)
+        else np.zeros(len(times))
+    )
     spread = np.maximum(twice - once * mean, 0.0)
-    along = 3.0 * times / walk  # This is the information with an always known attitude.
+    along = (
+        3.0 * times / angle_random_walk
+    )  # This is the information with an always known attitude.
     both = spread + along
     gained = drift.gain**2 * spread * along / np.where(both > 0.0, both, 1.0)
-    return np.exp(-2.0 * drift.decay * times)[:, None] * filled(known, gained)
+    return np.exp(-2.0 * drift.decay * times)[:, None] * apply_water_filling(
+        initial_information, gained
+    )
 
 
-def along_attitude(times: Floats, drift: Drift, known: Floats, walk: float) -> Floats:
+def bound_with_known_attitude(
+    times: Floats, drift: GyroErrorDynamics, initial_information: Floats, angle_random_walk: float
+) -> Floats:
     """Return least variances of a gyro error with M = -I if the attitude is always known.
 
     The variances solve p' = -2 λ p + q - p² / r from each eigenvalue p of the initial covariance,
@@ -80,14 +95,16 @@ def along_attitude(times: Floats, drift: Drift, known: Floats, walk: float) -> F
     times, drift, known, walk
         See `through_attitude`.
     """
-    start = 1.0 / np.linalg.eigvalsh(known)
-    rate = np.sqrt(drift.decay**2 + drift.walk / walk)
+    start = 1.0 / np.linalg.eigvalsh(initial_information)
+    rate = np.sqrt(drift.decay**2 + drift.noise_density / angle_random_walk)
     x = (np.tanh(rate * times) / rate if rate > 0.0 else times)[:, None]
-    rising = start * (1.0 - drift.decay * x) + drift.walk * x
-    return rising / (1.0 + (drift.decay + start / walk) * x)
+    rising = start * (1.0 - drift.decay * x) + drift.noise_density * x
+    return rising / (1.0 + (drift.decay + start / angle_random_walk) * x)
 
 
-def recursion(start: Floats, decay: Floats, noise: Floats, information: Floats) -> Floats:
+def run_covariance_recursion(
+    initial_covariance: Floats, decay: Floats, noise: Floats, information: Floats
+) -> Floats:
     """Return the covariance of a filter with diagonal F and Q after each sample, equation (22).
 
     Each step computes P⁻ = F P F + Q and P = ((P⁻)⁻¹ + J)⁻¹.
@@ -106,8 +123,12 @@ def recursion(start: Floats, decay: Floats, noise: Floats, information: Floats) 
     array, shape (n, k, k)
     """
     covariances = np.empty(information.shape)
-    covariances[0] = P = start
-    decay_product, process_noise, unit = np.outer(decay, decay), np.diag(noise), np.eye(len(start))
+    covariances[0] = P = initial_covariance
+    decay_product, process_noise, unit = (
+        np.outer(decay, decay),
+        np.diag(noise),
+        np.eye(len(initial_covariance)),
+    )
     measured: Bools = np.asarray(information.any(axis=(1, 2)))
     for k in range(1, len(information)):
         P = decay_product * P + process_noise

@@ -13,27 +13,27 @@ from typing import NamedTuple
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.bound.common_mode import Look, Turned
-from mgeo_attitude.bound.faces import together as of_faces
+from mgeo_attitude.bound.common_mode import BodyFixedError, CarrierInformation
+from mgeo_attitude.bound.faces import bound_joint_information as of_faces
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.geometry.rotation import matrix, skew
+from mgeo_attitude.geometry.rotation import rotation_matrix, skew
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.suite import Suite
 
 #: Attitudes, as rotation vectors, at which attitude dependence is tested.
-_PROBES = np.array([[0.4, -1.1, 0.7], [-2.0, 0.3, 0.5], [0.9, 1.3, -1.6], [0.1, 0.2, 2.9]])
+_PROBE_ATTITUDES = np.array([[0.4, -1.1, 0.7], [-2.0, 0.3, 0.5], [0.9, 1.3, -1.6], [0.1, 0.2, 2.9]])
 #: Largest number of samples at which attitude dependence is tested.
-_PROBED = 40
+_MAX_PROBE_SAMPLES = 40
 #: Difference, relative to the norm, below which a quantity counts as attitude-independent.
-_ROUNDING = 1e-10
+_RELATIVE_TOLERANCE = 1e-10
 
 
-class NoLimit(ValueError):
+class NoLowerBoundError(ValueError):
     """Raised if no lower bound can be proved; the message names the cause."""
 
 
-class Told(NamedTuple):
+class BlockInformation(NamedTuple):
     """Information about a 3-vector in each sample if all other states are known.
 
     Attributes
@@ -49,7 +49,7 @@ class Told(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Samples:
+class SampleInformation:
     """Information of all sensors in each sample, zero without a sample.
 
     Attributes
@@ -70,15 +70,15 @@ class Samples:
         Sensors whose noise differs between axes, so that the bound is a relaxation.
     """
 
-    inertial: tuple[str, ...]
-    together: Floats
-    attitude: Floats
-    own: dict[str, Told]
-    looks: tuple[Look, ...]
-    uneven: tuple[str, ...]
+    inertial_blocks: tuple[str, ...]
+    joint: Floats
+    attitude_trace: Floats
+    blocks: dict[str, BlockInformation]
+    carriers: tuple[CarrierInformation, ...]
+    anisotropic_sensors: tuple[str, ...]
 
 
-def samples(model: FilterModel) -> Samples:
+def collect_information(model: FilterModel) -> SampleInformation:
     """Return the information of all samples of a model.
 
     Raises
@@ -87,7 +87,7 @@ def samples(model: FilterModel) -> Samples:
         If the information of a sensor depends on the attitude and no bound for it is known.
     """
     for influence in model.suite.gyro.influences:
-        raise NoLimit(
+        raise NoLowerBoundError(
             f"gyro.influences: no lower bound is known, because the effect of "
             f"{influence.channel} on the attitude changes with time. Remove the bias sensitivity"
         )
@@ -95,47 +95,51 @@ def samples(model: FilterModel) -> Samples:
     other_sensors = [i for i in range(len(model.suite.sensors)) if i not in diodes]
     faces = [_collect_diodes(model, diodes)] if diodes else []
     parts = [_collect_sensor(model, index) for index in other_sensors] + faces
-    own = {name for each in parts for name in each.own}
+    own = {name for each in parts for name in each.blocks}
     # A block counts as inertial only if it is inertial for every sensor that shares it.
-    if shared_blocks := own.intersection(name for each in parts for name in each.inertial):
+    if shared_blocks := own.intersection(name for each in parts for name in each.inertial_blocks):
         parts = [_collect_sensor(model, index, shared_blocks) for index in other_sensors] + faces
-    inertial = tuple(dict.fromkeys(name for each in parts for name in each.inertial))
+    inertial = tuple(dict.fromkeys(name for each in parts for name in each.inertial_blocks))
     n = len(model.references)
     together = np.zeros((n, 3 * len(inertial), 3 * len(inertial)))
     for each in parts:
-        places = np.concatenate([3 * inertial.index(name) + np.arange(3) for name in each.inertial])
-        together[:, places[:, None], places] += each.together
-    return Samples(
+        places = np.concatenate(
+            [3 * inertial.index(name) + np.arange(3) for name in each.inertial_blocks]
+        )
+        together[:, places[:, None], places] += each.joint
+    return SampleInformation(
         inertial,
         together,
-        np.sum([each.attitude for each in parts], axis=0),
-        _sum_information(told for each in parts for told in each.own.items()),
-        tuple(look for each in parts for look in each.looks),
-        tuple(name for each in parts for name in each.uneven),
+        np.sum([each.attitude_trace for each in parts], axis=0),
+        _sum_information(told for each in parts for told in each.blocks.items()),
+        tuple(look for each in parts for look in each.carriers),
+        tuple(name for each in parts for name in each.anisotropic_sensors),
     )
 
 
-def _sum_information(items: Iterable[tuple[str, Told]]) -> dict[str, Told]:
-    total: dict[str, Told] = {}
+def _sum_information(items: Iterable[tuple[str, BlockInformation]]) -> dict[str, BlockInformation]:
+    total: dict[str, BlockInformation] = {}
     for name, told in items:
         known = total.setdefault(name, told)
         if known is not told:
             parts = [each.matrix for each in (known, told) if each.matrix is not None]
             matrix = np.add(*parts) if len(parts) == 2 else None
-            total[name] = Told(known.trace + told.trace, matrix)
+            total[name] = BlockInformation(known.trace + told.trace, matrix)
     return total
 
 
-def _collect_sensor(model: FilterModel, index: int, excluded: Collection[str] = ()) -> Samples:
+def _collect_sensor(
+    model: FilterModel, index: int, excluded: Collection[str] = ()
+) -> SampleInformation:
     """Return the information of one sensor; blocks in `excluded` do not count as inertial."""
     suite, sensor = model.suite, model.suite.sensors[index]
-    probed = _ProbedSensor(model, index)
+    probed = _SensorProbe(model, index)
     precision = 1.0 / np.array(sensor.noise())
     best_precision = np.full(len(precision), precision.max())
     own = list(suite.blocks_of(sensor).values())
     varying = [name for name in own if name in suite.processes and name not in excluded]
     inertial, together = _collect_inertial(probed, varying, best_precision)
-    attitude, _, same = probed.told(["attitude"], precision)
+    attitude, _, same = probed.compute_information(["attitude"], precision)
     if not same:
         attitude = together[:, :3, :3]
     each = {
@@ -145,13 +149,17 @@ def _collect_sensor(model: FilterModel, index: int, excluded: Collection[str] = 
     }
     constants = {name: told.trace for name, told in each.items() if name not in suite.processes}
     blocks = np.split(np.diagonal(together, axis1=1, axis2=2), len(inertial), axis=1)
-    return Samples(
+    return SampleInformation(
         inertial,
-        probed.where_seen(together),
-        probed.where_seen(np.trace(attitude, axis1=1, axis2=2)),
+        probed.mask_unmeasured(together),
+        probed.mask_unmeasured(np.trace(attitude, axis1=1, axis2=2)),
         each,
         tuple(
-            Look(name, probed.where_seen(block.sum(axis=1)), probed.mistaken(name, constants))
+            CarrierInformation(
+                name,
+                probed.mask_unmeasured(block.sum(axis=1)),
+                probed.find_similar_errors(name, constants),
+            )
             for name, block in zip(inertial, blocks, strict=True)
         ),
         (sensor.name,) if (precision != best_precision).any() else (),
@@ -159,31 +167,31 @@ def _collect_sensor(model: FilterModel, index: int, excluded: Collection[str] = 
 
 
 def _collect_inertial(
-    probed: _ProbedSensor, varying: list[str], best_precision: Floats
+    probe: _SensorProbe, varying: list[str], best_precision: Floats
 ) -> tuple[tuple[str, ...], Floats]:
     for names in (["attitude", *varying], ["attitude"]):
-        together, same, _ = probed.told(names, best_precision)
+        together, same, _ = probe.compute_information(names, best_precision)
         if same:
             return tuple(names), together
-    raise NoLimit(_format_reason(probed.sensor, "attitude"))
+    raise NoLowerBoundError(_format_reason(probe.sensor, "attitude"))
 
 
 def _collect_error(
-    probed: _ProbedSensor, name: str, precision: Floats, best_precision: Floats
-) -> Told:
+    probe: _SensorProbe, name: str, precision: Floats, best_precision: Floats
+) -> BlockInformation:
     """Return the information about one error of a sensor.
 
     If its trace depends on the attitude, all axes count with the noise of the best axis.
     """
     for weights in (precision, best_precision):
-        information, same, same_trace = probed.told([name], weights)
+        information, same, same_trace = probe.compute_information([name], weights)
         if same_trace:
-            trace = probed.where_seen(np.trace(information, axis1=1, axis2=2))
-            return Told(trace, probed.where_seen(information) if same else None)
-    raise NoLimit(_format_reason(probed.sensor, name))
+            trace = probe.mask_unmeasured(np.trace(information, axis1=1, axis2=2))
+            return BlockInformation(trace, probe.mask_unmeasured(information) if same else None)
+    raise NoLowerBoundError(_format_reason(probe.sensor, name))
 
 
-def _collect_diodes(model: FilterModel, indices: Sequence[int]) -> Samples:
+def _collect_diodes(model: FilterModel, indices: Sequence[int]) -> SampleInformation:
     """Return the joint information of all photodiodes.
 
     Each diode has the information w s sᵀ about its own errors if all other states are known.
@@ -193,9 +201,9 @@ def _collect_diodes(model: FilterModel, indices: Sequence[int]) -> Samples:
     world = model.suite.world
     for sensor in lit:
         if sensor.delay():
-            raise NoLimit(_format_reason(sensor, f"{sensor.name}.delay"))
+            raise NoLowerBoundError(_format_reason(sensor, f"{sensor.name}.delay"))
         if sensor.sees_albedo and (world.earth_albedo or world.albedo):
-            raise NoLimit(
+            raise NoLowerBoundError(
                 f"{sensor.name}: no lower bound is known, because the albedo depends on the "
                 "attitude. Set sees_albedo = false"
             )
@@ -204,83 +212,101 @@ def _collect_diodes(model: FilterModel, indices: Sequence[int]) -> Samples:
     sun = model.references[:, indices[0]]
     across = np.eye(3) - sun[:, :, None] * sun[:, None]
     largest = np.where(seen.any(axis=1), of_faces(lit), 0.0)
-    return Samples(
+    return SampleInformation(
         ("attitude",),
         largest[:, None, None] * across,
         2.0 * largest,
         {
-            f"{sensor.name}.sensitivity": Told(is_available / sensor.relative_noise**2, None)
+            f"{sensor.name}.sensitivity": BlockInformation(
+                is_available / sensor.relative_noise**2, None
+            )
             for sensor, is_available in zip(lit, seen.T, strict=True)
         },
-        (Look("attitude", 2.0 * largest, {}),),
+        (CarrierInformation("attitude", 2.0 * largest, {}),),
         (),
     )
 
 
-class _ProbedSensor:
+class _SensorProbe:
     """Measurement matrices of one sensor, unrotated in all samples and at `_PROBES` in some."""
 
     def __init__(self, model: FilterModel, index: int) -> None:
         self.sensor = model.suite.sensors[index]
         self._suite = Suite(model.suite.gyro, (self.sensor,), model.suite.world)
         self._vectors = model.references[:, model.suite.looks(index)]
-        self._follows = model.influences[:, model.suite.influence_columns(self.sensor)]
-        self._seen = model.available[:, index].copy()
-        self._seen[0] = False  # The first update is one step after the start.
-        measured = np.flatnonzero(self._seen)
-        places = np.linspace(0, len(measured) - 1, min(len(measured), _PROBED)).astype(int)
-        self._some = measured[places]
-        self._unturned = self._at(np.eye(3))
-        self._turned = [self._at(matrix(probe), self._some, probe) for probe in _PROBES]
+        self._sensitivity_factors = model.sensitivity_factors[
+            :, model.suite.influence_columns(self.sensor)
+        ]
+        self._is_measured = model.available[:, index].copy()
+        self._is_measured[0] = False  # The first update is one step after the start.
+        measured = np.flatnonzero(self._is_measured)
+        places = np.linspace(0, len(measured) - 1, min(len(measured), _MAX_PROBE_SAMPLES)).astype(
+            int
+        )
+        self._probe_samples = measured[places]
+        self._unrotated_columns = self._compute_columns(np.eye(3))
+        self._rotated_columns = [
+            self._compute_columns(rotation_matrix(probe), self._probe_samples, probe)
+            for probe in _PROBE_ATTITUDES
+        ]
 
-    def _at(
-        self, C: Floats, which: slice | np.ndarray = slice(None), rate: Floats | None = None
+    def _compute_columns(
+        self, C: Floats, rows: slice | np.ndarray = slice(None), rate: Floats | None = None
     ) -> dict[str, Floats]:
         """Return the columns of H of each block at attitude C, with the attitude error in GCRS."""
-        v, *gradient = np.moveaxis(self._vectors[which] @ C.T, 1, 0)
+        v, *gradient = np.moveaxis(self._vectors[rows] @ C.T, 1, 0)
         rates = None if rate is None else np.broadcast_to(rate, v.shape)
-        follows = [*self._follows[which].T]
+        follows = [*self._sensitivity_factors[rows].T]
         H = self._suite.measurement_matrix(self.sensor, v, C, gradient, rates, follows)
         blocks = {name: H[..., 3 * i : 3 * i + 3] for i, name in enumerate(self._suite.blocks)}
         return blocks | {"attitude": blocks["attitude"] @ C}
 
-    def told(self, names: list[str], weights: Floats) -> tuple[Floats, bool, bool]:
+    def compute_information(self, names: list[str], weights: Floats) -> tuple[Floats, bool, bool]:
         """Return the information about blocks; whether no attitude changes it, or its trace."""
-        information = _compute_information(self._unturned, names, weights)
-        others = np.array([_compute_information(each, names, weights) for each in self._turned])
-        return information, *_compare(others, information[self._some])
+        information = _compute_information(self._unrotated_columns, names, weights)
+        others = np.array(
+            [_compute_information(each, names, weights) for each in self._rotated_columns]
+        )
+        return information, *_compare_information(others, information[self._probe_samples])
 
-    def where_seen(self, values: Floats) -> Floats:
+    def mask_unmeasured(self, table: Floats) -> Floats:
         """Return the values with zeros at samples without a measurement."""
-        return np.where(self._seen.reshape(-1, *[1] * (values.ndim - 1)), values, 0.0)
+        return np.where(self._is_measured.reshape(-1, *[1] * (table.ndim - 1)), table, 0.0)
 
-    def mistaken(self, carrier: str, traces: dict[str, Floats]) -> dict[str, Turned]:
+    def find_similar_errors(
+        self, carrier: str, traces: dict[str, Floats]
+    ) -> dict[str, BodyFixedError]:
         """Return the errors that look like a carrier, with the information about each."""
-        unturned = {name: H[self._some] for name, H in self._unturned.items()}
-        attitudes = [(np.eye(3), unturned), *zip(map(matrix, _PROBES), self._turned, strict=True)]
+        unturned = {name: H[self._probe_samples] for name, H in self._unrotated_columns.items()}
+        attitudes = [
+            (np.eye(3), unturned),
+            *zip(map(rotation_matrix, _PROBE_ATTITUDES), self._rotated_columns, strict=True),
+        ]
         v = self._vectors[:, 0]
         return {
-            block: Turned(trace, field)
+            block: BodyFixedError(trace, field)
             for block, trace in traces.items()
             for field in (None, v)
-            if _looks_like(attitudes, block, carrier, None if field is None else field[self._some])
+            if _is_similar(
+                attitudes, block, carrier, None if field is None else field[self._probe_samples]
+            )
         }
 
 
-def _compute_information(looks: dict[str, Floats], names: list[str], precision: Floats) -> Floats:
-    H = np.concatenate([looks[name] for name in names], axis=2) * precision[:, None]
+def _compute_information(columns: dict[str, Floats], names: list[str], precision: Floats) -> Floats:
+    H = np.concatenate([columns[name] for name in names], axis=2) * precision[:, None]
     information: Floats = np.einsum("kia,kib->kab", H, H)
     return information
 
 
-def _compare(probed_information: Floats, information: Floats) -> tuple[bool, bool]:
-    size = _ROUNDING * np.trace(information, axis1=1, axis2=2)
-    difference = np.abs(probed_information - information).max(axis=(0, 2, 3), initial=0.0)
-    traces = np.trace(probed_information - information, axis1=2, axis2=3)
+def _compare_information(probe_information: Floats, information: Floats) -> tuple[bool, bool]:
+    size = _RELATIVE_TOLERANCE * np.trace(information, axis1=1, axis2=2)
+    difference = np.abs(probe_information - information).max(axis=(0, 2, 3), initial=0.0)
+    traces = np.trace(probe_information - information, axis1=2, axis2=3)
     return bool((difference <= size).all()), bool((np.abs(traces) <= size).all())
 
 
-def _looks_like(
+def _is_similar(
     attitudes: Sequence[tuple[Floats, dict[str, Floats]]],
     block: str,
     carrier: str,
@@ -291,7 +317,7 @@ def _looks_like(
     matches = []
     for C, looks in attitudes:
         own, rotated = looks[block], looks[carrier] @ G @ C.T
-        size = _ROUNDING * np.linalg.norm(own, axis=(1, 2), keepdims=True)
+        size = _RELATIVE_TOLERANCE * np.linalg.norm(own, axis=(1, 2), keepdims=True)
         matches.append([(np.abs(own - sign * rotated) <= size).all() for sign in (1.0, -1.0)])
     return bool(np.all(matches, axis=0).any())
 

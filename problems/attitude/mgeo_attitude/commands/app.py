@@ -203,7 +203,7 @@ def check(
     import numpy as np
 
     from mgeo.plugins.problems import read_scenario
-    from mgeo_attitude.filter.reference import agreement
+    from mgeo_attitude.filter.reference import compare_filters
     from mgeo_attitude.plan.run_folder import PROBLEM
     from mgeo_attitude.problem import AttitudeManeuverProblem
 
@@ -211,11 +211,11 @@ def check(
         problem = AttitudeManeuverProblem.from_options(read_scenario(PROBLEM, scenario))
         rng = np.random.default_rng(seed)
         designs = rng.uniform(problem.xl, problem.xu, (plans, problem.n_var))
-        difference = agreement(problem.model, designs)
+        difference = compare_filters(problem.model, designs)
     output = Output(quiet, json)
     output.print(f"{problem.scenario.name}: {difference}, {TOLERANCE:g} allowed")
     output.print_document(vars(difference))
-    raise typer.Exit(ExitCode.SUCCESS if difference.within(TOLERANCE) else ExitCode.INCOMPLETE)
+    raise typer.Exit(ExitCode.SUCCESS if difference.is_within(TOLERANCE) else ExitCode.INCOMPLETE)
 
 
 @app.command(epilog=format_examples("schema", EXAMPLES))

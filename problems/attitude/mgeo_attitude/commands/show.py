@@ -11,7 +11,7 @@ from rich.console import RenderableType
 from mgeo.figures.page import render_report_page
 from mgeo.store.atomic import write_file
 from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
-from mgeo_attitude.bound.samples import NoLimit
+from mgeo_attitude.bound.samples import NoLowerBoundError
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.plan.figures import plan_figures
@@ -49,7 +49,7 @@ def render_table(table: PlanTable, plan: ManeuverPlan) -> Iterator[RenderableTyp
 
 
 def _ended(plan: ManeuverPlan) -> str:
-    if plan.problem.model.ends_by_design:
+    if plan.problem.model.ends_with_last_maneuver:
         ended = "ended"
     else:
         ended = "converged" if plan.converged else "not converged at the end of the run,"
@@ -85,14 +85,14 @@ def _limit(plan: ManeuverPlan) -> dict[str, Any]:
     """Return the lower bound at the plan's end, or the reason for a missing bound."""
     try:
         curves = plan.problem.limit_curves
-    except NoLimit as reason:
+    except NoLowerBoundError as reason:
         return {"reason": str(reason)}
     least = float(curves.trace[plan.steps(plan.t_end)])
     return {
         "trace": least,
         "times": plan.trace / least,
         "worst_axis": to_records(plan.at_best()),
-        "given_away": list(curves.given_away),
+        "given_away": list(curves.relaxations),
     }
 
 

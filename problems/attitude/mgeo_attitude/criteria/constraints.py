@@ -9,9 +9,9 @@ from functools import partial
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.directions import DIRECTIONS, Place
+from mgeo_attitude.environment.directions import DIRECTIONS, SatelliteState
 from mgeo_attitude.filter.evaluator import Evaluation
-from mgeo_attitude.filter.path_limits import excess_along
+from mgeo_attitude.filter.path_limits import compute_violation_on_orbit
 from mgeo_attitude.scenario.goals import RequiredSigma
 from mgeo_attitude.scenario.limits import PathLimit
 from mgeo_attitude.scenario.scenario import Scenario
@@ -19,14 +19,14 @@ from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.settings.errors import InvalidValue, expect
 
 #: Label of the constraint that a plan ends before its window ends.
-END = "end of the plan"
+PLAN_END = "end of the plan"
 
 #: Factor on limits that allows for rounding of unit conversions.
-_ROUNDING = 1.0 + 1e-12
+_ROUNDING_FACTOR = 1.0 + 1e-12
 
 
 @dataclass(frozen=True)
-class Limit:
+class Bound:
     """Bound on a quantity of a plan.
 
     Attributes
@@ -45,19 +45,19 @@ class Limit:
     """
 
     label: str
-    measured: Callable[[Evaluation], Floats]
-    bound: float
+    quantity: Callable[[Evaluation], Floats]
+    value: float
     unit: str
     factor: float = 1.0
-    least: bool = False
+    is_lower: bool = False
 
-    def excess(self, result: Evaluation) -> Floats:
+    def compute_violation(self, result: Evaluation) -> Floats:
         """Return the relative violation of the bound by each design, shape (n,).
 
         The violation is positive if the bound is violated.
         """
-        share = self.measured(result) / self.bound
-        return 1.0 - share if self.least else share - 1.0
+        share = self.quantity(result) / self.value
+        return 1.0 - share if self.is_lower else share - 1.0
 
 
 @dataclass(frozen=True)
@@ -73,31 +73,31 @@ class Constraint:
     """
 
     label: str
-    limits: tuple[Limit, ...]
+    bounds: tuple[Bound, ...]
     needs_covariance: bool = False
 
-    def excesses(self, result: Evaluation) -> Floats:
+    def compute_violations(self, result: Evaluation) -> Floats:
         """Return the relative violation of each bound by n designs, shape (n_limits, n).
 
         The value of the constraint is the largest one. A design without a result has NaN.
         """
-        return np.array([limit.excess(result) for limit in self.limits])
+        return np.array([limit.compute_violation(result) for limit in self.bounds])
 
 
-def constraints(scenario: Scenario) -> list[Constraint]:
+def list_constraints(scenario: Scenario) -> list[Constraint]:
     """Return the constraints of a scenario, in a fixed order."""
     limits, wheels = [], scenario.wheels
     if wheels is not None and wheels.max_momentum is not None:
         momentum = partial(
-            _largest_wheel_momentum, inertia=wheels.matrix(), allocation=wheels.shares()
+            _compute_max_wheel_momentum, inertia=wheels.matrix(), allocation=wheels.shares()
         )
         load = (lambda result: result.wheel_load[:, 0]) if wheels.budgeted else momentum
-        limits.append(Limit("wheel momentum", load, wheels.max_momentum, "N m s"))
+        limits.append(Bound("wheel momentum", load, wheels.max_momentum, "N m s"))
     if wheels is not None and wheels.max_torque is not None and wheels.budgeted:
         torque = wheels.max_torque
-        limits.append(Limit("wheel torque", lambda result: result.wheel_load[:, 1], torque, "N m"))
+        limits.append(Bound("wheel torque", lambda result: result.wheel_load[:, 1], torque, "N m"))
     if scenario.windows:  # `view.margins` checks the slew back.
-        limits.append(Limit(END, lambda result: result.t_end, scenario.deadline, "s"))
+        limits.append(Bound(PLAN_END, lambda result: result.t_end, scenario.deadline, "s"))
     result = [Constraint(limit.label, (limit,)) for limit in limits]
     result += [_build_path_constraint(i, limit) for i, limit in enumerate(scenario.path_limits)]
     if scenario.required_sigma:
@@ -105,7 +105,7 @@ def constraints(scenario: Scenario) -> list[Constraint]:
     return result
 
 
-def check_start(scenario: Scenario) -> None:
+def validate_initial_state(scenario: Scenario) -> None:
     """Raise InvalidValue if the initial state of a scenario violates a constraint.
 
     No plan can satisfy such a scenario, because the initial attitude and rate are given.
@@ -120,13 +120,13 @@ def check_start(scenario: Scenario) -> None:
     moving = initial.rate_deg_s is not None or initial.pointing != "inertial"
     if not (moving or scenario.prior is not None or scenario.path_limits):
         return
-    at = Place.at(scenario, np.zeros(1))
-    at = at if scenario.eclipse else at.without_shadow()
-    _check_rate(scenario, scenario.initial_rate(at))
-    _check_path(scenario, at)
+    at = SatelliteState.from_times(scenario, np.zeros(1))
+    at = at if scenario.eclipse else at.without_eclipses()
+    _validate_initial_rate(scenario, scenario.initial_rate(at))
+    _validate_initial_attitude(scenario, at)
 
 
-def _check_rate(scenario: Scenario, rate: Floats) -> None:
+def _validate_initial_rate(scenario: Scenario, rate: Floats) -> None:
     key: str = "initial.pointing"
     value: object = scenario.initial.pointing
     for section in ("initial", "prior"):
@@ -138,7 +138,7 @@ def _check_rate(scenario: Scenario, rate: Floats) -> None:
         f"at most maneuvers.max_rate_deg_s = {most!r} about each axis, not {about[worst]:.6g} "
         f"about {'xyz'[worst]}"
     )
-    expect(about[worst] <= most * _ROUNDING, key, value, expected)
+    expect(about[worst] <= most * _ROUNDING_FACTOR, key, value, expected)
     wheels = scenario.wheels
     if wheels is None or wheels.max_momentum is None or wheels.initial_momentum:
         return
@@ -147,26 +147,28 @@ def _check_rate(scenario: Scenario, rate: Floats) -> None:
         f"at most wheels.max_momentum = {wheels.max_momentum!r} N m s in each wheel, not "
         f"{momentum:.6g}"
     )
-    expect(momentum <= wheels.max_momentum * _ROUNDING, key, value, expected)
+    expect(momentum <= wheels.max_momentum * _ROUNDING_FACTOR, key, value, expected)
 
 
-def _check_path(scenario: Scenario, at: Place) -> None:
-    attitude, known = scenario.initial_attitude(at), scenario.initial_attitude_covariance
+def _validate_initial_attitude(scenario: Scenario, state: SatelliteState) -> None:
+    attitude, known = scenario.initial_attitude(state), scenario.initial_attitude_covariance
     still = np.zeros((1, 3))
     sigma_deg = scenario.initial.attitude_deg
     if scenario.prior is not None:
         sigma_deg = float(np.degrees(scenario.prior.sigma[:3].max()))
     for i, limit in enumerate(scenario.path_limits):
         cone, half_angle = limit.cone(), limit.half_angle_deg
-        sign, most, less = (1.0, "least", "and") if cone.inside else (-1.0, "most", "less")
+        sign, most, less = (1.0, "least", "and") if cone.keep_in else (-1.0, "most", "less")
         angle, bound = (
             sign
             * np.degrees(
-                excess_along(cone, k, at, scenario.epoch, attitude[None], still, known[None])[0]
+                compute_violation_on_orbit(
+                    cone, k, state, scenario.epoch, attitude[None], still, known[None]
+                )[0]
             )
             for k in (0.0, limit.attitude_sigmas)
         )
-        if half_angle < bound if cone.inside else half_angle > bound:
+        if half_angle < bound if cone.keep_in else half_angle > bound:
             other = f"at {most} {bound:.4g}, or " if 0.0 < bound < 180.0 else ""
             raise InvalidValue(
                 f"path_limits[{i}].half_angle_deg",
@@ -178,7 +180,7 @@ def _check_path(scenario: Scenario, at: Place) -> None:
             )
 
 
-def _largest_wheel_momentum(result: Evaluation, inertia: Floats, allocation: Floats) -> Floats:
+def _compute_max_wheel_momentum(result: Evaluation, inertia: Floats, allocation: Floats) -> Floats:
     """Return the largest wheel momentum [N m s], shape (n,), for zero total momentum."""
     # Rates change linearly in a ramp, so the momentum is largest at an end of one of its steps.
     momentum = np.abs(result.plan.end_rates @ inertia @ allocation.T).max(axis=2)
@@ -186,26 +188,26 @@ def _largest_wheel_momentum(result: Evaluation, inertia: Floats, allocation: Flo
     return greatest
 
 
-def _build_path_constraint(index: int, limit: PathLimit) -> Constraint:
-    sigmas, sign = limit.attitude_sigmas, "and" if limit.keep_in else "less"
-    angle = Limit(
-        f"{limit.label} {sign} {sigmas:g} sigma" if sigmas else limit.label,
+def _build_path_constraint(index: int, constraint: PathLimit) -> Constraint:
+    sigmas, sign = constraint.attitude_sigmas, "and" if constraint.keep_in else "less"
+    angle = Bound(
+        f"{constraint.label} {sign} {sigmas:g} sigma" if sigmas else constraint.label,
         lambda result: result.path_angle[:, index],
-        np.radians(limit.half_angle_deg),
+        np.radians(constraint.half_angle_deg),
         "deg",
         float(np.degrees(1.0)),
-        least=not limit.keep_in,
+        is_lower=not constraint.keep_in,
     )
-    return Constraint(limit.label, (angle,))
+    return Constraint(constraint.label, (angle,))
 
 
 def _build_required_sigma(scenario: Scenario) -> Constraint:
     suite = scenario.suite
     required = RequiredSigma(scenario.required_sigma).of(suite.units)
     limits = (
-        Limit(
+        Bound(
             f"required 1-sigma of {unit.label}",
-            partial(_worst_sigma, index=index),
+            partial(_compute_worst_sigma, index=index),
             greatest,
             unit.unit,
             unit.factor,
@@ -216,7 +218,7 @@ def _build_required_sigma(scenario: Scenario) -> Constraint:
     return Constraint("required 1-sigma", tuple(limits), needs_covariance=True)
 
 
-def _worst_sigma(result: Evaluation, index: int) -> Floats:
+def _compute_worst_sigma(result: Evaluation, index: int) -> Floats:
     variances = np.diagonal(result.covariance, axis1=1, axis2=2)
     worst: Floats = np.sqrt(variances[:, 3 * index : 3 * index + 3]).max(axis=1)
     return worst

@@ -21,11 +21,11 @@ class EvaluationCache:
         Whether to keep only the last batch.
     """
 
-    def __init__(self, forget: bool = True) -> None:
-        self._known: dict[bytes, Floats] = {}
-        self._forget = forget
+    def __init__(self, last_batch_only: bool = True) -> None:
+        self._values: dict[bytes, Floats] = {}
+        self._last_batch_only = last_batch_only
 
-    def complete(self, designs: Floats, run: Callable[[Floats], Floats]) -> Floats:
+    def evaluate(self, designs: Floats, function: Callable[[Floats], Floats]) -> Floats:
         """Return the values of designs, evaluating only designs that are not in the cache.
 
         Parameters
@@ -39,10 +39,10 @@ class EvaluationCache:
         -------
         array, shape (n, n_values)
         """
-        values = dict(self._known)
+        values = dict(self._values)
         keys = [design.tobytes() for design in designs]
         new = [i for i, key in enumerate(keys) if key not in values]
         if new:
-            values.update(zip([keys[i] for i in new], run(designs[new]), strict=True))
-        self._known = {key: values[key] for key in keys} if self._forget else values
-        return np.array([values[key] for key in keys]) if keys else run(designs)
+            values.update(zip([keys[i] for i in new], function(designs[new]), strict=True))
+        self._values = {key: values[key] for key in keys} if self._last_batch_only else values
+        return np.array([values[key] for key in keys]) if keys else function(designs)

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from mgeo_attitude.scenario.scenario import Scenario
 
 #: Objectives of the paper, equation (5).
-PAPER = ("t_end", "trace")
+PAPER_OBJECTIVES = ("t_end", "trace")
 
 #: Prefix of an objective that is a trace over some blocks, as in ``trace:attitude,gyro.bias``.
-TRACE_OF = "trace:"
+TRACE_PREFIX = "trace:"
 
 
 def attitude_sigma_deg(covariance: Floats) -> Floats:
@@ -94,26 +94,26 @@ class Objective:
         return f"{self.name} [{self.unit}]"
 
 
-def blocks_of(key: str) -> list[str]:
+def parse_trace_blocks(key: str) -> list[str]:
     """Return the blocks of a key ``trace:BLOCK,BLOCK...``; empty for another key."""
-    return key.removeprefix(TRACE_OF).split(",") if key.startswith(TRACE_OF) else []
+    return key.removeprefix(TRACE_PREFIX).split(",") if key.startswith(TRACE_PREFIX) else []
 
 
-def objective(key: str, suite: Suite) -> Objective:
+def find_objective(key: str, suite: Suite) -> Objective:
     """Return the objective of a key, for a sensor suite."""
-    blocks = blocks_of(key)
+    blocks = parse_trace_blocks(key)
     return _build_trace_objective(blocks, suite) if blocks else OBJECTIVES[key]
 
 
-def can_be_polished(keys: Sequence[str]) -> bool:
+def is_refinable(keys: Sequence[str]) -> bool:
     """Return whether the objectives are t_end and one smooth objective."""
     remaining = [key for key in keys if key != "t_end"]
     if len(keys) != 2 or len(remaining) != 1:
         return False
-    return bool(blocks_of(remaining[0])) or OBJECTIVES[remaining[0]].is_smooth
+    return bool(parse_trace_blocks(remaining[0])) or OBJECTIVES[remaining[0]].is_smooth
 
 
-def smooth_objective(keys: Sequence[str]) -> str:
+def find_smooth_objective(keys: Sequence[str]) -> str:
     """Return the smooth one of two objectives, which a local refinement improves, next to t_end.
 
     Raises
@@ -121,20 +121,20 @@ def smooth_objective(keys: Sequence[str]) -> str:
     ValueError
         If the objectives are others; see `can_be_polished`.
     """
-    if not can_be_polished(keys):
+    if not is_refinable(keys):
         smooth = ", ".join(key for key, each in OBJECTIVES.items() if each.is_smooth)
         raise ValueError(
             f"objectives = {list(keys)}: local refinement needs 't_end' and one of {smooth}, "
-            f"{TRACE_OF}BLOCK,BLOCK..."
+            f"{TRACE_PREFIX}BLOCK,BLOCK..."
         )
     return next(key for key in keys if key != "t_end")
 
 
-def indicators(keys: Sequence[str], F: Floats, scenario: Scenario) -> Floats:
+def scale_for_indicators(keys: Sequence[str], F: Floats, scenario: Scenario) -> Floats:
     """Return objectives, shape (n, n_obj), scaled for performance indicators."""
     pairs = zip(keys, F.T, strict=True)
     return np.column_stack(
-        [objective(key, scenario.suite).indicator(f, scenario) for key, f in pairs]
+        [find_objective(key, scenario.suite).indicator(f, scenario) for key, f in pairs]
     )
 
 
@@ -147,14 +147,14 @@ def _scale_covariances(model: FilterModel, result: Evaluation) -> Floats:
     return block / np.outer(sigma, sigma)
 
 
-def _normalized_trace(model: FilterModel, result: Evaluation) -> Floats:
+def _compute_normalized_trace(model: FilterModel, result: Evaluation) -> Floats:
     """Return the mean normalized variance, the first criterion of equation (13)."""
     matrices = _scale_covariances(model, result)
     mean: Floats = np.trace(matrices, axis1=1, axis2=2) / matrices.shape[1]
     return mean
 
 
-def _log_determinant(model: FilterModel, result: Evaluation) -> Floats:
+def _compute_log_determinant(model: FilterModel, result: Evaluation) -> Floats:
     matrices, of = _scale_covariances(model, result), model.suite.calibrated
     sign, value = np.linalg.slogdet(matrices)
     value = value - np.linalg.slogdet(model.initial_correlation[np.ix_(of, of)]).logabsdet
@@ -162,7 +162,7 @@ def _log_determinant(model: FilterModel, result: Evaluation) -> Floats:
     return per_state
 
 
-def _largest_eigenvalue(model: FilterModel, result: Evaluation) -> Floats:
+def _compute_largest_eigenvalue(model: FilterModel, result: Evaluation) -> Floats:
     matrices = _scale_covariances(model, result)
     largest = np.full(len(matrices), np.nan)
     is_finite = np.isfinite(matrices).all(axis=(1, 2))
@@ -170,15 +170,15 @@ def _largest_eigenvalue(model: FilterModel, result: Evaluation) -> Floats:
     return largest
 
 
-def _time_to_accuracy(model: FilterModel, result: Evaluation) -> Floats:
+def _compute_time_to_accuracy(model: FilterModel, result: Evaluation) -> Floats:
     """Return the time until the requirements are satisfied; the longest time if they are not."""
-    time = np.where(np.isfinite(result.t_required), result.t_required, model.longest)
+    time = np.where(np.isfinite(result.t_required), result.t_required, model.duration)
     return np.where(np.isnan(result.trace), np.nan, time)
 
 
 def _compute_angle(model: FilterModel, result: Evaluation) -> Floats:
     """Return the accumulated rotation angle until t_end [deg], including a held rate."""
-    times = model.step * _steps_of_intervals(model, result)
+    times = model.step * _count_interval_steps(model, result)
     return np.degrees(_sum_rows(np.linalg.norm(result.plan.rates, axis=2) * times, result))
 
 
@@ -188,7 +188,7 @@ def _compute_rate_change(model: FilterModel, result: Evaluation) -> Floats:
     For a spherical inertia, the impulse of attitude thrusters and so their propellant mass is
     proportional to the sum.
     """
-    flown, rates = _steps_of_intervals(model, result) > 0, result.plan.end_rates
+    flown, rates = _count_interval_steps(model, result) > 0, result.plan.end_rates
     place = np.where(flown, np.arange(flown.shape[1]), -1)
     before = np.pad(np.maximum.accumulate(place, axis=1), ((0, 0), (1, 0)), constant_values=-1)
     before = before[:, :-1, None]  # This is the index of the previous interval, -1 for none.
@@ -197,7 +197,7 @@ def _compute_rate_change(model: FilterModel, result: Evaluation) -> Floats:
     return np.degrees(_sum_rows(np.where(flown, np.linalg.norm(changes, axis=2), 0.0), result))
 
 
-def _steps_of_intervals(model: FilterModel, result: Evaluation) -> Ints:
+def _count_interval_steps(model: FilterModel, result: Evaluation) -> Ints:
     return result.plan.lasting(np.rint(np.nan_to_num(result.t_end) / model.step).astype(np.int64))
 
 
@@ -223,8 +223,8 @@ def _scale_decades(values: Floats, scenario: Scenario) -> Floats:
     return (np.log10(values) + 6.0) / 5.0
 
 
-def _scale_by(whole: Callable[[Scenario], float]) -> Callable[[Floats, Scenario], Floats]:
-    return lambda values, scenario: values / whole(scenario)
+def _build_scaling(reference: Callable[[Scenario], float]) -> Callable[[Floats, Scenario], Floats]:
+    return lambda values, scenario: values / reference(scenario)
 
 
 #: Description of the objective with the prefix `TRACE_OF`.
@@ -237,7 +237,7 @@ OBJECTIVES = {
         "s",
         "convergence time of the filter, first objective of the paper, equation (5)",
         lambda model, result: result.t_end,
-        _scale_by(lambda scenario: scenario.duration),
+        _build_scaling(lambda scenario: scenario.duration),
     ),
     "trace": Objective(
         "trace",
@@ -251,7 +251,7 @@ OBJECTIVES = {
         "mean variance relative to the initial",
         "-",
         "mean of the variances, each relative to its initial value",
-        _normalized_trace,
+        _compute_normalized_trace,
         _scale_decades,
         needs_covariance=True,
         is_smooth=True,
@@ -261,7 +261,7 @@ OBJECTIVES = {
         "-",
         "log10 of the determinant of the covariance in units of the initial 1-sigmas, per state "
         "(D-optimal)",
-        _log_determinant,
+        _compute_log_determinant,
         lambda values, scenario: (values + 6.0) / 5.0,
         needs_covariance=True,
         is_smooth=True,
@@ -270,7 +270,7 @@ OBJECTIVES = {
         "largest eigenvalue relative to the initial variances",
         "-",
         "largest eigenvalue of the covariance in units of the initial 1-sigmas (E-optimal)",
-        _largest_eigenvalue,
+        _compute_largest_eigenvalue,
         _scale_decades,
         needs_covariance=True,
         is_smooth=True,
@@ -279,21 +279,23 @@ OBJECTIVES = {
         "time to required 1-sigma",
         "s",
         "time from which on all of `[required_sigma]` are satisfied until t_end",
-        _time_to_accuracy,
-        _scale_by(lambda scenario: scenario.duration),
+        _compute_time_to_accuracy,
+        _build_scaling(lambda scenario: scenario.duration),
     ),
     "angle": Objective(
         "angle turned",
         "deg",
         "accumulated rotation angle until t_end",
         _compute_angle,
-        _scale_by(lambda s: np.sqrt(3.0) * s.maneuvers.max_rate_deg_s * s.duration),
+        _build_scaling(lambda s: np.sqrt(3.0) * s.maneuvers.max_rate_deg_s * s.duration),
     ),
     "rate_change": Objective(
         "sum of rate changes",
         "deg/s",
         "summed magnitudes of all rate changes until t_end, proportional to thruster impulse",
         _compute_rate_change,
-        _scale_by(lambda s: 2.0 * np.sqrt(3.0) * s.maneuvers.max_rate_deg_s * s.maneuvers.count),
+        _build_scaling(
+            lambda s: 2.0 * np.sqrt(3.0) * s.maneuvers.max_rate_deg_s * s.maneuvers.count
+        ),
     ),
 }

@@ -21,9 +21,9 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.times import instant_after
-from mgeo_attitude.filter.evaluator import Evaluation, available_threads, evaluate
+from mgeo_attitude.filter.evaluator import Evaluation, count_available_threads, evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario.goals import FlightErrors
 from mgeo_attitude.scenario.scenario import Scenario
@@ -31,11 +31,11 @@ from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.sensors.suite import Suite
 
 #: Number of Monte Carlo runs that stay in memory, and of further runs evaluated at a time.
-KEPT, _AT_ONCE = 64, 16
+MAX_STORED_RUNS, _BATCH_SIZE = 64, 16
 
 
 @dataclass(frozen=True)
-class FlightSample:
+class MonteCarloRun:
     """Errors of one Monte Carlo run.
 
     Attributes
@@ -53,30 +53,30 @@ class FlightSample:
     """
 
     model: FilterModel
-    rates: Floats
-    durations: Floats
-    delay: float
+    rate_errors: Floats
+    duration_errors: Floats
+    start_delay: float
     variants: tuple[FilterModel, ...] = ()
 
-    def flown(self, designs: Floats) -> Floats:
+    def apply_errors(self, designs: Floats) -> Floats:
         """Return designs, shape (n, 4 m), with the errors of the run; no duration is negative."""
-        maneuvers = designs.reshape(-1, len(self.rates), VARIABLES_PER_MANEUVER).copy()
-        maneuvers[:, :, :3] += self.rates
-        maneuvers[:, :, 3] = np.maximum(maneuvers[:, :, 3] + self.durations, 0.0)
+        maneuvers = designs.reshape(-1, len(self.rate_errors), VARIABLES_PER_MANEUVER).copy()
+        maneuvers[:, :, :3] += self.rate_errors
+        maneuvers[:, :, 3] = np.maximum(maneuvers[:, :, 3] + self.duration_errors, 0.0)
         return maneuvers.reshape(designs.shape)
 
-    def run(self, designs: Floats, covariance: bool) -> Evaluation:
+    def evaluate(self, designs: Floats, covariance: bool) -> Evaluation:
         """Evaluate designs, shape (n, 4 m), with the errors of the run, in one thread."""
-        executed = self.flown(designs)
+        executed = self.apply_errors(designs)
         return evaluate(self.model, executed, 1, covariance=covariance, variants=self.variants)
 
 
-def draw_flights(
+def draw_runs(
     scenario: Scenario,
     model: FilterModel,
-    errors: FlightErrors,
-    numbers: Iterable[int] | None = None,
-) -> list[FlightSample]:
+    settings: FlightErrors,
+    run_numbers: Iterable[int] | None = None,
+) -> list[MonteCarloRun]:
     """Draw Monte Carlo runs of a scenario.
 
     Parameters
@@ -94,35 +94,37 @@ def draw_flights(
         If a delayed run exceeds the validity of the field model, or a noise error is requested for
         a sensor without `noise_parameters`.
     """
-    attitude, rate = errors.attitude_deg, errors.rate_error_deg_s
+    attitude, rate = settings.attitude_deg, settings.rate_error_deg_s
     root = None
     if scenario.prior is not None:
         root = np.linalg.cholesky(model.initial_covariance[:6, :6])
     attitude = scenario.initial.attitude_deg if attitude is None else attitude
     rate = scenario.gyro.initial_bias_deg_s if rate is None else rate
     flights, count = [], scenario.maneuvers.count
-    for number in range(errors.count) if numbers is None else numbers:
-        generator = np.random.default_rng([errors.seed, number])
+    for number in range(settings.count) if run_numbers is None else run_numbers:
+        generator = np.random.default_rng([settings.seed, number])
         chance = generator.standard_normal(6)
         off, rates = np.radians(attitude) * chance[:3], rate * chance[3:]
         if root is not None:
             error = root @ chance
-            if errors.attitude_deg is None:
+            if settings.attitude_deg is None:
                 off = model.initial_attitude.T @ error[:3]
-            if errors.rate_error_deg_s is None:  # An overestimated bias increases the body rate.
+            if settings.rate_error_deg_s is None:  # An overestimated bias increases the body rate.
                 rates = -np.degrees(error[3:])
-        turn = matrix(off)
-        rates = rates + errors.maneuver_rate_error_deg_s * generator.standard_normal((count, 3))
-        durations = errors.duration_error * generator.standard_normal(count)
-        delay = errors.start_delay * generator.random()
-        noise = _draw_noise(scenario.suite, errors.noise_spread, generator)
-        run_model = (_build_delayed_model(scenario, delay) if delay else model).turned(turn)
+        turn = rotation_matrix(off)
+        rates = rates + settings.maneuver_rate_error_deg_s * generator.standard_normal((count, 3))
+        durations = settings.duration_error * generator.standard_normal(count)
+        delay = settings.start_delay * generator.random()
+        noise = _draw_noise(scenario.suite, settings.noise_spread, generator)
+        run_model = (
+            _build_delayed_model(scenario, delay) if delay else model
+        ).rotate_initial_attitude(turn)
         variants = () if noise is None else (noise(run_model),)
-        flights.append(FlightSample(run_model, rates, durations, delay, variants))
+        flights.append(MonteCarloRun(run_model, rates, durations, delay, variants))
     return flights
 
 
-class FlightSamples:
+class MonteCarloRuns:
     """Monte Carlo runs of a scenario, in order of their numbers.
 
     The tables of a run take about a megabyte. The first `KEPT` runs are drawn once and stay in
@@ -135,30 +137,30 @@ class FlightSamples:
     """
 
     def __init__(self, scenario: Scenario, model: FilterModel, errors: FlightErrors) -> None:
-        self._draw = partial(draw_flights, scenario, model, errors)
-        self.errors = errors
+        self._draw = partial(draw_runs, scenario, model, errors)
+        self.settings = errors
 
     @cached_property
-    def _kept(self) -> list[FlightSample]:
-        return self._draw(range(min(len(self), KEPT)))
+    def _stored_runs(self) -> list[MonteCarloRun]:
+        return self._draw(range(min(len(self), MAX_STORED_RUNS)))
 
     def __len__(self) -> int:
-        return self.errors.count
+        return self.settings.count
 
-    def __iter__(self) -> Iterator[FlightSample]:
-        return self.first(len(self))
+    def __iter__(self) -> Iterator[MonteCarloRun]:
+        return self.iterate_runs(len(self))
 
-    def first(self, count: int) -> Iterator[FlightSample]:
+    def iterate_runs(self, n_runs: int) -> Iterator[MonteCarloRun]:
         """Yield the first `count` runs."""
-        yield from self._kept[:count]
-        for number in range(KEPT, count):
+        yield from self._stored_runs[:n_runs]
+        for number in range(MAX_STORED_RUNS, n_runs):
             yield from self._draw([number])
 
 
-def over_flights(
-    flights: Iterable[FlightSample],
+def evaluate_runs(
+    runs: Iterable[MonteCarloRun],
     designs: Floats,
-    values: Callable[[FilterModel, Evaluation], Floats],
+    compute_values: Callable[[FilterModel, Evaluation], Floats],
     threads: int | None,
     covariance: bool,
 ) -> Floats:
@@ -179,33 +181,33 @@ def over_flights(
         Whether to compute the covariances at the end.
     """
 
-    def one(flight: FlightSample) -> Floats:
-        return values(flight.model, flight.run(designs, covariance))
+    def one(flight: MonteCarloRun) -> Floats:
+        return compute_values(flight.model, flight.evaluate(designs, covariance))
 
     results: list[Floats] = []
-    remaining = iter(flights)
-    with ThreadPoolExecutor(threads or available_threads()) as pool:
-        while batch := list(islice(remaining, _AT_ONCE)):
+    remaining = iter(runs)
+    with ThreadPoolExecutor(threads or count_available_threads()) as pool:
+        while batch := list(islice(remaining, _BATCH_SIZE)):
             results += pool.map(one, batch)
     return np.array(results)
 
 
-def kept_by(values: Floats, share: float) -> Floats:
+def compute_quantile(values: Floats, probability: float) -> Floats:
     """Return the least value that is not exceeded in a share of the runs (first axis).
 
     NaN, from a covariance that lost positivity, counts as larger than any number.
     """
     ordered = np.sort(values, axis=0)
-    value: Floats = ordered[_rank(len(values), share) - 1]
+    value: Floats = ordered[_compute_quantile_rank(len(values), probability) - 1]
     return value
 
 
-def _rank(count: int, share: float) -> int:
+def _compute_quantile_rank(n_values: int, probability: float) -> int:
     """Return the rank, from 1, of the quantile `share` in `count` ascending values."""
-    return max(int(np.ceil(share * count - 1e-9)), 1)
+    return max(int(np.ceil(probability * n_values - 1e-9)), 1)
 
 
-def judged(values: Floats, n_objectives: int, errors: FlightErrors) -> Floats:
+def reduce_runs(values: Floats, n_objectives: int, settings: FlightErrors) -> Floats:
     """Reduce values of Monte Carlo runs, shape (f, n, k), to one value each, shape (n, k).
 
     Objectives are reduced to their mean or quantile, constraints to their quantile.
@@ -219,8 +221,12 @@ def judged(values: Floats, n_objectives: int, errors: FlightErrors) -> Floats:
         Specifies mean or quantiles.
     """
     objectives, limits = np.split(values, [n_objectives], axis=2)
-    reduced = objectives.mean(axis=0) if errors.mean else kept_by(objectives, errors.quantile)
-    return np.hstack([reduced, kept_by(limits, errors.kept)])
+    reduced = (
+        objectives.mean(axis=0)
+        if settings.mean
+        else compute_quantile(objectives, settings.quantile)
+    )
+    return np.hstack([reduced, compute_quantile(limits, settings.kept)])
 
 
 def _draw_noise(

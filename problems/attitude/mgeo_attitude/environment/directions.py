@@ -15,22 +15,22 @@ import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment.constants import EARTH_RADIUS
-from mgeo_attitude.environment.environment import Course, Environment
+from mgeo_attitude.environment.environment import Environment, OrbitSource
 from mgeo_attitude.environment.sun_moon import (
-    lit_fraction,
     moon_position,
     sun_direction,
     sun_position,
+    visible_sun_fraction,
 )
-from mgeo_attitude.environment.times import instants
+from mgeo_attitude.environment.times import compute_julian_dates
 
 #: Sine of the least angle between a target and the reference of the clock angle.
-_LEAST_SINE = 1e-3
+_MIN_SINE = 1e-3
 #: Body z defines the clock angle up to this cosine of its angle to the pointing axis, body x above.
-_NEAR_Z = np.sqrt(0.5)
+_MAX_Z_COSINE = np.sqrt(0.5)
 
 
-class Place(NamedTuple):
+class SatelliteState(NamedTuple):
     """State of the satellite and the Sun at n instants.
 
     Attributes
@@ -51,24 +51,26 @@ class Place(NamedTuple):
     sunlit: Bools
 
     @classmethod
-    def at(cls, course: Course, times: Floats) -> Self:
+    def from_times(cls, source: OrbitSource, times: Floats) -> Self:
         """Compute the state at `times` [s] after a scenario's epoch, also after its run."""
-        position, velocity = course.orbit.propagate(course.epoch, times)
-        center = sun_position(instants(course.epoch, times))
-        lit = lit_fraction(position, center) >= 0.5
+        position, velocity = source.orbit.propagate(source.epoch, times)
+        center = sun_position(compute_julian_dates(source.epoch, times))
+        lit = visible_sun_fraction(position, center) >= 0.5
         return cls(times, position, velocity, sun_direction(position, center), lit)
 
     @classmethod
-    def row(cls, of: Environment | Place) -> Self:
+    def from_first_row(cls, tables: Environment | SatelliteState) -> Self:
         """Return the state in the first row of tables."""
-        return cls(*(getattr(of, name)[:1] for name in cls._fields))
+        return cls(*(getattr(tables, name)[:1] for name in cls._fields))
 
-    def without_shadow(self) -> Self:
+    def without_eclipses(self) -> Self:
         """Return the state without eclipses."""
         return self._replace(sunlit=np.ones_like(self.sunlit))
 
 
-def pointed(axis: Floats, target: Floats, toward: Floats, clock: float) -> Floats:
+def compute_pointing_attitudes(
+    axis: Floats, target: Floats, clock_reference: Floats, clock_angle: float
+) -> Floats:
     """Return the attitudes that point a body axis at a target, GCRS to body, shape (n, 3, 3).
 
     The attitude follows from two vectors in the body and two in space, of which the first pair is
@@ -94,13 +96,13 @@ def pointed(axis: Floats, target: Floats, toward: Floats, clock: float) -> Float
     """
     from scipy.spatial.transform import Rotation
 
-    second = np.eye(3)[0 if abs(axis[2]) > _NEAR_Z else 2]
-    turn = Rotation.from_rotvec(-clock * axis).as_matrix()
-    attitude: Floats = turn @ _triads(axis, second).T @ _triads(target, toward)
+    second = np.eye(3)[0 if abs(axis[2]) > _MAX_Z_COSINE else 2]
+    turn = Rotation.from_rotvec(-clock_angle * axis).as_matrix()
+    attitude: Floats = turn @ _build_triads(axis, second).T @ _build_triads(target, clock_reference)
     return attitude
 
 
-def _triads(first: Floats, second: Floats) -> Floats:
+def _build_triads(first: Floats, second: Floats) -> Floats:
     """Return right-handed orthonormal axes, row by row, shape (..., 3, 3).
 
     The first axis is along the first vector, the second in the plane of both vectors.
@@ -108,7 +110,7 @@ def _triads(first: Floats, second: Floats) -> Floats:
     one = first / np.linalg.norm(first, axis=-1, keepdims=True)
     normal = np.cross(one, second / np.linalg.norm(second, axis=-1, keepdims=True))
     sine = np.linalg.norm(normal, axis=-1, keepdims=True)
-    if (sine < _LEAST_SINE).any():
+    if (sine < _MIN_SINE).any():
         raise ValueError("the target is parallel to the reference direction of the clock angle")
     three = normal / sine
     return np.stack([one, np.cross(three, one), three], axis=-2)
@@ -130,8 +132,8 @@ class Direction:
     """
 
     label: str
-    vectors: Callable[[Environment | Place, datetime], Floats]
-    radius: Callable[[Environment | Place], Floats] | None = None
+    vectors: Callable[[Environment | SatelliteState, datetime], Floats]
+    radius: Callable[[Environment | SatelliteState], Floats] | None = None
 
 
 @dataclass(frozen=True)
@@ -153,15 +155,15 @@ class Cone:
     direction: str
     axis: tuple[float, float, float]
     half_angle: float
-    inside: bool
+    keep_in: bool
 
     @property
-    def disc(self) -> bool:
+    def is_disc(self) -> bool:
         """Whether the direction is that of a disc."""
         return bool(self.direction) and DIRECTIONS[self.direction].radius is not None
 
 
-class Passage(NamedTuple):
+class DirectionMotion(NamedTuple):
     """A direction during n steps of a run.
 
     Each step leads to a sample. The first sample has no step before it.
@@ -179,14 +181,14 @@ class Passage(NamedTuple):
         not evaluate the start.
     """
 
-    before: Floats
-    after: Floats
-    radius_before: Floats
-    radius_after: Floats
+    start: Floats
+    end: Floats
+    start_radius: Floats
+    end_radius: Floats
     appears: Bools
 
     @classmethod
-    def of(cls, vectors: Floats, radius: Floats) -> Passage:
+    def from_samples(cls, vectors: Floats, radius: Floats) -> DirectionMotion:
         """Return the passage for directions, shape (n, 3), and radii, shape (n,), at samples."""
         before, radius_before = (np.concatenate([v[:1], v[:-1]]) for v in (vectors, radius))
         starts: Bools = np.any(before, axis=-1)
@@ -199,61 +201,63 @@ class Passage(NamedTuple):
             ends & ~starts,
         )
 
-    def rows(self, of: slice | Ints) -> Passage:
+    def select_steps(self, steps: slice | Ints) -> DirectionMotion:
         """Return a selection of the steps."""
         before, after, radius_before, radius_after, appears = self
-        return Passage(before[of], after[of], radius_before[of], radius_after[of], appears[of])
+        return DirectionMotion(
+            before[steps], after[steps], radius_before[steps], radius_after[steps], appears[steps]
+        )
 
-    def seen(self, attitude: Floats) -> Passage:
+    def rotate_to_body(self, attitude: Floats) -> DirectionMotion:
         """Rotate the passage to body axes by the attitudes at the samples, shape (n, 3, 3)."""
-        before, after = (np.einsum("kij,kj->ki", attitude, v) for v in (self.before, self.after))
+        before, after = (np.einsum("kij,kj->ki", attitude, v) for v in (self.start, self.end))
         return self._replace(before=before, after=after)
 
 
-def _sun(at: Environment | Place, epoch: datetime) -> Floats:
+def _compute_sun_direction(at: Environment | SatelliteState, epoch: datetime) -> Floats:
     return at.sun * at.sunlit[:, None]
 
 
-def _nadir(at: Environment | Place, epoch: datetime) -> Floats:
-    return _unit(-at.position)
+def _compute_nadir(at: Environment | SatelliteState, epoch: datetime) -> Floats:
+    return _normalize(-at.position)
 
 
-def _earth_radius(at: Environment | Place) -> Floats:
+def _compute_earth_radius(at: Environment | SatelliteState) -> Floats:
     distance = np.linalg.norm(at.position, axis=1)
     return np.asarray(np.arcsin(EARTH_RADIUS / distance))
 
 
-def _moon(at: Environment | Place, epoch: datetime) -> Floats:
+def _compute_moon_direction(at: Environment | SatelliteState, epoch: datetime) -> Floats:
     """Return the direction of the Moon, even where the Earth hides it."""
-    moon = moon_position(instants(epoch, at.times))
-    return _unit(moon - at.position)
+    moon = moon_position(compute_julian_dates(epoch, at.times))
+    return _normalize(moon - at.position)
 
 
-def _velocity(at: Environment | Place, epoch: datetime) -> Floats:
-    return _unit(at.velocity)
+def _compute_velocity_direction(at: Environment | SatelliteState, epoch: datetime) -> Floats:
+    return _normalize(at.velocity)
 
 
-def _unit(vectors: Floats) -> Floats:
+def _normalize(vectors: Floats) -> Floats:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
 
 
 #: Directions by the value of ``reference`` in a scenario file.
 DIRECTIONS: dict[str, Direction] = {
-    "sun": Direction("Sun", _sun),
-    "earth": Direction("Earth", _nadir, _earth_radius),
-    "nadir": Direction("nadir", _nadir),
-    "moon": Direction("Moon", _moon),
-    "velocity": Direction("velocity", _velocity),
+    "sun": Direction("Sun", _compute_sun_direction),
+    "earth": Direction("Earth", _compute_nadir, _compute_earth_radius),
+    "nadir": Direction("nadir", _compute_nadir),
+    "moon": Direction("Moon", _compute_moon_direction),
+    "velocity": Direction("velocity", _compute_velocity_direction),
 }
 
 
-def directions(names: tuple[str, ...], environment: Environment, epoch: datetime) -> Floats:
+def compute_directions(names: tuple[str, ...], environment: Environment, epoch: datetime) -> Floats:
     """Return the unit vectors of several `DIRECTIONS` along a run, shape (n, m, 3)."""
     vectors = [DIRECTIONS[name].vectors(environment, epoch) for name in names]
     return np.stack(vectors, axis=1) if names else np.zeros((len(environment.times), 0, 3))
 
 
-def radii(names: tuple[str, ...], environment: Environment) -> Floats:
+def compute_radii(names: tuple[str, ...], environment: Environment) -> Floats:
     """Return the apparent radii of several `DIRECTIONS` [rad], shape (n, m)."""
     result = np.zeros((len(environment.times), len(names)))
     for index, name in enumerate(names):

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit, epoch_of
+from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit, parse_epoch
 from mgeo_attitude.settings.errors import InvalidValue
 
 Fields = Mapping[str, Any]
@@ -36,7 +36,7 @@ _KEYWORDS = {
     "mean_anomaly_deg": "MEAN_ANOMALY",
     "bstar": "BSTAR",
 }
-_LISTED = 10  # largest number of objects in an error message
+_MAX_LISTED = 10  # largest number of objects in an error message
 
 
 @dataclass(frozen=True)
@@ -52,16 +52,16 @@ class Entry:
     def __str__(self) -> str:
         return " ".join(filter(None, (self.name, self.designator, self.number)))
 
-    def is_of(self, wanted: str) -> bool:
+    def matches_object(self, object_name: str) -> bool:
         """Return whether a name, designator or catalog number matches; empty matches any."""
         written = self.content.get("line1", "")[2:7]  # may contain a letter (Alpha-5)
         names = ("", self.name, self.designator, self.number, written)
-        same = wanted.casefold() in {name.casefold() for name in names}
-        return same or wanted.lstrip("0") == self.number.lstrip("0")
+        same = object_name.casefold() in {name.casefold() for name in names}
+        return same or object_name.lstrip("0") == self.number.lstrip("0")
 
 
 def read_element_set(
-    text: str, wanted: str, epoch: datetime, file: str
+    text: str, object_name: str, epoch: datetime, file: str
 ) -> TLEOrbit | MeanElements | None:
     """Return the element set closest to an epoch from the text of a file.
 
@@ -86,32 +86,34 @@ def read_element_set(
         If an entry is invalid, or if several objects match.
     """
     try:
-        entries = [_entry(fields) for fields in _messages(text)] or _lines(text)
+        entries = [_build_entry(fields) for fields in _parse_messages(text)] or _parse_line_pairs(
+            text
+        )
     except Exception as error:  # the package raises many kinds for invalid text
         raise ValueError(
             f"expected mean-elements messages (OMM) or pairs of lines: {error}"
         ) from error
     if not entries:
         return None
-    fitting = [entry for entry in entries if entry.is_of(wanted)]
+    fitting = [entry for entry in entries if entry.matches_object(object_name)]
     if len({entry.number or entry.designator or entry.name for entry in fitting}) != 1:
         names = list(dict.fromkeys(map(str, fitting or entries)))
-        more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+        more = f" and {len(names) - _MAX_LISTED} more" if len(names) > _MAX_LISTED else ""
         raise ValueError(
-            f"object = {wanted!r} matches {len(fitting)} entries: expected the name or number of "
-            f"one of {', '.join(names[:_LISTED])}{more}"
+            f"object = {object_name!r} matches {len(fitting)} entries: expected the name or number of "
+            f"one of {', '.join(names[:_MAX_LISTED])}{more}"
         )
     entry = min(fitting, key=lambda each: abs(each.epoch - epoch))
     source = f"{file}, {entry}"
     try:
         if "line1" in entry.content:
             return TLEOrbit(source=source, **entry.content)
-        return _mean_elements(entry.content, source)
+        return _build_mean_elements(entry.content, source)
     except ValueError as error:
         raise ValueError(f"{entry}: {error}") from None
 
 
-def _messages(text: str) -> list[Fields]:
+def _parse_messages(text: str) -> list[Fields]:
     """Return the fields of each message in a text by keyword; empty without messages."""
     from sgp4 import omm
 
@@ -122,30 +124,30 @@ def _messages(text: str) -> list[Fields]:
         data = json.loads(text)
         return data if isinstance(data, list) else [data]
     if "CCSDS_OMM_VERS" in text:
-        return [_key_values(part) for part in text.split("CCSDS_OMM_VERS")[1:]]
+        return [_parse_kvn(part) for part in text.split("CCSDS_OMM_VERS")[1:]]
     if "MEAN_MOTION" in text.partition("\n")[0]:
         return list(omm.parse_csv(text.splitlines()))
     return []
 
 
-def _key_values(text: str) -> Fields:
+def _parse_kvn(text: str) -> Fields:
     """Return the fields of a message in KVN, without units in brackets."""
     pairs = (line.partition("=") for line in text.splitlines()[1:] if "=" in line)
     return {key.strip(): value.partition("[")[0].strip() for key, _, value in pairs}
 
 
-def _entry(fields: Fields) -> Entry:
+def _build_entry(fields: Fields) -> Entry:
     name, designator, number, epoch = (
         str(fields.get(key) or "") for key in ("OBJECT_NAME", "OBJECT_ID", "NORAD_CAT_ID", "EPOCH")
     )
-    return Entry(name, designator, number, _utc(epoch), fields)
+    return Entry(name, designator, number, _parse_utc(epoch), fields)
 
 
-def _utc(stamp: str) -> datetime:
+def _parse_utc(stamp: str) -> datetime:
     return datetime.fromisoformat(stamp).replace(tzinfo=UTC)
 
 
-def _lines(text: str) -> list[Entry]:
+def _parse_line_pairs(text: str) -> list[Entry]:
     """Return the pairs of lines, each optionally preceded by a line with the object's name."""
     from sgp4.alpha5 import from_alpha5
 
@@ -160,11 +162,11 @@ def _lines(text: str) -> list[Entry]:
         designator = f"{19 + (launch[:2] < '57')}{launch[:2]}-{launch[2:]}" if launch else ""
         content = {"line1": line1, "line2": line2}
         number = str(from_alpha5(line1[2:7].strip()))
-        entries.append(Entry(name, designator, number, epoch_of(line1), content))
+        entries.append(Entry(name, designator, number, parse_epoch(line1), content))
     return entries
 
 
-def _mean_elements(fields: Fields, source: str) -> MeanElements:
+def _build_mean_elements(fields: Fields, source: str) -> MeanElements:
     """Return the element set of a message.
 
     Raises
@@ -183,7 +185,7 @@ def _mean_elements(fields: Fields, source: str) -> MeanElements:
         except (KeyError, TypeError, ValueError):
             raise ValueError(f"{key} = {fields.get(key)!r:.60}: expected a number") from None
     try:
-        return MeanElements(source=source, epoch=_utc(fields["EPOCH"]), **numbers)
+        return MeanElements(source=source, epoch=_parse_utc(fields["EPOCH"]), **numbers)
     except InvalidValue as error:
         key = _KEYWORDS.get(error.key, error.key)
         raise ValueError(f"{key} = {error.value!r}: {error.expected}") from None

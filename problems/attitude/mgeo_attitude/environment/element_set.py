@@ -17,7 +17,7 @@ from pydantic.dataclasses import dataclass
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import DAY, EARTH_MU, EARTH_RADIUS
 from mgeo_attitude.environment.frames import rotate, teme_to_gcrs
-from mgeo_attitude.environment.times import Instants, instants, utc_text
+from mgeo_attitude.environment.times import JulianDates, compute_julian_dates, format_instant
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
 from mgeo_attitude.settings.types import Degrees, Instant, Unit
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 #: Age of an element set beyond which the position error exceeds tens of kilometers.
 MAX_AGE = timedelta(days=30)
 
-_PROBE = 10.0  # s between test instants of a run; shorter than a descent to the ground
-_LENGTH = 69  # characters of a line
+_PROBE_INTERVAL = 10.0  # s between test instants of a run; shorter than a descent to the ground
+_LINE_LENGTH = 69  # characters of a line
 _FIRST_YEAR = 57  # two-digit years from 57 on are 19yy, since the first satellite flew in 1957
 #: Epoch of the days that `Satrec.sgp4init` takes.
 _SGP4_EPOCH = datetime(1949, 12, 31, tzinfo=UTC)
@@ -51,19 +51,19 @@ class ElementSet(Settings):
     epoch_key: ClassVar[str]
 
     @property
-    def instant(self) -> datetime:
+    def element_epoch(self) -> datetime:
         """Epoch of the elements, UTC."""
         raise NotImplementedError
 
-    def satellite(self) -> Satrec:
+    def build_satellite(self) -> Satrec:
         """Return the satellite for the package sgp4."""
         raise NotImplementedError
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
         """Return position [m] and velocity [m/s], GCRS, (n, 3), at `times` [s] after an epoch."""
-        return gcrs_of(self.satellite(), instants(epoch, times))
+        return compute_gcrs_states(self.build_satellite(), compute_julian_dates(epoch, times))
 
-    def for_run(self, epoch: datetime, duration: float) -> Self:
+    def prepare_for_run(self, epoch: datetime, duration: float) -> Self:
         """Check that SGP4 propagates the element set through a run, and return the set.
 
         Raises
@@ -76,26 +76,26 @@ class ElementSet(Settings):
         value = value.isoformat() if isinstance(value, datetime) else value
         near = (
             f"an element set within {MAX_AGE.days} days of epoch = {epoch.isoformat()}, not of "
-            f"{self.instant.isoformat()}"
+            f"{self.element_epoch.isoformat()}"
         )
-        expect(abs(epoch - self.instant) <= MAX_AGE, key, value, near)
-        times = np.linspace(0.0, duration, 2 + int(duration / _PROBE))
-        codes, _, _ = _states(self.satellite(), instants(epoch, times))
+        expect(abs(epoch - self.element_epoch) <= MAX_AGE, key, value, near)
+        times = np.linspace(0.0, duration, 2 + int(duration / _PROBE_INTERVAL))
+        codes, _, _ = _run_sgp4(self.build_satellite(), compute_julian_dates(epoch, times))
         for k in np.flatnonzero(codes)[:1]:
             lasting = (
                 "an element set that SGP4 propagates through the run; at "
-                f"{utc_text(epoch, times[k])}, t = {times[k]:.0f} s, it reports: "
-                f"{_error_text(int(codes[k]))}"
+                f"{format_instant(epoch, times[k])}, t = {times[k]:.0f} s, it reports: "
+                f"{_format_sgp4_error(int(codes[k]))}"
             )
             expect(False, key, value, lasting)
         return self
 
-    def later(self, time: float) -> Self:
+    def shift_epoch(self, time: float) -> Self:
         """Return the element set, whose epoch does not depend on the scenario."""
         return self
 
 
-def gcrs_of(satellite: Satrec, at: Instants) -> tuple[Floats, Floats]:
+def compute_gcrs_states(satellite: Satrec, at: JulianDates) -> tuple[Floats, Floats]:
     """Return position [m] and velocity [m/s] in GCRS by SGP4, shape (n, 3).
 
     TEME is treated as inertial for the velocity, an error of 1e-4 m/s in a low orbit.
@@ -105,12 +105,12 @@ def gcrs_of(satellite: Satrec, at: Instants) -> tuple[Floats, Floats]:
     SGP4Error
         If SGP4 reports an error, such as a decayed satellite.
     """
-    position, velocity = teme_of(satellite, at)
+    position, velocity = compute_teme_states(satellite, at)
     rotation = teme_to_gcrs(at)
     return rotate(rotation, position), rotate(rotation, velocity)
 
 
-def teme_of(satellite: Satrec, at: Instants) -> tuple[Floats, Floats]:
+def compute_teme_states(satellite: Satrec, at: JulianDates) -> tuple[Floats, Floats]:
     """Return position [m] and velocity [m/s] in TEME by SGP4, shape (n, 3).
 
     TEME is SGP4's own frame, true equator and mean equinox of date.
@@ -120,27 +120,27 @@ def teme_of(satellite: Satrec, at: Instants) -> tuple[Floats, Floats]:
     SGP4Error
         If SGP4 reports an error.
     """
-    codes, position, velocity = _states(satellite, at)
+    codes, position, velocity = _run_sgp4(satellite, at)
     for k in np.flatnonzero(codes)[:1]:
         code = int(codes[k])
         name = f"satellite {satellite.satnum_str}: " if satellite.satnum else ""
         time = (at.ut[k] - at.ut[0]) * DAY
-        raise SGP4Error(f"{name}SGP4 error {code} at t = {time:.1f} s, {_error_text(code)}")
+        raise SGP4Error(f"{name}SGP4 error {code} at t = {time:.1f} s, {_format_sgp4_error(code)}")
     return 1e3 * position, 1e3 * velocity
 
 
-def _states(satellite: Satrec, at: Instants) -> tuple[Floats, Floats, Floats]:
+def _run_sgp4(satellite: Satrec, at: JulianDates) -> tuple[Floats, Floats, Floats]:
     codes, position, velocity = satellite.sgp4_array(np.full_like(at.ut, at.midnight), at.ut)
     return codes, position, velocity
 
 
-def _error_text(code: int) -> str:
+def _format_sgp4_error(code: int) -> str:
     from sgp4.api import SGP4_ERRORS
 
     return str(SGP4_ERRORS[code])
 
 
-def _most_revolutions(eccentricity: float) -> float:
+def _compute_max_revolutions(eccentricity: float) -> float:
     """Return the revolutions per day of an orbit whose perigee is at the Earth's surface."""
     return DAY * math.sqrt(EARTH_MU * ((1.0 - eccentricity) / EARTH_RADIUS) ** 3) / math.tau
 
@@ -182,17 +182,17 @@ class TLEOrbit(ElementSet):
             object.__setattr__(self, key, getattr(self, key).rstrip())
         _check_lines(self.line1, self.line2)
         # A line that is shifted by a column also causes an impossible mean motion.
-        most = _most_revolutions(float(f"0.{self.line2[26:33]}"))
+        most = _compute_max_revolutions(float(f"0.{self.line2[26:33]}"))
         above = f"a perigee above the Earth's surface, at most {most:.6g} revolutions a day"
         expect(most * self.period > DAY, "line2", self.line2, f"{above} (columns 53-63)")
 
     @property
     def epoch(self) -> datetime:
         """Epoch of the element set, UTC."""
-        return epoch_of(self.line1)
+        return parse_epoch(self.line1)
 
     @property
-    def instant(self) -> datetime:
+    def element_epoch(self) -> datetime:
         return self.epoch
 
     @property
@@ -200,14 +200,14 @@ class TLEOrbit(ElementSet):
         """Period of the mean motion [s]."""
         return DAY / float(self.line2[52:63])
 
-    def satellite(self) -> Satrec:
+    def build_satellite(self) -> Satrec:
         """Return the satellite with the constants of WGS72, on which element sets are based."""
         from sgp4.api import Satrec
 
         return Satrec.twoline2rv(self.line1, self.line2)
 
 
-def epoch_of(line1: str) -> datetime:
+def parse_epoch(line1: str) -> datetime:
     """Return the epoch of an element set in UTC, from columns 19 to 32 of its first line.
 
     Raises
@@ -229,8 +229,8 @@ def _check_lines(line1: str, line2: str) -> None:
     from sgp4.io import twoline2rv, verify_checksum
 
     for key, line in (("line1", line1), ("line2", line2)):
-        length = f"{_LENGTH} characters, not {len(line)} (two-line element set)"
-        expect(len(line) == _LENGTH, key, line, length)
+        length = f"{_LINE_LENGTH} characters, not {len(line)} (two-line element set)"
+        expect(len(line) == _LINE_LENGTH, key, line, length)
         try:
             verify_checksum(line)
         except ValueError as error:
@@ -292,13 +292,13 @@ class MeanElements(ElementSet):
     """drag term"""
 
     def __post_init__(self) -> None:
-        most = _most_revolutions(self.eccentricity)
+        most = _compute_max_revolutions(self.eccentricity)
         above = f"a perigee above the Earth's surface, at most {most:.6g} revolutions a day"
         found = self.mean_motion_rev_day
         expect(found < most, "mean_motion_rev_day", found, above)
 
     @property
-    def instant(self) -> datetime:
+    def element_epoch(self) -> datetime:
         return self.epoch
 
     @property
@@ -306,7 +306,7 @@ class MeanElements(ElementSet):
         """Period of the mean motion [s]."""
         return DAY / self.mean_motion_rev_day
 
-    def satellite(self) -> Satrec:
+    def build_satellite(self) -> Satrec:
         """Return the satellite with the constants of WGS72, on which element sets are based.
 
         The catalog number is set to 0, since the package supports none above 339999; it has no
@@ -319,7 +319,7 @@ class MeanElements(ElementSet):
             WGS72,
             "i",
             0,
-            (self.instant - _SGP4_EPOCH).total_seconds() / DAY,
+            (self.element_epoch - _SGP4_EPOCH).total_seconds() / DAY,
             self.bstar,
             0.0,  # derivatives of the mean motion belong to older theories
             0.0,

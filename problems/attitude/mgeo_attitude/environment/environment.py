@@ -15,15 +15,15 @@ from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_STA
 from mgeo_attitude.environment.field import dipole_gradient, field_gradient, geomagnetic_field
 from mgeo_attitude.environment.frames import gcrs_to_itrs, rotate
 from mgeo_attitude.environment.orbit import AnyOrbit
-from mgeo_attitude.environment.sun_moon import lit_fraction, sun_direction, sun_position
-from mgeo_attitude.environment.times import instants
+from mgeo_attitude.environment.sun_moon import sun_direction, sun_position, visible_sun_fraction
+from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.settings.base import require_same
 
 #: Fields of a `Scenario` that determine the tables.
-KEYS = ("epoch", "duration", "step", "orbit")
+SCENARIO_FIELDS = ("epoch", "duration", "step", "orbit")
 
 
-class Course(Protocol):
+class OrbitSource(Protocol):
     """Protocol of an object with an orbit and sample times, such as a `Scenario`.
 
     An object with an attribute `needs_field` that is false is valid beyond the years of the field
@@ -86,15 +86,15 @@ class Environment:
     sun: Floats
     field: Floats
     sunlit: Bools
-    origin: Course | None = None
-    earthlight: Floats | None = None
-    shadow: bool = True
+    origin: OrbitSource | None = None
+    albedo: Floats | None = None
+    has_eclipses: bool = True
     epoch: datetime | None = None
 
     def __post_init__(self) -> None:
         n = np.size(self.times)
         shapes = {"times": (n,), "sunlit": (n,)}
-        light = () if self.earthlight is None else ("earthlight",)
+        light = () if self.albedo is None else ("earthlight",)
         for name in ("times", "position", "velocity", "sun", "field", "sunlit", *light):
             shape = shapes.get(name, (n, 3))
             table = np.array(getattr(self, name), dtype=bool if name == "sunlit" else float)
@@ -109,7 +109,7 @@ class Environment:
             raise ValueError("sun: expected unit vectors from the satellite to the Sun")
 
     @classmethod
-    def from_scenario(cls, scenario: Course) -> Self:
+    def from_scenario(cls, scenario: OrbitSource) -> Self:
         """Compute the tables at the `times` of a scenario, in about 0.7 s for two orbits at 1 s.
 
         Raises
@@ -120,15 +120,15 @@ class Environment:
         ImportError, SGP4Error
             If an element set cannot be propagated; see `ElementSet`.
         """
-        return cls.at(scenario, scenario.times, origin=scenario)
+        return cls.from_times(scenario, scenario.times, origin=scenario)
 
     @classmethod
-    def at(
+    def from_times(
         cls,
-        scenario: Course,
+        scenario: OrbitSource,
         times: Floats,
         position: Floats | None = None,
-        origin: Course | None = None,
+        origin: OrbitSource | None = None,
     ) -> Self:
         """Compute the tables at any `times` [s] after a scenario's epoch.
 
@@ -151,14 +151,16 @@ class Environment:
         else:
             velocity = np.gradient(position, times, axis=0)
         needs_field = getattr(scenario, "needs_field", True)
-        sun, field = _sun_and_field(scenario.epoch, _bytes(times), _bytes(position), needs_field)
+        sun, field = _compute_cached_sun_and_field(
+            scenario.epoch, _to_bytes(times), _to_bytes(position), needs_field
+        )
         return cls(
             times=times,
             position=position,
             velocity=velocity,
             sun=sun_direction(position, sun),
             field=field,
-            sunlit=lit_fraction(position, sun) >= 0.5,
+            sunlit=visible_sun_fraction(position, sun) >= 0.5,
             origin=origin,
             epoch=scenario.epoch,
         )
@@ -170,18 +172,20 @@ class Environment:
         """
         if self.epoch is None:
             return dipole_gradient(self.position, self.field)
-        return _field_gradient(self.epoch, _bytes(self.times), _bytes(self.position))
+        return _compute_cached_field_gradient(
+            self.epoch, _to_bytes(self.times), _to_bytes(self.position)
+        )
 
     @property
     def field_tesla(self) -> Floats:
         """Geomagnetic field [T], shape (n, 3)."""
         return 1e-9 * self.field
 
-    def without_shadow(self) -> Self:
+    def without_eclipses(self) -> Self:
         """Return the environment without eclipses."""
         return dataclasses.replace(self, sunlit=np.ones_like(self.sunlit), shadow=False)
 
-    def require(self, scenario: Course) -> None:
+    def validate_scenario(self, scenario: OrbitSource) -> None:
         """Check that the tables belong to a scenario.
 
         User-defined tables need only have the scenario's `times`.
@@ -193,7 +197,7 @@ class Environment:
             both values.
         """
         if self.origin is not None:
-            require_same("environment", self.origin, scenario, KEYS)
+            require_same("environment", self.origin, scenario, SCENARIO_FIELDS)
         if not np.array_equal(self.times, scenario.times):
             times = self.times
             raise ValueError(
@@ -202,15 +206,15 @@ class Environment:
             )
 
 
-def _bytes(table: Floats) -> bytes:
+def _to_bytes(table: Floats) -> bytes:
     return np.asarray(table, dtype=np.float64).tobytes()
 
 
-def _middle(epoch: datetime, times: Floats) -> datetime:
+def _compute_middle_epoch(epoch: datetime, times: Floats) -> datetime:
     return epoch + timedelta(seconds=0.5 * float(times[0] + times[-1]))
 
 
-def sun_and_field(
+def compute_sun_and_field(
     epoch: datetime, times: Floats, position: Floats, needs_field: bool = True
 ) -> tuple[Floats, Floats]:
     """Compute Sun position [m] and field [nT] at positions, the most expensive tables.
@@ -233,9 +237,9 @@ def sun_and_field(
     sun, field : arrays, shape (n, 3)
         Vectors from Earth to Sun [m] and field [nT], GCRS.
     """
-    at = instants(epoch, times)
+    at = compute_julian_dates(epoch, times)
     to_itrs = gcrs_to_itrs(at)
-    middle = _middle(epoch, times)
+    middle = _compute_middle_epoch(epoch, times)
     if not needs_field:
         middle = min(max(middle, FIELD_MODEL_START), FIELD_MODEL_END)
     # The field raises an error for dates for which the Sun position would only warn.
@@ -245,11 +249,11 @@ def sun_and_field(
 
 # A problem, its plans and their Monte Carlo runs request the same tables independently.
 @lru_cache(maxsize=16)
-def _sun_and_field(
+def _compute_cached_sun_and_field(
     epoch: datetime, times: bytes, position: bytes, needs_field: bool
 ) -> tuple[Floats, Floats]:
     after, where = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
-    tables = sun_and_field(epoch, after, where, needs_field)
+    tables = compute_sun_and_field(epoch, after, where, needs_field)
     for table in tables:
         table.flags.writeable = False  # the cached table is shared
     return tables
@@ -257,10 +261,10 @@ def _sun_and_field(
 
 # Each magnetometer requests the gradient.
 @lru_cache(maxsize=16)
-def _field_gradient(epoch: datetime, times: bytes, position: bytes) -> Floats:
+def _compute_cached_field_gradient(epoch: datetime, times: bytes, position: bytes) -> Floats:
     after, where = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
-    to_itrs = gcrs_to_itrs(instants(epoch, after))
-    gradient = field_gradient(rotate(to_itrs, where), _middle(epoch, after))
+    to_itrs = gcrs_to_itrs(compute_julian_dates(epoch, after))
+    gradient = field_gradient(rotate(to_itrs, where), _compute_middle_epoch(epoch, after))
     turned: Floats = np.swapaxes(to_itrs, 1, 2) @ gradient @ to_itrs
     turned.flags.writeable = False
     return turned

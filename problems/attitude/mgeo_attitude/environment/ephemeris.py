@@ -14,19 +14,19 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_MU, EARTH_RADIUS
 from mgeo_attitude.environment.interpolation import interpolate
 from mgeo_attitude.environment.kepler import orbital_period
-from mgeo_attitude.environment.times import elapsed, utc_text
+from mgeo_attitude.environment.times import format_instant, seconds_between
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
 from mgeo_attitude.settings.types import Instant, Unit, Vector
 
 #: Default degree of the polynomials: 8 positions, or 4 positions with velocities.
 DEFAULT_DEGREE = 7
-MOST_DEGREE = 15
+MAX_DEGREE = 15
 #: Tolerance for equal instants [s], since files round times, usually to a microsecond.
-SAME_INSTANT = 2e-6
+TIME_TOLERANCE = 2e-6
 
-_FARTHEST = 1e9  # m; the radius of the Earth's sphere of influence is 9.2e8 m
-_LARGEST_ERROR = 1000.0  # m, the error of the best element sets
+_MAX_RADIUS = 1e9  # m; the radius of the Earth's sphere of influence is 9.2e8 m
+_MAX_INTERPOLATION_ERROR = 1000.0  # m, the error of the best element sets
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +62,7 @@ class EphemerisOrbit(Settings):
     """origin of the samples"""
     epoch: Instant
     """reference instant of the times, with UTC offset"""
-    degree: int = Field(default=DEFAULT_DEGREE, ge=1, le=MOST_DEGREE)
+    degree: int = Field(default=DEFAULT_DEGREE, ge=1, le=MAX_DEGREE)
     """degree of the interpolating polynomials"""
     times: Annotated[tuple[float, ...], Unit("s")]
     """SI seconds after the epoch, increasing"""
@@ -72,7 +72,10 @@ class EphemerisOrbit(Settings):
     """velocities, GCRS; without them, Lagrange interpolation is used"""
 
     def __post_init__(self) -> None:
-        n, need = len(self.times), max(3, points(self.degree, bool(self.velocity)) + 1)
+        n, need = (
+            len(self.times),
+            max(3, count_polynomial_samples(self.degree, bool(self.velocity)) + 1),
+        )
         enough = f"at least {need} for degree = {self.degree}; fewer allow a lower degree"
         expect(n >= need, "times", f"{n} samples", enough)
         for key, count in (("position", len(self.position)), ("velocity", len(self.velocity) or n)):
@@ -81,10 +84,10 @@ class EphemerisOrbit(Settings):
             later = f"more than the {self.times[k - 1]!r} s before it"
             expect(False, f"times[{k}]", self.times[k], later)
         radius = np.linalg.norm(self.position, axis=1)
-        for k in np.flatnonzero((radius < EARTH_RADIUS) | (radius > _FARTHEST))[:1]:
+        for k in np.flatnonzero((radius < EARTH_RADIUS) | (radius > _MAX_RADIUS))[:1]:
             reach = (
                 f"a position above ground and near the Earth, |r| from {EARTH_RADIUS:.12g} to "
-                f"{_FARTHEST:g} m, not {radius[k]:.6g} m"
+                f"{_MAX_RADIUS:g} m, not {radius[k]:.6g} m"
             )
             expect(False, f"position[{k}]", self.position[k], reach)
         held = "a position and a speed of a bound orbit about the Earth"
@@ -101,9 +104,9 @@ class EphemerisOrbit(Settings):
 
         The velocity is the derivative of the interpolated position.
         """
-        return self._at(times + elapsed(self.epoch, epoch))
+        return self._interpolate(times + seconds_between(self.epoch, epoch))
 
-    def for_run(self, epoch: datetime, duration: float) -> Self:
+    def prepare_for_run(self, epoch: datetime, duration: float) -> Self:
         """Check that the samples cover a run consistently, and return the orbit.
 
         Raises
@@ -113,9 +116,9 @@ class EphemerisOrbit(Settings):
             differ by 1 km or more during the run. Possible causes are a wrong sample, too few
             samples, velocities that do not match the positions, and a maneuver.
         """
-        start = elapsed(self.epoch, epoch)
+        start = seconds_between(self.epoch, epoch)
         end, (first, *_, last) = start + duration, self.times
-        inside = first <= start + SAME_INSTANT and end <= last + SAME_INSTANT
+        inside = first <= start + TIME_TOLERANCE and end <= last + TIME_TOLERANCE
         run = (
             f"samples for the whole run, from {start:.12g} to {end:.12g} s after "
             f"orbit.epoch = {self.epoch.isoformat()}"
@@ -124,26 +127,28 @@ class EphemerisOrbit(Settings):
         ends = np.array(self.times)
         middle = 0.5 * (ends[1:] + ends[:-1])
         needed = np.flatnonzero((ends[1:] > start) & (ends[:-1] < end))
-        moved, _ = self._at(middle[needed], shift=1)
-        error = np.linalg.norm(moved - self._at(middle[needed])[0], axis=1)
+        moved, _ = self._interpolate(middle[needed], shift=1)
+        error = np.linalg.norm(moved - self._interpolate(middle[needed])[0], axis=1)
         worst = int(np.argmax(error))
-        begin, stop = (utc_text(self.epoch, self.times[needed[worst] + side]) for side in (0, 1))
+        begin, stop = (
+            format_instant(self.epoch, self.times[needed[worst] + side]) for side in (0, 1)
+        )
         agreement = (
             f"polynomials of degree {self.degree} through neighboring samples that agree to "
-            f"{_LARGEST_ERROR:g} m, not {error[worst]:.3g} m: a sample is wrong, samples are too "
+            f"{_MAX_INTERPOLATION_ERROR:g} m, not {error[worst]:.3g} m: a sample is wrong, samples are too "
             "far apart, velocities have another unit or frame, or there is a maneuver. Start the "
             "run after the maneuver, or remove the samples after it"
         )
-        expect(error[worst] < _LARGEST_ERROR, "times", f"{begin} to {stop}", agreement)
+        expect(error[worst] < _MAX_INTERPOLATION_ERROR, "times", f"{begin} to {stop}", agreement)
         return self
 
-    def later(self, time: float) -> Self:
+    def shift_epoch(self, time: float) -> Self:
         """Return the orbit, whose epoch does not depend on the scenario."""
         return self
 
-    def _at(self, at: Floats, shift: int = 0) -> tuple[Floats, Floats]:
-        count = points(self.degree, bool(self.velocity))
-        return interpolate(*self._samples, count, at, shift)
+    def _interpolate(self, times: Floats, shift: int = 0) -> tuple[Floats, Floats]:
+        count = count_polynomial_samples(self.degree, bool(self.velocity))
+        return interpolate(*self._samples, count, times, shift)
 
     @cached_property
     def _samples(self) -> tuple[Floats, Floats, Floats | None]:
@@ -154,11 +159,11 @@ class EphemerisOrbit(Settings):
     def _energies(self) -> Floats:
         """Specific orbital energy of each sample [m²/s²], shape (n,)."""
         times, position, velocity = self._samples
-        velocity = self._at(times)[1] if velocity is None else velocity
+        velocity = self._interpolate(times)[1] if velocity is None else velocity
         kinetic = 0.5 * np.einsum("ni,ni->n", velocity, velocity)
         return np.asarray(kinetic - EARTH_MU / np.linalg.norm(position, axis=1))
 
 
-def points(degree: int, velocities: bool) -> int:
+def count_polynomial_samples(degree: int, has_velocities: bool) -> int:
     """Return the number of samples of a polynomial; a sample with velocity counts twice."""
-    return (degree + 2) // 2 if velocities else degree + 1
+    return (degree + 2) // 2 if has_velocities else degree + 1

@@ -15,15 +15,15 @@ from mgeo_attitude.environment.times import as_utc
 
 # East and south are undefined at the poles. Positions are moved 1e-7° (1 cm) away from them, which
 # changes the field vector by less than 1e-4 nT.
-_NEAREST_TO_POLE = np.radians(1e-7)
+_MIN_POLE_DISTANCE = np.radians(1e-7)
 
 # ppigrf needs 13 kB per point. Blocks of this size fit in the cache, which halves the run time.
-_AT_ONCE = 4096
+_BATCH_SIZE = 4096
 
 # The order of BLAS sums depends on the number of threads. One thread makes the last bit of the
 # field, and with it the result of a seed, independent of the number of processors. The limit
 # applies to the process, so that concurrent calls must wait.
-_one_by_one = Lock()
+_blas_lock = Lock()
 
 #: Degree and order of IGRF, and its reference radius [m].
 FIELD_DEGREE = 13
@@ -41,9 +41,9 @@ def geomagnetic_field(position: Floats, date: datetime) -> Floats:
         If the date has no UTC offset or is outside of the model's years.
     """
     utc = _check_date(date)
-    pieces = range(0, max(len(position), 1), _AT_ONCE)
-    with _one_by_one, threadpool_limits(1, user_api="blas"):
-        return np.concatenate([_field(position[k : k + _AT_ONCE], utc) for k in pieces])
+    pieces = range(0, max(len(position), 1), _BATCH_SIZE)
+    with _blas_lock, threadpool_limits(1, user_api="blas"):
+        return np.concatenate([_evaluate_field(position[k : k + _BATCH_SIZE], utc) for k in pieces])
 
 
 def field_gradient(position: Floats, date: datetime) -> Floats:
@@ -52,12 +52,14 @@ def field_gradient(position: Floats, date: datetime) -> Floats:
     Rows belong to the field and columns to the position. Parameters and exceptions are those of
     `geomagnetic_field`.
     """
-    coefficients = gauss_coefficients(_check_date(date))
-    pieces = range(0, max(len(position), 1), _AT_ONCE)
-    return np.concatenate([_gradient(position[k : k + _AT_ONCE], coefficients) for k in pieces])
+    coefficients = load_gauss_coefficients(_check_date(date))
+    pieces = range(0, max(len(position), 1), _BATCH_SIZE)
+    return np.concatenate(
+        [_evaluate_gradient(position[k : k + _BATCH_SIZE], coefficients) for k in pieces]
+    )
 
 
-def gauss_coefficients(date: datetime) -> Complexes:
+def load_gauss_coefficients(date: datetime) -> Complexes:
     """Return the Schmidt quasi-normalized coefficients g + ih of IGRF-14 [nT] on a date.
 
     The array is indexed by degree and order.
@@ -85,12 +87,14 @@ def _check_date(date: datetime) -> datetime:
     return utc
 
 
-def _field(position: Floats, utc: datetime) -> Floats:
+def _evaluate_field(position: Floats, utc: datetime) -> Floats:
     import ppigrf  # imports pandas, which takes a third of a second
 
     x, y, z = position.T
     radius = np.linalg.norm(position, axis=1)
-    colatitude = np.clip(np.arctan2(np.hypot(x, y), z), _NEAREST_TO_POLE, np.pi - _NEAREST_TO_POLE)
+    colatitude = np.clip(
+        np.arctan2(np.hypot(x, y), z), _MIN_POLE_DISTANCE, np.pi - _MIN_POLE_DISTANCE
+    )
     longitude = np.arctan2(y, x)
     # One date, not one per sample: ppigrf returns every combination of dates and points.
     outward, southward, eastward = ppigrf.igrf_gc(
@@ -109,7 +113,7 @@ def _field(position: Floats, utc: datetime) -> Floats:
     )
 
 
-def _gradient(position: Floats, coefficients: Complexes) -> Floats:
+def _evaluate_gradient(position: Floats, coefficients: Complexes) -> Floats:
     """Return the negative second derivatives of a Σ (a/r)ⁿ⁺¹ (g cos mλ + h sin mλ) P_n^m.
 
     The derivatives of solid harmonics I_n^m = (n - m)! P_n^m(cos θ) exp(imλ) / rⁿ⁺¹ are solid

@@ -13,15 +13,15 @@ import erfa
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.times import Instants
+from mgeo_attitude.environment.times import JulianDates
 
 
-def gcrs_to_itrs(at: Instants) -> Floats:
+def gcrs_to_itrs(at: JulianDates) -> Floats:
     """Return the rotation matrices from GCRS to ITRS, shape (n, 3, 3)."""
     return np.asarray(erfa.rz(erfa.era00(at.midnight, at.ut), _gcrs_to_cirs(at)))
 
 
-def teme_to_gcrs(at: Instants) -> Floats:
+def teme_to_gcrs(at: JulianDates) -> Floats:
     """Return the rotation matrices from TEME (the frame of SGP4) to GCRS, shape (n, 3, 3).
 
     TEME has no official definition. As in Vallado et al., "Revisiting Spacetrack Report #3" (AIAA
@@ -40,16 +40,16 @@ def rotate(matrices: Floats, vectors: Floats) -> Floats:
     return rotated
 
 
-def _gcrs_to_cirs(at: Instants) -> Floats:
+def _gcrs_to_cirs(at: JulianDates) -> Floats:
     """Return the matrices of IAU 2006/2000A, shape (n, 3, 3), by linear interpolation.
 
     The 2000A series takes 0.04 ms per instant. The interpolation error is 2e-10 rad over a few
     hours, 3e-8 rad over a day and 1e-6 rad over two weeks (fortnightly nutation).
     """
-    return _interpolate(erfa.c2i06a, at)
+    return _interpolate_matrices(erfa.c2i06a, at)
 
 
-def _interpolate(matrix: Callable[[float, float], Floats], at: Instants) -> Floats:
+def _interpolate_matrices(matrix: Callable[[float, float], Floats], at: JulianDates) -> Floats:
     first, last = (matrix(at.midnight, at.tt[k]) for k in (0, -1))
     span = at.tt[-1] - at.tt[0]
     weight = (at.tt - at.tt[0]) / (span or 1.0)  # a single instant has no span
@@ -58,7 +58,7 @@ def _interpolate(matrix: Callable[[float, float], Floats], at: Instants) -> Floa
 
 #: Patterns of the names of reference frames in files, in upper case and without hyphens, blanks and
 #: underscores. Realizations of one frame differ by centimeters and are not distinguished.
-_NAMES = {
+_FRAME_PATTERNS = {
     "GCRF": r"(GCRF|GCRS|ICRF)\d*",
     "EME2000": r"EME2000|J2000",
     "TOD": r"TOD|TRUEOFDATE",
@@ -70,7 +70,7 @@ _NAMES = {
 _EARTH_RATE = 2.0 * np.pi * 1.00273781191135448 / erfa.DAYSEC
 
 
-def frame_name(text: str) -> str:
+def parse_frame_name(text: str) -> str:
     """Return GCRF, EME2000, TOD, TEME or ITRF for a name of the frame in a file.
 
     Raises
@@ -79,7 +79,7 @@ def frame_name(text: str) -> str:
         If the frame is not supported.
     """
     plain = re.sub(r"[-_ ]", "", text.upper())
-    for name, pattern in _NAMES.items():
+    for name, pattern in _FRAME_PATTERNS.items():
         if re.fullmatch(pattern, plain):
             return name
     raise ValueError(
@@ -88,8 +88,8 @@ def frame_name(text: str) -> str:
     )
 
 
-def to_gcrs(
-    frame: str, at: Instants, position: Floats, velocity: Floats | None
+def convert_to_gcrs(
+    frame: str, at: JulianDates, position: Floats, velocity: Floats | None
 ) -> tuple[Floats, Floats | None]:
     """Convert position [m] and velocity [m/s], shape (n, 3), from a frame of `frame_name` to GCRS.
 
@@ -105,14 +105,14 @@ def to_gcrs(
     return rotate(rotation, position), velocity
 
 
-def rotation_to_gcrs(frame: str, at: Instants) -> Floats:
+def rotation_to_gcrs(frame: str, at: JulianDates) -> Floats:
     """Return the matrices from a frame of `frame_name` to GCRS, shape (n, 3, 3)."""
     if frame == "TEME":
         return teme_to_gcrs(at)
     if frame == "ITRF":
         return np.swapaxes(gcrs_to_itrs(at), -1, -2)
     if frame == "TOD":  # true equator and equinox of date, IAU 2006/2000A
-        return np.swapaxes(_interpolate(erfa.pnm06a, at), -1, -2)
+        return np.swapaxes(_interpolate_matrices(erfa.pnm06a, at), -1, -2)
     # The frame bias between EME2000 and GCRS is 0.02 arc seconds.
     fixed = np.eye(3) if frame == "GCRF" else erfa.bp06(at.midnight, at.tt[0])[0].T
     return np.broadcast_to(fixed, (len(at.tt), 3, 3))

@@ -17,8 +17,8 @@ def interpolate(
     times: Floats,
     values: Floats,
     slopes: Floats | None,
-    count: int,
-    at: Floats,
+    n_samples: int,
+    output_times: Floats,
     shift: int = 0,
 ) -> tuple[Floats, Floats]:
     """Return value and derivative of the interpolated function, both of shape (k, 3).
@@ -39,11 +39,13 @@ def interpolate(
         Number of samples by which the windows are shifted forward. Windows that would leave the
         samples are shifted backward.
     """
-    first, last = _first_samples(times, at, count), len(times) - count
+    first, last = _find_first_samples(times, output_times, n_samples), len(times) - n_samples
     first = np.where(first + shift <= last, first + shift, np.maximum(first - shift, 0))
-    rows = first[:, None] + np.arange(count)
+    rows = first[:, None] + np.arange(n_samples)
     repeats = 1 if slopes is None else 2
-    nodes = np.repeat(times[rows] - at[:, None], repeats, axis=1)  # results are taken at zero
+    nodes = np.repeat(
+        times[rows] - output_times[:, None], repeats, axis=1
+    )  # results are taken at zero
     terms = np.repeat(values[rows], repeats, axis=1)
     for order in range(1, nodes.shape[1]):
         span = (nodes[:, order:] - nodes[:, :-order])[:, :, None]
@@ -58,10 +60,10 @@ def interpolate(
     return value, slope
 
 
-def _first_samples(times: Floats, at: Floats, count: int) -> Ints:
+def _find_first_samples(times: Floats, output_times: Floats, n_samples: int) -> Ints:
     """Return the first of the `count` samples around each instant."""
-    if count % 2:  # around the nearest sample
-        middle = np.searchsorted(0.5 * (times[1:] + times[:-1]), at)
+    if n_samples % 2:  # around the nearest sample
+        middle = np.searchsorted(0.5 * (times[1:] + times[:-1]), output_times)
     else:  # around the interval
-        middle = np.searchsorted(times, at, side="right")
-    return np.asarray(np.clip(middle - count // 2, 0, len(times) - count))
+        middle = np.searchsorted(times, output_times, side="right")
+    return np.asarray(np.clip(middle - n_samples // 2, 0, len(times) - n_samples))

@@ -13,7 +13,7 @@ from mgeo_attitude.environment.constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
 
 _TOLERANCE = 1e-14  # rad, largest final Newton step
 _MAX_ITERATIONS = 50  # 6 iterations suffice even at e = 1 - 1e-16
-_SERIES_BELOW = 0.5  # rad; below it, E - sin E cancels and 8 terms of its series are exact
+_MAX_SERIES_ANGLE = 0.5  # rad; below it, E - sin E cancels and 8 terms of its series are exact
 
 
 class Elements(NamedTuple):
@@ -32,7 +32,7 @@ def orbital_period(semi_major_axis: float) -> float:
     return math.tau * math.sqrt(semi_major_axis**3 / EARTH_MU)
 
 
-def two_body(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
+def propagate_two_body(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
     """Propagate elements by two-body motion.
 
     Parameters
@@ -49,17 +49,17 @@ def two_body(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
     return _propagate(elements, times, (0.0, 0.0, 0.0))
 
 
-def j2_secular(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
+def propagate_j2_secular(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
     """Propagate mean elements with the secular drift by J2; parameters as in `two_body`.
 
     The velocity is the Keplerian velocity of the drifting elements, which neglects the motion of
     node and perigee (of relative size J2). The symmetry axis of J2 is the z axis of the elements.
     """
-    rates = secular_rates(elements.semi_major_axis, elements.eccentricity, elements.inclination)
+    rates = j2_secular_rates(elements.semi_major_axis, elements.eccentricity, elements.inclination)
     return _propagate(elements, times, rates)
 
 
-def secular_rates(
+def j2_secular_rates(
     semi_major_axis: float, eccentricity: float, inclination: float
 ) -> tuple[float, float, float]:
     """Return the J2 drift of node, argument of perigee and mean anomaly [rad/s].
@@ -105,7 +105,9 @@ def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Floats:
     return revolutions + np.copysign(anomaly, mean - revolutions)
 
 
-def advanced(elements: Elements, time: float, rates: tuple[float, float, float]) -> Elements:
+def propagate_elements(
+    elements: Elements, time: float, rates: tuple[float, float, float]
+) -> Elements:
     """Return the elements at a later time, with drift rates as those of `secular_rates`.
 
     Parameters
@@ -123,7 +125,9 @@ def advanced(elements: Elements, time: float, rates: tuple[float, float, float])
     """
     a, e, i, raan, perigee, true_anomaly = elements
     raan_rate, perigee_rate, mean_rate = rates
-    mean = mean_from_true(true_anomaly, e) + (math.tau / orbital_period(a) + mean_rate) * time
+    mean = (
+        mean_anomaly_from_true(true_anomaly, e) + (math.tau / orbital_period(a) + mean_rate) * time
+    )
     half = 0.5 * float(eccentric_anomaly(mean, e))
     true = 2.0 * math.atan2(
         math.sqrt(1.0 + e) * math.sin(half), math.sqrt(1.0 - e) * math.cos(half)
@@ -131,7 +135,7 @@ def advanced(elements: Elements, time: float, rates: tuple[float, float, float])
     return Elements(a, e, i, raan + raan_rate * time, perigee + perigee_rate * time, true)
 
 
-def mean_from_true(true_anomaly: float, eccentricity: float) -> float:
+def mean_anomaly_from_true(true_anomaly: float, eccentricity: float) -> float:
     """Return the mean anomaly [rad] in [-pi, pi] for a true anomaly [rad]."""
     half = 0.5 * math.remainder(true_anomaly, math.tau)
     eccentric = 2.0 * math.atan2(
@@ -148,18 +152,22 @@ def _propagate(
     t = np.asarray(times, dtype=np.float64)
     raan_rate, perigee_rate, mean_rate = rates
     motion = math.tau / orbital_period(a) + mean_rate
-    eccentric = eccentric_anomaly(mean_from_true(true_anomaly, e) + motion * t, e)
+    eccentric = eccentric_anomaly(mean_anomaly_from_true(true_anomaly, e) + motion * t, e)
 
     sin_e, cos_e = np.sin(eccentric), np.cos(eccentric)
     minor = math.sqrt(1.0 - e * e)
     speed = math.sqrt(EARTH_MU / a) / (1.0 - e * cos_e)
-    toward_perigee, along = _perifocal_axes(raan + raan_rate * t, perigee + perigee_rate * t, i)
+    toward_perigee, along = _compute_perifocal_axes(
+        raan + raan_rate * t, perigee + perigee_rate * t, i
+    )
     position = (a * (cos_e - e))[:, None] * toward_perigee + (a * minor * sin_e)[:, None] * along
     velocity = (-speed * sin_e)[:, None] * toward_perigee + (speed * minor * cos_e)[:, None] * along
     return position, velocity
 
 
-def _perifocal_axes(raan: Floats, perigee: Floats, inclination: float) -> tuple[Floats, Floats]:
+def _compute_perifocal_axes(
+    raan: Floats, perigee: Floats, inclination: float
+) -> tuple[Floats, Floats]:
     """Return unit vectors toward perigee and 90° ahead of it, shape (n, 3)."""
     cos_r, sin_r, zero = np.cos(raan), np.sin(raan), np.zeros_like(raan)
     cos_i, sin_i = math.cos(inclination), math.sin(inclination)
@@ -171,13 +179,15 @@ def _perifocal_axes(raan: Floats, perigee: Floats, inclination: float) -> tuple[
 
 def _mean_anomaly(eccentric: Floats, eccentricity: float) -> Floats:
     """Return M = E - e sin E as (1 - e) E + e (E - sin E), which is accurate for e near 1."""
-    return (1.0 - eccentricity) * eccentric + eccentricity * _minus_sine(eccentric)
+    return (1.0 - eccentricity) * eccentric + eccentricity * _angle_minus_sine(eccentric)
 
 
-def _minus_sine(angle: Floats) -> Floats:
+def _angle_minus_sine(angle: Floats) -> Floats:
     """Return an angle minus its sine without cancellation at small angles."""
-    square = np.minimum(angle * angle, _SERIES_BELOW**2)
+    square = np.minimum(angle * angle, _MAX_SERIES_ANGLE**2)
     series = np.ones_like(square)
     for k in range(8, 0, -1):
         series = 1.0 - square / ((2 * k + 2) * (2 * k + 3)) * series
-    return np.where(np.abs(angle) < _SERIES_BELOW, angle**3 / 6.0 * series, angle - np.sin(angle))
+    return np.where(
+        np.abs(angle) < _MAX_SERIES_ANGLE, angle**3 / 6.0 * series, angle - np.sin(angle)
+    )

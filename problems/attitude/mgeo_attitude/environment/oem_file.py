@@ -12,21 +12,21 @@ import numpy as np
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.ephemeris import (
     DEFAULT_DEGREE,
-    SAME_INSTANT,
+    TIME_TOLERANCE,
     EphemerisOrbit,
-    points,
+    count_polynomial_samples,
 )
-from mgeo_attitude.environment.frames import frame_name, to_gcrs
+from mgeo_attitude.environment.frames import convert_to_gcrs, parse_frame_name
 from mgeo_attitude.environment.thrust import find_thrust
-from mgeo_attitude.environment.times import as_utc, instants, utc_text
+from mgeo_attitude.environment.times import as_utc, compute_julian_dates, format_instant
 
 #: Names of time scales in astropy, by their names in messages; GPS time is 19 s behind TAI.
 _SCALES = {"UTC": "utc", "TAI": "tai", "TT": "tt", "GPS": "tai"}
 _GPS_BEHIND_TAI = 19.0
-_AROUND = 3600.0  # s before and after a run that are searched for maneuvers
+_SEARCH_MARGIN = 3600.0  # s before and after a run that are searched for maneuvers
 
 
-class Run(NamedTuple):
+class TimeSpan(NamedTuple):
     """Time span of a run.
 
     Attributes
@@ -39,13 +39,13 @@ class Run(NamedTuple):
     epoch: datetime
     duration: float
 
-    def span_text(self, start: float, end: float) -> str:
+    def format_interval(self, start: float, end: float) -> str:
         """Format an interval, given in seconds after the epoch, in UTC."""
-        return f"{utc_text(self.epoch, start)} to {utc_text(self.epoch, end)}"
+        return f"{format_instant(self.epoch, start)} to {format_instant(self.epoch, end)}"
 
 
 def read_oem(
-    path: Path, wanted: str, run: Run, interpolation: str | None, degree: int | None
+    path: Path, object_name: str, run: TimeSpan, interpolation: str | None, degree: int | None
 ) -> EphemerisOrbit:
     """Read the samples that interpolation needs during a run.
 
@@ -71,8 +71,8 @@ def read_oem(
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # GPS time, and years with unknown leap seconds
-        segments = _open(path)
-        segment, name = _segment_of(segments, run), _object_of(segments, wanted)
+        segments = _read_segments(path)
+        segment, name = _select_segment(segments, run), _find_object_name(segments, object_name)
         meta = segment.metadata
         if meta["CENTER_NAME"].upper() != "EARTH":
             raise ValueError(f"CENTER_NAME = {meta['CENTER_NAME']!r}: expected EARTH")
@@ -81,29 +81,29 @@ def read_oem(
                 "REF_FRAME_EPOCH: expected no entry, since only axes of date are supported"
             )
         states = list(segment.states)
-        times = _seconds([state.epoch for state in states], run.epoch, meta["TIME_SYSTEM"])
-    frame = frame_name(meta["REF_FRAME"])
+        times = _compute_seconds([state.epoch for state in states], run.epoch, meta["TIME_SYSTEM"])
+    frame = parse_frame_name(meta["REF_FRAME"])
     hints = {key: meta[key] for key in ("INTERPOLATION", "INTERPOLATION_DEGREE") if key in meta}
     method = interpolation or hints.get("INTERPOLATION", "hermite").lower()
     if method not in ("hermite", "lagrange", "linear"):
         raise ValueError(f"INTERPOLATION = {method!r}: expected HERMITE, LAGRANGE or LINEAR")
     default = 1 if method == "linear" else hints.get("INTERPOLATION_DEGREE", DEFAULT_DEGREE)
     degree = degree or default
-    margin = points(degree, method == "hermite") + 1
-    begin, end = np.searchsorted(times, [-_AROUND, run.duration + _AROUND])
+    margin = count_polynomial_samples(degree, method == "hermite") + 1
+    begin, end = np.searchsorted(times, [-_SEARCH_MARGIN, run.duration + _SEARCH_MARGIN])
     part = slice(max(begin - margin, 0), end + margin)
     times, states = times[part], states[part]
-    position, velocity = to_gcrs(
+    position, velocity = convert_to_gcrs(
         frame,
-        instants(run.epoch, times),
+        compute_julian_dates(run.epoch, times),
         1e3 * np.array([state.position for state in states]),
         1e3 * np.array([state.velocity for state in states]),
     )
     assert velocity is not None  # a message has velocities
-    first, last = np.searchsorted(times, [SAME_INSTANT, run.duration - SAME_INSTANT])
+    first, last = np.searchsorted(times, [TIME_TOLERANCE, run.duration - TIME_TOLERANCE])
     number = np.arange(len(times))
     needed = (number >= first - 1 - margin) & (number <= last + margin)
-    selection = needed & _select_coast(times, position, velocity, run)
+    selection = needed & _find_coasting_samples(times, position, velocity, run)
     orbit = EphemerisOrbit(
         source=f"{path.name}, {name}",
         epoch=run.epoch,
@@ -115,7 +115,7 @@ def read_oem(
     return orbit.for_run(run.epoch, run.duration)
 
 
-def _open(path: Path) -> list[Any]:
+def _read_segments(path: Path) -> list[Any]:
     """Return the segments of a message, as `oem.components.EphemerisSegment`."""
     try:
         from oem import OrbitEphemerisMessage
@@ -129,54 +129,59 @@ def _open(path: Path) -> list[Any]:
     return segments
 
 
-def _object_of(segments: list[Any], wanted: str) -> str:
+def _find_object_name(segments: list[Any], object_name: str) -> str:
     """Return name and designator of the object of a message, after checking the requested name."""
     name = " ".join(str(segments[0].metadata[key]) for key in ("OBJECT_NAME", "OBJECT_ID"))
-    if wanted and wanted.casefold() not in (name.casefold(), *name.casefold().rsplit(" ", 1)):
-        raise ValueError(f"object = {wanted!r}: expected {name}, the object of the message")
+    if object_name and object_name.casefold() not in (
+        name.casefold(),
+        *name.casefold().rsplit(" ", 1),
+    ):
+        raise ValueError(f"object = {object_name!r}: expected {name}, the object of the message")
     return name
 
 
-def _segment_of(segments: list[Any], run: Run) -> Any:
+def _select_segment(segments: list[Any], run: TimeSpan) -> Any:
     """Return the segment whose usable time span contains a run."""
     spans = []
     for segment in segments:
         system = segment.metadata["TIME_SYSTEM"]
         ends = [segment.useable_start_time, segment.useable_stop_time]
-        start, end = _seconds(ends, run.epoch, system).tolist()
-        if start <= SAME_INSTANT and run.duration <= end + SAME_INSTANT:
+        start, end = _compute_seconds(ends, run.epoch, system).tolist()
+        if start <= TIME_TOLERANCE and run.duration <= end + TIME_TOLERANCE:
             return segment
-        spans.append(run.span_text(start, end))
+        spans.append(run.format_interval(start, end))
     raise ValueError(
-        f"expected the whole run, {run.span_text(0.0, run.duration)}, in one segment; found "
+        f"expected the whole run, {run.format_interval(0.0, run.duration)}, in one segment; found "
         f"{', '.join(spans[:3])}{' ...' if len(spans) > 3 else ''}. Orbits are not interpolated "
         "across segments, between which there may be a maneuver: start the run later, or shorten it"
     )
 
 
-def _seconds(epochs: list[Any], since: datetime, system: str) -> Floats:
+def _compute_seconds(epochs: list[Any], since: datetime, time_scale: str) -> Floats:
     """Return the SI seconds from an epoch to epochs of a message in a named time system."""
     from astropy.time import Time
 
-    if system.upper() not in _SCALES:
-        raise ValueError(f"TIME_SYSTEM = {system!r}: expected {', '.join(_SCALES)}")
+    if time_scale.upper() not in _SCALES:
+        raise ValueError(f"TIME_SYSTEM = {time_scale!r}: expected {', '.join(_SCALES)}")
     # The package returns datetimes for GPS time, which astropy does not support.
-    times = Time(epochs, scale=_SCALES[system.upper()])
+    times = Time(epochs, scale=_SCALES[time_scale.upper()])
     seconds: Floats = (times - Time(as_utc(since).replace(tzinfo=None), scale="utc")).sec
-    return np.round(seconds + (_GPS_BEHIND_TAI if system.upper() == "GPS" else 0.0), 9)
+    return np.round(seconds + (_GPS_BEHIND_TAI if time_scale.upper() == "GPS" else 0.0), 9)
 
 
-def _select_coast(times: Floats, position: Floats, velocity: Floats, run: Run) -> Bools:
+def _find_coasting_samples(
+    times: Floats, position: Floats, velocity: Floats, run: TimeSpan
+) -> Bools:
     """Return a mask of the samples between the last thrust before a run and the first after it."""
     coasting = np.ones(len(times), dtype=bool)
     for thrust in find_thrust(times, position, velocity):
-        if thrust.end <= SAME_INSTANT:
+        if thrust.end <= TIME_TOLERANCE:
             coasting &= times >= thrust.end
-        elif thrust.start >= run.duration - SAME_INSTANT:
+        elif thrust.start >= run.duration - TIME_TOLERANCE:
             coasting &= times <= thrust.start
         else:
             raise ValueError(
-                f"a maneuver, or wrong samples, from {run.span_text(thrust.start, thrust.end)} "
+                f"a maneuver, or wrong samples, from {run.format_interval(thrust.start, thrust.end)} "
                 f"({thrust.acceleration:.2g} m/s² that gravity does not explain): expected a run "
                 "without maneuvers. Start the run after the maneuver, or shorten the run"
             )

@@ -15,21 +15,21 @@ from pydantic.dataclasses import dataclass
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.element_set import Angle, MeanElements, TLEOrbit
-from mgeo_attitude.environment.ephemeris import MOST_DEGREE, EphemerisOrbit
+from mgeo_attitude.environment.ephemeris import MAX_DEGREE, EphemerisOrbit
 from mgeo_attitude.environment.kepler import (
     Elements,
-    advanced,
-    j2_secular,
+    j2_secular_rates,
     orbital_period,
-    secular_rates,
-    two_body,
+    propagate_elements,
+    propagate_j2_secular,
+    propagate_two_body,
 )
 from mgeo_attitude.settings.base import Kinds, Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
 from mgeo_attitude.settings.types import Degrees, Unit, one_of
 
 #: Analytic propagators by the value of ``propagator`` in a scenario file.
-ANALYTIC = {"two-body": two_body, "j2": j2_secular}
+ANALYTIC_PROPAGATORS = {"two-body": propagate_two_body, "j2": propagate_j2_secular}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +56,7 @@ class Orbit(Settings):
     5704
     """
 
-    propagator: Annotated[str, one_of(ANALYTIC)] = "two-body"
+    propagator: Annotated[str, one_of(ANALYTIC_PROPAGATORS)] = "two-body"
     """two-body motion, or secular drift by J2"""
     semi_major_axis: Annotated[float, Unit("m")] = Field(gt=0.0)
     """semi-major axis"""
@@ -86,23 +86,23 @@ class Orbit(Settings):
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
         """Return position [m] and velocity [m/s], shape (n, 3), at `times` [s] after the epoch."""
-        return ANALYTIC[self.propagator](self._elements(), times)
+        return ANALYTIC_PROPAGATORS[self.propagator](self._build_elements(), times)
 
-    def later(self, time: float) -> Self:
+    def shift_epoch(self, time: float) -> Self:
         """Return the orbit with its elements propagated by a time [s]."""
-        elements = self._elements()
-        rates = secular_rates(*elements[:3]) if self.propagator == "j2" else (0.0, 0.0, 0.0)
-        _, _, _, *angles = advanced(elements, time, rates)
+        elements = self._build_elements()
+        rates = j2_secular_rates(*elements[:3]) if self.propagator == "j2" else (0.0, 0.0, 0.0)
+        _, _, _, *angles = propagate_elements(elements, time, rates)
         raan, perigee, anomaly = (math.degrees(math.remainder(a, math.tau)) for a in angles)
         return dataclasses.replace(
             self, raan_deg=raan, argument_of_perigee_deg=perigee, true_anomaly_deg=anomaly
         )
 
-    def for_run(self, epoch: datetime, duration: float) -> Self:
+    def prepare_for_run(self, epoch: datetime, duration: float) -> Self:
         """Return the orbit, whose elements refer to the epoch of any run."""
         return self
 
-    def _elements(self) -> Elements:
+    def _build_elements(self) -> Elements:
         angles = (
             self.inclination_deg,
             self.raan_deg,
@@ -141,10 +141,12 @@ class OrbitFile(Settings):
     interpolation: Literal["hermite", "lagrange"] | None = None
     """interpolation with velocities (hermite) or of positions only (lagrange); default: as in the
     file"""
-    degree: int | None = Field(default=None, ge=1, le=MOST_DEGREE)
+    degree: int | None = Field(default=None, ge=1, le=MAX_DEGREE)
     """degree of the interpolating polynomials; default: as in the file"""
 
-    def for_run(self, epoch: datetime, duration: float) -> EphemerisOrbit | TLEOrbit | MeanElements:
+    def prepare_for_run(
+        self, epoch: datetime, duration: float
+    ) -> EphemerisOrbit | TLEOrbit | MeanElements:
         """Read the orbit of a run.
 
         Parameters
@@ -161,7 +163,7 @@ class OrbitFile(Settings):
             If the file is invalid or does not cover the run; the message names the file.
         """
         from mgeo_attitude.environment.element_file import read_element_set
-        from mgeo_attitude.environment.oem_file import Run, read_oem
+        from mgeo_attitude.environment.oem_file import TimeSpan, read_oem
 
         path = Path(self.file)
         expect(path.is_file(), "file", self.file, "an existing file")
@@ -169,7 +171,7 @@ class OrbitFile(Settings):
             with gzip.open(path, "rt") if path.suffix == ".gz" else path.open() as file:
                 text = file.read()
             if "CCSDS_OEM_VERS" in text or "<oem" in text:
-                run = Run(epoch, duration)
+                run = TimeSpan(epoch, duration)
                 return read_oem(path, self.object, run, self.interpolation, self.degree)
             element_set = read_element_set(text, self.object, epoch, path.name)
         except (ValueError, EOFError, ImportError) as error:
@@ -177,7 +179,7 @@ class OrbitFile(Settings):
         kinds = "element sets (OMM, or two lines) or an orbit ephemeris message (OEM)"
         expect(element_set, "file", self.file, kinds)
         assert element_set is not None
-        return element_set.for_run(epoch, duration)
+        return element_set.prepare_for_run(epoch, duration)
 
 
 AnyOrbit = Orbit | TLEOrbit | MeanElements | EphemerisOrbit
@@ -186,7 +188,7 @@ AnyOrbit = Orbit | TLEOrbit | MeanElements | EphemerisOrbit
 #: returns an orbit with `period` and `propagate`.
 ORBITS = Kinds(
     "propagator",
-    dict.fromkeys(ANALYTIC, Orbit)
+    dict.fromkeys(ANALYTIC_PROPAGATORS, Orbit)
     | {cls.propagator: cls for cls in (TLEOrbit, MeanElements, EphemerisOrbit, OrbitFile)},
     default="two-body",
     telling={"line1": TLEOrbit.propagator, "file": OrbitFile.propagator},

@@ -16,23 +16,25 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT, DAY, EARTH_RADIUS, SUN_RADIUS
-from mgeo_attitude.environment.times import Instants
+from mgeo_attitude.environment.times import JulianDates
 
-_INCIDENCES = 32  # points of the integral over the lit Earth, whose relative error is then 1e-4
-_MANY = 20000  # instants above which the Sun's position is interpolated
-_NODES = 600.0 / DAY
-_SMALLEST_SEPARATION = 1e-9  # rad; avoids a division by zero on the shadow's axis
+_N_EMISSION_ANGLES = (
+    32  # points of the integral over the lit Earth, whose relative error is then 1e-4
+)
+_MAX_EXACT_INSTANTS = 20000  # instants above which the Sun's position is interpolated
+_NODE_SPACING = 600.0 / DAY
+_MIN_SEPARATION = 1e-9  # rad; avoids a division by zero on the shadow's axis
 
 
-def sun_position(at: Instants) -> Floats:
+def sun_position(at: JulianDates) -> Floats:
     """Return the vectors from the Earth's center to the Sun [m], GCRS, shape (n, 3).
 
     The theory takes 0.04 ms per instant. For many instants, it is evaluated every ten minutes, with
     cubic Hermite interpolation whose error is below the rounding error.
     """
     span = float(at.tt[-1] - at.tt[0]) if len(at.tt) else 0.0
-    nodes = int(span / _NODES) + 2
-    if len(at.tt) <= _MANY or nodes > len(at.tt):
+    nodes = int(span / _NODE_SPACING) + 2
+    if len(at.tt) <= _MAX_EXACT_INSTANTS or nodes > len(at.tt):
         heliocentric_earth, _ = erfa.epv00(at.midnight, at.tt)
         return np.asarray(-ASTRONOMICAL_UNIT * heliocentric_earth["p"])
     from scipy.interpolate import CubicHermiteSpline  # which takes long to import
@@ -49,7 +51,7 @@ def sun_direction(position: Floats, sun: Floats) -> Floats:
     return np.asarray(to_sun / np.linalg.norm(to_sun, axis=-1, keepdims=True))
 
 
-def lit_fraction(position: Floats, sun: Floats) -> Floats:
+def visible_sun_fraction(position: Floats, sun: Floats) -> Floats:
     """Return the visible fraction of the Sun's disc, shape (n,): 1 in sunlight, 0 in the umbra.
 
     The discs of Sun and Earth are circles on the celestial sphere (Montenbruck & Gill, Satellite
@@ -76,7 +78,7 @@ def lit_fraction(position: Floats, sun: Floats) -> Floats:
     cosine = -np.einsum("ni,ni->n", position, to_sun) / (distance * sun_distance)
     a = np.arcsin(SUN_RADIUS / sun_distance)
     b = np.arcsin(EARTH_RADIUS / distance)
-    c = np.maximum(np.arccos(np.clip(cosine, -1.0, 1.0)), _SMALLEST_SEPARATION)
+    c = np.maximum(np.arccos(np.clip(cosine, -1.0, 1.0)), _MIN_SEPARATION)
     x = (c * c + a * a - b * b) / (2.0 * c)  # where the chord through the crossings cuts c
     half_chord = np.sqrt(np.maximum(a * a - x * x, 0.0))
     sun_sector = a * a * np.arccos(np.clip(x / a, -1.0, 1.0))
@@ -84,7 +86,7 @@ def lit_fraction(position: Floats, sun: Floats) -> Floats:
     return np.asarray(1.0 - (sun_sector + earth_sector - c * half_chord) / (a * a * np.pi))
 
 
-def above_limb(position: Floats, sun: Floats) -> Floats:
+def sun_limb_angle(position: Floats, sun: Floats) -> Floats:
     """Return the angle of the Sun's center above the Earth's limb [rad], shape (n,).
 
     The angle is negative behind the Earth. Where it is zero, `lit_fraction` is one half, to within
@@ -102,7 +104,7 @@ def above_limb(position: Floats, sun: Floats) -> Floats:
     return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)) - np.arcsin(EARTH_RADIUS / distance))
 
 
-def earthlight(position: Floats, sun: Floats) -> Floats:
+def albedo_vector(position: Floats, sun: Floats) -> Floats:
     """Return the albedo of the Earth as a vector, in units of direct sunlight, shape (n, 3).
 
     The component along a direction is the cosine-law signal of a flat cell that faces the
@@ -124,10 +126,10 @@ def earthlight(position: Floats, sun: Floats) -> Floats:
     cosine = np.sum(up * sun, axis=1, keepdims=True)  # Sun zenith angle below
     ahead = sun - cosine * up
     sine = np.linalg.norm(ahead, axis=1, keepdims=True)
-    ahead = ahead / np.maximum(sine, _SMALLEST_SEPARATION)
+    ahead = ahead / np.maximum(sine, _MIN_SEPARATION)
     # Integrate over rings of the visible cap by the emission angle `leaving`. A ring about nadir
     # has the radius `nadir` seen from the satellite and `arc` seen from the Earth's center.
-    nodes, weights = np.polynomial.legendre.leggauss(_INCIDENCES)
+    nodes, weights = np.polynomial.legendre.leggauss(_N_EMISSION_ANGLES)
     leaving = 0.25 * np.pi * (nodes + 1.0)
     nadir = np.arcsin(EARTH_RADIUS / r * np.sin(leaving))
     arc = leaving - nadir
@@ -143,6 +145,6 @@ def earthlight(position: Floats, sun: Floats) -> Floats:
     return np.asarray(along * ahead - down * up)
 
 
-def moon_position(at: Instants) -> Floats:
+def moon_position(at: JulianDates) -> Floats:
     """Return the geometric vectors from the Earth's center to the Moon [m], GCRS, shape (n, 3)."""
     return np.asarray(ASTRONOMICAL_UNIT * erfa.moon98(at.midnight, at.tt)["p"])

@@ -15,9 +15,9 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
 
-_SMALLEST = 8e-4  # m/s²
-_SPAN = 60.0  # s; long enough to detect thrust in velocities that are rounded to 1 mm/s
-_STEPS = 24  # integration steps between two samples
+_MIN_ACCELERATION = 8e-4  # m/s²
+_COMPARISON_SPAN = 60.0  # s; long enough to detect thrust in velocities that are rounded to 1 mm/s
+_N_STEPS = 24  # integration steps between two samples
 
 
 class Thrust(NamedTuple):
@@ -48,20 +48,20 @@ def find_thrust(times: Floats, position: Floats, velocity: Floats) -> list[Thrus
     """
     n = len(times)
     # Compare with the last sample within the span, or with the next sample if it is later.
-    later = np.searchsorted(times, times + _SPAN, side="right") - 1
+    later = np.searchsorted(times, times + _COMPARISON_SPAN, side="right") - 1
     later = np.maximum(later, np.minimum(np.arange(n) + 1, n - 1))
-    whole = np.flatnonzero((times + _SPAN <= times[-1]) & (later > np.arange(n)))
+    whole = np.flatnonzero((times + _COMPARISON_SPAN <= times[-1]) & (later > np.arange(n)))
     duration = (times[later] - times)[whole, None]
     start = np.stack([position[whole], velocity[whole]])
     acceleration = min(
         (
-            _residual_acceleration(start, velocity[later[whole]], duration, j2)
+            _compute_residual_acceleration(start, velocity[later[whole]], duration, j2)
             for j2 in (EARTH_J2, 0.0)
         ),
         key=np.median,
     )
     spans: list[Thrust] = []
-    for row in np.flatnonzero(acceleration > _SMALLEST).tolist():
+    for row in np.flatnonzero(acceleration > _MIN_ACCELERATION).tolist():
         first, last = float(times[whole[row]]), float(times[later[whole[row]]])
         strength = float(acceleration[row])
         if spans and first <= spans[-1].end:
@@ -71,7 +71,9 @@ def find_thrust(times: Floats, position: Floats, velocity: Floats) -> list[Thrus
     return spans
 
 
-def _residual_acceleration(start: Floats, velocity: Floats, duration: Floats, j2: float) -> Floats:
+def _compute_residual_acceleration(
+    start: Floats, velocity: Floats, duration: Floats, j2: float
+) -> Floats:
     """Return the mean acceleration [m/s²], shape (n,), that gravity does not explain.
 
     Parameters
@@ -84,17 +86,17 @@ def _residual_acceleration(start: Floats, velocity: Floats, duration: Floats, j2
         Length of the interval [s].
     j2 : float
     """
-    h, state = duration / _STEPS, start
-    for _ in range(_STEPS):
-        k1 = _slope(state, j2)
-        k2 = _slope(state + 0.5 * h * k1, j2)
-        k3 = _slope(state + 0.5 * h * k2, j2)
-        k4 = _slope(state + h * k3, j2)
+    h, state = duration / _N_STEPS, start
+    for _ in range(_N_STEPS):
+        k1 = _compute_derivative(state, j2)
+        k2 = _compute_derivative(state + 0.5 * h * k1, j2)
+        k3 = _compute_derivative(state + 0.5 * h * k2, j2)
+        k4 = _compute_derivative(state + h * k3, j2)
         state = state + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
     return np.asarray(np.linalg.norm(velocity - state[1], axis=1) / duration[:, 0])
 
 
-def _slope(state: Floats, j2: float) -> Floats:
+def _compute_derivative(state: Floats, j2: float) -> Floats:
     position, velocity = state
     radius = np.linalg.norm(position, axis=1, keepdims=True)
     polar = 5.0 * (position[:, 2:] / radius) ** 2

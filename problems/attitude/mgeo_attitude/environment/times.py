@@ -23,10 +23,10 @@ _STAMP = re.compile(
 )
 
 #: TAI minus the time of each uniform time scale [s].
-TAI_MINUS = {"TAI": 0.0, "GPS": 19.0, "TT": -erfa.TTMTAI}
+TAI_OFFSETS = {"TAI": 0.0, "GPS": 19.0, "TT": -erfa.TTMTAI}
 
 
-class Instants(NamedTuple):
+class JulianDates(NamedTuple):
     """Julian dates in two parts: a common midnight, and days after it, shape (n,).
 
     `ut` counts SI seconds from the UTC epoch and represents both UTC and UT1. It is continuous
@@ -51,7 +51,7 @@ def as_utc(epoch: datetime) -> datetime:
     return epoch.astimezone(UTC)
 
 
-def instants(epoch: datetime, times: ArrayLike) -> Instants:
+def compute_julian_dates(epoch: datetime, times: ArrayLike) -> JulianDates:
     """Return the Julian dates at `times` [s], shape (n,), after an epoch with a UTC offset.
 
     Leap seconds are those of erfa, which has none before 1960 and none for future years without an
@@ -62,14 +62,14 @@ def instants(epoch: datetime, times: ArrayLike) -> Instants:
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
     day_fraction = (utc - midnight).total_seconds() / DAY
     ut = day_fraction + np.asarray(times, dtype=np.float64) / DAY
-    return Instants(
+    return JulianDates(
         midnight=_MJD_ZERO + (midnight - _MJD_START).days,
         ut=ut,
         tt=ut + (tai_minus_utc(utc) + erfa.TTMTAI) / DAY,
     )
 
 
-def elapsed(since: datetime, until: datetime) -> float:
+def seconds_between(since: datetime, until: datetime) -> float:
     """Return the SI seconds between two instants, leap seconds included."""
     start, end = as_utc(since), as_utc(until)
     return (end - start).total_seconds() + tai_minus_utc(end) - tai_minus_utc(start)
@@ -78,10 +78,10 @@ def elapsed(since: datetime, until: datetime) -> float:
 def instant_after(epoch: datetime, seconds: float) -> datetime:
     """Return the instant in UTC at a number of SI seconds after an epoch, leap seconds included."""
     instant = as_utc(epoch) + timedelta(seconds=seconds)
-    return instant - timedelta(seconds=elapsed(epoch, instant) - seconds)
+    return instant - timedelta(seconds=seconds_between(epoch, instant) - seconds)
 
 
-def utc_text(epoch: datetime, seconds: float) -> str:
+def format_instant(epoch: datetime, seconds: float) -> str:
     """Format an instant after an epoch for messages, such as 2018-06-05T00:00:00.000Z."""
     instant = as_utc(epoch) + timedelta(seconds=float(seconds))
     return instant.isoformat(timespec="milliseconds").replace("+00:00", "Z")
@@ -95,7 +95,7 @@ def tai_minus_utc(utc: datetime) -> float:
     return float(erfa.ufunc.dat(utc.year, utc.month, utc.day, fraction)[0])
 
 
-def seconds_after(epoch: datetime, stamps: Sequence[str], system: str = "UTC") -> Floats:
+def parse_time_stamps(epoch: datetime, stamps: Sequence[str], time_scale: str = "UTC") -> Floats:
     """Return the SI seconds from an epoch with a UTC offset to time stamps, shape (n,).
 
     A leap second is second 60 of its minute.
@@ -117,13 +117,15 @@ def seconds_after(epoch: datetime, stamps: Sequence[str], system: str = "UTC") -
     days, clocks = zip(*map(_parse_stamp, stamps), strict=True) if stamps else ((), ())
     seconds = np.array([DAY * (day - utc.date()).days for day in days]) + np.array(clocks)
     dates = np.array([(day.year, day.month, day.day) for day in days]).reshape(-1, 3)
-    ahead = _tai_minus(system, dates, np.minimum(np.array(clocks) / DAY, 1.0))
+    ahead = _compute_tai_offsets(time_scale, dates, np.minimum(np.array(clocks) / DAY, 1.0))
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
     # Adding whole seconds first preserves the last digit of a microsecond.
     return np.asarray(seconds - (utc - midnight).total_seconds() + (ahead - tai_minus_utc(utc)))
 
 
-def clock_seconds_after(epoch: datetime, seconds: ArrayLike, system: str = "UTC") -> Floats:
+def convert_calendar_seconds(
+    epoch: datetime, seconds: ArrayLike, time_scale: str = "UTC"
+) -> Floats:
     """Return the SI seconds from an epoch with a UTC offset to calendar instants, shape (n,).
 
     Parameters
@@ -141,13 +143,13 @@ def clock_seconds_after(epoch: datetime, seconds: ArrayLike, system: str = "UTC"
     today = np.floor(((utc - midnight).total_seconds() + clock[is_finite]) / DAY).astype(np.int64)
     days, which = np.unique(today, return_inverse=True)
     dates = [((midnight + timedelta(days=int(day))).timetuple()[:3]) for day in days]
-    ahead = _tai_minus(system, np.array(dates).reshape(-1, 3), np.zeros(len(dates)))
+    ahead = _compute_tai_offsets(time_scale, np.array(dates).reshape(-1, 3), np.zeros(len(dates)))
     result = clock.copy()
     result[is_finite] += ahead[which] - tai_minus_utc(utc)
     return result
 
 
-def _tai_minus(system: str, dates: Ints, fractions: Floats) -> Floats:
+def _compute_tai_offsets(time_scale: str, dates: Ints, fractions: Floats) -> Floats:
     """Return TAI minus a time scale [s].
 
     Parameters
@@ -158,8 +160,8 @@ def _tai_minus(system: str, dates: Ints, fractions: Floats) -> Floats:
     fractions : array, shape (n,)
         Fractions of the day.
     """
-    if system in TAI_MINUS:
-        return np.full(len(dates), TAI_MINUS[system])
+    if time_scale in TAI_OFFSETS:
+        return np.full(len(dates), TAI_OFFSETS[time_scale])
     # The ufunc does not warn for years before 1960 and for future years, as erfa.dat does.
     ahead: Floats = erfa.ufunc.dat(*dates.T, fractions)[0]
     return ahead
@@ -184,7 +186,7 @@ def _parse_stamp(stamp: str) -> tuple[date, float]:
     return when, 3600.0 * int(hour) + 60.0 * int(minute) + float(second)
 
 
-def utc_texts(epoch: datetime, times: ArrayLike) -> list[str]:
+def format_time_stamps(epoch: datetime, times: ArrayLike) -> list[str]:
     """Format instants at `times` [s], shape (n,), after an epoch as UTC in ISO 8601.
 
     The texts have microseconds and no designator, such as ``2018-06-05T00:00:01.000000``: the

@@ -16,20 +16,20 @@ from typing import Any
 
 import numpy as np
 
-from mgeo_attitude.filter.symbols import Index, Symbol, Triangle, slots_of
+from mgeo_attitude.filter.symbols import Index, Symbol, Triangle, count_slots
 
 _BLOCK = range(3)
 
 #: Entries of a sparse matrix by (row, column).
-Sparse = Mapping[tuple[int, int], Any]
+SparseMatrix = Mapping[tuple[int, int], Any]
 Factor = dict[tuple[int, int], Any]
 #: Function that applies H to a column.
-Measure = Callable[[Sequence[Any]], Sequence[Any]]
+MeasureFunction = Callable[[Sequence[Any]], Sequence[Any]]
 #: Three rows of G, loaded once.
 Rows = list[list[Symbol]]
 
 
-def predict(P: Triangle, n: int, F: Sparse, Q: Sparse) -> None:
+def predict(P: Triangle, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
     """Write the prediction P ← F P Fᵀ + Q, equation (3).
 
     A row that is missing in F is a row of the identity without process noise: the state is
@@ -56,7 +56,7 @@ def predict(P: Triangle, n: int, F: Sparse, Q: Sparse) -> None:
 
 
 def _predict_coupled(
-    P: Triangle, corner: int, rows: Mapping[int, list[int]], F: Sparse, Q: Sparse
+    P: Triangle, corner: int, rows: Mapping[int, list[int]], F: SparseMatrix, Q: SparseMatrix
 ) -> None:
     """Predict the leading `corner` states, which other states depend on; coupled rows first."""
     code, wide = P.code, [i for i in rows if rows[i] != [i]]
@@ -81,7 +81,7 @@ def _predict_coupled(
 
 
 def _predict_below(
-    P: Triangle, corner: int, n: int, rows: Mapping[int, list[int]], F: Sparse
+    P: Triangle, corner: int, n: int, rows: Mapping[int, list[int]], F: SparseMatrix
 ) -> None:
     """Predict the columns of the leading `corner` states in all rows below.
 
@@ -97,7 +97,7 @@ def _predict_below(
             P[i + a, j] = value
 
 
-def _predict_diagonal(P: Triangle, block: int, n: int, F: Sparse, Q: Sparse) -> None:
+def _predict_diagonal(P: Triangle, block: int, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
     """Predict rows and columns of a block of three states whose rows of F are diagonal."""
     states = range(block, block + 3)
     with P.code.loop(0, block) as column:
@@ -114,7 +114,7 @@ def _predict_diagonal(P: Triangle, block: int, n: int, F: Sparse, Q: Sparse) -> 
 def update(
     P: Triangle,
     n: int,
-    measure: Measure,
+    measure: MeasureFunction,
     variances: Sequence[Any],
     gate: Any = 1.0,
     considered: Collection[int] = (),
@@ -144,7 +144,7 @@ def update(
     considered : collection of int
         States that are not estimated, in whole blocks of three.
     """
-    code, support, m = P.code, looked_at(n, measure), len(variances)
+    code, support, m = P.code, list_measured_states(n, measure), len(variances)
 
     # P Hᵀ. A symmetric entry is in a row of the triangle up to the block of a measured state and
     # in a column past the block, so the loop is split there.
@@ -154,37 +154,39 @@ def update(
             with code.loop(first, last) as state:
                 projected = measure([P[i, state] for i in range(n)])
                 for r, value in enumerate(projected):
-                    code.store(_entry(P, state, r), value)
+                    code.store(_format_slot(P, state, r), value)
         first = last
 
-    L, gated = innovation({j: _row(P, j, m) for j in support}, n, measure, variances, gate)
+    L, gated = factor_innovation(
+        {j: _list_row_slots(P, j, m) for j in support}, n, measure, variances, gate
+    )
     with code.loop(0, n) as state:
-        for r, value in enumerate(gain(_row(P, state, m), L, gated)):
-            code.store(_entry(P, state, r), value)
+        for r, value in enumerate(compute_gain_row(_list_row_slots(P, state, m), L, gated)):
+            code.store(_format_slot(P, state, r), value)
 
     def G(i: int | Index) -> Rows:
-        return [[code.line(each.name) for each in _row(P, i + a, m)] for a in _BLOCK]
+        return [[code.define(each.name) for each in _list_row_slots(P, i + a, m)] for a in _BLOCK]
 
     considered_blocks = sorted({i - i % 3 for i in considered})
-    for first, last in _gaps(considered_blocks, n):
+    for first, last in _iterate_gaps(considered_blocks, n):
         _subtract(P, G, first, last, 0)
     for block in considered_blocks:
         block_gain = G(block)
-        for first, last in _gaps([j for j in considered_blocks if j < block], block):
+        for first, last in _iterate_gaps([j for j in considered_blocks if j < block], block):
             with code.loop(first, last, 3) as j:
                 _subtract_block(P, (block, block_gain), (j, G(j)))
 
 
-def looked_at(n: int, measure: Measure) -> list[int]:
+def list_measured_states(n: int, measure: MeasureFunction) -> list[int]:
     """Return the states with a nonzero column in H."""
     units = enumerate(np.eye(n).tolist())
     return [j for j, unit in units if any(y != 0.0 for y in measure(unit))]
 
 
-def innovation(
+def factor_innovation(
     PHt: Mapping[int, Sequence[Any]],
     n: int,
-    measure: Measure,
+    measure: MeasureFunction,
     variances: Sequence[Any],
     gate: Any,
 ) -> tuple[Factor, list[Any]]:
@@ -201,11 +203,13 @@ def innovation(
         list(measure([PHt[j][r] if j in PHt else 0.0 for j in range(n)]))
         for r in range(len(variances))
     ]
-    L, inverse = factor(columns, variances)
+    L, inverse = factor_cholesky(columns, variances)
     return L, [value * gate for value in inverse]
 
 
-def factor(columns: Sequence[Sequence[Any]], variances: Sequence[Any]) -> tuple[Factor, list[Any]]:
+def factor_cholesky(
+    columns: Sequence[Sequence[Any]], variances: Sequence[Any]
+) -> tuple[Factor, list[Any]]:
     """Return the Cholesky factor L of R + H P Hᵀ below the diagonal, and its inverse diagonal.
 
     Parameters
@@ -225,7 +229,7 @@ def factor(columns: Sequence[Sequence[Any]], variances: Sequence[Any]) -> tuple[
     return L, inverse
 
 
-def gain(row: Sequence[Any], L: Factor, inverse: Sequence[Any]) -> list[Any]:
+def compute_gain_row(row: Sequence[Any], L: Factor, inverse: Sequence[Any]) -> list[Any]:
     """Return a row of G = P Hᵀ L⁻ᵀ from a row of P Hᵀ and the factors of `factor`."""
     g: list[Any] = []
     for r in range(len(inverse)):
@@ -233,7 +237,7 @@ def gain(row: Sequence[Any], L: Factor, inverse: Sequence[Any]) -> list[Any]:
     return g
 
 
-def last_pivot(P: Triangle, n: int) -> Any:
+def compute_last_pivot(P: Triangle, n: int) -> Any:
     """Return the last pivot of P = L Lᵀ, which is positive only if P is positive definite.
 
     No branch is needed: the root of a negative pivot is NaN, and NaN propagates to all later
@@ -242,20 +246,20 @@ def last_pivot(P: Triangle, n: int) -> Any:
     code, A = P.code, Triangle(P.code, first=P.scratch)
 
     def pivots(j: int | Index) -> tuple[Factor, list[Any]]:
-        columns = [[A.below(j + max(a, b), j + min(a, b)) for a in _BLOCK] for b in _BLOCK]
-        return factor(columns, [0.0, 0.0, 0.0])
+        columns = [[A.lower_entry(j + max(a, b), j + min(a, b)) for a in _BLOCK] for b in _BLOCK]
+        return factor_cholesky(columns, [0.0, 0.0, 0.0])
 
-    with code.loop(0, slots_of(n)) as k:
+    with code.loop(0, count_slots(n)) as k:
         code.store(f"{k} + {P.scratch}", code.slot(str(k)))
     with code.loop(0, n - 3, 3) as j:
         L, inverse = pivots(j)
         with code.loop(j + 3, n) as i:
-            row = [A.below(i, j + r) for r in _BLOCK]
-            for slot, value in zip(row, gain(row, L, inverse), strict=True):
+            row = [A.lower_entry(i, j + r) for r in _BLOCK]
+            for slot, value in zip(row, compute_gain_row(row, L, inverse), strict=True):
                 code.assign(slot, value)
 
         def columns(i: int | Index, j: Index = j) -> Rows:
-            return [[code.line(A.below(i + a, j + r).name) for r in _BLOCK] for a in _BLOCK]
+            return [[code.define(A.lower_entry(i + a, j + r).name) for r in _BLOCK] for a in _BLOCK]
 
         _subtract(A, columns, j + 3, n, j + 3)
     _, inverse = pivots(n - 3)
@@ -284,21 +288,21 @@ def _subtract_block(
     (i, G), (j, other) = left, right
     for a in _BLOCK:
         for b in range(a + 1) if i is j else _BLOCK:
-            entry: Any = P.below(i + a, j + b)
+            entry: Any = P.lower_entry(i + a, j + b)
             value = reduce(lambda x, r: x - G[a][r] * other[b][r], range(len(G[a])), entry)
             P.code.assign(entry, value)
 
 
-def _gaps(blocks: Sequence[int], end: int) -> Iterator[tuple[int, int]]:
+def _iterate_gaps(blocks: Sequence[int], end: int) -> Iterator[tuple[int, int]]:
     """Yield the ranges of states before `end` that none of the blocks of three covers."""
     starts, ends = [0, *(block + 3 for block in blocks)], [*blocks, end]
     return ((a, b) for a, b in zip(starts, ends, strict=True) if a < b)
 
 
-def _entry(P: Triangle, i: int | Index, r: int) -> str:
+def _format_slot(P: Triangle, i: int | Index, r: int) -> str:
     """Return the slot of entry (i, r) of P Hᵀ, which later holds G."""
     return f"3 * ({i}) + {P.scratch + r}"
 
 
-def _row(P: Triangle, i: int | Index, m: int) -> list[Symbol]:
-    return [P.code.slot(_entry(P, i, r)) for r in range(m)]
+def _list_row_slots(P: Triangle, i: int | Index, m: int) -> list[Symbol]:
+    return [P.code.slot(_format_slot(P, i, r)) for r in range(m)]

@@ -11,11 +11,11 @@ from mgeo_attitude._typing import Floats
 
 #: Largest |(A dt)²|^½ for which the series is summed directly; a longer step is halved first. The
 #: test uses A² because the effect of bias on attitude dominates A but vanishes in its powers.
-_SERIES_NORM = 0.5
+_MAX_SERIES_NORM = 0.5
 #: Relative size of a term at which the series ends; later terms are smaller.
-_NEGLIGIBLE = 1e-18
+_TERM_TOLERANCE = 1e-18
 #: Upper bound on the number of terms of the series.
-_TERMS = 30
+_MAX_TERMS = 30
 
 
 @helper
@@ -36,7 +36,7 @@ def multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
 
 
 @helper
-def norm(A: Floats) -> float:
+def infinity_norm(A: Floats) -> float:
     """Return the infinity norm of A (largest absolute row sum), without temporary arrays."""
     n, largest = A.shape[0], 0.0
     for i in range(n):
@@ -74,13 +74,13 @@ def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
     room = np.zeros((6, n, n))
     term, other, F, Q, F_term, Q_term = room[0], room[1], room[2], room[3], room[4], room[5]
     multiply(A, A, dt * dt, term)
-    size = math.sqrt(norm(term))
-    halvings = max(0, math.ceil(math.log2(size / _SERIES_NORM))) if size > 0.0 else 0
+    size = math.sqrt(infinity_norm(term))
+    halvings = max(0, math.ceil(math.log2(size / _MAX_SERIES_NORM))) if size > 0.0 else 0
     h = dt / 2.0**halvings
     for i in range(n):
         F[i, i] = F_term[i, i] = 1.0
         Q[i, i] = Q_term[i, i] = density[i] * h
-    for m in range(1, _TERMS + 1):
+    for m in range(1, _MAX_TERMS + 1):
         multiply(A, F_term, h / m, term)
         multiply(A, Q_term, h / (m + 1), other)
         for i in range(n):
@@ -89,7 +89,9 @@ def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
                 F[i, j] += term[i, j]
                 Q_term[i, j] = other[i, j] + other[j, i]
                 Q[i, j] += Q_term[i, j]
-        if norm(F_term) < _NEGLIGIBLE and norm(Q_term) <= _NEGLIGIBLE * norm(Q):
+        if infinity_norm(F_term) < _TERM_TOLERANCE and infinity_norm(
+            Q_term
+        ) <= _TERM_TOLERANCE * infinity_norm(Q):
             break
     for _ in range(halvings):
         multiply(F, Q, 1.0, term)
@@ -105,7 +107,7 @@ def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
 
 
 @helper
-def turn(omega: Floats, dt: float) -> Floats:
+def compute_step_rotation(omega: Floats, dt: float) -> Floats:
     """Return exp(-[ω×] dt), the change of the GCRS-to-body matrix in a step at body rate `omega`.
 
     Rodrigues' formula; for small angles the coefficients are series.

@@ -8,24 +8,24 @@ import math
 import numpy as np
 
 from mgeo_attitude._compiled import helper, kept
-from mgeo_attitude.filter.discretization import discretize, turn
-from mgeo_attitude.filter.lanewise import call, fetch_add, load_acquire, store_release
-from mgeo_attitude.filter.polynomials import discretize_alike
+from mgeo_attitude.filter.discretization import compute_step_rotation, discretize
+from mgeo_attitude.filter.lanewise import call_address, fetch_add, load_acquire, store_release
+from mgeo_attitude.filter.polynomials import discretize_isotropic
 
 # Steps of a lane between two checks that its covariance is positive definite. Rare checks suffice
 # because lost positivity persists, and a check takes as long as half a step.
 CHECK_PERIOD = 256
 
 #: Step number that no run reaches.
-NEVER = 2**62
+UNREACHABLE_STEP = 2**62
 
 #: Size of the cache of discretized maneuvers, enough for a batch of about a dozen finite-difference
 #: gradients.
-KEPT = 256
+CACHE_SIZE = 256
 
 
 @helper
-def workspace(n_slots, lanes):
+def allocate_workspace(n_slots, lanes):
     """Return zeros, shape (n_slots, lanes), aligned to a cache line.
 
     A vector that spans two cache lines loads at half the speed.
@@ -37,7 +37,7 @@ def workspace(n_slots, lanes):
 
 
 @helper
-def ring(window, lanes):
+def allocate_ring_buffer(window, lanes):
     """Return a ring buffer for the traces of all lanes over the convergence window.
 
     The length is a power of two, so that indexing is a bit mask. A full history would not fit the
@@ -50,7 +50,7 @@ def ring(window, lanes):
 
 
 @kept("Tuple((float64[:,::1], float64[:,::1]))(float64[:,::1], float64[::1], float64)")
-def discretized(A, density, dt):
+def discretize_compiled(A, density, dt):
     """Return F and Q of `discretize`, for calls from Python."""
     return discretize(A, density, dt)
 
@@ -63,11 +63,11 @@ def write_maneuver(values, omega, dynamics):
         room = np.zeros((2, 6, 6))
         F, Q, own = room[0], room[1], np.empty((2, 3, 3))
         densities = density[0], density[3]
-        discretize_alike(-parts[0, 3, 3], densities, omega, dt, F, Q, own[0], own[1])
+        discretize_isotropic(-parts[0, 3, 3], densities, omega, dt, F, Q, own[0], own[1])
     else:
         A = parts[0] + omega[0] * parts[1] + omega[1] * parts[2] + omega[2] * parts[3]
         F, Q = discretize(A, density, dt)
-    rotation = turn(omega, dt)
+    rotation = compute_step_rotation(omega, dt)
     k = 0
     for i in range(3):
         for j in range(3):
@@ -83,13 +83,13 @@ def write_maneuver(values, omega, dynamics):
 
 
 @helper
-def place_of(key):
+def compute_cache_row(key):
     """Return the cache row of a maneuver: a hash of the variant and of the bits of the rate."""
     value = np.uint64(0)
     for number in key:
         value = (value ^ np.uint64(number)) * np.uint64(0x9E3779B97F4A7C15)
         value ^= value >> np.uint64(32)
-    return np.int64(value % np.uint64(KEPT))
+    return np.int64(value % np.uint64(CACHE_SIZE))
 
 
 @helper
@@ -98,7 +98,7 @@ def load_maneuver(W, lane, rotation, omega, dynamics, variant, cache):
     keys, values_of_row = cache
     bits = omega.view(np.int64)
     key = (variant + 1, bits[0], bits[1], bits[2])
-    place = place_of(key)
+    place = compute_cache_row(key)
     values, stored = values_of_row[place], keys[place]
     if stored[0] != key[0] or stored[1] != key[1] or stored[2] != key[2] or stored[3] != key[3]:
         write_maneuver(values, omega, dynamics)
@@ -109,7 +109,7 @@ def load_maneuver(W, lane, rotation, omega, dynamics, variant, cache):
 
 
 @helper
-def load_turn(W, lane, slot, omega, dt):
+def load_axis_angle(W, lane, slot, omega, dt):
     """Write the unit axis, angle, sine and cosine of a maneuver's rotation per step to a lane."""
     rate = math.sqrt(omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2)
     for i in range(3):
@@ -119,40 +119,40 @@ def load_turn(W, lane, slot, omega, dt):
 
 
 @helper
-def save(W, lane, n_values, recent, now, n, state):
+def save_lane(W, lane, n_values, traces, row, n, state):
     """Store the covariance, attitude, monitors and the last n trace values of a lane in `state`."""
     for j in range(n_values):
         state[j] = W[j, lane]
     for j in range(n):
-        state[n_values + j] = recent[(now - j) % len(recent), lane]
+        state[n_values + j] = traces[(row - j) % len(traces), lane]
 
 
 @helper
-def restore(W, lane, n_values, recent, now, n, state):
+def restore_lane(W, lane, n_values, traces, row, n, state):
     """Load a lane from a `state` that `save` stored."""
     for j in range(n_values):
         W[j, lane] = state[j]
     for j in range(n):
-        recent[(now - j) % len(recent), lane] = state[n_values + j]
+        traces[(row - j) % len(traces), lane] = state[n_values + j]
 
 
 @helper
-def converged(recent, lane, now, window, decrease, allow_rise):
+def has_converged(traces, lane, row, window, decrease, allow_rise):
     """Return whether a run has converged by equation (6).
 
     The trace must have fallen by less than the fraction `decrease` over the window, without a rise.
     A rise is accepted if `allow_rise` is set. A NaN trace counts as converged, to end the run.
     """
-    before = recent[(now - window) & (len(recent) - 1), lane]
-    fall = before - recent[now, lane]
+    before = traces[(row - window) & (len(traces) - 1), lane]
+    fall = before - traces[row, lane]
     return not (fall >= decrease * before or (fall < 0.0 and not allow_rise))
 
 
 @helper
-def settled_for(recent, lane, now, k, factor):
+def count_settled_steps(traces, lane, row, k, factor):
     """Count the latest steps, at most k, with a trace of at most `factor` times the current one."""
-    limit, n = factor * recent[now, lane], 0
-    while n < k and recent[(now - n - 1) & (len(recent) - 1), lane] <= limit:
+    limit, n = factor * traces[row, lane], 0
+    while n < k and traces[(row - n - 1) & (len(traces) - 1), lane] <= limit:
         n += 1
     return n
 
@@ -169,7 +169,7 @@ def settled_for(recent, lane, now, k, factor):
 def run(
     code,
     layout,
-    shared,
+    queue,
     jobs,
     states,
     plan,
@@ -177,9 +177,9 @@ def run(
     table,
     constants,
     convergence,
-    steps,
+    step_limits,
     trace,
-    at_end,
+    final_values,
     record,
 ):
     """Run jobs from the shared queue until the queue is empty, in any number of threads.
@@ -228,21 +228,24 @@ def run(
         Variance of each state at each step, unless empty.
     """
     step, check, lanes = code
-    taken, done = shared
+    taken, done = queue
     designs, begins, ends, parents, slots = jobs
     rates, starts, over, variants = plan
     parts, densities, pattern, dt, by_polynomials = dynamics
     window, decrease, allow_rise, factor = convergence
-    stops, end_step, settled = steps
-    watched, final = at_end
+    stops, end_step, settled = step_limits
+    watched, final = final_values
     n_jobs, n_maneuvers = len(designs), starts.shape[1]
     attitude, monitors, rotation, _, _, turned, rate, omega_slot = layout[:8]
     trace_slot, pivot, _, given, first_constant = layout[8:]
     n_constants = constants.shape[1]
-    W, recent = workspace(first_constant + n_constants, lanes), ring(window, lanes)
+    W, recent = (
+        allocate_workspace(first_constant + n_constants, lanes),
+        allocate_ring_buffer(window, lanes),
+    )
     n_dynamic = densities.shape[1]
     n_values = 9 + len(pattern) + n_dynamic * (n_dynamic + 1) // 2
-    cache = np.zeros((KEPT, 4), dtype=np.int64), np.empty((KEPT, n_values))
+    cache = np.zeros((CACHE_SIZE, 4), dtype=np.int64), np.empty((CACHE_SIZE, n_values))
     for k in range(n_constants):
         W[first_constant + k] = constants[0, k]
     address, mask = W.ctypes.data, len(recent) - 1
@@ -252,14 +255,14 @@ def run(
     maneuver = np.zeros(lanes, dtype=np.int64)
     running = np.zeros(lanes, dtype=np.int64)
     healthy = np.ones(lanes, dtype=np.bool_)
-    test_from = np.full(lanes, NEVER)
+    test_from = np.full(lanes, UNREACHABLE_STEP)
     active = 0
     for lane in range(lanes):
         job[lane] = fetch_add(taken, 1)
         active += job[lane] < n_jobs
     while active > 0:
         # Start jobs and maneuvers that are due, and count the steps until the next event.
-        n_steps = NEVER
+        n_steps = UNREACHABLE_STEP
         for lane in range(lanes):
             this, k = job[lane], clock[lane]
             if this >= n_jobs:
@@ -278,7 +281,7 @@ def run(
                 for c in range(n_constants):
                     W[first_constant + c, lane] = constants[variants[i], c]
                 state = states[parent if parent < 0 else slots[parent]]
-                restore(W, lane, rotation, recent, now, min(window, k) + 1, state)
+                restore_lane(W, lane, rotation, recent, now, min(window, k) + 1, state)
             m = maneuver[lane]
             while m < n_maneuvers and starts[i, m] <= k:
                 m += 1
@@ -287,7 +290,7 @@ def run(
                 own = parts[variants[i]], densities[variants[i]], pattern, dt, by_polynomials
                 load_maneuver(W, lane, rotation, rates[i, m - 1], own, variants[i], cache)
                 if turned < rate:
-                    load_turn(W, lane, turned, rates[i, m - 1], dt)
+                    load_axis_angle(W, lane, turned, rates[i, m - 1], dt)
                 omega = rates[i, m - 1]
                 if rate < omega_slot:
                     W[rate, lane] = omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2
@@ -301,7 +304,9 @@ def run(
             if ends[this] >= 0:
                 due = min(due, ends[this])
             n_steps = min(n_steps, due - k)
-        if n_steps == NEVER:  # Every job of this thread waits for its parent in another thread.
+        if (
+            n_steps == UNREACHABLE_STEP
+        ):  # Every job of this thread waits for its parent in another thread.
             continue
 
         ended = False
@@ -313,11 +318,11 @@ def run(
             for k in range(table.shape[1]):
                 for lane in range(lanes):
                     W[given + k, lane] = table[clock[lane], k]
-            call(step, address)
+            call_address(step, address)
             for lane in range(lanes):
                 recent[now, lane] = W[trace_slot, lane]
                 tested = clock[lane] >= test_from[lane]
-                ended |= tested & converged(recent, lane, now, window, decrease, allow_rise)
+                ended |= tested & has_converged(recent, lane, now, window, decrease, allow_rise)
             if len(record) > 0:
                 for lane in range(lanes):
                     if running[lane]:
@@ -331,22 +336,23 @@ def run(
                 continue
             this, k = job[lane], clock[lane]
             over_now = k == stops[designs[this]] or (
-                k >= test_from[lane] and converged(recent, lane, now, window, decrease, allow_rise)
+                k >= test_from[lane]
+                and has_converged(recent, lane, now, window, decrease, allow_rise)
             )
             if over_now or k % CHECK_PERIOD == 0:
                 if not checked:
-                    call(check, address)
+                    call_address(check, address)
                     checked = True
                 healthy[lane] &= W[pivot, lane] > 0.0
             if k == ends[this]:
                 state = states[slots[this]]
-                save(W, lane, rotation, recent, now, min(window, k) + 1, state)
+                save_lane(W, lane, rotation, recent, now, min(window, k) + 1, state)
                 store_release(done, this, 1 if healthy[lane] else 2)
             elif over_now:
                 i = designs[this]
                 end_step[i] = k
                 if factor > 0.0:
-                    settled[i] = k - settled_for(recent, lane, now, k, factor)
+                    settled[i] = k - count_settled_steps(recent, lane, now, k, factor)
                 trace[i] = recent[now, lane] if healthy[lane] else np.nan
                 for j in range(watched.shape[1]):
                     watched[i, j] = W[monitors + j, lane]
@@ -355,6 +361,6 @@ def run(
                         final[i, j] = W[j, lane]
             else:
                 continue
-            running[lane], clock[lane], test_from[lane] = 0, 0, NEVER
+            running[lane], clock[lane], test_from[lane] = 0, 0, UNREACHABLE_STEP
             job[lane] = fetch_add(taken, 1)
             active -= job[lane] >= n_jobs

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.filter.history import measurements
+from mgeo_attitude.filter.history import build_measurement_model
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.sensors.suite import Suite, block_units
@@ -46,7 +46,7 @@ class _Update(NamedTuple):
 
     sensor: int
     gain: Floats
-    rest: Floats
+    error_transition: Floats
     noise: Floats
 
 
@@ -54,11 +54,11 @@ class _Step(NamedTuple):
     """Filter step: F (n, n), Q of each block with process noise (d, n, n), and the updates."""
 
     transition: Floats
-    driven: Floats
+    process_noise: Floats
     updates: list[_Update]
 
 
-def error_budget(model: FilterModel, design: ArrayLike, t_end: float) -> ErrorBudget:
+def compute_error_budget(model: FilterModel, design: ArrayLike, t_end: float) -> ErrorBudget:
     """Return the error budget of a nominal run of a design until `t_end`.
 
     The computation takes about 0.1 ms per filter step.
@@ -80,8 +80,8 @@ def error_budget(model: FilterModel, design: ArrayLike, t_end: float) -> ErrorBu
     for step in reversed(list(_iterate_steps(model, design, round(t_end / model.step)))):
         for update in reversed(step.updates):
             of_noise[update.sensor] += (adjoint @ update.gain) ** 2 @ update.noise
-            adjoint = adjoint @ update.rest
-        of_drift += np.einsum("ij,sjk,ik->si", adjoint, step.driven, adjoint, optimize=True)
+            adjoint = adjoint @ update.error_transition
+        of_drift += np.einsum("ij,sjk,ik->si", adjoint, step.process_noise, adjoint, optimize=True)
         adjoint = adjoint @ step.transition
     initial = [f"initial {labels[b]}" for b in suite.blocks]
     if (model.initial_correlation == np.eye(n)).all():
@@ -103,15 +103,15 @@ def _iterate_densities(suite: Suite) -> Iterator[tuple[str, Floats]]:
         yield suite.blocks[i // 3], own
 
 
-def _iterate_steps(model: FilterModel, design: ArrayLike, last: int) -> Iterator[_Step]:
+def _iterate_steps(model: FilterModel, design: ArrayLike, n_steps: int) -> Iterator[_Step]:
     motion = Motion.of(model, design, model.n_steps)
-    H, R, seen = measurements(model, motion.attitude, motion.rates)
+    H, R, seen = build_measurement_model(model, motion.attitude, motion.rates)
     counts = np.cumsum([0, *(len(sensor.noise()) for sensor in model.suite.sensors)])
     rows = [slice(*edges) for edges in pairwise(counts)]
     P, considered = model.initial_covariance, model.suite.considered
-    follows = model.influences[:, model.suite.influence_columns(model.suite.gyro)]
+    follows = model.sensitivity_factors[:, model.suite.influence_columns(model.suite.gyro)]
     now, F, Q, unit = np.full(3, np.nan), np.empty(0), np.empty(0), np.empty(0)
-    for k, rate in enumerate(motion.rates[:last], 1):
+    for k, rate in enumerate(motion.rates[:n_steps], 1):
         if (rate != now).any():
             now, (unit, Q) = rate, _discretize(model, rate)
             F = unit
@@ -123,14 +123,14 @@ def _iterate_steps(model: FilterModel, design: ArrayLike, last: int) -> Iterator
         updates = []
         for i, own in enumerate(rows):
             if seen[k, own].any():
-                update = _update(P, H[k, own], R[own], i, considered)
-                P = update.rest @ P @ update.rest.T
+                update = _compute_update(P, H[k, own], R[own], i, considered)
+                P = update.error_transition @ P @ update.error_transition.T
                 P += (update.gain * update.noise) @ update.gain.T
                 updates.append(update)
         yield _Step(F, Q, updates)
 
 
-def _update(P: Floats, H: Floats, R: Floats, sensor: int, considered: Ints) -> _Update:
+def _compute_update(P: Floats, H: Floats, R: Floats, sensor: int, considered: Ints) -> _Update:
     gain = np.array(np.linalg.solve(H @ P @ H.T + np.diag(R), H @ P).T, dtype=np.float64)
     gain[considered] = 0.0
     rest: Floats = np.eye(len(P)) - gain @ H

@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.symbols import triangle
-from mgeo_attitude.filter.variants import check_variants
+from mgeo_attitude.filter.symbols import triangle_indices
+from mgeo_attitude.filter.variants import validate_variants
 from mgeo_attitude.maneuvers.schedule import Schedule
 
 if TYPE_CHECKING:
-    from mgeo_attitude.filter.jobs import Batch, Ran
+    from mgeo_attitude.filter.jobs import Batch, BatchResult
 
 
 @dataclass(frozen=True)
@@ -77,8 +77,8 @@ def evaluate(
     history: bool = False,
     covariance: bool = False,
     variants: Sequence[FilterModel] = (),
-    which: Ints | None = None,
-    until: ArrayLike | None = None,
+    variant_index: Ints | None = None,
+    end_steps: ArrayLike | None = None,
 ) -> Evaluation:
     """Run the covariance filter over every design.
 
@@ -127,29 +127,37 @@ def evaluate(
     >>> evaluate(model, [design, design], threads=2).t_end
     array([2337., 2337.])
     """
-    from mgeo_attitude.filter.jobs import Batch, run  # Importing numba takes long.
+    from mgeo_attitude.filter.jobs import Batch, run_batch  # Importing numba takes long.
 
     variants = variants or [model]
-    check_variants(model, variants)
-    plan = model.schedule(designs)
+    validate_variants(model, variants)
+    plan = model.build_schedule(designs)
     n = len(plan.rates)
-    flown_by = np.zeros(n, dtype=np.int64) if which is None else np.asarray(which, dtype=np.int64)
-    batch = Batch(variants, flown_by, plan, threads or available_threads())
+    flown_by = (
+        np.zeros(n, dtype=np.int64)
+        if variant_index is None
+        else np.asarray(variant_index, dtype=np.int64)
+    )
+    batch = Batch(variants, flown_by, plan, threads or count_available_threads())
     last = np.full(n, model.n_steps)
-    if until is None and model.ends_by_design:
-        until = np.clip(plan.over, 1, model.n_steps)
-    if until is not None:
-        last[:] = until
+    if end_steps is None and model.ends_with_last_maneuver:
+        end_steps = np.clip(plan.over, 1, model.n_steps)
+    if end_steps is not None:
+        last[:] = end_steps
         # The end becomes part of the plan, so that equal plans with different ends are distinct.
         batch_with_ends = batch._replace(plan=dataclasses.replace(plan, over=last))
-        ran = run(model.unending, batch_with_ends, last, history, covariance)
+        ran = run_batch(model.nonconverging_model, batch_with_ends, last, history, covariance)
     elif model.rule != "trace":
-        full_run = run(model.endless, batch, last, factor=model.factor)
-        settled = full_run.settled if model.rule == "settling" else _find_required_step(full_run)
+        full_run = run_batch(
+            model.full_duration_model, batch, last, settling_factor=model.settling_factor
+        )
+        settled = (
+            full_run.settling_step if model.rule == "settling" else _find_required_step(full_run)
+        )
         stops = np.clip(settled, plan.over, model.n_steps)
-        ran = run(model.endless, batch, stops, history, covariance)
+        ran = run_batch(model.full_duration_model, batch, stops, history, covariance)
     else:
-        ran = run(model, batch, last, history, covariance)
+        ran = run_batch(model, batch, last, history, covariance)
     t_end, trace = model.step * ran.end_step.astype(float), ran.trace
     is_lost = np.isnan(trace)
     if is_lost.any():
@@ -163,45 +171,47 @@ def evaluate(
         t_end = np.where(is_lost, np.nan, t_end)
     t_required = np.full(n, np.inf)
     if model.monitors.states:
-        met = ran.watched[:, -1] > 0.0
+        met = ran.monitors[:, -1] > 0.0
         t_required[met] = model.step * _find_required_step(ran)[met]
-    full = _expand_triangles(ran.final, model.suite.n_states)
+    full = _expand_triangles(ran.covariance, model.suite.n_states)
     angles, loads = (
-        _compute_path_angles(model, ran.watched),
+        _compute_path_angles(model, ran.monitors),
         _compute_wheel_loads(model, batch, ran.end_step),
     )
-    return Evaluation(t_end, trace, ran.record, full, angles, t_required, loads, plan)
+    return Evaluation(t_end, trace, ran.variances, full, angles, t_required, loads, plan)
 
 
-def _compute_path_angles(model: FilterModel, watched: Floats) -> Floats:
-    limits = model.monitors.limits
-    path = watched[:, : len(limits)]
-    return np.where([watch.inside for watch in limits], path, -path)
+def _compute_path_angles(model: FilterModel, monitor_values: Floats) -> Floats:
+    limits = model.monitors.paths
+    path = monitor_values[:, : len(limits)]
+    return np.where([watch.keep_in for watch in limits], path, -path)
 
 
 def _compute_wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Floats:
-    if model.budget is None:
+    if model.momentum_budget is None:
         return np.full((len(end_step), 2), np.nan)
-    from mgeo_attitude.filter.wheel_load import wheel_loads  # Importing numba takes long.
+    from mgeo_attitude.filter.wheel_load import compute_wheel_loads  # Importing numba takes long.
 
-    return wheel_loads(model.budget, batch.plan, end_step, step=model.step, threads=batch.threads)
+    return compute_wheel_loads(
+        model.momentum_budget, batch.plan, end_step, step=model.step, threads=batch.threads
+    )
 
 
-def _find_required_step(ran: Ran) -> Ints:
+def _find_required_step(result: BatchResult) -> Ints:
     """Return the first step of the final span with satisfied requirements, or one past the end."""
-    return ran.end_step + 1 - np.rint(ran.watched[:, -1]).astype(np.int64)
+    return result.end_step + 1 - np.rint(result.monitors[:, -1]).astype(np.int64)
 
 
 def _expand_triangles(triangles: Floats, n: int) -> Floats:
     """Expand lower triangles, shape (m, n (n + 1) / 2), to symmetric matrices, shape (m, n, n)."""
-    row, column = triangle(n)
+    row, column = triangle_indices(n)
     full = np.empty((len(triangles), n, n))
     full[:, row, column] = triangles
     full[:, column, row] = triangles
     return full
 
 
-def available_threads() -> int:
+def count_available_threads() -> int:
     """Return the number of processors available to this process, at most ``NUMBA_NUM_THREADS``.
 
     joblib sets the environment variable in its worker processes, so that they share the processors.

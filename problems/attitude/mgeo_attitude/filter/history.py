@@ -57,7 +57,7 @@ class FilterHistory:
         return float(self.times[-1])
 
 
-def filter_history(model: FilterModel, design: ArrayLike) -> FilterHistory:
+def run_filter(model: FilterModel, design: ArrayLike) -> FilterHistory:
     """Run the compiled filter of equations (2) to (4) over one design and return all samples.
 
     `reference_run` computes the same history with filterpy and takes about a hundred times as long.
@@ -94,7 +94,7 @@ def filter_history(model: FilterModel, design: ArrayLike) -> FilterHistory:
         attitude=Motion.of(model, design, n - 1).attitude,
         covariance=result.covariance[0],
         blocks=model.suite.blocks,
-        converged=bool(t_end < model.longest),
+        converged=bool(t_end < model.duration),
     )
 
 
@@ -123,14 +123,14 @@ def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats)
     for view in sensor.views():
         looked_at, radius = model.references[samples, index], np.zeros(len(attitude))
         if view.direction:
-            looked_at, radius = model.direction(view.direction, samples)
+            looked_at, radius = model.select_direction(view.direction, samples)
         cosine = np.einsum("kij,kj->ki", attitude, looked_at) @ view.axis
-        mask &= (cosine >= np.cos(view.half_angle + radius)) == view.inside
+        mask &= (cosine >= np.cos(view.half_angle + radius)) == view.keep_in
     mask[1:] &= np.einsum("ki,ki->k", rates, rates) <= sensor.max_rate() ** 2
     return mask
 
 
-def measurements(
+def build_measurement_model(
     model: FilterModel, attitude: Floats, rates: Floats
 ) -> tuple[Floats, Floats, Bools]:
     """Return the measurement matrices, noise variances and availability of all m measurement rows.
@@ -158,7 +158,7 @@ def measurements(
             np.einsum("kij,kj->ki", attitude, model.references[:, row])
             for row in model.suite.looks(index)
         )
-        follows = [*model.influences[:, model.suite.influence_columns(sensor)].T]
+        follows = [*model.sensitivity_factors[:, model.suite.influence_columns(sensor)].T]
         H.append(model.suite.measurement_matrix(sensor, v, attitude, gradient, before, follows))
         R.extend(sigma**2 for sigma in sensor.noise())
         seen.extend([can_measure(model, index, attitude, rates)] * len(sensor.noise()))

@@ -17,17 +17,17 @@ import numpy as np
 
 from mgeo_attitude._compiled import entry
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.filter.kernel import lanes, load_driver, load_kernel
-from mgeo_attitude.filter.layout import layout, transition_pattern
+from mgeo_attitude.filter.kernel import count_lanes, load_driver, load_kernel
+from mgeo_attitude.filter.layout import build_layout, compute_transition_pattern
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.variants import constants_of, dynamics_of, initial_values
+from mgeo_attitude.filter.variants import compute_initial_values, stack_constants, stack_dynamics
 from mgeo_attitude.maneuvers.schedule import Schedule
 from mgeo_attitude.sensors.gyro import is_uneven
 
 #: Depth of a leaf, larger than the depth of any branching point.
-_LEAF = np.iinfo(np.int64).max
+_LEAF_DEPTH = np.iinfo(np.int64).max
 #: Least number of common steps for which storing the state pays off.
-_LEAST_COMMON = 16
+_MIN_COMMON_STEPS = 16
 
 
 class Jobs(NamedTuple):
@@ -53,10 +53,10 @@ class Jobs(NamedTuple):
     end: Ints
     parent: Ints
     snapshot: Ints
-    twin: Ints
+    representative: Ints
 
 
-def separate(variants: Ints) -> Jobs:
+def build_separate_jobs(variant_index: Ints) -> Jobs:
     """Return jobs that each run one whole design.
 
     Parameters
@@ -64,12 +64,14 @@ def separate(variants: Ints) -> Jobs:
     variants : array, shape (n,)
         Model variant of each design.
     """
-    n = len(variants)
+    n = len(variant_index)
     each, none = np.arange(n), np.full(n, -1)
-    return Jobs(each, np.zeros(n, dtype=np.int64), none, -1 - variants, none, each)
+    return Jobs(each, np.zeros(n, dtype=np.int64), none, -1 - variant_index, none, each)
 
 
-def shared(rates: Floats, starts: Ints, over: Ints, n_steps: int, variants: Ints) -> Jobs:
+def build_shared_jobs(
+    rates: Floats, starts: Ints, over: Ints, n_steps: int, variant_index: Ints
+) -> Jobs:
     """Return jobs that run equal designs, and common initial parts of designs, only once.
 
     Only designs with the same model variant share steps.
@@ -86,10 +88,10 @@ def shared(rates: Floats, starts: Ints, over: Ints, n_steps: int, variants: Ints
         Model variant of each design.
     """
     if len(rates) == 0:
-        return separate(variants)
+        return build_separate_jobs(variant_index)
     ends = np.column_stack([starts[:, 1:], over])
     plans = np.concatenate([rates, ends[:, :, None]], axis=2).reshape(len(rates), -1)
-    keys = np.column_stack([variants, plans])
+    keys = np.column_stack([variant_index, plans])
     # Big-endian bytes let numpy compare whole rows in one operation.
     rows = (keys + 0.0).astype(">f8", order="C").view(f"V{8 * keys.shape[1]}")
     order = np.argsort(rows[:, 0], kind="stable")
@@ -103,10 +105,10 @@ def shared(rates: Floats, starts: Ints, over: Ints, n_steps: int, variants: Ints
     # No design may end, or be tested for convergence, before it branches off.
     limit = np.minimum(over[unique], n_steps) - 1
     common = np.minimum(common, np.minimum(limit[1:], limit[:-1]))
-    common[common < _LEAST_COMMON] = 0
-    common[variants[unique[1:]] != variants[unique[:-1]]] = 0
+    common[common < _MIN_COMMON_STEPS] = 0
+    common[variant_index[unique[1:]] != variant_index[unique[:-1]]] = 0
     jobs = _build_tree(unique, common, twin)
-    initial = -1 - variants[jobs.design]
+    initial = -1 - variant_index[jobs.design]
     return jobs._replace(parent=np.where(jobs.parent < 0, initial, jobs.parent))
 
 
@@ -122,7 +124,7 @@ def _count_common_steps(rates: Floats, ends: Ints) -> Ints:
     return np.where(same_rate[row, first], np.maximum(both, begin), begin)
 
 
-def _build_tree(unique: Ints, common: Ints, twin: Ints) -> Jobs:
+def _build_tree(unique: Ints, common: Ints, representative: Ints) -> Jobs:
     depth, parent, design = _build_nodes(unique, common)
 
     # Jobs are in the order of their first steps, so that a parent comes before its children.
@@ -130,14 +132,14 @@ def _build_tree(unique: Ints, common: Ints, twin: Ints) -> Jobs:
     order = np.argsort(begin, kind="stable")
     place = np.append(np.argsort(order), -1)  # The root, at index -1, is not a job.
     end = depth[1:][order]
-    inner = end < _LEAF
+    inner = end < _LEAF_DEPTH
     return Jobs(
         design=design[1:][order],
         begin=begin[order],
         end=np.where(inner, end, -1),
         parent=place[parent[1:] - 1][order],
         snapshot=np.where(inner, np.cumsum(inner) - 1, -1),
-        twin=twin,
+        representative=representative,
     )
 
 
@@ -162,7 +164,7 @@ def _build_nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
             top += 1
             stack[top] = n
             n += 1
-        depth[n], parent[n], design[n] = _LEAF, stack[top], unique[k]
+        depth[n], parent[n], design[n] = _LEAF_DEPTH, stack[top], unique[k]
         top += 1
         stack[top] = n
         n += 1
@@ -173,30 +175,30 @@ class Batch(NamedTuple):
     """Designs with the model variant of each design and the number of threads; see `evaluate`."""
 
     variants: Sequence[FilterModel]
-    flown_by: Ints
+    variant_index: Ints
     plan: Schedule
     threads: int
 
 
-class Ran(NamedTuple):
+class BatchResult(NamedTuple):
     """Results of n designs as the driver writes them; see `driver.run`."""
 
     end_step: Ints
-    settled: Ints
+    settling_step: Ints
     trace: Floats
-    watched: Floats
-    final: Floats
-    record: Floats
+    monitors: Floats
+    covariance: Floats
+    variances: Floats
 
 
-def run(
+def run_batch(
     model: FilterModel,
     batch: Batch,
-    stops: Ints,
+    last_steps: Ints,
     history: bool = False,
     covariance: bool = False,
-    factor: float = 0.0,
-) -> Ran:
+    settling_factor: float = 0.0,
+) -> BatchResult:
     """Run every design of a batch until it converges or reaches its last step.
 
     Parameters
@@ -213,27 +215,32 @@ def run(
         Factor of a settled trace; 0 to skip the settling step.
     """
     variants, flown_by, plan, threads = batch
-    suite, n, monitors = model.suite, len(stops), model.monitors
+    suite, n, monitors = model.suite, len(last_steps), model.monitors
     kernel, driver = load_kernel(suite, model.gated, monitors), load_driver()
-    at = layout(suite, model.gated, monitors)
+    at = build_layout(suite, model.gated, monitors)
     # Recording a history requires that every design runs separately from the start.
     jobs = (
-        separate(flown_by)
+        build_separate_jobs(flown_by)
         if history
-        else shared(*(plan.asked or (plan.rates, plan.starts)), plan.over, model.n_steps, flown_by)
+        else build_shared_jobs(
+            *(plan.asked or (plan.rates, plan.starts)), plan.over, model.n_steps, flown_by
+        )
     )
     n_jobs = len(jobs.design)
     record = np.full((n if history else 0, model.n_steps + 1, suite.n_states), np.nan)
     record[:, 0] = np.array([each.initial_sigma**2 for each in variants])[flown_by[: len(record)]]
     end_step, settled, trace = np.zeros(n, np.int64), np.zeros(n, np.int64), np.empty(n)
-    watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
+    watched, final = (
+        np.empty((n, monitors.n_values)),
+        np.empty((n if covariance else 0, at.attitude)),
+    )
     # States stored by `driver.save` come first, the initial states of the variants last.
     n_stored = np.count_nonzero(jobs.snapshot >= 0)
     states = np.zeros((n_stored + len(variants), at.rotation + model.window_steps + 1))
-    states[n_stored:, : at.rotation + 1] = initial_values(model, variants)[::-1]
-    matrices, densities = dynamics_of(variants)
+    states[n_stored:, : at.rotation + 1] = compute_initial_values(model, variants)[::-1]
+    matrices, densities = stack_dynamics(variants)
     arguments: tuple[Any, ...] = (
-        (kernel.step.address, kernel.check.address, lanes()),
+        (kernel.step.address, kernel.check.address, count_lanes()),
         tuple(at),
         (np.zeros(1, dtype=np.int64), np.zeros(n_jobs, dtype=np.int64)),
         jobs[:5],
@@ -247,14 +254,14 @@ def run(
         (
             matrices,
             densities,
-            np.array(transition_pattern(suite)),
+            np.array(compute_transition_pattern(suite)),
             model.step,
-            (model.by_polynomials or plan.free is not None) and _is_isotropic(densities),
+            (model.use_polynomials or plan.free is not None) and _is_isotropic(densities),
         ),
-        model.table,
-        constants_of(model, variants),
-        (model.window_steps, model.relative_decrease, model.allow_rise, factor),
-        (stops, end_step, settled),
+        model.orbit_table,
+        stack_constants(model, variants),
+        (model.window_steps, model.relative_decrease, model.allow_rise, settling_factor),
+        (last_steps, end_step, settled),
         trace,
         (watched, final),
         record,
@@ -265,9 +272,9 @@ def run(
         driver.run(*arguments)
     for future in futures:
         future.result()
-    twin = jobs.twin
+    twin = jobs.representative
     final = final[twin] if covariance else final
-    return Ran(end_step[twin], settled[twin], trace[twin], watched[twin], final, record)
+    return BatchResult(end_step[twin], settled[twin], trace[twin], watched[twin], final, record)
 
 
 def _is_isotropic(densities: Floats) -> bool:

@@ -32,7 +32,7 @@ from mgeo.store.atomic import write_file
 from mgeo_attitude import _compiled
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter import discretization, polynomials
-from mgeo_attitude.filter.codegen import module_source
+from mgeo_attitude.filter.codegen import build_module_source
 from mgeo_attitude.filter.lanewise import lanewise
 from mgeo_attitude.filter.layout import NO_MONITORS, Monitors
 from mgeo_attitude.sensors.suite import Suite
@@ -40,11 +40,11 @@ from mgeo_attitude.sensors.suite import Suite
 _log = logging.getLogger(__name__)
 
 # The lock is needed because a module is in sys.modules before its execution has finished.
-_loading = threading.Lock()
+_load_lock = threading.Lock()
 
 
 @cache
-def lanes() -> int:
+def count_lanes() -> int:
     """Return the number of candidates per kernel call: the float64 values in a vector register."""
     features = llvmlite.binding.get_host_cpu_features()
     return 8 if features.get("avx512f") else 4
@@ -64,7 +64,9 @@ def load_kernel(
     monitors : Monitors
         Path constraints and required 1-sigmas to monitor.
     """
-    return load_module("kernel", module_source(suite, gated, monitors, lanes()), [lanewise])
+    return load_module(
+        "kernel", build_module_source(suite, gated, monitors, count_lanes()), [lanewise]
+    )
 
 
 @cache
@@ -77,7 +79,7 @@ def load_driver() -> ModuleType:
 def load_module(
     kind: str,
     source: str,
-    ingredients: Iterable[ModuleType | Callable[..., object]],
+    dependencies: Iterable[ModuleType | Callable[..., object]],
     part: str = "",
 ) -> ModuleType:
     """Return a module from memory, from the user's cache, or compiled from its source.
@@ -96,17 +98,17 @@ def load_module(
         Name of the module among those of its kind, for the log.
     """
     parts = [source, numba.__version__, llvmlite.__version__, np.__version__, sys.version]
-    all_of = [_compiled, *(inspect.getmodule(each) or each for each in ingredients)]
+    all_of = [_compiled, *(inspect.getmodule(each) or each for each in dependencies)]
     parts += map(inspect.getsource, all_of)
     digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
     name = f"{kind}_{digest[:16]}"
-    with _loading:
+    with _load_lock:
         if name not in sys.modules:
-            _load(kind, name, source, part)
+            _load_or_compile(kind, name, source, part)
         return sys.modules[name]
 
 
-def _load(kind: str, name: str, source: str, part: str) -> None:
+def _load_or_compile(kind: str, name: str, source: str, part: str) -> None:
     """Execute a module from the cache folder, or in memory if the folder is not writable."""
     folder = Path(os.environ.get("MGEO_CACHE_DIR") or platformdirs.user_cache_dir("mgeo"))
     path = folder / f"{kind}s" / f"{name}.py"
@@ -142,7 +144,9 @@ def _execute(name: str, filename: str, source: str) -> None:
         raise
 
 
-def transition(suite: Suite, rate: Sequence[float], duration: float) -> tuple[Floats, Floats]:
+def compute_transition(
+    suite: Suite, rate: Sequence[float], duration: float
+) -> tuple[Floats, Floats]:
     """Return F and Q of the dynamic states over a step at constant rate, equation (7).
 
     Parameters

@@ -26,7 +26,7 @@ _INTEGER = ir.IntType(64)
 _OPERATORS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 
 
-def lanewise(text: str, lanes: int) -> Any:
+def lanewise(text: str, n_lanes: int) -> Any:
     """Return a function ``f(W)``, for use in compiled code, that runs `text` for all lanes at once.
 
     W is a pointer to float64: ``W[k]`` in the text is ``W[k * lanes + lane]`` of each lane.
@@ -50,7 +50,7 @@ def lanewise(text: str, lanes: int) -> Any:
     @intrinsic
     def function(typing_context: Any, W: Any) -> Any:
         def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            builder.call(_function(builder.module, ast.parse(text).body, lanes), args)
+            builder.call(_compile_function(builder.module, ast.parse(text).body, n_lanes), args)
             return context.get_dummy_value()
 
         return types.void(W), codegen
@@ -58,7 +58,7 @@ def lanewise(text: str, lanes: int) -> Any:
     return function
 
 
-def _function(module: ir.Module, lines: Sequence[ast.stmt], lanes: int) -> ir.Function:
+def _compile_function(module: ir.Module, lines: Sequence[ast.stmt], n_lanes: int) -> ir.Function:
     """Compile lines to a separate function, as compile time grows faster than function size."""
     kind = ir.FunctionType(ir.VoidType(), [ir.DoubleType().as_pointer()])
     function = ir.Function(module, kind, module.get_unique_name("lanewise"))
@@ -68,91 +68,95 @@ def _function(module: ir.Module, lines: Sequence[ast.stmt], lanes: int) -> ir.Fu
     # Values that do not fit the registers go to the stack, where a vector across two cache lines
     # also takes twice as long.
     attributes.add("nounwind")  # llvmlite writes `alignstack` only with another attribute.
-    attributes.alignstack = 8 * lanes
+    attributes.alignstack = 8 * n_lanes
     if any(isinstance(line, ast.For) for line in lines):
         attributes.add("optsize")  # This prevents unrolling, which would exceed the cache.
     builder = ir.IRBuilder(function.append_basic_block())
-    writer = _Writer(builder, lanes, function.args[0])
+    writer = _Translator(builder, n_lanes, function.args[0])
     for line in lines:
         writer.write(line)
     builder.ret_void()
     return function
 
 
-class _Writer:
+class _Translator:
     """Translator that writes one instruction for every operation, in the order of the text."""
 
     def __init__(self, builder: ir.IRBuilder, lanes: int, W: ir.Value) -> None:
-        self.builder, self.lanes, self.W = builder, lanes, W
+        self.builder, self.n_lanes, self.W = builder, lanes, W
         self.vector = ir.VectorType(ir.DoubleType(), lanes)
         self.values: dict[str, ir.Value] = {}
         self.indices: dict[str, ir.Value] = {}
-        self.outside: Collection[str] = ()
+        self.outer_names: Collection[str] = ()
 
     def write(self, line: ast.stmt) -> None:
         match line:
-            case ast.Assign([ast.Name(name)], value) if name not in self.outside:
-                self.values[name] = self.value(value)
+            case ast.Assign([ast.Name(name)], value) if name not in self.outer_names:
+                self.values[name] = self.translate_value(value)
             case ast.Assign([ast.Subscript(ast.Name("W"), k)], value):
-                self.builder.store(self.value(value), self.slot(k), align=8)
+                self.builder.store(self.translate_value(value), self.build_pointer(k), align=8)
             case ast.For(
                 ast.Name(name),
                 ast.Call(ast.Name("range"), [start, stop, ast.Constant(int(step))]),
                 body,
             ) if step > 0:
-                self.loop(name, self.integer(start), self.integer(stop), step, body)
+                self.write_loop(
+                    name, self.translate_integer(start), self.translate_integer(stop), step, body
+                )
             case _:
                 raise ValueError(
                     f"{ast.unparse(line)}: expected an assignment to a name or W[k], in a loop to "
                     "a new name, or a loop over a range with a step"
                 )
 
-    def loop(
+    def write_loop(
         self, name: str, start: ir.Value, stop: ir.Value, step: int, body: Sequence[ast.stmt]
     ) -> None:
         """Write a loop; names of its body are local to one pass and undefined after the loop."""
-        builder, values, outside = self.builder, dict(self.values), self.outside
+        builder, values, outside = self.builder, dict(self.values), self.outer_names
         before, inside = builder.block, builder.append_basic_block(name)
         after = builder.append_basic_block(f"after_{name}")
         builder.cbranch(builder.icmp_signed("<", start, stop), inside, after)
         builder.position_at_end(inside)
         index = builder.phi(_INTEGER, name)
         index.add_incoming(start, before)
-        self.indices[name], self.outside = index, {*values}
+        self.indices[name], self.outer_names = index, {*values}
         for line in body:
             self.write(line)
         following = builder.add(index, _INTEGER(step), flags=["nsw"])
         index.add_incoming(following, builder.block)
         builder.cbranch(builder.icmp_signed("<", following, stop), inside, after)
         builder.position_at_end(after)
-        self.values, self.outside = values, outside
+        self.values, self.outer_names = values, outside
         del self.indices[name]
 
-    def value(self, node: ast.expr) -> ir.Value:
+    def translate_value(self, node: ast.expr) -> ir.Value:
         builder = self.builder
         match node:
             case ast.BinOp(left, operator, right) if type(operator) in _OPERATORS:
                 write = getattr(builder, _OPERATORS[type(operator)])
-                return write(self.value(left), self.value(right), flags=_FLAGS)
+                return write(self.translate_value(left), self.translate_value(right), flags=_FLAGS)
             case ast.UnaryOp(ast.USub(), operand):
-                return builder.fneg(self.value(operand), flags=_FLAGS)
+                return builder.fneg(self.translate_value(operand), flags=_FLAGS)
             case ast.Call(ast.Name("sqrt"), [argument]):
                 kind = ir.FunctionType(self.vector, [self.vector])
-                name = f"llvm.sqrt.v{self.lanes}f64"
+                name = f"llvm.sqrt.v{self.n_lanes}f64"
                 sqrt = cgutils.get_or_insert_function(builder.module, kind, name)
-                return builder.call(sqrt, [self.value(argument)], fastmath=_FLAGS)
+                return builder.call(sqrt, [self.translate_value(argument)], fastmath=_FLAGS)
             case ast.IfExp(ast.Compare(left, [ast.GtE()], [right]), yes, no):
-                test = builder.fcmp_ordered(">=", self.value(left), self.value(right))
-                return builder.select(test, self.value(yes), self.value(no))
+                test = builder.fcmp_ordered(
+                    ">=", self.translate_value(left), self.translate_value(right)
+                )
+                return builder.select(test, self.translate_value(yes), self.translate_value(no))
             case ast.Constant(float(number)):
-                return ir.Constant(self.vector, [number] * self.lanes)
+                return ir.Constant(self.vector, [number] * self.n_lanes)
             case ast.Name(name) if name in self.values:
                 return self.values[name]
             case ast.Subscript(ast.Name("W"), k):
-                return builder.load(self.slot(k), align=8)
+                return builder.load(self.build_pointer(k), align=8)
         raise ValueError(f"{ast.unparse(node)}: expected arithmetic of names, W[k] and numbers")
 
-    def slot(self, k: ast.expr) -> ir.Value:
+    def build_pointer(self, k: ast.expr) -> ir.Value:
         """Return a pointer to the vector of value k, with the constant part of k as an offset."""
         constant, first = 0, self.W
         while isinstance(k, ast.BinOp) and isinstance(k.op, ast.Add):
@@ -165,12 +169,14 @@ class _Writer:
             case ast.Constant(int(number)):
                 constant += number
             case _:
-                variable = self.builder.mul(self.integer(k), _INTEGER(self.lanes), flags=["nsw"])
+                variable = self.builder.mul(
+                    self.translate_integer(k), _INTEGER(self.n_lanes), flags=["nsw"]
+                )
                 first = self.builder.gep(first, [variable])
-        first = self.builder.gep(first, [_INTEGER(constant * self.lanes)])
+        first = self.builder.gep(first, [_INTEGER(constant * self.n_lanes)])
         return self.builder.bitcast(first, self.vector.as_pointer())
 
-    def integer(self, node: ast.expr) -> ir.Value:
+    def translate_integer(self, node: ast.expr) -> ir.Value:
         builder = self.builder
         match node:
             case ast.Constant(int(number)):
@@ -178,14 +184,20 @@ class _Writer:
             case ast.Name(name) if name in self.indices:
                 return self.indices[name]
             case ast.BinOp(left, ast.Add(), right):
-                return builder.add(self.integer(left), self.integer(right), flags=["nsw"])
+                return builder.add(
+                    self.translate_integer(left), self.translate_integer(right), flags=["nsw"]
+                )
             case ast.BinOp(left, ast.Mult(), right):
-                return builder.mul(self.integer(left), self.integer(right), flags=["nsw"])
+                return builder.mul(
+                    self.translate_integer(left), self.translate_integer(right), flags=["nsw"]
+                )
             case ast.BinOp(left, ast.FloorDiv(), ast.Constant(2)):
-                return builder.lshr(self.integer(left), _INTEGER(1))
+                return builder.lshr(self.translate_integer(left), _INTEGER(1))
             case ast.IfExp(ast.Compare(left, [ast.GtE()], [right]), yes, no):
-                test = builder.icmp_signed(">=", self.integer(left), self.integer(right))
-                return builder.select(test, self.integer(yes), self.integer(no))
+                test = builder.icmp_signed(
+                    ">=", self.translate_integer(left), self.translate_integer(right)
+                )
+                return builder.select(test, self.translate_integer(yes), self.translate_integer(no))
         raise ValueError(f"{ast.unparse(node)}: expected integer arithmetic of loops' indices")
 
 
@@ -193,7 +205,7 @@ _ALIGNMENT = 8
 
 
 @intrinsic
-def call(typing_context: Any, function: Any, pointer: Any) -> Any:
+def call_address(typing_context: Any, function: Any, pointer: Any) -> Any:
     """Call the C function ``void f(double *)`` at address `function` with the address `pointer`."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -210,7 +222,9 @@ def fetch_add(typing_context: Any, counter: Any, amount: Any) -> Any:
     """Add `amount` to ``counter[0]`` atomically and return the previous value."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        first = _pointer(context, builder, signature, args[0], context.get_constant(types.int64, 0))
+        first = _build_item_pointer(
+            context, builder, signature, args[0], context.get_constant(types.int64, 0)
+        )
         return builder.atomic_rmw("add", first, args[1], "monotonic")
 
     return types.int64(counter, types.int64), codegen
@@ -221,7 +235,7 @@ def store_release(typing_context: Any, flags: Any, index: Any, value: Any) -> An
     """Set ``flags[index] = value`` atomically, after all earlier writes of this thread."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        place = _pointer(context, builder, signature, args[0], args[1])
+        place = _build_item_pointer(context, builder, signature, args[0], args[1])
         builder.store_atomic(args[2], place, "release", _ALIGNMENT)
         return context.get_dummy_value()
 
@@ -233,12 +247,12 @@ def load_acquire(typing_context: Any, flags: Any, index: Any) -> Any:
     """Return ``flags[index]``, read atomically; the storing thread's earlier writes are visible."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        place = _pointer(context, builder, signature, args[0], args[1])
+        place = _build_item_pointer(context, builder, signature, args[0], args[1])
         return builder.load_atomic(place, "acquire", _ALIGNMENT)
 
     return types.int64(flags, types.int64), codegen
 
 
-def _pointer(context: Any, builder: Any, signature: Any, array: Any, index: Any) -> Any:
+def _build_item_pointer(context: Any, builder: Any, signature: Any, array: Any, index: Any) -> Any:
     struct = context.make_array(signature.args[0])(context, builder, array)
     return cgutils.get_item_pointer(context, builder, signature.args[0], struct, [index])

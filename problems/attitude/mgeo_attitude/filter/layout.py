@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mgeo_attitude.environment.directions import DIRECTIONS
-from mgeo_attitude.filter.symbols import slots_of
+from mgeo_attitude.filter.symbols import count_slots
 from mgeo_attitude.scenario.limits import PathLimit
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
@@ -18,7 +18,7 @@ from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.world import World
 
 
-class Watch(NamedTuple):
+class PathMonitor(NamedTuple):
     """Path constraint as a kernel monitors it; the monitored value is `path_limits.excess` [rad].
 
     Attributes
@@ -34,14 +34,14 @@ class Watch(NamedTuple):
     """
 
     direction: str
-    inside: bool
-    disc: bool
-    margin: bool
+    keep_in: bool
+    is_disc: bool
+    has_margin: bool
 
     @classmethod
-    def of(cls, limit: PathLimit) -> Watch:
-        cone = limit.cone()
-        return cls(cone.direction, cone.inside, cone.disc, limit.attitude_sigmas > 0.0)
+    def from_constraint(cls, constraint: PathLimit) -> PathMonitor:
+        cone = constraint.cone()
+        return cls(cone.direction, cone.keep_in, cone.is_disc, constraint.attitude_sigmas > 0.0)
 
 
 @dataclass(frozen=True)
@@ -57,12 +57,12 @@ class Monitors:
         samples, up to the current one, at which all requirements are satisfied.
     """
 
-    limits: tuple[Watch, ...] = ()
+    paths: tuple[PathMonitor, ...] = ()
     states: tuple[int, ...] = ()
 
     @property
-    def total(self) -> int:
-        return len(self.limits) + bool(self.states)
+    def n_values(self) -> int:
+        return len(self.paths) + bool(self.states)
 
 
 NO_MONITORS = Monitors()
@@ -103,18 +103,18 @@ class Layout(NamedTuple):
     rotation: int
     F: int
     Q: int
-    turn: int
-    rate: int
-    omega: int
+    axis_angle: int
+    squared_rate: int
+    body_rate: int
     trace: int
     pivot: int
     scratch: int
-    given: int
+    table: int
     constants: int
 
 
 @cache
-def layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS) -> Layout:
+def build_layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS) -> Layout:
     """Return the workspace layout of a suite.
 
     Parameters
@@ -125,16 +125,16 @@ def layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITO
     monitors : Monitors
     """
     n, m = suite.n_states, suite.n_kinematic
-    given = given_columns(suite, gated, monitors)["end"]
-    n_transition = len(transition_pattern(suite))
+    given = compute_table_columns(suite, gated, monitors)["end"]
+    n_transition = len(compute_transition_pattern(suite))
     has_rate = any(sensor.max_rate() < np.inf for sensor in suite.sensors)
-    state, maneuver = [slots_of(n), 9, monitors.total], [9, n_transition, slots_of(m)]
+    state, maneuver = [count_slots(n), 9, monitors.n_values], [9, n_transition, count_slots(m)]
     has_latency = any(sensor.delay() for sensor in suite.sensors)
-    optional = [6 if monitors.limits else 0, int(has_rate), 3 if has_latency else 0]
-    return Layout(*accumulate([*state, *maneuver, *optional, 1, 1, slots_of(n), given]))
+    optional = [6 if monitors.paths else 0, int(has_rate), 3 if has_latency else 0]
+    return Layout(*accumulate([*state, *maneuver, *optional, 1, 1, count_slots(n), given]))
 
 
-def given_columns(
+def compute_table_columns(
     suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS
 ) -> dict[str, int]:
     """Return the first column of each part of `FilterModel.table`, and the width as ``end``.
@@ -151,25 +151,25 @@ def given_columns(
     - ``available``: availability of each gated sensor.
     """
     widths = {"references": 3 * suite.n_vectors}
-    for name in watched_directions(monitors):
+    for name in list_path_directions(monitors):
         widths[f"off {name}"] = 9 if is_disc(name) else 7
-    for name in viewed_directions(suite):
+    for name in list_view_directions(suite):
         widths[f"view {name}"] = 5 if is_disc(name) else 3
     widths |= {"influences": len(suite.influence_keys), "available": sum(gated), "end": 0}
     return dict(zip(widths, accumulate([0, *widths.values()]), strict=False))
 
 
-def directions_of(suite: Suite, monitors: Monitors = NO_MONITORS) -> tuple[str, ...]:
+def list_directions(suite: Suite, monitors: Monitors = NO_MONITORS) -> tuple[str, ...]:
     """Return the directions of path constraints and of fields of view, without duplicates."""
-    return tuple(dict.fromkeys([*watched_directions(monitors), *viewed_directions(suite)]))
+    return tuple(dict.fromkeys([*list_path_directions(monitors), *list_view_directions(suite)]))
 
 
-def watched_directions(monitors: Monitors) -> tuple[str, ...]:
+def list_path_directions(monitors: Monitors) -> tuple[str, ...]:
     """Return the directions of path constraints, without duplicates."""
-    return tuple(dict.fromkeys(watch.direction for watch in monitors.limits))
+    return tuple(dict.fromkeys(watch.direction for watch in monitors.paths))
 
 
-def viewed_directions(suite: Suite) -> tuple[str, ...]:
+def list_view_directions(suite: Suite) -> tuple[str, ...]:
     """Return the directions of the sensors' fields of view, without duplicates."""
     names = (view.direction for sensor in suite.sensors for view in sensor.views())
     return tuple(dict.fromkeys(name for name in names if name))
@@ -181,7 +181,7 @@ def is_disc(name: str) -> bool:
 
 
 @cache
-def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
+def compute_transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
     """Return the (row, column) entries of exp(A dt) that can be nonzero, without constant rows.
 
     The entries are the transitive closure of the pattern of A at any rate. A state without dynamics
@@ -198,7 +198,7 @@ def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
     return tuple((int(i), int(j)) for i, j in np.argwhere(closure) if rows[i])
 
 
-class Traits(NamedTuple):
+class KernelTraits(NamedTuple):
     """Properties that determine a compiled kernel: models with equal traits share a kernel.
 
     Attributes
@@ -223,7 +223,7 @@ class Traits(NamedTuple):
 
 
 @lru_cache(maxsize=1000)
-def slopes(sensor: Sensor, world: World) -> bytes:
+def serialize_measurement_matrix(sensor: Sensor, world: World) -> bytes:
     """Return the bytes of a sensor's measurement matrix at a fixed test attitude.
 
     The kernel contains the numbers of the measurement model, so equal bytes are required to share

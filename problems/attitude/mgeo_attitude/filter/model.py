@@ -13,18 +13,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.environment.directions import Passage, Place, directions, radii
+from mgeo_attitude.environment.directions import (
+    DirectionMotion,
+    SatelliteState,
+    compute_directions,
+    compute_radii,
+)
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.filter.codegen import instrument_constants
+from mgeo_attitude.filter.codegen import compute_instrument_constants
 from mgeo_attitude.filter.layout import (
+    KernelTraits,
     Monitors,
-    Traits,
-    Watch,
-    directions_of,
+    PathMonitor,
     is_disc,
-    slopes,
-    viewed_directions,
-    watched_directions,
+    list_directions,
+    list_path_directions,
+    list_view_directions,
+    serialize_measurement_matrix,
 )
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.maneuvers.drives import CoilDrive
@@ -118,17 +123,17 @@ class FilterModel:
     relative_decrease: float
     allow_rise: bool
     rule: str
-    factor: float
+    settling_factor: float
     initial_attitude: Floats
     initial_rate: Floats
     slew_limits: Turning
-    path_limits: tuple[PathLimit, ...]
+    path_constraints: tuple[PathLimit, ...]
     directions: Floats
     radii: Floats
-    budget: MomentumBudget | None
+    momentum_budget: MomentumBudget | None
     required_sigma: Floats
     channels: Mapping[str, Floats]
-    by_polynomials: bool = False
+    use_polynomials: bool = False
 
     @classmethod
     def from_scenario(
@@ -157,18 +162,18 @@ class FilterModel:
         if environment is None:
             environment = Environment.from_scenario(scenario)
         else:
-            environment.require(scenario)
+            environment.validate_scenario(scenario)
         if not scenario.eclipse:
-            environment = environment.without_shadow()
+            environment = environment.without_eclipses()
         suite = scenario.suite
-        references, available = inertial_vectors(suite, environment)
+        references, available = compute_references(suite, environment)
         for index, sensor in enumerate(suite.sensors):
-            available[:, index] &= sampled(sensor, scenario.step, len(available))
+            available[:, index] &= find_sample_instants(sensor, scenario.step, len(available))
         weights = TraceWeights(scenario.trace_weights).of(suite.blocks, suite.uncalibrated)
         required = RequiredSigma(scenario.required_sigma)
-        watches = tuple(map(Watch.of, scenario.path_limits))
-        names = directions_of(suite, Monitors(watches))
-        start, prior = Place.row(environment), scenario.prior
+        watches = tuple(map(PathMonitor.from_constraint, scenario.path_limits))
+        names = list_directions(suite, Monitors(watches))
+        start, prior = SatelliteState.from_first_row(environment), scenario.prior
         attitude, rate = scenario.initial_attitude(start), scenario.initial_rate(start)
         sigma = suite.initial_sigma(np.radians(scenario.initial.attitude_deg))
         return cls(
@@ -189,16 +194,16 @@ class FilterModel:
             initial_rate=rate,
             slew_limits=scenario.turning(environment.field_tesla, attitude, rate),
             path_limits=scenario.path_limits,
-            directions=directions(names, environment, epoch or scenario.epoch),
-            radii=radii(names, environment),
-            budget=MomentumBudget.of(scenario, environment, attitude, rate),
+            directions=compute_directions(names, environment, epoch or scenario.epoch),
+            radii=compute_radii(names, environment),
+            budget=MomentumBudget.from_scenario(scenario, environment, attitude, rate),
             required_sigma=np.repeat(required.of(suite.units), 3),
             channels=channel_values(
                 scenario.channels, suite, environment.times, environment.sunlit
             ),
         )
 
-    def turned(self, turn: Floats) -> FilterModel:
+    def rotate_initial_attitude(self, rotation: Floats) -> FilterModel:
         """Return the model for an initial attitude rotated by `turn`, shape (3, 3).
 
         `initial_attitude` stays unchanged; all GCRS vectors are rotated by the inverse instead. In
@@ -207,10 +212,10 @@ class FilterModel:
         limits = self.slew_limits
         return dataclasses.replace(
             self,
-            slew_limits=limits.turned(turn) if isinstance(limits, CoilDrive) else limits,
-            references=self.references @ turn,
-            directions=(self.directions.reshape(-1, 3) @ turn).reshape(self.directions.shape),
-            budget=self.budget and self.budget.turned(turn),
+            slew_limits=limits.turned(rotation) if isinstance(limits, CoilDrive) else limits,
+            references=self.references @ rotation,
+            directions=(self.directions.reshape(-1, 3) @ rotation).reshape(self.directions.shape),
+            budget=self.momentum_budget and self.momentum_budget.rotate_initial_attitude(rotation),
         )
 
     @property
@@ -218,27 +223,27 @@ class FilterModel:
         return len(self.references) - 1
 
     @property
-    def longest(self) -> float:
+    def duration(self) -> float:
         """End of a run that does not converge [s]."""
         return self.n_steps * self.step
 
     @property
-    def ends_by_design(self) -> bool:
+    def ends_with_last_maneuver(self) -> bool:
         """Whether a run ends with the last maneuver, whatever the covariance."""
         return self.rule == "end"
 
     @property
-    def too_late(self) -> float:
+    def nonconvergence_time(self) -> float:
         """End time that counts as not converged [s]; infinite if runs end by design."""
-        return np.inf if self.ends_by_design else self.longest
+        return np.inf if self.ends_with_last_maneuver else self.duration
 
     @cached_property
-    def endless(self) -> FilterModel:
+    def full_duration_model(self) -> FilterModel:
         """Copy that runs for the full duration, with a convergence window longer than the run."""
         return dataclasses.replace(self, window_steps=self.n_steps + 1, rule="trace")
 
     @cached_property
-    def unending(self) -> FilterModel:
+    def nonconverging_model(self) -> FilterModel:
         """Copy whose convergence rule never ends a run."""
         # The rule asks for a decrease below zero without a rise, which is impossible.
         return dataclasses.replace(
@@ -251,7 +256,7 @@ class FilterModel:
         sigma = self.initial_sigma
         return sigma[:, None] * self.initial_correlation * sigma
 
-    def at_samples(self, samples: slice, **changes: Any) -> FilterModel:
+    def select_samples(self, samples: slice, **changes: Any) -> FilterModel:
         """Return a copy with the tables at a slice of samples and other changed attributes."""
 
         def select(table: NDArray[Any]) -> NDArray[Any]:
@@ -272,7 +277,7 @@ class FilterModel:
         return self.step * np.arange(self.n_steps + 1, dtype=float)
 
     @cached_property
-    def influences(self) -> Floats:
+    def sensitivity_factors(self) -> Floats:
         """Factors of the bias sensitivities at every sample; see `Suite.influence_values`."""
         return self.suite.influence_values(self.channels, len(self.references))
 
@@ -280,61 +285,64 @@ class FilterModel:
     def monitors(self) -> Monitors:
         """Path constraints and required 1-sigmas that the kernel monitors."""
         states = np.flatnonzero(self.required_sigma < np.inf)
-        watches = tuple(map(Watch.of, self.path_limits))
+        watches = tuple(map(PathMonitor.from_constraint, self.path_constraints))
         return Monitors(watches, tuple(int(state) for state in states))
 
-    def direction(self, name: str, samples: slice = slice(None)) -> tuple[Floats, Floats]:
+    def select_direction(self, name: str, samples: slice = slice(None)) -> tuple[Floats, Floats]:
         """Return the unit vectors, shape (n, 3), and radii [rad], shape (n,), of a direction."""
-        index = directions_of(self.suite, self.monitors).index(name)
+        index = list_directions(self.suite, self.monitors).index(name)
         return self.directions[samples, index], self.radii[samples, index]
 
-    def passage(self, name: str, samples: slice = slice(None)) -> Passage:
+    def compute_direction_motion(self, name: str, samples: slice = slice(None)) -> DirectionMotion:
         """Return the motion of a named direction in the steps that lead to these samples.
 
         The first sample has no step before it.
         """
-        return Passage.of(*self.direction(name, samples))
+        return DirectionMotion.from_samples(*self.select_direction(name, samples))
 
     @cached_property
-    def table(self) -> Floats:
+    def orbit_table(self) -> Floats:
         """Orbit table of the kernel, one row per sample; see `layout.given_columns`."""
         parts = [self.references.reshape(len(self.references), -1)]
-        for name in watched_directions(self.monitors):
-            passage = self.passage(name)
+        for name in list_path_directions(self.monitors):
+            passage = self.compute_direction_motion(name)
             parts += [
-                passage.after,
-                passage.after - passage.before,
+                passage.end,
+                passage.end - passage.start,
                 passage.appears[:, None].astype(float),
             ]
             if is_disc(name):
-                radius, before = passage.radius_after, passage.radius_before
+                radius, before = passage.end_radius, passage.start_radius
                 parts += [radius[:, None], (radius - before)[:, None]]
-        for name in viewed_directions(self.suite):
-            vectors, at = self.direction(name)
+        for name in list_view_directions(self.suite):
+            vectors, at = self.select_direction(name)
             parts.append(vectors)
             if is_disc(name):
                 parts += [np.cos(at)[:, None], np.sin(at)[:, None]]
-        return np.hstack([*parts, self.influences, self.available[:, self.gated]])
+        return np.hstack([*parts, self.sensitivity_factors, self.available[:, self.gated]])
 
     @cached_property
-    def traits(self) -> Traits:
+    def traits(self) -> KernelTraits:
         """Properties that determine the kernel."""
-        limits = [(watch.direction, watch.inside) for watch in self.monitors.limits]
+        limits = [(watch.direction, watch.keep_in) for watch in self.monitors.paths]
         views = [view for sensor in self.suite.sensors for view in sensor.views()]
-        return Traits(
+        return KernelTraits(
             self.suite.blocks,
             tuple(self.suite.considered.tolist()),
-            (*limits, *((view.direction, view.inside) for view in views)),
+            (*limits, *((view.direction, view.keep_in) for view in views)),
             len(self.instrument_constants),
-            tuple(slopes(sensor, self.suite.world) for sensor in self.suite.sensors),
+            tuple(
+                serialize_measurement_matrix(sensor, self.suite.world)
+                for sensor in self.suite.sensors
+            ),
         )
 
     @cached_property
     def instrument_constants(self) -> Floats:
         """Step constants of the instruments; see `codegen.instrument_constants`."""
-        return instrument_constants(self.suite, self.step, self.path_limits)
+        return compute_instrument_constants(self.suite, self.step, self.path_constraints)
 
-    def schedule(self, designs: ArrayLike, n_steps: int | None = None) -> Schedule:
+    def build_schedule(self, designs: ArrayLike, n_steps: int | None = None) -> Schedule:
         """Return the body rates of designs, shape (n, 4 m), until `n_steps` or the last step."""
         last = self.n_steps if n_steps is None else n_steps
         return schedule(designs, self.step, self.slew_limits, last)
@@ -345,14 +353,14 @@ class FilterModel:
         return tuple(bool(column.any()) for column in ~self.available.T)
 
 
-def sampled(sensor: Sensor, step: float, n: int) -> Bools:
+def find_sample_instants(sensor: Sensor, step: float, n: int) -> Bools:
     """Return at which of n filter samples, `step` [s] apart, a sensor takes a measurement."""
     every = 1 if sensor.sample_interval is None else round(sensor.sample_interval / step)
     samples: Bools = np.arange(n) % every == 0
     return samples
 
 
-def inertial_vectors(suite: Suite, environment: Environment) -> tuple[Floats, Bools]:
+def compute_references(suite: Suite, environment: Environment) -> tuple[Floats, Bools]:
     """Return `FilterModel.references` and `FilterModel.available`, ignoring sample intervals."""
     n, environment = len(environment.times), suite.world.around(environment)
     references = np.zeros((n, suite.n_vectors, 3))
@@ -361,10 +369,10 @@ def inertial_vectors(suite: Suite, environment: Environment) -> tuple[Floats, Bo
         if reference is not None:
             references[:, index] = reference
         references[:, suite.gradient_rows(index)] = suite.gradient(sensor, environment)
-    return references, availability(suite, environment)
+    return references, compute_availability(suite, environment)
 
 
-def availability(suite: Suite, environment: Environment) -> Bools:
+def compute_availability(suite: Suite, environment: Environment) -> Bools:
     """Return whether each of s sensors can measure at each of n times, at a suitable attitude.
 
     Returns

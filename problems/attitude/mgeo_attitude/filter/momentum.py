@@ -47,20 +47,20 @@ class MomentumBudget:
 
     inertia: Floats
     allocation: Floats
-    circulating: Floats
+    null_space_momentum: Floats
     attitude: Floats
     rate: Floats
     momentum: Floats
     position: Floats
     field: Floats
-    dipole: Floats
-    gradient: float
-    margin: float
-    coils: Floats
-    response: float
+    residual_dipole: Floats
+    gravity_gradient: float
+    disturbance_margin: float
+    magnetorquer_dipole: Floats
+    unloading_time_constant: float
 
     @classmethod
-    def of(
+    def from_scenario(
         cls, scenario: Scenario, environment: Environment, attitude: Floats, rate: Floats
     ) -> MomentumBudget | None:
         """Return the budget of a scenario, or None if its wheel loads follow from the rates alone.
@@ -105,6 +105,8 @@ class MomentumBudget:
             response=response,
         )
 
-    def turned(self, turn: Floats) -> MomentumBudget:
+    def rotate_initial_attitude(self, rotation: Floats) -> MomentumBudget:
         """Return the budget for an initial attitude rotated by `turn`; see `FilterModel.turned`."""
-        return dataclasses.replace(self, position=self.position @ turn, field=self.field @ turn)
+        return dataclasses.replace(
+            self, position=self.position @ rotation, field=self.field @ rotation
+        )

@@ -27,21 +27,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.directions import DIRECTIONS, Cone, Passage, Place
-from mgeo_attitude.filter.layout import Watch
+from mgeo_attitude.environment.directions import DIRECTIONS, Cone, DirectionMotion, SatelliteState
+from mgeo_attitude.filter.layout import PathMonitor
 from mgeo_attitude.geometry.vector import Vec3, choose, cross, dot, maximum
 from mgeo_attitude.scenario.limits import PathLimit
 
 #: Sine of the angle below which axis and direction count as parallel, without a common normal.
-_PARALLEL = 1e-6
+_PARALLEL_SINE = 1e-6
 
 #: Number of terms of the arc-tangent series; the next term is below 1e-17 of the angle.
-_TERMS = 12
+_N_TERMS = 12
 #: Squared slope that counts as zero.
-_TINY = 1e-280
+_MIN_SQUARE = 1e-280
 
 
-class Turn(NamedTuple):
+class StepRotation(NamedTuple):
     """Rotation of the body in a step: unit axis, angle [rad], sine and cosine of the angle."""
 
     axis: Vec3
@@ -50,14 +50,14 @@ class Turn(NamedTuple):
     cosine: Any
 
     @classmethod
-    def of(cls, turn: Floats) -> Turn:
+    def from_rotation_vectors(cls, rotation_vectors: Floats) -> StepRotation:
         """Return the rotations of n steps from rotation vectors, shape (n, 3) [rad]."""
-        angle = np.linalg.norm(turn, axis=1)
-        axis = Vec3(*(turn.T / np.where(angle > 0.0, angle, 1.0)))
+        angle = np.linalg.norm(rotation_vectors, axis=1)
+        axis = Vec3(*(rotation_vectors.T / np.where(angle > 0.0, angle, 1.0)))
         return cls(axis, angle, np.sin(angle), np.cos(angle))
 
 
-class Nearest(NamedTuple):
+class ExtremePoint(NamedTuple):
     """Point of a step at which the angle between an axis and a direction is extreme.
 
     Attributes
@@ -70,19 +70,19 @@ class Nearest(NamedTuple):
         Share of the step that remains.
     """
 
-    turn: Turn
+    rotation: StepRotation
     cosine: Any
     sine: Any
-    share: Any
+    remaining_fraction: Any
 
-    def back(self, v: Vec3) -> Vec3:
+    def rotate_to_end(self, v: Vec3) -> Vec3:
         """Rotate a body-fixed vector from the attitude at the point to the end of the step."""
-        n = self.turn.axis
+        n = self.rotation.axis
         along = (1.0 - self.cosine) * dot(n, v)
         rotated: Vec3 = along * n + self.cosine * v - self.sine * cross(n, v)
         return rotated
 
-    def seen(self, v: Vec3, moved: Vec3) -> Vec3:
+    def interpolate_direction(self, v: Vec3, change: Vec3) -> Vec3:
         """Return the direction at the point, in body axes at the end of the step.
 
         Parameters
@@ -91,12 +91,16 @@ class Nearest(NamedTuple):
             Direction at the end of the step, and its change in the step. The interpolated chord is
             corrected to the arc.
         """
-        bulge = 0.5 * self.share * (1.0 - self.share) * dot(moved, moved)
-        direction: Vec3 = (1.0 + bulge) * (v - self.share * moved)
+        bulge = (
+            0.5 * self.remaining_fraction * (1.0 - self.remaining_fraction) * dot(change, change)
+        )
+        direction: Vec3 = (1.0 + bulge) * (v - self.remaining_fraction * change)
         return direction
 
 
-def nearest(axis: Vec3, inside: bool, turn: Turn, v: Vec3, moved: Vec3, appears: Any) -> Nearest:
+def find_extreme_point(
+    axis: Vec3, keep_in: bool, rotation: StepRotation, v: Vec3, change: Vec3, appears: Any
+) -> ExtremePoint:
     """Return the point of a step with the smallest angle to an axis, or the largest if `inside`.
 
     If there is no extreme within the step, the point is the end of the step; the start is the end
@@ -116,40 +120,46 @@ def nearest(axis: Vec3, inside: bool, turn: Turn, v: Vec3, moved: Vec3, appears:
     appears : symbol or array
         1 for a direction that appears in the step, with zero change; else 0.
     """
-    along, normal = dot(turn.axis, axis), cross(turn.axis, axis)
+    along, normal = dot(rotation.axis, axis), cross(rotation.axis, axis)
 
     def parts(u: Vec3) -> tuple[Any, Any, Any]:
-        fixed = along * dot(turn.axis, u)
+        fixed = along * dot(rotation.axis, u)
         return fixed, dot(axis, u) - fixed, dot(normal, u)
 
     _, q, r = parts(v)
     # A positive value means that the angle at the start is smaller than at the end.
-    nearer = q * (turn.cosine - 1.0) - r * turn.sine
-    p_moved, q_moved, r_moved = parts(moved)
-    last = turn.angle * r + p_moved + q_moved
-    turned = (q - q_moved) * turn.sine + (r - r_moved) * turn.cosine
-    first = turn.angle * turned + p_moved + q_moved * turn.cosine - r_moved * turn.sine
-    if inside:
+    nearer = q * (rotation.cosine - 1.0) - r * rotation.sine
+    p_moved, q_moved, r_moved = parts(change)
+    last = rotation.angle * r + p_moved + q_moved
+    turned = (q - q_moved) * rotation.sine + (r - r_moved) * rotation.cosine
+    first = rotation.angle * turned + p_moved + q_moved * rotation.cosine - r_moved * rotation.sine
+    if keep_in:
         first, last, nearer = -first, -last, -nearer
     start_is_extreme = appears * nearer
-    x, y = first - last * turn.cosine, -last * turn.sine
+    x, y = first - last * rotation.cosine, -last * rotation.sine
     square = x * x + y * y
-    scale = 1.0 / np.sqrt(choose(square, _TINY, square, 1.0))
+    scale = 1.0 / np.sqrt(choose(square, _MIN_SQUARE, square, 1.0))
     fall = first - last
     # A slope of zero at both ends, as for a body at rest, has no extreme within the step.
     within = first
-    for other in (-last, square - _TINY):
+    for other in (-last, square - _MIN_SQUARE):
         within = choose(other, within, within, other)
     share = -last * (1.0 / choose(within, 0.0, fall, 1.0))
-    return Nearest(
-        turn,
-        choose(within, 0.0, x * scale, choose(start_is_extreme, _TINY, turn.cosine, 1.0)),
-        choose(within, 0.0, y * scale, choose(start_is_extreme, _TINY, turn.sine, 0.0)),
-        choose(within, 0.0, share, choose(start_is_extreme, _TINY, 1.0, 0.0)),
+    return ExtremePoint(
+        rotation,
+        choose(within, 0.0, x * scale, choose(start_is_extreme, _MIN_SQUARE, rotation.cosine, 1.0)),
+        choose(within, 0.0, y * scale, choose(start_is_extreme, _MIN_SQUARE, rotation.sine, 0.0)),
+        choose(within, 0.0, share, choose(start_is_extreme, _MIN_SQUARE, 1.0, 0.0)),
     )
 
 
-def excess(cone: Cone, sigmas: float, turn: Floats, passage: Passage, covariance: Floats) -> Floats:
+def compute_violation(
+    cone: Cone,
+    sigmas: float,
+    rotation_vectors: Floats,
+    passage: DirectionMotion,
+    covariance: Floats,
+) -> Floats:
     """Return the margin minus the smallest angle of a direction and an axis, per step [rad].
 
     For a keep-in constraint, return the margin plus the largest angle. The attitude error is
@@ -176,22 +186,32 @@ def excess(cone: Cone, sigmas: float, turn: Floats, passage: Passage, covariance
     """
     before, after, radius_before, radius_after, appears = passage
     axis, v, moved = Vec3(*cone.axis), Vec3(*after.T), Vec3(*(after - before).T)
-    extreme = nearest(axis, cone.inside, Turn.of(turn), v, moved, appears.astype(float))
-    radius = radius_after - extreme.share * (radius_after - radius_before)
-    at_extreme, P = (extreme.back(axis), extreme.seen(v, moved)), np.moveaxis(covariance, 0, -1)
-    margin_excess: Floats = excess_code(
-        at_extreme, (axis, v), sigmas or None, radius, P, cone.inside, -np.inf
+    extreme = find_extreme_point(
+        axis,
+        cone.keep_in,
+        StepRotation.from_rotation_vectors(rotation_vectors),
+        v,
+        moved,
+        appears.astype(float),
+    )
+    radius = radius_after - extreme.remaining_fraction * (radius_after - radius_before)
+    at_extreme, P = (
+        (extreme.rotate_to_end(axis), extreme.interpolate_direction(v, moved)),
+        np.moveaxis(covariance, 0, -1),
+    )
+    margin_excess: Floats = build_violation(
+        at_extreme, (axis, v), sigmas or None, radius, P, cone.keep_in, -np.inf
     )
     return margin_excess
 
 
-def excess_along(
+def compute_violation_on_orbit(
     cone: Cone,
     sigmas: float,
-    at: Place,
+    states: SatelliteState,
     epoch: datetime,
     attitude: Floats,
-    turn: Floats,
+    rotation_vectors: Floats,
     covariance: Floats,
 ) -> Floats:
     """Return `excess` in the steps that lead to n places of an orbit.
@@ -212,30 +232,30 @@ def excess_along(
         Covariance of the attitude error [rad²], body axes.
     """
     direction = DIRECTIONS[cone.direction]
-    vectors = direction.vectors(at, epoch)
-    radius = np.zeros(len(vectors)) if direction.radius is None else direction.radius(at)
-    passage = Passage.of(vectors, radius).seen(attitude)
-    return excess(cone, sigmas, turn, passage, covariance)
+    vectors = direction.vectors(states, epoch)
+    radius = np.zeros(len(vectors)) if direction.radius is None else direction.radius(states)
+    passage = DirectionMotion.from_samples(vectors, radius).rotate_to_body(attitude)
+    return compute_violation(cone, sigmas, rotation_vectors, passage, covariance)
 
 
-def cone_constants(limits: Sequence[PathLimit]) -> Floats:
+def list_cone_constants(constraints: Sequence[PathLimit]) -> Floats:
     """Return the axis of each path constraint, followed by its margin [sigmas] if it has one."""
     values: list[float] = []
-    for limit in limits:
+    for limit in constraints:
         values.extend(limit.cone().axis)
-        if Watch.of(limit).margin:
+        if PathMonitor.from_constraint(limit).has_margin:
             values.append(limit.attitude_sigmas)
     return np.array(values)
 
 
-def excess_code(
-    there: tuple[Vec3, Vec3],
-    end: tuple[Vec3, Vec3],
+def build_violation(
+    extreme_pair: tuple[Vec3, Vec3],
+    end_pair: tuple[Vec3, Vec3],
     sigmas: Any,
     radius: Any,
     P: Any,
-    inside: bool,
-    until_now: Any,
+    keep_in: bool,
+    running_maximum: Any,
 ) -> Any:
     """Return `excess` over symbols or arrays, or `until_now` if that is larger.
 
@@ -259,49 +279,58 @@ def excess_code(
     until_now : symbol or float
         Largest value so far.
     """
-    normal, cosine = cross(*there), dot(*there)
+    normal, cosine = cross(*extreme_pair), dot(*extreme_pair)
     square = dot(normal, normal)
     margin: Any = 0.0
     if sigmas is not None:
-        extreme_variance, last = _variance(normal, P), _variance(cross(*end), P)
+        extreme_variance, last = (
+            _compute_variance(normal, P),
+            _compute_variance(cross(*end_pair), P),
+        )
         variance = maximum(
-            choose(square, _PARALLEL**2, extreme_variance, _largest(there[1], P)), last
+            choose(
+                square,
+                _PARALLEL_SINE**2,
+                extreme_variance,
+                _compute_max_variance(extreme_pair[1], P),
+            ),
+            last,
         )
         margin = sigmas * np.sqrt(variance)
-    angle = arc(np.sqrt(square), cosine)
+    angle = angle_from_sine_cosine(np.sqrt(square), cosine)
     if radius is not None:
         angle = angle - radius
-    violation = margin + angle if inside else margin - angle
+    violation = margin + angle if keep_in else margin - angle
     length = cosine * cosine + square
-    return choose(length, 0.5, maximum(violation, until_now), until_now)
+    return choose(length, 0.5, maximum(violation, running_maximum), running_maximum)
 
 
-def arc(sine: Any, cosine: Any) -> Any:
+def angle_from_sine_cosine(sine: Any, cosine: Any) -> Any:
     """Return the angle in [0, π] with a nonnegative sine and a cosine, without an arc tangent."""
     tangent = sine * (1.0 / (1.0 + maximum(cosine, -cosine)))
     # The tangent of half the angle becomes that of a quarter and an eighth, which is at most 0.2.
     for _ in range(2):
         tangent = tangent * (1.0 / (1.0 + np.sqrt(1.0 + tangent * tangent)))
     square, series = tangent * tangent, 0.0
-    for n in reversed(range(_TERMS)):
+    for n in reversed(range(_N_TERMS)):
         series = series * square + (-1.0) ** n / (2 * n + 1)
     angle = 8.0 * tangent * series
     return choose(cosine, 0.0, angle, math.pi - angle)
 
 
-def _variance(normal: Vec3, P: Any) -> Any:
+def _compute_variance(normal: Vec3, P: Any) -> Any:
     """Return the variance of a rotation about a normal, which need not be a unit vector."""
     square = dot(normal, normal)
-    form = dot(normal, Vec3(*(dot(row, normal) for row in _rows(P))))
-    return form * (1.0 / choose(square, _PARALLEL**2, square, _PARALLEL**2))
+    form = dot(normal, Vec3(*(dot(row, normal) for row in _list_rows(P))))
+    return form * (1.0 / choose(square, _PARALLEL_SINE**2, square, _PARALLEL_SINE**2))
 
 
-def _largest(direction: Vec3, P: Any) -> Any:
+def _compute_max_variance(direction: Vec3, P: Any) -> Any:
     """Return the largest variance of a rotation about any axis across a direction.
 
     The 2 x 2 covariance across the direction enters by its two invariants.
     """
-    x, y, z = _rows(P)
+    x, y, z = _list_rows(P)
     cofactors = Vec3(
         *(dot(direction, column) for column in (cross(y, z), cross(z, x), cross(x, y)))
     )
@@ -311,5 +340,5 @@ def _largest(direction: Vec3, P: Any) -> Any:
     return half + np.sqrt(choose(discriminant, 0.0, discriminant, 0.0))
 
 
-def _rows(P: Any) -> list[Vec3]:
+def _list_rows(P: Any) -> list[Vec3]:
     return [Vec3(*(P[i, j] for j in range(3))) for i in range(3)]

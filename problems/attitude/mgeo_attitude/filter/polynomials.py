@@ -12,13 +12,13 @@ import math
 from mgeo_attitude._compiled import helper
 
 #: Largest |ω| dt for which the series is summed directly; a longer step is halved first.
-SERIES = 0.5
+MAX_SERIES_ANGLE = 0.5
 #: Relative size of a term, to the first, at which the series ends.
-NEGLIGIBLE = 1e-18
+TERM_TOLERANCE = 1e-18
 
 
 @helper
-def discretize_alike(decay, densities, rate, duration, F, Q, J, W):
+def discretize_isotropic(decay, densities, rate, duration, F, Q, J, W):
     """Write F and Q of a step for attitude and bias, equation (7).
 
     Parameters
@@ -43,23 +43,23 @@ def discretize_alike(decay, densities, rate, duration, F, Q, J, W):
     W[1, 0], W[1, 1], W[1, 2] = -z, 0.0, x
     W[2, 0], W[2, 1], W[2, 2] = y, -x, 0.0
     square = x * x + y * y + z * z
-    step = coefficients(square, decay, densities, duration)
+    step = compute_coefficients(square, decay, densities, duration)
     turn, by_bias, by_constant, bias, Q_aa, Q_ab, Q_b = step
     for i in range(3):
         for j in range(3):
             unit = 1.0 if i == j else 0.0
             W2 = W[i, 0] * W[0, j] + W[i, 1] * W[1, j] + W[i, 2] * W[2, j]
-            F[i, j] = matrix(turn, unit, W[i, j], W2)
-            F[i, 3 + j] = matrix(by_bias, unit, W[i, j], W2)
-            J[i, j] = matrix(by_constant, unit, W[i, j], W2)
-            Q[i, j] = matrix(Q_aa, unit, W[i, j], W2)
-            Q[i, 3 + j] = Q[3 + j, i] = matrix(Q_ab, unit, W[i, j], W2)
+            F[i, j] = evaluate_entry(turn, unit, W[i, j], W2)
+            F[i, 3 + j] = evaluate_entry(by_bias, unit, W[i, j], W2)
+            J[i, j] = evaluate_entry(by_constant, unit, W[i, j], W2)
+            Q[i, j] = evaluate_entry(Q_aa, unit, W[i, j], W2)
+            Q[i, 3 + j] = Q[3 + j, i] = evaluate_entry(Q_ab, unit, W[i, j], W2)
         F[3 + i, 3 + i] = bias
         Q[3 + i, 3 + i] = Q_b
 
 
 @helper
-def coefficients(square, decay, densities, duration):
+def compute_coefficients(square, decay, densities, duration):
     """Return the coefficients of F and Q of a step.
 
     Parameters
@@ -82,7 +82,7 @@ def coefficients(square, decay, densities, duration):
     """
     h, halvings = duration, 0
     size = max(math.sqrt(square), decay)
-    while size * h > SERIES:
+    while size * h > MAX_SERIES_ANGLE:
         h, halvings = 0.5 * h, halvings + 1
     turn = turn_m = (1.0, 0.0, 0.0)
     by_bias = by_bias_m = by_constant = by_constant_m = Q_ab = Q_ab_m = (0.0, 0.0, 0.0)
@@ -90,17 +90,17 @@ def coefficients(square, decay, densities, duration):
     Q_aa = Q_aa_m = (densities[0] * h, 0.0, 0.0)
     Q_b = Q_b_m = densities[1] * h
     rest, m, bound = 1.0, 1, 1.0
-    while bound > NEGLIGIBLE:
+    while bound > TERM_TOLERANCE:
         f, g = h / m, h / (m + 1)
-        p = times_W(by_bias_m, square)
+        p = multiply_by_W(by_bias_m, square)
         by_bias_m = (f * (p[0] - bias_m), f * p[1], f * p[2])
-        p = times_W(by_constant_m, square)
+        p = multiply_by_W(by_constant_m, square)
         by_constant_m = (f * (p[0] + rest), f * p[1], f * p[2])
-        p = times_W(turn_m, square)
+        p = multiply_by_W(turn_m, square)
         turn_m = (f * p[0], f * p[1], f * p[2])
         bias_m, rest = -f * decay * bias_m, 0.0
         # The next term of Q is A Q + Q Aᵀ; the transpose of (p, q, r) is (p, -q, r).
-        p, q = times_W(Q_aa_m, square), times_W(Q_ab_m, square)
+        p, q = multiply_by_W(Q_aa_m, square), multiply_by_W(Q_ab_m, square)
         Q_aa_m = (2.0 * g * (p[0] - Q_ab_m[0]), 0.0, 2.0 * g * (p[2] - Q_ab_m[2]))
         Q_ab_m = (
             g * (q[0] - decay * Q_ab_m[0] - Q_b_m),
@@ -109,44 +109,52 @@ def coefficients(square, decay, densities, duration):
         )
         Q_b_m *= -2.0 * g * decay
         turn, by_bias, by_constant = (
-            sum3(turn, turn_m),
-            sum3(by_bias, by_bias_m),
-            sum3(by_constant, by_constant_m),
+            add_triples(turn, turn_m),
+            add_triples(by_bias, by_bias_m),
+            add_triples(by_constant, by_constant_m),
         )
-        Q_aa, Q_ab = sum3(Q_aa, Q_aa_m), sum3(Q_ab, Q_ab_m)
+        Q_aa, Q_ab = add_triples(Q_aa, Q_aa_m), add_triples(Q_ab, Q_ab_m)
         bias, Q_b = bias + bias_m, Q_b + Q_b_m
         if m > 2:  # The effect of bias noise on the attitude starts with the second term.
             bound *= 2.0 * size * h / m
         m += 1
     for _ in range(halvings):
         # Doubling the step gives Q + F Q Fᵀ and F F.
-        a = sum3(product(turn, Q_aa, square), product(by_bias, transposed(Q_ab), square))
-        b = sum3(product(turn, Q_ab, square), scaled(by_bias, Q_b))
-        a = sum3(product(a, transposed(turn), square), product(b, transposed(by_bias), square))
-        Q_aa, Q_ab = sum3(Q_aa, a), sum3(Q_ab, scaled(b, bias))
+        a = add_triples(
+            multiply_polynomials(turn, Q_aa, square),
+            multiply_polynomials(by_bias, transpose_triple(Q_ab), square),
+        )
+        b = add_triples(multiply_polynomials(turn, Q_ab, square), scale_triple(by_bias, Q_b))
+        a = add_triples(
+            multiply_polynomials(a, transpose_triple(turn), square),
+            multiply_polynomials(b, transpose_triple(by_bias), square),
+        )
+        Q_aa, Q_ab = add_triples(Q_aa, a), add_triples(Q_ab, scale_triple(b, bias))
         Q_b += bias * bias * Q_b
-        by_bias = sum3(product(turn, by_bias, square), scaled(by_bias, bias))
-        by_constant = sum3(product(turn, by_constant, square), by_constant)
-        turn, bias = product(turn, turn, square), bias * bias
+        by_bias = add_triples(
+            multiply_polynomials(turn, by_bias, square), scale_triple(by_bias, bias)
+        )
+        by_constant = add_triples(multiply_polynomials(turn, by_constant, square), by_constant)
+        turn, bias = multiply_polynomials(turn, turn, square), bias * bias
     return turn, by_bias, by_constant, bias, Q_aa, Q_ab, Q_b
 
 
 @helper
-def matrix(a, unit, w, w2):
+def evaluate_entry(a, unit, w, w2):
     """Evaluate an entry of p I + q W + r W² for a triple (p, q, r)."""
     return a[0] * unit + a[1] * w + a[2] * w2
 
 
 @helper
-def times_W(a, square):
+def multiply_by_W(a, square):
     """Multiply a matrix polynomial, given as a coefficient triple, by W."""
     return 0.0, a[0] - square * a[2], a[1]
 
 
 @helper
-def product(a, b, square):
+def multiply_polynomials(a, b, square):
     """Multiply two matrix polynomials, given as coefficient triples."""
-    once, twice = times_W(b, square), times_W(times_W(b, square), square)
+    once, twice = multiply_by_W(b, square), multiply_by_W(multiply_by_W(b, square), square)
     return (
         a[0] * b[0] + a[1] * once[0] + a[2] * twice[0],
         a[0] * b[1] + a[1] * once[1] + a[2] * twice[1],
@@ -155,15 +163,15 @@ def product(a, b, square):
 
 
 @helper
-def sum3(a, b):
+def add_triples(a, b):
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 @helper
-def scaled(a, f):
+def scale_triple(a, f):
     return f * a[0], f * a[1], f * a[2]
 
 
 @helper
-def transposed(a):
+def transpose_triple(a):
     return a[0], -a[1], a[2]

@@ -18,7 +18,7 @@ from scipy.linalg import block_diag, expm
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.evaluator import evaluate
-from mgeo_attitude.filter.history import FilterHistory, measurements
+from mgeo_attitude.filter.history import FilterHistory, build_measurement_model
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.motion import attitudes
 
@@ -33,7 +33,7 @@ class ReferenceHistory(FilterHistory):
         Covariance of the attitude error [rad²] before the measurements of each sample.
     """
 
-    predicted_attitude: Floats
+    predicted_attitude_covariance: Floats
 
 
 @dataclass(frozen=True)
@@ -52,24 +52,24 @@ class Agreement:
         Largest relative difference of a variance.
     """
 
-    designs: int
-    samples: int
-    same_end: bool
-    difference: float
+    n_designs: int
+    n_samples: int
+    has_equal_ends: bool
+    max_difference: float
 
-    def within(self, tolerance: float) -> bool:
+    def is_within(self, tolerance: float) -> bool:
         """Return whether all t_end agree and the variances agree to a relative tolerance."""
-        return self.same_end and self.difference <= tolerance
+        return self.has_equal_ends and self.max_difference <= tolerance
 
     def __str__(self) -> str:
-        ends = "every t_end the same" if self.same_end else "NOT every t_end the same"
+        ends = "every t_end the same" if self.has_equal_ends else "NOT every t_end the same"
         return (
-            f"{self.designs} random plans, {self.samples:,} samples: {ends}, variances differ by "
-            f"{self.difference:.2g} of their size at most"
+            f"{self.n_designs} random plans, {self.n_samples:,} samples: {ends}, variances differ by "
+            f"{self.max_difference:.2g} of their size at most"
         )
 
 
-def agreement(model: FilterModel, designs: ArrayLike) -> Agreement:
+def compare_filters(model: FilterModel, designs: ArrayLike) -> Agreement:
     """Compare `evaluate` with `reference_run` over some designs.
 
     Parameters
@@ -90,7 +90,7 @@ def agreement(model: FilterModel, designs: ArrayLike) -> Agreement:
     result = evaluate(model, X, history=True)
     same_end, difference, samples = True, 0.0, 0
     for x, t_end, variances in zip(X, result.t_end, result.variances, strict=True):
-        run = reference_run(model, x)
+        run = run_reference_filter(model, x)
         n = min(len(run.times), round(t_end / model.step) + 1)
         expected = run.sigma[:n] ** 2
         same_end &= bool(t_end == run.t_end)
@@ -99,7 +99,7 @@ def agreement(model: FilterModel, designs: ArrayLike) -> Agreement:
     return Agreement(len(X), samples, same_end, difference)
 
 
-def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
+def run_reference_filter(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
     """Run the filter of equations (2) to (4) over one design with filterpy.
 
     Parameters
@@ -117,15 +117,15 @@ def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
     >>> history.t_end
     600.0
     """
-    plan = model.schedule(np.atleast_2d(np.asarray(design, dtype=float)))
+    plan = model.build_schedule(np.atleast_2d(np.asarray(design, dtype=float)))
     rates, starts, over = plan.rates[0], plan.starts[0], plan.over[0]
     attitude = attitudes(rates, starts, model.n_steps, model.step, model.initial_attitude)
     stretch = np.searchsorted(starts, np.arange(model.n_steps), side="right") - 1
-    H, R, seen = measurements(model, attitude, rates[stretch])
+    H, R, seen = build_measurement_model(model, attitude, rates[stretch])
     counts = [len(sensor.noise()) for sensor in model.suite.sensors]
     own = [slice(last - m, last) for m, last in zip(counts, np.cumsum(counts), strict=True)]
 
-    follows = model.influences[:, model.suite.influence_columns(model.suite.gyro)]
+    follows = model.sensitivity_factors[:, model.suite.influence_columns(model.suite.gyro)]
     n, considered = model.suite.n_states, model.suite.considered
     kf = KalmanFilter(dim_x=n, dim_z=len(R))
     # A one-dimensional state is required: filterpy broadcasts its (n, 1) default when given H.
@@ -138,14 +138,16 @@ def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
     for k in range(1, model.n_steps + 1):
         new_rate = np.flatnonzero(starts == k - 1)
         if new_rate.size or follows.size:
-            kf.F, kf.Q = van_loan(model, rates[stretch[k - 1]], follows[k].tolist())
+            kf.F, kf.Q = discretize_van_loan(model, rates[stretch[k - 1]], follows[k].tolist())
         kf.predict()
         predicted.append(kf.P[:3, :3].copy())
         rows = seen[k]
         if considered.size:
             for sensor in own:
                 if rows[sensor].any():
-                    kf.P = schmidt(kf.P, H[k, sensor], np.diag(R[sensor]), considered)
+                    kf.P = update_with_considered_states(
+                        kf.P, H[k, sensor], np.diag(R[sensor]), considered
+                    )
         elif rows.any():
             kf.update(np.zeros(rows.sum()), R=np.diag(R[rows]), H=H[k, rows])
         trace.append(float(model.weights @ np.diag(kf.P)))
@@ -169,7 +171,7 @@ def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
         trace=np.array(trace),
         sigma=np.array(sigma),
         attitude=attitude[: len(trace)],
-        predicted_attitude=np.array(predicted),
+        predicted_attitude_covariance=np.array(predicted),
         covariance=covariance,
         blocks=model.suite.blocks,
         converged=converged,
@@ -178,16 +180,16 @@ def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
 
 def _find_convergence_step(model: FilterModel, trace: list[float], sigma: list[Floats]) -> int:
     """Return the step from which on the rule of the model is satisfied for the rest of the run."""
-    if model.ends_by_design:
+    if model.ends_with_last_maneuver:
         return 1
     if model.rule == "settling":
-        broken = np.flatnonzero(np.array(trace) > model.factor * trace[-1])
+        broken = np.flatnonzero(np.array(trace) > model.settling_factor * trace[-1])
     else:
         broken = np.flatnonzero((np.array(sigma) > model.required_sigma).any(axis=1))
     return int(broken[-1]) + 1 if broken.size else 0
 
 
-def schmidt(P: Floats, H: Floats, R: Floats, considered: Ints) -> Floats:
+def update_with_considered_states(P: Floats, H: Floats, R: Floats, considered: Ints) -> Floats:
     """Return the covariance after an update with zero gain for the considered states.
 
     The update uses Joseph's form, which holds for any gain. Each sensor updates separately: a
@@ -200,7 +202,9 @@ def schmidt(P: Floats, H: Floats, R: Floats, considered: Ints) -> Floats:
     return rest @ P @ rest.T + K @ R @ K.T
 
 
-def has_converged(before: float, now: float, relative_decrease: float, allow_rise: bool) -> bool:
+def has_converged(
+    start_trace: float, end_trace: float, relative_decrease: float, allow_rise: bool
+) -> bool:
     """Return whether the trace has converged by equation (6).
 
     Parameters
@@ -212,12 +216,12 @@ def has_converged(before: float, now: float, relative_decrease: float, allow_ris
     allow_rise : bool
         Whether a trace that rose has converged.
     """
-    fall = before - now
-    return fall < relative_decrease * before and (allow_rise or fall >= 0.0)
+    fall = start_trace - end_trace
+    return fall < relative_decrease * start_trace and (allow_rise or fall >= 0.0)
 
 
-def van_loan(
-    model: FilterModel, omega: Floats, influences: Sequence[float] = ()
+def discretize_van_loan(
+    model: FilterModel, omega: Floats, sensitivity_factors: Sequence[float] = ()
 ) -> tuple[Floats, Floats]:
     """Return the exact F and Q of one step at constant body rate.
 
@@ -237,7 +241,7 @@ def van_loan(
     F, Q : arrays, shape (n_states, n_states)
     """
     suite, m = model.suite, model.suite.n_dynamic
-    A = suite.dynamics_matrix(omega, influences)
+    A = suite.dynamics_matrix(omega, sensitivity_factors)
     upper = np.block([[-A, np.diag(suite.diffusion())], [np.zeros((m, m)), A.T]])
     exponential = expm(upper * model.step)
     F = exponential[m:, m:].T

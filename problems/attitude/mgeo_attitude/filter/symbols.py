@@ -26,40 +26,60 @@ class Symbol:
     code: Code
 
     def __add__(self, other: Symbol | float) -> Symbol:
-        return self if _equals(other, 0.0) else self.code.line(f"{self.name} + {_text(other)}")
+        return (
+            self
+            if _is_equal(other, 0.0)
+            else self.code.define(f"{self.name} + {_format_operand(other)}")
+        )
 
     def __radd__(self, other: float) -> Symbol:
-        return self if _equals(other, 0.0) else self.code.line(f"{_text(other)} + {self.name}")
+        return (
+            self
+            if _is_equal(other, 0.0)
+            else self.code.define(f"{_format_operand(other)} + {self.name}")
+        )
 
     def __sub__(self, other: Symbol | float) -> Symbol:
-        return self if _equals(other, 0.0) else self.code.line(f"{self.name} - {_text(other)}")
+        return (
+            self
+            if _is_equal(other, 0.0)
+            else self.code.define(f"{self.name} - {_format_operand(other)}")
+        )
 
     def __rsub__(self, other: float) -> Symbol:
-        return -self if _equals(other, 0.0) else self.code.line(f"{_text(other)} - {self.name}")
+        return (
+            -self
+            if _is_equal(other, 0.0)
+            else self.code.define(f"{_format_operand(other)} - {self.name}")
+        )
 
     def __neg__(self) -> Symbol:
-        return self.code.line(f"-{self.name}")
+        return self.code.define(f"-{self.name}")
 
     def __mul__(self, other: Symbol | float) -> Any:
         if not isinstance(other, (Symbol, float, int)):
             return NotImplemented  # A vector multiplies its components itself.
-        if _equals(other, 0.0):
+        if _is_equal(other, 0.0):
             return 0.0
-        return self if _equals(other, 1.0) else self.code.line(f"{self.name} * {_text(other)}")
+        return (
+            self
+            if _is_equal(other, 1.0)
+            else self.code.define(f"{self.name} * {_format_operand(other)}")
+        )
 
     def __rmul__(self, other: float) -> Any:
         return self * other
 
     def __rtruediv__(self, other: float) -> Symbol:
-        return self.code.line(f"{_text(other)} / {self.name}")
+        return self.code.define(f"{_format_operand(other)} / {self.name}")
 
     def sqrt(self) -> Symbol:
-        return self.code.line(f"sqrt({self.name})")
+        return self.code.define(f"sqrt({self.name})")
 
     def choose(self, bound: float | Symbol, yes: float | Symbol, no: float | Symbol) -> Symbol:
         """Return a symbol for `yes` if this symbol is at least `bound`, else for `no`."""
-        text = f"{_text(yes)} if {self.name} >= {_text(bound)} else {_text(no)}"
-        return self.code.line(text)
+        text = f"{_format_operand(yes)} if {self.name} >= {_format_operand(bound)} else {_format_operand(no)}"
+        return self.code.define(text)
 
 
 @dataclass(frozen=True)
@@ -96,7 +116,7 @@ class Code:
                 lines.append(line)
         return "\n".join(reversed(lines))
 
-    def line(self, expression: str) -> Symbol:
+    def define(self, expression: str) -> Symbol:
         """Assign an expression to a new name and return its symbol."""
         name = f"t{len(self.lines)}"
         self._write(f"{name} = {expression}")
@@ -108,7 +128,7 @@ class Code:
         name = f"i{len(self.lines)}"
         self._write(f"for {name} in range({start}, {stop}, {step}):")
         self.depth += 1
-        yield Index(name, _low(start), _high(stop) - 1)
+        yield Index(name, _min_value(start), _max_value(stop) - 1)
         self.depth -= 1
 
     def slot(self, k: int | str) -> Symbol:
@@ -121,7 +141,7 @@ class Code:
         self.assign(self.slot(k), value)
 
     def assign(self, slot: Symbol, value: Symbol | float) -> None:
-        self._write(f"{slot.name} = {_text(value)}")
+        self._write(f"{slot.name} = {_format_operand(value)}")
 
     def _write(self, line: str) -> None:
         self.lines.append("    " * self.depth + line)
@@ -139,57 +159,57 @@ class Triangle:
     first: int = 0
 
     def __getitem__(self, index: tuple[int | Index, int | Index]) -> Symbol:
-        return self.code.slot(self._place(*index))
+        return self.code.slot(self._entry_slot(*index))
 
     def __setitem__(self, index: tuple[int | Index, int | Index], value: Symbol | float) -> None:
-        self.code.store(self._place(*index), value)
+        self.code.store(self._entry_slot(*index), value)
 
-    def below(self, i: int | Index, j: int | Index) -> Symbol:
+    def lower_entry(self, i: int | Index, j: int | Index) -> Symbol:
         """Return entry (i, j) of the lower triangle; requires i >= j."""
-        return self.code.slot(self._below(i, j))
+        return self.code.slot(self._lower_slot(i, j))
 
-    def _place(self, i: int | Index, j: int | Index) -> int | str:
-        if _low(i) >= _high(j):
-            return self._below(i, j)
-        if _low(j) >= _high(i):
-            return self._below(j, i)
-        return f"{self._below(i, j)} if {i} >= {j} else {self._below(j, i)}"
+    def _entry_slot(self, i: int | Index, j: int | Index) -> int | str:
+        if _min_value(i) >= _max_value(j):
+            return self._lower_slot(i, j)
+        if _min_value(j) >= _max_value(i):
+            return self._lower_slot(j, i)
+        return f"{self._lower_slot(i, j)} if {i} >= {j} else {self._lower_slot(j, i)}"
 
-    def _below(self, i: int | Index, j: int | Index) -> int | str:
+    def _lower_slot(self, i: int | Index, j: int | Index) -> int | str:
         if isinstance(i, Index):
             return f"({i}) * ({i} + 1) // 2 + {j} + {self.first}"
-        row = self.first + slot_of(i, 0)
+        row = self.first + slot_index(i, 0)
         return row + j if isinstance(j, int) else f"{j} + {row}"
 
 
 @cache
-def triangle(n: int) -> tuple[Ints, Ints]:
+def triangle_indices(n: int) -> tuple[Ints, Ints]:
     """Return the rows and columns of the entries of a `Triangle` with n rows, in slot order."""
     return np.tril_indices(n)
 
 
-def slots_of(n: int) -> int:
+def count_slots(n: int) -> int:
     """Return the number of slots of a `Triangle` with n rows."""
     return n * (n + 1) // 2
 
 
-def slot_of(i: int, j: int) -> int:
+def slot_index(i: int, j: int) -> int:
     """Return the slot of entry (i, j) of a `Triangle`."""
     row, column = max(i, j), min(i, j)
-    return slots_of(row) + column
+    return count_slots(row) + column
 
 
-def _low(index: int | Index) -> int:
+def _min_value(index: int | Index) -> int:
     return index.low if isinstance(index, Index) else index
 
 
-def _high(index: int | Index) -> int:
+def _max_value(index: int | Index) -> int:
     return index.high if isinstance(index, Index) else index
 
 
-def _equals(value: Symbol | float, number: float) -> bool:
+def _is_equal(value: Symbol | float, number: float) -> bool:
     return not isinstance(value, Symbol) and value == number
 
 
-def _text(value: Symbol | float) -> str:
+def _format_operand(value: Symbol | float) -> str:
     return value.name if isinstance(value, Symbol) else repr(float(value))

@@ -14,22 +14,24 @@ from functools import lru_cache
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.filter.layout import Traits
+from mgeo_attitude.filter.layout import KernelTraits
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.path_limits import excess
-from mgeo_attitude.filter.symbols import triangle
+from mgeo_attitude.filter.path_limits import compute_violation
+from mgeo_attitude.filter.symbols import triangle_indices
 from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite
 
 
-def check_variants(model: FilterModel, variants: Sequence[FilterModel]) -> None:
+def validate_variants(model: FilterModel, variants: Sequence[FilterModel]) -> None:
     """Raise ValueError if a variant needs another kernel than the model, and name the property."""
     for number, variant in enumerate(variants):
         if variant.traits == model.traits:
             continue
-        for name, value, expected in zip(Traits._fields, variant.traits, model.traits, strict=True):
+        for name, value, expected in zip(
+            KernelTraits._fields, variant.traits, model.traits, strict=True
+        ):
             if value != expected:
                 raise ValueError(
                     f"variants[{number}] differs from the model in {name.replace('_', ' ')}. "
@@ -37,7 +39,7 @@ def check_variants(model: FilterModel, variants: Sequence[FilterModel]) -> None:
                 )
 
 
-def constants_of(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
+def stack_constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
     """Return the step constants of each variant, shape (n_variants, n_constants).
 
     The constants are those of `codegen.instrument_constants`, the inverse squares of the monitored
@@ -49,16 +51,16 @@ def constants_of(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
     return np.hstack([[each.instrument_constants for each in variants], required, weights])
 
 
-def dynamics_of(variants: Sequence[FilterModel]) -> tuple[Floats, Floats]:
+def stack_dynamics(variants: Sequence[FilterModel]) -> tuple[Floats, Floats]:
     """Return `gyro_dynamics` of each variant, stacked along the first axis."""
     gyros = {id(each.suite.gyro): each.suite.gyro for each in variants}  # Few gyros are distinct.
-    dynamics = {key: gyro_dynamics(gyro) for key, gyro in gyros.items()}
+    dynamics = {key: compute_gyro_dynamics(gyro) for key, gyro in gyros.items()}
     matrices, densities = zip(*(dynamics[id(each.suite.gyro)] for each in variants), strict=True)
     return np.array(matrices), np.array(densities)
 
 
 @lru_cache(maxsize=1000)
-def gyro_dynamics(gyro: Gyro) -> tuple[Floats, Floats]:
+def compute_gyro_dynamics(gyro: Gyro) -> tuple[Floats, Floats]:
     """Return the dynamics matrices and the process-noise density of attitude and gyro.
 
     Gauss-Markov processes of sensors do not depend on the rate and are not included.
@@ -75,14 +77,14 @@ def gyro_dynamics(gyro: Gyro) -> tuple[Floats, Floats]:
     return np.array([rest, *(matrix - rest for matrix in unit)]), alone.diffusion()
 
 
-def initial_values(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
+def compute_initial_values(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
     """Return covariance, attitude, monitors and trace at the start, with one row per variant."""
     sigma = np.array([each.initial_sigma for each in variants])
     correlation = np.array([each.initial_correlation for each in variants])
     covariance = sigma[:, :, None] * correlation * sigma[:, None, :]
     variances = np.diagonal(covariance, axis1=1, axis2=2)
     weights = np.array([each.weights for each in variants])
-    row, column = triangle(model.suite.n_states)
+    row, column = triangle_indices(model.suite.n_states)
     watched = bool(model.monitors.states)
     return np.hstack(
         [
@@ -94,20 +96,22 @@ def initial_values(model: FilterModel, variants: Sequence[FilterModel]) -> Float
     )
 
 
-def _compute_initial_monitors(model: FilterModel, watched: bool) -> list[float]:
+def _compute_initial_monitors(model: FilterModel, has_required_sigma: bool) -> list[float]:
     values = []
     still, covariance = np.zeros((1, 3)), model.initial_covariance[None, :3, :3]
-    for limit in model.path_limits:
+    for limit in model.path_constraints:
         cone = limit.cone()
-        start = model.passage(cone.direction, slice(1)).seen(model.initial_attitude[None])
-        at_start = excess(cone, limit.attitude_sigmas, still, start, covariance)[0]
+        start = model.compute_direction_motion(cone.direction, slice(1)).rotate_to_body(
+            model.initial_attitude[None]
+        )
+        at_start = compute_violation(cone, limit.attitude_sigmas, still, start, covariance)[0]
         values.append(max(-np.pi, at_start))
-    if watched:
+    if has_required_sigma:
         values.append(float(np.all(model.initial_sigma <= model.required_sigma)))
     return values
 
 
-def thinned(model: FilterModel, every: int) -> FilterModel:
+def coarsen_model(model: FilterModel, n_merged: int) -> FilterModel:
     """Return a model with a step `every` times as long and equivalent measurement noise.
 
     The 1-sigmas of a sensor are divided by the root of its mean number of available samples in a
@@ -121,13 +125,13 @@ def thinned(model: FilterModel, every: int) -> FilterModel:
     every : int
         Number of steps to merge, at least 1.
     """
-    coarse = not (isinstance(model.slew_limits, CoilDrive) or model.budget is not None)
+    coarse = not (isinstance(model.slew_limits, CoilDrive) or model.momentum_budget is not None)
     named = all(sensor.noise_parameters for sensor in model.suite.sensors)
-    n = model.n_steps // every
-    if every == 1 or n < 1 or not (coarse and named):
+    n = model.n_steps // n_merged
+    if n_merged == 1 or n < 1 or not (coarse and named):
         return model
-    pick = slice(0, n * every + 1, every)
-    samples = model.available[1 : n * every + 1].reshape(n, every, -1)
+    pick = slice(0, n * n_merged + 1, n_merged)
+    samples = model.available[1 : n * n_merged + 1].reshape(n, n_merged, -1)
     has_sample = samples.any(axis=1)
     counts = samples.sum(axis=(0, 1)) / np.maximum(has_sample.sum(axis=0), 1)
     suite = Suite(
@@ -141,12 +145,12 @@ def thinned(model: FilterModel, every: int) -> FilterModel:
         ),
         model.suite.world,
     )
-    return model.at_samples(
+    return model.select_samples(
         pick,
         suite=suite,
-        step=every * model.step,
+        step=n_merged * model.step,
         # The first sample is unused; its values preserve which sensors the kernel gates.
         available=np.vstack([~np.array(model.gated, dtype=bool), has_sample]),
-        window_steps=max(round(model.window_steps / every), 1),
+        window_steps=max(round(model.window_steps / n_merged), 1),
         by_polynomials=True,
     )

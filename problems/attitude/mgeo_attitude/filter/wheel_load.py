@@ -25,16 +25,16 @@ import numpy as np
 from mgeo_attitude._compiled import entry, helper
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.environment.constants import EARTH_MU
-from mgeo_attitude.filter.discretization import turn
+from mgeo_attitude.filter.discretization import compute_step_rotation
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.maneuvers.rigid_body import assign, assign_matrix, cross, limited, product
 from mgeo_attitude.maneuvers.schedule import Schedule
 
 #: Relative duration of a ramp within a step below which the rate change is instantaneous.
-_AT_ONCE = 1e-12
+_INSTANT_RAMP_FRACTION = 1e-12
 
 
-def wheel_loads(
+def compute_wheel_loads(
     budget: MomentumBudget,
     plan: Schedule,
     end_steps: Ints,
@@ -60,10 +60,16 @@ def wheel_loads(
         First step to check.
     """
     loads = np.zeros((len(end_steps), 2))
-    wheels = budget.inertia, budget.allocation, budget.circulating
+    wheels = budget.inertia, budget.allocation, budget.null_space_momentum
     start = budget.attitude, budget.rate, budget.momentum, first_step
-    outside = budget.position, budget.field, budget.dipole, budget.gradient, budget.margin
-    coils = budget.coils, budget.response
+    outside = (
+        budget.position,
+        budget.field,
+        budget.residual_dipole,
+        budget.gravity_gradient,
+        budget.disturbance_margin,
+    )
+    coils = budget.magnetorquer_dipole, budget.unloading_time_constant
 
     def compute_part(part: slice) -> None:
         stretches = plan.rates[part], plan.end_rates[part], plan.starts[part]
@@ -76,7 +82,7 @@ def wheel_loads(
 
 
 @helper
-def gravity_gradient(inertia: Floats, position: Floats, out: Floats) -> None:
+def compute_gravity_gradient(inertia: Floats, position: Floats, out: Floats) -> None:
     """Compute out ← 3 μ / r⁵ r × J r [N m] for a geocentric position in body axes [m]."""
     square = position[0] ** 2 + position[1] ** 2 + position[2] ** 2
     product(inertia, position, out)
@@ -93,12 +99,12 @@ def gravity_gradient(inertia: Floats, position: Floats, out: Floats) -> None:
     "float64)),"
     "Tuple((float64[::1], float64)), float64[:,::1])"
 )
-def _compute_loads(plan, end_steps, step, start, wheels, outside, coils, loads):  # type: ignore[no-untyped-def]
+def _compute_loads(plan, end_steps, step, start, wheels, disturbances, magnetorquers, loads):  # type: ignore[no-untyped-def]
     rates, end_rates, starts = plan
     inertia = wheels[0]
     initial_attitude, initial_rate, momentum, first = start
-    position, field, dipole, gradient, margin = outside
-    largest, response = coils
+    position, field, dipole, gradient, margin = disturbances
+    largest, response = magnetorquers
     unloads = largest[0] > 0.0
     if unloads:
         margin -= 1.0
@@ -116,7 +122,7 @@ def _compute_loads(plan, end_steps, step, start, wheels, outside, coils, loads):
         m, n_stretches = -1, starts.shape[1]
         for k in range(end_steps[i] + 1):
             product(C, position[k], vector)
-            gravity_gradient(inertia, vector, torque)
+            compute_gravity_gradient(inertia, vector, torque)
             product(C, field[k], vector)
             cross(dipole, vector, magnetic)
             for a in range(3):
@@ -153,7 +159,7 @@ def _compute_loads(plan, end_steps, step, start, wheels, outside, coils, loads):
             while m + 1 < n_stretches and starts[i, m + 1] <= k:
                 m += 1
             if m > before:  # The next step has another rate.
-                assign_matrix(turn(rates[i, m], step), rotation)
+                assign_matrix(compute_step_rotation(rates[i, m], step), rotation)
                 if not _compute_acceleration(
                     rate, rates[i, m], end_rates[i, m], step, acceleration
                 ):
@@ -178,7 +184,18 @@ def _apply_dipole(dipole, b, C, time, torque, unloaded):  # type: ignore[no-unty
 
 
 @helper
-def _update_maxima(rate, acceleration, own, extra, torque, modeled, wheels, margin, room, maxima):  # type: ignore[no-untyped-def]
+def _update_maxima(
+    rate,
+    acceleration,
+    body_momentum,
+    extra_momentum,
+    torque,
+    modeled_torque,
+    wheels,
+    margin,
+    scratch,
+    maxima,
+):  # type: ignore[no-untyped-def]
     """Raise `maxima` to the momentum and torque of the most loaded wheel, if those are larger.
 
     `own` is the satellite's momentum in body axes and `modeled` the modeled torque. `extra` and
@@ -186,18 +203,23 @@ def _update_maxima(rate, acceleration, own, extra, torque, modeled, wheels, marg
     `room`, shape (4, 3), is scratch space, because an allocation would double the run time.
     """
     inertia, allocation, circulating = wheels
-    spin, inertial_torque, gyroscopic, gyroscopic_extra = room[0], room[1], room[2], room[3]
+    spin, inertial_torque, gyroscopic, gyroscopic_extra = (
+        scratch[0],
+        scratch[1],
+        scratch[2],
+        scratch[3],
+    )
     product(inertia, rate, spin)
     product(inertia, acceleration, inertial_torque)
-    cross(rate, own, gyroscopic)
-    cross(rate, extra, gyroscopic_extra)
+    cross(rate, body_momentum, gyroscopic)
+    cross(rate, extra_momentum, gyroscopic_extra)
     for row in range(len(allocation)):
         momentum, disturbance_momentum, effort, disturbance_torque = circulating[row], 0.0, 0.0, 0.0
         for a in range(3):
             share = allocation[row, a]
-            momentum += share * (own[a] - spin[a])
-            disturbance_momentum += share * extra[a]
-            effort += share * (inertial_torque[a] + gyroscopic[a] - modeled[a])
+            momentum += share * (body_momentum[a] - spin[a])
+            disturbance_momentum += share * extra_momentum[a]
+            effort += share * (inertial_torque[a] + gyroscopic[a] - modeled_torque[a])
             disturbance_torque += share * (torque[a] - gyroscopic_extra[a])
         maxima[0] = max(maxima[0], abs(momentum) + margin * abs(disturbance_momentum))
         maxima[1] = max(maxima[1], abs(effort) + margin * abs(disturbance_torque))
@@ -215,7 +237,7 @@ def _compute_acceleration(before, mean, end, step, out):  # type: ignore[no-unty
     for a in range(3):
         change += (end[a] - before[a]) ** 2
         moved += (end[a] - before[a]) * (mean[a] - before[a])
-    ramp = moved < change * (1.0 - _AT_ONCE)
+    ramp = moved < change * (1.0 - _INSTANT_RAMP_FRACTION)
     if ramp:
         for a in range(3):
             out[a] = (end[a] - before[a]) * change / (2.0 * (change - moved) * step)

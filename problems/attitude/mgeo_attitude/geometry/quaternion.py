@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from mgeo_attitude._typing import Floats
 
 
-def quaternions(matrices: Floats) -> Floats:
+def quaternions_from_matrices(matrices: Floats) -> Floats:
     """Convert GCRS-to-body matrices to quaternions "from GCRF to body", vector part first.
 
     The quaternion (e sin(φ/2), cos(φ/2)) belongs to the rotation by φ about e that takes the GCRF
@@ -24,10 +24,10 @@ def quaternions(matrices: Floats) -> Floats:
     array, shape (n, 4)
     """
     q: Floats = Rotation.from_matrix(np.swapaxes(matrices, -1, -2)).as_quat()
-    return q * _signs(q)[:, None]
+    return q * _compute_signs(q)[:, None]
 
 
-def sampled_quaternions(times: Floats, matrices: Floats, at: Floats) -> Floats:
+def interpolate_quaternions(times: Floats, matrices: Floats, output_times: Floats) -> Floats:
     """Interpolate an attitude history to quaternions at given times, without sign jumps.
 
     The body rate is constant between samples. The first scalar part is not negative.
@@ -47,12 +47,12 @@ def sampled_quaternions(times: Floats, matrices: Floats, at: Floats) -> Floats:
         Quaternions, vector part first; see `quaternions`.
     """
     rotations = Rotation.from_matrix(np.swapaxes(matrices, -1, -2))
-    q: Floats = Slerp(times, rotations)(at).as_quat()
+    q: Floats = Slerp(times, rotations)(output_times).as_quat()
     jumps = np.where(np.einsum("ki,ki->k", q[:-1], q[1:]) < 0.0, -1.0, 1.0)
-    return q * np.cumprod(np.append(_signs(q[:1]), jumps))[:, None]
+    return q * np.cumprod(np.append(_compute_signs(q[:1]), jumps))[:, None]
 
 
-def body_rates(times: Floats, matrices: Floats, at: Floats) -> Floats:
+def interpolate_body_rates(times: Floats, matrices: Floats, output_times: Floats) -> Floats:
     """Return body rates [rad/s] at given times of a constant-rate maneuver or ramp, shape (k, 3).
 
     The rate between two samples applies at the middle of the interval. Other times are interpolated
@@ -68,9 +68,9 @@ def body_rates(times: Floats, matrices: Floats, at: Floats) -> Floats:
     turns = Rotation.from_matrix(matrices[:-1] @ np.swapaxes(matrices[1:], -1, -2))
     rates: Floats = turns.as_rotvec() / np.diff(times)[:, None]
     if len(rates) == 1:
-        return np.repeat(rates, len(at), axis=0)
+        return np.repeat(rates, len(output_times), axis=0)
     middles = 0.5 * (times[:-1] + times[1:])
-    interpolated: Floats = make_interp_spline(middles, rates, k=1)(at)
+    interpolated: Floats = make_interp_spline(middles, rates, k=1)(output_times)
     return interpolated
 
 
@@ -89,7 +89,7 @@ def quaternion_derivatives(q: Floats, rates: Floats) -> Floats:
     return 0.5 * np.hstack([vector_part, -np.einsum("ki,ki->k", vector, rates)[:, None]])
 
 
-def _signs(q: Floats) -> Floats:
+def _compute_signs(q: Floats) -> Floats:
     """Return the sign, ±1, of the scalar part, or of the first other nonzero component.
 
     A threshold makes the choice for half turns independent of rounding.

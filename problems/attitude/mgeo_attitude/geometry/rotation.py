@@ -40,15 +40,15 @@ def dot(a: Any, b: Any) -> Any:
     return product[..., :1] + product[..., 1:2] + product[..., 2:]
 
 
-def length(v: Any) -> Any:
+def euclidean_norm(v: Any) -> Any:
     """Return the Euclidean length of v, shape (..., 1)."""
     square = dot(v, v)
     return np.sqrt(square) if isinstance(square, np.ndarray) else square.sqrt()
 
 
-def direction(v: Any) -> Any:
+def normalize(v: Any) -> Any:
     """Return the unit vector along v."""
-    return v / length(v)
+    return v / euclidean_norm(v)
 
 
 def rotate(g: Any, v: Any) -> Any:
@@ -65,20 +65,20 @@ def unrotate(g: Floats, v: Floats) -> Floats:
     return rotated
 
 
-def across(axis: Floats) -> Floats:
+def perpendicular_axes(axis: Floats) -> Floats:
     """Return two unit vectors, shape (2, 3), that complete `axis` to a right-handed frame."""
     first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     first /= np.linalg.norm(first)
     return np.array([first, np.cross(axis, first)])
 
 
-def frame(axis: Floats) -> Floats:
+def build_frame(axis: Floats) -> Floats:
     """Return a right-handed frame with `axis` as the z-axis, one axis per row, shape (3, 3)."""
-    y, minus_x = across(axis)
+    y, minus_x = perpendicular_axes(axis)
     return np.array([-minus_x, y, axis])
 
 
-def tangents(v: Floats) -> tuple[Floats, Floats]:
+def tangent_vectors(v: Floats) -> tuple[Floats, Floats]:
     """Return unit vectors t and u with t × u = v for unit vectors v, shape (..., 3).
 
     T. Duff and others, Building an orthonormal basis, revisited, Journal of Computer Graphics
@@ -107,7 +107,7 @@ def skew(v: Floats) -> Floats:
     return product
 
 
-def matrix(g: Floats) -> Floats:
+def rotation_matrix(g: Floats) -> Floats:
     """Convert g, shape (3, ...), to the rotation matrix R(g), shape (3, 3, ...)."""
     quarter = 0.25 * (g * g).sum(axis=0)
     rotation = skew(g) + 0.5 * g[:, None] * g
@@ -132,7 +132,7 @@ def rotation_jacobian(g: Floats) -> Floats:
     return derivative
 
 
-def exponential(phi: Floats) -> Floats:
+def exponential_map(phi: Floats) -> Floats:
     """Return the rotation matrix exp([φ×]) of a rotation vector φ [rad], shape (3, ...)."""
     half = 0.5 * np.sqrt((phi * phi).sum(axis=0))
-    return matrix(phi * np.sinc(half / np.pi) / np.cos(half))
+    return rotation_matrix(phi * np.sinc(half / np.pi) / np.cos(half))

@@ -50,14 +50,14 @@ def dot(a: Vec3, b: Vec3) -> Any:
     return a.x * b.x + a.y * b.y + a.z * b.z
 
 
-def unit(direction: tuple[float, float, float]) -> tuple[float, float, float]:
+def unit_vector(direction: tuple[float, float, float]) -> tuple[float, float, float]:
     """Return the unit vector along a nonzero direction."""
     length = math.hypot(*direction)
     x, y, z = (component / length for component in direction)
     return (x, y, z)
 
 
-def scale(a: Vec3, b: Vec3) -> Vec3:
+def componentwise_product(a: Vec3, b: Vec3) -> Vec3:
     """Return the component-wise product diag(a) b."""
     return Vec3(a.x * b.x, a.y * b.y, a.z * b.z)
 

@@ -17,7 +17,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from mgeo_attitude.environment.times import utc_texts
+from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.geometry.quaternion import quaternion_derivatives
 from mgeo_attitude.plan.attitudes import Attitudes, Frame, attitudes
 from mgeo_attitude.plan.plan import ManeuverPlan
@@ -86,7 +86,7 @@ def aem_text(
     for key, value in texts.items():
         _check_text(key, value)
     names = [f"OBJECT_NAME = {object_name}", f"OBJECT_ID = {object_id}"]
-    (creation_date,) = utc_texts(created or datetime.now(UTC), [0.0])
+    (creation_date,) = format_time_stamps(created or datetime.now(UTC), [0.0])
     lines = [
         f"CCSDS_AEM_VERS = {version}",
         _comment(f"planned attitude, scenario {plan.scenario.name}"),
@@ -108,7 +108,7 @@ def _segment(
     rates: Rates,
     frame: Frame,
 ) -> list[str]:
-    epochs = utc_texts(plan.scenario.epoch, part.times)
+    epochs = format_time_stamps(plan.scenario.epoch, part.times)
     turning = " ".join(f"{rate:.6g}" for rate in part.phase.rates_deg_s)
     first_edition = version == "1.0"
     kind, columns, lines = "QUATERNION", [part.q], ["QUATERNION_TYPE = LAST"]

@@ -12,7 +12,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.times import as_utc
-from mgeo_attitude.geometry.quaternion import body_rates, sampled_quaternions
+from mgeo_attitude.geometry.quaternion import interpolate_body_rates, interpolate_quaternions
 from mgeo_attitude.maneuvers.motion import Phase
 from mgeo_attitude.plan.plan import ManeuverPlan
 
@@ -74,8 +74,8 @@ def attitudes(
         yield Attitudes(
             phase,
             at,
-            sampled_quaternions(times, matrices, at),
-            body_rates(times, matrices, at),
+            interpolate_quaternions(times, matrices, at),
+            interpolate_body_rates(times, matrices, at),
         )
 
 

@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.bound.samples import NoLimit
-from mgeo_attitude.environment.times import utc_texts
-from mgeo_attitude.filter.history import FilterHistory, filter_history
-from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.bound.samples import NoLowerBoundError
+from mgeo_attitude.environment.times import format_time_stamps
+from mgeo_attitude.filter.history import FilterHistory, run_filter
+from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
 from mgeo_attitude.maneuvers.motion import Phase
 from mgeo_attitude.maneuvers.schedule import holding
 from mgeo_attitude.problem import AttitudeManeuverProblem
@@ -136,7 +136,7 @@ class ManeuverPlan(Settings):
     @cached_property
     def history(self) -> FilterHistory:
         """Filter run of the plan."""
-        return filter_history(self.problem.model, self.design)
+        return run_filter(self.problem.model, self.design)
 
     @property
     def t_end(self) -> float:
@@ -157,7 +157,7 @@ class ManeuverPlan(Settings):
     @property
     def converged(self) -> bool:
         """Whether the filter converged before the scenario's duration."""
-        return self.t_end < self.problem.model.longest
+        return self.t_end < self.problem.model.duration
 
     @property
     def trace(self) -> float:
@@ -220,7 +220,7 @@ class ManeuverPlan(Settings):
     @property
     def slew_back(self) -> SlewBack | None:
         """Slew back after `held_until`, or None if the scenario does not request one."""
-        return self.trajectory.back
+        return self.trajectory.slew_back
 
     @property
     def duration(self) -> float:
@@ -253,8 +253,8 @@ class ManeuverPlan(Settings):
         angle is the integral of the rate, not the angle between the attitudes.
         """
         edges = np.array([*(phase.start for phase in self.phases), self.duration])
-        texts = utc_texts(self.scenario.epoch, edges)
-        q = quaternions(self.attitude[self.steps(edges)])
+        texts = format_time_stamps(self.scenario.epoch, edges)
+        q = quaternions_from_matrices(self.attitude[self.steps(edges)])
         rates = np.array([phase.rates_deg_s for phase in self.phases])
         columns: dict[str, object] = {
             "phase": [phase.label for phase in self.phases],
@@ -302,7 +302,7 @@ class ManeuverPlan(Settings):
         """Return lines that compare the trace with the lower bound."""
         try:
             curves = self.problem.limit_curves
-        except NoLimit as reason:
+        except NoLowerBoundError as reason:
             return [f"no lower bound of the trace: {reason}"]
         return list(lower_bound.describe_bound(curves, self.t_end, self.trace))
 

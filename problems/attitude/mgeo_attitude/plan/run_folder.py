@@ -15,7 +15,7 @@ from mgeo.runs.answer import select_default_solution
 from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
 from mgeo.validation.entries import convert_file_errors
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.criteria.objectives import PAPER
+from mgeo_attitude.criteria.objectives import PAPER_OBJECTIVES
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
@@ -113,7 +113,7 @@ class Front:
     def _by_time(self) -> tuple[Ints, Floats]:
         """Rows that are nondominated in t_end and trace, and their t_end, ascending."""
         F = self.F
-        if self.problem.objectives != PAPER:
+        if self.problem.objectives != PAPER_OBJECTIVES:
             result = self.nominal or self.problem.run(self.X)
             F = np.column_stack([result.t_end, result.trace])
         rows = find_front_rows(F)

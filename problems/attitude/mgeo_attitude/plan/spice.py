@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from mgeo_attitude.environment.constants import DAY
-from mgeo_attitude.environment.times import instants, utc_texts
+from mgeo_attitude.environment.times import compute_julian_dates, format_time_stamps
 from mgeo_attitude.plan.attitudes import attitudes, warnings
 from mgeo_attitude.plan.plan import ManeuverPlan
 
@@ -111,10 +111,10 @@ def sclk_text(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
     'KPL/SCLK'
     """
     _check(naif_id)
-    at = instants(plan.scenario.epoch, [0.0])
+    at = compute_julian_dates(plan.scenario.epoch, [0.0])
     # A Julian date in one number resolves only 40 microseconds: add whole days and fraction.
     begin = DAY * (at.midnight - _J2000) + DAY * float(at.tt[0])
-    (epoch,) = utc_texts(plan.scenario.epoch, [0.0])
+    (epoch,) = format_time_stamps(plan.scenario.epoch, [0.0])
     number = -naif_id
     values = {
         "DATA_TYPE": "1",

@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 
 from mgeo.plugins.shown import Review, Section
-from mgeo_attitude.bound.samples import NoLimit
-from mgeo_attitude.environment.times import utc_texts
+from mgeo_attitude.bound.samples import NoLowerBoundError
+from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.plans import MOST_SAMPLES
@@ -58,7 +58,8 @@ def review(plan: ManeuverPlan) -> Review:
     """Return a review document of a plan with satellite, instruments and all tables."""
     scenario = plan.scenario
     start, end = (
-        text[:_SECONDS] for text in utc_texts(scenario.epoch, np.array([0.0, plan.duration]))
+        text[:_SECONDS]
+        for text in format_time_stamps(scenario.epoch, np.array([0.0, plan.duration]))
     )
     about = facts(plan.problem)
     return Review(
@@ -75,7 +76,7 @@ def review(plan: ManeuverPlan) -> Review:
 def _lower_bound(plan: ManeuverPlan) -> pd.DataFrame:
     try:
         return plan.at_best()
-    except NoLimit:
+    except NoLowerBoundError:
         return pd.DataFrame()
 
 
@@ -105,7 +106,7 @@ def _objectives_note(plan: ManeuverPlan) -> str:
     text = f"promised: predicted by the plan; kept: in {MOST_SAMPLES}, of 200 drawn from [flight]"
     if not np.isinf([plan.view.kept_t_end, plan.view.robust_t_end]).any():
         return text
-    longest = plan.problem.model.longest
+    longest = plan.problem.model.duration
     return f"{text}; a t_end of {longest:.6g} s means that the filter does not converge"
 
 

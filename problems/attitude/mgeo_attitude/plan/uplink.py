@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pandas as pd
 
-from mgeo_attitude.environment.times import utc_texts
+from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.maneuvers.motion import HELD, RAMP, Phase
 from mgeo_attitude.plan.files import csv_text
 from mgeo_attitude.plan.plan import ManeuverPlan
@@ -59,7 +59,7 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
         {
             "command": range(1, len(phases) + 1),
             "what": [phase.label for phase in phases],
-            "start_utc": utc_texts(plan.scenario.epoch, starts),
+            "start_utc": format_time_stamps(plan.scenario.epoch, starts),
             "start_s": starts.round(_TIME_DIGITS),
             "duration_s": np.diff([*starts, plan.duration]).round(_TIME_DIGITS),
         }

@@ -10,8 +10,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.criteria.constraints import Constraint, constraints
-from mgeo_attitude.criteria.objectives import objective
+from mgeo_attitude.criteria.constraints import Constraint, list_constraints
+from mgeo_attitude.criteria.objectives import find_objective
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
@@ -58,12 +58,12 @@ class AtTime:
     @cached_property
     def limits(self) -> list[Constraint]:
         """Constraints on the motion, which do not depend on the covariance at the end."""
-        return [each for each in constraints(self.scenario) if not each.needs_covariance]
+        return [each for each in list_constraints(self.scenario) if not each.needs_covariance]
 
     @cached_property
     def requirements(self) -> list[Constraint]:
         """Constraints on the covariance at the end."""
-        return [each for each in constraints(self.scenario) if each.needs_covariance]
+        return [each for each in list_constraints(self.scenario) if each.needs_covariance]
 
     def values(
         self,
@@ -94,16 +94,16 @@ class AtTime:
         """
         if within_steps and self.model.slew_limits is None:
             designs = with_partial_steps(designs, self.model.step)
-        measure = objective(self.name, self.model.suite)
+        measure = find_objective(self.name, self.model.suite)
         active = self.limits + (self.requirements if required else [])
         covariance = measure.needs_covariance or any(each.needs_covariance for each in active)
         result = evaluate(
-            self.model, designs, self.threads, covariance=covariance, until=np.asarray(steps)
+            self.model, designs, self.threads, covariance=covariance, end_steps=np.asarray(steps)
         )
         value = measure.value(self.model, result)
         with np.errstate(invalid="ignore"):
             value = value if self.name == "log_det" else np.log(value)
-        excesses = [each.excesses(result) for each in active]
+        excesses = [each.compute_violations(result) for each in active]
         excess = np.concatenate(excesses).T if excesses else np.empty((len(designs), 0))
         value, excess = (np.where(np.isfinite(each), each, np.inf) for each in (value, excess))
         return value, excess
@@ -132,7 +132,7 @@ class AtTime:
             Largest violation of a motion constraint; 0 if all are satisfied.
         """
         result = evaluate(self.model, designs, self.threads)
-        excesses = [each.excesses(result) for each in self.limits]
+        excesses = [each.compute_violations(result) for each in self.limits]
         worst = np.concatenate([*excesses, np.zeros((1, len(designs)))]).max(axis=0)
         return np.column_stack([result.t_end, result.trace]), worst
 

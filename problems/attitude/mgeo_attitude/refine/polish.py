@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.criteria.objectives import smooth_objective
+from mgeo_attitude.criteria.objectives import find_smooth_objective
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
 from mgeo_attitude.refine.at_time import (
     AtTime,
@@ -132,7 +132,7 @@ def polish_steps(
     ValueError
         If the problem has other objectives than `polish` needs.
     """
-    name = smooth_objective(problem.objectives)
+    name = find_smooth_objective(problem.objectives)
     table = np.atleast_2d(np.array(designs, dtype=float))
     return _refine_tables(problem, name, table, (most, iterations), more)
 
@@ -207,7 +207,7 @@ def _select_rows(at: AtTime, front: Front, most: int, between: bool) -> list[int
     rows = front.rows
     times = front.times[rows]
     learning = np.array([_refinement_time(at, time) or 0.0 for time in times])
-    candidates = np.flatnonzero((learning > 0.0) & (times >= _EARLIEST * at.model.longest))
+    candidates = np.flatnonzero((learning > 0.0) & (times >= _EARLIEST * at.model.duration))
     if not len(candidates):
         return []
     candidates = candidates[np.argsort(times[candidates], kind="stable")]

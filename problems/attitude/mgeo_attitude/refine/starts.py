@@ -136,10 +136,10 @@ def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> F
     count, window = scenario.maneuvers.count, model.window_steps * model.step
     holds = model.rule == "trace" and count > 1
     learning = count - 1 if holds else count
-    first = min(_SHORTEST * learning * model.step, 0.5 * model.longest)
-    first = max(first, 0.02 * model.longest)
+    first = min(_SHORTEST * learning * model.step, 0.5 * model.duration)
+    first = max(first, 0.02 * model.duration)
     last = min(
-        model.longest - (window if holds else 0.0), learning * scenario.maneuvers.max_duration
+        model.duration - (window if holds else 0.0), learning * scenario.maneuvers.max_duration
     )
     shares = (np.arange(n) + random_state.random(n)) / max(n, 1)
     times = first * (max(last, first) / first) ** shares

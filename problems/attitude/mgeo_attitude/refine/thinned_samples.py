@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.filter.variants import thinned
+from mgeo_attitude.filter.variants import coarsen_model
 from mgeo_attitude.refine.at_time import AtTime
 from mgeo_attitude.refine.descent import descend, descend_from_best
 
@@ -40,7 +40,7 @@ class ThinnedSamples:
         """Return the evaluation on thinned samples for a time [s]."""
         model, every = self.exact.model, self.every(time)
         if every not in self._known:
-            self._known[every] = dataclasses.replace(self.exact, model=thinned(model, every))
+            self._known[every] = dataclasses.replace(self.exact, model=coarsen_model(model, every))
         return self._known[every]
 
     def every(self, time: float) -> int:

@@ -17,7 +17,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.geometry.vector import unit
+from mgeo_attitude.geometry.vector import unit_vector
 from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
 from mgeo_attitude.scenario.limits import ManeuverLimits
 from mgeo_attitude.settings.base import Settings
@@ -182,7 +182,7 @@ class Wheels(Settings):
 
     def spin_axes(self) -> Floats:
         """Return the spin axes as unit vectors, shape (n, 3)."""
-        return np.array([unit(axis) for axis in self.axes])
+        return np.array([unit_vector(axis) for axis in self.axes])
 
     def shares(self) -> Floats:
         """Return W, shape (k, 3): the largest `|W m|` is the load of the most loaded wheel."""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.environment.times import as_utc, elapsed, instant_after
+from mgeo_attitude.environment.times import as_utc, instant_after, seconds_between
 from mgeo_attitude.scenario.prior import Prior, prior_of
 from mgeo_attitude.scenario.toml import Table, overridden
 from mgeo_attitude.sensors.errors import by_axis
@@ -88,7 +88,7 @@ def going_on(table: Mapping[str, Any], read: Callable[[Any], Any]) -> Table:
         base |= _shift_channels(base, time)
         base["prior"] = to_table(_clip_rate(prior, before))
         return overridden(base, overrides)
-    later = elapsed(before.epoch, _epoch(overrides["epoch"]))
+    later = seconds_between(before.epoch, _epoch(overrides["epoch"]))
     at_end = f"an instant after that of the calibration, {document.get('utc', f'{time} s')}"
     expect(later > time - _SAME_INSTANT, "epoch", overrides["epoch"], at_end)
     base["orbit"] |= to_table(before.orbit.later(later))
@@ -125,7 +125,7 @@ def carried(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior
     scenario : Scenario
         Scenario that starts at the end of the duration.
     """
-    from mgeo_attitude.geometry.quaternion import quaternions  # imports scipy
+    from mgeo_attitude.geometry.quaternion import quaternions_from_matrices  # imports scipy
 
     decay, new = np.ones(suite.n_states), np.zeros(suite.n_states)
     rate, density = suite.gyro.bias_decay, suite.diffusion()[3:6]
@@ -138,8 +138,8 @@ def carried(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior
     covariance = decay[:, None] * np.array(prior.covariance) * decay + np.diag(new)
     covariance[:3], covariance[:, :3] = 0.0, 0.0
     covariance[:3, :3] = scenario.initial_attitude_covariance
-    at = Environment.at(scenario, np.zeros(1))
-    quaternion = quaternions(scenario.initial_attitude(at)[None])[0]
+    at = Environment.from_times(scenario, np.zeros(1))
+    quaternion = quaternions_from_matrices(scenario.initial_attitude(at)[None])[0]
     table = {
         "quaternion": quaternion.tolist(),
         "rate_deg_s": np.degrees(scenario.initial_rate(at)).tolist(),

@@ -13,7 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, GetCoreSchemaHandle
 from pydantic.dataclasses import dataclass
 from pydantic_core import CoreSchema
 
-from mgeo_attitude.criteria.objectives import OBJECTIVES, TRACE_OF, blocks_of
+from mgeo_attitude.criteria.objectives import OBJECTIVES, TRACE_PREFIX, parse_trace_blocks
 from mgeo_attitude.settings.base import Settings, flatten
 from mgeo_attitude.settings.errors import InvalidValue, expect, expect_unique, known_names
 from mgeo_attitude.settings.types import (
@@ -217,12 +217,12 @@ def check_objectives(names: Sequence[str], blocks: Collection[str], required: bo
     expect_unique("objectives[{}]", names)
     for i, name in enumerate(names):
         key = f"objectives[{i}]"
-        unknown = [block for block in blocks_of(name) if block not in blocks]
+        unknown = [block for block in parse_trace_blocks(name) if block not in blocks]
         if unknown:
             known = known_names(unknown[0], blocks)
             raise InvalidValue(key, name, f"unknown state block {unknown[0]!r}{known}")
-        if name not in OBJECTIVES and not blocks_of(name):
-            known = known_names(name, [*OBJECTIVES, f"{TRACE_OF}BLOCK"])
+        if name not in OBJECTIVES and not parse_trace_blocks(name):
+            known = known_names(name, [*OBJECTIVES, f"{TRACE_PREFIX}BLOCK"])
             raise InvalidValue(key, name, f"unknown objective{known}")
         if name == "t_required" and not required:
             raise InvalidValue(key, name, "the scenario has no required_sigma")

@@ -12,8 +12,8 @@ from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_MU
-from mgeo_attitude.environment.directions import Place, pointed
-from mgeo_attitude.environment.environment import Course, Environment
+from mgeo_attitude.environment.directions import SatelliteState, compute_pointing_attitudes
+from mgeo_attitude.environment.environment import Environment, OrbitSource
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
 from mgeo_attitude.settings.types import Degrees, Unit, Vector, one_of
@@ -22,20 +22,20 @@ from mgeo_attitude.settings.types import Degrees, Unit, Vector, one_of
 _TOLERANCE = 1e-3
 
 #: Function of a `Place` that returns vectors, shape (n, 3).
-_Vectors = Callable[["Environment | Place"], Floats]
+_Vectors = Callable[["Environment | SatelliteState"], Floats]
 
 
-def _momentum(at: Environment | Place) -> Floats:
+def _momentum(at: Environment | SatelliteState) -> Floats:
     return np.cross(at.position, at.velocity)
 
 
-def _orbital_rate(at: Environment | Place) -> Floats:
+def _orbital_rate(at: Environment | SatelliteState) -> Floats:
     """Return the angular rate of the radius vector [rad/s], GCRS."""
     rate: Floats = _momentum(at) / (at.position**2).sum(axis=1, keepdims=True)
     return rate
 
 
-def _rate_of_velocity(at: Environment | Place) -> Floats:
+def _rate_of_velocity(at: Environment | SatelliteState) -> Floats:
     """Return the angular rate of the velocity under the acceleration -μ r / r³ [rad/s], GCRS."""
     cube = np.linalg.norm(at.position, axis=1, keepdims=True) ** 3
     square = (at.velocity**2).sum(axis=1, keepdims=True)
@@ -100,7 +100,7 @@ class InitialConditions(Settings):
                 sound = abs(length - 1.0) <= _TOLERANCE
                 expect(sound, key, value, f"a length of 1, not {length:.6g}")
 
-    def attitude(self, at: Environment | Place) -> Floats:
+    def attitude(self, at: Environment | SatelliteState) -> Floats:
         """Return the attitude of the law, GCRS to body, shape (n, 3, 3).
 
         Raises
@@ -114,12 +114,14 @@ class InitialConditions(Settings):
         axis = np.array(self.axis or (0.0, 0.0, 1.0))
         clock = math.radians(self.clock_deg or 0.0)
         try:
-            return pointed(axis / np.linalg.norm(axis), target(at), toward(at), clock)
+            return compute_pointing_attitudes(
+                axis / np.linalg.norm(axis), target(at), toward(at), clock
+            )
         except ValueError as error:
             expected = f"expected another pointing: {error}"
             raise InvalidValue("initial.pointing", self.pointing, expected) from None
 
-    def law_rate(self, at: Environment | Place) -> Floats:
+    def law_rate(self, at: Environment | SatelliteState) -> Floats:
         """Return the body rate of the attitude law [rad/s], shape (n, 3).
 
         The rate is that of a Keplerian orbit. It is zero for inertial and Sun pointing; the drift
@@ -129,11 +131,11 @@ class InitialConditions(Settings):
             return np.zeros((len(at.position), 3))
         return self._turning(self.attitude(at), at)
 
-    def _turning(self, attitude: Floats, at: Environment | Place) -> Floats:
+    def _turning(self, attitude: Floats, at: Environment | SatelliteState) -> Floats:
         rates: Floats = np.einsum("kij,kj->ki", attitude, _LAWS[self.pointing][2](at))
         return rates
 
-    def law(self, course: Course, time: float) -> tuple[Floats, Floats]:
+    def law(self, course: OrbitSource, time: float) -> tuple[Floats, Floats]:
         """Return attitude, GCRS to body, and body rate [rad/s] of the law, shapes (3, 3) and (3,).
 
         Parameters
@@ -144,11 +146,11 @@ class InitialConditions(Settings):
         """
         if self.pointing == "inertial":  # independent of the position
             return self._fixed(), np.zeros(3)
-        at = Place.at(course, np.array([time]))
+        at = SatelliteState.from_times(course, np.array([time]))
         attitude = self.attitude(at)
         return attitude[0], self._turning(attitude, at)[0]
 
-    def rate(self, at: Environment | Place) -> Floats:
+    def rate(self, at: Environment | SatelliteState) -> Floats:
         """Return the body rate at the first instant [rad/s], shape (3,)."""
         given = self.rate_deg_s
         return self.law_rate(at)[0] if given is None else np.radians(given)

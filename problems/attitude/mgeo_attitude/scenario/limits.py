@@ -14,7 +14,7 @@ from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import DIRECTIONS, Cone
-from mgeo_attitude.geometry.vector import unit
+from mgeo_attitude.geometry.vector import unit_vector
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
 from mgeo_attitude.settings.types import (
@@ -105,7 +105,7 @@ class PathLimit(Settings):
     def cone(self) -> Cone:
         """Return the cone, with its half-angle in rad."""
         half_angle = math.radians(self.half_angle_deg)
-        return Cone(self.reference, unit(self.boresight), half_angle, self.keep_in)
+        return Cone(self.reference, unit_vector(self.boresight), half_angle, self.keep_in)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,8 +15,8 @@ from pydantic.dataclasses import dataclass
 
 from mgeo.store.atomic import write_file
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER, TRACE_OF
-from mgeo_attitude.environment.directions import Place
+from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER_OBJECTIVES, TRACE_PREFIX
+from mgeo_attitude.environment.directions import SatelliteState
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
 from mgeo_attitude.environment.times import instant_after
@@ -83,9 +83,9 @@ class Scenario(Settings):
     eclipse: bool = True
     """whether eclipses interrupt the measurements of Sun sensors"""
     objectives: tuple[str, ...] = Field(
-        default=PAPER,
+        default=PAPER_OBJECTIVES,
         min_length=1,
-        description=f"what to minimize, of {', '.join(OBJECTIVES)}, {TRACE_OF}BLOCK,BLOCK...",
+        description=f"what to minimize, of {', '.join(OBJECTIVES)}, {TRACE_PREFIX}BLOCK,BLOCK...",
     )
     orbit: Annotated[AnyOrbit, ORBITS]
     """elements at the epoch, an element set, or an ephemeris"""
@@ -129,7 +129,7 @@ class Scenario(Settings):
         units = self.suite.units
         check_together(self, self.suite)
         try:
-            orbit = self.orbit.for_run(self.epoch, self.latest_end)
+            orbit = self.orbit.prepare_for_run(self.epoch, self.latest_end)
             object.__setattr__(self, "orbit", orbit)
         except InvalidValue as error:
             raise error.under("orbit") from None
@@ -164,7 +164,7 @@ class Scenario(Settings):
     def starting(self, time: float) -> Scenario:
         """Return the scenario with its epoch moved by a time [s], on the same orbit."""
         epoch = instant_after(self.epoch, time)
-        return dataclasses.replace(self, epoch=epoch, orbit=self.orbit.later(time))
+        return dataclasses.replace(self, epoch=epoch, orbit=self.orbit.shift_epoch(time))
 
     @property
     def turned_by_coils(self) -> bool:
@@ -204,7 +204,7 @@ class Scenario(Settings):
         """Sample times k * step since the epoch [s], shape (n_steps + 1,)."""
         return self.step * np.arange(self.n_steps + 1, dtype=np.float64)
 
-    def initial_attitude(self, at: Environment | Place) -> Floats:
+    def initial_attitude(self, at: Environment | SatelliteState) -> Floats:
         """Return the attitude at the epoch, GCRS to body, shape (3, 3).
 
         Parameters
@@ -214,7 +214,7 @@ class Scenario(Settings):
         """
         return self.initial.attitude(at)[0] if self.prior is None else self.prior.attitude
 
-    def initial_rate(self, at: Environment | Place) -> Floats:
+    def initial_rate(self, at: Environment | SatelliteState) -> Floats:
         """Return the body rate at the epoch [rad/s], shape (3,); see `initial_attitude`."""
         return self.initial.rate(at) if self.prior is None else self.prior.rate
 
@@ -264,7 +264,7 @@ class Scenario(Settings):
     def to_dict(self) -> dict[str, Any]:
         """Return the scenario as nested dicts and lists of JSON types; see `from_dict`."""
         table = to_table(self)
-        if self.objectives == PAPER:  # the default is omitted
+        if self.objectives == PAPER_OBJECTIVES:  # the default is omitted
             del table["objectives"]
         return table
 

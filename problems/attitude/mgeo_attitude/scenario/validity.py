@@ -140,7 +140,7 @@ def _check_limits(scenario: Scenario) -> None:
             f"{limit.half_angle_deg!r}"
         )
         # For a disc, the admissible range depends on its apparent radius.
-        fits = limit.attitude_sigmas < fewest or limit.cone().disc
+        fits = limit.attitude_sigmas < fewest or limit.cone().is_disc
         expect(fits, f"path_limits[{i}].attitude_sigmas", limit.attitude_sigmas, far)
 
 
@@ -193,7 +193,7 @@ def _too_old(scenario: Scenario) -> Iterator[str]:
     orbit = scenario.orbit
     if not isinstance(orbit, ElementSet):
         return
-    age = scenario.epoch + timedelta(seconds=scenario.latest_end) - orbit.instant
+    age = scenario.epoch + timedelta(seconds=scenario.latest_end) - orbit.element_epoch
     if age > MAX_AGE:
         yield (
             f"orbit: at the end of the run the element set is {age / timedelta(days=1):.1f} days "

@@ -12,8 +12,15 @@ from pydantic.dataclasses import dataclass
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.geometry.rotation import cross, direction, dot, length, rotate, tangents
-from mgeo_attitude.geometry.vector import Vec3, unit
+from mgeo_attitude.geometry.rotation import (
+    cross,
+    dot,
+    euclidean_norm,
+    normalize,
+    rotate,
+    tangent_vectors,
+)
+from mgeo_attitude.geometry.vector import Vec3, unit_vector
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Boresight, Exclusion
 from mgeo_attitude.sensors.errors import Misalignment, State, present
@@ -47,10 +54,10 @@ class DirectionSensor(VectorSensor):
         return tuple(inner(axis, y) for axis in x.gradient[: self.n_gradient])
 
     def measured(self, x: Any, v: Any) -> Any:
-        return direction(super().measured(x, v))
+        return normalize(super().measured(x, v))
 
     def with_noise(self, measured: Any, noise: Floats) -> Any:
-        across = sum(axis * noise[..., [k]] for k, axis in enumerate(tangents(measured)))
+        across = sum(axis * noise[..., [k]] for k, axis in enumerate(tangent_vectors(measured)))
         return rotate(cross(measured, across), measured)
 
     def innovation(self, measured: Any, predicted: Any) -> Any:
@@ -68,7 +75,7 @@ class DirectionSensor(VectorSensor):
         v = self.inertial_vector(environment)
         assert v is not None
         length = np.linalg.norm(v, axis=1, keepdims=True)  # differs from 1 with albedo
-        across: Floats = np.stack(tangents(v / length), axis=-1) / length[:, :, None]
+        across: Floats = np.stack(tangent_vectors(v / length), axis=-1) / length[:, :, None]
         return across
 
 
@@ -78,7 +85,7 @@ def carried(v: Floats, w: Floats) -> Floats:
     The shape is (..., 3, 2).
     """
     turn = 2.0 * cross(v, w) / (1.0 + dot(v, w))
-    return np.stack([rotate(turn, axis) for axis in tangents(v)], axis=-1)
+    return np.stack([rotate(turn, axis) for axis in tangent_vectors(v)], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -110,13 +117,13 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
         the model, it would scale all other parts, and the maximum a posteriori estimate would
         shrink them.
         """
-        seen = direction(VectorSensor.measured(self, x, v))
+        seen = normalize(VectorSensor.measured(self, x, v))
         if not hasattr(x, "albedo"):
             return seen
         light = x.to_body(x.albedo)
         if hasattr(x, "misalignment"):
             light = rotate(x.misalignment, light)
-        return rotate(cross(seen, light / length(v)), seen)
+        return rotate(cross(seen, light / euclidean_norm(v)), seen)
 
 
 @dataclass(frozen=True)
@@ -195,11 +202,11 @@ class HorizonSensor(DirectionSensor):
         return derivative
 
     def views(self) -> tuple[Cone, ...]:
-        axis, cones = unit(self.boresight), []
+        axis, cones = unit_vector(self.boresight), []
         if self.half_angle_deg < 180.0:
-            cones.append(Cone("", axis, math.radians(self.half_angle_deg), inside=True))
+            cones.append(Cone("", axis, math.radians(self.half_angle_deg), keep_in=True))
         if self.sun_exclusion_deg is not None:
-            cones.append(Cone("sun", axis, math.radians(self.sun_exclusion_deg), inside=False))
+            cones.append(Cone("sun", axis, math.radians(self.sun_exclusion_deg), keep_in=False))
         return tuple(cones)
 
     def available(self, environment: Environment) -> Bools | None:

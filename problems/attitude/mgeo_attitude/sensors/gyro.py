@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import rotate, shear, unrotate
-from mgeo_attitude.geometry.vector import Vec3, cross, scale
+from mgeo_attitude.geometry.vector import Vec3, componentwise_product, cross
 from mgeo_attitude.geometry.vector import shear as shear_components
 from mgeo_attitude.sensors.errors import (
     Influence,
@@ -155,7 +155,7 @@ class Gyro(Settings):
         """
         theta = -cross(omega, x.theta) - x.bias
         if self.initial_scale_factor:
-            theta = theta - scale(omega, x.scale_factor)
+            theta = theta - componentwise_product(omega, x.scale_factor)
         if self.initial_misalignment_deg:
             theta = theta + cross(omega, x.misalignment)
         if self.initial_nonorthogonality_deg:

@@ -13,8 +13,8 @@ from pydantic.dataclasses import dataclass
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.geometry.rotation import dot, frame
-from mgeo_attitude.geometry.vector import Vec3, choose, cross, scale, unit
+from mgeo_attitude.geometry.rotation import build_frame, dot
+from mgeo_attitude.geometry.vector import Vec3, choose, componentwise_product, cross, unit_vector
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import State
@@ -65,7 +65,7 @@ class Photodiode(Sensor):
     @cached_property
     def axes(self) -> Floats:
         """Axes of the diode in body axes, row by row, shape (3, 3); the last row is the normal."""
-        return frame(np.array(unit(self.normal)))
+        return build_frame(np.array(unit_vector(self.normal)))
 
     def states(self) -> dict[str, State]:
         tilt = math.radians(self.initial_misalignment_deg)
@@ -80,9 +80,9 @@ class Photodiode(Sensor):
         if self.sees_albedo:
             light = x.gradient[0]
             before = Vec3(*[_is_in_front(inner(n, light))] * 3)
-            seen = v + scale(before, light)
+            seen = v + componentwise_product(before, light)
             if hasattr(x, "albedo"):
-                more = more + scale(before, x.to_body(x.albedo))
+                more = more + componentwise_product(before, x.to_body(x.albedo))
         y = inner(n, cross(seen, x.theta) + more)
         return (sum((e * inner(a, seen) for e, a in zip(x.sensitivity, axes, strict=True)), y),)
 
@@ -110,11 +110,13 @@ class Photodiode(Sensor):
 
     def gradient(self, environment: Environment) -> Floats:
         """Return the albedo vector, shape (n_steps + 1, 3, 1)."""
-        light, sun = environment.earthlight, environment.sun
+        light, sun = environment.albedo, environment.sun
         return (np.zeros_like(sun) if light is None else light)[:, :, None]
 
     def views(self) -> tuple[Cone, ...]:
-        return (Cone("", unit(self.normal), math.radians(self.half_angle_deg), inside=True),)
+        return (
+            Cone("", unit_vector(self.normal), math.radians(self.half_angle_deg), keep_in=True),
+        )
 
     def available(self, environment: Environment) -> Bools | None:
         return None if environment.sunlit.all() else environment.sunlit

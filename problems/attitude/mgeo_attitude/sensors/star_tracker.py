@@ -12,8 +12,8 @@ from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.geometry.rotation import cross, dot, frame, rotate, unrotate
-from mgeo_attitude.geometry.vector import Vec3, unit
+from mgeo_attitude.geometry.rotation import build_frame, cross, dot, rotate, unrotate
+from mgeo_attitude.geometry.vector import Vec3, unit_vector
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Boresight, Exclusion, Sensor
 from mgeo_attitude.sensors.errors import Misalignment, State, present
@@ -67,7 +67,7 @@ class StarTracker(Sensor):
     @cached_property
     def axes(self) -> Floats:
         """Axes of the tracker in body axes, row by row (T), shape (3, 3)."""
-        return frame(np.array(unit(self.boresight)))
+        return build_frame(np.array(unit_vector(self.boresight)))
 
     def states(self) -> dict[str, State]:
         own = present(misalignment=math.radians(self.initial_misalignment_deg))
@@ -106,7 +106,7 @@ class StarTracker(Sensor):
             "moon": self.moon_exclusion_deg,
         }
         return tuple(
-            Cone(direction, unit(self.boresight), math.radians(angle), inside=False)
+            Cone(direction, unit_vector(self.boresight), math.radians(angle), keep_in=False)
             for direction, angle in exclusions.items()
             if angle is not None
         )

@@ -12,7 +12,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.geometry.vector import Vec3, scale
+from mgeo_attitude.geometry.vector import Vec3, componentwise_product
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import Alike, GaussMarkov, Influence, State, influenced, sigma_of
 from mgeo_attitude.sensors.gyro import Gyro
@@ -288,8 +288,13 @@ class Suite:
         theta, moved = self._block(column, "attitude"), STILL
         if late := own.pop("delay", None):
             *gradient, change = gradient
-            theta, moved = theta - scale(late, rate), -scale(late, change)
-        influenced(sensor.influences, own, influences, lambda u, c: scale(Vec3(u, u, u), c))
+            theta, moved = (
+                theta - componentwise_product(late, rate),
+                -componentwise_product(late, change),
+            )
+        influenced(
+            sensor.influences, own, influences, lambda u, c: componentwise_product(Vec3(u, u, u), c)
+        )
         x = SimpleNamespace(theta=theta, moved=moved, to_body=to_body, gradient=gradient, **own)
         return tuple(sensor.measure(x, v))
 

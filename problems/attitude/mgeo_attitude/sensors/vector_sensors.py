@@ -12,7 +12,7 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.geometry.rotation import rotate, shear
-from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
+from mgeo_attitude.geometry.vector import Vec3, componentwise_product, cross, unit_vector
 from mgeo_attitude.geometry.vector import shear as shear_components
 from mgeo_attitude.sensors.base import Boresight, Sensor
 from mgeo_attitude.sensors.errors import (
@@ -118,14 +118,14 @@ class SunSensor(VectorSensor):
         return (math.radians(x), math.radians(y), math.radians(z))
 
     def inertial_vector(self, environment: Environment) -> Floats:
-        light = environment.earthlight if self.sees_albedo else None
+        light = environment.albedo if self.sees_albedo else None
         return environment.sun if light is None else environment.sun + light
 
     def views(self) -> tuple[Cone, ...]:
         if self.half_angle_deg == 180.0:
             return ()
         half_angle = math.radians(self.half_angle_deg)
-        return (Cone("sun", unit(self.boresight), half_angle, inside=True),)
+        return (Cone("sun", unit_vector(self.boresight), half_angle, keep_in=True),)
 
     def available(self, environment: Environment) -> Bools | None:
         return None if environment.sunlit.all() else environment.sunlit
@@ -178,7 +178,7 @@ class Magnetometer(VectorSensor):
     def measure(self, x: Any, v: Vec3) -> Any:
         y = super().measure(x, v)
         if self.initial_scale_factor:
-            y = y + scale(v, x.scale_factor)
+            y = y + componentwise_product(v, x.scale_factor)
         if self.initial_nonorthogonality_deg:
             y = y + shear_components(v, x.nonorthogonality)
         if hasattr(x, "field_error"):

@@ -15,7 +15,7 @@ from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.environment.sun_moon import above_limb, earthlight
+from mgeo_attitude.environment.sun_moon import albedo_vector, sun_limb_angle
 from mgeo_attitude.sensors.errors import GaussMarkov, check_considered
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
@@ -104,20 +104,20 @@ class World(Settings):
         reflectivity of the Earth, the mean albedo is added.
         """
         changes: dict[str, Any] = {}
-        if self.has_orbit_error and environment.shadow:
+        if self.has_orbit_error and environment.has_eclipses:
             changes["sunlit"] = environment.sunlit & self._surely_lit(environment)
         if self.earth_albedo:
-            light = earthlight(environment.position, environment.sun)
+            light = albedo_vector(environment.position, environment.sun)
             changes["earthlight"] = self.earth_albedo * light
         return dataclasses.replace(environment, **changes) if changes else environment
 
     def _surely_lit(self, environment: Environment) -> Bools:
         """Return a mask of the samples that no likely orbit error moves into the Earth's shadow."""
         here, sun = environment.position, environment.sun
-        angle = above_limb(here, sun)
+        angle = sun_limb_angle(here, sun)
         axes = np.broadcast_to(np.eye(3), (len(here), 3, 3))
         off = self.by_orbit_error(axes, environment) * np.array(self.orbit_error_m)
-        moved = [above_limb(here + off[:, :, k], sun) - angle for k in range(3)]
+        moved = [sun_limb_angle(here + off[:, :, k], sun) - angle for k in range(3)]
         sure: Bools = angle > SURE * np.linalg.norm(moved, axis=0)
         return sure
 
@@ -135,7 +135,11 @@ class World(Settings):
         axes = np.broadcast_to(np.eye(3), (len(orbit_error), 3, 3))
         off = np.einsum("kij,kj->ki", self.by_orbit_error(axes, environment), orbit_error)
         there = environment.position + POSITION_UNIT * off
-        lit = above_limb(there, environment.sun) > 0.0 if environment.shadow else environment.sunlit
+        lit = (
+            sun_limb_angle(there, environment.sun) > 0.0
+            if environment.has_eclipses
+            else environment.sunlit
+        )
         return dataclasses.replace(environment, position=there, sunlit=lit)
 
     def by_orbit_error(self, gradient: Floats, environment: Environment) -> Floats:

@@ -32,16 +32,16 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
 
 #: Labels of the two maneuvers after the maneuvers of the design.
-LABELS = ("slew back", "starting attitude")
+SLEW_BACK_LABELS = ("slew back", "starting attitude")
 
 #: Largest error of the attitude at the end of the slew back [rad].
 _TOLERANCE = 1e-10
 #: Factor on limits that allows for rounding of the solver.
-_ROUNDING = 1.0 + 1e-9
+_ROUNDING_FACTOR = 1.0 + 1e-9
 #: Rate that counts as zero [deg/s]: in a day it rotates by less than the attitude tolerance.
-_ZERO_DEG_S = 1e-14
+_ZERO_RATE_DEG_S = 1e-14
 #: Largest number of evaluations in the search for a rate; a feasible search takes about twenty.
-_EVALUATIONS = 60
+_MAX_EVALUATIONS = 60
 
 
 @dataclass(frozen=True)
@@ -60,15 +60,15 @@ class SlewBack:
     start: float
     end: float
 
-    def phases(self, step: float, limits: Turning) -> tuple[Phase, ...]:
+    def list_phases(self, step: float, limits: Turning) -> tuple[Phase, ...]:
         """Return the phases of the slew back, for display."""
-        first = len(self.design) // VARIABLES_PER_MANEUVER - len(LABELS)
-        names = dict(enumerate(LABELS, first))
+        first = len(self.design) // VARIABLES_PER_MANEUVER - len(SLEW_BACK_LABELS)
+        names = dict(enumerate(SLEW_BACK_LABELS, first))
         all_phases = phases(self.design, self.end, step, limits, names)
         return tuple(phase for phase in all_phases if phase.start > self.start - 0.5 * step)
 
 
-def slew_back(
+def find_slew_back(
     scenario: Scenario,
     design: ArrayLike,
     t_end: float,
@@ -105,14 +105,14 @@ def slew_back(
     if not scenario.maneuvers.slew_back or isinstance(limits, CoilDrive):
         return None
     step = scenario.step
-    before = _cut_at_end(np.asarray(design, dtype=float), t_end, step, limits)
+    before = _truncate_design(np.asarray(design, dtype=float), t_end, step, limits)
     last = round(t_end / step)
     plan = schedule(before, step, limits, last)
-    search = Search(
-        scenario, t_end, limits, *_attitude_and_rate_at(plan, last, step, initial_attitude)
+    search = SlewSearch(
+        scenario, t_end, limits, *_compute_attitude_and_rate(plan, last, step, initial_attitude)
     )
     least, most = 0, 1
-    while (maneuvers := search.maneuvers(most)) is None:
+    while (maneuvers := search.find_maneuvers(most)) is None:
         if most >= scenario.n_steps:
             raise InvalidValue(
                 "maneuvers.slew_back",
@@ -124,14 +124,16 @@ def slew_back(
         least, most = most, min(2 * most, scenario.n_steps)
     while most - least > 1:
         middle = (least + most) // 2
-        shorter = search.maneuvers(middle)
+        shorter = search.find_maneuvers(middle)
         least, most, maneuvers = (
             (middle, most, maneuvers) if shorter is None else (least, middle, shorter)
         )
     return SlewBack(np.concatenate([before, maneuvers]), t_end, (last + most) * step)
 
 
-def _cut_at_end(design: Floats, t_end: float, step: float, limits: SlewLimits | None) -> Floats:
+def _truncate_design(
+    design: Floats, t_end: float, step: float, limits: SlewLimits | None
+) -> Floats:
     """Return the maneuvers of a run, the last of which ends half a step before `t_end`.
 
     The margin makes the following maneuver start at the next step regardless of rounding.
@@ -142,11 +144,11 @@ def _cut_at_end(design: Floats, t_end: float, step: float, limits: SlewLimits | 
     return table.ravel()
 
 
-def _attitude_and_rate_at(
-    plan: Schedule, last: int, step: float, attitude: Floats
+def _compute_attitude_and_rate(
+    plan: Schedule, end_step: int, step: float, attitude: Floats
 ) -> tuple[Floats, Floats]:
     """Return attitude (GCRS to body) and body rate [rad/s] at a step of a one-design schedule."""
-    n_steps = plan.lasting(last)[0]
+    n_steps = plan.lasting(end_step)[0]
     is_flown = n_steps > 0
     turns = -plan.rates[0, is_flown] * (n_steps[is_flown] * step)[:, None]
     matrices = Rotation.from_rotvec(turns).as_matrix()
@@ -158,7 +160,7 @@ def _attitude_and_rate_at(
 
 
 @dataclass
-class Search:
+class SlewSearch:
     """Search for slews of a given number of steps from the attitude and rate at `start` [s]."""
 
     scenario: Scenario
@@ -167,20 +169,20 @@ class Search:
     attitude: Floats
     rate: Floats
 
-    def maneuvers(self, n: int) -> Floats | None:
+    def find_maneuvers(self, n_steps: int) -> Floats | None:
         """Return a slew back in n steps as a design of two maneuvers, shape (8,).
 
         The second maneuver changes to the rate of the law. None if n steps are too few.
         """
         step, initial = self.scenario.step, self.scenario.initial
-        target, final = initial.law(self.scenario, self.start + n * step)
+        target, final = initial.law(self.scenario, self.start + n_steps * step)
         turn = -Rotation.from_matrix(target @ self.attitude.T).as_rotvec()
-        rate = turn / (n * step)
+        rate = turn / (n_steps * step)
         if np.linalg.norm(rate) > math.sqrt(3.0) * self._max_rate:  # No rates are high enough.
             return None
         leaving = self._count_steps(rate - final)
-        while self._count_steps(rate - self.rate) + leaving <= n:
-            new_rate = self._find_rate(n, leaving, target, final, rate)
+        while self._count_steps(rate - self.rate) + leaving <= n_steps:
+            new_rate = self._find_rate(n_steps, leaving, target, final, rate)
             if new_rate is None:
                 return None
             rate = new_rate
@@ -188,13 +190,18 @@ class Search:
             if n_needed <= leaving:
                 is_feasible = self._count_steps(
                     rate - self.rate
-                ) + leaving <= n and self._is_within_limits(rate)
-                return self._build_design(n, leaving, rate, final) if is_feasible else None
+                ) + leaving <= n_steps and self._is_within_limits(rate)
+                return self._build_design(n_steps, leaving, rate, final) if is_feasible else None
             leaving = n_needed
         return None
 
     def _find_rate(
-        self, n: int, leaving: int, target: Floats, final: Floats, guess: Floats
+        self,
+        n_steps: int,
+        n_ramp_steps: int,
+        target_attitude: Floats,
+        final_rate: Floats,
+        guess: Floats,
     ) -> Floats | None:
         """Find the rate of a slew to the target attitude, or None.
 
@@ -202,20 +209,20 @@ class Search:
         """
         from scipy.optimize import root  # This import takes long.
 
-        step, time = self.scenario.step, n * self.scenario.step
+        step, time = self.scenario.step, n_steps * self.scenario.step
         limits = self.limits
         if limits is not None:
             limits = dataclasses.replace(limits, initial_rate=self.rate)
 
         def off(angle: Floats) -> Floats:
-            design = self._build_design(n, leaving, angle / time, final)
-            reached, _ = _attitude_and_rate_at(
-                schedule(design, step, limits, n), n, step, self.attitude
+            design = self._build_design(n_steps, n_ramp_steps, angle / time, final_rate)
+            reached, _ = _compute_attitude_and_rate(
+                schedule(design, step, limits, n_steps), n_steps, step, self.attitude
             )
-            error: Floats = Rotation.from_matrix(target @ reached.T).as_rotvec()
+            error: Floats = Rotation.from_matrix(target_attitude @ reached.T).as_rotvec()
             return error
 
-        solution = root(off, guess * time, tol=1e-12, options={"maxfev": _EVALUATIONS})
+        solution = root(off, guess * time, tol=1e-12, options={"maxfev": _MAX_EVALUATIONS})
         rate: Floats = solution.x / time
         return rate if np.abs(off(solution.x)).max() < _TOLERANCE else None
 
@@ -230,17 +237,21 @@ class Search:
 
     def _is_within_limits(self, rate: Floats) -> bool:
         wheels = self.scenario.wheels
-        within = np.abs(rate).max() <= self._max_rate * _ROUNDING
+        within = np.abs(rate).max() <= self._max_rate * _ROUNDING_FACTOR
         if wheels is not None and wheels.max_momentum is not None:
             momentum = wheels.greatest_share(rate @ wheels.matrix())
-            within &= momentum <= wheels.max_momentum * _ROUNDING
+            within &= momentum <= wheels.max_momentum * _ROUNDING_FACTOR
         return bool(within)
 
-    def _build_design(self, n: int, leaving: int, rate: Floats, final: Floats) -> Floats:
+    def _build_design(
+        self, n_steps: int, n_ramp_steps: int, rate: Floats, final_rate: Floats
+    ) -> Floats:
         step = self.scenario.step
-        rates = np.degrees([rate, final])
-        rates[np.abs(rates) < _ZERO_DEG_S] = 0.0
-        return np.array([*rates[0], (n - leaving) * step, *rates[1], leaving * step])
+        rates = np.degrees([rate, final_rate])
+        rates[np.abs(rates) < _ZERO_RATE_DEG_S] = 0.0
+        return np.array(
+            [*rates[0], (n_steps - n_ramp_steps) * step, *rates[1], n_ramp_steps * step]
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,28 +273,28 @@ class Trajectory:
     body: Body
     design: Floats
     t_end: float
-    held: float = 0.0
+    hold_until: float = 0.0
 
     @property
-    def held_until(self) -> float:
+    def design_end(self) -> float:
         """End of the design [s], including the rate held for runs that converge late."""
-        return max(self.t_end, self.held)
+        return max(self.t_end, self.hold_until)
 
     @cached_property
-    def back(self) -> SlewBack | None:
+    def slew_back(self) -> SlewBack | None:
         """Slew back after the design, if the scenario requests one."""
         limits, initial = self.body.slew_limits, self.body.initial_attitude
-        return slew_back(self.scenario, self.design, self.held_until, limits, initial)
+        return find_slew_back(self.scenario, self.design, self.design_end, limits, initial)
 
     @property
-    def commanded(self) -> Floats:
+    def commanded_design(self) -> Floats:
         """Commanded design, including the slew back."""
-        return self.design if self.back is None else self.back.design
+        return self.design if self.slew_back is None else self.slew_back.design
 
     @property
     def end(self) -> float:
         """End of the plan [s]."""
-        return self.held_until if self.back is None else self.back.end
+        return self.design_end if self.slew_back is None else self.slew_back.end
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
@@ -292,18 +303,18 @@ class Trajectory:
         The time that is added for runs that converge late is a separate phase.
         """
         step, limits = self.body.step, self.body.slew_limits
-        found = divided(phases(self.design, self.held_until, step, limits), self.t_end)
-        return found if self.back is None else found + self.back.phases(step, limits)
+        found = divided(phases(self.design, self.design_end, step, limits), self.t_end)
+        return found if self.slew_back is None else found + self.slew_back.list_phases(step, limits)
 
     @cached_property
-    def flown(self) -> Flown:
+    def intervals(self) -> Flown:
         """Intervals of constant rate until the end."""
-        return flown(self.commanded, self.end, self.body.step, self.body.slew_limits)
+        return flown(self.commanded_design, self.end, self.body.step, self.body.slew_limits)
 
     @cached_property
     def motion(self) -> Motion:
         """Rates and attitudes at every step until the end."""
-        return Motion.of(self.body, self.commanded, round(self.end / self.body.step))
+        return Motion.of(self.body, self.commanded_design, round(self.end / self.body.step))
 
     @property
     def attitude(self) -> Floats:

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from mgeo.evaluation.dominance import find_nondominated
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.bound.samples import NoLimit
-from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER
+from mgeo_attitude.bound.samples import NoLowerBoundError
+from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER_OBJECTIVES
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite, block_units
@@ -33,7 +33,9 @@ def answers(plans: Plans) -> list[str]:
     of the attitude that most Monte Carlo runs satisfy.
     """
     model = plans.problem.model
-    kept_sigma = plans.kept_sigma_deg if model.ends_by_design else np.full(len(plans.X), np.nan)
+    kept_sigma = (
+        plans.kept_sigma_deg if model.ends_with_last_maneuver else np.full(len(plans.X), np.nan)
+    )
     times = plans.exactly.t_end, plans.robust_t_end, plans.kept_t_end, kept_sigma
     return [_answer(plans, *row) for row in zip(plans.sigma, *times, strict=True)]
 
@@ -48,7 +50,7 @@ def _answer(
     late = None if math.isnan(kept) else within(kept)
     if math.isfinite(kept_sigma):
         late = f"attitude {two_digits(kept_sigma)} deg in {MOST_SAMPLES}"
-    converged, after = t_end < plans.problem.model.too_late, span(t_end)
+    converged, after = t_end < plans.problem.model.nonconvergence_time, span(t_end)
     if math.isnan(robust):
         nominal = (
             f"{after}; then {sigmas}" if converged else f"not converged; after {after} {sigmas}"
@@ -135,15 +137,15 @@ def glance(plans: Plans) -> pd.DataFrame:
     problem, designs, result = plans.problem, plans.X, plans.exactly
     variances = np.diagonal(result.covariance, axis1=1, axis2=2)
     sigma = np.sqrt(np.where(np.isnan(result.t_end)[:, None], np.nan, variances))
-    t_end_name, trace_name = (OBJECTIVES[name].label for name in PAPER)
+    t_end_name, trace_name = (OBJECTIVES[name].label for name in PAPER_OBJECTIVES)
     durations = durations_of(designs)
     columns: dict[str, Any] = {
         t_end_name: result.t_end,
         "t_end [orbits]": result.t_end / problem.scenario.orbit.period,
         trace_name: result.trace,
     }
-    with suppress(NoLimit):
-        columns[BESIDE] = result.trace / problem.limit_curves.at(result.t_end)
+    with suppress(NoLowerBoundError):
+        columns[BESIDE] = result.trace / problem.limit_curves.evaluate_trace(result.t_end)
     columns["maneuver time [s]"] = durations.sum(axis=1)
     if problem.scenario.maneuvers.slew_back:
         columns["slew back until [s]"] = plans.ends

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.bound.curves import LimitCurves
-from mgeo_attitude.bound.samples import NoLimit
+from mgeo_attitude.bound.curves import LowerBound
+from mgeo_attitude.bound.samples import NoLowerBoundError
 from mgeo_attitude.filter.history import FilterHistory
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.problem import AttitudeManeuverProblem
@@ -26,11 +26,11 @@ _ROUNDING = 1e-9
 _SHOWN = 400
 
 
-def known_bound(problem: AttitudeManeuverProblem) -> LimitCurves | None:
+def known_bound(problem: AttitudeManeuverProblem) -> LowerBound | None:
     """Return the lower bound of nominal plans, or None if no bound is proved."""
     try:
         return problem.limit_curves
-    except NoLimit:
+    except NoLowerBoundError:
         return None
 
 
@@ -61,11 +61,11 @@ def impossible(problem: AttitudeManeuverProblem) -> list[str]:
     for unit, name, greatest in zip(
         block_units(model.suite), model.suite.blocks, required, strict=True
     ):
-        least = (1.0 - _ROUNDING) * float(curves.sigma(name)[first:].min())
+        least = (1.0 - _ROUNDING) * float(curves.compute_sigma(name)[first:].min())
         if least > greatest:
             lines.append(
                 f"required 1-sigma of {unit.label}: {greatest * unit.factor:.4g} {unit.unit} cannot"
-                f" be reached within {span(model.longest)} by any maneuver: relax it to more than "
+                f" be reached within {span(model.duration)} by any maneuver: relax it to more than "
                 f"{_round_up(least * unit.factor)} {unit.unit}, take better sensors, or a longer "
                 "duration"
             )
@@ -82,15 +82,15 @@ def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
     problem = plans.problem
     try:
         curves = problem.limit_curves
-    except NoLimit as reason:
+    except NoLowerBoundError as reason:
         return [f"no lower bound of the trace: {reason}"]
-    ratios = some.exactly.trace / curves.at(some.exactly.t_end)
+    ratios = some.exactly.trace / curves.evaluate_trace(some.exactly.t_end)
     rows = np.flatnonzero(np.isfinite(plans.F).all(axis=1))
     if not len(rows) or np.isnan(ratios).all():
         return []
     row = int(rows[select_default_solution(problem, plans.F[rows]).row])
     shown = plans.select([row]).exactly
-    (least,) = curves.at(shown.t_end)
+    (least,) = curves.evaluate_trace(shown.t_end)
     return [
         f"the lower bound of the trace after {span(shown.t_end[0])} is {least:.3g}: solution {row} "
         f"has {shown.trace[0] / least:.2f} times its bound; the median of {these} is "
@@ -116,14 +116,14 @@ def bound_curves(problem: AttitudeManeuverProblem, t_end: Floats) -> Floats:
     ends = [0.8 * np.nanmin(t_end), np.nanmax(t_end)]
     first, last = np.searchsorted(found.times, ends).clip(max=len(found.times) - 1)
     shown = np.unique(np.linspace(first, last, _SHOWN).round().astype(np.int64))
-    curves = np.column_stack([found.trace, np.degrees(found.sigma("attitude"))])
+    curves = np.column_stack([found.trace, np.degrees(found.compute_sigma("attitude"))])
     if problem.scenario.flight:
         curves = np.minimum.accumulate(curves)
     return np.column_stack([found.times, curves])[shown]
 
 
 def compare_with_bound(
-    model: FilterModel, found: LimitCurves, history: FilterHistory
+    model: FilterModel, found: LowerBound, history: FilterHistory
 ) -> pd.DataFrame:
     """Compare the worst axis of each 3-vector of the state with the lower bound at a plan's end.
 
@@ -137,7 +137,7 @@ def compare_with_bound(
     units = block_units(model.suite)
     factors = np.array([unit.factor for unit in units])
     worst = history.sigma[-1].reshape(-1, 3).max(axis=1)
-    least = np.array([found.sigma(name)[step] for name in model.suite.blocks])
+    least = np.array([found.compute_sigma(name)[step] for name in model.suite.blocks])
     return pd.DataFrame(
         {
             "unit": [unit.unit for unit in units],
@@ -149,15 +149,15 @@ def compare_with_bound(
     )
 
 
-def describe_bound(found: LimitCurves, t_end: float, trace: float) -> Iterator[str]:
+def describe_bound(found: LowerBound, t_end: float, trace: float) -> Iterator[str]:
     """Yield lines on a plan's trace relative to the lower bound, and on the bound's relaxations."""
-    (least,) = found.at(np.array([t_end]))
+    (least,) = found.evaluate_trace(np.array([t_end]))
     yield (
         f"the trace is {trace / least:.2f} times its lower bound, which is {least:.3g} after "
         f"{span(t_end)}"
     )
-    if found.given_away:
-        yield f"relaxation of the lower bound: {'; '.join(found.given_away)}"
+    if found.relaxations:
+        yield f"relaxation of the lower bound: {'; '.join(found.relaxations)}"
 
 
 def _round_up(value: float) -> str:

@@ -9,8 +9,8 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from mgeo.plugins.shown import Review
-from mgeo_attitude.criteria.constraints import constraints
-from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER
+from mgeo_attitude.criteria.constraints import list_constraints
+from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER_OBJECTIVES
 from mgeo_attitude.scenario.validity import implausible, validity
 from mgeo_attitude.view import describe, lower_bound, margins, requirements, satellite
 from mgeo_attitude.view.plans import MOST_SAMPLES, Plans, looked_at, spread
@@ -45,7 +45,9 @@ class ManeuverView(Plans):
         constant-rate hold and for the slew back. The search does not evaluate these rows.
         """
         result = []
-        limits = [limit for each in constraints(self.problem.scenario) for limit in each.limits]
+        limits = [
+            limit for each in list_constraints(self.problem.scenario) for limit in each.bounds
+        ]
         for row, after in zip(self.excesses, margins.all_after(self), strict=True):
             result += margins.tables(limits, row[None], [after])
         return result
@@ -118,7 +120,7 @@ class ManeuverView(Plans):
 
         The result is empty for objectives other than the paper's.
         """
-        if self.problem.objectives != PAPER:
+        if self.problem.objectives != PAPER_OBJECTIVES:
             return {}
         return describe.front_summary(self.problem.scenario, np.atleast_2d(F))
 
@@ -126,7 +128,9 @@ class ManeuverView(Plans):
 def _summarize_robustness(plans: Plans, these: str) -> str:
     """Count the plans that satisfy their objectives in most Monte Carlo runs, as a line."""
     names = list(plans.problem.obj_names)
-    if plans.problem.model.ends_by_design:  # the design fixes t_end, so every run satisfies it
+    if (
+        plans.problem.model.ends_with_last_maneuver
+    ):  # the design fixes t_end, so every run satisfies it
         names = [name for name in names if name != OBJECTIVES["t_end"].label] or names
     # The comparison is false for NaN, the result of a lost covariance.
     in_time = plans.kept - plans.F <= TOLERANCE * np.abs(plans.F)

@@ -13,14 +13,14 @@ import numpy as np
 import pandas as pd
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.criteria.constraints import END, Limit
+from mgeo_attitude.criteria.constraints import PLAN_END, Bound
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
-from mgeo_attitude.environment.directions import Place
+from mgeo_attitude.environment.directions import SatelliteState
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.filter.path_limits import excess_along
+from mgeo_attitude.filter.path_limits import compute_violation_on_orbit
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import Trajectory
@@ -38,7 +38,7 @@ END_ATTITUDE = "attitude after the slew back, 3 sigma"
 
 
 def tables(
-    limits: Sequence[Limit], excesses: Floats, after: Sequence[Mapping[str, Row]] | None = None
+    limits: Sequence[Bound], excesses: Floats, after: Sequence[Mapping[str, Row]] | None = None
 ) -> list[pd.DataFrame]:
     """Return a table of constraints for each of n designs.
 
@@ -66,10 +66,10 @@ def tables(
     return result
 
 
-def _row(limit: Limit, excess: float) -> Row:
-    bound = limit.bound * limit.factor
-    value = bound * (1.0 - excess if limit.least else 1.0 + excess)
-    return limit.unit, value, "at least" if limit.least else "at most", bound, -excess * bound
+def _row(limit: Bound, excess: float) -> Row:
+    bound = limit.value * limit.factor
+    value = bound * (1.0 - excess if limit.is_lower else 1.0 + excess)
+    return limit.unit, value, "at least" if limit.is_lower else "at most", bound, -excess * bound
 
 
 def _at_most(unit: str, value: float, bound: float) -> Row:
@@ -99,7 +99,7 @@ def all_after(plans: Plans) -> list[dict[str, Row]]:
         return rows
     for i in np.flatnonzero(np.isfinite(result.t_end)).tolist():
         trajectory = plans.trajectory(i)
-        edges = [trajectory.t_end, trajectory.held_until]
+        edges = [trajectory.t_end, trajectory.design_end]
         try:
             edges.append(trajectory.end)
         except InvalidValue:
@@ -111,7 +111,7 @@ def all_after(plans: Plans) -> list[dict[str, Row]]:
                 rows[i][END_ATTITUDE] = _at_most("deg", off, tolerance)
         latest = problem.scenario.deadline
         if latest < np.inf:
-            rows[i][f"{END}, with what follows"] = _at_most("s", edges[-1], latest)
+            rows[i][f"{PLAN_END}, with what follows"] = _at_most("s", edges[-1], latest)
         for (start, end), while_ in zip(pairwise(edges), AFTER, strict=False):
             if start < end:
                 rows[i] |= limits_after(
@@ -129,7 +129,7 @@ def _attitude_error_at_end(scenario: Scenario, model: FilterModel, trajectory: T
     if last > model.n_steps:  # the scenario's duration bounds t_end, not the slew back
         longer = dataclasses.replace(scenario, duration=last * model.step)
         model = FilterModel.from_scenario(longer)
-    ran = evaluate(model, trajectory.commanded, covariance=True, until=last)
+    ran = evaluate(model, trajectory.commanded_design, covariance=True, end_steps=last)
     return _SIGMAS * float(attitude_accuracy_deg(ran.covariance[0]))
 
 
@@ -182,16 +182,18 @@ def limits_after(
         for (name, unit), load, bound in zip(names, loads, bounds, strict=True):
             if bound is not None:
                 rows[name] = _at_most(unit, load, bound)
-    at = Place.at(scenario, start + model.step * np.arange(len(attitude), dtype=float))
-    at = at if scenario.eclipse else at.without_shadow()
+    at = SatelliteState.from_times(
+        scenario, start + model.step * np.arange(len(attitude), dtype=float)
+    )
+    at = at if scenario.eclipse else at.without_eclipses()
     covariances = np.repeat(covariance[None], len(attitude), axis=0)
     for limit in scenario.path_limits:
         cone, bound = limit.cone(), limit.half_angle_deg
-        excess = excess_along(
+        excess = compute_violation_on_orbit(
             cone, limit.attitude_sigmas, at, scenario.epoch, attitude, turn, covariances
         )
         worst = np.degrees(max(float(excess.max()), -np.pi))  # -inf if the Sun is never visible
-        if cone.inside:
+        if cone.keep_in:
             rows[limit.label] = _at_most("deg", worst, bound)
         else:
             rows[limit.label] = ("deg", -worst, "at least", bound, -worst - bound)
@@ -200,13 +202,15 @@ def limits_after(
 
 def _wheel_load(model: FilterModel, trajectory: Trajectory, first: int, last: int) -> Floats:
     """Return the largest momentum [N m s] and torque [N m] of budgeted wheels, shape (2,)."""
-    from mgeo_attitude.filter.wheel_load import wheel_loads  # imports numba
+    from mgeo_attitude.filter.wheel_load import compute_wheel_loads  # imports numba
 
     scenario = trajectory.scenario
     times = model.step * np.arange(last + 1, dtype=float)  # may extend beyond the run
-    around = Environment.at(scenario, times)
-    budget = MomentumBudget.of(scenario, around, model.initial_attitude, model.initial_rate)
+    around = Environment.from_times(scenario, times)
+    budget = MomentumBudget.from_scenario(
+        scenario, around, model.initial_attitude, model.initial_rate
+    )
     assert budget is not None  # the caller checks that the wheels have a budget
-    flown = model.schedule(trajectory.commanded, last + 1)
-    loads: Floats = wheel_loads(budget, flown, np.array([last]), model.step, 1, first)[0]
+    flown = model.build_schedule(trajectory.commanded_design, last + 1)
+    loads: Floats = compute_wheel_loads(budget, flown, np.array([last]), model.step, 1, first)[0]
     return loads

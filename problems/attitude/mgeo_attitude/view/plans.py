@@ -16,7 +16,7 @@ from mgeo.plugins.view import View
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import OBJECTIVES, attitude_sigma_deg
-from mgeo_attitude.criteria.robustness import FlightSamples, kept_by, over_flights
+from mgeo_attitude.criteria.robustness import MonteCarloRuns, compute_quantile, evaluate_runs
 from mgeo_attitude.filter.evaluator import Evaluation
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.problem import AttitudeManeuverProblem
@@ -104,10 +104,10 @@ class Plans(View):
         problem = self.problem
         if problem.flights is None:
             return problem.valued(problem.model, self._run)
-        return self._cache("values").complete(self.X, problem.judged)
+        return self._cache("values").evaluate(self.X, problem.judged)
 
     def _cache(self, of: object) -> EvaluationCache:
-        return self._known.setdefault(of, EvaluationCache(forget=False))
+        return self._known.setdefault(of, EvaluationCache(last_batch_only=False))
 
     @property
     def kept(self) -> Floats:
@@ -151,12 +151,12 @@ class Plans(View):
             return np.column_stack([objectives, attitude_sigma_deg(ran.covariance), variances])
 
         def run(X: Floats) -> Floats:
-            samples = FlightSamples(problem.scenario, problem.model, errors)
-            values = over_flights(samples, X, found, problem.threads, True)
+            samples = MonteCarloRuns(problem.scenario, problem.model, errors)
+            values = evaluate_runs(samples, X, found, problem.threads, True)
             own, variances = np.split(values, [problem.n_obj + 1], axis=2)
-            return np.hstack([kept_by(own, MOST), np.sqrt(variances.mean(axis=0))])
+            return np.hstack([compute_quantile(own, MOST), np.sqrt(variances.mean(axis=0))])
 
-        return self._cache(errors).complete(self.X, run)
+        return self._cache(errors).evaluate(self.X, run)
 
     def promises(self, flights: int | None = None, seed: int | None = None) -> pd.DataFrame:
         """Compare the objectives of plans with those in 9 of 10 independent Monte Carlo runs.
@@ -203,7 +203,7 @@ class Plans(View):
         if label not in self.problem.obj_names:
             return np.full(len(F), np.nan)
         times = F[:, self.problem.obj_names.index(label)]
-        return np.where(times >= self.problem.model.too_late, np.inf, times)
+        return np.where(times >= self.problem.model.nonconvergence_time, np.inf, times)
 
     @cached_property
     def held_until(self) -> Floats:
@@ -221,7 +221,7 @@ class Plans(View):
         if errors.mean or errors.quantile < MOST:
             late = np.fmax(late, self.kept_t_end)
         step = problem.model.step
-        late = np.fmin(np.nan_to_num(late, posinf=np.inf), problem.model.longest)
+        late = np.fmin(np.nan_to_num(late, posinf=np.inf), problem.model.duration)
         # A mean over runs is no multiple of the step.
         return np.maximum(t_end, np.ceil(late / step - 1e-9) * step)
 
@@ -253,7 +253,7 @@ class Plans(View):
         key = self.X[row].tobytes()
         if key not in self._backs:
             with suppress(InvalidValue):  # the trajectory raises the error when it is accessed
-                self._backs[key] = trajectory.back
+                self._backs[key] = trajectory.slew_back
         if key in self._backs:
             trajectory.__dict__["back"] = self._backs[key]  # fills the cached_property
         return trajectory

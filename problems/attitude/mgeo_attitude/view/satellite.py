@@ -12,7 +12,7 @@ import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.environment.times import utc_texts
+from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
@@ -35,7 +35,7 @@ def facts(problem: AttitudeManeuverProblem) -> dict[str, str]:
     covariance.
     """
     scenario, around = problem.scenario, problem.environment
-    edges = utc_texts(scenario.epoch, np.array([0.0, _until(scenario)]))
+    edges = format_time_stamps(scenario.epoch, np.array([0.0, _until(scenario)]))
     start, end = (text[:19] for text in edges)
     topics = {
         "satellite": f"{scenario.name}, {start} to {end} UTC",
@@ -99,7 +99,7 @@ def _sun(scenario: Scenario, around: Environment) -> str:
     if not len(edges):
         return f"{text}; shines throughout"
     times = np.append(around.times[shown], around.times[shown][-1])
-    stamps = [utc_texts(scenario.epoch, times[edge]) for edge in edges[:_MOST]]
+    stamps = [format_time_stamps(scenario.epoch, times[edge]) for edge in edges[:_MOST]]
     listed = ", ".join(f"{a[11:19]} to {b[11:19]}" for a, b in stamps)
     more = f" and {len(edges) - _MOST} times more" if len(edges) > _MOST else ""
     return f"{text}; in the Earth's shadow {listed} UTC{more}, {dark[1:-1].mean():.0%} of the time"

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.times import utc_texts
-from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.environment.times import format_time_stamps
+from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
 from mgeo_attitude.scenario.after import SUPPORTED
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite
@@ -100,7 +100,7 @@ class Calibration:
     @property
     def utc(self) -> str:
         """UTC of the last sample, ISO 8601."""
-        return utc_texts(self.scenario.epoch, [self.time])[0]
+        return format_time_stamps(self.scenario.epoch, [self.time])[0]
 
     def table(self) -> pd.DataFrame:
         """Return a table with one row per calibration parameter and axis.
@@ -223,7 +223,7 @@ class Calibration:
             ("", history.smoothed, history.smoothed_sigma),
             ("filtered_", history.filtered, history.filtered_sigma),
         ):
-            columns |= {f"{name}q{i + 1}": q for i, q in enumerate(quaternions(R).T)}
+            columns |= {f"{name}q{i + 1}": q for i, q in enumerate(quaternions_from_matrices(R).T)}
             degrees = np.degrees(sigma).T
             columns |= {f"{name}sigma_{axis}": s for axis, s in zip("xyz", degrees, strict=True)}
         return pd.DataFrame(columns)
@@ -285,7 +285,7 @@ class Calibration:
         ValueError
             If the plan has other states or another epoch.
         """
-        from mgeo_attitude.filter.history import filter_history
+        from mgeo_attitude.filter.history import run_filter
         from mgeo_attitude.view.describe import exactly
         from mgeo_attitude.view.observability.covariance import States
 
@@ -300,7 +300,7 @@ class Calibration:
                 f"the plan begins at {plan.scenario.epoch.isoformat()}: expected the calibration's "
                 f"epoch, {self.scenario.epoch.isoformat()}"
             )
-        history = filter_history(model.endless, plan.trajectory.commanded)
+        history = run_filter(model.full_duration_model, plan.trajectory.commanded_design)
         k = int(np.argmin(np.abs(history.times - self.time)))
         units = {"attitude": suite.units["attitude"], **telemetry_units(suite)}
         each = [units[block] for block in suite.blocks for _ in "xyz"]

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.geometry.quaternion import quaternions
-from mgeo_attitude.geometry.rotation import matrix, shear
+from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
+from mgeo_attitude.geometry.rotation import rotation_matrix, shear
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import Influence
 from mgeo_attitude.sensors.gyro import Gyro
@@ -58,8 +58,8 @@ def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) ->
                 "reference": influence.reference,
             }
         elif state in owner.rotations:
-            R = matrix(value)
-            quaternion = quaternions(R[None])[0].tolist()
+            R = rotation_matrix(value)
+            quaternion = quaternions_from_matrices(R[None])[0].tolist()
             entry |= {"dcm": R.tolist(), "quaternion": quaternion, "rotation": "body-to-sensor"}
         elif state == "bias":
             unit = unit_of_bias(owner)
@@ -116,5 +116,5 @@ def in_units(suite: Suite, states: Floats, block: str) -> Floats:
     first = 3 * suite.blocks.index(block)
     values = states[first : first + 3]
     if first in suite.rotations:
-        values = Rotation.from_matrix(matrix(values)).as_rotvec()
+        values = Rotation.from_matrix(rotation_matrix(values)).as_rotvec()
     return values * telemetry_units(suite)[block].factor

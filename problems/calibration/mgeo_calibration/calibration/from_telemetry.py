@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.geometry.quaternion import quaternions
-from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
+from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.settings.errors import InvalidValue
@@ -187,7 +187,7 @@ def _build_calibration(
     return Calibration(
         scenario=scenario,
         time=float(data.times[-1]),
-        quaternion=quaternions(last.attitude[-1:].swapaxes(1, 2))[0],
+        quaternion=quaternions_from_matrices(last.attitude[-1:].swapaxes(1, 2))[0],
         rate_deg_s=np.degrees(turns(data.part(n - 2, n), last.states[-2:])[0][-1]),
         states=states,
         covariance=covariance,
@@ -319,7 +319,9 @@ def _describe_readings(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
 
 def _build_history(found: Fit, past: Filtered) -> History:
     attitude = found.solution.estimate.attitude
-    at_time = found.solution.trajectory.attitude @ np.moveaxis(matrix(past.errors.T), -1, 0)
+    at_time = found.solution.trajectory.attitude @ np.moveaxis(
+        rotation_matrix(past.errors.T), -1, 0
+    )
     return History(
         times=found.batch.times,
         smoothed=attitude.swapaxes(1, 2),

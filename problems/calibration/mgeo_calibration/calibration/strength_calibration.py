@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
 
@@ -107,14 +107,14 @@ def calibrate_alone(
         covariance[np.ix_(own, own)] = result.covariance[np.ix_(here, here)]
         tests.append(_test_residuals(data, index, result, n_tests))
     time = float(data.times[-1])
-    last = Environment.at(scenario, data.times[-1:], telemetry.positions(data.times[-1:]))
+    last = Environment.from_times(scenario, data.times[-1:], telemetry.positions(data.times[-1:]))
     covariance[:3], covariance[:, :3] = 0.0, 0.0
     covariance[:3, :3] = scenario.initial_attitude_covariance
     nothing = belief.without_attitude()
     return Calibration(
         scenario=scenario,
         time=time,
-        quaternion=quaternions(scenario.initial_attitude(last)[None])[0],
+        quaternion=quaternions_from_matrices(scenario.initial_attitude(last)[None])[0],
         rate_deg_s=np.degrees(scenario.initial_rate(last)),
         states=states,
         covariance=covariance,

@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 from mgeo_attitude.commands.files import Picked, load_plan
-from mgeo_attitude.environment.times import utc_text
+from mgeo_attitude.environment.times import format_instant
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.scenario import Scenario
 
@@ -49,8 +49,8 @@ def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
         raise FileNotFoundError(f"there is no scenario file {path}")
     if plan is not None and plan.scenario.epoch != scenario.epoch:
         raise ValueError(
-            f"--scenario {text}: its epoch is {utc_text(scenario.epoch, 0.0)}; expected that of "
-            f"the plan, {utc_text(plan.scenario.epoch, 0.0)} (taken where there is no --scenario)"
+            f"--scenario {text}: its epoch is {format_instant(scenario.epoch, 0.0)}; expected that of "
+            f"the plan, {format_instant(plan.scenario.epoch, 0.0)} (taken where there is no --scenario)"
         )
     return scenario
 

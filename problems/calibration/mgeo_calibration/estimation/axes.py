@@ -11,7 +11,7 @@ from itertools import permutations, product
 
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.geometry.rotation import exponential
+from mgeo_attitude.geometry.rotation import exponential_map
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.estimation.batch import Batch
@@ -165,7 +165,7 @@ def _accumulate_rotations(angles: Floats) -> Floats:
     """
     with np.errstate(over="ignore", invalid="ignore"):
         angles = np.clip(angles, -_WILD, _WILD)
-    step = np.moveaxis(exponential(np.moveaxis(angles, -1, 0)), (0, 1), (-2, -1))
+    step = np.moveaxis(exponential_map(np.moveaxis(angles, -1, 0)), (0, 1), (-2, -1))
     w, n = angles.shape[:2]
     R = np.concatenate([np.broadcast_to(np.eye(3), (w, 1, 3, 3)), step], axis=1)
     reach = 1

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.filter.model import inertial_vectors
+from mgeo_attitude.filter.model import compute_references
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
@@ -147,10 +147,10 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
 
     times = telemetry.times[there]
     position, hold = telemetry.positions(times), telemetry.hold
-    environment = Environment.at(scenario, times, position)
+    environment = Environment.from_times(scenario, times, position)
     if not scenario.eclipse:
-        environment = environment.without_shadow()
-    vectors, available = inertial_vectors(suite, environment)
+        environment = environment.without_eclipses()
+    vectors, available = compute_references(suite, environment)
     sensors = tuple(
         np.where(available[:, i, None, None], without_dark(suite.sensors[i], rows[there]), np.nan)
         for i, rows in enumerate(readings)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.geometry.rotation import matrix, rotation_jacobian, rotation_vector
+from mgeo_attitude.geometry.rotation import rotation_jacobian, rotation_matrix, rotation_vector
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite
 
@@ -97,7 +97,9 @@ class Belief:
         for first in self.suite.rotations:
             block = slice(first, first + 3)
             if first and self.states[block].any():
-                off[block] = rotation_vector(matrix(self.states[block]).T @ matrix(states[block]))
+                off[block] = rotation_vector(
+                    rotation_matrix(self.states[block]).T @ rotation_matrix(states[block])
+                )
         return off
 
     def residual(self, attitude: Floats, states: Floats) -> tuple[Floats, Floats]:

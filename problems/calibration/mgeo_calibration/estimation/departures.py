@@ -15,7 +15,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.geometry.rotation import matrix, shear, skew
+from mgeo_attitude.geometry.rotation import rotation_matrix, shear, skew
 from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
@@ -233,7 +233,7 @@ def vector_error(index: int, state: str) -> Departure:
         first = batch.suite.places(batch.suite.sensors[index]).get("misalignment")
         attitude = at.attitude if batch.held is None else batch.held.attitude
         body = np.einsum("nji,nj->ni", attitude, batch.vectors[:, index])
-        mounted = np.eye(3) if first is None else matrix(at.states[0, first : first + 3])
+        mounted = np.eye(3) if first is None else rotation_matrix(at.states[0, first : first + 3])
         columns: Floats = mounted @ _compute_vector_changes(state, body)
         return columns
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.geometry.rotation import matrix, multiply, rotation_vector, skew
+from mgeo_attitude.geometry.rotation import multiply, rotation_matrix, rotation_vector, skew
 from mgeo_attitude.sensors.errors import influenced
 from mgeo_attitude.sensors.readings import taken
 from mgeo_attitude.sensors.suite import Suite
@@ -59,7 +59,7 @@ class Estimate:
         covariance : array, shape (n_states, n_states, r)
         """
         places = np.arange(3)[:, None] + np.array(suite.rotations)
-        rotations, others = matrix(states[places]), states.copy()
+        rotations, others = rotation_matrix(states[places]), states.copy()
         rotations[:, :, 0], others[places] = attitude, 0.0
         return cls(places, rotations, others, covariance)
 
@@ -74,7 +74,7 @@ class Estimate:
         """Return the estimate corrected by errors e, shape (n_states, r), with a new covariance."""
         states = self.states + e
         states[self.places] = 0.0
-        rotations = np.einsum("ijkr,jlkr->ilkr", self.rotations, matrix(e[self.places]))
+        rotations = np.einsum("ijkr,jlkr->ilkr", self.rotations, rotation_matrix(e[self.places]))
         return Estimate(self.places, rotations, states, covariance)
 
     def error(self, attitude: Floats, states: Floats) -> Floats:
@@ -89,7 +89,7 @@ class Estimate:
         states : array, shape (n_states, r)
             True states, with rotation vectors for rotations.
         """
-        true = matrix(states[self.places])
+        true = rotation_matrix(states[self.places])
         true[:, :, 0] = attitude.swapaxes(0, 1)
         e = states - self.states
         e[self.places] = rotation_vector(np.einsum("jikr,jlkr->ilkr", self.rotations, true))

@@ -11,7 +11,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import (
     cross,
-    exponential,
+    exponential_map,
     rotation_jacobian,
     rotation_vector,
 )
@@ -100,7 +100,7 @@ def turns(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
     rates = gyro.corrected(errors, batch.gyro)
     later = gyro.corrected(errors, batch.gyro + batch.change)
     turn = dt * rates + dt**2 / 12.0 * cross(rates, later)
-    return rates, np.moveaxis(exponential(-turn.T), -1, 0)
+    return rates, np.moveaxis(exponential_map(-turn.T), -1, 0)
 
 
 def steps(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.geometry.rotation import matrix, rotation_vector
+from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
 from mgeo_attitude.sensors.suite import Suite
 
 #: Number of samples per span. Equations are formed span by span to bound the memory.
@@ -91,12 +91,14 @@ def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floa
     error[parts.constant] = e_c = share * e_c
     for low, high, _ in spans(len(e)):
         own, off = slice(low + (low > 0), high), share * e[low + (low > 0) : high]
-        attitude[own] = at.attitude[own] @ np.moveaxis(matrix(off[:, :3].T), -1, 0)
+        attitude[own] = at.attitude[own] @ np.moveaxis(rotation_matrix(off[:, :3].T), -1, 0)
         states[own, parts.driven[3:]] += off[:, 3:]
         states[own, parts.constant] += growth[own] * e_c
     for first in suite.rotations[1:]:  # Misalignments are constant.
         block = slice(first, first + 3)
-        states[:, block] = rotation_vector(matrix(at.states[0, block]) @ matrix(error[block]))
+        states[:, block] = rotation_vector(
+            rotation_matrix(at.states[0, block]) @ rotation_matrix(error[block])
+        )
     return Trajectory(attitude, states)
 
 

@@ -7,10 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.directions import Place
+from mgeo_attitude.environment.directions import SatelliteState
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.path_limits import excess_along
-from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.filter.path_limits import compute_violation_on_orbit
+from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.actuators import pseudo_inverse
 from mgeo_attitude.scenario.limits import PathLimit
@@ -72,8 +72,8 @@ def values(plan: ManeuverPlan, attitude: Floats, wheels: Floats | None = None) -
     result = {END: float(np.degrees(off[-1])), GREATEST: float(np.degrees(off.max()))}
     turn = Rotation.from_matrix(attitude[:-1] @ attitude[1:].transpose(0, 2, 1)).as_rotvec()
     around = plan.problem.environment
-    at = Place(*(getattr(around, name)[:n] for name in Place._fields))
-    at = at if scenario.eclipse else at.without_shadow()
+    at = SatelliteState(*(getattr(around, name)[:n] for name in SatelliteState._fields))
+    at = at if scenario.eclipse else at.without_eclipses()
     for limit in scenario.path_limits:
         result[limit.label] = _compute_angle(
             limit, scenario, at, attitude, np.vstack([np.zeros(3), turn])
@@ -128,11 +128,11 @@ def by_gyro(plan: ManeuverPlan, model: FilterModel, draws: Draws, n_steps: int) 
     x = {
         name: model.initial_states[None, i : i + 3] for name, i in suite.places(suite.gyro).items()
     }
-    follows = columns(model.influences[1 : n_steps + 1], suite, suite.gyro)
+    follows = columns(model.sensitivity_factors[1 : n_steps + 1], suite, suite.gyro)
     influenced(suite.gyro.influences, x, follows)
     wrong = suite.gyro.corrected(SimpleNamespace(**x), reported) - rates
     step = Rotation.from_rotvec(-model.step * (rates - wrong)).as_matrix()
-    result = np.concatenate([attitude[:1] @ matrix(-draws.errors[:3] @ attitude[0]), step])
+    result = np.concatenate([attitude[:1] @ rotation_matrix(-draws.errors[:3] @ attitude[0]), step])
     reach = 1
     while reach <= n_steps:  # products of 2, 4, 8... steps
         result[reach:] = result[reach:] @ result[:-reach]
@@ -141,10 +141,12 @@ def by_gyro(plan: ManeuverPlan, model: FilterModel, draws: Draws, n_steps: int) 
 
 
 def _compute_angle(
-    limit: PathLimit, scenario: Scenario, at: Place, attitude: Floats, turn: Floats
+    limit: PathLimit, scenario: Scenario, at: SatelliteState, attitude: Floats, turn: Floats
 ) -> float:
     known = np.zeros((len(attitude), 3, 3))
-    excess = excess_along(limit.cone(), 0.0, at, scenario.epoch, attitude, turn, known)
+    excess = compute_violation_on_orbit(
+        limit.cone(), 0.0, at, scenario.epoch, attitude, turn, known
+    )
     # The excess is -inf for a constraint on a Sun that is always eclipsed.
     worst = float(np.degrees(max(float(excess.max()), -np.pi)))
     return worst if limit.keep_in else -worst

@@ -10,9 +10,9 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.history import can_measure
-from mgeo_attitude.filter.kernel import transition
-from mgeo_attitude.filter.model import FilterModel, availability, sampled
-from mgeo_attitude.geometry.rotation import matrix, rotation_vector
+from mgeo_attitude.filter.kernel import compute_transition
+from mgeo_attitude.filter.model import FilterModel, compute_availability, find_sample_instants
+from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import influenced
@@ -68,7 +68,9 @@ def with_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
     for first in suite.rotations[1:]:
         block = slice(first, first + 3)
         if states[block].any():
-            true[block] = rotation_vector(matrix(states[block]) @ matrix(errors[block]))
+            true[block] = rotation_vector(
+                rotation_matrix(states[block]) @ rotation_matrix(errors[block])
+            )
     return true
 
 
@@ -80,7 +82,7 @@ def at_rest(model: FilterModel) -> tuple[Floats, Floats]:
     F, Q : arrays, shape (n_dynamic, n_dynamic)
         Discretization of the Markov process of equation (2) and its integral over the step.
     """
-    return transition(model.suite, (0.0, 0.0, 0.0), model.step)
+    return compute_transition(model.suite, (0.0, 0.0, 0.0), model.step)
 
 
 @dataclass(frozen=True)
@@ -137,10 +139,10 @@ def unsteady(planned: FilterModel, design: Floats, n_steps: int, start: Floats) 
     start : array, shape (3, 3)
         See `Flight.start`.
     """
-    body = planned.turned(start.T)
+    body = planned.rotate_initial_attitude(start.T)
     if body.slew_limits is None:  # The rate is constant within each step.
         return np.zeros((n_steps, 3))
-    plan = body.schedule(design[None], n_steps)
+    plan = body.build_schedule(design[None], n_steps)
     stretch = np.searchsorted(plan.starts[0], np.arange(n_steps), side="right") - 1
     end = plan.end_rates[0][stretch]
     return coning(np.vstack([body.initial_rate, end[:-1]]), end, body.step)
@@ -158,12 +160,12 @@ def moved(planned: FilterModel, design: Floats, n_steps: int, errors: Floats) ->
         See `Draws.errors`.
     """
     start = _build_start(planned.initial_attitude, errors)
-    return Motion.of(planned.turned(start.T), design, n_steps)
+    return Motion.of(planned.rotate_initial_attitude(start.T), design, n_steps)
 
 
 def _build_start(planned: Floats, errors: Floats) -> Floats:
     """Return `Flight.start` for a planned initial attitude and drawn errors."""
-    return matrix(-errors[:3] @ planned)
+    return rotation_matrix(-errors[:3] @ planned)
 
 
 def gyro_of(model: FilterModel, rates: Floats, draws: Draws) -> tuple[Floats, Floats]:
@@ -183,7 +185,7 @@ def gyro_of(model: FilterModel, rates: Floats, draws: Draws) -> tuple[Floats, Fl
     x = {name: gyro[:-1, first - 3 : first] for name, first in suite.places(suite.gyro).items()}
     # The gyro reports the mean rate error over the step.
     x["bias"] = -(np.diag(F[:3, 3:6]) * x["bias"] + draws.gyro_noise[:, :3]) / model.step
-    follows = model.influences[1 : len(rates) + 1]
+    follows = model.sensitivity_factors[1 : len(rates) + 1]
     influenced(suite.gyro.influences, x, columns(follows, suite, suite.gyro))
     return gyro, suite.gyro.measured(SimpleNamespace(**x), rates)
 
@@ -258,7 +260,7 @@ def _simulate_readings(
         )
         return turned
 
-    influenced(sensor.influences, x, columns(model.influences, model.suite, sensor))
+    influenced(sensor.influences, x, columns(model.sensitivity_factors, model.suite, sensor))
     looks = model.references[:, model.suite.looks(index)].swapaxes(0, 1)
     rate = np.vstack([rates[:1], rates])  # rate of the step that ends at each sample
     report = sensor.measured(*taken(sensor, x, list(looks), to_body, rate))
@@ -279,10 +281,12 @@ def in_true_shadow(model: FilterModel, environment: Environment, varying: Floats
         See `Flight.gyro`.
     """
     suite = model.suite
-    if not suite.world.has_orbit_error or not environment.shadow:
+    if not suite.world.has_orbit_error or not environment.has_eclipses:
         return model
     first = 3 * suite.blocks.index("world.orbit_error") - 3
-    there = availability(suite, suite.world.displaced(environment, varying[:, first : first + 3]))
+    there = compute_availability(
+        suite, suite.world.displaced(environment, varying[:, first : first + 3])
+    )
     for column, sensor in zip(there.T, suite.sensors, strict=True):
-        column &= sampled(sensor, model.step, len(there))
+        column &= find_sample_instants(sensor, model.step, len(there))
     return dataclasses.replace(model, available=there)

@@ -111,7 +111,7 @@ def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
         return design
     held = getattr(plan, "held_until", 0.0)
     t_end = float(evaluate(model, design).t_end[0])
-    return Trajectory(scenario, model, design, t_end, held).commanded
+    return Trajectory(scenario, model, design, t_end, held).commanded_design
 
 
 def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
@@ -169,4 +169,4 @@ def surroundings(truth: Scenario, scenario: Scenario, environment: Environment) 
     """Return the environment of a truth, without shadow if the truth has no eclipses."""
     if (truth.epoch, truth.orbit) != (scenario.epoch, scenario.orbit):
         environment = Environment.from_scenario(truth)
-    return environment if truth.eclipse else environment.without_shadow()
+    return environment if truth.eclipse else environment.without_eclipses()

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mgeo_attitude.environment.times import elapsed
-from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.environment.times import seconds_between
+from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
 from mgeo_attitude.plan.documents import opened, read_document, scenario_of
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.prior import check_quaternion, states_of
@@ -49,7 +49,7 @@ def _parse_truth(text: str, plan: ManeuverPlan) -> Truth:
     quaternion = get_entry(table, "quaternion", list[float])
     check_quaternion(quaternion)
     time = float(get_entry(table, "time_s", float))
-    gap = elapsed(before.epoch, plan.scenario.epoch) - time
+    gap = seconds_between(before.epoch, plan.scenario.epoch) - time
     start = f"the epoch of the plan, {time + gap:.6f} s after {before.epoch.isoformat()}"
     expect(abs(gap) < _SAME_INSTANT, "time_s", time, start)
     attitude = Rotation.from_quat(quaternion).as_matrix().T
@@ -74,7 +74,7 @@ def truth_document(
         "simulator": simulator,
         "seed": seed,
         "time_s": float(telemetry.times[-1]),
-        "quaternion": quaternions(telemetry.truth.attitude[-1:])[0].tolist(),
+        "quaternion": quaternions_from_matrices(telemetry.truth.attitude[-1:])[0].tolist(),
         "states": dict(zip(suite.blocks[1:], states.reshape(-1, 3)[1:].tolist(), strict=True)),
         "table": [
             {"block": block, "axis": axis, "unit": unit.text, "value": float(value)}

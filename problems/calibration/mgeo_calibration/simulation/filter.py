@@ -15,8 +15,8 @@ from typing import Literal
 import numpy as np
 import pydantic.dataclasses
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.filter.kernel import transition
-from mgeo_attitude.geometry.rotation import exponential, multiply, rotation_vector
+from mgeo_attitude.filter.kernel import compute_transition
+from mgeo_attitude.geometry.rotation import exponential_map, multiply, rotation_vector
 from mgeo_attitude.sensors.errors import influenced
 from mgeo_attitude.sensors.readings import Readings, as_reported
 from mgeo_attitude.sensors.suite import Suite
@@ -101,7 +101,7 @@ class ErrorStateFilter:
         nis : array, shape (n_sensors, r)
             Normalized innovations squared; NaN where a sensor has no reading.
         """
-        at_rate = cache(partial(transition, self.suite))
+        at_rate = cache(partial(compute_transition, self.suite))
         gyro = np.stack([run.gyro for run in readings], axis=1)
         sensors = [
             np.stack(runs, axis=1) for runs in zip(*(run.sensors for run in readings), strict=True)
@@ -157,7 +157,7 @@ class ErrorStateFilter:
         x["bias"] = mean_bias * x["bias"]
         influenced(gyro.influences, x, influences.tolist())
         own = SimpleNamespace(**{state: value.T for state, value in x.items()})
-        turn = exponential(-step * gyro.corrected(own, reported).T)
+        turn = exponential_map(-step * gyro.corrected(own, reported).T)
         rotations, states = estimate.rotations.copy(), estimate.states.copy()
         rotations[:, :, 0] = multiply(rotations[:, :, 0], turn.swapaxes(0, 1))
         states[3:d] *= decay

@@ -8,11 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.environment.directions import Cone, Passage
+from mgeo_attitude.environment.directions import Cone, DirectionMotion
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.path_limits import excess
+from mgeo_attitude.filter.path_limits import compute_violation
 from mgeo_attitude.geometry.rotation import multiply
 from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.motion import Motion
@@ -122,8 +122,8 @@ def simulate(
     around = surroundings(truth or scenario, scenario, environment)
     plan = plan if plan.size else holding(model.initial_rate)
     t_end = float(evaluate(model, plan).t_end[0])
-    whole = Trajectory(scenario, model, plan, t_end).commanded
-    (variances,) = evaluate(model.endless, whole, history=True).variances
+    whole = Trajectory(scenario, model, plan, t_end).commanded_design
+    (variances,) = evaluate(model.full_duration_model, whole, history=True).variances
     planned = Motion.of(model, whole, model.n_steps)
     samples, n_watched = _select_samples(model, t_end), round(t_end / model.step) + 1
     if until is not None:
@@ -205,7 +205,7 @@ def record(
         nees=np.empty((n_runs, m)),
         nis=np.zeros((n_runs, m, len(suite.sensors))),
         updates=np.zeros((n_runs, m, len(suite.sensors)), dtype=np.int64),
-        broken=np.zeros((n_runs, 2, len(watched.path_limits))),
+        broken=np.zeros((n_runs, 2, len(watched.path_constraints))),
     )
     readings = [flight.readings for flight in flights]
     if suite.world.has_orbit_error:  # An orbit error changes the eclipses.
@@ -215,10 +215,12 @@ def record(
         readings,
         rates,
         model.references,
-        model.influences,
+        model.sensitivity_factors,
     )
-    cones = [limit.cone() for limit in watched.path_limits]
-    passages = [watched.passage(cone.direction, slice(n_watched)) for cone in cones]
+    cones = [limit.cone() for limit in watched.path_constraints]
+    passages = [
+        watched.compute_direction_motion(cone.direction, slice(n_watched)) for cone in cones
+    ]
     turns = np.vstack([np.zeros(3), model.step * rates])
     d, row = 3 + gyro.shape[1], 0
     flown = motion.attitude[..., None]
@@ -230,7 +232,7 @@ def record(
             off = multiply(attitude, before.rotations[:, :, 0])
             steered = multiply(off, flown[k])
             for index, (cone, passage) in enumerate(zip(cones, passages, strict=True)):
-                now = passage.rows(slice(k, k + 1))
+                now = passage.select_steps(slice(k, k + 1))
                 # A controller keeps the estimate on the plan; the truth is off by the error.
                 ways = [_is_violated(cone, turns[k], now, each) for each in (steered, attitude)]
                 result.broken[:, :, index] += np.stack(ways, axis=1)
@@ -250,7 +252,7 @@ def record(
     return result
 
 
-def _is_violated(cone: Cone, turn: Floats, passage: Passage, attitude: Floats) -> Bools:
+def _is_violated(cone: Cone, turn: Floats, passage: DirectionMotion, attitude: Floats) -> Bools:
     """Return whether a path constraint is violated in a step, shape (r,).
 
     Parameters
@@ -259,7 +261,7 @@ def _is_violated(cone: Cone, turn: Floats, passage: Passage, attitude: Floats) -
         Attitudes at the end of the step.
     """
     attitudes = np.moveaxis(attitude, -1, 0)
-    seen = passage.rows(np.zeros(len(attitudes), dtype=np.int64)).seen(attitudes)
-    turns, known = np.broadcast_to(turn, seen.after.shape), np.zeros((len(attitudes), 3, 3))
-    bound = cone.half_angle if cone.inside else -cone.half_angle
-    return excess(cone, 0.0, turns, seen, known) > bound
+    seen = passage.select_steps(np.zeros(len(attitudes), dtype=np.int64)).rotate_to_body(attitudes)
+    turns, known = np.broadcast_to(turn, seen.end.shape), np.zeros((len(attitudes), 3, 3))
+    bound = cone.half_angle if cone.keep_in else -cone.half_angle
+    return compute_violation(cone, 0.0, turns, seen, known) > bound

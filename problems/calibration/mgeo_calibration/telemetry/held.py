@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.frames import lvlh_to_gcrs, rotation_to_gcrs
-from mgeo_attitude.environment.times import instants
+from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.errors import GaussMarkov
 from scipy.interpolate import CubicSpline
@@ -97,7 +97,7 @@ def frames_to_gcrs(
         Satellite [m], GCRS, NaN without a sample. Default: the scenario's orbit.
     """
     if frame != "LVLH":
-        return rotation_to_gcrs(frame, instants(scenario.epoch, times))
+        return rotation_to_gcrs(frame, compute_julian_dates(scenario.epoch, times))
     if position is None:
         return lvlh_to_gcrs(*scenario.orbit.propagate(scenario.epoch, times))
     known = np.isfinite(position[:, 0])

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.times import TAI_MINUS, tai_minus_utc
+from mgeo_attitude.environment.times import TAI_OFFSETS, tai_minus_utc
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
 from mgeo_attitude.settings.types import Degrees, DegreesPerSecond, Instant, Seconds, Triple
@@ -297,8 +297,8 @@ class TelemetryMapping(Settings):
         if not isinstance(self.time_epoch, datetime):
             return EPOCHS[self.time_epoch][0] if self.time_epoch else None
         ahead = 0.0
-        if self.time_scale in TAI_MINUS:
-            ahead = tai_minus_utc(self.time_epoch) - TAI_MINUS[self.time_scale]
+        if self.time_scale in TAI_OFFSETS:
+            ahead = tai_minus_utc(self.time_epoch) - TAI_OFFSETS[self.time_scale]
         return self.time_epoch + timedelta(seconds=ahead)
 
     @staticmethod

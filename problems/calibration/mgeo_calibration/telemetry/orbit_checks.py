@@ -16,7 +16,7 @@ from mgeo_attitude.environment.constants import (
 )
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.frames import rotate, rotation_to_gcrs
-from mgeo_attitude.environment.times import TAI_MINUS, instants, tai_minus_utc
+from mgeo_attitude.environment.times import TAI_OFFSETS, compute_julian_dates, tai_minus_utc
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT
@@ -105,7 +105,7 @@ def positions(samples: Samples) -> Iterator[Finding]:
     if telemetry.position is None or len(k := _select_samples(telemetry.position)) < _FEWEST:
         return
     times, position, epoch = telemetry.times[k], telemetry.position[k], samples.scenario.epoch
-    utc = {"UTC": 0.0} | {s: tai_minus_utc(epoch) - behind for s, behind in TAI_MINUS.items()}
+    utc = {"UTC": 0.0} | {s: tai_minus_utc(epoch) - behind for s, behind in TAI_OFFSETS.items()}
     shifts = {name: utc[name] - utc[mapping.time_scale] for name in utc}
     orbit = {}
     for name, shift in shifts.items():
@@ -114,7 +114,7 @@ def positions(samples: Samples) -> Iterator[Finding]:
                 orbit[name] = samples.scenario.orbit.propagate(epoch, times - shift)[0]
     if mapping.time_scale not in orbit:
         return
-    at = instants(epoch, times)
+    at = compute_julian_dates(epoch, times)
     frames = {"": position}
     if mapping.position.frame is None:
         frames |= {name: rotate(rotation_to_gcrs(name, at), position) for name in _FRAMES}
@@ -215,7 +215,7 @@ def _select_vectors(samples: Samples) -> Iterator[tuple[Sensor, Ints, Floats, Fl
             continue
         times = telemetry.times[k]
         try:
-            around = Environment.at(samples.scenario, times, telemetry.positions(times))
+            around = Environment.from_times(samples.scenario, times, telemetry.positions(times))
         except (ValueError, ArithmeticError):
             continue  # The orbit does not cover all times or positions.
         if isinstance(sensor, Magnetometer):

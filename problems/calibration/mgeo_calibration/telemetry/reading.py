@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.frames import rotate, rotation_to_gcrs
-from mgeo_attitude.environment.times import instants
+from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo_calibration.telemetry.checks import refuse
@@ -88,7 +88,7 @@ def _build_telemetry(
         with named("position"):
             position = result["position"].rows * mapping.position.factor("m")
             frames = rotation_to_gcrs(
-                mapping.position.frame or "GCRF", instants(scenario.epoch, times)
+                mapping.position.frame or "GCRF", compute_julian_dates(scenario.epoch, times)
             )
             position = rotate(frames, position)
     sensors = {}

@@ -8,7 +8,7 @@ from datetime import datetime
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.times import clock_seconds_after, seconds_after
+from mgeo_attitude.environment.times import convert_calendar_seconds, parse_time_stamps
 
 from mgeo_calibration.telemetry.columns import name_and_unit, numbers, numeric, plain_unit, shown
 from mgeo_calibration.telemetry.mapping import UNITS, TelemetryMapping
@@ -46,7 +46,7 @@ def seconds(columns: Sequence[pd.Series], mapping: TelemetryMapping, epoch: date
         )
     elif column.dtype.kind == "M":
         clock = (pd.to_datetime(column, utc=True) - pd.Timestamp(epoch)).dt.total_seconds()
-        result = clock_seconds_after(epoch, clock.to_numpy(dtype=float), mapping.time_scale)
+        result = convert_calendar_seconds(epoch, clock.to_numpy(dtype=float), mapping.time_scale)
         times = result + more
     else:
         stamps = column.astype(str).str.strip()
@@ -69,7 +69,7 @@ def _convert_counts(
     if start is None:
         return counted + more
     clock = counted + (start - epoch).total_seconds()
-    return clock_seconds_after(epoch, clock + more, mapping.time_scale)
+    return convert_calendar_seconds(epoch, clock + more, mapping.time_scale)
 
 
 def _parse_stamps(stamps: pd.Series, epoch: datetime, system: str) -> Floats:
@@ -79,7 +79,7 @@ def _parse_stamps(stamps: pd.Series, epoch: datetime, system: str) -> Floats:
     ahead = ahead.where(offsets[0] != "-", -ahead).fillna(0.0)
     clocks = stamps.str.replace(_UTC_OFFSET, "", regex=True).tolist()
     try:
-        result = seconds_after(epoch, clocks, system)
+        result = parse_time_stamps(epoch, clocks, system)
     except ValueError:
         result = np.array([_parse_stamp(clock, epoch, system) for clock in clocks])
     return result - ahead.to_numpy()
@@ -87,6 +87,6 @@ def _parse_stamps(stamps: pd.Series, epoch: datetime, system: str) -> Floats:
 
 def _parse_stamp(stamp: str, epoch: datetime, system: str) -> float:
     try:
-        return float(seconds_after(epoch, [stamp], system)[0])
+        return float(parse_time_stamps(epoch, [stamp], system)[0])
     except ValueError:
         return np.nan

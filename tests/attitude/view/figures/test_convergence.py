@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude import reference_run
+from mgeo_attitude import run_reference_filter
 from mgeo_attitude.view.figures.against_time import trace_curves
 from mgeo_attitude.view.figures.style import Solutions
 
@@ -17,7 +17,7 @@ def solutions(problem, X):
 
 def test_curves_are_the_reference_filters(problem, solutions):
     for x, (times, values) in zip(solutions.X, trace_curves(problem, solutions), strict=True):
-        history = reference_run(problem.model, x)
+        history = run_reference_filter(problem.model, x)
         steps = times.astype(int)
         np.testing.assert_array_equal(times, history.times[steps])
         assert times[-1] == history.t_end

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
 from mgeo_attitude.criteria.objectives import attitude_sigma_deg
-from mgeo_attitude.criteria.robustness import draw_flights
+from mgeo_attitude.criteria.robustness import draw_runs
 from mgeo_attitude.scenario import FlightErrors, PathLimit
 from mgeo_attitude.view.plans import spread
 
@@ -75,8 +75,10 @@ def test_what_flights_keep_of_the_attitude_is_that_of_each_flight(problem, X):
     view = problem.view(X[:2])
     errors = dataclasses.replace(FlightErrors(), count=20, seed=FlightErrors().seed + 1)
     sigma = [
-        attitude_sigma_deg(evaluate(each.model, each.flown(X[:2]), 1, covariance=True).covariance)
-        for each in draw_flights(problem.scenario, problem.model, errors)
+        attitude_sigma_deg(
+            evaluate(each.model, each.apply_errors(X[:2]), 1, covariance=True).covariance
+        )
+        for each in draw_runs(problem.scenario, problem.model, errors)
     ]
     np.testing.assert_array_equal(view.kept_sigma_deg, np.sort(sigma, axis=0)[17])
 

@@ -44,7 +44,7 @@ def test_a_ramp_is_a_straight_line(X):
     maneuvers = dataclasses.replace(scenario.maneuvers, max_acceleration_deg_s2=0.02)
     problem = AttitudeManeuverProblem(dataclasses.replace(scenario, maneuvers=maneuvers))
     (figures,) = problem.view(X[:1]).solution_figures()
-    plan = problem.model.schedule(X[:1])
+    plan = problem.model.build_schedule(X[:1])
     flown = plan.flown()[0]
     starts, rates = plan.starts[0, flown], np.degrees(plan.rates[0, flown])
     for axis in range(3):

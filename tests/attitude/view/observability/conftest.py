@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, reference_run
+from mgeo_attitude import AttitudeManeuverProblem, run_reference_filter
 
 DESIGN = (0.5, -1.0, 0.25, 200.0, -0.125, 0.75, 1.0, 0.0, 0.0625, -0.5, 0.875, 150.5)
 
@@ -19,4 +19,4 @@ def design():
 
 @pytest.fixture(scope="session")
 def history(problem, design):
-    return reference_run(problem.model, design)
+    return run_reference_filter(problem.model, design)

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import Scenario, reference_run
+from mgeo_attitude import Scenario, run_reference_filter
 from mgeo_attitude.view.observability.alternatives import baselines, compare
 
 
@@ -35,13 +35,13 @@ def test_comparison_is_that_of_single_runs_at_the_same_time(problem, design, his
     assert table.loc["plan", "times the first [-]"] == 1.0
     endless = dataclasses.replace(problem.model, relative_decrease=-np.inf)
     name = "x, y, z in turn"
-    alone = reference_run(endless, others[name])
+    alone = run_reference_filter(endless, others[name])
     step = round(history.t_end)
     assert table.loc[name, "trace [-]"] == pytest.approx(alone.trace[step], rel=1e-9)
     assert table.loc[name, "mag bias 1-sigma [nT]"] == pytest.approx(
         50e3 * alone.sigma[step, 15:].max(), rel=1e-9
     )
-    own = reference_run(problem.model, others[name])
+    own = run_reference_filter(problem.model, others[name])
     assert table.loc[name, "t_end [s]"] == own.t_end
     assert table.loc[name, "trace at t_end [-]"] == pytest.approx(own.trace[-1], rel=1e-9)
     # without turning, misalignments and biases stay what they were

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import FilterModel, Scenario, filter_history
+from mgeo_attitude import FilterModel, Scenario, run_filter
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.sensors.suite import block_units
 
@@ -29,7 +29,7 @@ def test_squares_add_up_to_the_worst_axis(plan):
 
 def worst(model, design, t_end):
     """By the reference filter, on its own tables."""
-    history = filter_history(model.endless, design)
+    history = run_filter(model.endless, design)
     sigma = history.sigma[round(t_end / model.step)].reshape(-1, 3).max(axis=1)
     return sigma * [unit.factor for unit in block_units(model.suite)]
 

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, StarTracker, reference_run
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, StarTracker, run_reference_filter
 from mgeo_attitude.view.observability.covariance import (
     States,
     correlations,
@@ -45,7 +45,7 @@ def test_a_tracker_cannot_see_a_rotation_it_shares_with_the_body():
         Scenario.paper(), sensors=(StarTracker(),), duration=900.0, trace_weights={}
     )
     model = AttitudeManeuverProblem(scenario).model
-    history = reference_run(model, np.zeros(12))
+    history = run_reference_filter(model, np.zeros(12))
     table = least_observable(model, history.covariance, 3)
     assert set(table["direction"].str.partition(" about ")[0]) == {
         "common rotation of attitude and tracker"

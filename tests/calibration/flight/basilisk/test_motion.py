@@ -10,8 +10,8 @@ import pytest
 from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.frames import gcrs_to_itrs, rotate
-from mgeo_attitude.environment.sun_moon import lit_fraction, sun_position
-from mgeo_attitude.environment.times import instants
+from mgeo_attitude.environment.sun_moon import sun_position, visible_sun_fraction
+from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import InitialConditions, ManeuverLimits, Orbit, Wheels
 from mgeo_calibration.flight.basilisk.fly import fly
@@ -55,7 +55,7 @@ def test_orbit_and_field_are_the_environment_s(orbit):
     environment, found = at_rest(scenario)
     np.testing.assert_allclose(found.position, environment.position, rtol=0, atol=1e-4)
 
-    to_itrs = gcrs_to_itrs(instants(scenario.epoch, environment.times))
+    to_itrs = gcrs_to_itrs(compute_julian_dates(scenario.epoch, environment.times))
     x, y, z = rotate(to_itrs, environment.position).T
     radius, colatitude = np.hypot(np.hypot(x, y), z), np.arctan2(np.hypot(x, y), z)
     longitude = np.arctan2(y, x)
@@ -74,8 +74,8 @@ def test_orbit_and_field_are_the_environment_s(orbit):
 def test_the_sun_sensor_reports_where_the_whole_sun_shines():
     scenario = short(Scenario.cubesat_6u(), 6000.0)
     environment, found = at_rest(scenario)
-    sun = sun_position(instants(scenario.epoch, environment.times))
-    lit = lit_fraction(environment.position, sun) == 1.0
+    sun = sun_position(compute_julian_dates(scenario.epoch, environment.times))
+    lit = visible_sun_fraction(environment.position, sun) == 1.0
     reported = np.isfinite(found.sensors[0][:, 0, 0])
     differ = np.flatnonzero(reported[1:] != lit[1:])
     assert len(differ) <= 2  # Basilisk's Sun is smaller by a thousandth, 0.01 s of penumbra

@@ -12,7 +12,7 @@ from plotly.subplots import make_subplots
 from mgeo.figures.style import apply_style, build_log_axis_layout
 from mgeo.runs.answer import find_knee
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.criteria.objectives import PAPER, indicators
+from mgeo_attitude.criteria.objectives import PAPER_OBJECTIVES, scale_for_indicators
 from mgeo_attitude.maneuvers.schedule import flown
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.sensors.suite import block_units
@@ -40,15 +40,15 @@ def figures(plans: Plans) -> dict[str, go.Figure]:
     """
     problem, solutions = plans.problem, Solutions.of(plans)
     own = plans.F[solutions.numbers]
-    bend = find_knee(indicators(problem.objectives, own, problem.scenario))
+    bend = find_knee(scale_for_indicators(problem.objectives, own, problem.scenario))
     few = solutions.chosen(bend)
     front = {}
-    if problem.objectives == PAPER:
+    if problem.objectives == PAPER_OBJECTIVES:
         rows = spread(len(solutions.X))
         some = plans.select(solutions.numbers[rows])
         robust_values = np.full((len(own), 3), np.nan)
         robust_values[rows] = np.column_stack([some.kept, some.kept_sigma_deg])
-        too_late = problem.model.too_late
+        too_late = problem.model.nonconvergence_time
         robust_values[robust_values[:, 0] >= too_late] = np.nan  # too few Monte Carlo runs converge
         front["front"] = front_figure(
             problem.scenario,
@@ -130,7 +130,7 @@ def timeline(
         End of the last maneuver, at most `until` [s].
     """
     model = problem.model
-    flight = Trajectory(problem.scenario, model, x, until).flown
+    flight = Trajectory(problem.scenario, model, x, until).intervals
     rates = np.degrees(flight.rates)
     over = flown(x, until, model.step, model.slew_limits).over
     return flight.times, np.vstack([rates, rates[-1:]]), over

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mgeo.figures.style import GRAY
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.geometry.rotation import across
+from mgeo_attitude.geometry.rotation import perpendicular_axes
 
 #: Tolerance of the simplification, relative to the extent of a curve.
 _EXACT = 0.002
@@ -87,7 +87,7 @@ def circle(axis: ArrayLike, radius: float) -> tuple[Floats, Floats]:
     The line is interrupted by NaN where it crosses the edge of the map.
     """
     middle = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    first, second = across(middle)
+    first, second = perpendicular_axes(middle)
     around = np.linspace(0.0, 2.0 * np.pi, 145)[:, None]
     edge = np.cos(around) * first + np.sin(around) * second
     points = np.cos(radius) * middle + np.sin(radius) * edge

@@ -107,7 +107,7 @@ def motion(
     shadow : sequence of tuple
         Start and end [s] of each eclipse.
     """
-    environment, flight, body = problem.environment, trajectory.flown, trajectory.attitude
+    environment, flight, body = problem.environment, trajectory.intervals, trajectory.attitude
     turns = turns_of_body(flight, body, problem.model.step)
     stretches: list[dict[str, Any]] = [
         {"name": phase.label, "from": phase.start, "to": phase.end} for phase in trajectory.phases

@@ -41,9 +41,9 @@ def drawings(plans: Plans) -> Iterator[dict[str, dict[str, Any]]]:
             continue
         trajectory = plans.trajectory(row)
         (variances,) = problem.run(plans.X[[row]], history=True).variances
-        rates = _rates(problem, trajectory.flown)
+        rates = _rates(problem, trajectory.intervals)
         errors = _errors(problem, t_end, variances)
-        _against_time(rates["layout"], trajectory.flown.times[-1], shadow)
+        _against_time(rates["layout"], trajectory.intervals.times[-1], shadow)
         for figure in errors.values():
             _against_time(figure["layout"], t_end, shadow)
         yield {
@@ -150,8 +150,8 @@ def _edges(scenario: Scenario) -> list[dict[str, Any]]:
     cones = [(escape_markup(limit.label), limit.cone(), "solid") for limit in scenario.path_limits]
     for sensor in scenario.sensors:
         for view in sensor.views():
-            seen = "view of" if view.inside else f"{view.direction.capitalize()} off"
-            cones.append((f"{seen} {sensor.name}", view, "dot" if view.inside else "dash"))
+            seen = "view of" if view.keep_in else f"{view.direction.capitalize()} off"
+            cones.append((f"{seen} {sensor.name}", view, "dot" if view.keep_in else "dash"))
     traces = []
     for index, (name, cone, dash) in enumerate(cones):
         look = {"line": {"color": COLORS[(1 + index) % 4], "dash": dash, "width": 1.5}}

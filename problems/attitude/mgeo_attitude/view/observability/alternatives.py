@@ -94,7 +94,9 @@ def compare(
     step = round(at / model.step)
     X = _stack_designs([np.asarray(design, dtype=float) for design in designs.values()])
     own = evaluate(model, X, problem.threads)
-    variances = evaluate(model.endless, X, problem.threads, history=True).variances[:, step]
+    variances = evaluate(model.full_duration_model, X, problem.threads, history=True).variances[
+        :, step
+    ]
     trace = variances @ model.weights
     columns: dict[str, object] = {
         "t_end [s]": own.t_end,
@@ -189,7 +191,9 @@ def most(values: pd.Series, least: float = 0.02) -> pd.Series:
 
 def _sigma(model: FilterModel, design: ArrayLike, step: int) -> Floats:
     """Return the 1-sigma of the worst axis of each state block, in the filter's units."""
-    ran = evaluate(model.endless, np.atleast_2d(np.asarray(design, dtype=float)), 1, history=True)
+    ran = evaluate(
+        model.full_duration_model, np.atleast_2d(np.asarray(design, dtype=float)), 1, history=True
+    )
     worst: Floats = np.sqrt(ran.variances[0, step].reshape(-1, 3).max(axis=1))
     return worst
 

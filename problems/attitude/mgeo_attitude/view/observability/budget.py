@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from mgeo_attitude.filter.error_budget import error_budget
+from mgeo_attitude.filter.error_budget import compute_error_budget
 from mgeo_attitude.filter.history import FilterHistory, can_measure
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.motion import Motion, Phase, phases
@@ -37,7 +37,7 @@ def budget(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.
         the unit given in the column's name. The squares of the rows add up to the square of
         ``all``; see `filter.error_budget`.
     """
-    parts_by_source = error_budget(model, design, history.t_end)
+    parts_by_source = compute_error_budget(model, design, history.t_end)
     columns = {}
     for block, unit in enumerate(block_units(model.suite)):
         axis = _worst(history, block)

@@ -2,7 +2,7 @@
 
 import numpy as np
 from mgeo_attitude._compiled import kept
-from mgeo_attitude.filter.polynomials import discretize_alike
+from mgeo_attitude.filter.polynomials import discretize_isotropic
 
 
 @kept("void(float64[:,:,::1], float64[:,:,::1])")
@@ -42,7 +42,7 @@ def discretized(decay, densities, others, rates, durations, F, Q):
     k = others.shape[2]
     W, J = np.empty((3, 3)), np.empty((3, 3))
     for n in range(len(rates)):
-        discretize_alike(decay, densities, rates[n], durations[n], F[n], Q[n], J, W)
+        discretize_isotropic(decay, densities, rates[n], durations[n], F[n], Q[n], J, W)
         x, y, z = rates[n, 0], rates[n, 1], rates[n, 2]
         for m in range(k):
             for i in range(3):

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from Basilisk.simulation import coarseSunSensor, imuSensor, magnetometer, starTracker
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.direction_sensors import TwoAxisSunSensor
 from mgeo_attitude.sensors.gyro import Gyro
@@ -101,7 +101,7 @@ def rate_gyro(gyro: Gyro, errors: Errors, step: float, sources: Sources, seed: i
     imu.setWalkBoundsGyro([NO_BOUND] * 3)
     imu.senRotMax = imu.senTransMax = NO_BOUND
     imu.gyroScale = scale.tolist()
-    imu.dcm_PB = matrix(errors.get("misalignment", np.zeros(3))).tolist()
+    imu.dcm_PB = rotation_matrix(errors.get("misalignment", np.zeros(3))).tolist()
     return imu
 
 
@@ -113,7 +113,7 @@ def three_axis_magnetometer(
     tam.ModelTag, tam.RNGSeed = sensor.name, seeds()
     tam.stateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
     tam.magInMsg.subscribeTo(sources.field.envOutMsgs[0])
-    tam.dcm_SB = matrix(errors.get("misalignment", np.zeros(3))).tolist()
+    tam.dcm_SB = rotation_matrix(errors.get("misalignment", np.zeros(3))).tolist()
     tam.senBias = (_TESLA * errors["bias"]).tolist()
     tam.senNoiseStd = (_TESLA * np.array(sensor.noise())).tolist()
     tam.setAMatrix(WHITE)
@@ -134,7 +134,7 @@ def coarse_sun_sensors(
     Each component is the difference of two heads; a head has half of the bias and 1/√2 of the
     noise. Readings are valid in full sunlight only, because the vector is shorter in the penumbra.
     """
-    heads, mount = [], matrix(errors.get("misalignment", np.zeros(3)))
+    heads, mount = [], rotation_matrix(errors.get("misalignment", np.zeros(3)))
     each = (*sensor.noise(), sensor.noise()[-1])[:3]  # A two-axis sensor has two equal values.
     for axis, bias, noise in zip(mount, errors["bias"], each, strict=True):
         for sign in (1.0, -1.0):
@@ -213,7 +213,7 @@ def star_tracker(
     tracker = starTracker.StarTracker()
     tracker.ModelTag, tracker.RNGSeed = sensor.name, seeds()
     tracker.scStateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
-    mount = matrix(errors.get("misalignment", np.zeros(3)))
+    mount = rotation_matrix(errors.get("misalignment", np.zeros(3)))
     tracker.dcm_CB = mount.tolist()
     # Basilisk's noise is a rotation about body axes, the filter's about the tracker axes.
     tracker.PMatrix = ((sensor.axes @ mount).T @ np.diag(sensor.noise())).tolist()

@@ -14,10 +14,10 @@ from Basilisk.architecture import messaging, sysModel
 from Basilisk.simulation import eclipse, gravityEffector, magneticFieldWMM, spacecraft
 from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.environment.field import FIELD_RADIUS, gauss_coefficients
+from mgeo_attitude.environment.field import FIELD_RADIUS, load_gauss_coefficients
 from mgeo_attitude.environment.frames import gcrs_to_itrs
 from mgeo_attitude.environment.sun_moon import sun_position
-from mgeo_attitude.environment.times import instants
+from mgeo_attitude.environment.times import compute_julian_dates
 
 #: Degree of Basilisk's field model. The next degree of IGRF contributes about 1 nT in low orbits.
 FIELD_DEGREE = 12
@@ -28,7 +28,7 @@ BASILISK_AU = 149597870.693e3
 
 def field_coefficients(date: datetime) -> str:
     """Return IGRF-14 at a date as a coefficient file of the World Magnetic Model, without drift."""
-    result = gauss_coefficients(date)
+    result = load_gauss_coefficients(date)
     year = date.year + (date.timetuple().tm_yday - 1) / 365.25
     lines = [f"    {year:.1f}            IGRF-14        {date:%m/%d/%Y}"]
     for n in range(1, FIELD_DEGREE + 1):
@@ -55,7 +55,7 @@ class Surroundings(sysModel.SysModel):
     def __init__(self, environment: Environment, epoch: datetime, nanoseconds: int) -> None:
         super().__init__()
         self.ModelTag = "surroundings"
-        at = instants(epoch, environment.times)
+        at = compute_julian_dates(epoch, environment.times)
         self._nanoseconds = nanoseconds
         self._sun, self._to_itrs = sun_position(at), gcrs_to_itrs(at)
         self._environment = environment
