@@ -16,7 +16,7 @@ def came_out(plan: ManeuverPlan) -> pd.DataFrame:
     plan : the first one; the files of both flights are in the current folder.
     """
     first, second = _flight("", "plan.json"), _flight("second-", "second.json")
-    accuracy = plan.accuracy().iloc[3:]
+    accuracy = plan.build_accuracy_table().iloc[3:]
     return (
         pd.DataFrame(
             {

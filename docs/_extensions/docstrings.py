@@ -8,8 +8,8 @@ import dataclasses
 import re
 from typing import Any
 
-from mgeo_attitude.settings.base import Settings, declared, schema_of
-from mgeo_attitude.settings.words import describe
+from mgeo_attitude.settings.base import Settings, build_schema, get_fields
+from mgeo_attitude.settings.words import describe_schema
 from sphinx.application import Sphinx
 from sphinx.domains.python import PyObject
 
@@ -39,10 +39,10 @@ def numpydoc(lines: list[str]) -> list[str]:
 def fields(cls: type[Settings]) -> list[str]:
     """Return a section on the fields of a settings class."""
     found = ["", "Parameters", "----------"]
-    for name in declared(cls):
-        schema = schema_of(cls)["properties"][name]
+    for name in get_fields(cls):
+        schema = build_schema(cls)["properties"][name]
         default = f"; default {schema['default']!r}" if "default" in schema else ""
-        found += [f"{name} : {describe(schema)}", f"    {schema['description']}{default}"]
+        found += [f"{name} : {describe_schema(schema)}", f"    {schema['description']}{default}"]
     return found
 
 

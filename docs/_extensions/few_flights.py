@@ -6,5 +6,5 @@ Every kernel begins with it (``PYTHONSTARTUP``), and so does every command of `t
 import mgeo_attitude.problem as _problem
 from mgeo_attitude.view.plans import Plans as _Plans
 
-_Plans.flights = 20
-_problem._FLIGHTS = 16
+_Plans.n_monte_carlo_runs = 20
+_problem._N_RUNS = 16

@@ -159,11 +159,11 @@ def tracker() -> go.Figure:
     """Angles from the star tracker's boresight along a plan, its rate, and when it measures."""
     problem, design = _knee()
     model, n = problem.model, round(_KNEE)
-    motion = Motion.of(model, design, model.n_steps)
+    motion = Motion.from_design(model, design, model.n_steps)
     times, C = model.times[: n + 1], motion.attitude[: n + 1]
     sees = can_measure(model, 2, motion.attitude, motion.rates)[: n + 1]
     figure = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06)
-    for view in model.suite.sensors[2].views():
+    for view in model.suite.sensors[2].list_visibility_cones():
         vectors, radius = model.select_direction(view.direction, slice(n + 1))
         cosines = np.einsum("kij,kj->ki", C, vectors) @ view.axis
         angle = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)) - radius)

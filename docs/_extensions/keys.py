@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from docutils import nodes
-from mgeo_attitude.settings.words import describe
+from mgeo_attitude.settings.words import describe_schema
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
@@ -18,9 +18,9 @@ Schema = Mapping[str, Any]
 
 
 def scenario() -> Schema:
-    from mgeo_attitude.scenario import scenario_schema
+    from mgeo_attitude.scenario import build_scenario_schema
 
-    return scenario_schema()
+    return build_scenario_schema()
 
 
 def study() -> Schema:
@@ -30,10 +30,10 @@ def study() -> Schema:
 
 
 def mapping() -> Schema:
-    from mgeo_attitude.settings.base import schema_of
+    from mgeo_attitude.settings.base import build_schema
     from mgeo_calibration import TelemetryMapping
 
-    return schema_of(TelemetryMapping)
+    return build_schema(TelemetryMapping)
 
 
 SCHEMAS: Mapping[str, Callable[[], Schema]] = {
@@ -61,7 +61,7 @@ def _table(schema: Schema) -> str:
     rows = ["| key | takes | default | |", "| --- | --- | --- | --- |"]
     for key, value in schema.get("properties", {}).items():
         default = "needed" if key in required else _default(value)
-        cells = (f"`{key}`", describe(value), default, value.get("description", ""))
+        cells = (f"`{key}`", describe_schema(value), default, value.get("description", ""))
         rows.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
     return "\n".join(rows)
 

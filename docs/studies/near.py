@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.refine.at_time import at_time, ending_at
+from mgeo_attitude.refine.at_time import build_fixed_time_evaluator, set_end_times
 from mgeo_attitude.refine.descent import descend
-from mgeo_attitude.refine.splitting import split
-from mgeo_attitude.refine.starts import beam, until_converged
+from mgeo_attitude.refine.splitting import split_maneuvers
+from mgeo_attitude.refine.starts import append_converging_rate, beam_search
 from mgeo_attitude.refine.thinned_samples import ThinnedSamples
 
 from mgeo.runs.prepare import prepare_run
@@ -91,20 +91,25 @@ def best_known(preset, rule, time, count=10, rate=None, starts=300, seed=1):
     maneuvers = {"count": count} | ({} if rate is None else {"max_rate_deg_s": rate})
     options = {"preset": preset, "maneuvers": maneuvers, "convergence": {"rule": rule}}
     problem = AttitudeManeuverProblem(Scenario.from_dict(options))
-    exact, limit = at_time(problem), np.minimum.accumulate(problem.limit_curves.trace_at_end)
+    exact, limit = (
+        build_fixed_time_evaluator(problem),
+        np.minimum.accumulate(problem.lower_bound.trace_at_end),
+    )
     step, longest = exact.model.step, exact.scenario.maneuvers.max_duration
     until = time - (rule == "trace") * exact.model.window_steps * step
-    at = ThinnedSamples(exact).at(until)
+    at = ThinnedSamples(exact).get_evaluator(until)
     begins = begun_anyhow(at, count - (rule == "trace"), until, starts, seed)
     plans = [descend(at, some, until, 100) for some in np.array_split(begins, len(begins) // 40)]
-    plans = ending_at(np.vstack(plans), until, longest)
-    known = np.exp(exact.values(plans, round(until / step))[0])
+    plans = set_end_times(np.vstack(plans), until, longest)
+    known = np.exp(exact.evaluate_at_steps(plans, round(until / step))[0])
     best = descend(exact, plans[known.argsort()[:6]], until, 30)
     if rule == "trace":
-        F = np.vstack([exact.converging(until_converged(exact, each))[0] for each in best])
+        F = np.vstack(
+            [exact.evaluate_convergence(append_converging_rate(exact, each))[0] for each in best]
+        )
         least = F[F[:, 0] <= time, 1].min(initial=np.inf)
     else:
-        least = np.exp(exact.values(best, round(until / step))[0].min())
+        least = np.exp(exact.evaluate_at_steps(best, round(until / step))[0].min())
     return least / limit[round(time / step)], np.sort(known) / known.min()
 
 
@@ -117,9 +122,9 @@ def begun_anyhow(at, count, time, number, seed):
     plans = [np.concatenate([rates, durations[:, :, None]], axis=2).reshape(number, -1)]
     for n in range(count // 2, count + 1):
         for levels, width, shorter in ((2, 400, 1.0), (3, 100, 0.9), (3, 100, 0.8)):
-            found = beam(at, n, time, levels, width, shorter)
-            plans.append(split(found[:: max(len(found) // 8, 1)], count))
-    return ending_at(np.vstack(plans), time, at.scenario.maneuvers.max_duration)
+            found = beam_search(at, n, time, levels, width, shorter)
+            plans.append(split_maneuvers(found[:: max(len(found) // 8, 1)], count))
+    return set_end_times(np.vstack(plans), time, at.scenario.maneuvers.max_duration)
 
 
 def append(file, rows):

@@ -14,7 +14,7 @@ from unittest.mock import patch
 
 import pandas as pd
 from mgeo_attitude import AttitudeManeuverProblem
-from mgeo_attitude.refine.at_time import AtTime
+from mgeo_attitude.refine.at_time import FixedTimeEvaluator
 
 from mgeo.runs.prepare import prepare_run
 from mgeo.studies.file import read_study
@@ -65,7 +65,7 @@ def measured(name, seed):
     with ExitStack() as patched:
         for kind, owner, method in (
             ("whole", AttitudeManeuverProblem, "_evaluate"),
-            ("at_one_time", AtTime, "values"),
+            ("at_one_time", FixedTimeEvaluator, "values"),
         ):
             count = counted(kind, getattr(owner, method))
             patched.enter_context(patch.object(owner, method, count))

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem, evaluate
 from mgeo_attitude.plan import Front
-from mgeo_attitude.view.observability.alternatives import baselines
+from mgeo_attitude.view.observability.alternatives import build_baselines
 
 from mgeo.runs.prepare import prepare_run
 from mgeo.runs.registry import DEFAULT_ALGORITHM
@@ -49,8 +49,8 @@ def main() -> None:
 
 def same_time(front: Front) -> str:
     """Plans of the front beside baselines with as long maneuvers, after the plan's own time."""
-    plans = [front.plan(pick) for pick in PICKS]
-    tables = [plan.compare() for plan in plans]
+    plans = [front.select_plan(pick) for pick in PICKS]
+    tables = [plan.compare_with_designs() for plan in plans]
     columns = [f"{pick}, {plan.t_end:.0f} s" for pick, plan in zip(PICKS, plans, strict=True)]
     rows = [
         [name, *(_compared(table.loc[name, "trace [-]"], table) for table in tables)]
@@ -65,7 +65,7 @@ def on_its_own_terms(front: Front) -> str:
     problem = front.problem
     ratios, better = [], []
     for time in SWEEP_TIMES:
-        designs = baselines(problem.scenario, time)
+        designs = build_baselines(problem.scenario, time)
         for name in SWEEPS:
             result = evaluate(problem.model, np.array([designs[name]]))
             t_end, trace = result.t_end[0], result.trace[0]

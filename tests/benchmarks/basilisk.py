@@ -63,7 +63,7 @@ def errors(found: Calibration, truth: Truth) -> np.ndarray:
     """Truth less estimate at the last sample, of rotations the vectors of what remains."""
     suite, e = found.suite, truth.states[-1] - found.states
     assert found.history is not None
-    for first in suite.rotations[1:]:
+    for first in suite.rotation_indices[1:]:
         block = slice(first, first + 3)
         remains = rotation_matrix(found.states[block]).T @ rotation_matrix(truth.states[-1, block])
         e[block] = rotation_vector(remains)

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.scenario import Coils, Convergence, InitialConditions
+from mgeo_attitude.scenario import Convergence, InitialConditions, Magnetorquers
 from mgeo_attitude.sensors import TwoAxisSunSensor
 from mgeo_calibration.calibration.from_telemetry import calibrate
 from mgeo_calibration.flight.basilisk.fly import fly
@@ -58,7 +58,7 @@ def scenario(name: str, kind: str) -> tuple[Scenario, Environment]:
         )
     if tumbles:  # coils that are off: Euler's equations without torque
         body = Vehicle.of(given).wheels.inertia
-        changes["coils"] = Coils(max_dipole=(0.2, 0.2, 0.2), inertia=body)
+        changes["coils"] = Magnetorquers(max_dipole=(0.2, 0.2, 0.2), inertia=body)
         changes["initial"] = InitialConditions(
             rate_deg_s=TUMBLES[name], attitude_deg=given.initial.attitude_deg
         )

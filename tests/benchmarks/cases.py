@@ -43,7 +43,7 @@ def model(name: str) -> FilterModel:
         return FilterModel.from_scenario(Scenario.cubesat_6u_full())
     suite = SUITES[name]
     scenario = dataclasses.replace(
-        Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors, world=suite.world
+        Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors, world=suite.environment_errors
     )
     return FilterModel.from_scenario(scenario)
 

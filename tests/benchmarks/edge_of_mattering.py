@@ -19,7 +19,7 @@ from functools import cache, partial
 
 import numpy as np
 from mgeo_attitude import Scenario
-from mgeo_attitude.sensors.base import with_noise
+from mgeo_attitude.sensors.base import scale_noise
 from mgeo_calibration import Telemetry, calibrate
 from mgeo_calibration.calibration.agreement import SIGNIFICANCE
 from mgeo_calibration.calibration.from_telemetry import at_the_end
@@ -126,7 +126,7 @@ def quiet_scenario(scenario: Scenario) -> Scenario:
             angle_random_walk_deg_per_sqrt_h=QUIET * gyro.angle_random_walk_deg_per_sqrt_h,
             rate_random_walk=QUIET * gyro.rate_random_walk,
         ),
-        sensors=tuple(with_noise(sensor, QUIET) for sensor in scenario.sensors),
+        sensors=tuple(scale_noise(sensor, QUIET) for sensor in scenario.sensors),
     )
 
 

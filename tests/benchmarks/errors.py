@@ -13,9 +13,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
-from mgeo_attitude import FilterModel, Scenario, World, evaluate
-from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.view.observability.alternatives import baselines
+from mgeo_attitude import EnvironmentErrors, FilterModel, Scenario, evaluate
+from mgeo_attitude.sensors.suite import list_block_units
+from mgeo_attitude.view.observability.alternatives import build_baselines
 from numpy.typing import NDArray
 
 from .pages import DOCS, markdown, write_table
@@ -45,7 +45,7 @@ def main() -> None:
 
 def without_varying(scenario: Scenario) -> Scenario:
     """The same with white noise and constants alone."""
-    return dataclasses.replace(scenario, world=World())
+    return dataclasses.replace(scenario, world=EnvironmentErrors())
 
 
 def floor() -> pd.DataFrame:
@@ -57,7 +57,7 @@ def floor() -> pd.DataFrame:
         sigma = worst(evaluate(model, np.array([SWEEP]), history=True).variances[0])
         wanted = np.unique(np.geomspace(60, model.n_steps, 150).astype(np.int64))
         frame = pd.DataFrame({"errors": name, "time [s]": model.times[wanted]})
-        for i, unit in enumerate(block_units(model.suite)):
+        for i, unit in enumerate(list_block_units(model.suite)):
             if model.suite.blocks[i] in FLOORED:
                 column = f"{unit.label} [{unit.unit}]"
                 frame[column] = sigma[wanted, i] * unit.factor
@@ -72,8 +72,8 @@ def spin_table() -> str:
     designs = {"none": (0.0, 0.0, 0.0, 0.0)}
     for name, spin in SPINS.items():
         for rate in RATES:
-            designs[f"{name}, {rate:g}"] = baselines(scenario, 2000.0, rate)[spin]
-    there_and_back = baselines(scenario, 2000.0, 1.0)["x, y, z in turn, there and back"]
+            designs[f"{name}, {rate:g}"] = build_baselines(scenario, 2000.0, rate)[spin]
+    there_and_back = build_baselines(scenario, 2000.0, 1.0)["x, y, z in turn, there and back"]
     designs["there and back, 1"] = there_and_back
     designs |= front_plans()
     columns = []

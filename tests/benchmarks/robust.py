@@ -37,7 +37,7 @@ PRESETS = ("paper", "cubesat_6u")
 #: Seed of the flights that judge, which no search has.
 JUDGES = 999
 #: The flights of a front that is screened; with more the search had to be shorter.
-SCREENING = FlightErrors(count=256, quantile=0.95)
+SCREENING = FlightErrors(n_runs=256, quantile=0.95)
 #: Evaluations of an exact search that takes as long as the robust one, and designs of one in which
 #: each is flown 16 times.
 EXACT = {"paper": 105_000, "cubesat_6u": 140_000}
@@ -74,7 +74,7 @@ def screened(exact: AttitudeManeuverProblem, seed: int) -> Front:
 
 def nsga2(exact: AttitudeManeuverProblem, seed: int) -> Front:
     """With 16 flights of each design, as long."""
-    flown = AttitudeManeuverProblem(exact.scenario, flights=16)
+    flown = AttitudeManeuverProblem(exact.scenario, n_runs=16)
     return found(flown, NSGA2(pop_size=100), FLOWN[exact.scenario.name], seed)
 
 
@@ -97,7 +97,9 @@ def row(preset: str, search: str, seed: int) -> dict[str, Any]:
     start = time.process_time()
     X, F = SEARCHES[search](exact, seed)
     spent = time.process_time() - start
-    kept = exact.view(X).promises(seed=JUDGES).filter(regex="^kept (?!/)").to_numpy()
+    kept = (
+        exact.view(X).compare_with_monte_carlo(seed=JUDGES).filter(regex="^kept (?!/)").to_numpy()
+    )
     ratio = kept[:, 0] / F[:, 0]
     safe = kept[find_front_rows(kept)]
     return {

@@ -19,7 +19,7 @@ from .measure import interleaved
 def test_a_calibration_costs_less_than_filtering_step_by_step(preset):
     scenario = short(getattr(Scenario, preset)(), 3000.0)
     model = FilterModel.from_scenario(scenario)
-    motion = Motion.of(model, PLAN, model.n_steps)
+    motion = Motion.from_design(model, PLAN, model.n_steps)
     flight = fly_run(model, motion, draw(model, model.n_steps, np.random.default_rng(1)))
     telemetry = sent_down(model, flight)
 

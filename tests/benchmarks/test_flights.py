@@ -31,7 +31,7 @@ def search(request):
     exact.generations = []
     budget = ("n_gen", GENERATIONS.stop)
     minimize(exact, MGEODirected(), budget, seed=1, copy_algorithm=False)
-    return AttitudeManeuverProblem(scenario, flights=FLIGHTS), exact.generations[GENERATIONS]
+    return AttitudeManeuverProblem(scenario, n_runs=FLIGHTS), exact.generations[GENERATIONS]
 
 
 @pytest.mark.benchmark

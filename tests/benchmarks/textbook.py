@@ -11,7 +11,7 @@ import numpy as np
 from filterpy.kalman import KalmanFilter
 from mgeo_attitude import FilterModel
 from mgeo_attitude.filter.reference import discretize_van_loan
-from mgeo_attitude.maneuvers.motion import attitudes
+from mgeo_attitude.maneuvers.motion import compute_attitudes
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -32,11 +32,11 @@ class Matrices:
 def matrices(model: FilterModel, omega: Floats, n_steps: int) -> Matrices:
     """Matrices of `n_steps` steps at constant body rate `omega` [rad/s]."""
     F, Q = discretize_van_loan(model, omega)
-    C = attitudes(omega[None], np.zeros(1, dtype=np.int64), n_steps, model.step)[1:]
+    C = compute_attitudes(omega[None], np.zeros(1, dtype=np.int64), n_steps, model.step)[1:]
     v = np.einsum("kij,ksj->ksi", C, model.references[1 : n_steps + 1])
     sensors = model.suite.sensors
     H = [model.suite.measurement_matrix(sensor, v[:, s]) for s, sensor in enumerate(sensors)]
-    R = np.concatenate([np.square(sensor.noise()) for sensor in sensors])
+    R = np.concatenate([np.square(sensor.noise_sigmas()) for sensor in sensors])
     return Matrices(
         P0=np.diag(model.initial_sigma**2), F=F, Q=Q, R=np.diag(R), H=np.concatenate(H, axis=1)
     )

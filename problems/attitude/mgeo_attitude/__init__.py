@@ -17,24 +17,26 @@ if TYPE_CHECKING:
     from mgeo_attitude.filter.reference import compare_filters as compare_filters
     from mgeo_attitude.filter.reference import run_reference_filter as run_reference_filter
     from mgeo_attitude.problem import AttitudeManeuverProblem as AttitudeManeuverProblem
-    from mgeo_attitude.refine.polish import polish as polish
-    from mgeo_attitude.refine.splitting import split as split
-    from mgeo_attitude.refine.splitting import without_unneeded as without_unneeded
+    from mgeo_attitude.refine.polish import refine_plans as refine_plans
+    from mgeo_attitude.refine.splitting import (
+        remove_ineffective_maneuvers as remove_ineffective_maneuvers,
+    )
+    from mgeo_attitude.refine.splitting import split_maneuvers as split_maneuvers
     from mgeo_attitude.scenario.scenario import Scenario as Scenario
-    from mgeo_attitude.scenario.schema import scenario_schema as scenario_schema
-    from mgeo_attitude.scenario.validity import validity as validity
+    from mgeo_attitude.scenario.schema import build_scenario_schema as build_scenario_schema
+    from mgeo_attitude.scenario.validity import find_validity_violations as find_validity_violations
     from mgeo_attitude.sensors.base import Sensor as Sensor
     from mgeo_attitude.sensors.direction_sensors import HorizonSensor as HorizonSensor
     from mgeo_attitude.sensors.direction_sensors import TwoAxisSunSensor as TwoAxisSunSensor
+    from mgeo_attitude.sensors.errors import BiasSensitivity as BiasSensitivity
     from mgeo_attitude.sensors.errors import GaussMarkov as GaussMarkov
-    from mgeo_attitude.sensors.errors import Influence as Influence
     from mgeo_attitude.sensors.gyro import Gyro as Gyro
     from mgeo_attitude.sensors.photodiode import Photodiode as Photodiode
     from mgeo_attitude.sensors.star_tracker import StarTracker as StarTracker
     from mgeo_attitude.sensors.suite import Suite as Suite
     from mgeo_attitude.sensors.vector_sensors import Magnetometer as Magnetometer
     from mgeo_attitude.sensors.vector_sensors import SunSensor as SunSensor
-    from mgeo_attitude.sensors.world import World as World
+    from mgeo_attitude.sensors.world import EnvironmentErrors as EnvironmentErrors
 
 #: Public names by module. A name is imported when it is first used, so that the command line
 #: starts quickly.

@@ -24,7 +24,7 @@ T = TypeVar("T")
 helper = njit(error_model="numpy")
 
 
-def kept(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
+def compile_cached(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Compile a function for one signature, and cache it next to its source file if it has one.
 
     Parameters
@@ -45,7 +45,7 @@ def kept(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
     return decorate
 
 
-def entry(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
+def compile_on_first_call(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Compile a function as `kept` does, but at the first call from Python.
 
     Parameters
@@ -57,7 +57,7 @@ def entry(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
     def decorate(function: Callable[P, T]) -> Callable[P, T]:
         @cache
         def compiled() -> Callable[P, T]:
-            return kept(signature)(function)
+            return compile_cached(signature)(function)
 
         @wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> T:

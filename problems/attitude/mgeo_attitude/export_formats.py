@@ -46,7 +46,7 @@ class ExportFormat:
         )
         return function
 
-    def options(self) -> list[str]:
+    def list_options(self) -> list[str]:
         """Return the names of the options."""
         return getfullargspec(self.load()).kwonlyargs
 
@@ -72,7 +72,7 @@ FORMATS = (
 )
 
 
-def format_of(path: Path | str) -> ExportFormat:
+def find_format(path: Path | str) -> ExportFormat:
     """Return the format of a file name.
 
     Raises

@@ -35,10 +35,10 @@ from mgeo_attitude.criteria.robustness import (
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.evaluator import Evaluation, evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.schedule import decode
-from mgeo_attitude.refine.polish import polish_steps
-from mgeo_attitude.refine.starts import starts
-from mgeo_attitude.scenario.channels import check_followed
+from mgeo_attitude.maneuvers.schedule import decode_designs
+from mgeo_attitude.refine.polish import iterate_refinement
+from mgeo_attitude.refine.starts import build_initial_designs
+from mgeo_attitude.scenario.channels import check_channels
 from mgeo_attitude.scenario.goals import FlightErrors
 from mgeo_attitude.scenario.scenario import Scenario
 
@@ -46,14 +46,14 @@ if TYPE_CHECKING:
     from mgeo_attitude.view.maneuver_view import ManeuverView
 
 #: Default number of Monte Carlo runs of a robust problem, and default quantile of an objective.
-_FLIGHTS, _QUANTILE = 512, 0.95
+_N_RUNS, _QUANTILE = 512, 0.95
 #: Recommended number of initial designs, and of evaluations before a local refinement.
-_STARTS, _BEFORE_POLISH = 12, 6_000
+_N_INITIAL_DESIGNS, _N_EVALUATIONS_BEFORE_REFINEMENT = 12, 6_000
 #: Least number of maneuvers for these recommendations: default, and by convergence rule; see
 #: docs/how-good.md.
-_POLISHED, _POLISHED_BY = 6, {"end": 3}
+_MIN_MANEUVERS, _MIN_MANEUVERS_BY_RULE = 6, {"end": 3}
 #: Number of Monte Carlo runs at each fidelity level before the last one.
-_GROW = 0, 16, 64
+_FIDELITIES = 0, 16, 64
 #: Value of "format" in a plan file.
 PLAN_FORMAT = "mgeo-attitude-plan"
 
@@ -110,7 +110,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         n_maneuvers: int | None = None,
         threads: int | None = None,
         objectives: Sequence[str] | None = None,
-        flights: int | None = None,
+        n_runs: int | None = None,
         quantile: float | None = None,
     ) -> None:
         scenario = Scenario.paper() if scenario is None else scenario
@@ -124,20 +124,20 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         changes: dict[str, Any] = {} if objectives is None else {"objectives": objectives}
         if n_maneuvers is not None:
             changes["maneuvers"] = dataclasses.replace(scenario.maneuvers, count=n_maneuvers)
-        asked: dict[str, Any] = {"count": flights, "quantile": quantile}
+        asked: dict[str, Any] = {"count": n_runs, "quantile": quantile}
         asked = {key: value for key, value in asked.items() if value is not None}
-        if flights == 0:
+        if n_runs == 0:
             changes["flight"] = None
         elif asked:
-            changes["flight"] = dataclasses.replace(scenario.flight or FlightErrors(), **asked)
+            changes["flight"] = dataclasses.replace(scenario.monte_carlo or FlightErrors(), **asked)
         self.scenario = scenario = dataclasses.replace(scenario, **changes)
         validate_initial_state(scenario)
-        check_followed(scenario.channels, scenario.suite)
+        check_channels(scenario.housekeeping_channels, scenario.suite)
         self.threads = threads
         self.objectives = scenario.objectives
-        self._count = scenario.flight.count if scenario.flight else 0
+        self._n_runs = scenario.monte_carlo.n_runs if scenario.monte_carlo else 0
         self._cache = EvaluationCache()
-        self.obj_names = tuple(entry.label for entry in self._objectives())
+        self.obj_names = tuple(entry.label for entry in self._build_objectives())
         self.constraint_names = tuple(entry.label for entry in list_constraints(scenario))
         limits = scenario.maneuvers
         greatest = np.array([limits.max_rate_deg_s] * 3 + [limits.max_duration])
@@ -164,11 +164,11 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         """Filter model of the scenario; computed at first use."""
         return FilterModel.from_scenario(self.scenario, self.environment)
 
-    def run(
+    def evaluate_nominal(
         self,
         X: Floats,
-        vary: Callable[[FilterModel], FilterModel] | None = None,
-        **asked: Any,
+        modify_model: Callable[[FilterModel], FilterModel] | None = None,
+        **options: Any,
     ) -> Evaluation:
         """Evaluate nominal runs of designs; see `evaluator.evaluate`.
 
@@ -181,11 +181,11 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         **asked
             Further arguments of `evaluate`.
         """
-        model = self.model if vary is None else vary(self.model)
-        return evaluate(model, X, self.threads, **asked)
+        model = self.model if modify_model is None else modify_model(self.model)
+        return evaluate(model, X, self.threads, **options)
 
     @cached_property
-    def limit_curves(self) -> LowerBound:
+    def lower_bound(self) -> LowerBound:
         """Lower bounds over all nominal plans; computed at first use.
 
         Raises
@@ -196,9 +196,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return limit(self.scenario, self.model)
 
     @cached_property
-    def flights(self) -> MonteCarloRuns | None:
+    def monte_carlo_runs(self) -> MonteCarloRuns | None:
         """Monte Carlo runs of the scenario; None if plans are evaluated by nominal runs."""
-        errors = self.scenario.flight
+        errors = self.scenario.monte_carlo
         return None if errors is None else MonteCarloRuns(self.scenario, self.model, errors)
 
     def at_fidelity(self, fidelity: int) -> AttitudeManeuverProblem:
@@ -207,40 +207,46 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         A lower level evaluates fewer Monte Carlo runs. The level with all runs returns the problem
         itself. See `mgeo.MGEOStaged`.
         """
-        errors = self.scenario.flight
-        if self.flights is None or errors is None or errors.in_stage(fidelity) == errors.count:
+        errors = self.scenario.monte_carlo
+        if (
+            self.monte_carlo_runs is None
+            or errors is None
+            or errors.n_runs_at_fidelity(fidelity) == errors.n_runs
+        ):
             return self
         rough = copy.copy(self)  # The copy shares the tables and the Monte Carlo runs.
-        rough._count, rough._cache = errors.in_stage(fidelity), EvaluationCache()
+        rough._n_runs, rough._cache = errors.n_runs_at_fidelity(fidelity), EvaluationCache()
         return rough
 
     def _evaluate(self, X: Floats, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         designs = np.asarray(X, dtype=float)
         if designs.ndim != 2 or designs.shape[1] != self.n_var:
             raise ValueError(f"X of shape {designs.shape}: expected (n, {self.n_var})")
-        decode(designs)  # An invalid design raises an error with its row number.
+        decode_designs(designs)  # An invalid design raises an error with its row number.
         ends = [self.n_obj, self.n_obj + self.n_ieq_constr]
-        out["F"], out["G"], _ = np.split(self.judged(designs), ends, axis=1)
+        out["F"], out["G"], _ = np.split(self.evaluate_designs(designs), ends, axis=1)
 
-    def judged(self, X: Floats) -> Floats:
+    def evaluate_designs(self, X: Floats) -> Floats:
         """Return objectives, constraints and violations of single bounds of designs, shape (n, k).
 
         Values are those of nominal runs or, with Monte Carlo runs, their reductions. Designs of the
         previous batch are not evaluated again.
         """
-        return self._cache.evaluate(X, self._run)
+        return self._cache.evaluate(X, self._evaluate_uncached)
 
-    def _run(self, X: Floats) -> Floats:
-        if self.flights is None or not self._count:
-            return self.valued(self.model, self.run(X, covariance=self._needs_covariance))
-        values = self.flown(self.flights.iterate_runs(self._count), X)
-        return reduce_runs(values, self.n_obj, self.flights.settings)
+    def _evaluate_uncached(self, X: Floats) -> Floats:
+        if self.monte_carlo_runs is None or not self._n_runs:
+            return self.compute_values(
+                self.model, self.evaluate_nominal(X, covariance=self._needs_covariance)
+            )
+        values = self.evaluate_runs(self.monte_carlo_runs.iterate_runs(self._n_runs), X)
+        return reduce_runs(values, self.n_obj, self.monte_carlo_runs.settings)
 
-    def flown(self, flights: Iterable[MonteCarloRun], X: Floats) -> Floats:
+    def evaluate_runs(self, runs: Iterable[MonteCarloRun], X: Floats) -> Floats:
         """Return the values of `valued` in each of f Monte Carlo runs, shape (f, n, k)."""
-        return evaluate_runs(flights, X, self.valued, self.threads, self._needs_covariance)
+        return evaluate_runs(runs, X, self.compute_values, self.threads, self._needs_covariance)
 
-    def valued(self, model: FilterModel, result: Evaluation) -> Floats:
+    def compute_values(self, model: FilterModel, result: Evaluation) -> Floats:
         """Return objectives, constraints and single violations for a filter result, shape (n, k).
 
         The result must contain covariances if objectives or constraints need them.
@@ -248,16 +254,16 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         excesses = [
             constraint.compute_violations(result) for constraint in list_constraints(self.scenario)
         ]
-        columns = [entry.value(model, result) for entry in self._objectives()]
+        columns = [entry.value(model, result) for entry in self._build_objectives()]
         columns += [of_limits.max(axis=0) for of_limits in excesses]
         return np.column_stack([*columns, *chain.from_iterable(excesses)])
 
     @property
     def _needs_covariance(self) -> bool:
-        needed = any(each.needs_covariance for each in self._objectives())
+        needed = any(each.needs_covariance for each in self._build_objectives())
         return needed or any(each.needs_covariance for each in list_constraints(self.scenario))
 
-    def _objectives(self) -> list[Objective]:
+    def _build_objectives(self) -> list[Objective]:
         return [find_objective(name, self.scenario.suite) for name in self.objectives]
 
     @classmethod
@@ -275,10 +281,10 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return document.get("scenario", {}), document.get("design")
 
     def build_document(self, x: ArrayLike) -> dict[str, Any]:
-        from mgeo_attitude.plan.files import document
+        from mgeo_attitude.plan.files import build_document
         from mgeo_attitude.plan.plan import ManeuverPlan
 
-        return document(ManeuverPlan.from_design(self, x))
+        return build_document(ManeuverPlan.from_design(self, x))
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
@@ -316,9 +322,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         runs. Searches with fidelity levels start with nominal runs, then use 16 and 64 of the Monte
         Carlo runs; see `mgeo.MGEOStaged`.
         """
-        errors = self.scenario.flight or FlightErrors(count=_FLIGHTS, quantile=_QUANTILE)
-        fewer = tuple(count for count in _GROW if count < errors.count)
-        flight = dataclasses.replace(errors, grow=errors.grow or fewer)
+        errors = self.scenario.monte_carlo or FlightErrors(n_runs=_N_RUNS, quantile=_QUANTILE)
+        fewer = tuple(count for count in _FIDELITIES if count < errors.n_runs)
+        flight = dataclasses.replace(errors, grow=errors.fidelities or fewer)
         scenario = dataclasses.replace(self.scenario, flight=flight)
         return AttitudeManeuverProblem(scenario, threads=self.threads)
 
@@ -331,17 +337,26 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         wheels only initial designs are recommended.
         """
         scenario, wheels = self.scenario, self.scenario.wheels
-        least = _POLISHED_BY.get(scenario.convergence.rule, _POLISHED)
+        least = _MIN_MANEUVERS_BY_RULE.get(scenario.convergence.rule, _MIN_MANEUVERS)
         is_small = scenario.maneuvers.count < least
-        if is_small or scenario.name == "paper" or scenario.flight or scenario.turned_by_coils:
+        if (
+            is_small
+            or scenario.name == "paper"
+            or scenario.monte_carlo
+            or scenario.is_magnetorquer_driven
+        ):
             return {}
-        if not is_refinable(self.objectives) or (wheels and wheels.budgeted):
-            return {"starts": _STARTS}
-        return {"starts": _STARTS, "polish": True, "evaluations": _BEFORE_POLISH}
+        if not is_refinable(self.objectives) or (wheels and wheels.has_momentum_budget):
+            return {"starts": _N_INITIAL_DESIGNS}
+        return {
+            "starts": _N_INITIAL_DESIGNS,
+            "polish": True,
+            "evaluations": _N_EVALUATIONS_BEFORE_REFINEMENT,
+        }
 
     def suggest_initial_designs(self, n: int, random_state: np.random.Generator) -> Floats:
         """Return initial designs for a search, shape (n, n_var); see `refine.starts`."""
-        return starts(self, n, random_state)
+        return build_initial_designs(self, n, random_state)
 
     def refine(self, X: ArrayLike) -> Iterator[Floats]:
         """Return an iterator over refined designs, to which later steps append designs.
@@ -353,7 +368,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         ValueError
             If the objectives are not t_end and one smooth objective.
         """
-        return polish_steps(self, X, more=True)
+        return iterate_refinement(self, X, add_plans=True)
 
     def view(self, X: ArrayLike) -> ManeuverView:
         from mgeo_attitude.view.maneuver_view import ManeuverView

@@ -12,9 +12,9 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.scenario.validity import validity
-from mgeo_attitude.view.describe import span
-from mgeo_attitude.view.observability.covariance import States
+from mgeo_attitude.scenario.validity import find_validity_violations
+from mgeo_attitude.view.describe import format_duration
+from mgeo_attitude.view.observability.covariance import StateLabels
 from scipy.stats import chi2
 
 from mgeo.studies.statistics import holm_correction
@@ -145,7 +145,7 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
         until=plan.t_end,
     )
     result, at = flights.table(), flights.sample()
-    states = States.of(plan.problem.model.suite)
+    states = StateLabels.from_suite(plan.problem.model.suite)
     prediction = predictions(plan, flights)
     predicted, claimed = (
         np.sqrt(((flights.errors[:, at] / sigma) ** 2).mean(axis=0))
@@ -184,7 +184,7 @@ def predictions(plan: ManeuverPlan, flights: MonteCarlo) -> Floats:
     the linear covariance of the motion of each run, which depends on the initial attitude.
     """
     model, at = plan.problem.model, flights.sample()
-    if not plan.scenario.turned_by_coils:
+    if not plan.scenario.is_magnetorquer_driven:
         return np.broadcast_to(flights.predicted[at], flights.errors[:, at].shape)
     first, step = model.initial_attitude, round(plan.t_end / model.step)
     result = []
@@ -246,7 +246,7 @@ def remedies(plan: ManeuverPlan, found: Verification) -> Iterator[str]:
     """Yield suggestions for a plan that fails, the most effective first."""
     if found.achieved:
         return
-    scenario, outside = plan.scenario, validity(plan.scenario)
+    scenario, outside = plan.scenario, find_validity_violations(plan.scenario)
     if outside:
         yield f"reduce the initial uncertainty: {'; '.join(outside)}"
     elif scenario.prior is None:
@@ -254,7 +254,7 @@ def remedies(plan: ManeuverPlan, found: Verification) -> Iterator[str]:
         yield f"reduce the initial uncertainty, for example of the attitude ({known})"
     if plan.t_end < scenario.duration:
         yield (
-            f"choose a plan that converges later than {span(plan.t_end)}: --pick best, or "
+            f"choose a plan that converges later than {format_duration(plan.t_end)}: --pick best, or "
             "--time SECONDS; the effect of the first, nonlinear updates then decays"
         )
     yield (

@@ -12,8 +12,8 @@ from typing import Annotated, Any
 
 import pydantic.dataclasses
 from mgeo_attitude import Gyro, Magnetometer, StarTracker, SunSensor
-from mgeo_attitude.settings.base import Settings, declared, to_table
-from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, expect, known_names
+from mgeo_attitude.settings.base import Settings, get_fields, to_table
+from mgeo_attitude.settings.errors import InvalidKey, InvalidValue, expect, format_known_names
 from mgeo_attitude.settings.types import Unit
 from pydantic import Field
 
@@ -142,7 +142,7 @@ class Catalog:
         known = [*SECTIONS, "faces"]
         for key, value in table.items():
             if key not in known:
-                raise KeyProblem(str(key), value, f"unknown key{known_names(key, known)}")
+                raise InvalidKey(str(key), value, f"unknown key{format_known_names(key, known)}")
         grades = {section: _build_grades(section, table.get(section, [])) for section in SECTIONS}
         for section in _REQUIRED_SECTIONS:
             expect(grades[section], section, [], f"at least one entry [[{section}]]")
@@ -174,7 +174,7 @@ def _build_grades(section: str, tables: Any) -> tuple[Grade, ...]:
             new = bool(grade.name.strip()) and grade.name not in names
             expect(new, "name", grade.name, f"a name other than {', '.join(map(repr, names))}")
         except InvalidValue as error:
-            raise error.under(f"{section}[{i}]") from None
+            raise error.prefix_key(f"{section}[{i}]") from None
         grades.append(grade)
     return tuple(grades)
 
@@ -182,11 +182,13 @@ def _build_grades(section: str, tables: Any) -> tuple[Grade, ...]:
 def _build_grade(cls: type[Any], table: Any) -> Grade:
     if not isinstance(table, Mapping):
         raise InvalidValue("entry", table, "expected a table")
-    own = tuple(declared(GradeCost))
-    keys = [key for key in declared(cls) if key not in _MOUNTING_KEYS]
+    own = tuple(get_fields(GradeCost))
+    keys = [key for key in get_fields(cls) if key not in _MOUNTING_KEYS]
     for key, value in table.items():
         if key not in own and key not in keys:
-            raise KeyProblem(str(key), value, f"unknown key{known_names(key, [*own, *keys])}")
+            raise InvalidKey(
+                str(key), value, f"unknown key{format_known_names(key, [*own, *keys])}"
+            )
     entry = GradeCost(**{key: table[key] for key in table if key in own})
     return Grade(entry, cls(**{key: table[key] for key in table if key not in own}))
 

@@ -8,8 +8,8 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.filter.evaluator import Evaluation
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.view.describe import maneuver_texts
-from mgeo_attitude.view.figures.style import line, small_layout
+from mgeo_attitude.view.describe import format_maneuvers
+from mgeo_attitude.view.figures.style import build_line_style, build_small_layout
 
 from mgeo.figures.style import COLORS, SYMBOLS, apply_style, build_log_axis_layout, escape_markup
 from mgeo_suite.catalog import NONE
@@ -67,7 +67,7 @@ def _draw_front(
                     f"{result.t_end[row]:.6g} s",
                     *map(escape_markup, suites.describe_suite(choices[row]).split(", ")),
                     "maneuvers, x / y / z [deg/s] for duration [s]:",
-                    *maneuver_texts(maneuvers[row]),
+                    *format_maneuvers(maneuvers[row]),
                 ]
             )
             for row in own
@@ -147,9 +147,11 @@ def draw_solution_figures(model: FilterModel, result: Evaluation) -> dict[str, g
 def _draw_time_series(title: str, times: Floats, lines: dict[str, Floats], shape: str) -> go.Figure:
     figure = go.Figure()
     for k, (name, values) in enumerate(lines.items()):
-        look = {**line(k), "shape": shape}
+        look = {**build_line_style(k), "shape": shape}
         figure.add_scatter(x=times, y=values, name=name, mode="lines", line=look)
     figure.update_traces(hovertemplate="%{x:.6g} s: %{y:.4g}")
     figure.update_xaxes(title="time [s]", tickformat="d")
     # Omitting the template saves 7 kB per figure.
-    return figure.update_layout(small_layout(title), showlegend=len(lines) > 1, template="none")
+    return figure.update_layout(
+        build_small_layout(title), showlegend=len(lines) > 1, template="none"
+    )

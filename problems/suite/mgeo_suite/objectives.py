@@ -10,7 +10,7 @@ from mgeo_attitude import Evaluation, FilterModel, Scenario
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.objectives import OBJECTIVES as OF_PLANS
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
-from mgeo_attitude.settings.errors import InvalidValue, known_names
+from mgeo_attitude.settings.errors import InvalidValue, format_known_names
 
 _INDICATOR_DECADES = 4.0  # decades of accuracy that map to one unit of an indicator
 _REFERENCE_ACCURACY_DEG = 1e-3
@@ -48,7 +48,9 @@ def validate_objectives(names: Sequence[str], has_required_sigma: bool) -> tuple
     for i, name in enumerate(names):
         key = f"objectives[{i}]"
         if name not in OBJECTIVES:
-            raise InvalidValue(key, name, f"unknown objective{known_names(name, OBJECTIVES)}")
+            raise InvalidValue(
+                key, name, f"unknown objective{format_known_names(name, OBJECTIVES)}"
+            )
         if name in names[:i]:
             raise InvalidValue(key, name, "expected each one once")
         if name == "t_required" and not has_required_sigma:

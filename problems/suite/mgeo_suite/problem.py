@@ -13,8 +13,8 @@ from mgeo_attitude import Evaluation, Scenario
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.constraints import list_constraints, validate_initial_state
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
-from mgeo_attitude.maneuvers.schedule import decode
-from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, known_names
+from mgeo_attitude.maneuvers.schedule import decode_designs
+from mgeo_attitude.settings.errors import InvalidKey, InvalidValue, format_known_names
 from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Choice, Real
@@ -144,7 +144,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
 
     def _evaluate(self, X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         numbers = self.encode_designs(X)
-        decode(
+        decode_designs(
             self.split_designs(numbers)[1]
         )  # reports an invalid design by its index in the whole batch
         values = self._cache.evaluate(numbers, self._compute_values)
@@ -190,10 +190,14 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         """
         for key, value in options.items():
             if key not in _OPTION_KEYS:
-                raise KeyProblem(str(key), value, f"unknown key{known_names(key, _OPTION_KEYS)}")
+                raise InvalidKey(
+                    str(key), value, f"unknown key{format_known_names(key, _OPTION_KEYS)}"
+                )
         preset = options.get("preset", "cubesat")
         if not isinstance(preset, str) or preset not in PRESETS:
-            raise InvalidValue("preset", preset, f"unknown preset{known_names(preset, PRESETS)}")
+            raise InvalidValue(
+                "preset", preset, f"unknown preset{format_known_names(preset, PRESETS)}"
+            )
         for key in ("scenario", "catalog"):
             if not isinstance(options.get(key, {}), Mapping):
                 raise InvalidValue(key, options[key], "expected a table")
@@ -202,7 +206,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
             try:
                 arguments[key] = read(options[key]) if key in options else None
             except InvalidValue as error:
-                raise error.under(key) from None
+                raise error.prefix_key(key) from None
         return cls(**arguments)
 
     @classmethod
@@ -260,6 +264,6 @@ class SensorSuiteProblem(ProblemMixin, Problem):
 
 def _find_option_index(place: MountingPlace, option: Any) -> int:
     if option not in place.options:
-        known = known_names(str(option), place.options)
+        known = format_known_names(str(option), place.options)
         raise InvalidValue(place.name, option, f"unknown option{known}")
     return place.options.index(option)

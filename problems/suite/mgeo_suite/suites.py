@@ -154,7 +154,7 @@ class SuiteModels:
         suite = Suite(
             gyro,
             tuple(_rename_sensor(sensor, place.name) for place, sensor in named),
-            form.suite.world,
+            form.suite.environment_errors,
         )
         sigma = suite.initial_sigma(np.radians(self.scenario.initial.attitude_deg))
         return dataclasses.replace(form, suite=suite, initial_sigma=sigma)
@@ -210,7 +210,7 @@ def _add_instruments(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -
                     "expected a state of the attitude, the gyro or the magnetometer 'mag', which "
                     "every suite has",
                 )
-    if scenario.flight is not None:
+    if scenario.monte_carlo is not None:
         raise InvalidValue(
             "flight", "...", "expected none: suites are evaluated in the nominal run"
         )

@@ -11,8 +11,8 @@ from mgeo_attitude import Evaluation
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
-from mgeo_attitude.view.describe import maneuver_texts, span, two_digits
-from mgeo_attitude.view.margins import tables
+from mgeo_attitude.view.describe import format_duration, format_maneuvers, format_two_digits
+from mgeo_attitude.view.margins import build_constraint_tables
 from numpy.typing import ArrayLike
 
 from mgeo.plugins.view import View
@@ -71,7 +71,7 @@ class SuiteView(View):
         }
         for k, place in enumerate(problem.suites.places):
             columns[place.name] = [place.options[number] for number in self.choices[:, k]]
-        texts = [maneuver_texts(x) for x in self.maneuvers]
+        texts = [format_maneuvers(x) for x in self.maneuvers]
         for m in range(problem.scenario.maneuvers.count):
             name = f"maneuver {m + 1}: x / y / z [deg/s] for d [s]"
             columns[name] = [text[m] for text in texts]
@@ -85,10 +85,12 @@ class SuiteView(View):
             if np.isnan(t_end):
                 lines.append("the filter's covariance lost positivity")
                 continue
-            accuracy = two_digits(float(attitude_accuracy_deg(self.evaluation.covariance[i])))
+            accuracy = format_two_digits(
+                float(attitude_accuracy_deg(self.evaluation.covariance[i]))
+            )
             lines.append(
                 f"{self.resources[i, 0]:.4g} kEUR; attitude {accuracy} deg (1-sigma, worst of all "
-                f"axes) after {span(t_end)}; {self.problem.suites.describe_suite(choice)}"
+                f"axes) after {format_duration(t_end)}; {self.problem.suites.describe_suite(choice)}"
             )
         return lines
 
@@ -99,7 +101,7 @@ class SuiteView(View):
             for each in constraint.bounds
         ]
         excesses = np.array([limit.compute_violation(self.evaluation) for limit in limits]).T
-        return tables(limits, excesses.reshape(len(self.X), len(limits)))
+        return build_constraint_tables(limits, excesses.reshape(len(self.X), len(limits)))
 
     def figures(self) -> dict[str, go.Figure]:
         """Return ``front``, price against accuracy, and ``sensors``, the selected options."""
@@ -164,7 +166,7 @@ def summarize_front(
             continue
         best = within[np.argmin(accuracy[within])]
         lines.append(
-            f"Within {budget:g} kEUR the best is {two_digits(accuracy[best])} deg, for "
+            f"Within {budget:g} kEUR the best is {format_two_digits(accuracy[best])} deg, for "
             f"{price[best]:.4g}: {problem.suites.describe_suite(choices[best])}."
         )
     for least in ACCURACY_LEVELS_DEG:

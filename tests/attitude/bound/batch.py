@@ -11,7 +11,7 @@ import dataclasses
 import numpy as np
 from mgeo_attitude import FilterModel
 from mgeo_attitude.filter.reference import discretize_van_loan
-from mgeo_attitude.maneuvers.motion import attitudes
+from mgeo_attitude.maneuvers.motion import compute_attitudes
 from numpy.typing import NDArray
 from scipy.linalg import inv, solve_triangular
 
@@ -56,7 +56,7 @@ def _columns(model: FilterModel, k: int) -> Floats:
 
 def _driven(model: FilterModel) -> NDArray[np.bool_]:
     driven = np.zeros(model.suite.n_states, dtype=bool)
-    driven[: model.suite.n_dynamic] = model.suite.diffusion() > 0.0
+    driven[: model.suite.n_dynamic] = model.suite.compute_noise_density() > 0.0
     return driven
 
 
@@ -65,7 +65,7 @@ def _jacobian(model: FilterModel, rotation: Floats, rate: Floats) -> Floats:
     model = dataclasses.replace(model, initial_attitude=rotation @ model.initial_attitude)
     rate, driven, n = rotation @ rate, _driven(model), model.suite.n_states
     starts = np.zeros(1, dtype=int)
-    C = attitudes(rate[None], starts, model.n_steps, model.step, model.initial_attitude)
+    C = compute_attitudes(rate[None], starts, model.n_steps, model.step, model.initial_attitude)
     width = (model.n_steps + 1) * driven.sum() + (~driven).sum()
     rows = []
 
@@ -86,7 +86,7 @@ def _jacobian(model: FilterModel, rotation: Floats, rate: Floats) -> Floats:
         add(np.hstack([F[driven], -np.eye(n)[driven]]), lower, k - 1, k)
         for index, sensor in enumerate(model.suite.sensors):
             if model.available[k, index]:
-                add(H[index][k], np.diag(sensor.noise()), k)
+                add(H[index][k], np.diag(sensor.noise_sigmas()), k)
     return np.concatenate(rows)
 
 

@@ -54,9 +54,9 @@ def coarse(scenario: Scenario, step: float) -> Scenario:
     """The same at another step, with a sample in each."""
     sensors = tuple(dataclasses.replace(each, sample_interval=None) for each in scenario.sensors)
     duration = scenario.duration // step * step
-    coils = scenario.coils  # a dipole is held for a step
+    coils = scenario.magnetorquers  # a dipole is held for a step
     if coils is not None:
-        coils = dataclasses.replace(coils, response=max(coils.response, 2.0 * step))
+        coils = dataclasses.replace(coils, response=max(coils.time_constant, 2.0 * step))
     return dataclasses.replace(scenario, step=step, duration=duration, sensors=sensors, coils=coils)
 
 
@@ -151,5 +151,5 @@ def without_albedo(scenario: Scenario) -> Scenario:
         dataclasses.replace(each, sees_albedo=False) if hasattr(each, "sees_albedo") else each
         for each in scenario.sensors
     )
-    world = dataclasses.replace(scenario.world, albedo=0.0, earth_albedo=0.0)
+    world = dataclasses.replace(scenario.environment_errors, albedo=0.0, earth_albedo=0.0)
     return dataclasses.replace(scenario, sensors=sensors, world=world)

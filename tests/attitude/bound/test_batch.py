@@ -16,7 +16,7 @@ from .batch import mean_covariance
 LIMITED = [
     name
     for name, suite in SUITES.items()
-    if not any(s.delay() for s in suite.sensors) and not suite.gyro.influences
+    if not any(s.latency_states() for s in suite.sensors) and not suite.gyro.bias_sensitivities
 ]
 #: Rotations of a cube: their mean of a vector is zero, and of a matrix the share of its trace.
 CUBE = Rotation.create_group("O").as_matrix()
@@ -30,7 +30,7 @@ def of_suite(name):
         Scenario.paper(),
         gyro=suite.gyro,
         sensors=tuple(sensors),
-        world=suite.world,
+        world=suite.environment_errors,
         duration=300.0,
         step=20.0,
         trace_weights={},
@@ -57,7 +57,7 @@ def compare(name, rotations):
     scenario, model = of_suite(name)
     found = limit(scenario, model)
     slow = totals(mean_covariance(model, RATE, rotations))
-    left_out = {model.suite.blocks[state // 3] for state in model.suite.considered}
+    left_out = {model.suite.blocks[state // 3] for state in model.suite.considered_indices}
     return {
         block: found.variance_sum[block][-1] / total
         for block, total in zip(model.suite.blocks, slow, strict=True)

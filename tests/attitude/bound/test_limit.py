@@ -101,11 +101,11 @@ class Nodding(VectorSensor):
     def states(self):
         return {"misalignment": 0.01, "bias": 0.01}
 
-    def measure(self, x, v):
-        y = super().measure(x, v)
+    def linearize_measurement(self, x, v):
+        y = super().linearize_measurement(x, v)
         return y + Vec3(*(v.z * component for component in x.bias))
 
-    def noise(self):
+    def noise_sigmas(self):
         return (0.01,) * 3
 
     def inertial_vector(self, environment):

@@ -48,10 +48,10 @@ def test_a_plan_is_chosen_by_its_time_or_its_number(run, folder, front, option):
 
 def test_a_plan_that_calibrates_nothing_says_so(run, front, tmp_path):
     still = ManeuverPlan.from_design(front.problem, np.zeros(12))
-    assert any(text.startswith("sun misalignment (") for text in still.uncalibrated())
+    assert any(text.startswith("sun misalignment (") for text in still.list_uncalibrated_errors())
     path = tmp_path / "still.json"
     path.write_text(to_json(still), encoding="utf-8")
-    note = f"Note: this plan hardly reduces the error of {', '.join(still.uncalibrated())}\n"
+    note = f"Note: this plan hardly reduces the error of {', '.join(still.list_uncalibrated_errors())}\n"
     assert note in run("show", path).stdout
     assert run("export", path, tmp_path / "still.csv").stderr.startswith(note)
     assert run("export", path, tmp_path / "quiet.csv", "--quiet").stderr == ""

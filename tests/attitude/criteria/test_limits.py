@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, run_reference_filter
-from mgeo_attitude.maneuvers.motion import phases
+from mgeo_attitude.maneuvers.motion import list_phases
 from mgeo_attitude.scenario.actuators import Wheels
 from mgeo_attitude.scenario.goals import Convergence
-from mgeo_attitude.scenario.limits import ManeuverLimits, PathLimit
+from mgeo_attitude.scenario.limits import ManeuverBounds, PathConstraint
 
 DURATION = 900.0
 
@@ -32,11 +32,11 @@ def evaluated(problem, X):
 
 
 LIMITED = scenario(
-    maneuvers=ManeuverLimits(max_acceleration_deg_s2=0.02),
+    maneuvers=ManeuverBounds(max_acceleration_deg_s2=0.02),
     wheels=Wheels(inertia=(0.02, 0.03, 0.04), max_momentum=5e-4, max_torque=1e-5),
     path_limits=(
-        PathLimit(boresight=(0.0, 0.0, 3.0), half_angle_deg=30.0, attitude_sigmas=0.0),
-        PathLimit(
+        PathConstraint(boresight=(0.0, 0.0, 3.0), half_angle_deg=30.0, attitude_sigmas=0.0),
+        PathConstraint(
             name="second", boresight=(1.0, -1.0, 0.0), half_angle_deg=60.0, attitude_sigmas=0.0
         ),
     ),
@@ -104,7 +104,7 @@ def test_only_what_is_flown_until_t_end_is_turned_through(design, angle, rate_ch
 
 @pytest.mark.parametrize("acceleration", [None, 0.02])
 def test_angle_is_what_the_phases_of_the_plan_sweep(acceleration):
-    limits = ManeuverLimits(max_acceleration_deg_s2=acceleration)
+    limits = ManeuverBounds(max_acceleration_deg_s2=acceleration)
     problem = AttitudeManeuverProblem(
         scenario(maneuvers=limits), objectives=("t_end", "angle", "rate_change")
     )
@@ -114,7 +114,7 @@ def test_angle_is_what_the_phases_of_the_plan_sweep(acceleration):
     F = evaluated(problem, X)["F"]
     slew_limits = problem.model.slew_limits
     swept = [
-        sum(phase.swept_deg for phase in phases(x, t_end, 1.0, slew_limits))
+        sum(phase.rotation_deg for phase in list_phases(x, t_end, 1.0, slew_limits))
         for x, t_end in zip(X, F[:, 0], strict=True)
     ]
     np.testing.assert_allclose(F[:, 1], swept, rtol=1e-12)

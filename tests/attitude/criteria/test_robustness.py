@@ -17,7 +17,7 @@ from mgeo_attitude.criteria.robustness import (
     evaluate_runs,
     reduce_runs,
 )
-from mgeo_attitude.scenario import FlightErrors, PathLimit, Prior, Wheels
+from mgeo_attitude.scenario import FlightErrors, PathConstraint, Prior, Wheels
 from scipy.spatial.transform import Rotation
 
 
@@ -36,7 +36,7 @@ def scenario(**errors) -> Scenario:
 
 def flights(**errors):
     of = scenario(**errors)
-    return draw_runs(of, FilterModel.from_scenario(of), of.flight)
+    return draw_runs(of, FilterModel.from_scenario(of), of.monte_carlo)
 
 
 def designs(n, seed=0):
@@ -56,7 +56,7 @@ def test_values_are_those_of_the_reference_filter_in_each_flight():
                 (run.t_end, run.trace[-1])
                 for run in (run_reference_filter(f.model, x) for x in f.apply_errors(X))
             ]
-            for f in problem.flights
+            for f in problem.monte_carlo_runs
         ]
     )
     F = problem.evaluate(X, return_values_of=["F"])
@@ -68,7 +68,7 @@ def test_flights_without_errors_are_the_plan():
     X = designs(3)
     np.testing.assert_allclose(
         AttitudeManeuverProblem(exact).evaluate(X),
-        AttitudeManeuverProblem(exact, flights=0).evaluate(X),
+        AttitudeManeuverProblem(exact, n_runs=0).evaluate(X),
         rtol=1e-12,
     )
 
@@ -94,7 +94,7 @@ def test_rates_are_off_by_the_gyros_bias():
 def test_noise_is_other_than_believed_by_a_factor_that_the_filter_knows():
     X, names = designs(2), ("angle_random_walk_deg_per_sqrt_h", "noise_deg", "noise_nt")
     of = scenario(count=300, noise_spread=0.3)
-    drawn = draw_runs(of, FilterModel.from_scenario(of), of.flight)
+    drawn = draw_runs(of, FilterModel.from_scenario(of), of.monte_carlo)
     for noisy, exact in zip(drawn, flights(count=3), strict=False):
         np.testing.assert_array_equal(noisy.model.references, exact.model.references)
         np.testing.assert_array_equal(noisy.rate_errors, exact.rate_errors)
@@ -110,7 +110,7 @@ def test_noise_is_other_than_believed_by_a_factor_that_the_filter_knows():
     # 900 numbers: three standard deviations of their spread are 7 %
     assert np.std(np.log(factors)) == pytest.approx(0.3, rel=0.07)
     assert np.abs(np.corrcoef(np.log(factors).T)[np.triu_indices(3, 1)]).max() < 0.2
-    problem = AttitudeManeuverProblem(dataclasses.replace(of, flight=None), flights=1)
+    problem = AttitudeManeuverProblem(dataclasses.replace(of, flight=None), n_runs=1)
     values = evaluate_runs(drawn[:2], X, lambda _, ran: ran.trace[:, None], 1, False)
     by_hand = [
         [run_reference_filter(f.variants[0], x).trace[-1] for x in f.apply_errors(X)]
@@ -134,9 +134,9 @@ def test_a_delayed_run_is_a_run_of_the_scenario_that_begins_later():
             "path_limits": [limit | {"half_angle_deg": 179.0}],
         }
     )
-    (flight,) = draw_runs(of, FilterModel.from_scenario(of), of.flight)
+    (flight,) = draw_runs(of, FilterModel.from_scenario(of), of.monte_carlo)
     later = FilterModel.from_scenario(
-        dataclasses.replace(of.starting(flight.start_delay), flight=None)
+        dataclasses.replace(of.shift_start(flight.start_delay), flight=None)
     )
     assert flight.start_delay > 1800.0
     np.testing.assert_allclose(flight.model.references, later.references, rtol=0, atol=1e-10)
@@ -147,12 +147,12 @@ def test_a_delayed_run_is_a_run_of_the_scenario_that_begins_later():
 
 def test_constraints_are_the_worst_of_the_share_of_runs_that_keeps_them():
     wheels = Wheels(inertia=(0.1, 0.2, 0.1), initial_momentum=(1e-3, 0.0, 0.0), max_momentum=0.01)
-    limit = PathLimit(boresight=(0.0, 1.0, 0.0), half_angle_deg=20.0, attitude_sigmas=1.0)
+    limit = PathConstraint(boresight=(0.0, 1.0, 0.0), half_angle_deg=20.0, attitude_sigmas=1.0)
     of = dataclasses.replace(
         scenario(count=4, attitude_deg=20.0, start_delay=600.0), wheels=wheels, path_limits=(limit,)
     )
     problem, X = AttitudeManeuverProblem(of), designs(2)
-    ran = [evaluate(each.model, each.apply_errors(X)) for each in problem.flights]
+    ran = [evaluate(each.model, each.apply_errors(X)) for each in problem.monte_carlo_runs]
     load = np.max([each.wheel_load[:, 0] for each in ran], axis=0) / 0.01 - 1.0
     off = 1.0 - np.min([each.path_angle[:, 0] for each in ran], axis=0) / np.radians(20.0)
     assert problem.constraint_names == ("wheel momentum", "Sun off payload")
@@ -175,16 +175,16 @@ def test_a_lost_covariance_is_above_every_number():
 
 def test_objectives_may_be_means_and_limits_be_kept_by_some():
     values = np.arange(12.0).reshape(4, 1, 3)
-    errors = FlightErrors(mean=True, kept=0.5)
+    errors = FlightErrors(mean=True, constraint_share=0.5)
     np.testing.assert_array_equal(reduce_runs(values, 2, errors), [[4.5, 5.5, 5.0]])
 
 
 def test_promises_are_those_of_the_plan_and_of_other_flights():
     of = scenario(count=4)
     problem, X = AttitudeManeuverProblem(of), designs(3)
-    table = problem.view(X).promises(flights=11, seed=5)
+    table = problem.view(X).compare_with_monte_carlo(n_runs=11, seed=5)
     own = problem.evaluate(X, return_values_of=["F"])
-    others = dataclasses.replace(of, flight=FlightErrors(count=11, seed=5))
+    others = dataclasses.replace(of, flight=FlightErrors(n_runs=11, seed=5))
     kept = AttitudeManeuverProblem(others).evaluate(X, return_values_of=["F"])
     np.testing.assert_array_equal(table.filter(regex="^promised"), own)
     np.testing.assert_array_equal(table.filter(regex="^kept (?!/)"), kept)
@@ -202,7 +202,7 @@ def test_promises_are_those_of_the_plan_and_of_other_flights():
 def test_a_stage_of_a_search_has_as_many_flights_as_it_says(stage, flights):
     X = designs(3)
     problem = AttitudeManeuverProblem(scenario(count=8, grow=(0, 3)))
-    expected = AttitudeManeuverProblem(scenario(count=flights or 1), flights=flights or 0)
+    expected = AttitudeManeuverProblem(scenario(count=flights or 1), n_runs=flights or 0)
     judge = problem.at_fidelity(stage)
     F = judge.evaluate(X, return_values_of=["F"])
     np.testing.assert_array_equal(F, expected.evaluate(X, return_values_of=["F"]))
@@ -228,7 +228,7 @@ def test_flights_after_a_calibration_are_drawn_from_its_covariance():
     of = dataclasses.replace(of, prior=prior)
     model = FilterModel.from_scenario(of)
     errors = []
-    for flight in draw_runs(of, model, of.flight):
+    for flight in draw_runs(of, model, of.monte_carlo):
         # what is seen there is what is seen from the true attitude R(-e) C
         turn, *_ = np.linalg.lstsq(model.references[:50, 1], flight.model.references[:50, 1])
         C = model.initial_attitude
@@ -239,7 +239,7 @@ def test_flights_after_a_calibration_are_drawn_from_its_covariance():
     expected = P / np.sqrt(np.outer(np.diag(P), np.diag(P)))
     assert np.abs(expected - np.eye(6)).max() > 0.3
     np.testing.assert_allclose(found, expected, rtol=0, atol=0.08)  # 1.6 % 1-sigma, times 5
-    given = dataclasses.replace(of.flight, attitude_deg=0.0, rate_error_deg_s=0.0, count=2)
+    given = dataclasses.replace(of.monte_carlo, attitude_deg=0.0, rate_error_deg_s=0.0, count=2)
     for flight in draw_runs(of, model, given):
         np.testing.assert_array_equal(flight.model.references, model.references)
         np.testing.assert_array_equal(flight.rate_errors, np.zeros((3, 3)))

@@ -56,7 +56,9 @@ def angle_sigma(axis, direction, covariance):
 def path_angles(model, run, x):
     """Return the worst angle [rad] of every path limit along a run of the reference filter."""
     n, found = len(run.times), []
-    turn = np.vstack([np.zeros(3), model.step * Motion.of(model, x, model.n_steps).rates[: n - 1]])
+    turn = np.vstack(
+        [np.zeros(3), model.step * Motion.from_design(model, x, model.n_steps).rates[: n - 1]]
+    )
     for limit in model.path_limits:
         cone = limit.cone()
         passage = model.passage(cone.direction, slice(n)).seen(run.attitude)

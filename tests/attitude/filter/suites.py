@@ -4,9 +4,10 @@ import dataclasses
 
 import pytest
 from mgeo_attitude import (
+    BiasSensitivity,
+    EnvironmentErrors,
     Gyro,
     HorizonSensor,
-    Influence,
     Magnetometer,
     Photodiode,
     Scenario,
@@ -14,14 +15,13 @@ from mgeo_attitude import (
     Suite,
     SunSensor,
     TwoAxisSunSensor,
-    World,
 )
-from mgeo_attitude.scenario import Channel
+from mgeo_attitude.scenario import HousekeepingChannel
 
 #: What the suite "influences" follows.
 CHANNELS = (
-    Channel(name="temp", in_sunlight=40.0, in_shadow=-20.0, time_constant=400.0),
-    Channel(name="current", times=(0.0, 300.0, 900.0), values=(0.0, 0.5, -0.2)),
+    HousekeepingChannel(name="temp", in_sunlight=40.0, in_shadow=-20.0, time_constant=400.0),
+    HousekeepingChannel(name="current", times=(0.0, 300.0, 900.0), values=(0.0, 0.5, -0.2)),
 )
 
 FULL = Scenario.cubesat_6u_full()
@@ -77,7 +77,7 @@ SUITES = {
             SunSensor(),
             Magnetometer(),
         ),
-        World(
+        EnvironmentErrors(
             albedo=0.05,
             albedo_correlation_time=40.0,
             field_error_nt=100.0,
@@ -91,7 +91,7 @@ SUITES = {
             SunSensor(boresight=(1.0, 0.0, 0.0), half_angle_deg=60.0),
             Magnetometer(),
         ),
-        World(
+        EnvironmentErrors(
             earth_albedo=0.3,
             albedo=0.03,
             field_error_nt=100.0,
@@ -105,7 +105,7 @@ SUITES = {
             SunSensor(sample_interval=4.0),
             Magnetometer(initial_scale_factor=0.02, considered=("scale_factor",)),
         ),
-        World(
+        EnvironmentErrors(
             albedo=0.05,
             field_error_nt=100.0,
             orbit_error_m=(1000.0, 1000.0, 1000.0),
@@ -120,7 +120,7 @@ SUITES = {
             HorizonSensor(sun_exclusion_deg=40.0, considered=("bias",), sample_interval=2.0),
             Magnetometer(),
         ),
-        World(
+        EnvironmentErrors(
             earth_albedo=0.3,
             albedo=0.03,
             orbit_error_m=(1000.0, 1000.0, 1000.0),
@@ -131,28 +131,30 @@ SUITES = {
         Gyro(),
         (
             Photodiode(name="px", normal=(1.0, 0.0, 0.0), relative_noise=0.01),
-            Photodiode(name="mx", normal=(-1.0, 0.0, 0.0), initial_delay_s=0.5),
+            Photodiode(name="mx", normal=(-1.0, 0.0, 0.0), initial_latency_s=0.5),
             Photodiode(name="py", normal=(0.0, 2.0, 0.1), considered=("sensitivity",)),
-            Photodiode(name="mz", normal=(0.3, -1.0, -1.0), half_angle_deg=80.0, sees_albedo=False),
+            Photodiode(
+                name="mz", normal=(0.3, -1.0, -1.0), half_angle_deg=80.0, includes_albedo=False
+            ),
             Magnetometer(),
         ),
-        World(earth_albedo=0.3, albedo=0.03, orbit_error_m=(1000.0, 1000.0, 1000.0)),
+        EnvironmentErrors(earth_albedo=0.3, albedo=0.03, orbit_error_m=(1000.0, 1000.0, 1000.0)),
     ),
     "influences": Suite(
         Gyro(
             initial_scale_factor=1e-3,
             bias_decay=1e-3,
-            influences=(
-                Influence("temp", 1e-3, "degC", 20.0),
-                Influence("current", 0.02, "A"),
+            bias_sensitivities=(
+                BiasSensitivity("temp", 1e-3, "degC", 20.0),
+                BiasSensitivity("current", 0.02, "A"),
             ),
         ),
         (
-            TwoAxisSunSensor(influences=(Influence("temp", 1e-3, "degC"),)),
+            TwoAxisSunSensor(bias_sensitivities=(BiasSensitivity("temp", 1e-3, "degC"),)),
             Magnetometer(
-                influences=(
-                    Influence("current", 2000.0, "A"),
-                    Influence("temp", 20.0, "degC", 20.0),
+                bias_sensitivities=(
+                    BiasSensitivity("current", 2000.0, "A"),
+                    BiasSensitivity("temp", 20.0, "degC", 20.0),
                 )
             ),
         ),
@@ -169,13 +171,13 @@ SUITES = {
     "late": Suite(
         Gyro(),
         (
-            TwoAxisSunSensor(initial_delay_s=0.5),
-            StarTracker(initial_delay_s=0.2, boresight=(1.0, -2.0, 0.5)),
-            Magnetometer(initial_delay_s=1.0),
+            TwoAxisSunSensor(initial_latency_s=0.5),
+            StarTracker(initial_latency_s=0.2, boresight=(1.0, -2.0, 0.5)),
+            Magnetometer(initial_latency_s=1.0),
         ),
-        World(orbit_error_m=(1000.0, 1000.0, 1000.0)),
+        EnvironmentErrors(orbit_error_m=(1000.0, 1000.0, 1000.0)),
     ),
-    "cubesat_6u_full": Suite(FULL.gyro, FULL_SENSORS, FULL.world),
+    "cubesat_6u_full": Suite(FULL.gyro, FULL_SENSORS, FULL.environment_errors),
     "every constant": Suite(
         Gyro(
             initial_scale_factor=1e-3,

@@ -26,7 +26,11 @@ def test_random_designs_agree(paper):
 def test_every_suite_agrees(name, short):
     suite = SUITES[name]
     scenario = dataclasses.replace(
-        short, gyro=suite.gyro, sensors=suite.sensors, world=suite.world, channels=CHANNELS
+        short,
+        gyro=suite.gyro,
+        sensors=suite.sensors,
+        world=suite.environment_errors,
+        channels=CHANNELS,
     )
     X = designs(np.random.default_rng(3), COUNT // 5, max_duration=300.0)
     assert_agrees(FilterModel.from_scenario(scenario), X)

@@ -68,9 +68,9 @@ def test_generated_step_is_one_filter_step(name):
             for name, vector in seen.items()
             for number in (*vector, *([np.cos(limb), np.sin(limb)] if is_disc(name) else []))
         ]
-        follows = rng.standard_normal(len(suite.influence_keys))
+        follows = rng.standard_normal(len(suite.sensitivities_by_key))
         W[at.table : at.constants, lane] = [*references.ravel(), *views, *follows, gate]
-        for columns, value in zip(suite.following, follows, strict=False):
+        for columns, value in zip(suite.gyro_sensitivity_slices, follows, strict=False):
             F[:3, columns] *= value
 
         full = block_diag(F, np.eye(n - m))
@@ -78,7 +78,7 @@ def test_generated_step_is_one_filter_step(name):
         for index, sensor in enumerate(suite.sensors):
             v = dC @ C @ references[index]
             hidden = rate > sensor.max_rate()
-            for view in sensor.views():
+            for view in sensor.list_visibility_cones():
                 looked_at = dC @ C @ seen[view.direction] if view.direction else v
                 angle = np.arccos(np.clip(looked_at @ view.axis, -1.0, 1.0)) - limb * view.is_disc
                 hidden |= (angle > view.half_angle) == view.keep_in
@@ -86,10 +86,10 @@ def test_generated_step_is_one_filter_step(name):
             if (index == 0 and not gate) or hidden:
                 continue
             gradient = references[suite.gradient_rows(index)] @ (dC @ C).T
-            own = follows[suite.influence_columns(sensor)]
+            own = follows[suite.find_sensitivity_columns(sensor)]
             H = suite.measurement_matrix(sensor, v, dC @ C, gradient, omega, own)
             P = update_with_considered_states(
-                P, H, np.diag(np.square(sensor.noise())), suite.considered
+                P, H, np.diag(np.square(sensor.noise_sigmas())), suite.considered_indices
             )
         expected.append((P, dC @ C, weights @ np.diag(P)))
     if names:

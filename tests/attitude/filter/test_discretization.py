@@ -16,7 +16,7 @@ from .suites import SUITES
 def test_against_the_matrix_exponential(name, rate, dt):
     suite = SUITES[name]
     A = suite.dynamics_matrix(rate * np.array([0.36, -0.48, 0.8]))
-    density = suite.diffusion()
+    density = suite.compute_noise_density()
     m = len(A)
     F, Q = discretize(A, density, dt)
     upper = np.block([[-A, np.diag(density)], [np.zeros((m, m)), A.T]])
@@ -30,7 +30,11 @@ def test_against_the_matrix_exponential(name, rate, dt):
 
 def test_process_noise_against_quadrature():
     suite = SUITES["paper"]
-    A, density, dt = suite.dynamics_matrix(np.array([0.1, 0.2, -0.1])), suite.diffusion(), 20.0
+    A, density, dt = (
+        suite.dynamics_matrix(np.array([0.1, 0.2, -0.1])),
+        suite.compute_noise_density(),
+        20.0,
+    )
 
     def integrand(s):
         F = expm(A * s)

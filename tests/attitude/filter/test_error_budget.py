@@ -28,7 +28,7 @@ def model(request):
 
 def alone(model, design, last):
     """Diagonals at the end of every source's own covariance, all with the filter's gains."""
-    motion = Motion.of(model, design, model.n_steps)
+    motion = Motion.from_design(model, design, model.n_steps)
     H, R, seen = build_measurement_model(model, motion.attitude, motion.rates)
     suite, n = model.suite, model.suite.n_states
     counts = [len(sensor.noise()) for sensor in suite.sensors]

@@ -45,16 +45,16 @@ class EarthSensor(Sensor):
     def states(self):
         return {"bias": 0.01}
 
-    def measure(self, x, v):
+    def linearize_measurement(self, x, v):
         return vector.cross(v, x.theta) + x.bias
 
-    def noise(self):
+    def noise_sigmas(self):
         return (0.005, 0.005, 0.02)
 
     def inertial_vector(self, environment):
         return -environment.position / np.linalg.norm(environment.position, axis=1)[:, None]
 
-    def available(self, environment):
+    def find_available_samples(self, environment):
         return np.einsum("ij,ij->i", self.inertial_vector(environment), environment.sun) < 0.0
 
 

@@ -6,21 +6,23 @@ import numpy as np
 import pytest
 from mgeo_attitude import (
     AttitudeManeuverProblem,
+    BiasSensitivity,
     Environment,
     FilterModel,
-    Influence,
     Magnetometer,
     NoLowerBoundError,
     Scenario,
     evaluate,
     limit,
 )
-from mgeo_attitude.scenario import Channel
+from mgeo_attitude.scenario import HousekeepingChannel
 from mgeo_attitude.settings.errors import InvalidValue
 from scipy.integrate import solve_ivp
 
-TEMP = Channel(name="temp", in_sunlight=40.0, in_shadow=-20.0, time_constant=700.0, initial=5.0)
-CURRENT = Channel(name="current", times=(100.0, 300.0, 900.0), values=(0.1, 0.5, -0.2))
+TEMP = HousekeepingChannel(
+    name="temp", in_sunlight=40.0, in_shadow=-20.0, time_constant=700.0, initial=5.0
+)
+CURRENT = HousekeepingChannel(name="current", times=(100.0, 300.0, 900.0), values=(0.1, 0.5, -0.2))
 DESIGN = np.array([0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0])
 
 
@@ -64,7 +66,10 @@ def test_a_table_is_read_by_lines_and_held_beyond_its_ends():
 
 
 def test_the_gyro_counts_the_mean_of_a_step_and_a_sensor_its_sample():
-    of = scenario((Influence("current", 0.01, "A", 0.1),), (Influence("current", 300.0, "A", 0.1),))
+    of = scenario(
+        (BiasSensitivity("current", 0.01, "A", 0.1),),
+        (BiasSensitivity("current", 300.0, "A", 0.1),),
+    )
     model = FilterModel.from_scenario(of)
     u = model.channels["current"] - 0.1
     np.testing.assert_array_equal(model.sensitivity_factors[:, 1], u)
@@ -74,10 +79,10 @@ def test_the_gyro_counts_the_mean_of_a_step_and_a_sensor_its_sample():
 @pytest.mark.slow
 def test_a_channel_that_rests_cannot_be_told_from_the_bias():
     """At one unit above its reference: the bias then is the sum of both."""
-    still = Channel(name="temp", times=(0.0,), values=(21.0,))
+    still = HousekeepingChannel(name="temp", times=(0.0,), values=(21.0,))
     sigma = Magnetometer().initial_bias_nt
     of = dataclasses.replace(
-        scenario(mag=(Influence("temp", sigma, "degC", 20.0),)), channels=(still,)
+        scenario(mag=(BiasSensitivity("temp", sigma, "degC", 20.0),)), channels=(still,)
     )
     model = FilterModel.from_scenario(of)
     P = evaluate(model.full_duration_model, DESIGN, covariance=True).covariance[0]
@@ -90,7 +95,7 @@ def test_a_channel_that_rests_cannot_be_told_from_the_bias():
 
 
 def test_a_sensors_influence_has_a_limit_and_the_gyros_says_why_not():
-    of = scenario(mag=(Influence("current", 2000.0, "A"),))
+    of = scenario(mag=(BiasSensitivity("current", 2000.0, "A"),))
     bound = limit(of)
     X = np.random.default_rng(2).uniform(-1.0, 1.0, (10, 12))
     X[:, 3::4] = 300.0
@@ -99,11 +104,11 @@ def test_a_sensors_influence_has_a_limit_and_the_gyros_says_why_not():
     with pytest.raises(
         NoLowerBoundError, match=r"gyro\.influences: no lower bound .* effect of temp"
     ):
-        limit(scenario((Influence("temp", 1e-3),)))
+        limit(scenario((BiasSensitivity("temp", 1e-3),)))
 
 
 def test_an_influence_of_no_channel_is_refused_with_the_way_out():
-    of = scenario(mag=(Influence("tmp", 1.0),))
+    of = scenario(mag=(BiasSensitivity("tmp", 1.0),))
     message = (
         r"sensors\[1\]\.influences\[0\]\.channel = 'tmp': unknown channel; did you mean 'temp'\?.*"
         r"define its values along the plan in \[\[channels\]\], or remove the influence"
@@ -114,5 +119,5 @@ def test_an_influence_of_no_channel_is_refused_with_the_way_out():
         AttitudeManeuverProblem(of)
     with pytest.raises(InvalidValue, match=r"gyro\.influences\[0\].*there are no \[\[channels"):
         FilterModel.from_scenario(
-            dataclasses.replace(scenario((Influence("tmp", 1.0),)), channels=())
+            dataclasses.replace(scenario((BiasSensitivity("tmp", 1.0),)), channels=())
         )

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mgeo_attitude.filter.jobs import build_shared_jobs
-from mgeo_attitude.maneuvers.schedule import decode, maneuver_steps
+from mgeo_attitude.maneuvers.schedule import compute_maneuver_steps, decode_designs
 
 
 def steps_of(rates, starts, n_steps):
@@ -14,8 +14,8 @@ def steps_of(rates, starts, n_steps):
 
 
 def check(X, n_steps):
-    rates, durations = decode(X)
-    starts, over = maneuver_steps(durations, 1.0)
+    rates, durations = decode_designs(X)
+    starts, over = compute_maneuver_steps(durations, 1.0)
     jobs = build_shared_jobs(rates, starts, over, n_steps, np.zeros(len(rates), dtype=np.int64))
     written = [steps_of(r, s, n_steps) for r, s in zip(rates, starts, strict=True)]
     leaves = jobs.design[jobs.end < 0]
@@ -92,8 +92,8 @@ def test_variants_of_the_model_share_nothing():
     X = np.tile(rng.uniform(5.0, 40.0, 12), (9, 1))
     X[:, 8] = rng.integers(0, 3, 9)
     variants = np.array([0, 1, 2] * 3)
-    rates, durations = decode(X)
-    given = rates, *maneuver_steps(durations, 1.0)
+    rates, durations = decode_designs(X)
+    given = rates, *compute_maneuver_steps(durations, 1.0)
     jobs = build_shared_jobs(*given, 400, variants)
     apart = 0
     for k in range(3):

@@ -8,9 +8,15 @@ from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evalua
 from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.filter.wheel_load import compute_gravity_gradient, compute_wheel_loads
-from mgeo_attitude.maneuvers.motion import attitudes
-from mgeo_attitude.maneuvers.schedule import schedule
-from mgeo_attitude.scenario import Coils, Convergence, InitialConditions, ManeuverLimits, Wheels
+from mgeo_attitude.maneuvers.motion import compute_attitudes
+from mgeo_attitude.maneuvers.schedule import build_schedule
+from mgeo_attitude.scenario import (
+    Convergence,
+    InitialConditions,
+    Magnetorquers,
+    ManeuverBounds,
+    Wheels,
+)
 from mgeo_attitude.scenario.actuators import ALLOCATIONS
 from scipy.spatial.transform import Rotation
 
@@ -34,7 +40,7 @@ FULL = {
 SPINNING = InitialConditions(pointing="velocity", axis=(0.6, 0.0, 0.8), rate_deg_s=(0.3, -0.2, 0.1))
 
 
-UNLOADING = Coils(max_dipole=(0.05, 0.1, 0.02), unloads=True, response=20.0)
+UNLOADING = Magnetorquers(max_dipole=(0.05, 0.1, 0.02), unloads_wheels=True, time_constant=20.0)
 
 
 def scenario(maneuvers=None, initial=None, coils=None, **wheels):
@@ -42,7 +48,7 @@ def scenario(maneuvers=None, initial=None, coils=None, **wheels):
         Scenario.cubesat_6u(),
         duration=1500.0,
         convergence=Convergence(window=60.0),
-        maneuvers=maneuvers or ManeuverLimits(),
+        maneuvers=maneuvers or ManeuverBounds(),
         initial=initial or InitialConditions(),
         wheels=Wheels(**(FULL | wheels)),
         coils=coils,
@@ -97,10 +103,12 @@ def by_hand(given, x, end_steps):
     """Momentum and torque of each wheel along a plan, by scipy's rotations and NumPy's sums."""
     problem = AttitudeManeuverProblem(given)
     model, wheels = problem.model, given.wheels
-    plan = schedule(x[None], model.step, model.slew_limits, model.n_steps)
+    plan = build_schedule(x[None], model.step, model.slew_limits, model.n_steps)
     stretch = np.searchsorted(plan.starts[0], np.arange(end_steps), side="right") - 1
     C0, w0 = model.initial_attitude, model.initial_rate
-    C = attitudes(plan.rates[0], plan.starts[0], model.n_steps, model.step, C0)[: end_steps + 1]
+    C = compute_attitudes(plan.rates[0], plan.starts[0], model.n_steps, model.step, C0)[
+        : end_steps + 1
+    ]
     J, A = wheels.matrix(), wheels.spin_axes().T
     h0 = np.array(wheels.initial_momentum or np.zeros(A.shape[1]))
     r = np.einsum("kij,kj->ki", C, problem.environment.position[: end_steps + 1])
@@ -165,7 +173,7 @@ def loads(given, x, end_steps):
 @pytest.mark.parametrize(
     ("maneuvers", "initial", "wheels"),
     [
-        (ManeuverLimits(max_acceleration_deg_s2=0.03), None, {"disturbance_margin": 1.0}),
+        (ManeuverBounds(max_acceleration_deg_s2=0.03), None, {"disturbance_margin": 1.0}),
         (None, SPINNING, {"max_torque": None, "ramp_share": 1.0}),
         (None, SPINNING, {"coils": UNLOADING}),
     ],
@@ -197,7 +205,7 @@ def test_momentum_at_rest_is_the_integral_of_a_constant_torque():
     budget = dataclasses.replace(
         model.momentum_budget, position=np.tile(position, (n, 1)), field=np.tile(field, (n, 1))
     )
-    T = torque(given.wheels.matrix(), position) + np.cross([0.01, -0.02, 0.005], field)
+    T = torque(given.wheels.inertia_matrix(), position) + np.cross([0.01, -0.02, 0.005], field)
     found = compute_wheel_loads(
         budget, model.build_schedule(np.zeros((1, 12))), np.array([900]), 1.0, 1
     )[0]
@@ -294,12 +302,12 @@ def test_without_a_budget_four_wheels_share_the_momentum_by_their_allocation(all
     assert model.momentum_budget is None
     X = designs(np.random.default_rng(5), 4, max_duration=300.0)
     (entry,) = list_constraints(given)
-    W = ALLOCATIONS[allocation](given.wheels.spin_axes())
+    W = ALLOCATIONS[allocation](given.wheels.normalized_axes())
     result = evaluate(model, X)
     for found, x in zip(entry.compute_violations(result).max(axis=0), X, strict=True):
-        plan = schedule(x[None], model.step, model.slew_limits, model.n_steps)
-        ends = plan.end_rates[0][plan.flown()[0]]
-        expected = np.abs(ends @ given.wheels.matrix() @ W.T).max()
+        plan = build_schedule(x[None], model.step, model.slew_limits, model.n_steps)
+        ends = plan.end_rates[0][plan.has_duration()[0]]
+        expected = np.abs(ends @ given.wheels.inertia_matrix() @ W.T).max()
         assert found == pytest.approx(expected / 4e-3 - 1.0, rel=1e-9)
 
 
@@ -331,6 +339,6 @@ def test_a_spin_that_goes_on_leaves_the_wheels_as_they_are():
     found = evaluate(model, [going * 3, stopped * 3]).wheel_load
     np.testing.assert_allclose(found[:, 0], [1e-4, 1e-4 + spin], rtol=1e-12)
     np.testing.assert_allclose(found[:, 1], 0.0, atol=1e-18)
-    ramped = scenario(ManeuverLimits(max_acceleration_deg_s2=0.02), initial, **quiet)
+    ramped = scenario(ManeuverBounds(max_acceleration_deg_s2=0.02), initial, **quiet)
     found = evaluate(FilterModel.from_scenario(ramped), [stopped * 3]).wheel_load[0]
     np.testing.assert_allclose(found, [1e-4 + spin, 0.05 * np.radians(0.02)], rtol=1e-9)

@@ -15,13 +15,13 @@ from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.environment.directions import DIRECTIONS, Cone, DirectionMotion, SatelliteState
 from mgeo_attitude.filter.path_limits import compute_violation
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.scenario import Convergence, InitialConditions, PathLimit
+from mgeo_attitude.scenario import Convergence, InitialConditions, PathConstraint
 from scipy.spatial.transform import Rotation
 
 from . import plain_path_limits as plain
 
 #: A long way from the Sun at the start, so that only what is flown decides.
-CAMERA = PathLimit(name="camera", boresight=(0.0, 0.2, -1.0), half_angle_deg=50.0)
+CAMERA = PathConstraint(name="camera", boresight=(0.0, 0.2, -1.0), half_angle_deg=50.0)
 
 
 def scenario(*path_limits, **changes):
@@ -112,14 +112,14 @@ def test_the_excess_is_that_of_other_formulas(sigmas, inside, radius):
 def watched():
     """Limits with margins and without, of all directions, through the end of the night."""
     others = (
-        PathLimit(
+        PathConstraint(
             name="side", boresight=(1.0, -1.0, 0.2), half_angle_deg=40.0, attitude_sigmas=1.5
         ),
-        PathLimit(
+        PathConstraint(
             name="sure", boresight=(1.0, -1.0, 0.2), half_angle_deg=40.0, attitude_sigmas=0.0
         ),
         *(
-            PathLimit(
+            PathConstraint(
                 name=f"{reference} {sense} {sigmas}",
                 reference=reference,
                 sense=sense,
@@ -174,7 +174,7 @@ def flown_densely(problem, x):
 
     def turned(times):
         rotations = Rotation.from_rotvec(
-            (times * Motion.of(model, x, model.n_steps).rates[:n, None]).reshape(-1, 3)
+            (times * Motion.from_design(model, x, model.n_steps).rates[:n, None]).reshape(-1, 3)
         )
         return rotations.as_matrix()
 
@@ -204,7 +204,7 @@ def densely(problem, limit, flown):
 def test_limits_hold_between_filter_steps(step):
     """Of a fast turn the worst is between two samples, which a filter alone does not see."""
     limits = tuple(
-        PathLimit(
+        PathConstraint(
             reference=reference,
             sense=sense,
             boresight=(0.3, 1.0, -0.4),

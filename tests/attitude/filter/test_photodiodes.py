@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from mgeo_attitude import (
+    EnvironmentErrors,
     Gyro,
     Magnetometer,
     NoLowerBoundError,
     Photodiode,
     Scenario,
     Suite,
-    World,
     limit,
 )
 from mgeo_attitude.bound.faces import bound_joint_information
@@ -71,7 +71,7 @@ def test_light_from_behind_does_not_reach_it():
 def test_what_it_measures_is_the_slope_of_what_it_reports(light):
     """By differences, about the attitude and its own errors."""
     diode, light = Photodiode(normal=(0.3, -1.0, -1.0)), np.array(light)
-    suite = Suite(Gyro(), (diode,), World(albedo=0.03))
+    suite = Suite(Gyro(), (diode,), EnvironmentErrors(albedo=0.03))
     H = suite.measurement_matrix(diode, V, gradient=[np.broadcast_to(light, V.shape)])[:, 0]
     own, world = (3 * suite.blocks.index(b) for b in ("diode.sensitivity", "world.albedo"))
     h = 1e-6
@@ -130,8 +130,8 @@ def test_all_faces_together_tell_no_more_than_the_bound_says():
 @pytest.mark.parametrize(
     ("keys", "world", "message"),
     [
-        ({}, World(earth_albedo=0.3), "px: no lower bound .* sees_albedo = false"),
-        ({"initial_delay_s": 0.1}, World(), "px.delay depends on the attitude"),
+        ({}, EnvironmentErrors(earth_albedo=0.3), "px: no lower bound .* sees_albedo = false"),
+        ({"initial_delay_s": 0.1}, EnvironmentErrors(), "px.delay depends on the attitude"),
     ],
 )
 def test_where_there_is_no_limit_it_says_why(keys, world, message):

@@ -4,7 +4,15 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import FilterModel, Magnetometer, Scenario, Sensor, SunSensor, World, evaluate
+from mgeo_attitude import (
+    EnvironmentErrors,
+    FilterModel,
+    Magnetometer,
+    Scenario,
+    Sensor,
+    SunSensor,
+    evaluate,
+)
 from mgeo_attitude.scenario import Convergence
 from mgeo_attitude.sensors import GaussMarkov
 from pydantic.dataclasses import dataclass
@@ -28,21 +36,21 @@ def variances(model, block):
 def test_what_is_over_a_duration_are_the_moments_of_an_ornstein_uhlenbeck_process():
     """From e(0): mean e(0) exp(-t / τ), variance σ² (1 - exp(-2 t / τ)); and steps add up."""
     process = GaussMarkov(0.3, 40.0)
-    decay, variance = process.over(10.0)
+    decay, variance = process.discretize(10.0)
     assert decay == pytest.approx(np.exp(-0.25), rel=1e-15)
     assert variance == pytest.approx(0.09 * (1.0 - np.exp(-0.5)), rel=1e-15)
-    half, new = process.over(5.0)
+    half, new = process.discretize(5.0)
     assert half * half == pytest.approx(decay, rel=1e-15)
     assert half**2 * new + new == pytest.approx(variance, rel=1e-15)
-    assert process.over(1e-12)[1] == pytest.approx(process.density * 1e-12, rel=1e-12)
-    assert process.over(1e6) == (pytest.approx(0.0, abs=1e-300), 0.3**2)
+    assert process.discretize(1e-12)[1] == pytest.approx(process.noise_density * 1e-12, rel=1e-12)
+    assert process.discretize(1e6) == (pytest.approx(0.0, abs=1e-300), 0.3**2)
 
 
 @pytest.mark.slow
 def test_a_process_that_nothing_measures_keeps_its_variance():
     suite = SUITES["varying errors"]
     model = FilterModel.from_scenario(
-        scenario(gyro=suite.gyro, sensors=suite.sensors, world=suite.world)
+        scenario(gyro=suite.gyro, sensors=suite.sensors, world=suite.environment_errors)
     )
     blind = dataclasses.replace(model, available=np.zeros_like(model.available))
     np.testing.assert_allclose(variances(blind, "world.albedo"), 0.05**2, rtol=1e-12)
@@ -60,10 +68,10 @@ class Mean(Sensor):
     def states(self):
         return {"constant": 10.0, "error": GaussMarkov(1.0, self.time)}
 
-    def measure(self, x, v):
+    def linearize_measurement(self, x, v):
         return x.constant + x.error
 
-    def noise(self):
+    def noise_sigmas(self):
         return (1e-4, 1e-4, 1e-4)
 
 
@@ -91,7 +99,7 @@ def test_sampled_at_an_interval_a_filter_of_any_step_knows_the_same():
 
     def known(step, these):
         found = FilterModel.from_scenario(
-            scenario(gyro=suite.gyro, sensors=these, world=suite.world, step=step)
+            scenario(gyro=suite.gyro, sensors=these, world=suite.environment_errors, step=step)
         )
         return evaluate(found, PLAN, history=True).variances[0][:: round(4.0 / step)]
 
@@ -104,13 +112,16 @@ def test_sampled_at_an_interval_a_filter_of_any_step_knows_the_same():
 
 
 def test_errors_that_vary_or_are_considered_have_no_weight_unless_given():
-    sensors, world = (SunSensor(), Magnetometer(considered=("bias",))), World(albedo=0.05)
+    sensors, world = (
+        (SunSensor(), Magnetometer(considered=("bias",))),
+        EnvironmentErrors(albedo=0.05),
+    )
     model = FilterModel.from_scenario(scenario(sensors=sensors, world=world))
     blocks = model.suite.blocks
     weights = dict(zip(blocks, model.weights[::3], strict=True))
     assert [block for block in blocks if not weights[block]] == ["world.albedo", "mag.bias"]
     given = scenario(sensors=sensors, world=world, trace_weights={"world.albedo": 2.0})
     assert FilterModel.from_scenario(given).weights[6:9].tolist() == [2.0] * 3
-    assert [blocks[i // 3] for i in model.suite.calibrated[::3]] == [
+    assert [blocks[i // 3] for i in model.suite.calibrated_indices[::3]] == [
         block for block in blocks if weights[block]
     ]

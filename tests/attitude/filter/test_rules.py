@@ -40,7 +40,7 @@ def test_required_is_the_time_from_which_on_all_is_met(short, X):
     model = ruled(short, "required")
     result, whole = evaluate(model, X), evaluate(model.full_duration_model, X)
     longest = model.step * model.n_steps
-    over = model.step * np.minimum(model.build_schedule(X).over, model.n_steps)
+    over = model.step * np.minimum(model.build_schedule(X).maneuver_end_steps, model.n_steps)
     np.testing.assert_array_equal(
         result.t_end, np.clip(np.maximum(whole.t_required, over), 0.0, longest)
     )

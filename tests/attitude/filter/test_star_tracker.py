@@ -73,7 +73,7 @@ def test_it_measures_below_its_rate(model):
     model = FilterModel.from_scenario(scenario(bare))
     slow, fast = [0.3, 0.0, 0.4], [0.3, 0.01, 0.4]  # deg/s: 0.5 and just more
     design = np.array([*slow, 100.0, *fast, 60.0, *slow, 500.0])
-    motion = Motion.of(model, design, model.n_steps)
+    motion = Motion.from_design(model, design, model.n_steps)
     found = can_measure(model, 0, motion.attitude, motion.rates)
     times = model.times
     np.testing.assert_array_equal(found, (times <= 100.0) | (times > 160.0))

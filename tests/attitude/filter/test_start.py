@@ -11,7 +11,7 @@ from mgeo_attitude import (
     evaluate,
     run_reference_filter,
 )
-from mgeo_attitude.scenario import PathLimit
+from mgeo_attitude.scenario import PathConstraint
 from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
@@ -114,10 +114,10 @@ def test_the_attitude_at_the_start_decides_about_a_cone():
     camera = {"name": "eye", "boresight": [0.0, 0.0, -1.0], "half_angle_deg": 60.0}
     day = scenario({"pointing": "sun"}, eclipse=False, path_limits=[camera])
     kept = AttitudeManeuverProblem(day)
-    assert [limit.cone().axis for limit in kept.model.path_constraints] == [(0.0, 0.0, -1.0)]
+    assert [limit.build_cone().axis for limit in kept.model.path_constraints] == [(0.0, 0.0, -1.0)]
     at_rest = np.tile([0.0, 0.0, 0.0, 100.0], 3)
     angle = evaluate(kept.model, at_rest).path_angle[0, 0]
     assert angle == pytest.approx(np.pi - 3.0 * np.radians(8.0), abs=1e-6)
-    opposite = PathLimit(name="eye", boresight=(0.0, 0.0, 1.0), half_angle_deg=60.0)
+    opposite = PathConstraint(name="eye", boresight=(0.0, 0.0, 1.0), half_angle_deg=60.0)
     with pytest.raises(InvalidValue, match=r"expected another attitude.* boresight of 'eye'"):
         AttitudeManeuverProblem(dataclasses.replace(day, path_limits=(opposite,)))

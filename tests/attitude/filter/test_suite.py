@@ -48,7 +48,7 @@ def test_soft_iron_is_a_symmetric_matrix():
     """(I + [ψ×] + diag(k) + N(η)) B, column by column."""
     suite = SUITES["every constant"]
     H = suite.measurement_matrix(suite.sensors[1], V)
-    own = suite.places(suite.sensors[1])
+    own = suite.get_first_indices(suite.sensors[1])
     for axis, unit in enumerate(np.eye(3)):
         np.testing.assert_array_equal(H[:, own["misalignment"] + axis], skew(unit) @ V)
         np.testing.assert_array_equal(H[:, own["scale_factor"] + axis], np.diag(unit) @ V)
@@ -107,5 +107,7 @@ def test_initial_sigma_is_in_si():
 def test_noise_densities_are_in_si():
     """0.01 deg/sqrt(h) is 2.9089e-6 rad/sqrt(s)."""
     np.testing.assert_allclose(
-        SUITES["paper"].diffusion(), np.repeat([2.908882086657216e-6**2, 9e-16], 3), rtol=1e-12
+        SUITES["paper"].compute_noise_density(),
+        np.repeat([2.908882086657216e-6**2, 9e-16], 3),
+        rtol=1e-12,
     )

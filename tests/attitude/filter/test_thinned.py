@@ -36,7 +36,9 @@ def test_a_sensor_with_fewer_samples_counts_for_those_it_has():
     model = FilterModel.from_scenario(dataclasses.replace(scenario, sensors=sensors))
     coarse = coarsen_model(model, 10)
     for before, after in zip(sensors, coarse.suite.sensors, strict=True):
-        assert after.noise() == pytest.approx([sigma / np.sqrt(2.0) for sigma in before.noise()])
+        assert after.noise_sigmas() == pytest.approx(
+            [sigma / np.sqrt(2.0) for sigma in before.noise_sigmas()]
+        )
     X = plans(AttitudeManeuverProblem(scenario))
     exact = evaluate(model, X, end_steps=1500).trace
     np.testing.assert_allclose(evaluate(coarse, X, end_steps=150).trace, exact, rtol=0.03)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Scenario, StarTracker, evaluate
-from mgeo_attitude.scenario import Convergence, PathLimit, Wheels
+from mgeo_attitude.scenario import Convergence, PathConstraint, Wheels
 
 from .agreement import designs
 
@@ -14,7 +14,7 @@ def satellite(renamed):
     """With everything in it that has a place in body axes; `renamed` names them otherwise."""
     xyz = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     limits = [
-        PathLimit(
+        PathConstraint(
             name=f"{reference} {sense}",
             reference=reference,
             sense=sense,

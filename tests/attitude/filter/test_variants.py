@@ -7,7 +7,7 @@ import numpy as np
 import pydantic.dataclasses
 import pytest
 from mgeo_attitude import FilterModel, Gyro, Magnetometer, StarTracker, Suite, SunSensor, evaluate
-from mgeo_attitude.scenario import PathLimit
+from mgeo_attitude.scenario import PathConstraint
 
 from .agreement import designs
 
@@ -16,7 +16,7 @@ from .agreement import designs
 class NoSunSensor(SunSensor):
     """One that knows nothing."""
 
-    def noise(self):
+    def noise_sigmas(self):
         return (math.inf,) * 3
 
 
@@ -99,7 +99,7 @@ def test_a_sensor_of_infinite_noise_is_as_good_as_absent(models, short, index):
 @pytest.mark.slow
 def test_trackers_and_path_limits_may_differ_in_numbers_but_not_in_what_they_look_at(short):
     tracker = StarTracker(max_rate_deg_s=0.5, sun_exclusion_deg=40.0)
-    limit = PathLimit(boresight=(1.0, 0.0, 0.0), half_angle_deg=20.0)
+    limit = PathConstraint(boresight=(1.0, 0.0, 0.0), half_angle_deg=20.0)
     scenario = dataclasses.replace(
         short, sensors=(tracker, Magnetometer()), path_limits=(limit,), eclipse=False
     )

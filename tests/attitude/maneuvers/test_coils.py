@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, compare_filters, evaluate
-from mgeo_attitude.maneuvers.motion import RAMP, Motion, phases
+from mgeo_attitude.maneuvers.motion import RAMP_PREFIX, Motion, list_phases
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
 from scipy.integrate import solve_ivp
@@ -89,7 +89,7 @@ def test_motion_is_that_of_a_rigid_body_under_the_law_by_another_integrator(mode
     assert not free[20]
     assert not free[310]
     np.testing.assert_allclose(flown.end_rates[0, :600], rates, rtol=0.0, atol=1e-9)
-    motion = Motion.of(model, DESIGN, 600)
+    motion = Motion.from_design(model, DESIGN, 600)
     np.testing.assert_allclose(motion.attitude, attitudes, rtol=0.0, atol=1e-9)
 
 
@@ -97,7 +97,7 @@ def test_motion_is_that_of_a_rigid_body_under_the_law_by_another_integrator(mode
 def test_free_motion_keeps_momentum_in_inertial_axes_and_energy(model):
     quiet = {"residual_dipole": [0.0, 0.0, 0.0], "detumble_rate_deg_s": 100.0}
     free = FilterModel.from_scenario(one_unit(coils=quiet))
-    plan, motion = free.build_schedule(DESIGN), Motion.of(free, DESIGN, 1200)
+    plan, motion = free.build_schedule(DESIGN), Motion.from_design(free, DESIGN, 1200)
     rates = np.vstack([free.initial_rate, plan.end_rates[0]])
     assert plan.free.all()
     assert np.ptp(rates, axis=0).min() > 1e-4
@@ -110,7 +110,7 @@ def test_free_motion_keeps_momentum_in_inertial_axes_and_energy(model):
 @pytest.mark.slow
 def test_torque_is_across_the_field_and_no_coil_gives_more_than_it_can(model, flown):
     drive, rates = model.slew_limits, np.vstack([model.initial_rate, flown.end_rates[0]])
-    attitude = Motion.of(model, DESIGN, 1200).attitude
+    attitude = Motion.from_design(model, DESIGN, 1200).attitude
     inertial = np.einsum("kji,kj->ki", attitude, rates @ J)
     torque = np.diff(inertial, axis=0)[:300]  # of a second, in inertial axes
     field = 0.5 * (drive.field[:-1] + drive.field[1:])[:300]
@@ -155,16 +155,16 @@ def test_a_turned_satellite_moves_as_one_in_a_turned_field(model):
 
 
 def test_phases_are_the_time_with_coils_and_free_motion_after_it(model, flown):
-    found = phases(DESIGN, 1200.0, model.step, model.slew_limits)
+    found = list_phases(DESIGN, 1200.0, model.step, model.slew_limits)
     ramp, coast = found[:2]
     assert coast.label == "maneuver 1"
     assert coast.end == 300.0
-    assert ramp.label == f"{RAMP}maneuver 1"
+    assert ramp.label == f"{RAMP_PREFIX}maneuver 1"
     assert ramp.end == flown.free[0].argmax()
     assert [a.end for a in found[:-1]] == [b.start for b in found[1:]]
     assert found[-1].end == 1200.0
     angles = np.degrees(np.linalg.norm(flown.rates[0], axis=1)).sum()
-    assert sum(phase.swept_deg for phase in found) == pytest.approx(angles, rel=1e-12)
+    assert sum(phase.rotation_deg for phase in found) == pytest.approx(angles, rel=1e-12)
 
 
 @pytest.mark.parametrize(

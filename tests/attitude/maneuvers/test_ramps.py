@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from mgeo_attitude.maneuvers.drives import SlewLimits
-from mgeo_attitude.maneuvers.motion import attitudes
-from mgeo_attitude.maneuvers.schedule import flown, schedule
+from mgeo_attitude.maneuvers.motion import compute_attitudes
+from mgeo_attitude.maneuvers.schedule import build_rate_intervals, build_schedule
 from scipy.spatial.transform import Rotation
 
 STEP = 1.0
@@ -63,14 +63,14 @@ SHORT = [
 @pytest.mark.parametrize(("design", "acceleration", "step"), SHORT)
 def test_each_step_of_a_ramp_has_its_exact_mean_rate(design, acceleration, step):
     n_steps = 40
-    plan = schedule([design], step, SlewLimits(np.radians(acceleration), np.inf, np.eye(3)))
+    plan = build_schedule([design], step, SlewLimits(np.radians(acceleration), np.inf, np.eye(3)))
     turned, ends = exact(design, acceleration, step, n_steps)
     rates = rates_deg_s(plan, n_steps)
     np.testing.assert_allclose(rates, np.diff(turned, axis=0) / step, rtol=0, atol=1e-14)
     changes = np.diff(rates, axis=0, prepend=np.zeros((1, 3)))
     assert np.abs(changes).max() <= acceleration * step * (1.0 + 1e-12)
-    starts = plan.starts[0, plan.flown()[0]]
-    end_rates = np.degrees(plan.end_rates[0, plan.flown()[0]])
+    starts = plan.starts[0, plan.has_duration()[0]]
+    end_rates = np.degrees(plan.end_rates[0, plan.has_duration()[0]])
     for end, rate in zip(starts[1:], end_rates, strict=False):
         if end <= n_steps:
             np.testing.assert_allclose(rate, ends[end], rtol=0, atol=1e-14)
@@ -81,12 +81,14 @@ def test_each_step_of_a_ramp_has_its_exact_mean_rate(design, acceleration, step)
 def test_the_attitude_after_ramps_about_one_axis_is_the_integral_of_the_rate(acceleration, step):
     axis = np.array([2.0, -1.0, 2.0]) / 3.0
     design = np.concatenate([[*(0.9 * axis), 33.0], [*(-0.6 * axis), 27.0], [*(0.3 * axis), 90.0]])
-    plan = schedule([design], step, SlewLimits(np.radians(acceleration), np.inf, np.eye(3)))
-    C = attitudes(plan.rates[0], plan.starts[0], 30, step)
+    plan = build_schedule([design], step, SlewLimits(np.radians(acceleration), np.inf, np.eye(3)))
+    C = compute_attitudes(plan.rates[0], plan.starts[0], 30, step)
     turned, _ = exact(design, acceleration, step, 30)
     expected = Rotation.from_rotvec(-turned, degrees=True).as_matrix()
     np.testing.assert_allclose(C, expected, rtol=0, atol=1e-13)
-    flight = flown(design, 30 * step, step, SlewLimits(np.radians(acceleration), np.inf, np.eye(3)))
+    flight = build_rate_intervals(
+        design, 30 * step, step, SlewLimits(np.radians(acceleration), np.inf, np.eye(3))
+    )
     turns = np.degrees(np.diff(flight.times) @ flight.rates)
     np.testing.assert_allclose(turns, turned[-1], rtol=0, atol=1e-12)
 
@@ -95,31 +97,31 @@ def test_the_attitude_after_ramps_about_one_axis_is_the_integral_of_the_rate(acc
 def test_a_ramp_that_takes_for_ever_is_flown_until_the_end(acceleration):
     """And no longer: the steps of the rest would fill the memory."""
     limits = SlewLimits(np.radians(acceleration), np.inf, np.eye(3))
-    plan = schedule([TURN, TURN], STEP, limits, n_steps=130)
+    plan = build_schedule([TURN, TURN], STEP, limits, n_steps=130)
     assert plan.rates.shape == (2, 132, 3)
-    assert plan.flown().sum(axis=1).tolist() == [130, 130]
+    assert plan.has_duration().sum(axis=1).tolist() == [130, 130]
     # of the change of 0.5 deg/s about x the first 100 s make as much as the limit allows
     change = rates_deg_s(plan, 130)[99, 0]
     assert change == pytest.approx(99.5 * acceleration, rel=1e-12)
-    assert flown(TURN, 130.0, STEP, limits).times.tolist() == [*range(131)]
+    assert build_rate_intervals(TURN, 130.0, STEP, limits).times.tolist() == [*range(131)]
 
 
 def test_torque_limits_the_ramp_of_a_heavy_axis():
     """0.01 N m turn 2 kg m² at 0.005 rad/s²: 0.1 rad/s take 20 s."""
     weak = SlewLimits(np.inf, 0.01, np.diag([1.0, 2.0, 1.0]))
-    assert weak.ramp_time(np.array([0.0, 0.1, 0.0])) == pytest.approx(20.0)
-    assert weak.ramp_time(np.array([0.1, 0.0, 0.0])) == pytest.approx(10.0)
+    assert weak.compute_ramp_time(np.array([0.0, 0.1, 0.0])) == pytest.approx(20.0)
+    assert weak.compute_ramp_time(np.array([0.1, 0.0, 0.0])) == pytest.approx(10.0)
     tilted = SlewLimits(np.inf, 0.01, np.array([[1.0, 0.5, 0.0], [0.5, 2.0, 0.0], [0.0, 0.0, 1.0]]))
-    assert tilted.ramp_time(np.array([0.1, 0.1, 0.0])) == pytest.approx(25.0)
+    assert tilted.compute_ramp_time(np.array([0.1, 0.1, 0.0])) == pytest.approx(25.0)
 
 
 def test_designs_of_a_batch_do_not_depend_on_each_other():
     rng = np.random.default_rng(0)
     X = rng.uniform(-1.0, 1.0, (20, 12))
     X[:, 3::4] = rng.uniform(0.0, 150.0, (20, 3)) * (rng.random((20, 3)) > 0.2)
-    together = schedule(X, STEP, SLOW)
+    together = build_schedule(X, STEP, SLOW)
     for row, x in enumerate(X):
-        alone = schedule([x], STEP, SLOW)
+        alone = build_schedule([x], STEP, SLOW)
         np.testing.assert_array_equal(rates_deg_s(together, 900, row), rates_deg_s(alone, 900))
-        assert together.over[row] == alone.over[0]
+        assert together.maneuver_end_steps[row] == alone.maneuver_end_steps[0]
         assert np.all(np.diff(together.starts[row]) >= 0)

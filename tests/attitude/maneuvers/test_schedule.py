@@ -2,11 +2,16 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.maneuvers.schedule import NEVER, decode, flown, maneuver_steps
+from mgeo_attitude.maneuvers.schedule import (
+    UNREACHED_STEP,
+    build_rate_intervals,
+    compute_maneuver_steps,
+    decode_designs,
+)
 
 
 def test_decode_gives_radians_and_seconds():
-    rates, durations = decode([180.0, 0.0, -90.0, 10.0, 0.0, 36.0, 0.0, 0.5])
+    rates, durations = decode_designs([180.0, 0.0, -90.0, 10.0, 0.0, 36.0, 0.0, 0.5])
     np.testing.assert_allclose(rates, [[[np.pi, 0, -np.pi / 2], [0, np.pi / 5, 0]]])
     np.testing.assert_array_equal(durations, [[10.0, 0.5]])
 
@@ -22,7 +27,7 @@ def test_decode_gives_radians_and_seconds():
 )
 def test_bad_designs_are_named(design, message):
     with pytest.raises(ValueError, match=message):
-        decode(design)
+        decode_designs(design)
 
 
 @pytest.mark.parametrize(
@@ -32,23 +37,23 @@ def test_bad_designs_are_named(design, message):
         ([0.2, 0.2, 0.2], 1.0, [0, 1, 1], 1),  # the second ends before its first step
         ([1.5, 1.5, 0.1], 1.0, [0, 2, 3], 4),
         ([10.0, 20.0, 5.0], 5.0, [0, 2, 6], 7),
-        ([5.0, 1e300, 1e300], 1.0, [0, 5, NEVER], NEVER),
+        ([5.0, 1e300, 1e300], 1.0, [0, 5, UNREACHED_STEP], UNREACHED_STEP),
     ],
 )
 def test_maneuvers_begin_at_the_first_step_at_or_after_their_start(durations, step, starts, over):
-    found, end = maneuver_steps(np.array([durations]), step)
+    found, end = compute_maneuver_steps(np.array([durations]), step)
     np.testing.assert_array_equal(found, [starts])
     np.testing.assert_array_equal(end, [over])
 
 
 def test_what_is_flown_of_a_design():
     design = [0.5, 0, 0, 100.0, 0, -1.0, 0, 0.0, 0, 0, 0.25, 50.5]
-    flight = flown(design, 900.0, 1.0)
-    assert flight.numbers.tolist() == [0, 2]  # the second ends before its first step
+    flight = build_rate_intervals(design, 900.0, 1.0)
+    assert flight.maneuver_numbers.tolist() == [0, 2]  # the second ends before its first step
     assert flight.times.tolist() == [0.0, 100.0, 900.0]
     assert np.degrees(flight.rates) == pytest.approx(np.array([[0.5, 0, 0], [0, 0, 0.25]]))
-    assert flight.over == 151.0
-    cut = flown(design, 100.0, 1.0)  # the run ends as the third would begin
-    assert cut.numbers.tolist() == [0]
+    assert flight.maneuver_end == 151.0
+    cut = build_rate_intervals(design, 100.0, 1.0)  # the run ends as the third would begin
+    assert cut.maneuver_numbers.tolist() == [0]
     assert cut.times.tolist() == [0.0, 100.0]
-    assert cut.over == 100.0
+    assert cut.maneuver_end == 100.0

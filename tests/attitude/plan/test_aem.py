@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude.environment.times import format_time_stamps
-from mgeo_attitude.plan import ManeuverPlan, aem_text
+from mgeo_attitude.plan import ManeuverPlan, format_aem
 from scipy.spatial.transform import Rotation
 
 from .conftest import DESIGN
@@ -36,7 +36,7 @@ def matrix(segment, epoch):
 
 
 def read_2(plan, **keywords):
-    return brahe.ccsds.AEM.from_str(aem_text(plan, version="2.0", **keywords))
+    return brahe.ccsds.AEM.from_str(format_aem(plan, version="2.0", **keywords))
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +91,7 @@ def test_rates_read_back_by_both_are_those_that_are_flown(plan, problem, ramps):
     """By brahe as angular velocities; by ccsds-ndm as derivatives, which are those of its own
     quaternions by central differences."""
     plan = ramped(problem) if ramps else plan
-    first, second = NdmIo().from_string(aem_text(plan)), read_2(plan)
+    first, second = NdmIo().from_string(format_aem(plan)), read_2(plan)
     parts = zip(first.body.segment, second.segments, plan.phases, strict=True)
     for one, two, phase in parts:
         steady = not phase.label.startswith("ramp")
@@ -123,7 +123,7 @@ def test_spacing(plan, spacing):
 
 
 def test_version_1_against_its_schema(plan):
-    message = NdmIo().from_string(aem_text(plan, created=CREATED, **NAMES))
+    message = NdmIo().from_string(format_aem(plan, creation_time=CREATED, **NAMES))
     assert message.version == "1.0"
     assert len(message.body.segment) == len(plan.phases)
     for segment, phase in zip(message.body.segment, plan.phases, strict=True):
@@ -155,4 +155,4 @@ def test_version_1_against_its_schema(plan):
 )
 def test_bad_arguments_are_named(plan, keywords, message):
     with pytest.raises(ValueError, match=message):
-        aem_text(plan, **keywords)
+        format_aem(plan, **keywords)

@@ -8,10 +8,10 @@ import brahe.ccsds
 import numpy as np
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
-from mgeo_attitude.plan.aem import aem_text
+from mgeo_attitude.plan.aem import format_aem
 from mgeo_attitude.plan.attitudes import gcrf_to_eme2000
 from mgeo_attitude.plan.files import write_plan
-from mgeo_attitude.plan.spice import ck_bytes
+from mgeo_attitude.plan.spice import build_ck
 from scipy.spatial.transform import Rotation
 
 from .test_aem import ramped
@@ -48,8 +48,8 @@ def test_the_frame_bias_is_that_of_others():
 @pytest.mark.parametrize("rates", ["given", "none"])
 def test_an_ephemeris_from_eme2000(plan, rates):
     """Read by ccsds-ndm (1.0) and brahe (2.0), and taken back by brahe's bias."""
-    first = NdmIo().from_string(aem_text(plan, rates=rates, frame="EME2000"))
-    second = brahe.ccsds.AEM.from_str(aem_text(plan, version="2.0", rates=rates, frame="EME2000"))
+    first = NdmIo().from_string(format_aem(plan, rates=rates, frame="EME2000"))
+    second = brahe.ccsds.AEM.from_str(format_aem(plan, version="2.0", rates=rates, frame="EME2000"))
     for one, two, phase in zip(first.body.segment, second.segments, plan.phases, strict=True):
         meta = one.metadata
         assert (meta.ref_frame_a, two.ref_frame_a) == ("EME2000", "EME2000")
@@ -113,7 +113,7 @@ def test_spice_finds_attitude_and_rates_at_an_instant_in_utc(plan, problem, kern
 def test_without_spiceypy_it_says_what_to_install(plan, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "spiceypy", None)
     with pytest.raises(ImportError, match="needs the package spiceypy: pip install spiceypy"):
-        ck_bytes(plan)
+        build_ck(plan)
 
 
 def test_orbit_formats_reads_stk_and_messages_without_rates(plan, tmp_path):

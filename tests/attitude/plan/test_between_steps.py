@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.environment.directions import SatelliteState
-from mgeo_attitude.plan import ManeuverPlan, aem_text
+from mgeo_attitude.plan import ManeuverPlan, format_aem
 from mgeo_calibration import verify
 from scipy.spatial.transform import Rotation
 
@@ -49,7 +49,7 @@ def test_table_export_and_flights_agree(flown):
     row = plan.constraints().loc["Sun off camera"]
     assert row["value"] == pytest.approx(0.0, abs=0.01)
     assert not row["kept"]
-    text = aem_text(plan)
+    text = format_aem(plan)
     assert "VIOLATED CONSTRAINT: Sun off camera" in text
     numbers = [line.split()[1:5] for line in text.splitlines() if re.match(r"\d{4}-", line)]
     attitude = Rotation.from_quat(np.array(numbers, float)).inv()
@@ -91,6 +91,6 @@ def test_the_first_light_after_a_shadow_counts():
     # the Sun counts from the beginning of the step, at most that turn before it is there
     assert seen - 2.0 * np.degrees(RATE) < row["value"] <= seen < HALF_ANGLE_DEG
     assert not row["kept"]
-    assert "VIOLATED CONSTRAINT: Sun off camera" in aem_text(plan)
+    assert "VIOLATED CONSTRAINT: Sun off camera" in format_aem(plan)
     broken = verify(plan, 10).path_limits.loc["Sun off camera"]
     assert broken["steered: flights [%]"] == broken["open loop: flights [%]"] == 100.0

@@ -7,10 +7,10 @@ import pytest
 from mgeo_attitude import Scenario, evaluate
 from mgeo_attitude.criteria.robustness import draw_runs
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.plan.aem import aem_text
+from mgeo_attitude.plan.aem import format_aem
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario import FlightErrors
-from mgeo_attitude.view.describe import two_digits
+from mgeo_attitude.view.describe import format_two_digits
 from scipy.spatial.transform import Rotation
 
 DESIGN = (0.1, -0.2, 1.5, 300.0, 0.0, 0.0, 0.0, 200.0, 1.0, 0.0, 0.2, 250.0)
@@ -29,11 +29,11 @@ def test_the_exported_attitude_is_that_of_the_motion(plan):
     model, step = plan.problem.model, plan.scenario.step
     rows = [
         line.split()[1:5]
-        for block in aem_text(plan, spacing=step).split("DATA_START\n")[1:]
+        for block in format_aem(plan, spacing=step).split("DATA_START\n")[1:]
         for line in block.split("DATA_STOP")[0].splitlines()
     ]
     found = Rotation.from_quat(np.array(rows, dtype=float)).inv().as_matrix()
-    motion = Motion.of(model, DESIGN, round(plan.duration / step))
+    motion = Motion.from_design(model, DESIGN, round(plan.duration / step))
     first, last = motion.attitude[0], motion.attitude[-1]
     np.testing.assert_allclose(found[[0, -1]], [first, last], rtol=0.0, atol=1e-12)
     assert len(found) == len(motion.attitude) + len(plan.phases) - 1  # edges twice
@@ -61,7 +61,7 @@ def test_what_it_promises_is_what_flights_of_it_know(plan):
     np.testing.assert_allclose(plan.sigma, np.sqrt(np.mean(variances, axis=0)), rtol=1e-12)
     worst = np.degrees(plan.sigma[:3].max())
     assert plan.attitude_sigma_deg == pytest.approx(worst)
-    assert f"attitude {two_digits(worst)} deg" in plan.answer
+    assert f"attitude {format_two_digits(worst)} deg" in plan.answer
     assert plan.answer == problem.view(X).answers()[0]
     assert "(1-sigma of Monte Carlo runs, worst body axis)" in plan.answer
     (row,) = problem.view(X).describe()["attitude 1-sigma [deg]"]

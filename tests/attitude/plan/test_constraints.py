@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import AttitudeManeuverProblem, run_reference_filter
-from mgeo_attitude.plan import ManeuverPlan, aem_text, to_csv
+from mgeo_attitude.plan import ManeuverPlan, format_aem, to_csv
 from scipy.spatial.transform import Rotation
 
 from ..criteria.test_limits import LIMITED, designs
@@ -59,11 +59,11 @@ def test_the_files_of_a_plan_that_violates_them_say_so(violating):
     """Comments in both editions of the ephemeris, which others still read, and in CSV."""
     named = [f"VIOLATED CONSTRAINT: {violation}" for violation in violating.violations()]
     for version in ("1.0", "2.0"):
-        text = aem_text(violating, version=version)
+        text = format_aem(violating, version=version)
         lines = text.partition("CREATION_DATE")[0].splitlines()
         assert lines[2:] == [f"COMMENT {line}" for line in named]
-    assert NdmIo().from_string(aem_text(violating, version="1.0")).header.comment[1:] == named
-    message = brahe.ccsds.AEM.from_str(aem_text(violating, version="2.0"))
+    assert NdmIo().from_string(format_aem(violating, version="1.0")).header.comment[1:] == named
+    message = brahe.ccsds.AEM.from_str(format_aem(violating, version="2.0"))
     assert len(message.segments) == len(violating.phases)
     text = to_csv(violating)
     assert text.splitlines()[: len(named)] == [f"# {line}" for line in named]

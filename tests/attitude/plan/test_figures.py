@@ -1,11 +1,11 @@
 """Figures of a plan: their numbers are its tables'."""
 
 import numpy as np
-from mgeo_attitude.plan.figures import plan_figures
+from mgeo_attitude.plan.figures import build_plan_figures
 
 
 def test_numbers(plan):
-    figures = plan_figures(plan)
+    figures = build_plan_figures(plan)
     assert list(figures) == ["rates", "contributions", "budget", "correlation"]
     rates = figures["rates"].data[0]
     np.testing.assert_array_equal(rates.x, [0.0, 100.0, plan.t_end])

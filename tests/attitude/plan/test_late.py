@@ -5,7 +5,7 @@ import pytest
 from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import Scenario
 from mgeo_attitude.environment.times import format_time_stamps
-from mgeo_attitude.plan import ManeuverPlan, aem_text, commands, to_csv
+from mgeo_attitude.plan import ManeuverPlan, format_aem, list_commands, to_csv
 from mgeo_calibration.flight.own import fly
 from scipy.spatial.transform import Rotation
 
@@ -31,7 +31,7 @@ def back():
 def test_the_last_rate_is_commanded_until_the_robust_time(plan):
     promised = plan.promises().loc["t_end [s]", "promised"]
     assert plan.t_end < promised
-    table = commands(plan)
+    table = list_commands(plan)
     *_, held, late = table.itertuples()
     assert (held.what, late.what) == ("rate held", LATE)
     assert held.start_s + held.duration_s == late.start_s == plan.t_end
@@ -43,7 +43,7 @@ def test_the_last_rate_is_commanded_until_the_robust_time(plan):
 
 @pytest.mark.slow
 def test_the_ephemeris_goes_on_turning_at_the_last_rate(plan):
-    text = aem_text(plan)
+    text = format_aem(plan)
     told = f"COMMENT {plan.late()[0]}"
     assert told in text.splitlines()
     assert f"({plan.t_end:.6g} s)" in told
@@ -63,7 +63,7 @@ def test_the_ephemeris_goes_on_turning_at_the_last_rate(plan):
 def test_the_slew_back_waits_for_late_flights(back):
     """In the table of commands, and in what a flight sends down."""
     assert back.t_end < back.held_until < back.duration
-    table = commands(back).set_index("what")
+    table = list_commands(back).set_index("what")
     assert table.loc[LATE, "start_s"] == back.t_end
     assert table.loc["slew back", "start_s"] == back.held_until
     telemetry = fly(back.scenario, back, seed=1)
@@ -99,4 +99,4 @@ def test_a_plan_too_few_flights_of_which_converge_is_flown_to_the_end(plan):
     assert np.isinf([short.view.robust_t_end, short.view.kept_t_end]).all()
     assert short.t_end == plan.t_end
     assert short.duration == plan.t_end + 40.0
-    assert commands(short)["what"].iloc[-1] == LATE
+    assert list_commands(short)["what"].iloc[-1] == LATE

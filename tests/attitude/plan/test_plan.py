@@ -17,7 +17,7 @@ HALF = np.sqrt(0.5)
 def test_one_maneuver_of_90_degrees_about_z():
     scenario = dataclasses.replace(Scenario.paper(), duration=600.0)
     problem = AttitudeManeuverProblem(scenario, n_maneuvers=1)
-    table = ManeuverPlan.from_design(problem, [0.0, 0.0, 0.5, 180.0]).timeline()
+    table = ManeuverPlan.from_design(problem, [0.0, 0.0, 0.5, 180.0]).build_timeline()
     assert table["phase"].tolist() == ["maneuver 1", "rate held"]
     assert table["start [s]"].tolist() == [0.0, 180.0]
     assert table.loc[0, "end UTC"] == table.loc[1, "start UTC"] == "2018-06-05T00:03:00.000000"

@@ -32,7 +32,7 @@ def written(run, tmp_path_factory):
 def test_picks(run, written):
     front = read_front(written)
     F = run.outcome.F
-    fastest, best, knee = (front.plan(choice) for choice in ("fastest", "best", "knee"))
+    fastest, best, knee = (front.select_plan(choice) for choice in ("fastest", "best", "knee"))
     assert fastest.t_end == F[:, 0].min()
     assert best.trace == pytest.approx(F[:, 1].min(), rel=1e-9)
     # the knee lies below the line through the ends, as no other point does
@@ -42,11 +42,11 @@ def test_picks(run, written):
     bend = F[find_front_rows(F)[np.argmax(below)]]
     assert (knee.t_end, knee.trace) == (bend[0], pytest.approx(bend[1], rel=1e-9))
     chosen = select_representative_solutions(front.problem, F, front.problem.obj_names)
-    assert [s.row for s in chosen if s.label == "knee"] == [front.row("knee")]
+    assert [s.row for s in chosen if s.label == "knee"] == [front.find_row("knee")]
     times = F[:, 0]
     for seconds in (0.0, 1900.0, 1e9):
         nearest = times[np.argmin(np.abs(times - seconds))]
-        assert front.plan(seconds).t_end == nearest
+        assert front.select_plan(seconds).t_end == nearest
 
 
 def test_a_bad_value_in_the_configuration_is_named_with_file_and_key(written, tmp_path):
@@ -66,21 +66,21 @@ def test_fastest_and_best_are_of_t_end_and_trace_whatever_was_minimized(tmp_path
     write_run(tmp_path / "run", small_run(problem))
     front = read_front(tmp_path / "run")
     paper = AttitudeManeuverProblem(scenario).evaluate(front.X, return_values_of=["F"])
-    assert front.plan("fastest").t_end == paper[:, 0].min()
-    assert front.plan("best").trace == pytest.approx(paper[:, 1].min(), rel=1e-9)
+    assert front.select_plan("fastest").t_end == paper[:, 0].min()
+    assert front.select_plan("best").trace == pytest.approx(paper[:, 1].min(), rel=1e-9)
 
 
 def test_a_plan_of_a_run_is_what_the_run_has_stored(tmp_path, monkeypatch):
     """Nothing is evaluated; the same plan from its design evaluates to the same document."""
     scenario = dataclasses.replace(Scenario.paper(), duration=900.0, step=4.0)
-    problem = AttitudeManeuverProblem(scenario, flights=4)
+    problem = AttitudeManeuverProblem(scenario, n_runs=4)
     run = small_run(problem)
     write_run(tmp_path / "run", run)
     view = problem.view(run.outcome.X)
     write_arrays(tmp_path / "run", run.outcome, view.arrays())
     with monkeypatch.context() as patch:
         patch.setattr("mgeo_attitude.problem.evaluate", None)
-        plan = read_front(tmp_path / "run").solution(0)
+        plan = read_front(tmp_path / "run").get_solution(0)
         found = to_json(plan)
     np.testing.assert_array_equal(plan.view.F, run.outcome.F[:1])
     assert found == to_json(ManeuverPlan(problem.scenario, tuple(run.outcome.X[0])))

@@ -15,10 +15,10 @@ from mgeo_attitude import (
 )
 from mgeo_attitude.filter.wheel_load import compute_wheel_loads
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.plan.aem import aem_text
+from mgeo_attitude.plan.aem import format_aem
 from mgeo_attitude.plan.files import from_json, to_json
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.scenario import PathLimit, Wheels
+from mgeo_attitude.scenario import PathConstraint, Wheels
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.view.margins import END_ATTITUDE
 from mgeo_calibration import simulate
@@ -59,7 +59,7 @@ def test_the_filter_does_not_see_it(plan, without):
 
 
 def test_its_end_is_read_back_as_looking_down(plan):
-    aem = brahe.ccsds.AEM.from_str(aem_text(plan, version="2.0"))
+    aem = brahe.ccsds.AEM.from_str(format_aem(plan, version="2.0"))
     last = len(aem.segments) - 1
     assert len(aem.segments) == len(plan.phases)
     body = matrix(aem.segment_to_attitude_trajectory(last), instant(plan, plan.duration))
@@ -82,12 +82,12 @@ def test_flights_slew_back_too(plan):
     np.testing.assert_allclose(
         (exact.motion.attitude @ exact.start)[: n + 1], short.attitude, rtol=0, atol=1e-12
     )
-    law, rate = scenario.initial.law(scenario, short.duration)
+    law, rate = scenario.initial.evaluate_law(scenario, short.duration)
     np.testing.assert_allclose(exact.motion.attitude[n], law, rtol=0, atol=1e-9)
     np.testing.assert_allclose(exact.motion.rates[n:], np.tile(rate, (900 - n, 1)), atol=1e-15)
 
     runs = simulate(scenario, DESIGN, n_runs=60, seed=3)
-    held = Motion.of(model, DESIGN, 900)
+    held = Motion.from_design(model, DESIGN, 900)
     assert np.abs(held.attitude[n] - law).max() > 0.1
     assert runs.t_end == short.t_end
     for time in (short.t_end, short.duration, 900.0):
@@ -103,9 +103,9 @@ def test_path_limits_are_looked_at_until_the_end(plan):
     """Angles on the way back, in the plan's own table."""
     axis = (0.0, 1.0, 0.0)
     limits = (
-        PathLimit(boresight=axis, half_angle_deg=10.0, attitude_sigmas=0.0),
-        PathLimit(name="sure", boresight=axis, half_angle_deg=10.0, attitude_sigmas=2.0),
-        PathLimit(
+        PathConstraint(boresight=axis, half_angle_deg=10.0, attitude_sigmas=0.0),
+        PathConstraint(name="sure", boresight=axis, half_angle_deg=10.0, attitude_sigmas=2.0),
+        PathConstraint(
             name="dish",
             reference="earth",
             sense="keep-in",

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import evaluate
-from mgeo_attitude.plan import ManeuverPlan, commands, to_uplink_csv, write_plan
+from mgeo_attitude.plan import ManeuverPlan, list_commands, to_uplink_csv, write_plan
 from mgeo_attitude.scenario import InitialConditions
 
 from .conftest import DESIGN
@@ -41,7 +41,7 @@ def test_a_ramp_belongs_to_the_command_it_is_flown_for(problem, back):
     initial = InitialConditions(pointing="nadir") if back else paper.initial
     scenario = dataclasses.replace(paper, maneuvers=limits, initial=initial)
     plan = ManeuverPlan(scenario, DESIGN)
-    table, phases = commands(plan), {phase.label: phase for phase in plan.phases}
+    table, phases = list_commands(plan), {phase.label: phase for phase in plan.phases}
     third = table.set_index("what").loc["maneuver 3"]
     ramp, maneuver = phases["ramp to maneuver 3"], phases["maneuver 3"]
     assert third["start_s"] == ramp.start
@@ -60,7 +60,7 @@ def test_a_maneuver_that_is_over_before_its_ramp_is_commanded(problem):
     design = np.array([0.0, 0.0, 0.5, 100.0, 0.5, 0.0, 0.0, 20.0, 0.0, 0.0, 0.5, 100.0])
     plan = ManeuverPlan(dataclasses.replace(paper, maneuvers=limits), tuple(design.tolist()))
     assert "maneuver 2" not in {phase.label for phase in plan.phases}
-    table = commands(plan)
+    table = list_commands(plan)
     assert table["what"].tolist() == ["maneuver 1", "maneuver 2", "maneuver 3", "rate held"]
     again = table.loc[:2, [*(f"rate_{axis}_deg_s" for axis in "xyz"), "duration_s"]]
     assert again.to_numpy().ravel().tolist() == design.tolist()

@@ -3,14 +3,18 @@
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.maneuvers.schedule import decode, maneuver_steps
-from mgeo_attitude.refine.at_time import at_time, on_steps, with_partial_steps
+from mgeo_attitude.maneuvers.schedule import compute_maneuver_steps, decode_designs
+from mgeo_attitude.refine.at_time import (
+    build_fixed_time_evaluator,
+    merge_partial_steps,
+    round_to_steps,
+)
 
 
 def flown(designs, step, n_steps):
     """The rate of every step."""
-    rates, durations = decode(designs)
-    starts, _ = maneuver_steps(durations, step)
+    rates, durations = decode_designs(designs)
+    starts, _ = compute_maneuver_steps(durations, step)
     return np.array(
         [
             own[np.searchsorted(first, np.arange(n_steps), side="right") - 1]
@@ -28,7 +32,7 @@ def test_each_step_has_the_mean_rate_in_it(step):
     designs[8:16, 3::4] *= 0.1  # many within a step
     designs[16:24, 3::4] = step * np.round(designs[16:24, 3::4] / step)
     n, fine = 40, 1000
-    rates, durations = decode(designs)
+    rates, durations = decode_designs(designs)
     ends = np.cumsum(durations, axis=1) / step
     middles = (np.arange(n * fine) + 0.5) / fine
     expected = np.array(
@@ -39,26 +43,26 @@ def test_each_step_has_the_mean_rate_in_it(step):
     )
     expected = expected.reshape(40, n, fine, 3).mean(axis=2)
     np.testing.assert_allclose(
-        flown(with_partial_steps(designs, step), step, n), expected, atol=6.0 / fine * 0.02
+        flown(merge_partial_steps(designs, step), step, n), expected, atol=6.0 / fine * 0.02
     )
 
 
 def test_maneuvers_that_end_on_steps_are_flown_as_they_are():
     designs = np.array([[0.3, 0.0, 0.1, 4.0, 0.0, 0.2, 0.0, 6.0, -0.1, 0.0, 0.0, 2.0]])
-    found = with_partial_steps(designs, 2.0)
+    found = merge_partial_steps(designs, 2.0)
     assert found.shape == (1, 20)
     np.testing.assert_array_equal(flown(found, 2.0, 9), flown(designs, 2.0, 9))
-    np.testing.assert_array_equal(with_partial_steps(designs[:, :4], 2.0), designs[:, :4])
+    np.testing.assert_array_equal(merge_partial_steps(designs[:, :4], 2.0), designs[:, :4])
 
 
 @pytest.mark.parametrize("step", [1.0, 4.0])
 def test_maneuvers_end_on_the_nearest_steps(step):
     short = {"preset": "paper", "duration": 1200.0, "step": step}
-    at = at_time(AttitudeManeuverProblem(Scenario.from_dict(short)))
+    at = build_fixed_time_evaluator(AttitudeManeuverProblem(Scenario.from_dict(short)))
     designs = np.random.default_rng(4).random((50, 20)) * 40.0
-    found = on_steps(at, designs)
+    found = round_to_steps(at, designs)
     ends = np.cumsum(designs[:, 3::4], axis=1) / step
-    starts, over = maneuver_steps(found[:, 3::4], step)
+    starts, over = compute_maneuver_steps(found[:, 3::4], step)
     np.testing.assert_array_equal(np.column_stack([starts[:, 1:], over]), np.rint(ends))
     np.testing.assert_array_equal(
         np.delete(found, np.s_[3::4], 1), np.delete(designs, np.s_[3::4], 1)

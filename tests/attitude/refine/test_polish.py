@@ -4,17 +4,17 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit, polish
-from mgeo_attitude.refine.at_time import AtTime
-from mgeo_attitude.refine.descent import Descent, descend, descend_from_best
-from mgeo_attitude.refine.polish import polish_steps
-from mgeo_attitude.refine.starts import receding_horizon
-from mgeo_attitude.scenario import FlightErrors, PathLimit
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit, refine_plans
+from mgeo_attitude.refine.at_time import FixedTimeEvaluator
+from mgeo_attitude.refine.descent import DescentProblem, descend, descend_from_best
+from mgeo_attitude.refine.polish import iterate_refinement
+from mgeo_attitude.refine.starts import build_receding_horizon_plan
+from mgeo_attitude.scenario import FlightErrors, PathConstraint
 
 from .conftest import by_each_rule, short
 
 CAMERA = (
-    PathLimit(name="camera", reference="sun", boresight=(0.0, 0.0, 1.0), half_angle_deg=40.0),
+    PathConstraint(name="camera", reference="sun", boresight=(0.0, 0.0, 1.0), half_angle_deg=40.0),
 )
 FEW = {"most": 3, "iterations": 3}
 
@@ -32,20 +32,20 @@ def some(problem, n=8, seed=4):
 
 
 def test_slopes_are_those_of_the_trace(problem):
-    at = AtTime(problem.scenario, problem.model)
-    descent = Descent(at, 400.0, 3)
+    at = FixedTimeEvaluator(problem.scenario, problem.model)
+    descent = DescentProblem(at, 400.0, 3)
     # off the bounds, and off the steps of 2 s
-    z = descent.variables(receding_horizon(at, 3, 400.0) * 0.9)
+    z = descent.to_variables(build_receding_horizon_plan(at, 3, 400.0) * 0.9)
     z[9:] += [0.0011, 0.0, -0.0007]
-    found, slopes = descent.taken(z[None])
+    found, slopes = descent.evaluate_gradients(z[None])
     assert slopes.shape == (1, 1, 12)
-    (on_steps,), _ = at.values(descent.designs(z), 200)
+    (on_steps,), _ = at.evaluate_at_steps(descent.to_designs(z), 200)
     assert found[0, 0] == pytest.approx(on_steps, abs=0.01)
     for k in range(12):
         ahead, behind = z.copy(), z.copy()
         ahead[k] += 1e-4
         behind[k] -= 1e-4
-        up, down = descent.taken(np.array([ahead, behind]))[0][:, 0]
+        up, down = descent.evaluate_gradients(np.array([ahead, behind]))[0][:, 0]
         assert slopes[0, 0, k] == pytest.approx((up - down) / 2e-4, rel=2e-2, abs=2e-3)
 
 
@@ -54,18 +54,18 @@ def test_what_is_longer_than_a_maneuver_may_be_goes_to_the_others(problem):
         problem.scenario,
         maneuvers=dataclasses.replace(problem.scenario.maneuvers, max_duration=180),
     )
-    descent = Descent(AtTime(scenario, problem.model), 400.0, 3)
-    durations = descent.designs(np.array([0.5] * 9 + [0.9, 0.1, 0.0]))[0, 3::4]
+    descent = DescentProblem(FixedTimeEvaluator(scenario, problem.model), 400.0, 3)
+    durations = descent.to_designs(np.array([0.5] * 9 + [0.9, 0.1, 0.0]))[0, 3::4]
     assert durations.sum() == pytest.approx(400.0)
     assert durations.max() == pytest.approx(180.0)
 
 
 def test_a_descent_fills_the_time_and_learns_more(problem):
-    at = AtTime(problem.scenario, problem.model)
-    begins = np.array([receding_horizon(at, 4, 400.0), some(problem, 1)[0]])
+    at = FixedTimeEvaluator(problem.scenario, problem.model)
+    begins = np.array([build_receding_horizon_plan(at, 4, 400.0), some(problem, 1)[0]])
     found = descend(at, begins, 400.0, 8)
     assert found[:, 3::4].sum(axis=1) == pytest.approx(400.0)
-    before, after = (at.values(each, 200)[0] for each in (begins, found))
+    before, after = (at.evaluate_at_steps(each, 200)[0] for each in (begins, found))
     assert (after < before - 0.01).all()
     # of several side by side each is as if it were alone
     alone = [descend(at, begin[None], 400.0, 8)[0] for begin in begins]
@@ -73,15 +73,15 @@ def test_a_descent_fills_the_time_and_learns_more(problem):
 
 
 def test_of_several_descents_the_best_goes_on(problem):
-    at = AtTime(problem.scenario, problem.model)
-    begins = np.vstack([some(problem, 5), receding_horizon(at, 4, 400.0)])
+    at = FixedTimeEvaluator(problem.scenario, problem.model)
+    begins = np.vstack([some(problem, 5), build_receding_horizon_plan(at, 4, 400.0)])
     # for two times side by side as for each of them
     times, which = np.array([400.0, 300.0]), np.repeat([0, 1], 6)
     found = descend_from_best(at, np.vstack([begins, begins]), times, which, 12)
     for time, one in zip(times, found, strict=True):
         each = descend(at, begins, time, 12)
         assert (one == each).all(axis=1).any()
-        value, _ = at.values(np.vstack([one, each]), int(time) // 2)
+        value, _ = at.evaluate_at_steps(np.vstack([one, each]), int(time) // 2)
         assert value[0] <= np.sort(value[1:])[1]
 
 
@@ -89,20 +89,20 @@ def test_of_several_descents_the_best_goes_on(problem):
 def test_no_plan_gets_worse_and_some_get_better(problem):
     X = np.vstack([some(problem), problem.starts(3, np.random.default_rng(1))])
     kept = X.copy()
-    found = polish(problem, X, **FEW)
+    found = refine_plans(problem, X, **FEW)
     np.testing.assert_array_equal(X, kept)
     assert ((found >= problem.xl) & (found <= problem.xu)).all()
     before, after = values(problem, X)[0], values(problem, found)[0]
     assert (after <= before).all()
     assert (after[:, 1] < 0.95 * before[:, 1]).sum() > 4
-    np.testing.assert_array_equal(polish(problem, X, **FEW), found)
+    np.testing.assert_array_equal(refine_plans(problem, X, **FEW), found)
 
 
 @pytest.mark.slow
 def test_plans_for_other_times_are_added(problem):
     X = problem.starts(4, np.random.default_rng(1))
     F = values(problem, X)[0]
-    tables = list(polish_steps(problem, X, **FEW, more=True))
+    tables = list(iterate_refinement(problem, X, **FEW, add_plans=True))
     sizes = [len(table) for table in tables]
     assert sizes == sorted(sizes)
     assert sizes[-1] > 2 * len(X)
@@ -124,7 +124,7 @@ def test_limits_are_kept(rule):
     X = np.vstack([some(problem), problem.suggest_initial_designs(4, np.random.default_rng(1))])
     before, violation = values(problem, X)
     assert 0 < (violation > 0.0).sum() < len(X)
-    after, broken = values(problem, polish(problem, X, **FEW))
+    after, broken = values(problem, refine_plans(problem, X, **FEW))
     assert (broken[violation <= 0.0] <= 0.0).all()
     assert (broken <= violation).all()
     assert (after <= before)[violation <= 0.0].all()
@@ -135,7 +135,7 @@ def test_requirements_are_kept():
     problem = short(3, "end", required_sigma={"attitude_deg": 0.5})
     X = problem.suggest_initial_designs(6, np.random.default_rng(1))
     before, violation = values(problem, X)
-    after, broken = values(problem, polish(problem, X, **FEW))
+    after, broken = values(problem, refine_plans(problem, X, **FEW))
     kept = violation <= 0.0
     assert kept.any()
     assert (broken[kept] <= 0.0).all()
@@ -146,15 +146,15 @@ def test_requirements_are_kept():
 def test_what_else_tells_how_much_is_known_is_polished(name):
     problem = short(3, "end", objectives=(name, "t_end"))
     X = some(problem, 4)
-    before, after = values(problem, X)[0], values(problem, polish(problem, X, **FEW))[0]
+    before, after = values(problem, X)[0], values(problem, refine_plans(problem, X, **FEW))[0]
     assert (after <= before).all()
     assert (after[:, 0] < before[:, 0]).any()
 
 
 def test_flights_tell_whether_a_polished_plan_is_better():
-    problem = short(3, "end", flight=FlightErrors(count=8, quantile=0.75))
+    problem = short(3, "end", flight=FlightErrors(n_runs=8, quantile=0.75))
     X = some(problem, 4)
-    before, after = values(problem, X)[0], values(problem, polish(problem, X, **FEW))[0]
+    before, after = values(problem, X)[0], values(problem, refine_plans(problem, X, **FEW))[0]
     assert (after <= before).all()
     assert (after[:, 1] < before[:, 1]).any()
 
@@ -163,13 +163,15 @@ def test_flights_tell_whether_a_polished_plan_is_better():
 def test_other_objectives_are_refused(names):
     problem = short(2, "end", objectives=names)
     with pytest.raises(ValueError, match=r"objectives = \['t_end'.*local refinement needs"):
-        polish(problem, some(problem, 2))
+        refine_plans(problem, some(problem, 2))
 
 
 def test_of_no_plans_and_of_the_shortest_nothing_is_left_to_do(problem):
-    assert polish(problem, np.empty((0, problem.n_var))).shape == (0, problem.n_var)
+    assert refine_plans(problem, np.empty((0, problem.n_var))).shape == (0, problem.n_var)
     still = np.zeros((1, problem.n_var))
-    assert (values(problem, polish(problem, still, **FEW))[0] <= values(problem, still)[0]).all()
+    assert (
+        values(problem, refine_plans(problem, still, **FEW))[0] <= values(problem, still)[0]
+    ).all()
 
 
 @pytest.mark.slow
@@ -189,7 +191,7 @@ def test_ten_maneuvers_come_near_the_limit(rule, times, ratio):
         nearest = X[np.abs(np.log(lasting / time)).argmin()].reshape(10, 4).copy()
         nearest[:, 3] *= time / nearest[:, 3].sum() if rule == "end" else 1.0
         plans.append(nearest.ravel())
-    found = values(problem, polish(problem, plans, iterations=40))[0]
+    found = values(problem, refine_plans(problem, plans, max_iterations=40))[0]
     least = limit(scenario)
     for F in found:
         assert F[1] / least.trace_at_end[round(F[0])] < ratio

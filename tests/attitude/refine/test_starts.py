@@ -5,49 +5,58 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit
-from mgeo_attitude.refine.at_time import AtTime
-from mgeo_attitude.refine.starts import beam, rate_grid, receding_horizon, until_converged
-from mgeo_attitude.scenario import PathLimit
+from mgeo_attitude.refine.at_time import FixedTimeEvaluator
+from mgeo_attitude.refine.starts import (
+    append_converging_rate,
+    beam_search,
+    build_rate_grid,
+    build_receding_horizon_plan,
+)
+from mgeo_attitude.scenario import PathConstraint
 
 from .conftest import by_each_rule, short
 
 
 def test_each_stage_has_the_rate_that_leaves_the_least_trace(problem):
-    at = AtTime(problem.scenario, problem.model)
-    plan = receding_horizon(at, 3, 360.0).reshape(3, 4)
+    at = FixedTimeEvaluator(problem.scenario, problem.model)
+    plan = build_receding_horizon_plan(at, 3, 360.0).reshape(3, 4)
     assert plan[:, 3].tolist() == [120.0] * 3
-    rates = rate_grid(1.0)
+    rates = build_rate_grid(1.0)
     assert len(rates) == 343
     for stage in range(3):
         tried = np.tile(plan[: stage + 1], (len(rates), 1, 1))
         tried[:, -1, :3] = rates
-        values, _ = at.values(tried.reshape(len(rates), -1), 60 * (stage + 1))
+        values, _ = at.evaluate_at_steps(tried.reshape(len(rates), -1), 60 * (stage + 1))
         (own,) = np.flatnonzero((rates == plan[stage, :3]).all(axis=1))
         assert values[own] == values.min()
 
 
 def test_a_beam_as_wide_as_all_plans_has_the_best_of_them(problem):
-    at = AtTime(problem.scenario, problem.model)
-    plans = beam(at, 3, 360.0, n_levels=2, width=512)
+    at = FixedTimeEvaluator(problem.scenario, problem.model)
+    plans = beam_search(at, 3, 360.0, n_levels=2, width=512)
     assert plans.shape == (512, 12)
     assert len(np.unique(plans, axis=0)) == 512  # eight corners, three stages
     assert (plans[:, 3::4] == 120.0).all()
-    values, _ = at.values(plans, 180)
+    values, _ = at.evaluate_at_steps(plans, 180)
     assert (np.diff(values) >= 0.0).all()
-    narrow = beam(at, 3, 360.0, n_levels=2, width=20)
-    few, _ = at.values(narrow, 180)
+    narrow = beam_search(at, 3, 360.0, n_levels=2, width=20)
+    few, _ = at.evaluate_at_steps(narrow, 180)
     assert len(few) == 20
-    assert values[0] <= few[0] < at.values(beam(at, 3, 360.0, n_levels=2), 180)[0][0] + 1e-12
+    assert (
+        values[0]
+        <= few[0]
+        < at.evaluate_at_steps(beam_search(at, 3, 360.0, n_levels=2), 180)[0][0] + 1e-12
+    )
 
 
 def test_rates_are_held_until_a_plan_has_converged():
     problem = short(4, "trace")
-    at = AtTime(problem.scenario, problem.model)
-    plan = receding_horizon(at, 3, 360.0)
-    found = until_converged(at, plan)
+    at = FixedTimeEvaluator(problem.scenario, problem.model)
+    plan = build_receding_horizon_plan(at, 3, 360.0)
+    found = append_converging_rate(at, plan)
     assert (found[:, :12] == plan).all()
     F = problem.evaluate(found, return_values_of=["F"])
-    every = np.array([[*plan, *rate, 0.0] for rate in rate_grid(1.0)])
+    every = np.array([[*plan, *rate, 0.0] for rate in build_rate_grid(1.0)])
     other = problem.evaluate(every, return_values_of=["F"])
     worse = (other[:, None] >= F).all(axis=2).any(axis=1)
     assert worse.all()  # no rate of the grid is better than what is found
@@ -83,7 +92,9 @@ def test_starts_repeat_with_their_seed(problem):
 @pytest.mark.parametrize("rule", ["trace", "end"])
 def test_starts_keep_off_what_must_not_be_seen(rule):
     limits = (
-        PathLimit(name="camera", reference="sun", boresight=(0.0, 0.0, 1.0), half_angle_deg=40.0),
+        PathConstraint(
+            name="camera", reference="sun", boresight=(0.0, 0.0, 1.0), half_angle_deg=40.0
+        ),
     )
     free = short(4, rule).suggest_initial_designs(5, np.random.default_rng(1))
     problem = short(4, rule, path_limits=limits)
@@ -117,7 +128,9 @@ def test_there_are_starts_of_few_maneuvers(count):
 @pytest.mark.slow
 def test_ten_stages_are_within_a_quarter_of_the_limit():
     problem = AttitudeManeuverProblem(Scenario.paper(), n_maneuvers=10)
-    at, found = AtTime(problem.scenario, problem.model), limit(problem.scenario)
+    at, found = FixedTimeEvaluator(problem.scenario, problem.model), limit(problem.scenario)
     for time, bar in ((1000, 1.2), (1560, 1.2)):
-        value, _ = at.values(receding_horizon(at, 10, float(time))[None], time)
+        value, _ = at.evaluate_at_steps(
+            build_receding_horizon_plan(at, 10, float(time))[None], time
+        )
         assert 1.0 < np.exp(value[0]) / found.trace[time] < bar

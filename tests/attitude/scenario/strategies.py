@@ -12,18 +12,18 @@ from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.scenario import Orbit
 from mgeo_attitude.scenario.goals import Convergence
 from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.limits import ManeuverLimits
+from mgeo_attitude.scenario.limits import ManeuverBounds
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors import SENSORS
 from mgeo_attitude.sensors.gyro import Gyro
-from mgeo_attitude.settings.base import schema_of
+from mgeo_attitude.settings.base import build_schema
 
 
 def sections(cls: type, **fixed: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
     """Instances of a section: numbers from their ranges, the rest from `fixed` or by default."""
     numbers = {
         key: _numbers(schema)
-        for key, schema in schema_of(cls)["properties"].items()
+        for key, schema in build_schema(cls)["properties"].items()
         if schema.get("type") in ("number", "integer")
     }
     return st.builds(cls, **(numbers | fixed))
@@ -93,7 +93,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
         initial=draw(starts()),
         maneuvers=draw(
             sections(
-                ManeuverLimits,
+                ManeuverBounds,
                 max_rate_deg_s=st.floats(0.0, 100.0 / step, exclude_min=True),
             )
         ),

@@ -2,7 +2,11 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.scenario.actuators import ALLOCATIONS, minimax, pseudo_inverse
+from mgeo_attitude.scenario.actuators import (
+    ALLOCATIONS,
+    minimax_allocation,
+    pseudo_inverse_allocation,
+)
 from scipy.optimize import linprog
 
 PYRAMID = np.array([[1.0, 0.0, 1.0], [-1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, -1.0, 1.0]])
@@ -39,13 +43,13 @@ def test_minimax_is_the_linear_programs_least_load(axes):
             b_eq=m,
             bounds=[(None, None)] * n + [(0.0, None)],
         )
-        assert np.abs(minimax(axes) @ m).max() == pytest.approx(program.fun, rel=1e-9)
+        assert np.abs(minimax_allocation(axes) @ m).max() == pytest.approx(program.fun, rel=1e-9)
 
 
 def test_pseudo_inverse_is_least_squares(axes):
     for m in demands():
         u = np.linalg.lstsq(axes.T, m, rcond=None)[0]
-        np.testing.assert_allclose(pseudo_inverse(axes) @ m, u, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(pseudo_inverse_allocation(axes) @ m, u, rtol=0, atol=1e-12)
 
 
 def test_three_wheels_leave_no_choice(axes):

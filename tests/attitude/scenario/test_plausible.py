@@ -8,9 +8,9 @@ from datetime import timedelta
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.scenario import TLEOrbit
-from mgeo_attitude.scenario.actuators import Coils, Wheels
+from mgeo_attitude.scenario.actuators import Magnetorquers, Wheels
 from mgeo_attitude.scenario.toml import PRESETS
-from mgeo_attitude.scenario.validity import Implausible, implausible
+from mgeo_attitude.scenario.validity import ImplausibleValue, find_implausible_values
 from mgeo_attitude.settings.errors import InvalidValue
 
 from .test_orbit import ISS_1, ISS_2
@@ -18,7 +18,7 @@ from .test_orbit import ISS_1, ISS_2
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_nothing_of_a_preset_is_implausible(name: str) -> None:
-    assert implausible(Scenario.from_dict({"preset": name})) == ()
+    assert find_implausible_values(Scenario.from_dict({"preset": name})) == ()
 
 
 @pytest.mark.parametrize(
@@ -42,9 +42,9 @@ def test_nothing_of_a_preset_is_implausible(name: str) -> None:
     ],
 )
 def test_a_file_that_says_so_is_read_and_told(text: str, message: str) -> None:
-    with pytest.warns(Implausible) as told:
+    with pytest.warns(ImplausibleValue) as told:
         scenario = Scenario.from_toml(f'preset = "paper"\n{text}\n')
-    assert [line for line in implausible(scenario) if line.startswith(message)]
+    assert [line for line in find_implausible_values(scenario) if line.startswith(message)]
     assert any(message in str(each.message) for each in told)
 
 
@@ -54,12 +54,12 @@ def test_an_element_set_ages_within_a_run() -> None:
     scenario = dataclasses.replace(
         Scenario.paper(), orbit=orbit, epoch=orbit.instant + timedelta(days=29.9)
     )
-    (line,) = implausible(scenario)
+    (line,) = find_implausible_values(scenario)
     assert "at the end of the run the element set is 30.0 days old" in line
-    assert implausible(dataclasses.replace(scenario, epoch=orbit.instant)) == ()
+    assert find_implausible_values(dataclasses.replace(scenario, epoch=orbit.instant)) == ()
 
 
-@pytest.mark.parametrize("of", [Wheels, lambda **k: Coils(max_dipole=(1.0, 1.0, 1.0), **k)])
+@pytest.mark.parametrize("of", [Wheels, lambda **k: Magnetorquers(max_dipole=(1.0, 1.0, 1.0), **k)])
 def test_no_body_has_a_moment_beyond_the_sum_of_the_others(of) -> None:
     with pytest.raises(InvalidValue, match=r"inertia = .*none exceeds the sum of the"):
         of(inertia=(0.1, 0.2, 0.31))

@@ -34,9 +34,9 @@ def test_paper_sensors_in_the_units_of_the_filter() -> None:
     sun, mag = Scenario.paper().sensors
     assert isinstance(sun, SunSensor)
     assert isinstance(mag, Magnetometer)
-    assert sun.noise() == pytest.approx([0.0349] * 3, abs=5e-5)  # 2 deg on the unit vector
+    assert sun.noise_sigmas() == pytest.approx([0.0349] * 3, abs=5e-5)  # 2 deg on the unit vector
     assert sun.states() == {"misalignment": math.radians(1.0), "bias": 0.02}
-    assert mag.noise() == pytest.approx([500.0 / 50_000.0] * 3)
+    assert mag.noise_sigmas() == pytest.approx([500.0 / 50_000.0] * 3)
     assert mag.states() == pytest.approx(
         {"misalignment": math.radians(1.0), "bias": 2000.0 / 50_000.0}
     )
@@ -44,15 +44,15 @@ def test_paper_sensors_in_the_units_of_the_filter() -> None:
 
 def test_the_small_cubesat_is_turned_by_coils_and_the_large_satellite_by_wheels() -> None:
     small, large = Scenario.cubesat_1u(), Scenario.microsatellite()
-    assert small.turned_by_coils
-    assert small.coils is not None
+    assert small.is_magnetorquer_driven
+    assert small.magnetorquers is not None
     turns, area, ampere = 450, 0.0049, 3.3 / 107.0
-    assert small.coils.max_dipole == pytest.approx([turns * area * ampere] * 3, rel=1e-3)
+    assert small.magnetorquers.max_dipole == pytest.approx([turns * area * ampere] * 3, rel=1e-3)
     assert small.duration == pytest.approx(2.0 * small.orbit.period, abs=small.step)
-    assert not large.turned_by_coils
+    assert not large.is_magnetorquer_driven
     assert large.wheels is not None
     x, y, z = 0.6, 0.7, 0.87
     sides = np.array([y * y + z * z, x * x + z * z, x * x + y * y])
     np.testing.assert_allclose(large.wheels.inertia, 110.0 / 12.0 * sides, rtol=1e-3)
     assert [sensor.kind for sensor in large.sensors].count("star-tracker") == 2
-    assert small.assumed == large.assumed == ()
+    assert small.assumptions == large.assumptions == ()

@@ -11,7 +11,7 @@ import pytest
 from mgeo_attitude import Suite
 from mgeo_attitude.scenario import (
     Convergence,
-    ManeuverLimits,
+    ManeuverBounds,
     Scenario,
     TLEOrbit,
     TraceWeights,
@@ -44,7 +44,7 @@ def test_times_are_multiples_of_the_step() -> None:
             "convergence.window = 2000.02: expected at most 100000 times step = 0.02 s",
         ),
         (
-            {"step": 10.0, "duration": 12000.0, "maneuvers": ManeuverLimits(max_rate_deg_s=30.0)},
+            {"step": 10.0, "duration": 12000.0, "maneuvers": ManeuverBounds(max_rate_deg_s=30.0)},
             "maneuvers.max_rate_deg_s = 30.0: expected less than 10.39, so that a rotation at "
             "this rate about all axes is less than 180 deg in step = 10.0 s; or a step below 3.464",
         ),
@@ -100,7 +100,7 @@ def test_weights_are_one_unless_given() -> None:
     blocks = Suite(scenario.gyro, scenario.sensors).blocks
     weights = scenario.trace_weights
     assert isinstance(weights, TraceWeights)
-    assert weights.of(blocks) == (2.0, 1.0, 1.0, 1.0, 1.0, 0.0)
+    assert weights.list_weights(blocks) == (2.0, 1.0, 1.0, 1.0, 1.0, 0.0)
     assert dict(weights) == {"attitude": 2.0, "mag.bias": 0.0}
 
 

@@ -12,13 +12,15 @@ import pytest
 from hypothesis import given, settings
 from jsonschema import Draft202012Validator
 from mgeo_attitude.commands.app import app
-from mgeo_attitude.scenario import Scenario, scenario_schema
+from mgeo_attitude.scenario import Scenario, build_scenario_schema
 from typer.testing import CliRunner
 
 from .strategies import scenarios
 
 ROOT = Path(__file__).parents[3]
-SCHEMA = Draft202012Validator(scenario_schema(), format_checker=Draft202012Validator.FORMAT_CHECKER)
+SCHEMA = Draft202012Validator(
+    build_scenario_schema(), format_checker=Draft202012Validator.FORMAT_CHECKER
+)
 
 
 def read(text: str) -> Any:
@@ -104,4 +106,4 @@ def test_a_saved_scenario_names_the_file_that_the_command_prints(tmp_path: Path)
     text = (tmp_path / "mine.toml").read_text(encoding="utf-8")
     assert text.splitlines()[0] == "#:schema ./scenario.schema.json"
     done = CliRunner().invoke(app, ["schema"])
-    assert json.loads(done.stdout) == scenario_schema()
+    assert json.loads(done.stdout) == build_scenario_schema()

@@ -13,7 +13,7 @@ from mgeo_attitude import (
     SunSensor,
     compare_filters,
 )
-from mgeo_attitude.sensors.base import with_noise
+from mgeo_attitude.sensors.base import scale_noise
 from mgeo_attitude.settings.errors import InvalidValue
 
 DESIGN = np.array([[0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]])
@@ -52,11 +52,11 @@ def test_each_axis_counts_with_its_own_noise():
 
 
 def test_noise_is_scaled_axis_by_axis():
-    louder = with_noise(Magnetometer(noise_nt=(1.0, 2.0, 3.0)), 2.0)
+    louder = scale_noise(Magnetometer(noise_nt=(1.0, 2.0, 3.0)), 2.0)
     assert louder.noise_nt == (2.0, 4.0, 6.0)
-    assert with_noise(SunSensor(noise_deg=1.0), 0.5).noise_deg == 0.5
+    assert scale_noise(SunSensor(noise_deg=1.0), 0.5).noise_deg == 0.5
     walks = Gyro(angle_random_walk_deg_per_sqrt_h=(0.1, 0.2, 0.3))
-    assert with_noise(walks, 2.0).diffusion()["theta"][2] == (np.radians(0.6) / 60.0) ** 2
+    assert scale_noise(walks, 2.0).diffusion()["theta"][2] == (np.radians(0.6) / 60.0) ** 2
     even = dataclasses.replace(louder, noise_nt=4.0)
     assert even.noise() == pytest.approx((louder.noise()[1],) * 3, rel=1e-15)
 

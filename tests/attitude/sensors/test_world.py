@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import (
     Environment,
+    EnvironmentErrors,
     FilterModel,
     Gyro,
     Magnetometer,
@@ -13,9 +14,8 @@ from mgeo_attitude import (
     StarTracker,
     Suite,
     SunSensor,
-    World,
     evaluate,
-    validity,
+    find_validity_violations,
 )
 from mgeo_attitude.environment.sun_moon import sun_position, visible_sun_fraction
 from mgeo_attitude.environment.times import compute_julian_dates
@@ -23,7 +23,7 @@ from mgeo_attitude.scenario import Convergence
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, POSITION_UNIT
 from mgeo_attitude.settings.errors import InvalidValue
 
-WORLD = World(albedo=0.05, field_error_nt=150.0, orbit_error_m=(2000.0, 100.0, 300.0))
+WORLD = EnvironmentErrors(albedo=0.05, field_error_nt=150.0, orbit_error_m=(2000.0, 100.0, 300.0))
 PLAN = np.array([[0.5, -0.3, 0.8, 80.0, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0]])
 
 
@@ -34,7 +34,7 @@ def short(**changes):
 
 
 def test_all_sensors_that_see_an_error_see_the_same_states():
-    fine = SunSensor(name="fine", sees_albedo=False)
+    fine = SunSensor(name="fine", includes_albedo=False)
     suite = Suite(
         Gyro(),
         (SunSensor(), fine, Magnetometer(), Magnetometer(name="outer"), StarTracker()),
@@ -44,7 +44,9 @@ def test_all_sensors_that_see_an_error_see_the_same_states():
     v, gradient = np.array([0.3, -0.5, 0.8]), np.random.default_rng(1).standard_normal((3, 3))
     shared = slice(6, 15)
     sun, fine, mag, outer, tracker = (
-        suite.measurement_matrix(sensor, v, gradient=gradient[: suite.n_gradient(sensor)])
+        suite.measurement_matrix(
+            sensor, v, gradient=gradient[: suite.count_gradient_vectors(sensor)]
+        )
         for sensor in suite.sensors
     )
     none = np.zeros((3, 3))
@@ -91,20 +93,22 @@ def test_an_error_along_track_moves_the_field_as_it_is_farther_along():
 
 
 def test_an_orbit_error_for_which_the_gradient_is_too_rough_is_told():
-    near, far = (short(world=World(orbit_error_m=(m, 9.0, 9.0))) for m in (30_000.0, 31_000.0))
-    (line,) = validity(far)
+    near, far = (
+        short(world=EnvironmentErrors(orbit_error_m=(m, 9.0, 9.0))) for m in (30_000.0, 31_000.0)
+    )
+    (line,) = find_validity_violations(far)
     assert line.startswith("world.orbit_error_m = 31000: ")
-    assert validity(near) == ()
+    assert find_validity_violations(near) == ()
 
 
 def test_near_an_eclipse_that_may_be_elsewhere_nothing_that_sees_the_sun_is_used():
     """An error along track is a satellite that comes earlier or later; by the disc that is lit."""
-    off = World(orbit_error_m=(40_000.0, 1.0, 1.0))
+    off = EnvironmentErrors(orbit_error_m=(40_000.0, 1.0, 1.0))
     scenario = dataclasses.replace(Scenario.cubesat_6u(), duration=4300.0, world=off)
     lit, used, always = (
         FilterModel.from_scenario(each).available
         for each in (
-            dataclasses.replace(scenario, world=World()),
+            dataclasses.replace(scenario, world=EnvironmentErrors()),
             scenario,
             dataclasses.replace(scenario, eclipse=False),
         )
@@ -125,10 +129,10 @@ def test_near_an_eclipse_that_may_be_elsewhere_nothing_that_sees_the_sun_is_used
 @pytest.mark.slow
 def test_light_from_the_earth_is_in_what_a_coarse_sensor_looks_at():
     whole = Scenario.paper()
-    sensors = (SunSensor(), SunSensor(name="fine", sees_albedo=False))
+    sensors = (SunSensor(), SunSensor(name="fine", includes_albedo=False))
     plain, lit = (
         FilterModel.from_scenario(dataclasses.replace(whole, sensors=sensors, world=world))
-        for world in (World(), World(earth_albedo=0.3))
+        for world in (EnvironmentErrors(), EnvironmentErrors(earth_albedo=0.3))
     )
     added = lit.references - plain.references
     assert not added[:, 1].any()
@@ -146,7 +150,7 @@ def test_light_from_the_earth_is_in_what_a_coarse_sensor_looks_at():
 )
 def test_a_world_that_cannot_be_is_refused(world, message):
     with pytest.raises(InvalidValue, match=message):
-        World(**world)
+        EnvironmentErrors(**world)
 
 
 def test_no_sensor_is_called_the_world():

@@ -7,8 +7,8 @@ from datetime import UTC, date, datetime
 from typing import Annotated, Any, Literal
 
 import pytest
-from mgeo_attitude.settings.base import Kinds, Settings, to_table
-from mgeo_attitude.settings.errors import InvalidValue, KeyProblem
+from mgeo_attitude.settings.base import Settings, TableClasses, to_table
+from mgeo_attitude.settings.errors import InvalidKey, InvalidValue
 from mgeo_attitude.settings.types import Instant, PerAxis, Positive, Seconds, Triple, Unit
 from pydantic import Field
 from pydantic.dataclasses import dataclass
@@ -40,7 +40,7 @@ class Wheel(Settings):
     tags: tuple[str, ...] = Field(default=(), description="labels")
     built: Instant | None = Field(default=None, description="date of assembly")
     bearing: Bearing = Field(default_factory=Bearing, description="bearing")
-    others: tuple[Annotated[Bearing, Kinds("kind", {"bearing": Bearing})], ...] = Field(
+    others: tuple[Annotated[Bearing, TableClasses("kind", {"bearing": Bearing})], ...] = Field(
         default=(), description="other bearings"
     )
 
@@ -84,7 +84,7 @@ def test_positional_and_missing_arguments_are_named() -> None:
     class Axle(Settings):
         length: Annotated[float, Unit("m")] = Field(description="length")
 
-    with pytest.raises(KeyProblem, match=r"^length: missing; expected a number \[m\] \(len"):
+    with pytest.raises(InvalidKey, match=r"^length: missing; expected a number \[m\] \(len"):
         Axle()  # type: ignore[call-arg]
 
 

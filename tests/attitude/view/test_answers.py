@@ -2,7 +2,7 @@
 
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.view.describe import two_digits
+from mgeo_attitude.view.describe import format_two_digits
 
 
 @pytest.mark.parametrize("objectives", [["t_end", "trace"], ["t_end", "trace", "rate_change"]])
@@ -10,10 +10,12 @@ def test_where_the_end_is_the_plans_own_what_is_kept_is_how_well_the_attitude_is
     table = {"preset": "cubesat_6u", "duration": 600.0, "maneuvers": {"count": 1}}
     scenario = Scenario.from_dict(table | {"objectives": objectives})
     view = AttitudeManeuverProblem(scenario).view([[1.0, 0.2, -0.5, 60.0], [1.0, 0.2, -0.5, 599.0]])
-    assert view.exactly.t_end.tolist() == [60.0, 599.0]
-    for line, kept in zip(view.summaries(), view.kept_sigma_deg, strict=True):
-        assert line.endswith(f"; attitude {two_digits(kept)} deg in 9 of 10 Monte Carlo runs")
+    assert view.nominal.t_end.tolist() == [60.0, 599.0]
+    for line, kept in zip(view.summaries(), view.monte_carlo_sigma_deg, strict=True):
+        assert line.endswith(
+            f"; attitude {format_two_digits(kept)} deg in 9 of 10 Monte Carlo runs"
+        )
         assert "converge" not in line
-    ratio = view.promises()["kept / promised trace [-]"]
+    ratio = view.compare_with_monte_carlo()["kept / promised trace [-]"]
     (line, *_) = view.remarks()
     assert f"trace [-] in these runs to the plan's is {ratio.median():.3g} in" in line

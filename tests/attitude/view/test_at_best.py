@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
 from mgeo_attitude.scenario import FlightErrors
-from mgeo_attitude.view.lower_bound import bound_curves, holds_over_flights
+from mgeo_attitude.view.lower_bound import compute_bound_curves, is_valid_for_monte_carlo
 
 from mgeo.plugins.view import build_view
 
@@ -25,7 +25,7 @@ def test_what_no_maneuver_reaches_is_said_with_the_least_that_one_may():
     ).infeasibility_reasons()
     problem = AttitudeManeuverProblem(asking(sun__misalignment_deg=0.05, mag__bias_nt=1000.0))
     assert build_view(problem).infeasibility_reasons() == [line]
-    least = np.degrees(problem.limit_curves.compute_sigma("sun.misalignment").min())
+    least = np.degrees(problem.lower_bound.compute_sigma("sun.misalignment").min())
     assert line == (
         "required 1-sigma of sun misalignment: 0.05 deg cannot be reached within 3 h 19 min 44 s "
         f"by any maneuver: relax it to more than {np.ceil(least * 1e4) / 1e4:.4f} deg, take better "
@@ -54,13 +54,13 @@ def test_what_one_may_reach_is_left_to_the_search():
 )
 def test_over_which_flights_the_limit_holds(flight, gyro, holds):
     scenario = dataclasses.replace(
-        asking(sun__misalignment_deg=0.05), flight=FlightErrors(count=4, **flight)
+        asking(sun__misalignment_deg=0.05), flight=FlightErrors(n_runs=4, **flight)
     )
     scenario = dataclasses.replace(scenario, gyro=dataclasses.replace(scenario.gyro, **gyro))
-    assert holds_over_flights(scenario) == holds
+    assert is_valid_for_monte_carlo(scenario) == holds
     problem = AttitudeManeuverProblem(scenario)
     assert bool(build_view(problem).infeasibility_reasons()) == holds
-    curve = bound_curves(problem, np.array([800.0, 4000.0]))
+    curve = compute_bound_curves(problem, np.array([800.0, 4000.0]))
     assert bool(len(curve)) == holds
     if holds:
         times, trace, sigma = curve.T
@@ -70,9 +70,9 @@ def test_over_which_flights_the_limit_holds(flight, gyro, holds):
 
 
 def test_no_flight_is_below_the_limit_that_is_shown_under_its_front():
-    scenario = dataclasses.replace(asking(mag__bias_nt=1e4), flight=FlightErrors(count=8))
+    scenario = dataclasses.replace(asking(mag__bias_nt=1e4), flight=FlightErrors(n_runs=8))
     problem = AttitudeManeuverProblem(scenario)
-    times, trace, _ = bound_curves(problem, np.array([304.0, 11984.0])).T
-    for flight in problem.flights:
+    times, trace, _ = compute_bound_curves(problem, np.array([304.0, 11984.0])).T
+    for flight in problem.monte_carlo_runs:
         ran = evaluate(flight.model, flight.apply_errors(DESIGN))
         assert ran.trace[0] > np.interp(ran.t_end[0], times, trace)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, run_reference_filter
-from mgeo_attitude.view.describe import BESIDE, front_summary
+from mgeo_attitude.view.describe import BOUND_RATIO_COLUMN, count_front_points
 
 from mgeo.plugins.view import build_view
 
@@ -50,8 +50,8 @@ def test_numbers_are_those_of_the_reference_filter(problem, table):
 def test_the_trace_stands_beside_what_no_maneuver_can_beat(problem, table):
     limit = problem.limit_curves
     least = np.interp(table["t_end [s]"], limit.times, limit.trace)
-    np.testing.assert_allclose(table[BESIDE], table["trace [-]"] / least, rtol=1e-12)
-    assert (table[BESIDE] > 1.0).all()
+    np.testing.assert_allclose(table[BOUND_RATIO_COLUMN], table["trace [-]"] / least, rtol=1e-12)
+    assert (table[BOUND_RATIO_COLUMN] > 1.0).all()
 
 
 def test_counts_of_a_front_made_by_hand():
@@ -70,10 +70,10 @@ def test_counts_of_a_front_made_by_hand():
         [np.nan, np.nan],
     ]
     expected = {"points, first orbit": 2, "points, second orbit": 3}
-    assert front_summary(scenario, F) == expected
-    assert front_summary(scenario, F[::-1]) == expected
+    assert count_front_points(scenario, F) == expected
+    assert count_front_points(scenario, F[::-1]) == expected
     none = {"points, first orbit": 0, "points, second orbit": 0}
-    assert front_summary(scenario, np.empty((0, 2))) == none
+    assert count_front_points(scenario, np.empty((0, 2))) == none
     assert build_view(AttitudeManeuverProblem()).front_summary(F[8]) == {
         **none,
         "points, second orbit": 1,

@@ -6,8 +6,8 @@ import re
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.scenario import PathLimit
-from mgeo_attitude.view.satellite import facts, local_time_of_node
+from mgeo_attitude.scenario import PathConstraint
+from mgeo_attitude.view.satellite import ascending_node_solar_time, describe_satellite
 
 
 def test_local_time_of_a_node():
@@ -16,13 +16,13 @@ def test_local_time_of_a_node():
     tilted = np.array([0.0, np.cos(1.7), np.sin(1.7)])  # of a retrograde orbit
     for sun_at, hours in ((0.0, 12.0), (-90.0, 18.0), (90.0, 6.0), (180.0, 0.0)):
         sun = np.array([np.cos(np.radians(sun_at)), np.sin(np.radians(sun_at)), 0.2])
-        assert local_time_of_node(node, tilted, sun) == pytest.approx(hours, abs=1e-9)
+        assert ascending_node_solar_time(node, tilted, sun) == pytest.approx(hours, abs=1e-9)
     assert pole @ np.cross(node, tilted) < 0.0
 
 
 def test_the_papers_satellite():
     scenario = dataclasses.replace(Scenario.paper(), eclipse=True)
-    found = facts(AttitudeManeuverProblem(scenario))
+    found = describe_satellite(AttitudeManeuverProblem(scenario))
     assert found["satellite"] == "paper, 2018-06-05T00:00:00 to 2018-06-05T03:19:44 UTC"
     assert "node at 22:30 local" in found["orbit"]  # as its file says
     assert "inclination 98.4" in found["orbit"]
@@ -39,9 +39,13 @@ def test_a_cone_at_rest_has_the_margin_of_its_axis_and_the_unknown_attitude():
         dataclasses.replace(
             Scenario.paper(),
             duration=600.0,
-            path_limits=(PathLimit(name="eye", boresight=(0.0, 0.0, 1.0), half_angle_deg=20.0),),
+            path_limits=(
+                PathConstraint(name="eye", boresight=(0.0, 0.0, 1.0), half_angle_deg=20.0),
+            ),
         )
     )
     sun = problem.environment.sun @ problem.model.initial_attitude[2]
     nearest = np.degrees(np.arccos(sun.max())) - 3.0 * 5.0
-    assert f"Sun off eye {nearest:.3g} deg, at least 20 deg" in facts(problem)["at rest"]
+    assert (
+        f"Sun off eye {nearest:.3g} deg, at least 20 deg" in describe_satellite(problem)["at rest"]
+    )

@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy as np
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.sensors.errors import sigma_of
+from mgeo_attitude.sensors.errors import get_initial_sigma
 from mgeo_calibration import Telemetry
 from mgeo_calibration.telemetry.telemetry import Truth
 from scipy.integrate import solve_ivp
@@ -171,7 +171,7 @@ def errors_of(part, rng, given) -> dict:
     """
     own = dict(given)
     for state, sigma in part.states().items():
-        drawn = sigma_of(sigma) * rng.standard_normal(3)
+        drawn = get_initial_sigma(sigma) * rng.standard_normal(3)
         own.setdefault(state, drawn)
     own["turn"] = Rotation.from_rotvec(own.get("misalignment", np.zeros(3)))
     return own | {"misalignment": gibbs(own["turn"])}
@@ -211,7 +211,7 @@ def fly(
     rates = own["turn"].apply(true @ symmetric(own).T) + drift + noise
     rates = counted(np.degrees(rates), craft.gyro_step_deg_s)
 
-    world = world_errors(scenario.world, n, step, rng)
+    world = world_errors(scenario.environment_errors, n, step, rng)
     readings, truth = {}, {f"gyro.{state}": own[state] for state in gyro.states()}
     truth |= {"gyro.bias": biases[1:]} | {f"world.{state}": e for state, e in world.items()}
     for sensor in scenario.sensors:
@@ -220,7 +220,7 @@ def fly(
         around = surroundings(scenario, n, step, late, craft.behind)
         if "orbit_error" in world:
             around = displaced(scenario, around, world["orbit_error"])
-        at = Surroundings(around, world, scenario.world.earth_albedo)
+        at = Surroundings(around, world, scenario.environment_errors.earth_albedo)
         then = attitude[1:]
         if late:
             _, early = turned(lambda t, late=late: rate(t - late), times)
@@ -275,10 +275,10 @@ def fly_held(scenario: Scenario, axes, mounting: Rotation, error, seed, step) ->
     readings, states = {}, np.zeros((n, scenario.suite.n_states))
     for sensor in scenario.sensors:
         own = errors_of(sensor, rng, {})
-        at = Surroundings(around, {}, scenario.world.earth_albedo)
+        at = Surroundings(around, {}, scenario.environment_errors.earth_albedo)
         readings[sensor.name] = SENSORS[sensor.kind](sensor, own, at, attitude.inv(), rng)
         for state in sensor.states():
-            states[:, scenario.suite.slices[f"{sensor.name}.{state}"]] = own[state]
+            states[:, scenario.suite.block_slices[f"{sensor.name}.{state}"]] = own[state]
     return Telemetry(
         times=np.arange(1, n + 1) * step,
         gyro_deg_s=np.full((n, 3), np.nan),

@@ -62,7 +62,7 @@ def world_errors(world, n, step, rng) -> dict[str, np.ndarray]:
 def displaced(scenario: Scenario, around: Environment, orbit_error) -> Environment:
     """Return the environment at positions that an orbit error moves."""
     moved = orbit_error
-    if scenario.world.orbit_error_axes == "orbital":
+    if scenario.environment_errors.orbit_error_axes == "orbital":
         up = normalized(around.position)
         normal = normalized(np.cross(up, around.velocity))
         axes = np.stack([np.cross(normal, up), normal, up], axis=1)

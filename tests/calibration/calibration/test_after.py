@@ -161,7 +161,7 @@ def test_a_belief_is_what_remains_of_the_truth(first):
     attitude = belief.attitude @ rotation_matrix(e[:3])
     for first_state in range(3, n, 3):
         block = slice(first_state, first_state + 3)
-        if first_state in belief.suite.rotations:
+        if first_state in belief.suite.rotation_indices:
             states[block] = rotation_vector(
                 rotation_matrix(states[block]) @ rotation_matrix(e[block])
             )
@@ -178,7 +178,7 @@ def test_a_belief_is_what_remains_of_the_truth(first):
         d[j % 3] = step[j]
         if j < 3:
             turned = attitude @ rotation_matrix(d)
-        elif block.start in belief.suite.rotations:
+        elif block.start in belief.suite.rotation_indices:
             changed[block] = rotation_vector(rotation_matrix(states[block]) @ rotation_matrix(d))
         else:
             changed[block] += d

@@ -46,7 +46,7 @@ def test_what_is_considered_is_noise_of_all_readings(name, monkeypatch):
     data, at = near(scenario(name, **changes), broken=False)
     suite = data.suite
     sigma, parts = suite.initial_sigma(1.0), Partition.of(suite)
-    at.states[:, suite.considered] = 0.0
+    at.states[:, suite.considered_indices] = 0.0
     belief = known_before(suite, at)
     J, r = dense(data, sigma, at, parts)
     r[: suite.n_states], of_start = belief.residual(at.attitude[0], at.states[0])
@@ -54,7 +54,7 @@ def test_what_is_considered_is_noise_of_all_readings(name, monkeypatch):
     J[: suite.n_states, :d] = of_start[:, parts.driven]
     J[: suite.n_states, N * d :] = of_start[:, parts.constant]
     state = np.concatenate([np.tile(parts.driven, N), parts.constant])
-    of = np.isin(state, suite.considered)
+    of = np.isin(state, suite.considered_indices)
     scale = sigma[state]
     J, believed = J * scale, suite.n_states + (N - 1) * d  # rows of the prior and of dynamics
     before, H, z = J[:believed], J[believed:], r[believed:]
@@ -79,7 +79,7 @@ def test_what_is_considered_is_noise_of_all_readings(name, monkeypatch):
     unit = spread[index] * scale[index] * grown
     expected = P[np.ix_(index, index)] / np.outer(spread[index], spread[index])
     np.testing.assert_allclose(last / np.outer(unit, unit), expected, rtol=0, atol=1e-9)
-    c = suite.considered
+    c = suite.considered_indices
     left = grown[c] * (scale * mean)[index[c]]
     np.testing.assert_allclose(states[c] / unit[c], left / unit[c], rtol=0, atol=1e-9)
     assert (np.delete(states, c) == 1.0).all()

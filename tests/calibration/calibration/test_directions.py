@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import Scenario, TwoAxisSunSensor, World
-from mgeo_attitude.settings.base import declared
+from mgeo_attitude import EnvironmentErrors, Scenario, TwoAxisSunSensor
+from mgeo_attitude.settings.base import get_fields
 from mgeo_calibration import calibrate, read_telemetry
 from mgeo_calibration.telemetry.mapping import SensorChannels, TelemetryMapping
 
@@ -16,7 +16,7 @@ from .independent import Craft, fly, steady
 def two_axis(scenario):
     """The scenario whose Sun sensor measures two angles, as well as it did three numbers."""
     sun, mag = scenario.sensors
-    same = {name: getattr(sun, name) for name in declared(type(sun))}
+    same = {name: getattr(sun, name) for name in get_fields(type(sun))}
     return dataclasses.replace(scenario, sensors=(TwoAxisSunSensor(**same), mag))
 
 
@@ -51,7 +51,7 @@ def test_normalized_vectors_are_calibrated_as_claimed(name):
 @pytest.mark.parametrize("seed", range(6))
 def test_directions_with_light_from_the_earth_are_calibrated_as_claimed(seed):
     """The independent truth adds light in all directions, also along the Sun."""
-    world = World(earth_albedo=0.3, albedo=0.03)
+    world = EnvironmentErrors(earth_albedo=0.3, albedo=0.03)
     scenario = dataclasses.replace(two_axis(SCENARIOS["cubesat_6u"]), world=world)
     telemetry = fly(scenario, steady(PLAN), seed)
     calibration = calibrate(scenario, telemetry)

@@ -69,7 +69,7 @@ def test_a_first_attitude_whatever_it_is(scenario):
 def test_any_suite(name):
     suite = SUITES[name]
     of = dataclasses.replace(
-        Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors, world=suite.world
+        Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors, world=suite.environment_errors
     )
     of = short(of, 1500.0)
     telemetry = flown(of, 7)

@@ -5,7 +5,7 @@ import re
 
 import pytest
 from mgeo_attitude import Scenario
-from mgeo_attitude.sensors.base import with_noise
+from mgeo_attitude.sensors.base import scale_noise
 from mgeo_calibration import TelemetryMapping, calibrate, fly
 from mgeo_calibration.telemetry.mapping import GyroChannels
 
@@ -62,7 +62,7 @@ def test_an_error_that_is_declared_too_large_is_a_note_with_its_size(key, declar
 @pytest.mark.parametrize("factor", [3.0, 10.0])
 def test_noise_that_is_declared_too_large_is_consistent(factor):
     scenario = cubesat(1500.0)
-    careful = tuple(with_noise(sensor, factor) for sensor in scenario.sensors)
+    careful = tuple(scale_noise(sensor, factor) for sensor in scenario.sensors)
     found = calibrate(dataclasses.replace(scenario, sensors=careful), fly(scenario, PLAN, 2))
     assert found.supported, found.conclusion
     assert any(note.startswith("sun: sigmas are too large by ") for note in found.notes)

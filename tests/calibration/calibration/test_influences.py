@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import Influence, Scenario
-from mgeo_attitude.scenario import Channel
+from mgeo_attitude import BiasSensitivity, Scenario
+from mgeo_attitude.scenario import HousekeepingChannel
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import (
     calibrate,
@@ -17,14 +17,16 @@ from scipy.linalg import expm
 
 from .flights import PLAN, check_claimed, normalized, short
 
-TEMP = Channel(name="temp", in_sunlight=40.0, in_shadow=-10.0, time_constant=900.0, initial=0.0)
-CURRENT = Channel(
+TEMP = HousekeepingChannel(
+    name="temp", in_sunlight=40.0, in_shadow=-10.0, time_constant=900.0, initial=0.0
+)
+CURRENT = HousekeepingChannel(
     name="current",
     times=tuple(100.0 * np.arange(31)),
     values=tuple(np.random.default_rng(3).uniform(0.0, 0.5, 31)),
 )
-GYRO = (Influence("temp", 5e-4, "degC", 20.0),)
-MAG = (Influence("current", 1000.0, "A"), Influence("temp", 5.0, "degC", 20.0))
+GYRO = (BiasSensitivity("temp", 5e-4, "degC", 20.0),)
+MAG = (BiasSensitivity("current", 1000.0, "A"), BiasSensitivity("temp", 5.0, "degC", 20.0))
 
 
 def scenario(duration, gyro=GYRO, mag=MAG):
@@ -68,7 +70,7 @@ def test_what_a_bias_follows_is_named_with_its_key_and_can_be_added(telemetry):
     )
     again = calibrate_with(first, telemetry, ["mag.current", "mag.temp", "gyro.temp"])
     assert again.supported, again.conclusion
-    added = {each.channel: each for each in again.scenario.sensors[1].influences}
+    added = {each.channel: each for each in again.scenario.sensors[1].bias_sensitivities}
     bias = PLAIN.sensors[1].initial_bias_nt
     assert added["current"].initial_sigma == pytest.approx(
         10.0 * bias / np.ptp(telemetry.others["current"])

@@ -62,7 +62,7 @@ def beside_a_noisy_gyro(late, noise_arcsec, seed):
         sun_exclusion_deg=None,
         earth_exclusion_deg=None,
         initial_misalignment_deg=0.0,
-        initial_delay_s=0.3,
+        initial_latency_s=0.3,
     )
     gyro = dataclasses.replace(scenario.gyro, rate_random_walk=1e-9)
     scenario = dataclasses.replace(scenario, gyro=gyro, sensors=(tracker,))

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import Scenario, World
+from mgeo_attitude import EnvironmentErrors, Scenario
 from mgeo_calibration import calibrate
 from mgeo_calibration import fly as fly_own
 from mgeo_calibration.estimation.batch import batch
@@ -76,7 +76,7 @@ def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
     """The gyro's noise of a step is three times its own, and is in the rate and in the attitude."""
     satellite = Scenario.microsatellite()
     tracker, *others, _ = satellite.sensors  # of two magnetometers one
-    scenario = short(satellite, 2400.0, world=World())
+    scenario = short(satellite, 2400.0, world=EnvironmentErrors())
     sees = {"sun_exclusion_deg": None, "earth_exclusion_deg": None}
     tracker = dataclasses.replace(tracker, initial_delay_s=late, **sees)
     true = dataclasses.replace(scenario, sensors=(tracker, *others))

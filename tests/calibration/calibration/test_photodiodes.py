@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import FilterModel, Magnetometer, Photodiode, Scenario, World
+from mgeo_attitude import EnvironmentErrors, FilterModel, Magnetometer, Photodiode, Scenario
 from mgeo_calibration import calibrate, fly
 from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.estimation.start import sun_directions
@@ -20,7 +20,7 @@ SCENARIO = short(
     Scenario.cubesat_6u(),
     3000.0,
     sensors=(*DIODES, MAG),
-    world=World(earth_albedo=0.3, albedo=0.03),
+    world=EnvironmentErrors(earth_albedo=0.3, albedo=0.03),
 )
 
 
@@ -69,7 +69,7 @@ def test_three_lit_faces_say_where_the_sun_is(telemetry):
     sun = np.einsum("kij,kj->ki", telemetry.truth.attitude[k], model.references[k, 0])
     off = found[there] - sun[there]  # light from the Earth is in the one
     assert np.abs(np.median(off, axis=0)).max() < 0.15
-    dark = dataclasses.replace(SCENARIO, world=World())
+    dark = dataclasses.replace(SCENARIO, world=EnvironmentErrors())
     clean = fly(dark, PLAN, 2)
     data = batch(dark, clean)
     true = clean.truth.states[np.searchsorted(clean.times, data.times)]

@@ -92,7 +92,9 @@ def test_the_linear_case_is_filterpys_smoother():
         v = data.vectors[k, :2] @ C[k].T
         H = [suite.measurement_matrix(s, v[i], C[k]) for i, s in enumerate(suite.sensors)]
         z = [data.sensors[i][k, 0] - v[i] for i in range(2)]
-        R = np.diag(np.concatenate([np.square(s.noise()) * np.ones(3) for s in suite.sensors]))
+        R = np.diag(
+            np.concatenate([np.square(s.noise_sigmas()) * np.ones(3) for s in suite.sensors])
+        )
         kf.update(np.concatenate(z), R=R, H=np.vstack(H))
         means.append(kf.x.copy())
         Ps.append(kf.P.copy())

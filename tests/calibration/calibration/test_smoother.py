@@ -9,7 +9,7 @@ from filterpy.kalman import KalmanFilter
 from mgeo_attitude import FilterModel, Scenario, SunSensor, TwoAxisSunSensor
 from mgeo_attitude.filter.reference import discretize_van_loan
 from mgeo_attitude.geometry.rotation import rotation_matrix
-from mgeo_attitude.maneuvers.motion import attitudes
+from mgeo_attitude.maneuvers.motion import compute_attitudes
 from mgeo_calibration.estimation.batch import Batch, batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.kinematics import steps
@@ -42,7 +42,9 @@ def scenario(name, **gyro):
     suite = SUITES[name]
     gyro = dataclasses.replace(suite.gyro, **gyro)
     return short(
-        dataclasses.replace(Scenario.paper(), gyro=gyro, sensors=suite.sensors, world=suite.world),
+        dataclasses.replace(
+            Scenario.paper(), gyro=gyro, sensors=suite.sensors, world=suite.environment_errors
+        ),
         float(STEPS),
         channels=CHANNELS,
     )
@@ -210,13 +212,13 @@ def linear_case(name):
     model = FilterModel.from_scenario(of)
     plan = model.build_schedule(np.atleast_2d(PLAN))
     rates, starts = plan.rates[0], plan.starts[0]
-    C = attitudes(rates, starts, STEPS, 1.0)
+    C = compute_attitudes(rates, starts, STEPS, 1.0)
     stretch = np.searchsorted(starts, np.arange(STEPS), side="right") - 1
     rng = np.random.default_rng(4)
     sensors = []
     for index, sensor in enumerate(model.suite.sensors):
         rows = np.einsum("kij,kj->ki", C, model.references[:, index])
-        rows = rows + np.array(sensor.noise()) * rng.standard_normal(rows.shape)
+        rows = rows + np.array(sensor.noise_sigmas()) * rng.standard_normal(rows.shape)
         rows[rng.random(STEPS + 1) < 0.3] = np.nan
         sensors.append(rows[:, None])
     data = Batch(
@@ -227,7 +229,7 @@ def linear_case(name):
         added=np.zeros((STEPS, 3)),
         breaks=np.zeros(STEPS, dtype=bool),
         sensors=tuple(sensors),
-        noise=np.array([sensor.noise() for sensor in model.suite.sensors]),
+        noise=np.array([sensor.noise_sigmas() for sensor in model.suite.sensors]),
         vectors=model.references,
         influences=model.sensitivity_factors,
     )
@@ -256,7 +258,7 @@ def test_the_linear_case_is_filterpys_smoother(name):
                 v = C[k] @ model.references[k, index]
                 gradient = model.references[k, suite.gradient_rows(index)] @ C[k].T
                 H.append(suite.measurement_matrix(sensor, v, C[k], gradient))
-                R.extend(np.square(sensor.noise()))
+                R.extend(np.square(sensor.noise_sigmas()))
                 z.extend(y - v)
         if H:
             kf.update(np.array(z), R=np.diag(R), H=np.vstack(H))
@@ -373,8 +375,8 @@ def test_the_optimum_is_that_of_scipys_optimizer(sun):
         for index, sensor in enumerate(suite.sensors):
             mu, b = constants[6 * index : 6 * index + 3], constants[6 * index + 3 : 6 * index + 6]
             seen = turned(mu).apply(R.inv().apply(data.vectors[:, index])) + b
-            off = turn_between if sensor.unit_length else np.subtract
-            parts.append((off(data.sensors[index][:, 0], seen) / sensor.noise()[0]).ravel())
+            off = turn_between if sensor.has_unit_length else np.subtract
+            parts.append((off(data.sensors[index][:, 0], seen) / sensor.noise_sigmas()[0]).ravel())
         return np.concatenate(parts)
 
     x0 = np.concatenate(

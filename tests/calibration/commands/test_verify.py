@@ -7,7 +7,7 @@ import shutil
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, write_plan
-from mgeo_attitude.scenario.limits import PathLimit
+from mgeo_attitude.scenario.limits import PathConstraint
 from mgeo_calibration import verify
 from mgeo_calibration.flight.as_flown import told
 
@@ -72,7 +72,9 @@ def test_a_broken_path_limit_is_told(run, tmp_path):
         Scenario.paper(),
         duration=400.0,
         step=2.0,
-        path_limits=(PathLimit(name="camera", boresight=(1.0, -1.0, 0.0), half_angle_deg=60.0),),
+        path_limits=(
+            PathConstraint(name="camera", boresight=(1.0, -1.0, 0.0), half_angle_deg=60.0),
+        ),
     )
     problem = AttitudeManeuverProblem(scenario)
     turning = [1.0, 0.0, 0.0, 30.0, 0.0, 1.0, 0.0, 30.0, 0.0, 0.0, 1.0, 30.0]

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario
-from mgeo_attitude.sensors.base import with_noise
+from mgeo_attitude.sensors.base import scale_noise
 from mgeo_calibration import Telemetry, calibrate, calibrate_alone, fly
 from mgeo_calibration.estimation.field_strength import fit_field_strength, response
 from scipy.optimize import least_squares
@@ -86,14 +86,14 @@ def test_a_bias_as_large_as_the_field_is_found(bias):
     of, telemetry, sent = with_bias(4, bias)
     found, alone = calibrate(of, telemetry), calibrate_alone(of, telemetry)
     first = 3 * found.suite.blocks.index("mag.bias")
-    true = sent.truth.states[-1, first : first + 3] * of.sensors[0].channel_unit.factor
+    true = sent.truth.states[-1, first : first + 3] * of.sensors[0].telemetry_unit.factor
     for table in (found.table(), alone.table()):
         rows = table[table["block"] == "mag.bias"]
         off = (rows["estimate"].to_numpy() - true - bias) / rows["sigma"].to_numpy()
         assert np.abs(off).max() < 5.0
     assert alone.supported
     assert len(alone.notes) == 1
-    sensors = tuple(with_noise(sensor, 2.0) for sensor in of.sensors)
+    sensors = tuple(scale_noise(sensor, 2.0) for sensor in of.sensors)
     noisy = calibrate_alone(dataclasses.replace(of, sensors=sensors), telemetry)
     assert noisy.supported
     assert "sigmas are too large by 2" in noisy.notes[1]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import Gyro, Suite, SunSensor
 from mgeo_attitude.geometry.rotation import dot, rotate, rotation_matrix, tangent_vectors
-from mgeo_attitude.sensors.direction_sensors import carried
-from mgeo_attitude.sensors.readings import as_array, as_reported, taken
+from mgeo_attitude.sensors.direction_sensors import rotate_tangents
+from mgeo_attitude.sensors.readings import apply_latency, stack_measurement, unstack_measurement
 from mgeo_calibration.estimation.innovation import Estimate, innovation, jacobian, second_moments
 from pydantic.dataclasses import dataclass
 from scipy.spatial.transform import Rotation
@@ -23,7 +23,7 @@ GRADIENT = np.array([[0.5, 0.1, -0.3], [0.1, -0.9, 0.2], [-0.3, 0.2, 0.4]])
 class Own(SunSensor):
     """Of everything that a model may do: products of states, quotients, a rotation of a sum."""
 
-    def measured(self, x, v):
+    def predict_measurement(self, x, v):
         u = rotate(x.misalignment, v + 0.3 * x.bias)
         return (u * x.bias - np.array([0.1, 0.2, 0.3])) / (2.0 + dot(u, x.bias)) + 1.0 / (
             2.0 - x.bias
@@ -89,8 +89,8 @@ def measured(suite, sensor, C, x):
 
     own = {state: x[first : first + 3] for state, first in suite.places(sensor).items()}
     v, further = look(suite, sensor)
-    report = sensor.measured(*taken(sensor, own, [v, *further], to_body, RATE))
-    return as_array(report)[None]
+    report = sensor.measured(*apply_latency(sensor, own, [v, *further], to_body, RATE))
+    return stack_measurement(report)[None]
 
 
 def channels(sensor):
@@ -103,7 +103,7 @@ def expanded(suite, index, y, C, x):
     v, gradient = look(suite, suite.sensors[index])
     at = estimate(suite, C, x)
     further = {"gradient": gradient, "rate": RATE, "influences": channels(suite.sensors[index])}
-    r = innovation(suite, index, as_reported(y), v, at, **further)
+    r = innovation(suite, index, unstack_measurement(y), v, at, **further)
     states, H = jacobian(r)
     m, n = len(r.value), suite.n_states
     dense, second = np.zeros((m, n)), np.zeros((m, n, n))
@@ -120,7 +120,7 @@ def in_space(suite, index, y, C, x):
     sensor, found = suite.sensors[index], expanded(suite, index, y, C, x)
     if not sensor.unit_length:
         return found
-    axes = carried(measured(suite, sensor, C, x)[:, 0], y[:, 0])[0]
+    axes = rotate_tangents(measured(suite, sensor, C, x)[:, 0], y[:, 0])[0]
     return tuple(np.tensordot(axes, each, 1) for each in found)
 
 
@@ -168,7 +168,7 @@ def test_moments_of_second_order_are_those_of_samples(suite, index):
     C, x, e = random(suite, seed=4)
     y = measured(suite, suite.sensors[index], *perturbed(suite, C, x, e))
     at, (v, gradient) = estimate(suite, C, x), look(suite, suite.sensors[index])
-    found = innovation(suite, index, as_reported(y), v, at, gradient=gradient, rate=RATE)
+    found = innovation(suite, index, unstack_measurement(y), v, at, gradient=gradient, rate=RATE)
     B = expanded(suite, index, y, C, x)[2]
     root = np.random.default_rng(5).standard_normal((suite.n_states, suite.n_states))
     P = root @ root.T
@@ -190,6 +190,6 @@ def test_at_zero_the_derivative_is_the_declared_H(name):
             declared = suite.measurement_matrix(
                 sensor, C @ v, C, gradient @ C.T, RATE, channels(sensor)
             )
-            if sensor.unit_length:
+            if sensor.has_unit_length:
                 declared = (gradient[:2] @ C.T).T @ declared
             np.testing.assert_allclose(H, declared, atol=1e-15)

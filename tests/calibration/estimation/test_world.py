@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import Scenario, World
+from mgeo_attitude import EnvironmentErrors, Scenario
 from mgeo_attitude.scenario import Convergence
 from mgeo_calibration import simulate
 
@@ -27,7 +27,7 @@ def with_magnetometers(number, world, duration=1500.0):
 @pytest.mark.slow
 def test_more_magnetometers_promise_no_more_than_they_achieve():
     """Where each had a field error of its own, four promised 0.083 deg and achieved 0.138."""
-    scenario = with_magnetometers(4, World(field_error_nt=150.0))
+    scenario = with_magnetometers(4, EnvironmentErrors(field_error_nt=150.0))
     found = simulate(scenario, PLAN, 240, seed=11)
     late = found.times >= 600.0
     achieved = np.sqrt(np.mean(found.errors[:, late, :3] ** 2))

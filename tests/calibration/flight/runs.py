@@ -19,7 +19,7 @@ def none(model, n_steps):
 
 def flown(model, design, draws):
     """What happens."""
-    return fly_run(model, Motion.of(model, design, len(draws.gyro_noise)), draws)
+    return fly_run(model, Motion.from_design(model, design, len(draws.gyro_noise)), draws)
 
 
 def estimated(model, design, samples, draws, estimator=None, truth=None, n_watched=0):

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from mgeo_attitude import (
     Environment,
+    EnvironmentErrors,
     FilterModel,
     Magnetometer,
     Scenario,
     SunSensor,
-    World,
 )
 from mgeo_attitude.environment.sun_moon import sun_position, visible_sun_fraction
 from mgeo_attitude.environment.times import compute_julian_dates
-from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverLimits
+from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverBounds
 from mgeo_calibration import calibrate
 from mgeo_calibration.flight.flight import at_rest, draw
 from mgeo_calibration.flight.own import fly
@@ -114,7 +114,7 @@ def test_gyro_noise_is_the_markov_process_of_equation_2():
 @pytest.mark.slow
 def test_errors_of_sensors_are_ornstein_uhlenbeck_processes():
     """Stationary, with the autocovariance σ² exp(-t / τ) of the closed form, and independent."""
-    world = World(albedo=0.05, albedo_correlation_time=15.0, field_error_nt=80)
+    world = EnvironmentErrors(albedo=0.05, albedo_correlation_time=15.0, field_error_nt=80)
     model = FilterModel.from_scenario(short(Scenario.paper(), world=world, step=2.0))
     F, Q = at_rest(model)
     expected = np.repeat([np.exp(-2.0 / 15.0), np.exp(-2.0 / 300.0)], 3)
@@ -137,11 +137,11 @@ def test_errors_of_sensors_are_ornstein_uhlenbeck_processes():
 
 def test_an_orbit_error_moves_the_eclipse_of_a_flight_and_calibration_does_not_mind():
     """Though the Sun sensor reports in the dark, too, as it knows no better."""
-    world = World(orbit_error_m=(40_000.0, 1000.0, 1000.0))
+    world = EnvironmentErrors(orbit_error_m=(40_000.0, 1000.0, 1000.0))
     scenario = dataclasses.replace(
-        Scenario.cubesat_6u(), duration=600.0, world=world, maneuvers=ManeuverLimits(count=3)
+        Scenario.cubesat_6u(), duration=600.0, world=world, maneuvers=ManeuverBounds(count=3)
     )
-    scenario = scenario.starting(3700.0)  # the Sun sets after 231 s
+    scenario = scenario.shift_start(3700.0)  # the Sun sets after 231 s
     sent = fly(scenario, [*PLAN[:11], 400.0], seed=6)
     error = 1e3 * sent.truth.states[:, 6:9]
     at, environment = scenario.times, Environment.from_scenario(scenario)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.scenario import Convergence, PathLimit
+from mgeo_attitude.scenario import Convergence, PathConstraint
 
 from ...attitude.geometry.test_rotation import as_scipy
 from ..flight.runs import estimated, none
@@ -34,7 +34,7 @@ def toward_sun(off_deg, half_angle_deg, **margin):
     across = np.cross(sun, [0.0, 0.0, 1.0])
     off = np.radians(off_deg)
     axis = np.cos(off) * sun + np.sin(off) * across / np.linalg.norm(across)
-    return PathLimit(boresight=tuple(axis), half_angle_deg=half_angle_deg, **margin)
+    return PathConstraint(boresight=tuple(axis), half_angle_deg=half_angle_deg, **margin)
 
 
 @pytest.mark.slow
@@ -42,14 +42,14 @@ def test_counts_are_those_of_the_errors():
     """Blind sensors, so that errors before and after a measurement are the same."""
     cones = tuple(toward_sun(off, half) for off, half in ((12.0, 10.0), (40.0, 35.0), (5.0, 30.0)))
     cones += (toward_sun(12.0, 31.0, sense="keep-in"),)
-    cones += (PathLimit(reference="earth", boresight=(1.0, 0.3, 0.0), half_angle_deg=10.0),)
+    cones += (PathConstraint(reference="earth", boresight=(1.0, 0.3, 0.0), half_angle_deg=10.0),)
     model = FilterModel.from_scenario(scenario(*cones))
     blind = dataclasses.replace(model, available=np.zeros_like(model.available))
     draws = none(blind, STEPS)
     draws.errors[:6] = [0.1, -0.15, 0.05, 1e-3, -5e-4, 8e-4]  # attitude and gyro bias
     record = estimated(blind, PLAN, np.arange(STEPS + 1), draws, n_watched=200)
 
-    plan = Motion.of(blind, PLAN, STEPS).attitude[:200]
+    plan = Motion.from_design(blind, PLAN, STEPS).attitude[:200]
     errors = np.array([as_scipy(-e[:3]).as_matrix() for e in record.errors[0, :200]])
     start = as_scipy(-draws.errors[:3]).as_matrix()
     environment = AttitudeManeuverProblem(scenario()).environment

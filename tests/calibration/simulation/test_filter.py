@@ -32,7 +32,7 @@ def flown(request):
     """A model, and flights in which the Sun passes the Sun sensor's view, not in all at once."""
     scenario = short(getattr(Scenario, request.param)())
     wide = FilterModel.from_scenario(scenario)
-    ahead = Motion.of(wide, PLAN, STEPS).attitude[30] @ wide.references[30, 0]
+    ahead = Motion.from_design(wide, PLAN, STEPS).attitude[30] @ wide.references[30, 0]
     sun, *others = scenario.sensors
     narrow = dataclasses.replace(sun, boresight=tuple(ahead), half_angle_deg=20.0)
     model = FilterModel.from_scenario(dataclasses.replace(scenario, sensors=(narrow, *others)))

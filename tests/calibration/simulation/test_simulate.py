@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from mgeo_attitude import (
     Environment,
+    EnvironmentErrors,
     Gyro,
     Scenario,
     SunSensor,
-    World,
 )
 from mgeo_attitude.scenario.goals import Convergence
 from mgeo_calibration import consistency, simulate
@@ -58,7 +58,7 @@ def test_a_run_is_the_same_however_many_run_beside_it(brief):
 @pytest.mark.parametrize("considered", [(), ("field_error",)])
 def test_errors_that_vary_are_estimated_or_considered_consistently(paper, considered):
     scenario, environment = paper
-    world = World(
+    world = EnvironmentErrors(
         albedo=0.05,
         albedo_correlation_time=60.0,
         field_error_nt=1000.0,

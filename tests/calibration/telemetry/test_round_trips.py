@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import Scenario, StarTracker
-from mgeo_attitude.plan import ManeuverPlan, aem_text, stk_text, to_csv
+from mgeo_attitude.plan import ManeuverPlan, format_aem, format_stk, to_csv
 from mgeo_calibration import TelemetryMapping, calibrate, fly, read_telemetry
 from mgeo_calibration.calibration.corrections import uplink
 from mgeo_calibration.calibration.document import from_json, to_json
@@ -99,7 +99,7 @@ def exported(text, name):
 
 @pytest.mark.parametrize(
     ("name", "write"),
-    [("CSV", to_csv), ("STK", stk_text), ("AEM", aem_text)],
+    [("CSV", to_csv), ("STK", format_stk), ("AEM", format_aem)],
 )
 def test_attitudes_of_exported_plans_are_those_of_telemetry_and_of_scenarios(
     telemetry, name, write

@@ -27,7 +27,7 @@ from mgeo_attitude.bound.gyro import (
 from mgeo_attitude.bound.samples import NoLowerBoundError, SampleInformation, collect_information
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.sensors.gyro import is_uneven
+from mgeo_attitude.sensors.gyro import has_axis_dependent_noise
 from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.suite import Suite
 
@@ -67,7 +67,7 @@ def _assemble_lower_bound(
     greatest = np.radians(scenario.maneuvers.max_rate_deg_s)
     rates = np.maximum(greatest, np.abs(model.initial_rate))
     bounds = dict(_bound_inertial(model, information, prior))
-    free = scenario.turned_by_coils  # Magnetorquers release the body after a slew.
+    free = scenario.is_magnetorquer_driven  # Magnetorquers release the body after a slew.
     bounds |= dict(_bound_gyro(model, information, prior, rates, free))
     bounds |= dict(_bound_sensors(model, information, prior))
     angle = np.pi if free else float(np.linalg.norm(rates)) * model.step
@@ -86,11 +86,11 @@ def _bound_inertial(
     axes = np.eye(len(places))
     axes[:3, :3] = model.initial_attitude
     start = np.linalg.inv(axes.T @ prior[np.ix_(places, places)] @ axes)
-    walks = suite.diffusion()[:3] * model.step
+    walks = suite.compute_noise_density()[:3] * model.step
     decay, noise = np.repeat([(1.0, walks.min())], 3 * len(names), axis=0).T
     for i, name in enumerate(names[1:], start=1):
         own = slice(3 * i, 3 * i + 3)
-        decay[own], noise[own] = suite.processes[name].over(model.step)
+        decay[own], noise[own] = suite.processes[name].discretize(model.step)
     covariances = run_covariance_recursion(start, decay, noise, information.joint)
     for i, name in enumerate(names):
         own = slice(3 * i, 3 * i + 3)
@@ -133,7 +133,7 @@ def _bound_gyro(
     """Yield bounds of the gyro errors, equations (25) and (26)."""
     suite, times = Suite(model.suite.gyro, ()), model.times
     walks, matrices = (
-        suite.diffusion(),
+        suite.compute_noise_density(),
         np.array(list(map(suite.dynamics_matrix, rate_box_corners(max_rates)))),
     )
     attitude, walk = prior[:3, :3], harmonic_mean(walks[:3])
@@ -166,7 +166,7 @@ def _bound_sensors(
         own = _list_block_states(model.suite, name)
         start, process = prior[np.ix_(own, own)], model.suite.processes.get(name)
         if process is not None:
-            decay, noise = process.over(model.step)
+            decay, noise = process.discretize(model.step)
             yield (
                 name,
                 _bound_by_mean(
@@ -190,9 +190,9 @@ def _bound_common_modes(
     states = {name: _list_block_states(suite, name) for name in suite.blocks}
     start = {name: prior[np.ix_(own, own)] for name, own in states.items()}
     for name in information.inertial_blocks:
-        decay, noise = 1.0, suite.diffusion()[:3] * model.step
+        decay, noise = 1.0, suite.compute_noise_density()[:3] * model.step
         if name != "attitude":
-            decay, noise = suite.processes[name].over(model.step)
+            decay, noise = suite.processes[name].discretize(model.step)
         carrier = Carrier(float(decay), float(np.min(noise)), start[name])
         looks = [look for look in information.carriers if look.carrier == name]
         yield from bound_common_modes(name, carrier, looks, start, max_angle)
@@ -201,7 +201,7 @@ def _bound_common_modes(
 def _bound_considered(model: FilterModel) -> Iterator[tuple[str, BlockBounds]]:
     """Yield the exact covariances of the considered errors, which no plan changes."""
     suite = model.suite
-    diffusion, start = suite.diffusion(), model.initial_covariance
+    diffusion, start = suite.compute_noise_density(), model.initial_covariance
     rest = suite.dynamics_matrix(np.zeros(3))
     for name in suite.considered_blocks:
         own = _list_block_states(suite, name)
@@ -233,7 +233,7 @@ def list_relaxations(
     all other states are known.
     """
     uneven = (
-        *(["gyro"] if is_uneven(model.suite.diffusion()) else []),
+        *(["gyro"] if has_axis_dependent_noise(model.suite.compute_noise_density()) else []),
         *information.anisotropic_sensors,
     )
     relaxations = [f"{name}: the noise of every axis is that of the best axis" for name in uneven]
@@ -241,18 +241,18 @@ def list_relaxations(
     if diodes:
         relaxations.append(f"{', '.join(diodes)}: the Sun is in the most informative direction")
     for sensor in model.suite.sensors:
-        if sensor.views() and sensor.name not in diodes:
+        if sensor.list_visibility_cones() and sensor.name not in diodes:
             relaxations.append(f"{sensor.name}: field of view ignored")
         if sensor.max_rate() < np.inf:
             relaxations.append(f"{sensor.name}: maximum rate ignored")
     if (model.initial_correlation != np.eye(len(model.initial_sigma))).any():
         relaxations.append("initial correlations: conditional covariance of each 3-vector")
-    if model.suite.considered.size:
+    if model.suite.considered_indices.size:
         relaxations.append("considered errors are known in the bounds of other states")
     if len(model.suite.gyro.states()) > 1:
         relaxations.append("rate-dependent gyro errors: any attitude, at the maximum rates")
     turning = [
-        ("magnetorquers" if scenario.turned_by_coils else "ramps", model.slew_limits),
+        ("magnetorquers" if scenario.is_magnetorquer_driven else "ramps", model.slew_limits),
         ("path constraints", model.path_constraints),
         ("wheels", scenario.wheels),
     ]

@@ -196,10 +196,10 @@ def assemble_bounds(
     blocks = {name: block_bounds[name].variance_sum for name in names}
     worst = {name: block_bounds[name].max_variance for name in names}
     trace = _sum([weight * blocks[n] for n, weight in zip(names, model.weights[::3], strict=True)])
-    required = RequiredSigma(scenario.required_sigma).of(suite.units)
+    required = RequiredSigma(scenario.required_sigma).list_sigmas(suite.units)
     times = model.times
     earliest = {
-        unit.key(name): _find_first_time(times, worst[name] <= sigma**2)
+        unit.build_key(name): _find_first_time(times, worst[name] <= sigma**2)
         for (name, unit), sigma in zip(suite.units.items(), required, strict=True)
         if sigma < np.inf
     }
@@ -229,7 +229,7 @@ def _bound_trace_at_end(model: FilterModel, trace: Floats) -> Floats:
 def _bound_criteria(model: FilterModel, bounds: Mapping[str, BlockBounds]) -> dict[str, Floats]:
     """Return the bounds of the objectives of equation (13), over the calibrated states."""
     suite = model.suite
-    states = suite.calibrated
+    states = suite.calibrated_indices
     names = [suite.blocks[state // 3] for state in states[::3]]
     if not names:
         return {}

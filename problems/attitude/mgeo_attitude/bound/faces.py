@@ -24,7 +24,7 @@ def bound_joint_information(diodes: Sequence[Photodiode]) -> float:
     illuminated anywhere within δ.
     """
     return _compute_bound(
-        tuple((tuple(d.axes[2].tolist()), d.half_angle_deg, d.noise()[0]) for d in diodes)
+        tuple((tuple(d.axes[2].tolist()), d.half_angle_deg, d.noise_sigmas()[0]) for d in diodes)
     )
 
 

@@ -86,7 +86,7 @@ def collect_information(model: FilterModel) -> SampleInformation:
     NoLimit
         If the information of a sensor depends on the attitude and no bound for it is known.
     """
-    for influence in model.suite.gyro.influences:
+    for influence in model.suite.gyro.bias_sensitivities:
         raise NoLowerBoundError(
             f"gyro.influences: no lower bound is known, because the effect of "
             f"{influence.channel} on the attitude changes with time. Remove the bias sensitivity"
@@ -134,9 +134,9 @@ def _collect_sensor(
     """Return the information of one sensor; blocks in `excluded` do not count as inertial."""
     suite, sensor = model.suite, model.suite.sensors[index]
     probed = _SensorProbe(model, index)
-    precision = 1.0 / np.array(sensor.noise())
+    precision = 1.0 / np.array(sensor.noise_sigmas())
     best_precision = np.full(len(precision), precision.max())
-    own = list(suite.blocks_of(sensor).values())
+    own = list(suite.list_blocks(sensor).values())
     varying = [name for name in own if name in suite.processes and name not in excluded]
     inertial, together = _collect_inertial(probed, varying, best_precision)
     attitude, _, same = probed.compute_information(["attitude"], precision)
@@ -198,11 +198,11 @@ def _collect_diodes(model: FilterModel, indices: Sequence[int]) -> SampleInforma
     """
     sensors = [model.suite.sensors[index] for index in indices]
     lit = [sensor for sensor in sensors if isinstance(sensor, Photodiode)]
-    world = model.suite.world
+    world = model.suite.environment_errors
     for sensor in lit:
-        if sensor.delay():
+        if sensor.latency_states():
             raise NoLowerBoundError(_format_reason(sensor, f"{sensor.name}.delay"))
-        if sensor.sees_albedo and (world.earth_albedo or world.albedo):
+        if sensor.includes_albedo and (world.earth_albedo or world.albedo):
             raise NoLowerBoundError(
                 f"{sensor.name}: no lower bound is known, because the albedo depends on the "
                 "attitude. Set sees_albedo = false"
@@ -232,10 +232,10 @@ class _SensorProbe:
 
     def __init__(self, model: FilterModel, index: int) -> None:
         self.sensor = model.suite.sensors[index]
-        self._suite = Suite(model.suite.gyro, (self.sensor,), model.suite.world)
-        self._vectors = model.references[:, model.suite.looks(index)]
+        self._suite = Suite(model.suite.gyro, (self.sensor,), model.suite.environment_errors)
+        self._vectors = model.references[:, model.suite.list_vector_indices(index)]
         self._sensitivity_factors = model.sensitivity_factors[
-            :, model.suite.influence_columns(self.sensor)
+            :, model.suite.find_sensitivity_columns(self.sensor)
         ]
         self._is_measured = model.available[:, index].copy()
         self._is_measured[0] = False  # The first update is one step after the start.

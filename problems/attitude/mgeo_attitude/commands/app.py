@@ -59,7 +59,7 @@ Solution = Annotated[
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 
 #: Exceptions caused by the user's input: files, scenarios and missing extras.
-USERS = (ValueError, TypeError, OSError, ImportError)
+USER_ERRORS = (ValueError, TypeError, OSError, ImportError)
 
 #: Largest relative difference of a variance between the compiled filter and filterpy.
 TOLERANCE = 1e-9
@@ -85,16 +85,16 @@ def show(
     plan and evaluated at its end.
     """
     from mgeo_attitude.commands.files import check_targets, load_plan
-    from mgeo_attitude.commands.show import plan_document, print_plan, write_figures
+    from mgeo_attitude.commands.show import build_plan_document, print_plan, write_figures
 
-    with convert_input_errors(USERS):
+    with convert_input_errors(USER_ERRORS):
         check_targets([html], overwrite)
         picked = load_plan(source, pick, time, solution)
         output = Output(quiet, json)
         if output.is_text:
             print_plan(picked, output)
         if json:
-            output.print_document(plan_document(picked))
+            output.print_document(build_plan_document(picked))
         if html:
             write_figures(picked.plan, html)
             output.print(f"wrote {html}")
@@ -157,9 +157,9 @@ def export(
     """
     from mgeo.store.atomic import write_file
     from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
-    from mgeo_attitude.plan.files import plan_content
+    from mgeo_attitude.plan.files import build_plan_content
 
-    with convert_input_errors(USERS):
+    with convert_input_errors(USER_ERRORS):
         check_targets(files, overwrite, tuple(each.suffix for each in FORMATS))
         picked = load_plan(source, pick, time, solution)
         if not force:
@@ -174,9 +174,9 @@ def export(
             "naif_id": naif_id,
             "spacing": spacing,
         }
-        contents = {path: plan_content(picked.plan, path, options) for path in files}
+        contents = {path: build_plan_content(picked.plan, path, options) for path in files}
         output = Output(quiet, json)
-        for line in () if quiet else picked.doubts() + picked.lateness():
+        for line in () if quiet else picked.list_warnings() + picked.describe_hold():
             output.print_note(line)
         for path, content in contents.items():
             write_file(path, content)
@@ -207,7 +207,7 @@ def check(
     from mgeo_attitude.plan.run_folder import PROBLEM
     from mgeo_attitude.problem import AttitudeManeuverProblem
 
-    with convert_input_errors(USERS):
+    with convert_input_errors(USER_ERRORS):
         problem = AttitudeManeuverProblem.from_options(read_scenario(PROBLEM, scenario))
         rng = np.random.default_rng(seed)
         designs = rng.uniform(problem.xl, problem.xu, (plans, problem.n_var))
@@ -221,6 +221,6 @@ def check(
 @app.command(epilog=format_examples("schema", EXAMPLES))
 def schema(debug: Debug = False) -> None:
     """Print the JSON Schema of scenario files, for completion and validation in editors."""
-    from mgeo_attitude.scenario.schema import scenario_schema
+    from mgeo_attitude.scenario.schema import build_scenario_schema
 
-    typer.echo(format_json(scenario_schema()))
+    typer.echo(format_json(build_scenario_schema()))

@@ -11,11 +11,11 @@ from mgeo.store.atomic import check_writable
 from mgeo_attitude.plan.files import read_json
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import CHOICES, read_front
-from mgeo_attitude.view.describe import span, within
+from mgeo_attitude.view.describe import format_convergence_time, format_duration
 
 
 @dataclass(frozen=True)
-class Picked:
+class SelectedPlan:
     """A plan with its display name, and its solution number if it is from a run folder."""
 
     plan: ManeuverPlan
@@ -23,35 +23,37 @@ class Picked:
     solution: int | None = None
 
     @property
-    def answer(self) -> str:
+    def summary(self) -> str:
         """One-line summary of the plan."""
-        return f"{self.name}: {self.plan.answer}"
+        return f"{self.name}: {self.plan.summary}"
 
-    def doubts(self) -> list[str]:
+    def list_warnings(self) -> list[str]:
         """Return warnings about the plan, one line each."""
-        hardly = self.plan.uncalibrated()
+        hardly = self.plan.list_uncalibrated_errors()
         lines = [f"this plan hardly reduces the error of {', '.join(hardly)}"] if hardly else []
-        return [f"Note: {line}" for line in (*lines, *self.plan.scenario.assumed)]
+        return [f"Note: {line}" for line in (*lines, *self.plan.scenario.assumptions)]
 
-    def lateness(self) -> list[str]:
+    def describe_hold(self) -> list[str]:
         """Return a line on the duration of the constant-rate hold, if it matters.
 
         The commands of a plan without a robust time are those of its nominal run; most Monte Carlo
         runs may take longer.
         """
         plan = self.plan
-        if plan.scenario.flight:
-            return [f"Note: {line}" for line in plan.late()]
-        (kept,) = plan.view.kept_t_end
+        if plan.scenario.monte_carlo:
+            return [f"Note: {line}" for line in plan.describe_hold()]
+        (kept,) = plan.view.monte_carlo_t_end
         if not kept > plan.t_end:
             return []
         ends = "the slew back begins" if plan.slew_back else "commands end"
         # With magnetorquers, the body moves freely after the last maneuver.
-        may_hold = kept < math.inf and not plan.slew_back and not plan.scenario.turned_by_coils
+        may_hold = (
+            kept < math.inf and not plan.slew_back and not plan.scenario.is_magnetorquer_driven
+        )
         hold = ": hold the last rate until then" if may_hold else ""
         return [
-            f"Note: {ends} after {span(plan.t_end)}, when the filter has converged in the nominal "
-            f"run; {within(kept)}{hold}"
+            f"Note: {ends} after {format_duration(plan.t_end)}, when the filter has converged in the nominal "
+            f"run; {format_convergence_time(kept)}{hold}"
         ]
 
 
@@ -60,7 +62,7 @@ def load_plan(
     pick: str | None = None,
     time: float | None = None,
     solution: int | None = None,
-) -> Picked:
+) -> SelectedPlan:
     """Read a plan from its file, or select a plan of a run folder, by default the knee.
 
     Raises
@@ -79,12 +81,12 @@ def load_plan(
     if source.is_dir():
         front = read_front(source)
         choice = pick or "knee" if time is None else time
-        number = front.row(choice) if solution is None else solution
+        number = front.find_row(choice) if solution is None else solution
         reason = f", {choice}" if isinstance(choice, str) and solution is None else ""
         name = f"solution {number} of {len(front.X)}{reason}"
-        if not front.feasible:
+        if not front.is_feasible:
             name = f"no plan of this run satisfies all constraints; nearest solution {number}"
-        return Picked(front.solution(number), name, number)
+        return SelectedPlan(front.get_solution(number), name, number)
     if not source.exists():
         raise FileNotFoundError(f"{source}: expected a run folder or a plan file, found neither")
     if source.suffix != ".json":
@@ -94,7 +96,7 @@ def load_plan(
         )
     if flags:
         raise ValueError(f"{source} is a single plan: {flags[0]} applies to run folders only")
-    return Picked(read_json(source), source.name)
+    return SelectedPlan(read_json(source), source.name)
 
 
 def check_targets(
@@ -121,7 +123,7 @@ def check_targets(
 
 def check_constraints(plan: ManeuverPlan) -> None:
     """Raise ValueError if a plan violates constraints."""
-    violations = plan.violations()
+    violations = plan.list_violations()
     if violations:
         raise ValueError(
             f"the plan violates {len(violations)} of its scenario's constraints "

@@ -12,24 +12,24 @@ from mgeo.figures.page import render_report_page
 from mgeo.store.atomic import write_file
 from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
 from mgeo_attitude.bound.samples import NoLowerBoundError
-from mgeo_attitude.commands.files import Picked
+from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
-from mgeo_attitude.plan.figures import plan_figures
+from mgeo_attitude.plan.figures import build_plan_figures
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.tables import TABLES, PlanTable
 
 
-def print_plan(picked: Picked, output: Output) -> None:
+def print_plan(selected: SelectedPlan, output: Output) -> None:
     """Print the summary of a plan, warnings and all tables."""
-    plan = picked.plan
+    plan = selected.plan
     orbits = plan.t_end / plan.scenario.orbit.period
     output.print(
-        escape_text(picked.answer, "bold"),
-        *picked.doubts(),
-        f"scenario {plan.scenario.name}: {_ended(plan)} at {plan.t_end:.6g} s ({orbits:.3f} "
+        escape_text(selected.summary, "bold"),
+        *selected.list_warnings(),
+        f"scenario {plan.scenario.name}: {_describe_end(plan)} at {plan.t_end:.6g} s ({orbits:.3f} "
         f"orbits), trace {plan.trace:.4g}",
-        *plan.limit(),
-        *plan.late(),
+        *plan.describe_lower_bound(),
+        *plan.describe_hold(),
     )
     for table in TABLES.values():
         output.print(*render_table(table, plan))
@@ -37,7 +37,7 @@ def print_plan(picked: Picked, output: Output) -> None:
 
 def render_table(table: PlanTable, plan: ManeuverPlan) -> Iterator[RenderableType | str]:
     """Yield a table of a plan with its texts for a terminal; nothing if the table is empty."""
-    section = table.section(plan)
+    section = table.build_section(plan)
     if section is None or section.table is None:
         return
     yield from build_titled_table(
@@ -48,55 +48,57 @@ def render_table(table: PlanTable, plan: ManeuverPlan) -> Iterator[RenderableTyp
     yield from section.lines
 
 
-def _ended(plan: ManeuverPlan) -> str:
+def _describe_end(plan: ManeuverPlan) -> str:
     if plan.problem.model.ends_with_last_maneuver:
         ended = "ended"
     else:
         ended = "converged" if plan.converged else "not converged at the end of the run,"
-    return f"nominal run {ended}" if plan.scenario.flight else ended
+    return f"nominal run {ended}" if plan.scenario.monte_carlo else ended
 
 
-def plan_document(picked: Picked) -> dict[str, Any]:
+def build_plan_document(selected: SelectedPlan) -> dict[str, Any]:
     """Return the JSON document of ``mgeo attitude show``, with tables as lists of rows."""
-    plan = picked.plan
+    plan = selected.plan
     tables = {
         key: to_records(each.table(plan)) for key, each in TABLES.items() if key != "worst_axis"
     }
     return {
-        "solution": picked.solution,
-        "answer": plan.answer,
-        "uncalibrated": plan.uncalibrated(),
+        "solution": selected.solution,
+        "answer": plan.summary,
+        "uncalibrated": plan.list_uncalibrated_errors(),
         "attitude_sigma_deg": plan.attitude_sigma_deg,
         "attitude_accuracy_deg": float(attitude_accuracy_deg(plan.covariance)),
         "scenario": plan.scenario.name,
         "converged": plan.converged,
         "t_end_s": plan.t_end,
-        "held_until_s": plan.held_until,
+        "held_until_s": plan.hold_end,
         "duration_s": plan.duration,
         "trace": plan.trace,
         "design": list(plan.design),
-        "limit": _limit(plan),
-        "reasons": plan.reasons(),
+        "limit": _describe_lower_bound(plan),
+        "reasons": plan.describe_error_drivers(),
         **tables,
     }
 
 
-def _limit(plan: ManeuverPlan) -> dict[str, Any]:
+def _describe_lower_bound(plan: ManeuverPlan) -> dict[str, Any]:
     """Return the lower bound at the plan's end, or the reason for a missing bound."""
     try:
-        curves = plan.problem.limit_curves
+        curves = plan.problem.lower_bound
     except NoLowerBoundError as reason:
         return {"reason": str(reason)}
-    least = float(curves.trace[plan.steps(plan.t_end)])
+    least = float(curves.trace[plan.to_steps(plan.t_end)])
     return {
         "trace": least,
         "times": plan.trace / least,
-        "worst_axis": to_records(plan.at_best()),
+        "worst_axis": to_records(plan.compare_with_lower_bound()),
         "given_away": list(curves.relaxations),
     }
 
 
 def write_figures(plan: ManeuverPlan, path: Path) -> None:
     """Write the figures of a plan as one HTML page."""
-    html = render_report_page(f"plan, {plan.scenario.name}", list(plan_figures(plan).values()))
+    html = render_report_page(
+        f"plan, {plan.scenario.name}", list(build_plan_figures(plan).values())
+    )
     write_file(path, html.encode())

@@ -13,9 +13,9 @@ from mgeo_attitude.environment.directions import DIRECTIONS, SatelliteState
 from mgeo_attitude.filter.evaluator import Evaluation
 from mgeo_attitude.filter.path_limits import compute_violation_on_orbit
 from mgeo_attitude.scenario.goals import RequiredSigma
-from mgeo_attitude.scenario.limits import PathLimit
+from mgeo_attitude.scenario.limits import PathConstraint
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.settings.errors import InvalidValue, expect
 
 #: Label of the constraint that a plan ends before its window ends.
@@ -89,17 +89,21 @@ def list_constraints(scenario: Scenario) -> list[Constraint]:
     limits, wheels = [], scenario.wheels
     if wheels is not None and wheels.max_momentum is not None:
         momentum = partial(
-            _compute_max_wheel_momentum, inertia=wheels.matrix(), allocation=wheels.shares()
+            _compute_max_wheel_momentum,
+            inertia=wheels.inertia_matrix(),
+            allocation=wheels.compute_load_matrix(),
         )
-        load = (lambda result: result.wheel_load[:, 0]) if wheels.budgeted else momentum
+        load = (lambda result: result.wheel_load[:, 0]) if wheels.has_momentum_budget else momentum
         limits.append(Bound("wheel momentum", load, wheels.max_momentum, "N m s"))
-    if wheels is not None and wheels.max_torque is not None and wheels.budgeted:
+    if wheels is not None and wheels.max_torque is not None and wheels.has_momentum_budget:
         torque = wheels.max_torque
         limits.append(Bound("wheel torque", lambda result: result.wheel_load[:, 1], torque, "N m"))
     if scenario.windows:  # `view.margins` checks the slew back.
         limits.append(Bound(PLAN_END, lambda result: result.t_end, scenario.deadline, "s"))
     result = [Constraint(limit.label, (limit,)) for limit in limits]
-    result += [_build_path_constraint(i, limit) for i, limit in enumerate(scenario.path_limits)]
+    result += [
+        _build_path_constraint(i, limit) for i, limit in enumerate(scenario.path_constraints)
+    ]
     if scenario.required_sigma:
         result.append(_build_required_sigma(scenario))
     return result
@@ -118,11 +122,11 @@ def validate_initial_state(scenario: Scenario) -> None:
     """
     initial = scenario.initial
     moving = initial.rate_deg_s is not None or initial.pointing != "inertial"
-    if not (moving or scenario.prior is not None or scenario.path_limits):
+    if not (moving or scenario.prior is not None or scenario.path_constraints):
         return
     at = SatelliteState.from_times(scenario, np.zeros(1))
     at = at if scenario.eclipse else at.without_eclipses()
-    _validate_initial_rate(scenario, scenario.initial_rate(at))
+    _validate_initial_rate(scenario, scenario.compute_initial_rate(at))
     _validate_initial_attitude(scenario, at)
 
 
@@ -142,7 +146,7 @@ def _validate_initial_rate(scenario: Scenario, rate: Floats) -> None:
     wheels = scenario.wheels
     if wheels is None or wheels.max_momentum is None or wheels.initial_momentum:
         return
-    momentum = wheels.greatest_share(rate @ wheels.matrix())
+    momentum = wheels.compute_largest_load(rate @ wheels.inertia_matrix())
     expected = (
         f"at most wheels.max_momentum = {wheels.max_momentum!r} N m s in each wheel, not "
         f"{momentum:.6g}"
@@ -151,13 +155,13 @@ def _validate_initial_rate(scenario: Scenario, rate: Floats) -> None:
 
 
 def _validate_initial_attitude(scenario: Scenario, state: SatelliteState) -> None:
-    attitude, known = scenario.initial_attitude(state), scenario.initial_attitude_covariance
+    attitude, known = scenario.compute_initial_attitude(state), scenario.initial_attitude_covariance
     still = np.zeros((1, 3))
     sigma_deg = scenario.initial.attitude_deg
     if scenario.prior is not None:
         sigma_deg = float(np.degrees(scenario.prior.sigma[:3].max()))
-    for i, limit in enumerate(scenario.path_limits):
-        cone, half_angle = limit.cone(), limit.half_angle_deg
+    for i, limit in enumerate(scenario.path_constraints):
+        cone, half_angle = limit.build_cone(), limit.half_angle_deg
         sign, most, less = (1.0, "least", "and") if cone.keep_in else (-1.0, "most", "less")
         angle, bound = (
             sign
@@ -184,11 +188,11 @@ def _compute_max_wheel_momentum(result: Evaluation, inertia: Floats, allocation:
     """Return the largest wheel momentum [N m s], shape (n,), for zero total momentum."""
     # Rates change linearly in a ramp, so the momentum is largest at an end of one of its steps.
     momentum = np.abs(result.plan.end_rates @ inertia @ allocation.T).max(axis=2)
-    greatest: Floats = np.where(result.plan.flown(), momentum, 0.0).max(axis=1)
+    greatest: Floats = np.where(result.plan.has_duration(), momentum, 0.0).max(axis=1)
     return greatest
 
 
-def _build_path_constraint(index: int, constraint: PathLimit) -> Constraint:
+def _build_path_constraint(index: int, constraint: PathConstraint) -> Constraint:
     sigmas, sign = constraint.attitude_sigmas, "and" if constraint.keep_in else "less"
     angle = Bound(
         f"{constraint.label} {sign} {sigmas:g} sigma" if sigmas else constraint.label,
@@ -203,7 +207,7 @@ def _build_path_constraint(index: int, constraint: PathLimit) -> Constraint:
 
 def _build_required_sigma(scenario: Scenario) -> Constraint:
     suite = scenario.suite
-    required = RequiredSigma(scenario.required_sigma).of(suite.units)
+    required = RequiredSigma(scenario.required_sigma).list_sigmas(suite.units)
     limits = (
         Bound(
             f"required 1-sigma of {unit.label}",
@@ -212,7 +216,9 @@ def _build_required_sigma(scenario: Scenario) -> Constraint:
             unit.unit,
             unit.factor,
         )
-        for index, (greatest, unit) in enumerate(zip(required, block_units(suite), strict=True))
+        for index, (greatest, unit) in enumerate(
+            zip(required, list_block_units(suite), strict=True)
+        )
         if greatest < np.inf
     )
     return Constraint("required 1-sigma", tuple(limits), needs_covariance=True)

@@ -140,7 +140,7 @@ def scale_for_indicators(keys: Sequence[str], F: Floats, scenario: Scenario) -> 
 
 def _scale_covariances(model: FilterModel, result: Evaluation) -> Floats:
     """Return final covariances of calibrated states in units of initial 1-sigmas, (n, k, k)."""
-    of = model.suite.calibrated
+    of = model.suite.calibrated_indices
     sigma = model.initial_sigma[of]
     # `take` returns C order; an index array would change the memory order and so the rounding.
     block = result.covariance.take(of, axis=1).take(of, axis=2)
@@ -155,7 +155,7 @@ def _compute_normalized_trace(model: FilterModel, result: Evaluation) -> Floats:
 
 
 def _compute_log_determinant(model: FilterModel, result: Evaluation) -> Floats:
-    matrices, of = _scale_covariances(model, result), model.suite.calibrated
+    matrices, of = _scale_covariances(model, result), model.suite.calibrated_indices
     sign, value = np.linalg.slogdet(matrices)
     value = value - np.linalg.slogdet(model.initial_correlation[np.ix_(of, of)]).logabsdet
     per_state: Floats = np.where(sign > 0.0, value / np.log(10.0), np.nan) / matrices.shape[1]
@@ -198,7 +198,9 @@ def _compute_rate_change(model: FilterModel, result: Evaluation) -> Floats:
 
 
 def _count_interval_steps(model: FilterModel, result: Evaluation) -> Ints:
-    return result.plan.lasting(np.rint(np.nan_to_num(result.t_end) / model.step).astype(np.int64))
+    return result.plan.count_steps(
+        np.rint(np.nan_to_num(result.t_end) / model.step).astype(np.int64)
+    )
 
 
 def _sum_rows(values: Floats, result: Evaluation) -> Floats:

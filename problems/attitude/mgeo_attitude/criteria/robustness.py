@@ -27,7 +27,7 @@ from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario.goals import FlightErrors
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.sensors.base import with_noise
+from mgeo_attitude.sensors.base import scale_noise
 from mgeo_attitude.sensors.suite import Suite
 
 #: Number of Monte Carlo runs that stay in memory, and of further runs evaluated at a time.
@@ -101,7 +101,7 @@ def draw_runs(
     attitude = scenario.initial.attitude_deg if attitude is None else attitude
     rate = scenario.gyro.initial_bias_deg_s if rate is None else rate
     flights, count = [], scenario.maneuvers.count
-    for number in range(settings.count) if run_numbers is None else run_numbers:
+    for number in range(settings.n_runs) if run_numbers is None else run_numbers:
         generator = np.random.default_rng([settings.seed, number])
         chance = generator.standard_normal(6)
         off, rates = np.radians(attitude) * chance[:3], rate * chance[3:]
@@ -145,7 +145,7 @@ class MonteCarloRuns:
         return self._draw(range(min(len(self), MAX_STORED_RUNS)))
 
     def __len__(self) -> int:
-        return self.settings.count
+        return self.settings.n_runs
 
     def __iter__(self) -> Iterator[MonteCarloRun]:
         return self.iterate_runs(len(self))
@@ -226,7 +226,7 @@ def reduce_runs(values: Floats, n_objectives: int, settings: FlightErrors) -> Fl
         if settings.mean
         else compute_quantile(objectives, settings.quantile)
     )
-    return np.hstack([reduced, compute_quantile(limits, settings.kept)])
+    return np.hstack([reduced, compute_quantile(limits, settings.constraint_share)])
 
 
 def _draw_noise(
@@ -243,10 +243,10 @@ def _draw_noise(
                 "or set noise_spread = 0"
             )
     gyro, *sensors = (
-        with_noise(part, float(np.exp(spread * chance)))
+        scale_noise(part, float(np.exp(spread * chance)))
         for part, chance in zip(parts, generator.standard_normal(len(parts)), strict=True)
     )
-    noisy = Suite(gyro, tuple(sensors), suite.world)
+    noisy = Suite(gyro, tuple(sensors), suite.environment_errors)
     return lambda model: dataclasses.replace(model, suite=noisy)
 
 

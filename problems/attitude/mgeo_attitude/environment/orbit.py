@@ -24,9 +24,9 @@ from mgeo_attitude.environment.kepler import (
     propagate_j2_secular,
     propagate_two_body,
 )
-from mgeo_attitude.settings.base import Kinds, Settings
+from mgeo_attitude.settings.base import Settings, TableClasses
 from mgeo_attitude.settings.errors import InvalidValue, expect
-from mgeo_attitude.settings.types import Degrees, Unit, one_of
+from mgeo_attitude.settings.types import Degrees, Unit, restrict_to
 
 #: Analytic propagators by the value of ``propagator`` in a scenario file.
 ANALYTIC_PROPAGATORS = {"two-body": propagate_two_body, "j2": propagate_j2_secular}
@@ -56,7 +56,7 @@ class Orbit(Settings):
     5704
     """
 
-    propagator: Annotated[str, one_of(ANALYTIC_PROPAGATORS)] = "two-body"
+    propagator: Annotated[str, restrict_to(ANALYTIC_PROPAGATORS)] = "two-body"
     """two-body motion, or secular drift by J2"""
     semi_major_axis: Annotated[float, Unit("m")] = Field(gt=0.0)
     """semi-major axis"""
@@ -186,10 +186,10 @@ AnyOrbit = Orbit | TLEOrbit | MeanElements | EphemerisOrbit
 
 #: Orbit classes by the value of ``propagator`` in a scenario file, which some keys imply. `for_run`
 #: returns an orbit with `period` and `propagate`.
-ORBITS = Kinds(
+ORBITS = TableClasses(
     "propagator",
     dict.fromkeys(ANALYTIC_PROPAGATORS, Orbit)
     | {cls.propagator: cls for cls in (TLEOrbit, MeanElements, EphemerisOrbit, OrbitFile)},
     default="two-body",
-    telling={"line1": TLEOrbit.propagator, "file": OrbitFile.propagator},
+    identifying_keys={"line1": TLEOrbit.propagator, "file": OrbitFile.propagator},
 )

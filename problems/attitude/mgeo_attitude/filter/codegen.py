@@ -32,7 +32,7 @@ from mgeo_attitude.filter.path_limits import (
 )
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_index
 from mgeo_attitude.geometry.vector import Vec3, dot, maximum
-from mgeo_attitude.scenario.limits import PathLimit
+from mgeo_attitude.scenario.limits import PathConstraint
 from mgeo_attitude.sensors.suite import Suite
 
 CHECK_PART = "check"
@@ -128,7 +128,7 @@ def _propagate(step: _StepBuilder) -> None:
         for i in range(3):
             code.store(at.attitude + 3 * i + j, column[i])
     F = {entry: code.slot(at.F + k) for k, entry in enumerate(compute_transition_pattern(suite))}
-    for k, followed in enumerate(suite.following):
+    for k, followed in enumerate(suite.gyro_sensitivity_slices):
         (value,) = step.select_table_values(code, "influences", k, 1)
         own = range(followed.start, followed.stop)
         F |= {(i, j): factor * value for (i, j), factor in F.items() if i != j and j in own}
@@ -175,11 +175,11 @@ def _update(step: _StepBuilder, index: int) -> None:
     suite, sensor, code = step.suite, step.suite.sensors[index], step.find_part(f"update_{index}")
     rate = Vec3(*code.slots(step.slots.body_rate, 3))
     v = step.load_body_vector(code, "references", index)
-    variances = step.take_constants(code, len(sensor.noise()))
+    variances = step.take_constants(code, len(sensor.noise_sigmas()))
     rows = suite.gradient_rows(index)
     gradient = [step.load_body_vector(code, "references", k) for k in range(rows.start, rows.stop)]
     gate = step.load_gate(code, index)
-    for view in sensor.views():
+    for view in sensor.list_visibility_cones():
         boresight, (bound,) = Vec3(*step.take_constants(code, 3)), step.take_constants(code, 1)
         if view.is_disc:  # The bound is the cosine of the half-angle plus the radius.
             cosine, sine = step.select_table_values(code, f"view {view.direction}", 3, 2)
@@ -191,19 +191,19 @@ def _update(step: _StepBuilder, index: int) -> None:
         gate = gate * step.take_constants(code, 1)[0].choose(
             code.slot(step.slots.squared_rate), 1.0, 0.0
         )
-    follows = suite.influence_columns(sensor)
+    follows = suite.find_sensitivity_columns(sensor)
     measure = partial(
-        suite.measure,
+        suite.apply_measurement_matrix,
         sensor,
         v,
         to_body=partial(step.rotate_to_body, code),
         gradient=gradient,
         rate=rate,
-        influences=step.select_table_values(
+        channel_deviations=step.select_table_values(
             code, "influences", follows.start, follows.stop - follows.start
         ),
     )
-    considered = frozenset(suite.considered.tolist())
+    considered = frozenset(suite.considered_indices.tolist())
     P = step.build_triangle(code)
     covariance.update(P, suite.n_states, measure, variances, gate, considered)
 
@@ -226,7 +226,7 @@ def _sum_trace(step: _StepBuilder) -> None:
 
 
 def compute_instrument_constants(
-    suite: Suite, step: float, path_constraints: Sequence[PathLimit] = ()
+    suite: Suite, step: float, path_constraints: Sequence[PathConstraint] = ()
 ) -> np.ndarray:
     """Return the step constants that depend on sensors, processes and path constraints.
 
@@ -248,12 +248,12 @@ def compute_instrument_constants(
     """
     processes: list[float] = []
     for process in suite.processes.values():
-        decay, variance = process.over(step)
+        decay, variance = process.discretize(step)
         processes.extend([decay, *np.broadcast_to(variance, 3)])
     values: list[float] = []
     for sensor in suite.sensors:
-        values.extend(sigma**2 for sigma in sensor.noise())
-        for view in sensor.views():
+        values.extend(sigma**2 for sigma in sensor.noise_sigmas())
+        for view in sensor.list_visibility_cones():
             values.extend([*view.axis, float(np.cos(view.half_angle))])
             values.extend([float(np.sin(view.half_angle))] * view.is_disc)
         if sensor.max_rate() < np.inf:

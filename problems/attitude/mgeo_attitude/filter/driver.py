@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from mgeo_attitude._compiled import helper, kept
+from mgeo_attitude._compiled import compile_cached, helper
 from mgeo_attitude.filter.discretization import compute_step_rotation, discretize
 from mgeo_attitude.filter.lanewise import call_address, fetch_add, load_acquire, store_release
 from mgeo_attitude.filter.polynomials import discretize_isotropic
@@ -49,7 +49,7 @@ def allocate_ring_buffer(window, lanes):
     return np.zeros((size, lanes))
 
 
-@kept("Tuple((float64[:,::1], float64[:,::1]))(float64[:,::1], float64[::1], float64)")
+@compile_cached("Tuple((float64[:,::1], float64[:,::1]))(float64[:,::1], float64[::1], float64)")
 def discretize_compiled(A, density, dt):
     """Return F and Q of `discretize`, for calls from Python."""
     return discretize(A, density, dt)
@@ -157,7 +157,7 @@ def count_settled_steps(traces, lane, row, k, factor):
     return n
 
 
-@kept(
+@compile_cached(
     "void(UniTuple(int64, 3), UniTuple(int64, 13), UniTuple(int64[::1], 2),"
     "UniTuple(int64[::1], 5), float64[:,::1],"
     "Tuple((float64[:,:,::1], int64[:,::1], int64[::1], int64[::1])),"

@@ -22,7 +22,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.history import build_measurement_model
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.sensors.suite import Suite, block_units
+from mgeo_attitude.sensors.suite import Suite, list_block_units
 
 
 class ErrorBudget(NamedTuple):
@@ -73,7 +73,7 @@ def compute_error_budget(model: FilterModel, design: ArrayLike, t_end: float) ->
     """
     suite, start = model.suite, model.initial_covariance
     driven = [block for block, density in _iterate_densities(suite) if density.any()]
-    labels = {b: unit.label for b, unit in zip(suite.blocks, block_units(suite), strict=True)}
+    labels = {b: unit.label for b, unit in zip(suite.blocks, list_block_units(suite), strict=True)}
     n = suite.n_states
     adjoint, of_noise = np.eye(n), np.zeros((len(suite.sensors), n))
     of_drift = np.zeros((len(driven), n))
@@ -96,7 +96,7 @@ def compute_error_budget(model: FilterModel, design: ArrayLike, t_end: float) ->
 
 def _iterate_densities(suite: Suite) -> Iterator[tuple[str, Floats]]:
     """Yield each dynamic block and the process-noise density of that block alone, (n_dynamic,)."""
-    density = suite.diffusion()
+    density = suite.compute_noise_density()
     for i in range(0, len(density), 3):
         own = np.zeros_like(density)
         own[i : i + 3] = density[i : i + 3]
@@ -104,12 +104,12 @@ def _iterate_densities(suite: Suite) -> Iterator[tuple[str, Floats]]:
 
 
 def _iterate_steps(model: FilterModel, design: ArrayLike, n_steps: int) -> Iterator[_Step]:
-    motion = Motion.of(model, design, model.n_steps)
+    motion = Motion.from_design(model, design, model.n_steps)
     H, R, seen = build_measurement_model(model, motion.attitude, motion.rates)
-    counts = np.cumsum([0, *(len(sensor.noise()) for sensor in model.suite.sensors)])
+    counts = np.cumsum([0, *(len(sensor.noise_sigmas()) for sensor in model.suite.sensors)])
     rows = [slice(*edges) for edges in pairwise(counts)]
-    P, considered = model.initial_covariance, model.suite.considered
-    follows = model.sensitivity_factors[:, model.suite.influence_columns(model.suite.gyro)]
+    P, considered = model.initial_covariance, model.suite.considered_indices
+    follows = model.sensitivity_factors[:, model.suite.find_sensitivity_columns(model.suite.gyro)]
     now, F, Q, unit = np.full(3, np.nan), np.empty(0), np.empty(0), np.empty(0)
     for k, rate in enumerate(motion.rates[:n_steps], 1):
         if (rate != now).any():
@@ -117,7 +117,7 @@ def _iterate_steps(model: FilterModel, design: ArrayLike, n_steps: int) -> Itera
             F = unit
         if follows.size:
             F = F.copy()
-            for columns, value in zip(model.suite.following, follows[k], strict=True):
+            for columns, value in zip(model.suite.gyro_sensitivity_slices, follows[k], strict=True):
                 F[:3, columns] = value * unit[:3, columns]
         P = F @ P @ F.T + Q.sum(axis=0)
         updates = []

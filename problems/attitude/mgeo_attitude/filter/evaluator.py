@@ -141,7 +141,7 @@ def evaluate(
     batch = Batch(variants, flown_by, plan, threads or count_available_threads())
     last = np.full(n, model.n_steps)
     if end_steps is None and model.ends_with_last_maneuver:
-        end_steps = np.clip(plan.over, 1, model.n_steps)
+        end_steps = np.clip(plan.maneuver_end_steps, 1, model.n_steps)
     if end_steps is not None:
         last[:] = end_steps
         # The end becomes part of the plan, so that equal plans with different ends are distinct.
@@ -154,7 +154,7 @@ def evaluate(
         settled = (
             full_run.settling_step if model.rule == "settling" else _find_required_step(full_run)
         )
-        stops = np.clip(settled, plan.over, model.n_steps)
+        stops = np.clip(settled, plan.maneuver_end_steps, model.n_steps)
         ran = run_batch(model.full_duration_model, batch, stops, history, covariance)
     else:
         ran = run_batch(model, batch, last, history, covariance)

@@ -91,7 +91,7 @@ def run_filter(model: FilterModel, design: ArrayLike) -> FilterHistory:
         times=model.times[:n],
         trace=variances @ model.weights,
         sigma=np.sqrt(variances),
-        attitude=Motion.of(model, design, n - 1).attitude,
+        attitude=Motion.from_design(model, design, n - 1).attitude,
         covariance=result.covariance[0],
         blocks=model.suite.blocks,
         converged=bool(t_end < model.duration),
@@ -120,7 +120,7 @@ def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats)
     """
     samples = slice(len(attitude))
     sensor, mask = model.suite.sensors[index], model.available[samples, index].copy()
-    for view in sensor.views():
+    for view in sensor.list_visibility_cones():
         looked_at, radius = model.references[samples, index], np.zeros(len(attitude))
         if view.direction:
             looked_at, radius = model.select_direction(view.direction, samples)
@@ -156,10 +156,10 @@ def build_measurement_model(
     for index, sensor in enumerate(model.suite.sensors):
         v, *gradient = (
             np.einsum("kij,kj->ki", attitude, model.references[:, row])
-            for row in model.suite.looks(index)
+            for row in model.suite.list_vector_indices(index)
         )
-        follows = [*model.sensitivity_factors[:, model.suite.influence_columns(sensor)].T]
+        follows = [*model.sensitivity_factors[:, model.suite.find_sensitivity_columns(sensor)].T]
         H.append(model.suite.measurement_matrix(sensor, v, attitude, gradient, before, follows))
-        R.extend(sigma**2 for sigma in sensor.noise())
-        seen.extend([can_measure(model, index, attitude, rates)] * len(sensor.noise()))
+        R.extend(sigma**2 for sigma in sensor.noise_sigmas())
+        seen.extend([can_measure(model, index, attitude, rates)] * len(sensor.noise_sigmas()))
     return np.concatenate(H, axis=1), np.array(R), np.stack(seen, axis=1)

@@ -15,14 +15,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mgeo_attitude._compiled import entry
+from mgeo_attitude._compiled import compile_on_first_call
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.kernel import count_lanes, load_driver, load_kernel
 from mgeo_attitude.filter.layout import build_layout, compute_transition_pattern
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.variants import compute_initial_values, stack_constants, stack_dynamics
 from mgeo_attitude.maneuvers.schedule import Schedule
-from mgeo_attitude.sensors.gyro import is_uneven
+from mgeo_attitude.sensors.gyro import has_axis_dependent_noise
 
 #: Depth of a leaf, larger than the depth of any branching point.
 _LEAF_DEPTH = np.iinfo(np.int64).max
@@ -143,7 +143,7 @@ def _build_tree(unique: Ints, common: Ints, representative: Ints) -> Jobs:
     )
 
 
-@entry("UniTuple(int64[::1], 3)(int64[::1], int64[::1])")
+@compile_on_first_call("UniTuple(int64[::1], 3)(int64[::1], int64[::1])")
 def _build_nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
     """Return depth, parent and design of each tree node.
 
@@ -223,7 +223,10 @@ def run_batch(
         build_separate_jobs(flown_by)
         if history
         else build_shared_jobs(
-            *(plan.asked or (plan.rates, plan.starts)), plan.over, model.n_steps, flown_by
+            *(plan.commands or (plan.rates, plan.starts)),
+            plan.maneuver_end_steps,
+            model.n_steps,
+            flown_by,
         )
     )
     n_jobs = len(jobs.design)
@@ -248,7 +251,7 @@ def run_batch(
         (
             np.ascontiguousarray(plan.rates),
             np.ascontiguousarray(plan.starts),
-            plan.over,
+            plan.maneuver_end_steps,
             flown_by,
         ),
         (
@@ -279,4 +282,4 @@ def run_batch(
 
 def _is_isotropic(densities: Floats) -> bool:
     """Return whether the gyro has only bias states and equal noise about all axes."""
-    return densities.shape[1] == 6 and not is_uneven(densities)
+    return densities.shape[1] == 6 and not has_axis_dependent_noise(densities)

@@ -11,11 +11,11 @@ import numpy as np
 
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.filter.symbols import count_slots
-from mgeo_attitude.scenario.limits import PathLimit
+from mgeo_attitude.scenario.limits import PathConstraint
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite
-from mgeo_attitude.sensors.world import World
+from mgeo_attitude.sensors.world import EnvironmentErrors
 
 
 class PathMonitor(NamedTuple):
@@ -39,8 +39,8 @@ class PathMonitor(NamedTuple):
     has_margin: bool
 
     @classmethod
-    def from_constraint(cls, constraint: PathLimit) -> PathMonitor:
-        cone = constraint.cone()
+    def from_constraint(cls, constraint: PathConstraint) -> PathMonitor:
+        cone = constraint.build_cone()
         return cls(cone.direction, cone.keep_in, cone.is_disc, constraint.attitude_sigmas > 0.0)
 
 
@@ -129,7 +129,7 @@ def build_layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_
     n_transition = len(compute_transition_pattern(suite))
     has_rate = any(sensor.max_rate() < np.inf for sensor in suite.sensors)
     state, maneuver = [count_slots(n), 9, monitors.n_values], [9, n_transition, count_slots(m)]
-    has_latency = any(sensor.delay() for sensor in suite.sensors)
+    has_latency = any(sensor.latency_states() for sensor in suite.sensors)
     optional = [6 if monitors.paths else 0, int(has_rate), 3 if has_latency else 0]
     return Layout(*accumulate([*state, *maneuver, *optional, 1, 1, count_slots(n), given]))
 
@@ -155,7 +155,7 @@ def compute_table_columns(
         widths[f"off {name}"] = 9 if is_disc(name) else 7
     for name in list_view_directions(suite):
         widths[f"view {name}"] = 5 if is_disc(name) else 3
-    widths |= {"influences": len(suite.influence_keys), "available": sum(gated), "end": 0}
+    widths |= {"influences": len(suite.sensitivities_by_key), "available": sum(gated), "end": 0}
     return dict(zip(widths, accumulate([0, *widths.values()]), strict=False))
 
 
@@ -171,7 +171,7 @@ def list_path_directions(monitors: Monitors) -> tuple[str, ...]:
 
 def list_view_directions(suite: Suite) -> tuple[str, ...]:
     """Return the directions of the sensors' fields of view, without duplicates."""
-    names = (view.direction for sensor in suite.sensors for view in sensor.views())
+    names = (view.direction for sensor in suite.sensors for view in sensor.list_visibility_cones())
     return tuple(dict.fromkeys(name for name in names if name))
 
 
@@ -194,7 +194,7 @@ def compute_transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
     closure = generic | np.eye(k, dtype=bool)
     for _ in range(k):
         closure = closure @ closure
-    rows = generic.any(axis=1) | (suite.diffusion()[:k] > 0.0)
+    rows = generic.any(axis=1) | (suite.compute_noise_density()[:k] > 0.0)
     return tuple((int(i), int(j)) for i, j in np.argwhere(closure) if rows[i])
 
 
@@ -223,16 +223,16 @@ class KernelTraits(NamedTuple):
 
 
 @lru_cache(maxsize=1000)
-def serialize_measurement_matrix(sensor: Sensor, world: World) -> bytes:
+def serialize_measurement_matrix(sensor: Sensor, world: EnvironmentErrors) -> bytes:
     """Return the bytes of a sensor's measurement matrix at a fixed test attitude.
 
     The kernel contains the numbers of the measurement model, so equal bytes are required to share
     it.
     """
     suite, somewhere = Suite(Gyro(), (sensor,), world), np.array([0.36, -0.48, 0.8])
-    gradient = [np.roll(somewhere, k + 1) for k in range(suite.n_gradient(sensor))]
-    follows = [1.0] * len(sensor.influences)
+    gradient = [np.roll(somewhere, k + 1) for k in range(suite.count_gradient_vectors(sensor))]
+    follows = [1.0] * len(sensor.bias_sensitivities)
     H = suite.measurement_matrix(
-        sensor, somewhere, gradient=gradient, rate=somewhere, influences=follows
+        sensor, somewhere, gradient=gradient, rate=somewhere, channel_deviations=follows
     )
     return bytes((H + 0.0).tobytes())  # Adding zero removes the sign of negative zeros.

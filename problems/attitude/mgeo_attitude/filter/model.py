@@ -32,11 +32,11 @@ from mgeo_attitude.filter.layout import (
     serialize_measurement_matrix,
 )
 from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.maneuvers.drives import CoilDrive
-from mgeo_attitude.maneuvers.schedule import Schedule, Turning, schedule
-from mgeo_attitude.scenario.channels import channel_values
+from mgeo_attitude.maneuvers.drives import MagnetorquerDrive
+from mgeo_attitude.maneuvers.schedule import RotationDynamics, Schedule, build_schedule
+from mgeo_attitude.scenario.channels import compute_channel_values
 from mgeo_attitude.scenario.goals import RequiredSigma, TraceWeights
-from mgeo_attitude.scenario.limits import PathLimit
+from mgeo_attitude.scenario.limits import PathConstraint
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.suite import Suite
@@ -126,8 +126,8 @@ class FilterModel:
     settling_factor: float
     initial_attitude: Floats
     initial_rate: Floats
-    slew_limits: Turning
-    path_constraints: tuple[PathLimit, ...]
+    slew_limits: RotationDynamics
+    path_constraints: tuple[PathConstraint, ...]
     directions: Floats
     radii: Floats
     momentum_budget: MomentumBudget | None
@@ -169,12 +169,17 @@ class FilterModel:
         references, available = compute_references(suite, environment)
         for index, sensor in enumerate(suite.sensors):
             available[:, index] &= find_sample_instants(sensor, scenario.step, len(available))
-        weights = TraceWeights(scenario.trace_weights).of(suite.blocks, suite.uncalibrated)
+        weights = TraceWeights(scenario.trace_weights).list_weights(
+            suite.blocks, suite.uncalibrated_blocks
+        )
         required = RequiredSigma(scenario.required_sigma)
-        watches = tuple(map(PathMonitor.from_constraint, scenario.path_limits))
+        watches = tuple(map(PathMonitor.from_constraint, scenario.path_constraints))
         names = list_directions(suite, Monitors(watches))
         start, prior = SatelliteState.from_first_row(environment), scenario.prior
-        attitude, rate = scenario.initial_attitude(start), scenario.initial_rate(start)
+        attitude, rate = (
+            scenario.compute_initial_attitude(start),
+            scenario.compute_initial_rate(start),
+        )
         sigma = suite.initial_sigma(np.radians(scenario.initial.attitude_deg))
         return cls(
             suite=suite,
@@ -192,14 +197,14 @@ class FilterModel:
             factor=scenario.convergence.factor,
             initial_attitude=attitude,
             initial_rate=rate,
-            slew_limits=scenario.turning(environment.field_tesla, attitude, rate),
-            path_limits=scenario.path_limits,
+            slew_limits=scenario.build_rotation_dynamics(environment.field_tesla, attitude, rate),
+            path_limits=scenario.path_constraints,
             directions=compute_directions(names, environment, epoch or scenario.epoch),
             radii=compute_radii(names, environment),
             budget=MomentumBudget.from_scenario(scenario, environment, attitude, rate),
-            required_sigma=np.repeat(required.of(suite.units), 3),
-            channels=channel_values(
-                scenario.channels, suite, environment.times, environment.sunlit
+            required_sigma=np.repeat(required.list_sigmas(suite.units), 3),
+            channels=compute_channel_values(
+                scenario.housekeeping_channels, suite, environment.times, environment.sunlit
             ),
         )
 
@@ -212,7 +217,9 @@ class FilterModel:
         limits = self.slew_limits
         return dataclasses.replace(
             self,
-            slew_limits=limits.turned(rotation) if isinstance(limits, CoilDrive) else limits,
+            slew_limits=limits.rotate(rotation)
+            if isinstance(limits, MagnetorquerDrive)
+            else limits,
             references=self.references @ rotation,
             directions=(self.directions.reshape(-1, 3) @ rotation).reshape(self.directions.shape),
             budget=self.momentum_budget and self.momentum_budget.rotate_initial_attitude(rotation),
@@ -279,7 +286,7 @@ class FilterModel:
     @cached_property
     def sensitivity_factors(self) -> Floats:
         """Factors of the bias sensitivities at every sample; see `Suite.influence_values`."""
-        return self.suite.influence_values(self.channels, len(self.references))
+        return self.suite.compute_channel_deviations(self.channels, len(self.references))
 
     @cached_property
     def monitors(self) -> Monitors:
@@ -325,14 +332,14 @@ class FilterModel:
     def traits(self) -> KernelTraits:
         """Properties that determine the kernel."""
         limits = [(watch.direction, watch.keep_in) for watch in self.monitors.paths]
-        views = [view for sensor in self.suite.sensors for view in sensor.views()]
+        views = [view for sensor in self.suite.sensors for view in sensor.list_visibility_cones()]
         return KernelTraits(
             self.suite.blocks,
-            tuple(self.suite.considered.tolist()),
+            tuple(self.suite.considered_indices.tolist()),
             (*limits, *((view.direction, view.keep_in) for view in views)),
             len(self.instrument_constants),
             tuple(
-                serialize_measurement_matrix(sensor, self.suite.world)
+                serialize_measurement_matrix(sensor, self.suite.environment_errors)
                 for sensor in self.suite.sensors
             ),
         )
@@ -345,7 +352,7 @@ class FilterModel:
     def build_schedule(self, designs: ArrayLike, n_steps: int | None = None) -> Schedule:
         """Return the body rates of designs, shape (n, 4 m), until `n_steps` or the last step."""
         last = self.n_steps if n_steps is None else n_steps
-        return schedule(designs, self.step, self.slew_limits, last)
+        return build_schedule(designs, self.step, self.slew_limits, last)
 
     @cached_property
     def gated(self) -> tuple[bool, ...]:
@@ -362,13 +369,16 @@ def find_sample_instants(sensor: Sensor, step: float, n: int) -> Bools:
 
 def compute_references(suite: Suite, environment: Environment) -> tuple[Floats, Bools]:
     """Return `FilterModel.references` and `FilterModel.available`, ignoring sample intervals."""
-    n, environment = len(environment.times), suite.world.around(environment)
+    n, environment = (
+        len(environment.times),
+        suite.environment_errors.apply_to_environment(environment),
+    )
     references = np.zeros((n, suite.n_vectors, 3))
     for index, sensor in enumerate(suite.sensors):
         reference = sensor.inertial_vector(environment)
         if reference is not None:
             references[:, index] = reference
-        references[:, suite.gradient_rows(index)] = suite.gradient(sensor, environment)
+        references[:, suite.gradient_rows(index)] = suite.compute_gradient(sensor, environment)
     return references, compute_availability(suite, environment)
 
 
@@ -381,7 +391,7 @@ def compute_availability(suite: Suite, environment: Environment) -> Bools:
     """
     mask_of_all = np.ones((len(environment.times), len(suite.sensors)), dtype=bool)
     for column, sensor in zip(mask_of_all.T, suite.sensors, strict=True):
-        mask = sensor.available(environment)
+        mask = sensor.find_available_samples(environment)
         if mask is not None:
             column[:] = mask
     return mask_of_all

@@ -9,7 +9,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.scenario.actuators import pseudo_inverse
+from mgeo_attitude.scenario.actuators import pseudo_inverse_allocation
 from mgeo_attitude.scenario.scenario import Scenario
 
 
@@ -72,14 +72,14 @@ class MomentumBudget:
         attitude, rate : arrays
             Initial attitude and body rate, see the class.
         """
-        wheels, coils = scenario.wheels, scenario.coils
-        if wheels is None or not wheels.budgeted:
+        wheels, coils = scenario.wheels, scenario.magnetorquers
+        if wheels is None or not wheels.has_momentum_budget:
             return None
         unloading, response = np.zeros(3), np.inf
-        if coils is not None and coils.unloads:
-            unloading, response = coils.duty * np.array(coils.max_dipole), coils.response
-        axes = wheels.spin_axes()
-        allocation, inertia = wheels.shares(), wheels.matrix()
+        if coils is not None and coils.unloads_wheels:
+            unloading, response = coils.duty_cycle * np.array(coils.max_dipole), coils.time_constant
+        axes = wheels.normalized_axes()
+        allocation, inertia = wheels.compute_load_matrix(), wheels.inertia_matrix()
         wheel_momentum, momentum = np.zeros(len(axes)), np.zeros(3)
         if wheels.initial_momentum:  # By default the total momentum is zero.
             wheel_momentum = np.array(wheels.initial_momentum)
@@ -88,7 +88,9 @@ class MomentumBudget:
         if (
             wheels.allocation == "pseudo-inverse"
         ):  # The other rule redistributes null-space momentum.
-            circulating = wheel_momentum - pseudo_inverse(axes) @ (axes.T @ wheel_momentum)
+            circulating = wheel_momentum - pseudo_inverse_allocation(axes) @ (
+                axes.T @ wheel_momentum
+            )
         return cls(
             inertia=inertia,
             allocation=np.ascontiguousarray(allocation),

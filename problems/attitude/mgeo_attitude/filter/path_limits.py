@@ -30,7 +30,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import DIRECTIONS, Cone, DirectionMotion, SatelliteState
 from mgeo_attitude.filter.layout import PathMonitor
 from mgeo_attitude.geometry.vector import Vec3, choose, cross, dot, maximum
-from mgeo_attitude.scenario.limits import PathLimit
+from mgeo_attitude.scenario.limits import PathConstraint
 
 #: Sine of the angle below which axis and direction count as parallel, without a common normal.
 _PARALLEL_SINE = 1e-6
@@ -238,11 +238,11 @@ def compute_violation_on_orbit(
     return compute_violation(cone, sigmas, rotation_vectors, passage, covariance)
 
 
-def list_cone_constants(constraints: Sequence[PathLimit]) -> Floats:
+def list_cone_constants(constraints: Sequence[PathConstraint]) -> Floats:
     """Return the axis of each path constraint, followed by its margin [sigmas] if it has one."""
     values: list[float] = []
     for limit in constraints:
-        values.extend(limit.cone().axis)
+        values.extend(limit.build_cone().axis)
         if PathMonitor.from_constraint(limit).has_margin:
             values.append(limit.attitude_sigmas)
     return np.array(values)

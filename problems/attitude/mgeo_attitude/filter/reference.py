@@ -20,7 +20,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.history import FilterHistory, build_measurement_model
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.motion import attitudes
+from mgeo_attitude.maneuvers.motion import compute_attitudes
 
 
 @dataclass(frozen=True)
@@ -118,15 +118,15 @@ def run_reference_filter(model: FilterModel, design: ArrayLike) -> ReferenceHist
     600.0
     """
     plan = model.build_schedule(np.atleast_2d(np.asarray(design, dtype=float)))
-    rates, starts, over = plan.rates[0], plan.starts[0], plan.over[0]
-    attitude = attitudes(rates, starts, model.n_steps, model.step, model.initial_attitude)
+    rates, starts, over = plan.rates[0], plan.starts[0], plan.maneuver_end_steps[0]
+    attitude = compute_attitudes(rates, starts, model.n_steps, model.step, model.initial_attitude)
     stretch = np.searchsorted(starts, np.arange(model.n_steps), side="right") - 1
     H, R, seen = build_measurement_model(model, attitude, rates[stretch])
-    counts = [len(sensor.noise()) for sensor in model.suite.sensors]
+    counts = [len(sensor.noise_sigmas()) for sensor in model.suite.sensors]
     own = [slice(last - m, last) for m, last in zip(counts, np.cumsum(counts), strict=True)]
 
-    follows = model.sensitivity_factors[:, model.suite.influence_columns(model.suite.gyro)]
-    n, considered = model.suite.n_states, model.suite.considered
+    follows = model.sensitivity_factors[:, model.suite.find_sensitivity_columns(model.suite.gyro)]
+    n, considered = model.suite.n_states, model.suite.considered_indices
     kf = KalmanFilter(dim_x=n, dim_z=len(R))
     # A one-dimensional state is required: filterpy broadcasts its (n, 1) default when given H.
     kf.x = np.zeros(n)
@@ -242,7 +242,7 @@ def discretize_van_loan(
     """
     suite, m = model.suite, model.suite.n_dynamic
     A = suite.dynamics_matrix(omega, sensitivity_factors)
-    upper = np.block([[-A, np.diag(suite.diffusion())], [np.zeros((m, m)), A.T]])
+    upper = np.block([[-A, np.diag(suite.compute_noise_density())], [np.zeros((m, m)), A.T]])
     exponential = expm(upper * model.step)
     F = exponential[m:, m:].T
     Q = F @ exponential[:m, m:]

@@ -18,8 +18,8 @@ from mgeo_attitude.filter.layout import KernelTraits
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.path_limits import compute_violation
 from mgeo_attitude.filter.symbols import triangle_indices
-from mgeo_attitude.maneuvers.drives import CoilDrive
-from mgeo_attitude.sensors.base import with_noise
+from mgeo_attitude.maneuvers.drives import MagnetorquerDrive
+from mgeo_attitude.sensors.base import scale_noise
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite
 
@@ -74,7 +74,7 @@ def compute_gyro_dynamics(gyro: Gyro) -> tuple[Floats, Floats]:
     """
     alone = Suite(gyro, ())
     rest, *unit = map(alone.dynamics_matrix, np.vstack([np.zeros(3), np.eye(3)]))
-    return np.array([rest, *(matrix - rest for matrix in unit)]), alone.diffusion()
+    return np.array([rest, *(matrix - rest for matrix in unit)]), alone.compute_noise_density()
 
 
 def compute_initial_values(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
@@ -100,7 +100,7 @@ def _compute_initial_monitors(model: FilterModel, has_required_sigma: bool) -> l
     values = []
     still, covariance = np.zeros((1, 3)), model.initial_covariance[None, :3, :3]
     for limit in model.path_constraints:
-        cone = limit.cone()
+        cone = limit.build_cone()
         start = model.compute_direction_motion(cone.direction, slice(1)).rotate_to_body(
             model.initial_attitude[None]
         )
@@ -125,7 +125,9 @@ def coarsen_model(model: FilterModel, n_merged: int) -> FilterModel:
     every : int
         Number of steps to merge, at least 1.
     """
-    coarse = not (isinstance(model.slew_limits, CoilDrive) or model.momentum_budget is not None)
+    coarse = not (
+        isinstance(model.slew_limits, MagnetorquerDrive) or model.momentum_budget is not None
+    )
     named = all(sensor.noise_parameters for sensor in model.suite.sensors)
     n = model.n_steps // n_merged
     if n_merged == 1 or n < 1 or not (coarse and named):
@@ -139,11 +141,11 @@ def coarsen_model(model: FilterModel, n_merged: int) -> FilterModel:
         tuple(
             # One reading stands for the mean of the available samples of a long step.
             dataclasses.replace(
-                with_noise(sensor, 1.0 / math.sqrt(max(float(count), 1.0))), sample_interval=None
+                scale_noise(sensor, 1.0 / math.sqrt(max(float(count), 1.0))), sample_interval=None
             )
             for sensor, count in zip(model.suite.sensors, counts, strict=True)
         ),
-        model.suite.world,
+        model.suite.environment_errors,
     )
     return model.select_samples(
         pick,

@@ -22,12 +22,18 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from mgeo_attitude._compiled import entry, helper
+from mgeo_attitude._compiled import compile_on_first_call, helper
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.filter.discretization import compute_step_rotation
 from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.maneuvers.rigid_body import assign, assign_matrix, cross, limited, product
+from mgeo_attitude.maneuvers.rigid_body import (
+    assign,
+    assign_matrix,
+    cross,
+    limit_dipole,
+    multiply_matrix,
+)
 from mgeo_attitude.maneuvers.schedule import Schedule
 
 #: Relative duration of a ramp within a step below which the rate change is instantaneous.
@@ -85,13 +91,13 @@ def compute_wheel_loads(
 def compute_gravity_gradient(inertia: Floats, position: Floats, out: Floats) -> None:
     """Compute out ← 3 μ / r⁵ r × J r [N m] for a geocentric position in body axes [m]."""
     square = position[0] ** 2 + position[1] ** 2 + position[2] ** 2
-    product(inertia, position, out)
+    multiply_matrix(inertia, position, out)
     cross(position, out, out)
     for i in range(3):
         out[i] *= 3.0 * EARTH_MU / (square * square * math.sqrt(square))
 
 
-@entry(
+@compile_on_first_call(
     "void(Tuple((float64[:,:,::1], float64[:,:,::1], int64[:,::1])), int64[::1], float64,"
     "Tuple((float64[:,::1], float64[::1], float64[::1], int64)),"
     "Tuple((float64[:,::1], float64[:,::1], float64[::1])),"
@@ -121,22 +127,22 @@ def _compute_loads(plan, end_steps, step, start, wheels, disturbances, magnetorq
             impulse[a] = dipole_held[a] = unloaded[a] = 0.0
         m, n_stretches = -1, starts.shape[1]
         for k in range(end_steps[i] + 1):
-            product(C, position[k], vector)
+            multiply_matrix(C, position[k], vector)
             compute_gravity_gradient(inertia, vector, torque)
-            product(C, field[k], vector)
+            multiply_matrix(C, field[k], vector)
             cross(dipole, vector, magnetic)
             for a in range(3):
                 torque[a] = gradient * torque[a] + magnetic[a]
-            product(C.T, torque, now)
+            multiply_matrix(C.T, torque, now)
             if k > 0:
                 for a in range(3):
                     impulse[a] += 0.5 * step * (last[a] + now[a])
             assign(now, last)
-            product(C, momentum, own)
-            product(C, impulse, extra)
+            multiply_matrix(C, momentum, own)
+            multiply_matrix(C, impulse, extra)
             if unloads:  # Trapezoidal rule: the second half of the impulse of the last step.
                 _apply_dipole(dipole_held, vector, C, 0.5 * step, magnetic, unloaded)
-                product(C, unloaded, modeled)
+                multiply_matrix(C, unloaded, modeled)
                 for a in range(3):
                     own[a] += extra[a] + modeled[a]
                     modeled[a] = torque[a] + magnetic[a]
@@ -149,7 +155,7 @@ def _compute_loads(plan, end_steps, step, start, wheels, disturbances, magnetorq
             if unloads:  # The first half of the impulse of the next step.
                 for a in range(3):
                     modeled[a] = -own[a] / response
-                limited(vector, modeled, largest, dipole_held)
+                limit_dipole(vector, modeled, largest, dipole_held)
                 _apply_dipole(dipole_held, vector, C, 0.5 * step, magnetic, unloaded)
                 for a in range(3):
                     modeled[a] = torque[a] + magnetic[a]
@@ -170,7 +176,7 @@ def _compute_loads(plan, end_steps, step, start, wheels, disturbances, magnetorq
                 )
             assign_matrix(C, old)
             for a in range(3):
-                product(rotation, old[:, a], vector)
+                multiply_matrix(rotation, old[:, a], vector)
                 assign(vector, C[:, a])
 
 
@@ -209,8 +215,8 @@ def _update_maxima(
         scratch[2],
         scratch[3],
     )
-    product(inertia, rate, spin)
-    product(inertia, acceleration, inertial_torque)
+    multiply_matrix(inertia, rate, spin)
+    multiply_matrix(inertia, acceleration, inertial_torque)
     cross(rate, body_momentum, gyroscopic)
     cross(rate, extra_momentum, gyroscopic_extra)
     for row in range(len(allocation)):

@@ -49,10 +49,10 @@ class SlewLimits:
     max_acceleration: float
     max_torque: float
     inertia: Floats
-    allocation: Floats = field(default_factory=lambda: np.eye(3))
+    load_matrix: Floats = field(default_factory=lambda: np.eye(3))
     initial_rate: Floats = field(default_factory=lambda: np.zeros(3))
 
-    def ramp_time(self, change: Floats) -> Floats:
+    def compute_ramp_time(self, rate_change: Floats) -> Floats:
         """Return the shortest ramp durations [s] for changes of the rate, equation (12).
 
         The rate changes along a straight line, with the torque J dω/dt.
@@ -62,14 +62,16 @@ class SlewLimits:
         change : array, shape (..., 3)
             Changes of the body rate [rad/s].
         """
-        acceleration = np.abs(change).max(axis=-1) / self.max_acceleration
-        torque = np.abs(change @ self.inertia @ self.allocation.T).max(axis=-1) / self.max_torque
+        acceleration = np.abs(rate_change).max(axis=-1) / self.max_acceleration
+        torque = (
+            np.abs(rate_change @ self.inertia @ self.load_matrix.T).max(axis=-1) / self.max_torque
+        )
         longest: Floats = np.maximum(acceleration, torque)
         return longest
 
 
 @dataclass(frozen=True)
-class CoilDrive:
+class MagnetorquerDrive:
     """Parameters of attitude motion with magnetorquers only, independent of the plan.
 
     Attributes
@@ -95,17 +97,17 @@ class CoilDrive:
     inertia: Floats
     max_dipole: Floats
     residual_dipole: Floats
-    near: float
-    response: float
+    rate_tolerance: float
+    time_constant: float
     field: Floats
     initial_attitude: Floats
     initial_rate: Floats
 
-    def turned(self, turn: Floats) -> CoilDrive:
+    def rotate(self, rotation: Floats) -> MagnetorquerDrive:
         """Return the drive for an initial attitude rotated by `turn`; see `FilterModel.turned`."""
-        return dataclasses.replace(self, field=self.field @ turn)
+        return dataclasses.replace(self, field=self.field @ rotation)
 
-    def rates(
+    def compute_rates(
         self, rates: Floats, starts: Ints, step: float, n_steps: int
     ) -> tuple[Floats, Floats, Bools]:
         """Return the actual body rates for the maneuvers of n designs.
@@ -129,13 +131,15 @@ class CoilDrive:
         free : array of bool, shape (n, k)
             Whether the coils are off.
         """
-        from mgeo_attitude.maneuvers.rigid_body import driven  # This import loads numba.
+        from mgeo_attitude.maneuvers.rigid_body import (
+            compute_driven_rates,  # This import loads numba.
+        )
 
         shape = len(rates), min(n_steps, len(self.field) - 1)
         mean, end = np.zeros((*shape, 3)), np.zeros((*shape, 3))
         free = np.zeros(shape, dtype=np.bool_)
         body = self.inertia, np.linalg.inv(self.inertia), self.initial_attitude, self.initial_rate
-        law = self.max_dipole, self.residual_dipole, self.near, self.response
+        law = self.max_dipole, self.residual_dipole, self.rate_tolerance, self.time_constant
         plan = np.ascontiguousarray(rates), np.ascontiguousarray(starts)
-        driven(body, law, self.field, plan, step, mean, end, free)
+        compute_driven_rates(body, law, self.field, plan, step, mean, end, free)
         return mean, end, free

@@ -12,11 +12,16 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.maneuvers.drives import CoilDrive
-from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, Flown, Turning, flown
+from mgeo_attitude.maneuvers.drives import MagnetorquerDrive
+from mgeo_attitude.maneuvers.schedule import (
+    VARIABLES_PER_MANEUVER,
+    RateIntervals,
+    RotationDynamics,
+    build_rate_intervals,
+)
 
 
-def attitudes(
+def compute_attitudes(
     rates: Floats, starts: Ints, n_steps: int, step: float, initial: Floats | None = None
 ) -> Floats:
     """Return the GCRS-to-body matrix of one design at every sample, shape (n_steps + 1, 3, 3).
@@ -56,7 +61,7 @@ class Body(Protocol):
         """Filter step [s]."""
 
     @property
-    def slew_limits(self) -> Turning:
+    def slew_limits(self) -> RotationDynamics:
         """Limits on rate changes, or magnetorquer control; None for instantaneous changes."""
 
     @property
@@ -80,22 +85,22 @@ class Motion:
     attitude: Floats
 
     @classmethod
-    def of(cls, body: Body, design: ArrayLike, n_steps: int) -> Motion:
+    def from_design(cls, body: Body, design: ArrayLike, n_steps: int) -> Motion:
         """Compute the motion of a body along a design, shape (4 m,)."""
-        plan = flown(design, n_steps * body.step, body.step, body.slew_limits)
+        plan = build_rate_intervals(design, n_steps * body.step, body.step, body.slew_limits)
         starts = np.rint(plan.times[:-1] / body.step).astype(np.int64)
         stretch = np.searchsorted(starts, np.arange(n_steps), side="right") - 1
         initial = body.initial_attitude
-        matrices = attitudes(plan.rates, starts, n_steps, body.step, initial)
+        matrices = compute_attitudes(plan.rates, starts, n_steps, body.step, initial)
         return cls(plan.rates[stretch], matrices)
 
 
 #: Label of the phase in which the last rate is held.
-HELD = "rate held"
+HOLD_LABEL = "rate held"
 #: Prefix of the label of a ramp.
-RAMP = "ramp to "
+RAMP_PREFIX = "ramp to "
 #: Suffix of the label of a phase that only serves runs that converge late.
-LATE = ", for late flights"
+LATE_CONVERGENCE_SUFFIX = ", for late flights"
 
 
 @dataclass(frozen=True)
@@ -124,7 +129,7 @@ class Phase:
     end: float
     rates_deg_s: tuple[float, float, float]
     commanded_deg_s: tuple[float, float, float]
-    swept_deg: float
+    rotation_deg: float
 
     @property
     def duration(self) -> float:
@@ -132,11 +137,11 @@ class Phase:
         return self.end - self.start
 
 
-def phases(
+def list_phases(
     design: ArrayLike,
     t_end: float,
     step: float,
-    limits: Turning = None,
+    limits: RotationDynamics = None,
     names: Mapping[int, str] = MappingProxyType({}),
 ) -> tuple[Phase, ...]:
     """Return the phases of one design until `t_end`.
@@ -156,7 +161,7 @@ def phases(
     names : mapping of int to str
         Names of maneuvers, by number from 0, in place of ``maneuver N``.
     """
-    flight = flown(design, t_end, step, limits)
+    flight = build_rate_intervals(design, t_end, step, limits)
     # The rates come from the design, because a conversion to radians and back would round them.
     commanded = np.asarray(design, dtype=float).reshape(-1, VARIABLES_PER_MANEUVER)[:, :3]
     starts, ends = flight.times[:-1], flight.times[1:]
@@ -166,49 +171,61 @@ def phases(
         (x, y, z), (a, b, c) = mean.tolist(), rate.tolist()
         result.append(Phase(label, float(start), float(end), (x, y, z), (a, b, c), float(swept)))
 
-    for number in dict.fromkeys(flight.numbers.tolist()):
+    for number in dict.fromkeys(flight.maneuver_numbers.tolist()):
         name = names.get(number, f"maneuver {number + 1}")
-        own, rate = flight.numbers == number, commanded[number]
-        ramp, steady = own & ~flight.steady, own & flight.steady
+        own, rate = flight.maneuver_numbers == number, commanded[number]
+        ramp, steady = own & ~flight.is_constant, own & flight.is_constant
         if ramp.any():
             begin, until = starts[ramp][0], ends[ramp][-1]
-            add(f"{RAMP}{name}", begin, until, *_mean_rate_and_angle(flight, begin, until))
+            add(
+                f"{RAMP_PREFIX}{name}",
+                begin,
+                until,
+                *_compute_mean_rate_and_angle(flight, begin, until),
+            )
         if steady.any():
             start, end = starts[steady][0], ends[steady][-1]
-            stop = flight.over if end == t_end else end
+            stop = flight.maneuver_end if end == t_end else end
             # The last maneuver may end before its first step.
-            for label, begin, until in ((name, start, stop), (HELD, stop, end)):
-                if begin < until and isinstance(limits, CoilDrive):
-                    add(label, begin, until, *_mean_rate_and_angle(flight, begin, until))
+            for label, begin, until in ((name, start, stop), (HOLD_LABEL, stop, end)):
+                if begin < until and isinstance(limits, MagnetorquerDrive):
+                    add(label, begin, until, *_compute_mean_rate_and_angle(flight, begin, until))
                 elif begin < until:
                     swept = float(np.linalg.norm(rate)) * (until - begin)
                     add(label, begin, until, rate, swept)
     return tuple(result)
 
 
-def _mean_rate_and_angle(flight: Flown, begin: float, until: float) -> tuple[Floats, float]:
+def _compute_mean_rate_and_angle(
+    intervals: RateIntervals, begin: float, until: float
+) -> tuple[Floats, float]:
     """Return the mean rate [deg/s] and the accumulated rotation angle [deg] between two times."""
-    edges = np.clip(flight.times, begin, until)
-    durations, rates = np.diff(edges), np.degrees(flight.rates)
+    edges = np.clip(intervals.times, begin, until)
+    durations, rates = np.diff(edges), np.degrees(intervals.rates)
     return durations @ rates / (until - begin), float(durations @ np.linalg.norm(rates, axis=1))
 
 
-def divided(flown: tuple[Phase, ...], time: float) -> tuple[Phase, ...]:
+def split_phases(plan_phases: tuple[Phase, ...], time: float) -> tuple[Phase, ...]:
     """Split the phase of constant rate at a time [s], and mark all later phases with `LATE`."""
     result: list[Phase] = []
-    for phase in flown:
+    for phase in plan_phases:
         if phase.end <= time:
             result.append(phase)
             continue
         since = phase.start
-        if phase.start < time and not phase.label.startswith(RAMP):
-            before = replace(phase, end=time, swept_deg=_share_of_angle(phase, time - phase.start))
+        if phase.start < time and not phase.label.startswith(RAMP_PREFIX):
+            before = replace(
+                phase, end=time, swept_deg=_compute_angle_share(phase, time - phase.start)
+            )
             result.append(before)
             since = time
-        late, swept = f"{phase.label}{LATE}", _share_of_angle(phase, phase.end - since)
+        late, swept = (
+            f"{phase.label}{LATE_CONVERGENCE_SUFFIX}",
+            _compute_angle_share(phase, phase.end - since),
+        )
         result.append(replace(phase, label=late, start=since, swept_deg=swept))
     return tuple(result)
 
 
-def _share_of_angle(phase: Phase, duration: float) -> float:
-    return phase.swept_deg * (duration / phase.duration)
+def _compute_angle_share(phase: Phase, duration: float) -> float:
+    return phase.rotation_deg * (duration / phase.duration)

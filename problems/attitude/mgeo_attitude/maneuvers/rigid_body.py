@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from mgeo_attitude._compiled import entry, helper
+from mgeo_attitude._compiled import compile_on_first_call, helper
 
 #: Number of terms of the series, and the angle [rad] up to which they suffice.
 _TERMS, _ANGLE = 20, 0.25
@@ -22,13 +22,13 @@ _TERMS, _ANGLE = 20, 0.25
 _NEGLIGIBLE = 1e-17
 
 
-@entry(
+@compile_on_first_call(
     "void(Tuple((float64[:,::1], float64[:,::1], float64[:,::1], float64[::1])),"
     "Tuple((float64[::1], float64[::1], float64, float64)), float64[:,::1],"
     "Tuple((float64[:,:,::1], int64[:,::1])), float64,"
     "float64[:,:,::1], float64[:,:,::1], boolean[:,::1])"
 )
-def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-untyped-def]
+def compute_driven_rates(body, law, field, plan, step, mean, end, free):  # type: ignore[no-untyped-def]
     """Compute `CoilDrive.rates` into the arrays `mean`, `end` and `free`."""
     inertia, inverse, initial_attitude, initial_rate = body
     largest, residual, near, response = law
@@ -52,18 +52,18 @@ def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-un
             free[i, k] = off
             for a in range(3):
                 middle[a] = 0.5 * (field[k, a] + field[k + 1, a])
-            product(C, middle, b)
+            multiply_matrix(C, middle, b)
             for a in range(3):
                 dipole[a] = 0.0
             if not off:
                 for a in range(3):
                     middle[a] = (rates[i, m, a] - rate[a]) / response
-                product(inertia, middle, torque)
-                product(inertia, rate, middle)
+                multiply_matrix(inertia, middle, torque)
+                multiply_matrix(inertia, rate, middle)
                 cross(rate, middle, middle)
                 for a in range(3):
                     torque[a] += middle[a]
-                limited(b, torque, largest, dipole)
+                limit_dipole(b, torque, largest, dipole)
             for a in range(3):
                 dipole[a] += residual[a]
             _propagate(rate, b, dipole, inertia, inverse, step, q, scratch)
@@ -83,7 +83,7 @@ def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-un
 
 
 @helper
-def limited(b, torque, largest, dipole):  # type: ignore[no-untyped-def]
+def limit_dipole(b, torque, largest, dipole):  # type: ignore[no-untyped-def]
     """Compute the dipole b × τ / |b|² of the cross-product law, scaled down to the coil limits."""
     cross(b, torque, dipole)
     square = b[0] * b[0] + b[1] * b[1] + b[2] * b[2]
@@ -116,7 +116,7 @@ def _propagate(rate, b, dipole, inertia, inverse, step, q, scratch):  # type: ig
         scale = max(fastest, 1e-300)
         size = 1.0
         for n in range(_TERMS):
-            product(inertia, w[n], momentum[n])
+            multiply_matrix(inertia, w[n], momentum[n])
             cross(dipole, f[n], net_torque)
             for a in range(3):
                 f[n + 1, a] = 0.0
@@ -136,7 +136,7 @@ def _propagate(rate, b, dipole, inertia, inverse, step, q, scratch):  # type: ig
                 y[1] += p[0] * x[0] + p[2] * x[2] - p[3] * x[1]
                 y[2] += p[0] * x[1] + p[3] * x[0] - p[1] * x[2]
                 y[3] += p[0] * x[2] + p[1] * x[1] - p[2] * x[0]
-            product(inverse, net_torque, spin)
+            multiply_matrix(inverse, net_torque, spin)
             size *= h
             most, turn = 0.0, 0.0
             for a in range(3):
@@ -182,7 +182,7 @@ def _distance(a, b):  # type: ignore[no-untyped-def]
 
 
 @helper
-def product(A, x, out):  # type: ignore[no-untyped-def]
+def multiply_matrix(A, x, out):  # type: ignore[no-untyped-def]
     for i in range(3):
         out[i] = A[i, 0] * x[0] + A[i, 1] * x[1] + A[i, 2] * x[2]
 

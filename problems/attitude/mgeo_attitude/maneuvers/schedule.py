@@ -9,19 +9,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
+from mgeo_attitude.maneuvers.drives import MagnetorquerDrive, SlewLimits
 
 #: Limits on rate changes, or magnetorquer control; None for instantaneous changes.
-Turning = SlewLimits | CoilDrive | None
+RotationDynamics = SlewLimits | MagnetorquerDrive | None
 
 #: Step number that no run reaches, as the start of an interval that is skipped.
-NEVER = 2**40
+UNREACHED_STEP = 2**40
 
 #: Number of variables of a maneuver: three rates and a duration.
 VARIABLES_PER_MANEUVER = 4
 
 
-def decode(designs: ArrayLike) -> tuple[Floats, Floats]:
+def decode_designs(designs: ArrayLike) -> tuple[Floats, Floats]:
     """Split designs into body rates and durations.
 
     Parameters
@@ -60,12 +60,12 @@ def decode(designs: ArrayLike) -> tuple[Floats, Floats]:
     return rates, durations
 
 
-def durations_of(designs: Floats) -> Floats:
+def get_durations(designs: Floats) -> Floats:
     """Return a view of the durations [s], shape (..., m), of designs, shape (..., 4 m)."""
     return designs[..., VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
 
 
-def holding(rate: Floats) -> Floats:
+def build_hold_design(rate: Floats) -> Floats:
     """Return a design, shape (4,), that only holds the initial rate [rad/s].
 
     A satellite with magnetorquers rotates freely under this design, since the coils stay off.
@@ -73,7 +73,7 @@ def holding(rate: Floats) -> Floats:
     return np.append(np.degrees(rate), 0.0)
 
 
-def maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
+def compute_maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
     """Return the first step of each maneuver, and the step at which the last maneuver ends.
 
     A maneuver begins at the first step at or after its start. A maneuver that ends before that step
@@ -92,7 +92,7 @@ def maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
     over : array, shape (n,)
     """
     times = np.cumsum(durations, axis=1) / step
-    ends = np.ceil(np.minimum(times, NEVER)).astype(np.int64)
+    ends = np.ceil(np.minimum(times, UNREACHED_STEP)).astype(np.int64)
     starts = np.hstack([np.zeros((len(ends), 1), dtype=np.int64), ends[:, :-1]])
     return starts, ends[:, -1].copy()
 
@@ -124,12 +124,12 @@ class Schedule:
     rates: Floats
     end_rates: Floats
     starts: Ints
-    over: Ints
-    maneuver: Ints
+    maneuver_end_steps: Ints
+    maneuver_numbers: Ints
     free: Bools | None = None
-    asked: tuple[Floats, Ints] | None = None
+    commands: tuple[Floats, Ints] | None = None
 
-    def steady(self) -> Bools:
+    def is_constant(self) -> Bools:
         """Return whether each interval has the constant rate of its maneuver, shape (n, k).
 
         Steps of a ramp do not. With magnetorquers, return whether the coils are off.
@@ -139,20 +139,20 @@ class Schedule:
         unchanged: Bools = (self.rates == self.end_rates).all(axis=2)
         return unchanged
 
-    def lasting(self, end_steps: ArrayLike = NEVER) -> Ints:
+    def count_steps(self, end_steps: ArrayLike = UNREACHED_STEP) -> Ints:
         """Return the number of steps of each interval, shape (n, k), in runs until `end_steps`."""
         limit = np.reshape(np.asarray(end_steps, dtype=np.int64), (-1, 1))
-        ends = np.append(self.starts[:, 1:], np.full((len(self.starts), 1), NEVER), axis=1)
+        ends = np.append(self.starts[:, 1:], np.full((len(self.starts), 1), UNREACHED_STEP), axis=1)
         result: Ints = np.minimum(ends, limit) - np.minimum(self.starts, limit)
         return result
 
-    def flown(self) -> Bools:
+    def has_duration(self) -> Bools:
         """Return whether each interval lasts at least one step, shape (n, k)."""
-        return self.lasting() > 0
+        return self.count_steps() > 0
 
 
-def schedule(
-    designs: ArrayLike, step: float, limits: Turning = None, n_steps: int = NEVER
+def build_schedule(
+    designs: ArrayLike, step: float, limits: RotationDynamics = None, n_steps: int = UNREACHED_STEP
 ) -> Schedule:
     """Convert designs to intervals of constant rate until step `n_steps`.
 
@@ -176,52 +176,52 @@ def schedule(
     ValueError
         See `decode`.
     """
-    rates, durations = decode(designs)
-    starts, over = maneuver_steps(durations, step)
+    rates, durations = decode_designs(designs)
+    starts, over = compute_maneuver_steps(durations, step)
     n, m = starts.shape
     if limits is None:
-        starts = np.where(starts < n_steps, starts, NEVER)
+        starts = np.where(starts < n_steps, starts, UNREACHED_STEP)
         return Schedule(rates, rates, starts, over, np.broadcast_to(np.arange(m), (n, m)))
-    if isinstance(limits, CoilDrive):
-        mean, end, free = limits.rates(rates, starts, step, n_steps)
+    if isinstance(limits, MagnetorquerDrive):
+        mean, end, free = limits.compute_rates(rates, starts, step, n_steps)
         steps = np.tile(np.arange(mean.shape[1]), (len(free), 1))
         started = (starts[:, None, :] <= steps[:, :, None]).sum(axis=2)
         return Schedule(mean, end, steps, over, started - 1, free, (rates, starts))
-    ends = np.column_stack([starts[:, 1:], np.full(n, NEVER)])
+    ends = np.column_stack([starts[:, 1:], np.full(n, UNREACHED_STEP)])
     time, length = np.empty((n, m)), np.empty((n, m), dtype=np.int64)
     before = np.empty((n, m, 3))  # These are the rates at the start of each maneuver.
     before[:, 0] = limits.initial_rate
     change = rates.copy()
     for j in range(m):
         if j > 0:
-            share = _completed_share(step * length[:, j - 1].astype(float), time[:, j - 1])
+            share = _compute_completed_share(step * length[:, j - 1].astype(float), time[:, j - 1])
             before[:, j] = before[:, j - 1] + share[:, None] * change[:, j - 1]
         change[:, j] -= before[:, j]
-        time[:, j] = limits.ramp_time(change[:, j])
-        steps = np.ceil(np.minimum(time[:, j] / step, NEVER))
+        time[:, j] = limits.compute_ramp_time(change[:, j])
+        steps = np.ceil(np.minimum(time[:, j] / step, UNREACHED_STEP))
         length[:, j] = np.minimum(steps, ends[:, j] - starts[:, j])
     over = np.maximum(over, starts[:, -1] + length[:, -1])
 
     # List the intervals of all designs in sequence: the steps of each ramp, then the held rate.
     count = np.clip(n_steps - starts, 0, length) + 1
     which = np.repeat(np.arange(n * m), count.ravel())
-    place = _index_in_group(count.ravel())
+    place = _compute_group_indices(count.ravel())
     start = starts.ravel()[which] + place
     mean, end = (
         before.reshape(-1, 3)[which] + share[:, None] * change.reshape(-1, 3)[which]
-        for share in _ramp_shares(step * place.astype(float), step, time.ravel()[which])
+        for share in _compute_ramp_shares(step * place.astype(float), step, time.ravel()[which])
     )
     # Arrange the intervals with one design per row.
-    row, column = which // m, _index_in_group(count.sum(axis=1))
-    plan = _empty_schedule(n, column.max(initial=0) + 1, over)
+    row, column = which // m, _compute_group_indices(count.sum(axis=1))
+    plan = _build_empty_schedule(n, column.max(initial=0) + 1, over)
     plan.rates[row, column], plan.end_rates[row, column] = mean, end
-    plan.starts[row, column] = np.where(start < n_steps, start, NEVER)
-    plan.maneuver[row, column] = which % m
+    plan.starts[row, column] = np.where(start < n_steps, start, UNREACHED_STEP)
+    plan.maneuver_numbers[row, column] = which % m
     return plan
 
 
 @dataclass(frozen=True)
-class Flown:
+class RateIntervals:
     """One design as k intervals of constant rate until the end of a run.
 
     Attributes
@@ -239,14 +239,16 @@ class Flown:
         End of the last maneuver [s], or of the run if earlier; the last rate is held afterwards.
     """
 
-    numbers: Ints
+    maneuver_numbers: Ints
     times: Floats
     rates: Floats
-    steady: Bools
-    over: float
+    is_constant: Bools
+    maneuver_end: float
 
 
-def flown(design: ArrayLike, t_end: float, step: float, limits: Turning = None) -> Flown:
+def build_rate_intervals(
+    design: ArrayLike, t_end: float, step: float, limits: RotationDynamics = None
+) -> RateIntervals:
     """Convert one design to intervals of constant rate in a run of `t_end` seconds.
 
     Parameters
@@ -258,40 +260,40 @@ def flown(design: ArrayLike, t_end: float, step: float, limits: Turning = None) 
         See `schedule`.
     """
     designs = np.atleast_1d(np.asarray(design, dtype=float))[None]
-    plan = schedule(designs, step, limits, math.ceil(t_end / step) + 1)
-    stretches = plan.flown()[0] & (plan.starts[0] * step < t_end)
-    return Flown(
-        numbers=plan.maneuver[0, stretches],
+    plan = build_schedule(designs, step, limits, math.ceil(t_end / step) + 1)
+    stretches = plan.has_duration()[0] & (plan.starts[0] * step < t_end)
+    return RateIntervals(
+        maneuver_numbers=plan.maneuver_numbers[0, stretches],
         times=np.append(plan.starts[0, stretches] * step, t_end),
         rates=plan.rates[0, stretches],
-        steady=plan.steady()[0, stretches],
-        over=min(float(plan.over[0]) * step, t_end),
+        is_constant=plan.is_constant()[0, stretches],
+        maneuver_end=min(float(plan.maneuver_end_steps[0]) * step, t_end),
     )
 
 
-def _empty_schedule(n: int, count: int, over: Ints) -> Schedule:
+def _build_empty_schedule(n: int, count: int, maneuver_end_steps: Ints) -> Schedule:
     rates, end_rates = np.zeros((2, n, count, 3))
-    starts, maneuver = np.full((n, count), NEVER), np.zeros((n, count), dtype=np.int64)
-    return Schedule(rates, end_rates, starts, over, maneuver)
+    starts, maneuver = np.full((n, count), UNREACHED_STEP), np.zeros((n, count), dtype=np.int64)
+    return Schedule(rates, end_rates, starts, maneuver_end_steps, maneuver)
 
 
-def _index_in_group(counts: Ints) -> Ints:
+def _compute_group_indices(counts: Ints) -> Ints:
     """Return the index of each element in its group, for consecutive groups of given sizes."""
     return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
-def _ramp_shares(begin: Floats, step: float, time: Floats) -> tuple[Floats, Floats]:
+def _compute_ramp_shares(start: Floats, step: float, time: Floats) -> tuple[Floats, Floats]:
     """Return the completed share of a rate change, as the mean over a step and at its end.
 
     A step begins `begin` seconds after the start of a ramp that takes `time` seconds. The ramp may
     end within the step.
     """
-    part = np.clip((time - begin) / step, 0.0, 1.0)  # The ramp covers this part of the step.
-    mean = part * _completed_share(begin + 0.5 * part * step, time) + (1.0 - part)
-    return mean, _completed_share(begin + step, time)
+    part = np.clip((time - start) / step, 0.0, 1.0)  # The ramp covers this part of the step.
+    mean = part * _compute_completed_share(start + 0.5 * part * step, time) + (1.0 - part)
+    return mean, _compute_completed_share(start + step, time)
 
 
-def _completed_share(after: Floats, time: Floats) -> Floats:
+def _compute_completed_share(elapsed: Floats, time: Floats) -> Floats:
     """Return the completed share of a rate change at a time `after` the start of its ramp [s]."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(time > 0.0, np.clip(after / time, 0.0, 1.0), 1.0)
+        return np.where(time > 0.0, np.clip(elapsed / time, 0.0, 1.0), 1.0)

@@ -19,7 +19,7 @@ import numpy as np
 
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.geometry.quaternion import quaternion_derivatives
-from mgeo_attitude.plan.attitudes import Attitudes, Frame, attitudes
+from mgeo_attitude.plan.attitudes import Frame, PhaseAttitudes, iterate_attitudes
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 Version = Literal["1.0", "2.0"]
@@ -31,13 +31,13 @@ _DIGITS = 15
 _LONGEST_VALUE = 200
 
 
-def aem_text(
+def format_aem(
     plan: ManeuverPlan,
     *,
     object_name: str = "UNKNOWN",
     object_id: str = "UNKNOWN",
     originator: str = "UNKNOWN",
-    created: datetime | None = None,
+    creation_time: datetime | None = None,
     version: Version = "1.0",
     spacing: float = 1.0,
     rates: Rates = "given",
@@ -86,23 +86,26 @@ def aem_text(
     for key, value in texts.items():
         _check_text(key, value)
     names = [f"OBJECT_NAME = {object_name}", f"OBJECT_ID = {object_id}"]
-    (creation_date,) = format_time_stamps(created or datetime.now(UTC), [0.0])
+    (creation_date,) = format_time_stamps(creation_time or datetime.now(UTC), [0.0])
     lines = [
         f"CCSDS_AEM_VERS = {version}",
-        _comment(f"planned attitude, scenario {plan.scenario.name}"),
-        *(_comment(line) for line in plan.late()),
-        *(_comment(f"VIOLATED CONSTRAINT: {violation}") for violation in plan.violations()),
+        _format_comment(f"planned attitude, scenario {plan.scenario.name}"),
+        *(_format_comment(line) for line in plan.describe_hold()),
+        *(
+            _format_comment(f"VIOLATED CONSTRAINT: {violation}")
+            for violation in plan.list_violations()
+        ),
         f"CREATION_DATE = {creation_date}",
         f"ORIGINATOR = {originator}",
     ]
-    for part in attitudes(plan, spacing, frame):
-        lines += ["", *_segment(plan, part, names, version, rates, frame)]
+    for part in iterate_attitudes(plan, spacing, frame):
+        lines += ["", *_format_segment(plan, part, names, version, rates, frame)]
     return "\n".join(lines) + "\n"
 
 
-def _segment(
+def _format_segment(
     plan: ManeuverPlan,
-    part: Attitudes,
+    part: PhaseAttitudes,
     names: list[str],
     version: Version,
     rates: Rates,
@@ -145,7 +148,7 @@ def _segment(
     ]
 
 
-def _comment(text: str) -> str:
+def _format_comment(text: str) -> str:
     """Return a comment line in ASCII, cut to the length that the format allows."""
     return f"COMMENT {text.encode('ascii', 'replace').decode()[:_LONGEST_VALUE]}"
 

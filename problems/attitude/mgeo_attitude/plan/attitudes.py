@@ -21,7 +21,7 @@ Frame = Literal["GCRF", "EME2000"]
 
 
 @dataclass(frozen=True, eq=False)
-class Attitudes:
+class PhaseAttitudes:
     """Attitudes during one phase, both ends included.
 
     Attributes
@@ -41,9 +41,9 @@ class Attitudes:
     rates: Floats
 
 
-def attitudes(
+def iterate_attitudes(
     plan: ManeuverPlan, spacing: float = 1.0, frame: Frame = "GCRF"
-) -> Iterator[Attitudes]:
+) -> Iterator[PhaseAttitudes]:
     """Yield the attitudes of each phase of a plan, slew back included.
 
     Parameters
@@ -66,12 +66,12 @@ def attitudes(
     step = plan.scenario.step
     for phase in plan.phases:
         at = np.linspace(phase.start, phase.end, math.ceil(phase.duration / spacing) + 1)
-        first, last = plan.steps([phase.start, phase.end])
+        first, last = plan.to_steps([phase.start, phase.end])
         times = step * np.arange(first, last + 1, dtype=float)
         matrices = plan.attitude[first : last + 1]
         if frame == "EME2000":
             matrices = matrices @ gcrf_to_eme2000().T
-        yield Attitudes(
+        yield PhaseAttitudes(
             phase,
             at,
             interpolate_quaternions(times, matrices, at),
@@ -79,21 +79,21 @@ def attitudes(
         )
 
 
-def joined(plan: ManeuverPlan, spacing: float) -> tuple[Floats, Floats]:
+def join_attitudes(plan: ManeuverPlan, spacing: float) -> tuple[Floats, Floats]:
     """Return times, shape (k,), and quaternions from GCRF, shape (k, 4), of a whole plan.
 
     The instants at which phases meet appear once. The signs of the quaternions are continuous.
     """
-    parts = list(attitudes(plan, spacing))
+    parts = list(iterate_attitudes(plan, spacing))
     times = np.concatenate([part.times[:1] for part in parts[:1]] + [p.times[1:] for p in parts])
     q = np.concatenate([part.q[:1] for part in parts[:1]] + [part.q[1:] for part in parts])
     jumps = np.where(np.einsum("ki,ki->k", q[:-1], q[1:]) < 0.0, -1.0, 1.0)
     return times, q * np.cumprod(np.append(1.0, jumps))[:, None]
 
 
-def warnings(plan: ManeuverPlan) -> list[str]:
+def format_violations(plan: ManeuverPlan) -> list[str]:
     """Return a line in ASCII for each violated constraint, for comments in files."""
-    lines = (f"VIOLATED CONSTRAINT: {each}" for each in plan.violations())
+    lines = (f"VIOLATED CONSTRAINT: {each}" for each in plan.list_violations())
     return [line.encode("ascii", "replace").decode() for line in lines]
 
 
@@ -108,7 +108,7 @@ def gcrf_to_eme2000() -> Floats:
 _MONTHS = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"]
 
 
-def stk_text(plan: ManeuverPlan, *, spacing: float = 1.0) -> str:
+def format_stk(plan: ManeuverPlan, *, spacing: float = 1.0) -> str:
     """Return the attitude of a plan as an STK attitude file.
 
     The quaternions rotate from ICRF to the body, with the scalar part last. Times are seconds after
@@ -134,12 +134,12 @@ def stk_text(plan: ManeuverPlan, *, spacing: float = 1.0) -> str:
     >>> print(stk_text(plan).splitlines()[5])
     CoordinateAxes ICRF
     """
-    times, q = joined(plan, spacing)
+    times, q = join_attitudes(plan, spacing)
     epoch = as_utc(plan.scenario.epoch)
     clock = epoch.strftime("%H:%M:%S.%f")
     lines = [
         "stk.v.11.0",
-        *(f"# {line}" for line in warnings(plan)),
+        *(f"# {line}" for line in format_violations(plan)),
         "BEGIN Attitude",
         f"NumberOfAttitudePoints {len(times)}",
         f"ScenarioEpoch {epoch.day} {_MONTHS[epoch.month - 1]} {epoch.year} {clock}",

@@ -20,7 +20,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Form(Generic[T]):
+class DocumentFormat(Generic[T]):
     """A format of JSON documents.
 
     Attributes
@@ -39,16 +39,16 @@ class Form(Generic[T]):
 
     name: str
     version: int
-    keys: Callable[[T], Mapping[str, Any]]
-    made: Callable[[Mapping[str, Any], Scenario], T]
-    consequences: Callable[[T], Mapping[str, Any]]
+    defining_entries: Callable[[T], Mapping[str, Any]]
+    build: Callable[[Mapping[str, Any], Scenario], T]
+    derived_entries: Callable[[T], Mapping[str, Any]]
 
-    def document(self, thing: T) -> dict[str, Any]:
+    def build_document(self, thing: T) -> dict[str, Any]:
         """Return all entries of an object's document."""
         first = {"format": self.name, "version": self.version}
-        return {**first, **self.keys(thing), **self.consequences(thing)}
+        return {**first, **self.defining_entries(thing), **self.derived_entries(thing)}
 
-    def read(self, text: str) -> T:
+    def parse(self, text: str) -> T:
         """Return the object that a document describes.
 
         Raises
@@ -57,16 +57,16 @@ class Form(Generic[T]):
             If the text is not JSON, if its format or version differs, or if an entry is missing or
             invalid. The message names the key.
         """
-        table = opened(text, self.name, self.version)
-        return self.made(table, scenario_of(table))
+        table = parse_table(text, self.name, self.version)
+        return self.build(table, read_scenario(table))
 
 
-def written(document: Mapping[str, Any]) -> str:
+def serialize(document: Mapping[str, Any]) -> str:
     """Serialize a document as JSON text, from which floats are read back exactly."""
     return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def opened(text: str, kind: str, version: int) -> dict[str, Any]:
+def parse_table(text: str, kind: str, version: int) -> dict[str, Any]:
     """Parse a document and check its format and version.
 
     Parameters
@@ -91,7 +91,7 @@ def opened(text: str, kind: str, version: int) -> dict[str, Any]:
     return table  # type: ignore[no-any-return]
 
 
-def scenario_of(table: Mapping[str, Any]) -> Scenario:
+def read_scenario(table: Mapping[str, Any]) -> Scenario:
     """Return the scenario of a document.
 
     The document must contain all keys instead of a preset, whose values may change between
@@ -109,7 +109,7 @@ def scenario_of(table: Mapping[str, Any]) -> Scenario:
     try:
         return Scenario.from_dict(own)
     except InvalidValue as error:
-        raise error.under("scenario") from None
+        raise error.prefix_key("scenario") from None
 
 
 def read_document(path: Path | str, read: Callable[[str], T]) -> T:

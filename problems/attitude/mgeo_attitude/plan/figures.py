@@ -8,53 +8,55 @@ import plotly.graph_objects as go
 
 from mgeo.figures.style import COLORS, apply_style, build_log_axis_layout, select_symbol
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.view.describe import exactly
-from mgeo_attitude.view.figures.against_time import maneuvers_figure
-from mgeo_attitude.view.figures.style import Solutions, line
+from mgeo_attitude.sensors.suite import list_block_units
+from mgeo_attitude.view.describe import format_nominal_suffix
+from mgeo_attitude.view.figures.against_time import draw_maneuvers
+from mgeo_attitude.view.figures.style import PlottedSolutions, build_line_style
 
 
-def plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
+def build_plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
     """Return the figures ``rates``, ``contributions``, ``budget`` and ``correlation``."""
-    own = dataclasses.replace(Solutions.of(plan.view), labels=("plan",))
+    own = dataclasses.replace(PlottedSolutions.from_plans(plan.view), labels=("plan",))
     return {
-        "rates": maneuvers_figure(plan.problem, own),
-        "contributions": _contributions(plan),
-        "budget": _budget(plan),
-        "correlation": _correlation(plan),
+        "rates": draw_maneuvers(plan.problem, own),
+        "contributions": _draw_uncertainty_by_phase(plan),
+        "budget": _draw_error_budget(plan),
+        "correlation": _draw_correlation(plan),
     }
 
 
-def _contributions(plan: ManeuverPlan) -> go.Figure:
+def _draw_uncertainty_by_phase(plan: ManeuverPlan) -> go.Figure:
     """Draw the 1-sigma of each state block at the end of each phase, over the initial one."""
-    table = plan.contributions()
+    table = plan.compute_uncertainty_by_phase()
     sigma = table.iloc[:, -plan.problem.model.suite.n_states :].to_numpy(float)
     worst = sigma.reshape(len(table), -1, 3).max(axis=2)
     times = zip(table.index, table["time [s]"], strict=True)
     ends = [f"{name}<br>{time:.6g} s" for name, time in times]
     figure = go.Figure()
-    for index, block in enumerate(block_units(plan.problem.model.suite)):
+    for index, block in enumerate(list_block_units(plan.problem.model.suite)):
         figure.add_scatter(
             x=ends,
             y=worst[:, index] / worst[0, index],
             name=block.label,
             mode="lines+markers",
-            line=line(index),
+            line=build_line_style(index),
             marker={"symbol": select_symbol(index), "size": 9},
             customdata=worst[:, index],
             hovertemplate=f"{block.label} %{{customdata:.4g}} {block.unit} (%{{y:.3g}})",
         )
     title = "1-sigma at the end of each phase, over the initial one"
-    apply_style(figure, title, "worst body axis of each error" + exactly(plan.scenario))
+    apply_style(
+        figure, title, "worst body axis of each error" + format_nominal_suffix(plan.scenario)
+    )
     figure.update_layout(hovermode="x unified", height=460)
     return figure.update_yaxes(
         build_log_axis_layout(worst / worst[0]), title_text="1-sigma / initial 1-sigma [-]"
     )
 
 
-def _budget(plan: ManeuverPlan) -> go.Figure:
+def _draw_error_budget(plan: ManeuverPlan) -> go.Figure:
     """Draw the share of each error source in the variance of the worst axis of each state block."""
-    table = plan.budget()
+    table = plan.compute_error_budget()
     share = 100.0 * (table / table.loc["all"]) ** 2
     figure = go.Figure()
     for index, source in enumerate(table.index[:-1]):
@@ -74,9 +76,9 @@ def _budget(plan: ManeuverPlan) -> go.Figure:
     return figure.update_xaxes(range=[0.0, 100.0], title_text="share of the variance [%]")
 
 
-def _correlation(plan: ManeuverPlan) -> go.Figure:
+def _draw_correlation(plan: ManeuverPlan) -> go.Figure:
     """Draw the correlation matrix as a heat map from -1 (blue) over 0 (white) to 1 (orange)."""
-    table = plan.correlations()
+    table = plan.compute_correlations()
     figure = go.Figure(
         go.Heatmap(
             x=table.columns,

@@ -16,8 +16,8 @@ import pandas as pd
 from mgeo.store.atomic import write_file
 from mgeo.validation.arguments import reject_unknown_keywords
 from mgeo.validation.entries import get_entry
-from mgeo_attitude.export_formats import FORMATS, format_of
-from mgeo_attitude.plan.documents import Form, read_document, written
+from mgeo_attitude.export_formats import FORMATS, find_format
+from mgeo_attitude.plan.documents import DocumentFormat, read_document, serialize
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import PLAN_FORMAT
 
@@ -55,16 +55,16 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
     >>> read_json("plan.json") == plan
     True
     """
-    write_file(path, plan_content(plan, path, options))
+    write_file(path, build_plan_content(plan, path, options))
 
 
-def plan_content(plan: ManeuverPlan, path: Path | str, options: Mapping[str, Any]) -> bytes:
+def build_plan_content(plan: ManeuverPlan, path: Path | str, options: Mapping[str, Any]) -> bytes:
     """Return the content that `write_plan` writes to a path, with its exceptions."""
-    chosen = format_of(path)
+    chosen = find_format(path)
     reject_unknown_keywords(
-        options, {key for each in FORMATS for key in each.options()}, "write_plan"
+        options, {key for each in FORMATS for key in each.list_options()}, "write_plan"
     )
-    content = chosen.load()(plan, **{k: options[k] for k in chosen.options() if k in options})
+    content = chosen.load()(plan, **{k: options[k] for k in chosen.list_options() if k in options})
     return content.encode() if isinstance(content, str) else content
 
 
@@ -87,12 +87,12 @@ def to_csv(plan: ManeuverPlan) -> str:
     >>> to_csv(plan).splitlines()[0].split(",")[:4]
     ['row', 'phase', 'start [s]', 'end [s]']
     """
-    table = plan.timeline()
+    table = plan.build_timeline()
     rows = [f"{i + 1}/{len(table)}" for i in range(len(table))]
-    return csv_text(plan, table.set_axis(rows, axis=0), index_label="row")
+    return format_csv(plan, table.set_axis(rows, axis=0), index_label="row")
 
 
-def csv_text(plan: ManeuverPlan, table: pd.DataFrame, **options: Any) -> str:
+def format_csv(plan: ManeuverPlan, table: pd.DataFrame, **options: Any) -> str:
     """Return a table as CSV, preceded by a comment for each violated constraint of the plan.
 
     Parameters
@@ -102,7 +102,9 @@ def csv_text(plan: ManeuverPlan, table: pd.DataFrame, **options: Any) -> str:
     options
         Keyword arguments of `DataFrame.to_csv`.
     """
-    comments = "".join(f"# VIOLATED CONSTRAINT: {violation}\n" for violation in plan.violations())
+    comments = "".join(
+        f"# VIOLATED CONSTRAINT: {violation}\n" for violation in plan.list_violations()
+    )
     return comments + str(table.to_csv(lineterminator="\n", **options))
 
 
@@ -122,12 +124,12 @@ def to_json(plan: ManeuverPlan) -> str:
     >>> from_json(to_json(plan)) == plan
     True
     """
-    return written(document(plan))
+    return serialize(build_document(plan))
 
 
-def document(plan: ManeuverPlan) -> dict[str, Any]:
+def build_document(plan: ManeuverPlan) -> dict[str, Any]:
     """Return the entries that `to_json` writes, as JSON values."""
-    return _FORM.document(plan)
+    return _FORMAT.build_document(plan)
 
 
 def from_json(text: str) -> ManeuverPlan:
@@ -150,7 +152,7 @@ def from_json(text: str) -> ManeuverPlan:
         ...
     ValueError: format = None: expected 'mgeo-attitude-plan'
     """
-    return _FORM.read(text)
+    return _FORMAT.parse(text)
 
 
 def read_json(path: Path | str) -> ManeuverPlan:
@@ -180,8 +182,8 @@ def read_json(path: Path | str) -> ManeuverPlan:
     return read_document(path, from_json)
 
 
-def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
-    held = {"held until [s]": plan.held_until} if plan.late() else {}
+def _derive_entries(plan: ManeuverPlan) -> dict[str, Any]:
+    held = {"held until [s]": plan.hold_end} if plan.describe_hold() else {}
     slew_back = {"slew back until [s]": plan.duration} if plan.slew_back else {}
     return {
         "predicted": {
@@ -193,16 +195,22 @@ def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
             **slew_back,
         },
         # Margins are differences of close numbers, whose last digits depend on libraries.
-        "constraints": plan.constraints().drop(columns="margin").reset_index().to_dict("records"),
-        "timeline": plan.timeline().to_dict("records"),
-        "accuracy": plan.accuracy().reset_index().to_dict("records"),
+        "constraints": plan.build_constraint_table()
+        .drop(columns="margin")
+        .reset_index()
+        .to_dict("records"),
+        "timeline": plan.build_timeline().to_dict("records"),
+        "accuracy": plan.build_accuracy_table().reset_index().to_dict("records"),
     }
 
 
-_FORM = Form(
+_FORMAT = DocumentFormat(
     PLAN_FORMAT,
     3,
-    keys=lambda plan: {"scenario": plan.scenario.to_dict(), "design": list(plan.design)},
-    made=lambda table, scenario: ManeuverPlan(scenario, tuple(get_entry(table, "design", list))),
-    consequences=_consequences,
+    defining_entries=lambda plan: {
+        "scenario": plan.scenario.to_dict(),
+        "design": list(plan.design),
+    },
+    build=lambda table, scenario: ManeuverPlan(scenario, tuple(get_entry(table, "design", list))),
+    derived_entries=_derive_entries,
 )

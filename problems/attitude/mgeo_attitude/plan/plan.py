@@ -17,21 +17,21 @@ from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.filter.history import FilterHistory, run_filter
 from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
 from mgeo_attitude.maneuvers.motion import Phase
-from mgeo_attitude.maneuvers.schedule import holding
+from mgeo_attitude.maneuvers.schedule import build_hold_design
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.settings.types import DEG
 from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 from mgeo_attitude.view import lower_bound
-from mgeo_attitude.view.describe import span
+from mgeo_attitude.view.describe import format_duration
 from mgeo_attitude.view.maneuver_view import ManeuverView
 from mgeo_attitude.view.observability import alternatives, budget, covariance
 
 #: Remaining share of an initial 1-sigma above which an error counts as not calibrated.
-UNLEARNED = 0.5
+UNCALIBRATED_SHARE = 0.5
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,9 @@ class ManeuverPlan(Settings):
     def __post_init__(self) -> None:
         problem = self.problem
         nothing = tuple(
-            np.tile(holding(problem.model.initial_rate), self.scenario.maneuvers.count).tolist()
+            np.tile(
+                build_hold_design(problem.model.initial_rate), self.scenario.maneuvers.count
+            ).tolist()
         )
         if not self.design:
             object.__setattr__(self, "design", nothing)
@@ -126,7 +128,7 @@ class ManeuverPlan(Settings):
     @cached_property
     def problem(self) -> AttitudeManeuverProblem:
         """Problem of the scenario; equal scenarios share it."""
-        return _problem(self.scenario)
+        return _build_problem(self.scenario)
 
     @cached_property
     def view(self) -> ManeuverView:
@@ -147,7 +149,7 @@ class ManeuverPlan(Settings):
         ValueError
             If the covariance loses positivity.
         """
-        t_end = float(self.view.exactly.t_end[0])
+        t_end = float(self.view.nominal.t_end[0])
         if math.isnan(t_end):
             raise ValueError(
                 f"design {list(self.design)}: the covariance of the filter loses positivity"
@@ -162,12 +164,12 @@ class ManeuverPlan(Settings):
     @property
     def trace(self) -> float:
         """Weighted trace of the covariance at `t_end`."""
-        return float(self.view.exactly.trace[0])
+        return float(self.view.nominal.trace[0])
 
     @property
     def covariance(self) -> Floats:
         """Covariance at `t_end`, shape (n_states, n_states), in the filter's units."""
-        covariance: Floats = self.view.exactly.covariance[0]
+        covariance: Floats = self.view.nominal.covariance[0]
         return covariance
 
     @property
@@ -182,31 +184,31 @@ class ManeuverPlan(Settings):
         return float(DEG.factor * self.sigma[:3].max())
 
     @property
-    def answer(self) -> str:
+    def summary(self) -> str:
         """One-line summary of the plan; see `describe.answers`."""
         (answer,) = self.view.summaries()
         return answer
 
-    def promises(self) -> pd.DataFrame:
+    def compare_with_monte_carlo(self) -> pd.DataFrame:
         """Compare the objectives with those in 9 of 10 Monte Carlo runs, one row per objective.
 
         Columns: ``promised``, ``kept``, ``kept / promised [-]``; see `Plans.promises`.
         """
-        values = self.view.promises().to_numpy(float).reshape(-1, 3)
+        values = self.view.compare_with_monte_carlo().to_numpy(float).reshape(-1, 3)
         names = pd.Index(self.problem.obj_names, name="objective")
         return pd.DataFrame(values, names, ["promised", "kept", "kept / promised [-]"])
 
     @cached_property
-    def held_until(self) -> float:
+    def hold_end(self) -> float:
         """End of the constant-rate hold [s], at `t_end` or later; see `Plans.held_until`."""
-        (held,) = self.view.held_until
+        (held,) = self.view.hold_end
         return float(held)
 
     @cached_property
     def trajectory(self) -> Trajectory:
         """Motion of the satellite until the end of the plan."""
         design = np.array(self.design)
-        return Trajectory(self.scenario, self.problem.model, design, self.t_end, self.held_until)
+        return Trajectory(self.scenario, self.problem.model, design, self.t_end, self.hold_end)
 
     @property
     def phases(self) -> tuple[Phase, ...]:
@@ -232,21 +234,21 @@ class ManeuverPlan(Settings):
         """Attitude from GCRS to body at every filter step of the plan, shape (n + 1, 3, 3)."""
         return self.trajectory.attitude
 
-    def steps(self, times: ArrayLike) -> NDArray[np.int64]:
+    def to_steps(self, times: ArrayLike) -> NDArray[np.int64]:
         """Return the filter steps at times [s], which must be multiples of the step."""
         return np.rint(np.asarray(times) / self.scenario.step).astype(np.int64)
 
-    def late(self) -> list[str]:
+    def describe_hold(self) -> list[str]:
         """Return a line on the constant-rate hold beyond `t_end`, if there is one."""
-        if self.held_until <= self.t_end:
+        if self.hold_end <= self.t_end:
             return []
         return [
-            f"the filter has converged after {span(self.t_end)} ({self.t_end:.6g} s) in the "
-            f"nominal run; the last rate is held until {span(self.held_until)} "
-            f"({self.held_until:.6g} s) for runs that converge later"
+            f"the filter has converged after {format_duration(self.t_end)} ({self.t_end:.6g} s) in the "
+            f"nominal run; the last rate is held until {format_duration(self.hold_end)} "
+            f"({self.hold_end:.6g} s) for runs that converge later"
         ]
 
-    def timeline(self) -> pd.DataFrame:
+    def build_timeline(self) -> pd.DataFrame:
         """Return times, rates and attitudes of the plan, one row per phase.
 
         Attitudes are quaternions from GCRF to body, scalar last (see `quaternions`). The swept
@@ -254,7 +256,7 @@ class ManeuverPlan(Settings):
         """
         edges = np.array([*(phase.start for phase in self.phases), self.duration])
         texts = format_time_stamps(self.scenario.epoch, edges)
-        q = quaternions_from_matrices(self.attitude[self.steps(edges)])
+        q = quaternions_from_matrices(self.attitude[self.to_steps(edges)])
         rates = np.array([phase.rates_deg_s for phase in self.phases])
         columns: dict[str, object] = {
             "phase": [phase.label for phase in self.phases],
@@ -265,14 +267,14 @@ class ManeuverPlan(Settings):
             "end UTC": texts[1:],
         }
         columns |= {f"rate {axis} [deg/s]": rates[:, i] for i, axis in enumerate("xyz")}
-        columns["swept [deg]"] = [phase.swept_deg for phase in self.phases]
+        columns["swept [deg]"] = [phase.rotation_deg for phase in self.phases]
         for name, values in (("start", q[:-1]), ("end", q[1:])):
             columns |= {f"{name} q{part}": values[:, i] for i, part in enumerate("123c")}
         return pd.DataFrame(columns)
 
-    def accuracy(self) -> pd.DataFrame:
+    def build_accuracy_table(self) -> pd.DataFrame:
         """Return the predicted 1-sigma of every state before the plan and at `t_end`."""
-        states = covariance.States.of(self.problem.model.suite)
+        states = covariance.StateLabels.from_suite(self.problem.model.suite)
         before, after = self.problem.model.initial_sigma, self.sigma
         return pd.DataFrame(
             {
@@ -284,7 +286,7 @@ class ManeuverPlan(Settings):
             index=pd.Index(states.names, name="state"),
         )
 
-    def at_best(self) -> pd.DataFrame:
+    def compare_with_lower_bound(self) -> pd.DataFrame:
         """Compare the worst axes at `t_end` with the lower bound.
 
         The table is that of `lower_bound.compare_with_bound`.
@@ -294,19 +296,19 @@ class ManeuverPlan(Settings):
         NoLimit
             If no lower bound is proved.
         """
-        return lower_bound.compare_with_bound(
-            self.problem.model, self.problem.limit_curves, self.history
+        return lower_bound.compare_with_lower_bound(
+            self.problem.model, self.problem.lower_bound, self.history
         )
 
-    def limit(self) -> list[str]:
+    def describe_lower_bound(self) -> list[str]:
         """Return lines that compare the trace with the lower bound."""
         try:
-            curves = self.problem.limit_curves
+            curves = self.problem.lower_bound
         except NoLowerBoundError as reason:
             return [f"no lower bound of the trace: {reason}"]
-        return list(lower_bound.describe_bound(curves, self.t_end, self.trace))
+        return list(lower_bound.describe_lower_bound(curves, self.t_end, self.trace))
 
-    def uncalibrated(self) -> list[str]:
+    def list_uncalibrated_errors(self) -> list[str]:
         """Return the errors whose 1-sigma fell by less than half, with the remaining share.
 
         The fast end of a front may converge because the filter has stalled.
@@ -316,14 +318,14 @@ class ManeuverPlan(Settings):
         # need not reduce the uncertainty much further.
         initial = suite.initial_sigma(np.radians(self.scenario.initial.attitude_deg))
         left = (np.sqrt(np.diag(self.covariance)) / initial).reshape(-1, 3).max(axis=1)
-        blocks = block_units(suite)
+        blocks = list_block_units(suite)
         return [
             f"{block.label} ({100.0 * share:.0f} % of the initial 1-sigma is left)"
             for block, share in zip(blocks, left, strict=True)
-            if share > UNLEARNED
+            if share > UNCALIBRATED_SHARE
         ]
 
-    def constraints(self) -> pd.DataFrame:
+    def build_constraint_table(self) -> pd.DataFrame:
         """Return the scenario's constraints with their margins, one row per constraint.
 
         Columns: ``unit``; ``value``; ``bound`` ("at most" or "at least"); ``limit``; ``margin``,
@@ -333,54 +335,56 @@ class ManeuverPlan(Settings):
         (table,) = self.view.constraints()
         return table.assign(kept=table["margin"].to_numpy(float) >= 0.0)
 
-    def violations(self) -> list[str]:
+    def list_violations(self) -> list[str]:
         """Return the violated constraints with values and bounds, one line each."""
-        table = self.constraints()
+        table = self.build_constraint_table()
         return [
             f"{label} {row['value']:.6g} {row['unit']}, {row['bound']} {row['limit']:.6g} "
             f"{row['unit']}, violated by {-row['margin']:.3g} {row['unit']}"
             for label, row in table[~table["kept"].astype(bool)].iterrows()
         ]
 
-    def contributions(self) -> pd.DataFrame:
+    def compute_uncertainty_by_phase(self) -> pd.DataFrame:
         """Return the uncertainty reduction by phase; see `budget.contributions`."""
-        return budget.contributions(self.problem.model, self.design, self.history)
+        return budget.compute_uncertainty_by_phase(self.problem.model, self.design, self.history)
 
     @cached_property
-    def _budget(self) -> pd.DataFrame:
-        return budget.budget(self.problem.model, self.design, self.history)
+    def _error_budget(self) -> pd.DataFrame:
+        return budget.compute_error_budget(self.problem.model, self.design, self.history)
 
     @cached_property
-    def _remedies(self) -> pd.DataFrame:
+    def _improvements(self) -> pd.DataFrame:
         rate = self.scenario.maneuvers.max_rate_deg_s
-        return alternatives.remedies(self.problem.model, self.design, self.t_end, rate)
+        return alternatives.evaluate_improvements(self.problem.model, self.design, self.t_end, rate)
 
-    def budget(self) -> pd.DataFrame:
+    def compute_error_budget(self) -> pd.DataFrame:
         """Return the error budget of the 1-sigmas at `t_end`; see `budget.budget`."""
-        return self._budget.copy()
+        return self._error_budget.copy()
 
-    def remedies(self) -> pd.DataFrame:
+    def evaluate_improvements(self) -> pd.DataFrame:
         """Return the 1-sigmas at `t_end` with single improvements; see `alternatives.remedies`."""
-        return self._remedies.copy()
+        return self._improvements.copy()
 
-    def reasons(self) -> list[str]:
+    def describe_error_drivers(self) -> list[str]:
         """Return a line on the error drivers of each required 1-sigma; see `budget.reasons`."""
-        return budget.reasons(self.problem.model, self._budget, self._remedies, self.history)
+        return budget.describe_error_drivers(
+            self.problem.model, self._error_budget, self._improvements, self.history
+        )
 
-    def sensor_use(self) -> pd.DataFrame:
+    def compute_measurement_times(self) -> pd.DataFrame:
         """Return the time during which each sensor measured in each phase until `t_end` [s]."""
         arguments = self._calibration_phases, self.design, self.history
-        return budget.sensor_use(self.problem.model, *arguments)
+        return budget.compute_measurement_times(self.problem.model, *arguments)
 
-    def correlations(self) -> pd.DataFrame:
+    def compute_correlations(self) -> pd.DataFrame:
         """Return the correlations of the errors at `t_end`; see `covariance.correlations`."""
-        return covariance.correlations(self.problem.model, self.covariance)
+        return covariance.compute_correlations(self.problem.model, self.covariance)
 
-    def least_observable(self, count: int = 3) -> pd.DataFrame:
+    def find_least_observable(self, n_directions: int = 3) -> pd.DataFrame:
         """Return the least observable directions; see `covariance.least_observable`."""
-        return covariance.least_observable(self.problem.model, self.covariance, count)
+        return covariance.find_least_observable(self.problem.model, self.covariance, n_directions)
 
-    def compare(self, designs: Mapping[str, ArrayLike] | None = None) -> pd.DataFrame:
+    def compare_with_designs(self, designs: Mapping[str, ArrayLike] | None = None) -> pd.DataFrame:
         """Compare the plan, in the first row, with other designs at its `t_end`.
 
         Parameters
@@ -395,10 +399,12 @@ class ManeuverPlan(Settings):
             See `alternatives.compare`.
         """
         if designs is None:
-            designs = alternatives.without_optimizer(self.scenario, self._calibration_phases)
-        return alternatives.compare(self.problem, {"plan": self.design, **designs}, self.t_end)
+            designs = alternatives.build_matching_baselines(self.scenario, self._calibration_phases)
+        return alternatives.compare_designs(
+            self.problem, {"plan": self.design, **designs}, self.t_end
+        )
 
 
 @lru_cache(maxsize=4)  # the tables of a problem take some MB
-def _problem(scenario: Scenario) -> AttitudeManeuverProblem:
+def _build_problem(scenario: Scenario) -> AttitudeManeuverProblem:
     return AttitudeManeuverProblem(scenario)

@@ -20,7 +20,7 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
-from mgeo_attitude.view.plans import Nominal
+from mgeo_attitude.view.plans import NominalResults
 
 Choice = Literal["knee", "fastest", "best"]
 
@@ -57,10 +57,10 @@ class Front:
     problem: AttitudeManeuverProblem
     X: Floats
     F: Floats
-    nominal: Nominal | None = None
-    feasible: bool = True
+    nominal: NominalResults | None = None
+    is_feasible: bool = True
 
-    def plan(self, choice: Choice | float) -> ManeuverPlan:
+    def select_plan(self, choice: Choice | float) -> ManeuverPlan:
         """Select a solution of the front.
 
         Parameters
@@ -75,9 +75,9 @@ class Front:
         ValueError
             If the choice is unknown, or as in `solution`.
         """
-        return self.solution(self.row(choice))
+        return self.get_solution(self.find_row(choice))
 
-    def solution(self, number: int) -> ManeuverPlan:
+    def get_solution(self, number: int) -> ManeuverPlan:
         """Return the plan of a solution by its number, from 0 in the order of ``front.csv``.
 
         Objectives and nominal results are taken from the run folder.
@@ -94,14 +94,14 @@ class Front:
         with convert_file_errors(self.path):
             plan = ManeuverPlan.from_design(self.problem, self.X[number], self.F[number])
         if self.nominal is not None:
-            plan.view.exactly = Nominal(*(each[[number]] for each in self.nominal))
+            plan.view.nominal = NominalResults(*(each[[number]] for each in self.nominal))
         return plan
 
-    def row(self, choice: Choice | float) -> int:
+    def find_row(self, choice: Choice | float) -> int:
         """Return the number of the solution that `plan` selects."""
         if choice == "knee":
-            return select_default_solution(self.problem, self.F).row if self.feasible else 0
-        rows, t_end = self._by_time
+            return select_default_solution(self.problem, self.F).row if self.is_feasible else 0
+        rows, t_end = self._rows_by_time
         if choice in ("fastest", "best"):
             return int(rows[0 if choice == "fastest" else -1])
         if isinstance(choice, str) or not math.isfinite(choice):
@@ -110,11 +110,11 @@ class Front:
         return int(rows[np.argmin(np.abs(t_end - choice))])
 
     @cached_property
-    def _by_time(self) -> tuple[Ints, Floats]:
+    def _rows_by_time(self) -> tuple[Ints, Floats]:
         """Rows that are nondominated in t_end and trace, and their t_end, ascending."""
         F = self.F
         if self.problem.objectives != PAPER_OBJECTIVES:
-            result = self.nominal or self.problem.run(self.X)
+            result = self.nominal or self.problem.evaluate_nominal(self.X)
             F = np.column_stack([result.t_end, result.trace])
         rows = find_front_rows(F)
         return rows, F[rows, 0]
@@ -153,7 +153,7 @@ def read_front(folder: Path | str) -> Front:
         try:
             problem = AttitudeManeuverProblem(Scenario.from_dict(configuration.options))
         except InvalidValue as error:
-            raise error.under("configuration.options") from None
+            raise error.prefix_key("configuration.options") from None
     is_feasible = len(outcome.X) > 0
     path = folder / (FRONT_FILE if is_feasible else NEAREST_FILE)
     with convert_file_errors(path):
@@ -165,6 +165,6 @@ def read_front(folder: Path | str) -> Front:
         if not solutions:
             raise ValueError("expected at least one row below the header")
     nominal = None
-    if is_feasible and outcome.arrays.keys() >= {*Nominal._fields}:
-        nominal = Nominal(*(outcome.arrays[name] for name in Nominal._fields))
+    if is_feasible and outcome.arrays.keys() >= {*NominalResults._fields}:
+        nominal = NominalResults(*(outcome.arrays[name] for name in NominalResults._fields))
     return Front(path, problem, solutions.X, solutions.F, nominal, is_feasible)

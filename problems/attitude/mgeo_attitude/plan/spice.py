@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_attitude.environment.constants import DAY
 from mgeo_attitude.environment.times import compute_julian_dates, format_time_stamps
-from mgeo_attitude.plan.attitudes import attitudes, warnings
+from mgeo_attitude.plan.attitudes import format_violations, iterate_attitudes
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 #: Default identifier of a spacecraft without an identifier of NAIF.
@@ -24,7 +24,7 @@ _TICKS = 1_000_000  # ticks of the clock per second
 _SECONDS = 2**32  # range of the clock [s]
 
 
-def ck_bytes(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID) -> bytes:
+def build_ck(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID) -> bytes:
     """Return a C-kernel of type 3 with attitudes and angular velocities, one segment per phase.
 
     The structure is ``1000 naif_id``, the base frame is J2000, and the clock is that of
@@ -54,18 +54,18 @@ def ck_bytes(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID
     >>> ck_bytes(plan, naif_id=-123)[:7]  # doctest: +SKIP
     b'DAF/CK '
     """
-    _check(naif_id)
+    _check_naif_id(naif_id)
     try:
         import spiceypy as spice
     except ImportError as error:
         raise ImportError("a C-kernel needs the package spiceypy: pip install spiceypy") from error
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "attitude.bc"
-        comments = warnings(plan)
+        comments = format_violations(plan)
         handle = spice.ckopn(str(path), "planned attitude", sum(map(len, comments)) + 1000)
         if comments:
             spice.dafac(handle, comments)
-        for part in attitudes(plan, spacing):
+        for part in iterate_attitudes(plan, spacing):
             ticks = np.rint(_TICKS * part.times)
             matrices = np.ascontiguousarray(Rotation.from_quat(part.q).inv().as_matrix())
             spice.ckw03(
@@ -87,7 +87,7 @@ def ck_bytes(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID
         return path.read_bytes()
 
 
-def sclk_text(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
+def format_sclk(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
     """Return the clock kernel of `ck_bytes`, which counts microseconds from the plan's epoch.
 
     Parameters
@@ -110,7 +110,7 @@ def sclk_text(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
     >>> sclk_text(plan, naif_id=-123).splitlines()[0]
     'KPL/SCLK'
     """
-    _check(naif_id)
+    _check_naif_id(naif_id)
     at = compute_julian_dates(plan.scenario.epoch, [0.0])
     # A Julian date in one number resolves only 40 microseconds: add whole days and fraction.
     begin = DAY * (at.midnight - _J2000) + DAY * float(at.tt[0])
@@ -146,6 +146,6 @@ def sclk_text(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
     return "\n".join(lines)
 
 
-def _check(naif_id: int) -> None:
+def _check_naif_id(naif_id: int) -> None:
     if naif_id >= 0:
         raise ValueError(f"naif_id = {naif_id!r}: expected an integer below 0")

@@ -13,9 +13,9 @@ from mgeo.plugins.shown import Review, Section
 from mgeo_attitude.bound.samples import NoLowerBoundError
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.view.describe import exactly
-from mgeo_attitude.view.plans import MOST_SAMPLES
-from mgeo_attitude.view.satellite import facts, instruments
+from mgeo_attitude.view.describe import format_nominal_suffix
+from mgeo_attitude.view.plans import MONTE_CARLO_SHARE_TEXT
+from mgeo_attitude.view.satellite import build_instrument_table, describe_satellite
 
 _SECONDS = 19  # length of a date and time in seconds precision
 
@@ -46,7 +46,7 @@ class PlanTable:
     text: Callable[[ManeuverPlan], list[str]] = lambda plan: []
     is_wide: bool = False
 
-    def section(self, plan: ManeuverPlan) -> Section | None:
+    def build_section(self, plan: ManeuverPlan) -> Section | None:
         """Return the table with its texts as a section of a review; None if it has no rows."""
         table = self.columns(self.table(plan))
         if table.empty:
@@ -54,33 +54,33 @@ class PlanTable:
         return Section(self.title, tuple(self.text(plan)), table, self.note(plan))
 
 
-def review(plan: ManeuverPlan) -> Review:
+def build_review(plan: ManeuverPlan) -> Review:
     """Return a review document of a plan with satellite, instruments and all tables."""
     scenario = plan.scenario
     start, end = (
         text[:_SECONDS]
         for text in format_time_stamps(scenario.epoch, np.array([0.0, plan.duration]))
     )
-    about = facts(plan.problem)
+    about = describe_satellite(plan.problem)
     return Review(
         f"{scenario.name}: calibration maneuvers, {start} to {end} UTC",
-        plan.answer,
+        plan.summary,
         (
             Section("Satellite", table=pd.DataFrame({"": about.values()}, index=list(about))),
-            Section("Gyro and sensors", table=instruments(scenario)),
-            *(section for each in TABLES.values() if (section := each.section(plan))),
+            Section("Gyro and sensors", table=build_instrument_table(scenario)),
+            *(section for each in TABLES.values() if (section := each.build_section(plan))),
         ),
     )
 
 
-def _lower_bound(plan: ManeuverPlan) -> pd.DataFrame:
+def _build_lower_bound_table(plan: ManeuverPlan) -> pd.DataFrame:
     try:
-        return plan.at_best()
+        return plan.compare_with_lower_bound()
     except NoLowerBoundError:
         return pd.DataFrame()
 
 
-def _command_columns(table: pd.DataFrame) -> pd.DataFrame:
+def _select_command_columns(table: pd.DataFrame) -> pd.DataFrame:
     """Return phases with rates and attitudes as text of six digits."""
     rates = [f"rate {axis} [deg/s]" for axis in "xyz"]
     attitude = [f"end q{part}" for part in "123c"]
@@ -89,22 +89,22 @@ def _command_columns(table: pd.DataFrame) -> pd.DataFrame:
     return table[["start UTC"]].join(table[numbers].map("{:.6g}".format))
 
 
-def _worst_axis_columns(table: pd.DataFrame) -> pd.DataFrame:
+def _select_worst_axis_columns(table: pd.DataFrame) -> pd.DataFrame:
     errors = table.iloc[:, 3:].T.groupby(lambda name: re.sub(" [xyz] ", " ", name), sort=False)
     return table.iloc[:, :3].join(errors.max().T)
 
 
-def _constraints_note(plan: ManeuverPlan) -> str:
-    errors = plan.scenario.flight
+def _format_constraints_note(plan: ManeuverPlan) -> str:
+    errors = plan.scenario.monte_carlo
     if errors is None:
         return ""
-    share = f"{errors.kept:.0%} of {errors.count} Monte Carlo runs"
+    share = f"{errors.constraint_share:.0%} of {errors.n_runs} Monte Carlo runs"
     return f"values until t_end hold in {share}; all other tables belong to the nominal run"
 
 
-def _objectives_note(plan: ManeuverPlan) -> str:
-    text = f"promised: predicted by the plan; kept: in {MOST_SAMPLES}, of 200 drawn from [flight]"
-    if not np.isinf([plan.view.kept_t_end, plan.view.robust_t_end]).any():
+def _format_objectives_note(plan: ManeuverPlan) -> str:
+    text = f"promised: predicted by the plan; kept: in {MONTE_CARLO_SHARE_TEXT}, of 200 drawn from [flight]"
+    if not np.isinf([plan.view.monte_carlo_t_end, plan.view.robust_t_end]).any():
         return text
     longest = plan.problem.model.duration
     return f"{text}; a t_end of {longest:.6g} s means that the filter does not converge"
@@ -114,51 +114,57 @@ def _objectives_note(plan: ManeuverPlan) -> str:
 TABLES = {
     "constraints": PlanTable(
         "Constraints",
-        ManeuverPlan.constraints,
+        ManeuverPlan.build_constraint_table,
         lambda table: table.assign(kept=np.where(table["kept"], "kept", "violated")),
-        _constraints_note,
+        _format_constraints_note,
     ),
     "promises": PlanTable(
-        "Objectives in Monte Carlo runs", ManeuverPlan.promises, note=_objectives_note
+        "Objectives in Monte Carlo runs",
+        ManeuverPlan.compare_with_monte_carlo,
+        note=_format_objectives_note,
     ),
-    "timeline": PlanTable("Timeline", ManeuverPlan.timeline, _command_columns, is_wide=True),
+    "timeline": PlanTable(
+        "Timeline", ManeuverPlan.build_timeline, _select_command_columns, is_wide=True
+    ),
     "accuracy": PlanTable(
         "Predicted 1-sigma",
-        ManeuverPlan.accuracy,
-        note=lambda plan: "of Monte Carlo runs" if plan.scenario.turned_by_coils else "",
+        ManeuverPlan.build_accuracy_table,
+        note=lambda plan: "of Monte Carlo runs" if plan.scenario.is_magnetorquer_driven else "",
     ),
-    "worst_axis": PlanTable("Worst axis and lower bound", _lower_bound),
+    "worst_axis": PlanTable("Worst axis and lower bound", _build_lower_bound_table),
     "budget": PlanTable(
         "Error budget, 1-sigma of the worst body axis",
-        ManeuverPlan.budget,
+        ManeuverPlan.compute_error_budget,
         note=lambda plan: (
             "with the filter's gains; the squares of the contributions add up to that of all"
-            + exactly(plan.scenario)
+            + format_nominal_suffix(plan.scenario)
         ),
-        text=ManeuverPlan.reasons,
+        text=ManeuverPlan.describe_error_drivers,
     ),
     "remedies": PlanTable(
         "Remedies, 1-sigma of the worst body axis",
-        ManeuverPlan.remedies,
+        ManeuverPlan.evaluate_improvements,
         note=lambda plan: "each by a run of the filter, without regard to constraints",
     ),
-    "sensor_use": PlanTable("Measurement time of the sensors", ManeuverPlan.sensor_use),
+    "sensor_use": PlanTable(
+        "Measurement time of the sensors", ManeuverPlan.compute_measurement_times
+    ),
     "contributions": PlanTable(
         "Uncertainty reduction by phase",
-        ManeuverPlan.contributions,
-        _worst_axis_columns,
+        ManeuverPlan.compute_uncertainty_by_phase,
+        _select_worst_axis_columns,
         note=lambda plan: "trace and worst body axis at the end of each phase",
         is_wide=True,
     ),
     "least_observable": PlanTable(
         "Least observable directions",
-        lambda plan: plan.least_observable(5),
+        lambda plan: plan.find_least_observable(5),
         lambda table: table.iloc[:, 1::-1],
         note=lambda plan: "remaining: final over initial 1-sigma; 1 for an unobserved direction",
     ),
     "comparison": PlanTable(
         "Comparison with plans that need no optimizer",
-        ManeuverPlan.compare,
+        ManeuverPlan.compare_with_designs,
         note=lambda plan: (
             f"after {plan.t_end:.6g} s; 1-sigma of the worst body axis; t_end: convergence of "
             "each plan"

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from mgeo_attitude.environment.times import format_time_stamps
-from mgeo_attitude.maneuvers.motion import HELD, RAMP, Phase
-from mgeo_attitude.plan.files import csv_text
+from mgeo_attitude.maneuvers.motion import HOLD_LABEL, RAMP_PREFIX, Phase
+from mgeo_attitude.plan.files import format_csv
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 #: Decimals of a rate [deg/s]. The rounding error of all three axes is at most 0.9e-8 deg/s.
@@ -17,7 +17,7 @@ RATE_DIGITS = 8
 _TIME_DIGITS = 6  # decimals of a time [s], as in UTC texts
 
 
-def commands(plan: ManeuverPlan) -> pd.DataFrame:
+def list_commands(plan: ManeuverPlan) -> pd.DataFrame:
     """Return the rate commands of a plan, one row per command.
 
     A command applies until the next command starts. Its ramp is part of it: the rates are commanded
@@ -74,8 +74,8 @@ def _merge_ramps(plan: ManeuverPlan) -> list[Phase]:
     """Return the phases of a plan, each ramp merged with the phase that follows it."""
     phases: list[Phase] = []
     for phase in plan.phases:
-        label = phase.label.removeprefix(RAMP)
-        if plan.scenario.turned_by_coils and label.startswith(HELD):
+        label = phase.label.removeprefix(RAMP_PREFIX)
+        if plan.scenario.is_magnetorquer_driven and label.startswith(HOLD_LABEL):
             continue
         if not phases or phases[-1].label != label:
             phases.append(dataclasses.replace(phase, label=label))
@@ -100,4 +100,4 @@ def to_uplink_csv(plan: ManeuverPlan) -> str:
     >>> to_uplink_csv(plan).splitlines()[1]
     '1,maneuver 1,2018-06-05T00:00:00.000000,0.0,400.0,0.5,0.3,-0.2'
     """
-    return csv_text(plan, commands(plan), index=False)
+    return format_csv(plan, list_commands(plan), index=False)

@@ -14,13 +14,13 @@ from mgeo_attitude.criteria.constraints import Constraint, list_constraints
 from mgeo_attitude.criteria.objectives import find_objective
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, get_durations
 from mgeo_attitude.scenario.scenario import Scenario
 
 #: Fraction of a step by which ends are early, so that rounding does not add a step.
-_EARLY = 1e-6
+_STEP_TOLERANCE = 1e-6
 #: Function from designs to objectives, shape (n, k), and constraint violations, shape (n,).
-Judge = Callable[[Floats], tuple[Floats, Floats]]
+DesignEvaluator = Callable[[Floats], tuple[Floats, Floats]]
 
 
 class PlanProblem(Protocol):
@@ -36,7 +36,7 @@ class PlanProblem(Protocol):
 
 
 @dataclass(frozen=True)
-class AtTime:
+class FixedTimeEvaluator:
     """Evaluation of designs of a scenario at any filter step.
 
     Attributes
@@ -52,25 +52,25 @@ class AtTime:
 
     scenario: Scenario
     model: FilterModel
-    name: str = "trace"
+    objective_name: str = "trace"
     threads: int | None = None
 
     @cached_property
-    def limits(self) -> list[Constraint]:
+    def motion_constraints(self) -> list[Constraint]:
         """Constraints on the motion, which do not depend on the covariance at the end."""
         return [each for each in list_constraints(self.scenario) if not each.needs_covariance]
 
     @cached_property
-    def requirements(self) -> list[Constraint]:
+    def covariance_constraints(self) -> list[Constraint]:
         """Constraints on the covariance at the end."""
         return [each for each in list_constraints(self.scenario) if each.needs_covariance]
 
-    def values(
+    def evaluate_at_steps(
         self,
         designs: Floats,
         steps: Ints | int,
-        required: bool = False,
-        within_steps: bool = False,
+        include_covariance_constraints: bool = False,
+        allow_partial_steps: bool = False,
     ) -> tuple[Floats, Floats]:
         """Evaluate designs at given filter steps.
 
@@ -92,36 +92,44 @@ class AtTime:
         excess : array, shape (n, k)
             Violation of each constraint, positive if violated.
         """
-        if within_steps and self.model.slew_limits is None:
-            designs = with_partial_steps(designs, self.model.step)
-        measure = find_objective(self.name, self.model.suite)
-        active = self.limits + (self.requirements if required else [])
+        if allow_partial_steps and self.model.slew_limits is None:
+            designs = merge_partial_steps(designs, self.model.step)
+        measure = find_objective(self.objective_name, self.model.suite)
+        active = self.motion_constraints + (
+            self.covariance_constraints if include_covariance_constraints else []
+        )
         covariance = measure.needs_covariance or any(each.needs_covariance for each in active)
         result = evaluate(
             self.model, designs, self.threads, covariance=covariance, end_steps=np.asarray(steps)
         )
         value = measure.value(self.model, result)
         with np.errstate(invalid="ignore"):
-            value = value if self.name == "log_det" else np.log(value)
+            value = value if self.objective_name == "log_det" else np.log(value)
         excesses = [each.compute_violations(result) for each in active]
         excess = np.concatenate(excesses).T if excesses else np.empty((len(designs), 0))
         value, excess = (np.where(np.isfinite(each), each, np.inf) for each in (value, excess))
         return value, excess
 
-    def best(self, designs: Floats, steps: int, most: int, within_steps: bool = False) -> Floats:
+    def select_best(
+        self, designs: Floats, steps: int, n_max: int, allow_partial_steps: bool = False
+    ) -> Floats:
         """Return the `most` best designs, best first.
 
         The order is by the largest violation of a motion constraint, then by value.
         """
-        return designs[self.order(designs, steps, within_steps)[:most]]
+        return designs[self.rank_designs(designs, steps, allow_partial_steps)[:n_max]]
 
-    def order(self, designs: Floats, steps: Ints | int, within_steps: bool = False) -> Ints:
+    def rank_designs(
+        self, designs: Floats, steps: Ints | int, allow_partial_steps: bool = False
+    ) -> Ints:
         """Return the indices of designs in the order of `best`."""
-        value, excess = self.values(designs, steps, within_steps=within_steps)
+        value, excess = self.evaluate_at_steps(
+            designs, steps, allow_partial_steps=allow_partial_steps
+        )
         worst = np.maximum(excess, 0.0).max(axis=1, initial=0.0)
         return np.lexsort((value, worst))
 
-    def converging(self, designs: Floats) -> tuple[Floats, Floats]:
+    def evaluate_convergence(self, designs: Floats) -> tuple[Floats, Floats]:
         """Evaluate designs with the convergence rule of the scenario.
 
         Returns
@@ -132,17 +140,19 @@ class AtTime:
             Largest violation of a motion constraint; 0 if all are satisfied.
         """
         result = evaluate(self.model, designs, self.threads)
-        excesses = [each.compute_violations(result) for each in self.limits]
+        excesses = [each.compute_violations(result) for each in self.motion_constraints]
         worst = np.concatenate([*excesses, np.zeros((1, len(designs)))]).max(axis=0)
         return np.column_stack([result.t_end, result.trace]), worst
 
 
-def at_time(problem: PlanProblem, name: str = "trace") -> AtTime:
+def build_fixed_time_evaluator(
+    problem: PlanProblem, objective_name: str = "trace"
+) -> FixedTimeEvaluator:
     """Return an evaluator of a problem's designs at any time, in nominal runs."""
-    return AtTime(problem.scenario, problem.model, name, problem.threads)
+    return FixedTimeEvaluator(problem.scenario, problem.model, objective_name, problem.threads)
 
 
-def judged_by(problem: PlanProblem) -> Judge:
+def build_design_evaluator(problem: PlanProblem) -> DesignEvaluator:
     """Return an evaluator of designs by the objectives and constraints of a problem."""
 
     def judge(designs: Floats) -> tuple[Floats, Floats]:
@@ -152,7 +162,7 @@ def judged_by(problem: PlanProblem) -> Judge:
     return judge
 
 
-def ending_at(designs: Floats, times: Floats | float, longest: float) -> Floats:
+def set_end_times(designs: Floats, times: Floats | float, max_duration: float) -> Floats:
     """Return designs that end at given times, with the last maneuvers cut short or extended.
 
     No maneuver becomes longer than `longest`, so that a plan may also end earlier.
@@ -166,24 +176,26 @@ def ending_at(designs: Floats, times: Floats | float, longest: float) -> Floats:
         Longest duration of a maneuver [s].
     """
     result = designs.copy()
-    durations = durations_of(result)
+    durations = get_durations(result)
     until = np.broadcast_to(times, len(designs))[:, None]
     ends = np.minimum(np.cumsum(durations, axis=1), until)
     ends[:, -1:] = until
-    durations[:] = np.minimum(np.diff(ends, axis=1, prepend=0.0), longest)
+    durations[:] = np.minimum(np.diff(ends, axis=1, prepend=0.0), max_duration)
     return result
 
 
-def stretched(designs: Floats, factors: Floats | float, longest: float) -> Floats:
+def stretch_durations(designs: Floats, factors: Floats | float, max_duration: float) -> Floats:
     """Return designs with all durations multiplied by `factors`, up to `longest` [s]."""
     result = designs.copy()
-    durations = durations_of(result)
+    durations = get_durations(result)
     by = np.broadcast_to(factors, len(designs))[:, None]
-    durations[:] = np.minimum(by * durations, longest)
+    durations[:] = np.minimum(by * durations, max_duration)
     return result
 
 
-def slowed(designs: Floats, factors: Floats | float, longest: float, greatest: float) -> Floats:
+def scale_time(
+    designs: Floats, factors: Floats | float, max_duration: float, max_rate_deg_s: float
+) -> Floats:
     """Return designs with durations multiplied and rates divided by `factors`.
 
     Without saturation the designs pass through the same attitudes.
@@ -197,30 +209,30 @@ def slowed(designs: Floats, factors: Floats | float, longest: float, greatest: f
     greatest : float
         Maximum rate about each axis [deg/s].
     """
-    result = stretched(designs, factors, longest)
+    result = stretch_durations(designs, factors, max_duration)
     maneuvers = result.reshape(len(result), -1, VARIABLES_PER_MANEUVER)
     by = np.broadcast_to(factors, len(designs))[:, None, None]
-    maneuvers[:, :, :3] = np.clip(maneuvers[:, :, :3] / by, -greatest, greatest)
+    maneuvers[:, :, :3] = np.clip(maneuvers[:, :, :3] / by, -max_rate_deg_s, max_rate_deg_s)
     return result
 
 
-def on_steps(at: AtTime, designs: Floats) -> Floats:
+def round_to_steps(evaluator: FixedTimeEvaluator, designs: Floats) -> Floats:
     """Return designs, shape (n, 4 m), with maneuver ends rounded to the nearest filter step.
 
     A maneuver that ends within a step continues to the next step, which is half a step too late on
     average. Designs with ramps are returned unchanged, since ramps start on steps.
     """
-    if at.model.slew_limits is not None:
+    if evaluator.model.slew_limits is not None:
         return designs
-    result, step = designs.copy(), at.model.step
-    durations = durations_of(result)
-    ends = np.maximum(np.rint(np.cumsum(durations, axis=1) / step) - _EARLY, 0.0)
-    longest = at.scenario.maneuvers.max_duration
+    result, step = designs.copy(), evaluator.model.step
+    durations = get_durations(result)
+    ends = np.maximum(np.rint(np.cumsum(durations, axis=1) / step) - _STEP_TOLERANCE, 0.0)
+    longest = evaluator.scenario.maneuvers.max_duration
     durations[:] = np.minimum(step * np.diff(ends, axis=1, prepend=0.0), longest)
     return result
 
 
-def with_partial_steps(designs: Floats, step: float) -> Floats:
+def merge_partial_steps(designs: Floats, step: float) -> Floats:
     """Approximate maneuvers that end within a step, as designs of shape (n, 4 (2 m - 1)).
 
     Each step [s] in which maneuvers end has the time-weighted mean of their rates, and all other
@@ -242,7 +254,7 @@ def with_partial_steps(designs: Floats, step: float) -> Floats:
     result[:, ::2, :3], result[:, 1::2, :3] = rates, weights @ rates
     until = np.empty((n, 2 * m - 1))
     until[:, :-1:2], until[:, 1::2] = shared, shared + 1.0
-    until[:, -1] = np.ceil(ends[:, -1] - _EARLY)
+    until[:, -1] = np.ceil(ends[:, -1] - _STEP_TOLERANCE)
     until = np.maximum.accumulate(until, axis=1)
-    result[:, :, 3] = step * np.diff(np.maximum(until - _EARLY, 0.0), axis=1, prepend=0.0)
+    result[:, :, 3] = step * np.diff(np.maximum(until - _STEP_TOLERANCE, 0.0), axis=1, prepend=0.0)
     return result.reshape(n, -1)

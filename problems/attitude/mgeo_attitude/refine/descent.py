@@ -11,25 +11,25 @@ import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
-from mgeo_attitude.refine.at_time import AtTime
+from mgeo_attitude.refine.at_time import FixedTimeEvaluator
 from mgeo_attitude.refine.minimizers import minimize_bounded, minimize_constrained
 
 #: Finite-difference steps: of a rate, relative to the maximum; of a duration, in filter steps.
-_SMALL, _PART = 1e-5, 1e-2
+_RATE_STEP, _DURATION_STEP = 1e-5, 1e-2
 #: Relative margin to constraints, so that rounding does not violate them.
 _MARGIN = 1e-6
 #: Decrease of the logarithm of the value at which a descent ends.
-_ENOUGH = 3e-5
+_TOLERANCE = 3e-5
 #: Share of the descents of a group that continue, by the number of points evaluated.
-_LEFT = {3: 1 / 3, 8: 1 / 2, 20: 1 / 2}
+_CONTINUING_SHARES = {3: 1 / 3, 8: 1 / 2, 20: 1 / 2}
 #: Share of the time that counts as zero.
-_NOTHING = 1e-12
+_ZERO_SHARE = 1e-12
 #: Finite replacement of an infinite value.
-_WORST = 1e3
+_INFINITE_VALUE = 1e3
 
 
 @dataclass
-class Descent:
+class DescentProblem:
     """Values and gradients of plans at given times, as functions of scaled variables.
 
     The variables are the rates relative to the maximum rate, from -1 to 1, and the durations as
@@ -44,53 +44,53 @@ class Descent:
         Number of maneuvers.
     """
 
-    at: AtTime
+    evaluator: FixedTimeEvaluator
     times: float | Floats
-    count: int
+    n_maneuvers: int
 
     @property
     def steps(self) -> Ints:
         """Filter steps of the times in the model, shape () or (n,)."""
-        steps = np.rint(np.asarray(self.times) / self.at.model.step).astype(np.int64)
-        return np.clip(steps, 1, self.at.model.n_steps)
+        steps = np.rint(np.asarray(self.times) / self.evaluator.model.step).astype(np.int64)
+        return np.clip(steps, 1, self.evaluator.model.n_steps)
 
     @property
     def bounds(self) -> Floats:
         """Lower and upper bounds of the variables, shape (4 m, 2)."""
-        return np.array([(-1.0, 1.0)] * (3 * self.count) + [(0.0, 1.0)] * self.count)
+        return np.array([(-1.0, 1.0)] * (3 * self.n_maneuvers) + [(0.0, 1.0)] * self.n_maneuvers)
 
-    def of(self, rows: Ints | list[int]) -> Descent:
+    def select(self, rows: Ints | list[int]) -> DescentProblem:
         """Return the problem of some of the plans."""
-        return Descent(self.at, np.asarray(self.times)[rows], self.count)
+        return DescentProblem(self.evaluator, np.asarray(self.times)[rows], self.n_maneuvers)
 
-    def variables(self, designs: Floats) -> Floats:
+    def to_variables(self, designs: Floats) -> Floats:
         """Convert designs, shape (4 m,) or (n, 4 m), to variables."""
         maneuvers = designs.reshape(*designs.shape[:-1], -1, VARIABLES_PER_MANEUVER)
-        rates = maneuvers[..., :3] / self.at.scenario.maneuvers.max_rate_deg_s
+        rates = maneuvers[..., :3] / self.evaluator.scenario.maneuvers.max_rate_deg_s
         shares = maneuvers[..., 3] / np.asarray(self.times)[..., None]
         scaled = np.concatenate([rates.reshape(*shares.shape[:-1], -1), shares], axis=-1)
         within: Floats = np.clip(scaled, *self.bounds.T)
         return within
 
-    def designs(self, variables: Floats) -> Floats:
+    def to_designs(self, variables: Floats) -> Floats:
         """Convert variables, shape (n, 4 m) or (4 m,), to designs that fill the times.
 
         A design is shorter than its time if all maneuvers have the maximum duration.
         """
         z = np.clip(np.atleast_2d(variables), *self.bounds.T)
-        limits, n = self.at.scenario.maneuvers, len(z)
-        rates = limits.max_rate_deg_s * z[:, : 3 * self.count].reshape(n, -1, 3)
-        shares = z[:, 3 * self.count :] + _NOTHING
+        limits, n = self.evaluator.scenario.maneuvers, len(z)
+        rates = limits.max_rate_deg_s * z[:, : 3 * self.n_maneuvers].reshape(n, -1, 3)
+        shares = z[:, 3 * self.n_maneuvers :] + _ZERO_SHARE
         times = np.broadcast_to(self.times, n)[:, None]
         durations = times * shares / shares.sum(axis=1, keepdims=True)
         # Time beyond the longest maneuver goes to the other maneuvers, by their remaining room.
         room = np.maximum(limits.max_duration - durations, 0.0)
         over = np.maximum(durations - limits.max_duration, 0.0).sum(axis=1, keepdims=True)
-        fraction = np.minimum(over / np.maximum(room.sum(axis=1, keepdims=True), _NOTHING), 1.0)
+        fraction = np.minimum(over / np.maximum(room.sum(axis=1, keepdims=True), _ZERO_SHARE), 1.0)
         durations = np.minimum(durations, limits.max_duration) + fraction * room
         return np.concatenate([rates, durations[:, :, None]], axis=2).reshape(n, -1)
 
-    def taken(self, variables: Floats) -> tuple[Floats, Floats]:
+    def evaluate_gradients(self, variables: Floats) -> tuple[Floats, Floats]:
         """Evaluate values, constraint margins and gradients in one kernel batch.
 
         Parameters
@@ -104,24 +104,32 @@ class Descent:
         slopes : array, shape (n, 1 + k, 4 m)
             Gradients by finite differences.
         """
-        model, (n, size) = self.at.model, variables.shape
+        model, (n, size) = self.evaluator.model, variables.shape
         smooth = model.slew_limits is None  # Ramps start on steps, so that values have jumps.
         times = np.broadcast_to(self.times, n)
-        steps = np.full((n, size), _SMALL)
-        steps[:, 3 * self.count :] = (_PART if smooth else 1.0) * model.step / times[:, None]
+        steps = np.full((n, size), _RATE_STEP)
+        steps[:, 3 * self.n_maneuvers :] = (
+            (_DURATION_STEP if smooth else 1.0) * model.step / times[:, None]
+        )
         steps = np.where(variables + steps > self.bounds[:, 1], -steps, steps)
         points = np.repeat(variables[:, None], 1 + size, axis=1)
         points[:, 1:] += steps[:, :, None] * np.eye(size)
-        descent = Descent(self.at, np.repeat(times, 1 + size), self.count)
-        designs = descent.designs(points.reshape(-1, size))
-        value, excess = self.at.values(designs, descent.steps, required=True, within_steps=True)
-        values = np.column_stack([np.minimum(value, _WORST), -_MARGIN - np.minimum(excess, _WORST)])
+        descent = DescentProblem(self.evaluator, np.repeat(times, 1 + size), self.n_maneuvers)
+        designs = descent.to_designs(points.reshape(-1, size))
+        value, excess = self.evaluator.evaluate_at_steps(
+            designs, descent.steps, include_covariance_constraints=True, allow_partial_steps=True
+        )
+        values = np.column_stack(
+            [np.minimum(value, _INFINITE_VALUE), -_MARGIN - np.minimum(excess, _INFINITE_VALUE)]
+        )
         values = values.reshape(n, 1 + size, -1)
         differences = values[:, 1:] - values[:, :1]
         return values[:, 0], np.moveaxis(differences / steps[:, :, None], 1, 2)
 
 
-def descend(at: AtTime, designs: Floats, times: float | Floats, iterations: int) -> Floats:
+def descend(
+    evaluator: FixedTimeEvaluator, designs: Floats, times: float | Floats, max_iterations: int
+) -> Floats:
     """Improve each design at its own time by a gradient-based descent within all constraints.
 
     All descents run in parallel. They use `minimize_constrained` with constraints, else
@@ -138,18 +146,22 @@ def descend(at: AtTime, designs: Floats, times: float | Floats, iterations: int)
         Largest number of iterations.
     """
     count = designs.shape[1] // VARIABLES_PER_MANEUVER
-    problem = Descent(at, np.broadcast_to(times, len(designs)), count)
-    starts = problem.variables(designs)
+    problem = DescentProblem(evaluator, np.broadcast_to(times, len(designs)), count)
+    starts = problem.to_variables(designs)
     with warnings.catch_warnings():
         # The line search of SLSQP warns if it leaves the bounds by rounding.
         warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
-        ends = _run_in_parallel(problem, starts, iterations)
+        ends = _run_in_parallel(problem, starts, max_iterations)
     is_finite: Bools = np.asarray(np.isfinite(ends).all(axis=1))[:, None]
-    return np.where(is_finite, problem.designs(np.where(is_finite, ends, starts)), designs)
+    return np.where(is_finite, problem.to_designs(np.where(is_finite, ends, starts)), designs)
 
 
 def descend_from_best(
-    at: AtTime, designs: Floats, times: Floats, which: Ints, iterations: int
+    evaluator: FixedTimeEvaluator,
+    designs: Floats,
+    times: Floats,
+    time_indices: Ints,
+    max_iterations: int,
 ) -> Floats:
     """Return the best result of several descents for each time, without constraints.
 
@@ -171,28 +183,33 @@ def descend_from_best(
     -------
     array, shape (k, 4 m)
     """
-    problem = Descent(at, times[which], designs.shape[1] // VARIABLES_PER_MANEUVER)
-    groups = [np.flatnonzero(which == k).tolist() for k in range(len(times))]
-    ends = _run_in_parallel(problem, problem.variables(designs), iterations, groups)
-    return problem.designs(ends)[[group[0] for group in groups]]
+    problem = DescentProblem(
+        evaluator, times[time_indices], designs.shape[1] // VARIABLES_PER_MANEUVER
+    )
+    groups = [np.flatnonzero(time_indices == k).tolist() for k in range(len(times))]
+    ends = _run_in_parallel(problem, problem.to_variables(designs), max_iterations, groups)
+    return problem.to_designs(ends)[[group[0] for group in groups]]
 
 
 def _run_in_parallel(
-    problem: Descent, starts: Floats, iterations: int, groups: Sequence[list[int]] = ()
+    problem: DescentProblem,
+    initial_variables: Floats,
+    iterations: int,
+    groups: Sequence[list[int]] = (),
 ) -> Floats:
     """Run all descents in parallel and return their final variables, shape (n, 4 m).
 
     Each list in `groups` is reduced to the descents that continue, best first.
     """
-    ends, least = starts.copy(), np.full(len(starts), np.inf)
-    limited = bool(problem.at.limits or problem.at.requirements)
+    ends, least = initial_variables.copy(), np.full(len(initial_variables), np.inf)
+    limited = bool(problem.evaluator.motion_constraints or problem.evaluator.covariance_constraints)
     method: Any = minimize_constrained if limited else minimize_bounded
-    generators = [method(z, problem.bounds, iterations, _ENOUGH) for z in starts]
+    generators = [method(z, problem.bounds, iterations, _TOLERANCE) for z in initial_variables]
     requests = {row: next(way) for row, way in enumerate(generators)}
     points = 0
     while requests:
         rows = list(requests)
-        values, slopes = problem.of(rows).taken(np.array(list(requests.values())))
+        values, slopes = problem.select(rows).evaluate_gradients(np.array(list(requests.values())))
         for row, value, slope in zip(rows, values, slopes, strict=True):
             least[row] = min(least[row], value[0])
             try:
@@ -202,10 +219,10 @@ def _run_in_parallel(
                 ends[row] = end.value
                 del requests[row]
         points += 1
-        if points in _LEFT:
+        if points in _CONTINUING_SHARES:
             for group in groups:
                 group.sort(key=lambda row: least[row])
-                n_left = max(int(_LEFT[points] * len(group)), 1)
+                n_left = max(int(_CONTINUING_SHARES[points] * len(group)), 1)
                 for row in group[n_left:]:
                     requests.pop(row, None)
                 del group[n_left:]

@@ -6,15 +6,15 @@ import numpy as np
 
 from mgeo.evaluation.dominance import find_front_rows
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.refine.at_time import Judge
+from mgeo_attitude.refine.at_time import DesignEvaluator
 
 #: Least time of a plan that replaces a row, relative to the time of the row.
-_NEARLY = 0.98
+_MIN_TIME_RATIO = 0.98
 #: Largest factor on the density of added rows where the value falls steeply.
-_CLOSER = 3.0
+_MAX_DENSITY_FACTOR = 3.0
 
 
-class Front:
+class RefinementFront:
     """Plans with their end times and final values.
 
     Parameters
@@ -32,12 +32,14 @@ class Front:
         Times of the initial plans [s], then of the added rows.
     """
 
-    def __init__(self, judge: Judge, X: Floats, ratio: float = np.inf) -> None:
-        self._judge = judge
-        F, violation = judge(X)
-        self._given = len(X)
-        self._added: list[int] = []
-        room, best = _add_rows(F, violation, ratio)
+    def __init__(
+        self, evaluate_designs: DesignEvaluator, X: Floats, max_time_ratio: float = np.inf
+    ) -> None:
+        self._evaluate_designs = evaluate_designs
+        F, violation = evaluate_designs(X)
+        self._n_initial = len(X)
+        self._added_rows: list[int] = []
+        room, best = _add_rows(F, violation, max_time_ratio)
         self.X = np.vstack([X, X[best]])
         self._F = np.vstack([F, np.column_stack([room, F[best, 1]])])
         self._violation = np.append(violation, violation[best])
@@ -46,29 +48,29 @@ class Front:
     @property
     def rows(self) -> Ints:
         """Rows that hold plans: initial rows, then added rows in the order of their first plans."""
-        return np.array([*range(self._given), *self._added], dtype=np.int64)
+        return np.array([*range(self._n_initial), *self._added_rows], dtype=np.int64)
 
     @property
     def plans(self) -> Floats:
         """Plans of `rows`, shape (n + a, n_var)."""
         return self.X[self.rows]
 
-    def take(self, designs: Floats) -> None:
+    def replace_rows(self, designs: Floats) -> None:
         """Replace rows by feasible designs that end no later and have a lower value.
 
         A design that ends much earlier than the initial time of a row does not replace the row,
         since a better value is possible at that time.
         """
-        self._take(designs, np.arange(len(self.X)), _NEARLY)
+        self._replace(designs, np.arange(len(self.X)), _MIN_TIME_RATIO)
 
-    def settle(self) -> None:
+    def replace_dominated(self) -> None:
         """Replace each plan by a plan that ends no later and has a lower value, if there is one."""
-        self._take(self.plans, self.rows, 0.0)
+        self._replace(self.plans, self.rows, 0.0)
 
-    def _take(self, designs: Floats, rows: Ints, share: float) -> None:
+    def _replace(self, designs: Floats, rows: Ints, share: float) -> None:
         if not len(designs):
             return
-        F, violation = self._judge(designs)
+        F, violation = self._evaluate_designs(designs)
         feasible = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0))
         order = feasible[find_front_rows(F[feasible])]
         place = np.searchsorted(F[order, 0], self._F[rows, 0], side="right") - 1
@@ -78,8 +80,10 @@ class Front:
         better |= self._violation[rows] > 0.0
         rows, best = rows[better], best[better]
         self.X[rows], self._F[rows], self._violation[rows] = designs[best], F[best], 0.0
-        present = set(self._added)
-        self._added += [row for row in rows.tolist() if row >= self._given and row not in present]
+        present = set(self._added_rows)
+        self._added_rows += [
+            row for row in rows.tolist() if row >= self._n_initial and row not in present
+        ]
 
 
 def _add_rows(F: Floats, violation: Floats, ratio: float) -> tuple[Floats, Ints]:
@@ -95,7 +99,7 @@ def _add_rows(F: Floats, violation: Floats, ratio: float) -> tuple[Floats, Ints]
     logs, values = np.log(F[order, 0]), F[order, 1]
     gaps = np.diff(logs)
     falls = -np.diff(np.log(values)) if (values > 0.0).all() else gaps
-    steps = np.clip(falls, gaps, _CLOSER * gaps)
+    steps = np.clip(falls, gaps, _MAX_DENSITY_FACTOR * gaps)
     times, best = [], []
     for k, (gap, step) in enumerate(zip(gaps, steps, strict=True)):
         number = int(step / np.log(ratio))

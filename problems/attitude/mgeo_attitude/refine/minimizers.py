@@ -18,15 +18,15 @@ from mgeo_attitude._typing import Floats
 #: Armijo constant: least decrease of a step, relative to the linear prediction.
 _ARMIJO = 1e-4
 #: Range of the factor that shortens a rejected step, and largest number of attempts.
-_SHORTER, _TRIES = (0.1, 0.5), 8
+_BACKTRACKING_RANGE, _MAX_BACKTRACKS = (0.1, 0.5), 8
 #: Largest change of a variable in the first step, relative to the range of its bounds.
-_FIRST = 0.05
+_MAX_INITIAL_STEP = 0.05
 #: Distance to a bound that counts as on the bound, relative to the range.
-_ON = 1e-9
+_BOUND_TOLERANCE = 1e-9
 
 
 def minimize_bounded(
-    start: Floats, bounds: Floats, iterations: int, enough: float
+    initial: Floats, bounds: Floats, max_iterations: int, tolerance: float
 ) -> Generator[Floats, tuple[float, Floats], Floats]:
     """Minimize a function within bounds from a start point, shape (k,).
 
@@ -49,22 +49,22 @@ def minimize_bounded(
         Decrease of the value at which the minimizer stops.
     """
     low, high = bounds.T
-    z = np.clip(start, low, high)
+    z = np.clip(initial, low, high)
     value, slope = yield z
     inverse = np.empty((0, 0))
-    for _ in range(iterations):
-        is_fixed = (z - low <= _ON * (high - low)) & (slope > 0.0)
-        is_fixed |= (high - z <= _ON * (high - low)) & (slope < 0.0)
+    for _ in range(max_iterations):
+        is_fixed = (z - low <= _BOUND_TOLERANCE * (high - low)) & (slope > 0.0)
+        is_fixed |= (high - z <= _BOUND_TOLERANCE * (high - low)) & (slope < 0.0)
         free = np.where(is_fixed, 0.0, slope)
         if not free.any():
             break
         step = -(inverse @ free) if inverse.size else np.empty(0)
         if not step.size or step @ free >= 0.0:
             inverse = np.empty((0, 0))
-            step = -free * (_FIRST / np.abs(free / (high - low)).max())
+            step = -free * (_MAX_INITIAL_STEP / np.abs(free / (high - low)).max())
         step[is_fixed] = 0.0
         share = 1.0
-        for _ in range(_TRIES):
+        for _ in range(_MAX_BACKTRACKS):
             trial = np.clip(z + share * step, low, high)
             predicted = float(slope @ (trial - z))
             trial_value, trial_slope = yield trial
@@ -72,7 +72,7 @@ def minimize_bounded(
                 break
             # The next trial is at the minimum of a parabola through both values.
             least = -0.5 * predicted / (trial_value - value - predicted)
-            share *= float(np.clip(least, *_SHORTER))
+            share *= float(np.clip(least, *_BACKTRACKING_RANGE))
         else:
             if not inverse.size:
                 break
@@ -83,7 +83,7 @@ def minimize_bounded(
         inverse = _update_inverse(inverse, change, slope_change)
         fall = value - trial_value
         z, value, slope = trial, trial_value, trial_slope
-        if fall < enough:
+        if fall < tolerance:
             break
     return z
 
@@ -101,12 +101,12 @@ def _update_inverse(inverse: Floats, change: Floats, slope_change: Floats) -> Fl
     return inverse + factor * np.outer(change, change) - (mixed + mixed.T) / curvature
 
 
-class _Closed(Exception):
+class _SolverStop(Exception):
     """Raised in the solver thread when the generator is closed."""
 
 
 def minimize_constrained(
-    start: Floats, bounds: Floats, iterations: int, enough: float
+    initial: Floats, bounds: Floats, max_iterations: int, tolerance: float
 ) -> Generator[Floats, tuple[Floats, Floats], Floats]:
     """Minimize a function within bounds and with nonnegative margins from a start point.
 
@@ -130,7 +130,7 @@ def minimize_constrained(
             requests.put(z.copy())
             answer = answers.get()
             if answer is None:
-                raise _Closed
+                raise _SolverStop
             last = {z.tobytes(): answer}
         return last[z.tobytes()]
 
@@ -146,12 +146,12 @@ def minimize_constrained(
 
             result = minimize(
                 lambda z: (float(evaluate(z)[0][0]), evaluate(z)[1][0]),
-                start,
+                initial,
                 jac=True,
                 bounds=bounds,
                 constraints=[margins],
                 method="SLSQP",
-                options={"maxiter": iterations, "ftol": enough},
+                options={"maxiter": max_iterations, "ftol": tolerance},
             )
             requests.put((result.x,))
         except BaseException as error:

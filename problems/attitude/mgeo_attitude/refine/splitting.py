@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
-from mgeo_attitude.refine.at_time import PlanProblem, judged_by
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode_designs
+from mgeo_attitude.refine.at_time import PlanProblem, build_design_evaluator
 
 #: Largest difference in rotation to a neighbor's rate at which a maneuver may be removed [deg].
-_TURN = 20.0
+_MAX_ROTATION_CHANGE_DEG = 20.0
 
 
-def split(designs: ArrayLike, count: int) -> Floats:
+def split_maneuvers(designs: ArrayLike, n_maneuvers: int) -> Floats:
     """Divide plans into `count` maneuvers without changing them, by halving the longest maneuver.
 
     Parameters
@@ -39,15 +39,15 @@ def split(designs: ArrayLike, count: int) -> Floats:
     array([[ 0.5,  0. ,  0. , 50. ,  0.5,  0. ,  0. , 50. ,  0. ,  0.5,  0. ,
             40. ]])
     """
-    _, durations = decode(designs)
-    if durations.shape[1] > count:
+    _, durations = decode_designs(designs)
+    if durations.shape[1] > n_maneuvers:
         raise ValueError(
-            f"designs of {durations.shape[1]} maneuvers: expected at most count = {count} maneuvers"
+            f"designs of {durations.shape[1]} maneuvers: expected at most count = {n_maneuvers} maneuvers"
         )
     table = np.atleast_2d(np.asarray(designs, dtype=float))
     maneuvers = table.reshape(len(table), -1, VARIABLES_PER_MANEUVER)
     rows = np.arange(len(table))
-    while maneuvers.shape[1] < count:
+    while maneuvers.shape[1] < n_maneuvers:
         longest = maneuvers[:, :, 3].argmax(axis=1)
         order = np.arange(maneuvers.shape[1] + 1)
         maneuvers = maneuvers[rows[:, None], order - (order > longest[:, None])]
@@ -56,7 +56,7 @@ def split(designs: ArrayLike, count: int) -> Floats:
     return maneuvers.reshape(len(table), -1)
 
 
-def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
+def remove_ineffective_maneuvers(problem: PlanProblem, designs: ArrayLike) -> Floats:
     """Remove maneuvers from plans where no objective and no violation becomes worse.
 
     A neighboring maneuver extends over the time of the removed one, if that changes the rotation by
@@ -83,16 +83,16 @@ def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
     array([  0., 900., 600.])
     """
     table = np.atleast_2d(np.array(designs, dtype=float))
-    decode(table)
+    decode_designs(table)
     plans, row_of = np.unique(table, axis=0, return_inverse=True)
     n, count = len(plans), problem.scenario.maneuvers.count
     if not n or count < 2:
         return table
-    judge = judged_by(problem)
+    judge = build_design_evaluator(problem)
     F, violation = judge(plans)
     rows, longest = np.arange(n), problem.scenario.maneuvers.max_duration
     while len(rows):
-        shorter_plans, which = _remove_each(plans[rows], longest)
+        shorter_plans, which = _remove_single_maneuvers(plans[rows], longest)
         if not len(which):
             break
         new_F, new_violation = judge(shorter_plans)
@@ -118,7 +118,7 @@ def _has_effect(durations: Floats) -> Bools:
     return result
 
 
-def _remove_each(designs: Floats, longest: float) -> tuple[Floats, Ints]:
+def _remove_single_maneuvers(designs: Floats, max_duration: float) -> tuple[Floats, Ints]:
     """Return copies of designs that each lack one maneuver, and the row of the original of each.
 
     A copy is missing if a maneuver would exceed `longest` [s] or the rotation would change too
@@ -128,13 +128,13 @@ def _remove_each(designs: Floats, longest: float) -> tuple[Floats, Ints]:
     row, place = np.nonzero(_has_effect(maneuvers[:, :, 3]))
     pairs = np.flatnonzero(row[1:] == row[:-1])
     together = maneuvers[row[pairs], place[pairs], 3] + maneuvers[row[pairs], place[pairs + 1], 3]
-    pairs = np.repeat(pairs[together <= longest], 2)  # Either rate of a pair may remain.
+    pairs = np.repeat(pairs[together <= max_duration], 2)  # Either rate of a pair may remain.
     left, right = place[pairs], place[pairs + 1]
     rate_from, gone = np.where(np.arange(len(pairs)) % 2, (right, left), (left, right))
     rates, lasts = maneuvers[row[pairs], :, :3], maneuvers[row[pairs], gone, 3]
     each = np.arange(len(pairs))
     rotation = lasts * np.abs(rates[each, left] - rates[each, right]).max(axis=1)
-    near = rotation <= _TURN
+    near = rotation <= _MAX_ROTATION_CHANGE_DEG
     which, left, right, rate_from = row[pairs][near], left[near], right[near], rate_from[near]
     each, result = np.arange(len(which)), maneuvers[which]
     result[each, right, 3] += result[each, left, 3]

@@ -10,17 +10,17 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.variants import coarsen_model
-from mgeo_attitude.refine.at_time import AtTime
+from mgeo_attitude.refine.at_time import FixedTimeEvaluator
 from mgeo_attitude.refine.descent import descend, descend_from_best
 
 #: Candidate numbers of samples to merge, the least number of merged samples in a plan, and the
 #: largest rotation in a merged step [deg].
-_EVERY, _SAMPLES, _TURN_DEG = (20, 10, 5, 2), 100, 20.0
+_MERGE_SIZES, _MIN_SAMPLES, _MAX_ROTATION_DEG = (20, 10, 5, 2), 100, 20.0
 #: With constraints, descents take longer: largest number of initial designs, and share of the
 #: iterations after which half of the designs continue, until one is left.
-_WITHIN, _SHARE = 6, 0.15
+_MAX_CONSTRAINED_DESIGNS, _FIRST_ITERATION_SHARE = 6, 0.15
 #: Final iterations on all samples with constraints, which thinned samples represent poorly.
-_EXACT = 5
+_N_FINAL_ITERATIONS = 5
 
 
 @dataclass(frozen=True)
@@ -33,49 +33,56 @@ class ThinnedSamples:
         Evaluation on all samples.
     """
 
-    exact: AtTime
-    _known: dict[int, AtTime] = field(default_factory=dict)
+    full_evaluator: FixedTimeEvaluator
+    _evaluators: dict[int, FixedTimeEvaluator] = field(default_factory=dict)
 
-    def at(self, time: float) -> AtTime:
+    def get_evaluator(self, time: float) -> FixedTimeEvaluator:
         """Return the evaluation on thinned samples for a time [s]."""
-        model, every = self.exact.model, self.every(time)
-        if every not in self._known:
-            self._known[every] = dataclasses.replace(self.exact, model=coarsen_model(model, every))
-        return self._known[every]
+        model, every = self.full_evaluator.model, self.count_merged_samples(time)
+        if every not in self._evaluators:
+            self._evaluators[every] = dataclasses.replace(
+                self.full_evaluator, model=coarsen_model(model, every)
+            )
+        return self._evaluators[every]
 
-    def every(self, time: float) -> int:
+    def count_merged_samples(self, time: float) -> int:
         """Return the number of samples to merge into one, for a time [s]."""
-        model, rate = self.exact.model, self.exact.scenario.maneuvers.max_rate_deg_s
-        most = min(time / model.step / _SAMPLES, _TURN_DEG / (rate * model.step))
-        return next((each for each in _EVERY if each <= most), 1)
+        model, rate = (
+            self.full_evaluator.model,
+            self.full_evaluator.scenario.maneuvers.max_rate_deg_s,
+        )
+        most = min(time / model.step / _MIN_SAMPLES, _MAX_ROTATION_DEG / (rate * model.step))
+        return next((each for each in _MERGE_SIZES if each <= most), 1)
 
-    def steps(self, time: float) -> int:
-        model = self.at(time).model
+    def count_steps(self, time: float) -> int:
+        model = self.get_evaluator(time).model
         return min(max(round(time / model.step), 1), model.n_steps)
 
-    def of_each(self, designs: Floats, times: Floats) -> tuple[Floats, Floats]:
+    def evaluate_each(self, designs: Floats, times: Floats) -> tuple[Floats, Floats]:
         """Return value and largest violation of each design at its own time [s], shape (n,)."""
         value, worst = np.empty(len(designs)), np.empty(len(designs))
-        every = np.array([self.every(time) for time in times])
+        every = np.array([self.count_merged_samples(time) for time in times])
         for size in np.unique(every):
             rows = np.flatnonzero(every == size)
-            steps = np.array([self.steps(time) for time in times[rows]])
-            at = self.at(times[rows[0]])
-            value[rows], excess = at.values(designs[rows], steps, within_steps=True)
+            steps = np.array([self.count_steps(time) for time in times[rows]])
+            at = self.get_evaluator(times[rows[0]])
+            value[rows], excess = at.evaluate_at_steps(
+                designs[rows], steps, allow_partial_steps=True
+            )
             worst[rows] = np.maximum(excess, 0.0).max(axis=1, initial=0.0)
         return value, worst
 
-    def best_of_each(self, designs: Floats, times: Floats, most: int) -> Ints:
+    def select_best_per_time(self, designs: Floats, times: Floats, n_max: int) -> Ints:
         """Return the indices of the best designs for each time [s], at most `most` per time.
 
         The order is that of `AtTime.best`.
         """
-        order = np.lexsort((*self.of_each(designs, times), times))
+        order = np.lexsort((*self.evaluate_each(designs, times), times))
         places = np.arange(len(order)) - np.searchsorted(times[order], times[order])
-        return order[places < most]
+        return order[places < n_max]
 
-    def descended(
-        self, begins: Sequence[Floats], times: Floats, iterations: int, most: int
+    def refine_designs(
+        self, initial_designs: Sequence[Floats], times: Floats, max_iterations: int, n_max: int
     ) -> Floats:
         """Return the best design found for each of n times, shape (n, 4 m).
 
@@ -93,29 +100,37 @@ class ThinnedSamples:
         most : int
             Largest number of initial designs for each time.
         """
-        at = self.at(times[0])
-        limited = bool(self.exact.limits or self.exact.requirements)
-        most = min(most, _WITHIN) if limited else most
+        at = self.get_evaluator(times[0])
+        limited = bool(
+            self.full_evaluator.motion_constraints or self.full_evaluator.covariance_constraints
+        )
+        n_max = min(n_max, _MAX_CONSTRAINED_DESIGNS) if limited else n_max
         initial = [
-            at.best(each, self.steps(time), most, within_steps=True)
-            for each, time in zip(begins, times, strict=True)
+            at.select_best(each, self.count_steps(time), n_max, allow_partial_steps=True)
+            for each, time in zip(initial_designs, times, strict=True)
         ]
         if limited:
-            return self._within_limits(at, initial, times, iterations)
+            return self._descend_constrained(at, initial, times, max_iterations)
         which = np.repeat(np.arange(len(times)), [len(each) for each in initial])
-        return descend_from_best(at, np.vstack(initial), times, which, iterations)
+        return descend_from_best(at, np.vstack(initial), times, which, max_iterations)
 
-    def _within_limits(
-        self, at: AtTime, initial: list[Floats], times: Floats, iterations: int
+    def _descend_constrained(
+        self,
+        evaluator: FixedTimeEvaluator,
+        initial: list[Floats],
+        times: Floats,
+        max_iterations: int,
     ) -> Floats:
-        steps, share = [self.steps(time) for time in times], _SHARE
+        steps, share = [self.count_steps(time) for time in times], _FIRST_ITERATION_SHARE
         while several := [row for row, each in enumerate(initial) if len(each) > 1]:
             sizes = [len(initial[row]) for row in several]
             designs = np.vstack([initial[row] for row in several])
             until = np.repeat(times[several], sizes)
-            ends = descend(at, designs, until, max(round(share * iterations), 1))
+            ends = descend(evaluator, designs, until, max(round(share * max_iterations), 1))
             for row, own in zip(several, np.split(ends, np.cumsum(sizes)[:-1]), strict=True):
-                initial[row] = at.best(own, steps[row], len(own) // 2, within_steps=True)
+                initial[row] = evaluator.select_best(
+                    own, steps[row], len(own) // 2, allow_partial_steps=True
+                )
             share = min(2.0 * share, 1.0)
-        refined = descend(at, np.vstack(initial), times, iterations)
-        return descend(self.exact, refined, times, _EXACT)
+        refined = descend(evaluator, np.vstack(initial), times, max_iterations)
+        return descend(self.full_evaluator, refined, times, _N_FINAL_ITERATIONS)

@@ -3,30 +3,30 @@
 from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit
 from mgeo_attitude.environment.ephemeris import EphemerisOrbit
 from mgeo_attitude.environment.orbit import Orbit, OrbitFile
-from mgeo_attitude.scenario.actuators import Coils, Wheels
-from mgeo_attitude.scenario.channels import Channel
+from mgeo_attitude.scenario.actuators import Magnetorquers, Wheels
+from mgeo_attitude.scenario.channels import HousekeepingChannel
 from mgeo_attitude.scenario.goals import Convergence, FlightErrors, RequiredSigma, TraceWeights
 from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.limits import ManeuverLimits, PathLimit, Window
+from mgeo_attitude.scenario.limits import ManeuverBounds, PathConstraint, Window
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.scenario.schema import scenario_schema
+from mgeo_attitude.scenario.schema import build_scenario_schema
 from mgeo_attitude.scenario.toml import ScenarioFileError
-from mgeo_attitude.settings.errors import KeyProblem
+from mgeo_attitude.settings.errors import InvalidKey
 
 __all__ = [
-    "Channel",
-    "Coils",
+    "HousekeepingChannel",
+    "Magnetorquers",
     "Convergence",
     "EphemerisOrbit",
     "FlightErrors",
     "InitialConditions",
-    "KeyProblem",
-    "ManeuverLimits",
+    "InvalidKey",
+    "ManeuverBounds",
     "MeanElements",
     "Orbit",
     "OrbitFile",
-    "PathLimit",
+    "PathConstraint",
     "Prior",
     "RequiredSigma",
     "Scenario",
@@ -35,5 +35,5 @@ __all__ = [
     "TraceWeights",
     "Wheels",
     "Window",
-    "scenario_schema",
+    "build_scenario_schema",
 ]

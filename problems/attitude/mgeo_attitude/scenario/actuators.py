@@ -18,8 +18,8 @@ from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.vector import unit_vector
-from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
-from mgeo_attitude.scenario.limits import ManeuverLimits
+from mgeo_attitude.maneuvers.drives import MagnetorquerDrive, SlewLimits
+from mgeo_attitude.scenario.limits import ManeuverBounds
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
 from mgeo_attitude.settings.types import (
@@ -29,16 +29,16 @@ from mgeo_attitude.settings.types import (
     Seconds,
     Triple,
     Unit,
-    Usual,
+    UsualRange,
     Vector,
-    one_of,
+    restrict_to,
 )
 
 #: Sine of the angle below which two axes count as parallel.
-_PARALLEL = 1e-9
+_MIN_SINE = 1e-9
 
 
-def pseudo_inverse(axes: Floats) -> Floats:
+def pseudo_inverse_allocation(axes: Floats) -> Floats:
     """Return W of the least-squares allocation, A⁺ = Aᵀ (A Aᵀ)⁻¹, one row per wheel, shape (n, 3).
 
     Parameters
@@ -49,7 +49,7 @@ def pseudo_inverse(axes: Floats) -> Floats:
     return np.asarray(np.linalg.solve(axes.T @ axes, axes.T).T)
 
 
-def minimax(axes: Floats) -> Floats:
+def minimax_allocation(axes: Floats) -> Floats:
     """Return W of the allocation with the least maximum load, shape (k, 3).
 
     W has one row per pair of wheels.
@@ -66,16 +66,16 @@ def minimax(axes: Floats) -> Floats:
         As in `pseudo_inverse`.
     """
     normals = np.array([np.cross(a, b) for a, b in combinations(axes, 2)])
-    normals = normals[np.linalg.norm(normals, axis=1) > _PARALLEL]
+    normals = normals[np.linalg.norm(normals, axis=1) > _MIN_SINE]
     return np.asarray(normals / np.abs(normals @ axes.T).sum(axis=1, keepdims=True))
 
 
 #: Allocation rules by the value of ``allocation`` in a scenario file.
-ALLOCATIONS = {"pseudo-inverse": pseudo_inverse, "minimax": minimax}
+ALLOCATIONS = {"pseudo-inverse": pseudo_inverse_allocation, "minimax": minimax_allocation}
 
 
 #: Smallest singular value of the spin axes below which they lie in a plane.
-_FLAT = 1e-6
+_MIN_SINGULAR_VALUE = 1e-6
 
 
 def inertia_matrix(
@@ -124,13 +124,13 @@ class Wheels(Settings):
     'pseudo-inverse'
     """
 
-    inertia: Annotated[Triple[Positive], Unit("kg m²"), Usual(1e-5, 1e4)]
+    inertia: Annotated[Triple[Positive], Unit("kg m²"), UsualRange(1e-5, 1e4)]
     """moments of inertia about body x, y and z"""
     products_of_inertia: Annotated[Vector, Unit("kg m²")] = (0.0, 0.0, 0.0)
     """entries xy, xz and yz of the inertia matrix"""
     axes: tuple[Direction, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     """spin axes of three or more wheels, body axes (any length)"""
-    allocation: Annotated[str, one_of(ALLOCATIONS)] = "pseudo-inverse"
+    allocation: Annotated[str, restrict_to(ALLOCATIONS)] = "pseudo-inverse"
     """allocation of torque to more than three wheels: least squares, or least maximum load"""
     max_torque: Annotated[float | None, Unit("N m")] = Field(default=None, gt=0.0)
     """largest torque of each wheel"""
@@ -149,8 +149,11 @@ class Wheels(Settings):
     disturbances"""
 
     def __post_init__(self) -> None:
-        self.matrix()  # raises an error for an invalid inertia
-        spans = len(self.axes) >= 3 and np.linalg.svd(self.spin_axes())[1][2] > _FLAT
+        self.inertia_matrix()  # raises an error for an invalid inertia
+        spans = (
+            len(self.axes) >= 3
+            and np.linalg.svd(self.normalized_axes())[1][2] > _MIN_SINGULAR_VALUE
+        )
         expect(spans, "axes", self.axes, "three or more that do not lie in a plane")
 
         momentum, key = self.initial_momentum, "initial_momentum"
@@ -159,7 +162,7 @@ class Wheels(Settings):
         most = self.max_momentum
         within = most is None or all(abs(h) <= most for h in momentum)
         expect(within, key, momentum, f"at most max_momentum = {most!r} N m s in each wheel")
-        if self.budgeted and self.max_torque is not None:
+        if self.has_momentum_budget and self.max_torque is not None:
             rest = (
                 "less than 1: with initial_momentum, residual_dipole or gravity_gradient wheels of "
                 f"max_torque = {self.max_torque!r} N m need a part of it for disturbances"
@@ -171,30 +174,30 @@ class Wheels(Settings):
             expect(not self.gravity_gradient, "gravity_gradient", self.gravity_gradient, limit)
 
     @property
-    def budgeted(self) -> bool:
+    def has_momentum_budget(self) -> bool:
         """Whether the total angular momentum may be nonzero and needs a budget."""
         disturbed = self.gravity_gradient or any(self.residual_dipole)
         return disturbed or bool(self.initial_momentum)
 
-    def matrix(self) -> Floats:
+    def inertia_matrix(self) -> Floats:
         """Return the inertia matrix J [kg m²], shape (3, 3)."""
         return inertia_matrix(self.inertia, self.products_of_inertia)
 
-    def spin_axes(self) -> Floats:
+    def normalized_axes(self) -> Floats:
         """Return the spin axes as unit vectors, shape (n, 3)."""
         return np.array([unit_vector(axis) for axis in self.axes])
 
-    def shares(self) -> Floats:
+    def compute_load_matrix(self) -> Floats:
         """Return W, shape (k, 3): the largest `|W m|` is the load of the most loaded wheel."""
-        return ALLOCATIONS[self.allocation](self.spin_axes())
+        return ALLOCATIONS[self.allocation](self.normalized_axes())
 
-    def greatest_share(self, demand: Floats) -> float:
+    def compute_largest_load(self, demand: Floats) -> float:
         """Return the load of the most loaded wheel for a torque or momentum in body axes."""
-        return float(np.abs(self.shares() @ demand).max())
+        return float(np.abs(self.compute_load_matrix() @ demand).max())
 
 
 @dataclass(frozen=True, kw_only=True)
-class Coils(Settings):
+class Magnetorquers(Settings):
     """Magnetorquers along the body axes, which produce the torque m × B.
 
     With wheels, magnetorquers do not rotate the satellite but may unload momentum
@@ -211,35 +214,35 @@ class Coils(Settings):
 
     max_dipole: Annotated[Triple[Positive], Unit("A m²")]
     """largest dipole along body x, y and z"""
-    inertia: Annotated[Triple[Positive] | None, Unit("kg m²"), Usual(1e-5, 1e4)] = None
+    inertia: Annotated[Triple[Positive] | None, Unit("kg m²"), UsualRange(1e-5, 1e4)] = None
     """moments of inertia about body x, y and z; omitted with wheels, which define them"""
     products_of_inertia: Annotated[Vector, Unit("kg m²")] = (0.0, 0.0, 0.0)
     """entries xy, xz and yz of the inertia matrix"""
-    detumble_rate_deg_s: DegreesPerSecond = Field(default=0.05, gt=0.0)
+    rate_tolerance_deg_s: DegreesPerSecond = Field(default=0.05, gt=0.0)
     """rate error below which the magnetorquers are switched off"""
-    duty: float = Field(default=0.8, gt=0.0, le=1.0)
+    duty_cycle: float = Field(default=0.8, gt=0.0, le=1.0)
     """duty cycle of the magnetorquers; the magnetometer measures during the rest"""
-    response: Seconds = Field(default=10.0, gt=0.0)
+    time_constant: Seconds = Field(default=10.0, gt=0.0)
     """time constant of the decay of a rate error, or of wheel momentum, without saturation"""
     residual_dipole: Annotated[Vector, Unit("A m²")] = (0.0, 0.0, 0.0)
     """residual magnetic dipole of the satellite, permanent, body axes"""
-    unloads: bool = False
+    unloads_wheels: bool = False
     """whether magnetorquers unload the wheels during a plan"""
 
     def __post_init__(self) -> None:
         if self.inertia is not None:
-            self.matrix()  # raises an error for an invalid inertia
+            self.inertia_matrix()  # raises an error for an invalid inertia
         else:
             alone = "nothing without inertia"
             products = self.products_of_inertia
             expect(not any(products), "products_of_inertia", products, alone)
 
-    def matrix(self) -> Floats:
+    def inertia_matrix(self) -> Floats:
         """Return the inertia matrix J of a satellite without wheels [kg m²], shape (3, 3)."""
         assert self.inertia is not None  # ensured by `check_coils`
         return inertia_matrix(self.inertia, self.products_of_inertia)
 
-    def drive(self, field: Floats, attitude: Floats, rate: Floats) -> CoilDrive:
+    def build_drive(self, field: Floats, attitude: Floats, rate: Floats) -> MagnetorquerDrive:
         """Return the dynamics under magnetorquers alone.
 
         Parameters
@@ -251,41 +254,59 @@ class Coils(Settings):
         rate : array, shape (3,)
             Initial body rate [rad/s].
         """
-        return CoilDrive(
-            inertia=self.matrix(),
-            max_dipole=self.duty * np.array(self.max_dipole),
+        return MagnetorquerDrive(
+            inertia=self.inertia_matrix(),
+            max_dipole=self.duty_cycle * np.array(self.max_dipole),
             residual_dipole=np.array(self.residual_dipole),
-            near=float(np.radians(self.detumble_rate_deg_s)),
-            response=self.response,
+            rate_tolerance=float(np.radians(self.rate_tolerance_deg_s)),
+            time_constant=self.time_constant,
             field=field,
             initial_attitude=np.ascontiguousarray(attitude),
             initial_rate=rate,
         )
 
 
-def check_coils(
-    coils: Coils | None, wheels: Wheels | None, maneuvers: ManeuverLimits, step: float
+def check_magnetorquers(
+    magnetorquers: Magnetorquers | None,
+    wheels: Wheels | None,
+    maneuvers: ManeuverBounds,
+    step: float,
 ) -> None:
     """Raise InvalidValue if the magnetorquers contradict wheels, maneuvers or the step."""
-    if coils is None:
+    if magnetorquers is None:
         return
     slow = f"{2.0 * step:g} or more, two steps of {step:g} s, for which a dipole is held"
     if wheels is not None:
         own = "no value with [wheels]: wheels.inertia is the inertia of the satellite"
-        expect(coils.inertia is None, "coils.inertia", coils.inertia, own)
-        if coils.unloads:
+        expect(magnetorquers.inertia is None, "coils.inertia", magnetorquers.inertia, own)
+        if magnetorquers.unloads_wheels:
             held = (
                 "false, or wheels.initial_momentum, residual_dipole or gravity_gradient: without "
                 "them the wheels store no total momentum to unload"
             )
-            expect(wheels.budgeted, "coils.unloads", coils.unloads, held)
-            expect(coils.response >= 2.0 * step, "coils.response", coils.response, slow)
+            expect(wheels.has_momentum_budget, "coils.unloads", magnetorquers.unloads_wheels, held)
+            expect(
+                magnetorquers.time_constant >= 2.0 * step,
+                "coils.response",
+                magnetorquers.time_constant,
+                slow,
+            )
         return
-    expect(not coils.unloads, "coils.unloads", coils.unloads, "false without [wheels]")
-    if coils.inertia is None:
+    expect(
+        not magnetorquers.unloads_wheels,
+        "coils.unloads",
+        magnetorquers.unloads_wheels,
+        "false without [wheels]",
+    )
+    if magnetorquers.inertia is None:
         expected = "expected the satellite's moments of inertia [kg m²], or a [wheels] table"
         raise InvalidValue("coils.inertia", None, expected)
-    expect(coils.response >= 2.0 * step, "coils.response", coils.response, slow)
+    expect(
+        magnetorquers.time_constant >= 2.0 * step,
+        "coils.response",
+        magnetorquers.time_constant,
+        slow,
+    )
     key, acceleration = "maneuvers.max_acceleration_deg_s2", maneuvers.max_acceleration_deg_s2
     unlimited = (
         "no value with coils and no wheels: torque follows from coils.max_dipole and the field"
@@ -295,14 +316,19 @@ def check_coils(
     expect(not maneuvers.slew_back, "maneuvers.slew_back", maneuvers.slew_back, back)
 
 
-def assumed(wheels: Wheels | None, coils: Coils | None) -> tuple[str, ...]:
+def list_assumptions(wheels: Wheels | None, magnetorquers: Magnetorquers | None) -> tuple[str, ...]:
     """Return the assumptions about the rotation of the satellite, one line each."""
-    if wheels is None and coils is None:
+    if wheels is None and magnetorquers is None:
         return (
             "body rates are assumed to be independent of actuators: the scenario has neither "
             "[wheels] nor [coils]",
         )
-    if wheels is not None and coils is not None and wheels.budgeted and not coils.unloads:
+    if (
+        wheels is not None
+        and magnetorquers is not None
+        and wheels.has_momentum_budget
+        and not magnetorquers.unloads_wheels
+    ):
         return (
             "the wheels are assumed to store all momentum: coils unload them during a plan only "
             "with coils.unloads = true",
@@ -310,8 +336,8 @@ def assumed(wheels: Wheels | None, coils: Coils | None) -> tuple[str, ...]:
     return ()
 
 
-def slew_limits(
-    limits: ManeuverLimits, wheels: Wheels | None, initial_rate: Floats
+def build_slew_limits(
+    maneuvers: ManeuverBounds, wheels: Wheels | None, initial_rate: Floats
 ) -> SlewLimits | None:
     """Return the limits on changes of rate, or None if rates change instantaneously.
 
@@ -322,7 +348,7 @@ def slew_limits(
     initial_rate : array, shape (3,)
         Body rate at the start [rad/s].
     """
-    acceleration = limits.max_acceleration_deg_s2
+    acceleration = maneuvers.max_acceleration_deg_s2
     torque = None if wheels is None else wheels.max_torque
     if acceleration is None and torque is None:
         return None
@@ -332,7 +358,7 @@ def slew_limits(
     return SlewLimits(
         max_acceleration=greatest,
         max_torque=np.inf if torque is None else wheels.ramp_share * torque,
-        inertia=wheels.matrix(),
-        allocation=wheels.shares(),
+        inertia=wheels.inertia_matrix(),
+        load_matrix=wheels.compute_load_matrix(),
         initial_rate=initial_rate,
     )

@@ -12,12 +12,12 @@ import numpy as np
 
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.times import as_utc, instant_after, seconds_between
-from mgeo_attitude.scenario.prior import Prior, prior_of
-from mgeo_attitude.scenario.toml import Table, overridden
-from mgeo_attitude.sensors.errors import by_axis
+from mgeo_attitude.scenario.prior import Prior, read_prior
+from mgeo_attitude.scenario.toml import Table, merge_table
+from mgeo_attitude.sensors.errors import expand_per_axis
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.base import to_table
-from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, expect
+from mgeo_attitude.settings.errors import InvalidKey, InvalidValue, expect
 
 #: Entries of a calibration document from which a run continues, with their types.
 ENTRIES: Mapping[str, Any] = {
@@ -30,23 +30,23 @@ ENTRIES: Mapping[str, Any] = {
 }
 
 #: Keys that are determined by the calibration or its scenario.
-GIVEN = ("preset", "prior")
+DETERMINED_KEYS = ("preset", "prior")
 #: Tolerance for an epoch that equals the time of the calibration [s].
 _SAME_INSTANT = 1e-3
 
 #: Conclusion of a statistically consistent calibration.
-SUPPORTED = "the innovations support it"
+CONSISTENT = "the innovations support it"
 
 #: Key that permits to continue after a statistically inconsistent calibration.
-ACCEPT = "accept_unsupported"
+ACCEPT_INCONSISTENT = "accept_unsupported"
 
 #: Latest time of a calibration [s].
-_LATEST = 1e9
+_MAX_TIME = 1e9
 #: Number of 1-sigmas by which a measured rate may exceed its bound because of noise.
-_SIGMAS = 6.0
+_N_SIGMAS = 6.0
 
 
-def going_on(table: Mapping[str, Any], read: Callable[[Any], Any]) -> Table:
+def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], Any]) -> Table:
     """Return the table of a scenario that continues after a calibration.
 
     The calibration document is the entry ``after`` of the table. Without an ``epoch``, the scenario
@@ -70,16 +70,16 @@ def going_on(table: Mapping[str, Any], read: Callable[[Any], Any]) -> Table:
     """
     overrides = dict(table)
     document = _check_document(overrides.pop("after"))
-    _check_support(document, overrides.pop(ACCEPT, False))
-    for key in GIVEN:
+    _check_consistency(document, overrides.pop(ACCEPT_INCONSISTENT, False))
+    for key in DETERMINED_KEYS:
         if key in overrides:
             expected = f"expected no {key} with 'after': the calibration determines it"
             raise InvalidValue(key, overrides[key], expected)
     try:
-        before = read(document["scenario"])
-        prior = prior_of(document, before.suite)
+        before = build_scenario(document["scenario"])
+        prior = read_prior(document, before.suite)
     except InvalidValue as error:
-        raise error.under("after") from None
+        raise error.prefix_key("after") from None
     time = float(document["time_s"])
     base = before.to_dict()
     if "epoch" not in overrides:
@@ -87,15 +87,17 @@ def going_on(table: Mapping[str, Any], read: Callable[[Any], Any]) -> Table:
         base["orbit"] |= to_table(before.orbit.later(time))
         base |= _shift_channels(base, time)
         base["prior"] = to_table(_clip_rate(prior, before))
-        return overridden(base, overrides)
-    later = seconds_between(before.epoch, _epoch(overrides["epoch"]))
+        return merge_table(base, overrides)
+    later = seconds_between(before.epoch, _parse_epoch(overrides["epoch"]))
     at_end = f"an instant after that of the calibration, {document.get('utc', f'{time} s')}"
     expect(later > time - _SAME_INSTANT, "epoch", overrides["epoch"], at_end)
     base["orbit"] |= to_table(before.orbit.later(later))
     base |= _shift_channels(base, later)
     base["prior"] = None
-    table = overridden(base, overrides)
-    table["prior"] = to_table(carried(prior, before.suite, max(0.0, later - time), read(table)))
+    table = merge_table(base, overrides)
+    table["prior"] = to_table(
+        propagate_prior(prior, before.suite, max(0.0, later - time), build_scenario(table))
+    )
     return table
 
 
@@ -109,7 +111,7 @@ def _shift_channels(base: Mapping[str, Any], time: float) -> dict[str, Any]:
     return {"channels": later} if later else {}
 
 
-def carried(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior:
+def propagate_prior(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior:
     """Propagate a prior over a duration without measurements.
 
     The gyro's bias and the Gauss-Markov errors decay and accumulate noise; constants keep their
@@ -128,13 +130,13 @@ def carried(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior
     from mgeo_attitude.geometry.quaternion import quaternions_from_matrices  # imports scipy
 
     decay, new = np.ones(suite.n_states), np.zeros(suite.n_states)
-    rate, density = suite.gyro.bias_decay, suite.diffusion()[3:6]
+    rate, density = suite.gyro.bias_decay, suite.compute_noise_density()[3:6]
     decay[3:6] = math.exp(-rate * duration)
     new[3:6] = density * (-math.expm1(-2.0 * rate * duration) / (2.0 * rate) if rate else duration)
     for process, first in zip(
         suite.processes.values(), range(suite.n_kinematic, suite.n_dynamic, 3), strict=True
     ):
-        decay[first : first + 3], new[first : first + 3] = process.over(duration)
+        decay[first : first + 3], new[first : first + 3] = process.discretize(duration)
     covariance = decay[:, None] * np.array(prior.covariance) * decay + np.diag(new)
     covariance[:3], covariance[:, :3] = 0.0, 0.0
     covariance[:3, :3] = scenario.initial_attitude_covariance
@@ -149,7 +151,7 @@ def carried(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior
     return Prior(**table)
 
 
-def _epoch(value: Any) -> datetime:
+def _parse_epoch(value: Any) -> datetime:
     try:
         epoch = datetime.fromisoformat(value) if isinstance(value, str) else value
         return as_utc(epoch)
@@ -164,23 +166,25 @@ def _check_document(document: Any) -> Mapping[str, Any]:
         raise InvalidValue("after", document, "expected a calibration's document")
     for key, kind in ENTRIES.items():
         if key not in document:
-            raise KeyProblem(f"after.{key}", None, "missing; expected a calibration's document")
+            raise InvalidKey(f"after.{key}", None, "missing; expected a calibration's document")
         entry = document[key]
         if not isinstance(entry, kind) or isinstance(entry, bool):
             names = " or ".join(each.__name__ for each in getattr(kind, "__args__", (kind,)))
             raise InvalidValue(f"after.{key}", entry, f"expected {names}")
     time = document["time_s"]
-    expect(0.0 <= time <= _LATEST, "after.time_s", time, f"a number in [0, {_LATEST:g}] s")
+    expect(0.0 <= time <= _MAX_TIME, "after.time_s", time, f"a number in [0, {_MAX_TIME:g}] s")
     return document
 
 
-def _check_support(document: Mapping[str, Any], accept: Any) -> None:
+def _check_consistency(document: Mapping[str, Any], accept: Any) -> None:
     """Raise InvalidValue for a statistically inconsistent calibration unless it is accepted."""
     if not isinstance(accept, bool):
-        raise InvalidValue(ACCEPT, accept, "expected true or false")
-    conclusion = document.get("conclusion", SUPPORTED)
-    if conclusion != SUPPORTED and not accept:
-        expected = f"expected {SUPPORTED!r}; set {ACCEPT} = true to continue nevertheless"
+        raise InvalidValue(ACCEPT_INCONSISTENT, accept, "expected true or false")
+    conclusion = document.get("conclusion", CONSISTENT)
+    if conclusion != CONSISTENT and not accept:
+        expected = (
+            f"expected {CONSISTENT!r}; set {ACCEPT_INCONSISTENT} = true to continue nevertheless"
+        )
         raise InvalidValue("after.conclusion", conclusion, expected)
 
 
@@ -192,8 +196,8 @@ def _clip_rate(prior: Prior, scenario: Any) -> Prior:
         momentum = wheels.greatest_share(np.radians(rate) @ wheels.matrix())
         shares.append(momentum / wheels.max_momentum)
     share = max(shares)
-    walk = max(by_axis(scenario.suite.gyro.angle_random_walk_deg_per_sqrt_h))
+    walk = max(expand_per_axis(scenario.suite.gyro.angle_random_walk_deg_per_sqrt_h))
     noise = walk / 60.0 / math.sqrt(scenario.step)
-    if not 1.0 < share <= 1.0 + _SIGMAS * noise / np.abs(rate).max():
+    if not 1.0 < share <= 1.0 + _N_SIGMAS * noise / np.abs(rate).max():
         return prior
     return dataclasses.replace(prior, rate_deg_s=tuple((rate / share).tolist()))

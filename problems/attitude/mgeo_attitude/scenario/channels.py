@@ -12,12 +12,12 @@ from pydantic.dataclasses import dataclass
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.base import Settings
-from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
+from mgeo_attitude.settings.errors import InvalidValue, expect, format_known_names
 from mgeo_attitude.settings.types import Identifier, Seconds, Unit
 
 
 @dataclass(frozen=True, kw_only=True)
-class Channel(Settings):
+class HousekeepingChannel(Settings):
     """Predicted values of a housekeeping channel, such as a temperature or a current.
 
     The values follow from a table, with linear interpolation and constant extrapolation, or from
@@ -61,7 +61,7 @@ class Channel(Settings):
             expect((np.diff(self.times) > 0.0).all(), "times", self.times, "times that increase")
         expect(self.name != "time", "name", self.name, "a name other than 'time'")
 
-    def at(self, times: Floats, sunlit: Bools) -> Floats:
+    def compute_values(self, times: Floats, sunlit: Bools) -> Floats:
         """Return the values at n samples, shape (n,).
 
         A step counts as sunlit if its end is sunlit.
@@ -80,19 +80,19 @@ class Channel(Settings):
         return values
 
 
-def check_followed(channels: Sequence[Channel], suite: Suite) -> None:
+def check_channels(channels: Sequence[HousekeepingChannel], suite: Suite) -> None:
     """Raise InvalidValue if a channel of an influence is not defined."""
     known = {channel.name for channel in channels}
-    for key, influence in suite.influence_keys.items():
+    for key, influence in suite.sensitivities_by_key.items():
         name = influence.channel
         if name not in known:
-            hint = known_names(name, known) if known else ": there are no [[channels]]"
+            hint = format_known_names(name, known) if known else ": there are no [[channels]]"
             way = "define its values along the plan in [[channels]], or remove the influence"
             raise InvalidValue(f"{key}.channel", name, f"unknown channel{hint}; {way}")
 
 
-def channel_values(
-    channels: Sequence[Channel], suite: Suite, times: Floats, sunlit: Bools
+def compute_channel_values(
+    channels: Sequence[HousekeepingChannel], suite: Suite, times: Floats, sunlit: Bools
 ) -> Mapping[str, Floats]:
     """Return the values of all channels that influence a suite, shape (n,), by name.
 
@@ -101,7 +101,7 @@ def channel_values(
     InvalidValue
         If a channel of an influence is not defined.
     """
-    check_followed(channels, suite)
+    check_channels(channels, suite)
     known = {channel.name: channel for channel in channels}
-    used = dict.fromkeys(influence.channel for influence in suite.influence_keys.values())
-    return {name: known[name].at(times, sunlit) for name in used}
+    used = dict.fromkeys(influence.channel for influence in suite.sensitivities_by_key.values())
+    return {name: known[name].compute_values(times, sunlit) for name in used}

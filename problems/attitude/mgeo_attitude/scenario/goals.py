@@ -14,8 +14,8 @@ from pydantic.dataclasses import dataclass
 from pydantic_core import CoreSchema
 
 from mgeo_attitude.criteria.objectives import OBJECTIVES, TRACE_PREFIX, parse_trace_blocks
-from mgeo_attitude.settings.base import Settings, flatten
-from mgeo_attitude.settings.errors import InvalidValue, expect, expect_unique, known_names
+from mgeo_attitude.settings.base import Settings, flatten_keys
+from mgeo_attitude.settings.errors import InvalidValue, expect, expect_unique, format_known_names
 from mgeo_attitude.settings.types import (
     Degrees,
     DegreesPerSecond,
@@ -52,13 +52,13 @@ class Convergence(Settings):
     """whether the filter also counts as converged if the trace rose over the window"""
 
     @property
-    def time(self) -> str:
+    def time_label(self) -> str:
         """Name of t_end for display."""
         return "a plan's end" if self.rule == "end" else "time to converge"
 
 
 @dataclass(frozen=True, kw_only=True)
-class FlightErrors(Settings):
+class MonteCarloSettings(Settings):
     """Monte Carlo runs in which a plan is evaluated, with random errors of these distributions.
 
     Run k of a seed does not depend on the number of runs.
@@ -70,7 +70,7 @@ class FlightErrors(Settings):
     0.9
     """
 
-    count: int = Field(default=16, ge=1, le=10_000)
+    n_runs: int = Field(default=16, ge=1, le=10_000)
     """number of Monte Carlo runs, the same runs for all plans"""
     seed: int = Field(default=0, ge=0)
     """seed of the random errors"""
@@ -78,9 +78,9 @@ class FlightErrors(Settings):
     """share of the runs in which the value of an objective must hold; 1 for the worst run"""
     mean: bool = False
     """whether objectives are means over the runs instead of quantiles"""
-    kept: float = Field(default=1.0, gt=0.0, le=1.0)
+    constraint_share: float = Field(default=1.0, gt=0.0, le=1.0)
     """share of the runs in which each constraint must be satisfied"""
-    grow: tuple[Annotated[int, Field(ge=0, le=10_000)], ...] = ()
+    fidelities: tuple[Annotated[int, Field(ge=0, le=10_000)], ...] = ()
     """numbers of runs in the fidelity levels of a search before the last one; 0 for the nominal run
     alone"""
     attitude_deg: Degrees | None = Field(default=None, ge=0.0, le=180.0)
@@ -100,42 +100,42 @@ class FlightErrors(Settings):
     the ratio of actual to modeled noise"""
 
     def __post_init__(self) -> None:
-        counts = [*self.grow, self.count]
-        expect(counts == sorted(counts), "grow", self.grow, f"ascending, up to {self.count}")
+        counts = [*self.fidelities, self.n_runs]
+        expect(counts == sorted(counts), "grow", self.fidelities, f"ascending, up to {self.n_runs}")
 
-    def in_stage(self, stage: int | None) -> int:
+    def n_runs_at_fidelity(self, fidelity: int | None) -> int:
         """Return the number of Monte Carlo runs in a fidelity level of a search, counted from 0.
 
         Levels after the last, and None, use all runs.
         """
-        counts = [*self.grow, self.count]
-        return self.count if stage is None else counts[min(stage, len(counts) - 1)]
+        counts = [*self.fidelities, self.n_runs]
+        return self.n_runs if fidelity is None else counts[min(fidelity, len(counts) - 1)]
 
 
-class Numbers(dict[str, float]):
+class NamedNumbers(dict[str, float]):
     """Numbers by dotted names, such as ``mag.bias``; hashable, since scenarios are.
 
     A table may nest the names: ``{"mag": {"bias": 1.0}}``.
     """
 
     #: Type of the numbers, which restricts their range.
-    number: ClassVar[Any] = float
+    number_type: ClassVar[Any] = float
 
     def __hash__(self) -> int:  # type: ignore[override]
         return hash(frozenset(self.items()))
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        nested = dict[str, cls.number | dict[str, cls.number]]  # type: ignore[name-defined]
+        nested = dict[str, cls.number_type | dict[str, cls.number_type]]  # type: ignore[name-defined]
         flat = Annotated[
-            dict[str, cls.number],  # type: ignore[name-defined]
-            BeforeValidator(flatten, json_schema_input_type=nested),
+            dict[str, cls.number_type],  # type: ignore[name-defined]
+            BeforeValidator(flatten_keys, json_schema_input_type=nested),
             AfterValidator(cls),
         ]
         return handler.generate_schema(flat)
 
 
-class TraceWeights(Numbers):
+class TraceWeights(NamedNumbers):
     """Weight, >= 0, of each state block in the trace.
 
     The default is 1, or 0 for errors that no plan reduces (`uncalibrated`).
@@ -153,14 +153,16 @@ class TraceWeights(Numbers):
     {'attitude': 10.0}
     """
 
-    number = NonNegative
+    number_type = NonNegative
 
-    def of(self, blocks: Iterable[str], uncalibrated: Collection[str] = ()) -> tuple[float, ...]:
+    def list_weights(
+        self, blocks: Iterable[str], uncalibrated: Collection[str] = ()
+    ) -> tuple[float, ...]:
         """Return the weights of blocks, in their order."""
         return tuple(self.get(block, 0.0 if block in uncalibrated else 1.0) for block in blocks)
 
 
-class RequiredSigma(Numbers):
+class RequiredSigma(NamedNumbers):
     """Required 1-sigma, > 0, of every axis of a state block.
 
     Keys end in the unit of the number (`state_units`): ``attitude_deg``, ``gyro.bias_deg_h``,
@@ -180,9 +182,9 @@ class RequiredSigma(Numbers):
     {'attitude_deg': 0.1, 'mag.bias_nt': 30.0}
     """
 
-    number = Positive
+    number_type = Positive
 
-    def of(self, units: Mapping[str, Unit]) -> tuple[float, ...]:
+    def list_sigmas(self, units: Mapping[str, Unit]) -> tuple[float, ...]:
         """Return the requirements of blocks in the filter's units; infinite without a requirement.
 
         Parameters
@@ -191,7 +193,8 @@ class RequiredSigma(Numbers):
             Unit of each block.
         """
         return tuple(
-            self.get(unit.key(block), math.inf) / unit.key_factor for block, unit in units.items()
+            self.get(unit.build_key(block), math.inf) / unit.key_factor
+            for block, unit in units.items()
         )
 
 
@@ -199,7 +202,7 @@ def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) 
     """Raise InvalidValue if a number belongs to an unknown state block."""
     for block, value in values.items():
         if block not in known:
-            expected = f"unknown state block{known_names(block, known)}"
+            expected = f"unknown state block{format_known_names(block, known)}"
             raise InvalidValue(f"{key}.{block}", value, expected)
 
 
@@ -219,10 +222,10 @@ def check_objectives(names: Sequence[str], blocks: Collection[str], required: bo
         key = f"objectives[{i}]"
         unknown = [block for block in parse_trace_blocks(name) if block not in blocks]
         if unknown:
-            known = known_names(unknown[0], blocks)
+            known = format_known_names(unknown[0], blocks)
             raise InvalidValue(key, name, f"unknown state block {unknown[0]!r}{known}")
         if name not in OBJECTIVES and not parse_trace_blocks(name):
-            known = known_names(name, [*OBJECTIVES, f"{TRACE_PREFIX}BLOCK"])
+            known = format_known_names(name, [*OBJECTIVES, f"{TRACE_PREFIX}BLOCK"])
             raise InvalidValue(key, name, f"unknown objective{known}")
         if name == "t_required" and not required:
             raise InvalidValue(key, name, "the scenario has no required_sigma")

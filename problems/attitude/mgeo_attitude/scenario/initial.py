@@ -16,7 +16,7 @@ from mgeo_attitude.environment.directions import SatelliteState, compute_pointin
 from mgeo_attitude.environment.environment import Environment, OrbitSource
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
-from mgeo_attitude.settings.types import Degrees, Unit, Vector, one_of
+from mgeo_attitude.settings.types import Degrees, Unit, Vector, restrict_to
 
 #: Tolerance on unit vectors and right angles, for numbers that are typed with four digits.
 _TOLERANCE = 1e-3
@@ -25,32 +25,34 @@ _TOLERANCE = 1e-3
 _Vectors = Callable[["Environment | SatelliteState"], Floats]
 
 
-def _momentum(at: Environment | SatelliteState) -> Floats:
-    return np.cross(at.position, at.velocity)
+def _compute_momentum(orbit_state: Environment | SatelliteState) -> Floats:
+    return np.cross(orbit_state.position, orbit_state.velocity)
 
 
-def _orbital_rate(at: Environment | SatelliteState) -> Floats:
+def _compute_orbital_rate(orbit_state: Environment | SatelliteState) -> Floats:
     """Return the angular rate of the radius vector [rad/s], GCRS."""
-    rate: Floats = _momentum(at) / (at.position**2).sum(axis=1, keepdims=True)
+    rate: Floats = _compute_momentum(orbit_state) / (orbit_state.position**2).sum(
+        axis=1, keepdims=True
+    )
     return rate
 
 
-def _rate_of_velocity(at: Environment | SatelliteState) -> Floats:
+def _compute_velocity_rate(orbit_state: Environment | SatelliteState) -> Floats:
     """Return the angular rate of the velocity under the acceleration -μ r / r³ [rad/s], GCRS."""
-    cube = np.linalg.norm(at.position, axis=1, keepdims=True) ** 3
-    square = (at.velocity**2).sum(axis=1, keepdims=True)
-    rate: Floats = EARTH_MU * _momentum(at) / (cube * square)
+    cube = np.linalg.norm(orbit_state.position, axis=1, keepdims=True) ** 3
+    square = (orbit_state.velocity**2).sum(axis=1, keepdims=True)
+    rate: Floats = EARTH_MU * _compute_momentum(orbit_state) / (cube * square)
     return rate
 
 
 #: Target direction, reference direction of the clock angle, and angular rate of each pointing law.
 _LAWS: dict[str, tuple[_Vectors, _Vectors, _Vectors]] = {
-    "nadir": (lambda at: -at.position, lambda at: at.velocity, _orbital_rate),
-    "velocity": (lambda at: at.velocity, lambda at: -at.position, _rate_of_velocity),
-    "sun": (lambda at: at.sun, _momentum, lambda at: np.zeros_like(at.sun)),
+    "nadir": (lambda at: -at.position, lambda at: at.velocity, _compute_orbital_rate),
+    "velocity": (lambda at: at.velocity, lambda at: -at.position, _compute_velocity_rate),
+    "sun": (lambda at: at.sun, _compute_momentum, lambda at: np.zeros_like(at.sun)),
 }
 
-POINTINGS = ("inertial", *_LAWS)
+POINTING_LAWS = ("inertial", *_LAWS)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +72,7 @@ class InitialConditions(Settings):
 
     attitude_deg: Degrees = Field(default=5.0, gt=0.0, le=180.0)
     """attitude error, 1-sigma per axis"""
-    pointing: Annotated[str, one_of(POINTINGS)] = "inertial"
+    pointing: Annotated[str, restrict_to(POINTING_LAWS)] = "inertial"
     """attitude law: fixed in GCRS (quaternion or axes; default: along GCRS), or target of the
     axis"""
     quaternion: tuple[float, float, float, float] | None = None
@@ -100,7 +102,7 @@ class InitialConditions(Settings):
                 sound = abs(length - 1.0) <= _TOLERANCE
                 expect(sound, key, value, f"a length of 1, not {length:.6g}")
 
-    def attitude(self, at: Environment | SatelliteState) -> Floats:
+    def compute_attitude(self, orbit_state: Environment | SatelliteState) -> Floats:
         """Return the attitude of the law, GCRS to body, shape (n, 3, 3).
 
         Raises
@@ -109,33 +111,35 @@ class InitialConditions(Settings):
             If the target is parallel to the reference direction of the clock angle.
         """
         if self.pointing == "inertial":
-            return np.repeat(self._fixed()[None], len(at.position), axis=0)
+            return np.repeat(
+                self._build_inertial_attitude()[None], len(orbit_state.position), axis=0
+            )
         target, toward, _ = _LAWS[self.pointing]
         axis = np.array(self.axis or (0.0, 0.0, 1.0))
         clock = math.radians(self.clock_deg or 0.0)
         try:
             return compute_pointing_attitudes(
-                axis / np.linalg.norm(axis), target(at), toward(at), clock
+                axis / np.linalg.norm(axis), target(orbit_state), toward(orbit_state), clock
             )
         except ValueError as error:
             expected = f"expected another pointing: {error}"
             raise InvalidValue("initial.pointing", self.pointing, expected) from None
 
-    def law_rate(self, at: Environment | SatelliteState) -> Floats:
+    def compute_law_rate(self, orbit_state: Environment | SatelliteState) -> Floats:
         """Return the body rate of the attitude law [rad/s], shape (n, 3).
 
         The rate is that of a Keplerian orbit. It is zero for inertial and Sun pointing; the drift
         of the orbital plane and the Sun's motion of one degree per day are neglected.
         """
         if self.pointing == "inertial":
-            return np.zeros((len(at.position), 3))
-        return self._turning(self.attitude(at), at)
+            return np.zeros((len(orbit_state.position), 3))
+        return self._compute_law_rate(self.compute_attitude(orbit_state), orbit_state)
 
-    def _turning(self, attitude: Floats, at: Environment | SatelliteState) -> Floats:
+    def _compute_law_rate(self, attitude: Floats, at: Environment | SatelliteState) -> Floats:
         rates: Floats = np.einsum("kij,kj->ki", attitude, _LAWS[self.pointing][2](at))
         return rates
 
-    def law(self, course: OrbitSource, time: float) -> tuple[Floats, Floats]:
+    def evaluate_law(self, orbit_source: OrbitSource, time: float) -> tuple[Floats, Floats]:
         """Return attitude, GCRS to body, and body rate [rad/s] of the law, shapes (3, 3) and (3,).
 
         Parameters
@@ -145,17 +149,17 @@ class InitialConditions(Settings):
             Time after the epoch [s], possibly after the end of the scenario's run.
         """
         if self.pointing == "inertial":  # independent of the position
-            return self._fixed(), np.zeros(3)
-        at = SatelliteState.from_times(course, np.array([time]))
-        attitude = self.attitude(at)
-        return attitude[0], self._turning(attitude, at)[0]
+            return self._build_inertial_attitude(), np.zeros(3)
+        at = SatelliteState.from_times(orbit_source, np.array([time]))
+        attitude = self.compute_attitude(at)
+        return attitude[0], self._compute_law_rate(attitude, at)[0]
 
-    def rate(self, at: Environment | SatelliteState) -> Floats:
+    def compute_rate(self, orbit_state: Environment | SatelliteState) -> Floats:
         """Return the body rate at the first instant [rad/s], shape (3,)."""
         given = self.rate_deg_s
-        return self.law_rate(at)[0] if given is None else np.radians(given)
+        return self.compute_law_rate(orbit_state)[0] if given is None else np.radians(given)
 
-    def _fixed(self) -> Floats:
+    def _build_inertial_attitude(self) -> Floats:
         from scipy.spatial.transform import Rotation
 
         C: Floats = np.eye(3)

@@ -21,11 +21,11 @@ from mgeo_attitude.settings.types import (
     Degrees,
     DegreesPerSecond,
     Direction,
+    DisplayName,
     Instant,
-    Line,
     Seconds,
     Unit,
-    one_of,
+    restrict_to,
 )
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ManeuverLimits(Settings):
+class ManeuverBounds(Settings):
     """Bounds of the design vector.
 
     Examples
@@ -64,7 +64,7 @@ class ManeuverLimits(Settings):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PathLimit(Settings):
+class PathConstraint(Settings):
     """A cone about a body axis that must contain or exclude a direction during the whole plan.
 
     For the Earth's disc, angles are measured from the limb and are negative inside of the disc. The
@@ -78,9 +78,9 @@ class PathLimit(Settings):
     'keep-out'
     """
 
-    name: Line = "payload"
+    name: DisplayName = "payload"
     """name of the constraint, for display"""
-    reference: Annotated[str, one_of(DIRECTIONS)] = "sun"
+    reference: Annotated[str, restrict_to(DIRECTIONS)] = "sun"
     """constrained direction; angles to earth are measured from the limb, to nadir from the Earth's
     center"""
     sense: Literal["keep-out", "keep-in"] = "keep-out"
@@ -102,7 +102,7 @@ class PathLimit(Settings):
         way = "in" if self.keep_in else "off"
         return f"{DIRECTIONS[self.reference].label} {way} {self.name}"
 
-    def cone(self) -> Cone:
+    def build_cone(self) -> Cone:
         """Return the cone, with its half-angle in rad."""
         half_angle = math.radians(self.half_angle_deg)
         return Cone(self.reference, unit_vector(self.boresight), half_angle, self.keep_in)
@@ -134,7 +134,7 @@ class Window(Settings):
         return f"{self.start:%Y-%m-%dT%H:%M:%SZ} to {self.end:%Y-%m-%dT%H:%M:%SZ}"
 
 
-def deadline(scenario: Scenario) -> float:
+def compute_deadline(scenario: Scenario) -> float:
     """Return the latest end of a plan [s] after the epoch.
 
     The deadline includes the largest start delay of Monte Carlo runs. It is infinite without
@@ -142,11 +142,11 @@ def deadline(scenario: Scenario) -> float:
     """
     if not scenario.windows:
         return math.inf
-    late = 0.0 if scenario.flight is None else scenario.flight.start_delay
-    return float(_ends_of_open(scenario).max()) - late
+    late = 0.0 if scenario.monte_carlo is None else scenario.monte_carlo.start_delay
+    return float(_compute_open_window_ends(scenario).max()) - late
 
 
-def _ends_of_open(scenario: Scenario) -> Floats:
+def _compute_open_window_ends(scenario: Scenario) -> Floats:
     """Return the end of each window [s] after the epoch; -inf if not open at the epoch."""
     spans = ((each.start - scenario.epoch, each.end - scenario.epoch) for each in scenario.windows)
     seconds = ((start.total_seconds(), end.total_seconds()) for start, end in spans)
@@ -163,7 +163,7 @@ def check_windows(scenario: Scenario) -> None:
     """
     if not scenario.windows:
         return
-    ends = _ends_of_open(scenario)
+    ends = _compute_open_window_ends(scenario)
     within = f"a start in one of the windows, {', '.join(map(str, scenario.windows))}"
     expect(np.isfinite(ends).any(), "epoch", scenario.epoch.isoformat(), within)
     # With other rules, a plan may end after one step.
@@ -171,7 +171,7 @@ def check_windows(scenario: Scenario) -> None:
     least, name = (
         (scenario.convergence.window, "convergence.window") if waits else (scenario.step, "a step")
     )
-    left, index = deadline(scenario), int(ends.argmax())
+    left, index = compute_deadline(scenario), int(ends.argmax())
     after = (
         f"{least + ends[index] - left:g} s or more after the epoch, {name} and "
         "flight.start_delay: no plan ends earlier"

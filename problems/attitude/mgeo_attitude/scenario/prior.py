@@ -86,7 +86,7 @@ class Prior(Settings):
         return 0.5 * (correlation + correlation.T)
 
 
-def prior_of(document: Mapping[str, Any], suite: Suite) -> Prior:
+def read_prior(document: Mapping[str, Any], suite: Suite) -> Prior:
     """Return the prior from the document of a calibration.
 
     Raises
@@ -94,12 +94,12 @@ def prior_of(document: Mapping[str, Any], suite: Suite) -> Prior:
     InvalidValue
         If the states are those of another satellite, or if an entry is invalid.
     """
-    rows = tuple(states_of(document, suite).values())
+    rows = tuple(read_states(document, suite).values())
     entries = {key: document[key] for key in ("quaternion", "rate_deg_s", "covariance")}
     return Prior(**entries, states=rows)
 
 
-def states_of(document: Mapping[str, Any], suite: Suite) -> Mapping[str, Any]:
+def read_states(document: Mapping[str, Any], suite: Suite) -> Mapping[str, Any]:
     """Return the states of a calibration document by block, without the attitude.
 
     Raises

@@ -20,10 +20,15 @@ from mgeo_attitude.environment.directions import SatelliteState
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
 from mgeo_attitude.environment.times import instant_after
-from mgeo_attitude.maneuvers.schedule import Turning
-from mgeo_attitude.scenario.actuators import Coils, Wheels, assumed, slew_limits
-from mgeo_attitude.scenario.after import going_on
-from mgeo_attitude.scenario.channels import Channel
+from mgeo_attitude.maneuvers.schedule import RotationDynamics
+from mgeo_attitude.scenario.actuators import (
+    Magnetorquers,
+    Wheels,
+    build_slew_limits,
+    list_assumptions,
+)
+from mgeo_attitude.scenario.after import continue_scenario
+from mgeo_attitude.scenario.channels import HousekeepingChannel
 from mgeo_attitude.scenario.goals import (
     Convergence,
     FlightErrors,
@@ -33,18 +38,22 @@ from mgeo_attitude.scenario.goals import (
     check_objectives,
 )
 from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.limits import ManeuverLimits, PathLimit, Window, deadline
+from mgeo_attitude.scenario.limits import ManeuverBounds, PathConstraint, Window, compute_deadline
 from mgeo_attitude.scenario.prior import Prior
-from mgeo_attitude.scenario.toml import ScenarioFileError, on_preset, read_toml, to_toml
-from mgeo_attitude.scenario.validity import Implausible, check_together, implausible
+from mgeo_attitude.scenario.toml import ScenarioFileError, merge_preset, read_toml, to_toml
+from mgeo_attitude.scenario.validity import (
+    ImplausibleValue,
+    check_consistency,
+    find_implausible_values,
+)
 from mgeo_attitude.sensors import SENSORS
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite
-from mgeo_attitude.sensors.world import World
-from mgeo_attitude.settings.base import Kinds, Settings, to_table
+from mgeo_attitude.sensors.world import EnvironmentErrors
+from mgeo_attitude.settings.base import Settings, TableClasses, to_table
 from mgeo_attitude.settings.errors import InvalidValue
-from mgeo_attitude.settings.types import Instant, Line, Seconds
+from mgeo_attitude.settings.types import DisplayName, Instant, Seconds
 
 _NO_GYRO = (
     "expected a table of its keys: the filter needs a gyro, see 'Without a gyro' in docs/errors.md"
@@ -72,7 +81,7 @@ class Scenario(Settings):
     True
     """
 
-    name: Line = "custom"
+    name: DisplayName = "custom"
     """name of the scenario, on one line"""
     epoch: Instant
     """start of the run with its UTC offset; Z is UTC"""
@@ -91,15 +100,15 @@ class Scenario(Settings):
     """elements at the epoch, an element set, or an ephemeris"""
     gyro: Gyro = Field(default_factory=Gyro)
     """three-axis gyro"""
-    sensors: tuple[Annotated[Sensor, Kinds("kind", SENSORS)], ...] = Field(min_length=1)
+    sensors: tuple[Annotated[Sensor, TableClasses("kind", SENSORS)], ...] = Field(min_length=1)
     """sensors, at least one, with unique names"""
-    world: World = Field(default_factory=World)
+    environment_errors: EnvironmentErrors = Field(default_factory=EnvironmentErrors)
     """environment model errors of field, orbit and albedo, shared by all sensors"""
-    channels: tuple[Channel, ...] = ()
+    housekeeping_channels: tuple[HousekeepingChannel, ...] = ()
     """predicted housekeeping channels on which biases depend"""
     initial: InitialConditions = Field(default_factory=InitialConditions)
     """initial attitude with its uncertainty, and initial body rate"""
-    maneuvers: ManeuverLimits = Field(default_factory=ManeuverLimits)
+    maneuvers: ManeuverBounds = Field(default_factory=ManeuverBounds)
     """bounds of the design vector"""
     convergence: Convergence = Field(default_factory=Convergence)
     """convergence criterion of the filter"""
@@ -114,34 +123,36 @@ class Scenario(Settings):
     """required 1-sigma of each axis of a state block, by key with unit"""
     wheels: Wheels | None = None
     """reaction wheels that rotate the satellite"""
-    coils: Coils | None = None
+    magnetorquers: Magnetorquers | None = None
     """magnetorquers; without wheels they rotate the satellite"""
-    path_limits: tuple[PathLimit, ...] = ()
+    path_constraints: tuple[PathConstraint, ...] = ()
     """cones that must contain or exclude a direction during the plan"""
     windows: tuple[Window, ...] = ()
     """time windows that contain a plan from start to end; default: any time"""
-    flight: FlightErrors | None = None
+    monte_carlo: FlightErrors | None = None
     """Monte Carlo runs in which plans are evaluated; default: the nominal run alone"""
     prior: Prior | None = None
     """result of a calibration that replaces initial attitude, rate and 1-sigmas"""
 
     def __post_init__(self) -> None:
         units = self.suite.units
-        check_together(self, self.suite)
+        check_consistency(self, self.suite)
         try:
             orbit = self.orbit.prepare_for_run(self.epoch, self.latest_end)
             object.__setattr__(self, "orbit", orbit)
         except InvalidValue as error:
-            raise error.under("orbit") from None
+            raise error.prefix_key("orbit") from None
         check_blocks("trace_weights", self.trace_weights, units)
-        keys = [unit.key(block) for block, unit in units.items()]
+        keys = [unit.build_key(block) for block, unit in units.items()]
         check_blocks("required_sigma", self.required_sigma, keys)
         check_objectives(self.objectives, units, bool(self.required_sigma))
 
     @property
     def suite(self) -> Suite:
         """Gyro, sampled at every step, sensors and environment model errors as one error state."""
-        return Suite(self.gyro.sampled(self.step), self.sensors, self.world)
+        return Suite(
+            self.gyro.convert_sample_noise(self.step), self.sensors, self.environment_errors
+        )
 
     @property
     def n_steps(self) -> int:
@@ -154,24 +165,26 @@ class Scenario(Settings):
 
         The deadline includes the largest start delay of Monte Carlo runs.
         """
-        return deadline(self)
+        return compute_deadline(self)
 
     @property
     def latest_end(self) -> float:
         """End of the run that starts with the largest delay [s]."""
-        return self.duration + (0.0 if self.flight is None else self.flight.start_delay)
+        return self.duration + (0.0 if self.monte_carlo is None else self.monte_carlo.start_delay)
 
-    def starting(self, time: float) -> Scenario:
+    def shift_start(self, time: float) -> Scenario:
         """Return the scenario with its epoch moved by a time [s], on the same orbit."""
         epoch = instant_after(self.epoch, time)
         return dataclasses.replace(self, epoch=epoch, orbit=self.orbit.shift_epoch(time))
 
     @property
-    def turned_by_coils(self) -> bool:
+    def is_magnetorquer_driven(self) -> bool:
         """Whether magnetorquers alone rotate the satellite."""
-        return self.coils is not None and self.wheels is None
+        return self.magnetorquers is not None and self.wheels is None
 
-    def turning(self, field: Floats, attitude: Floats, rate: Floats) -> Turning:
+    def build_rotation_dynamics(
+        self, field: Floats, attitude: Floats, rate: Floats
+    ) -> RotationDynamics:
         """Return the dynamics of rotations from an initial attitude and rate.
 
         Parameters
@@ -183,28 +196,30 @@ class Scenario(Settings):
         rate : array, shape (3,)
             Body rate [rad/s].
         """
-        if self.coils is not None and self.turned_by_coils:
-            return self.coils.drive(field, attitude, rate)
-        return slew_limits(self.maneuvers, self.wheels, rate)
+        if self.magnetorquers is not None and self.is_magnetorquer_driven:
+            return self.magnetorquers.build_drive(field, attitude, rate)
+        return build_slew_limits(self.maneuvers, self.wheels, rate)
 
     @property
     def needs_field(self) -> bool:
         """Whether the scenario depends on the geomagnetic field."""
         dipole = self.wheels is not None and any(self.wheels.residual_dipole)
-        dipole |= self.coils is not None and self.coils.unloads
-        return dipole or self.turned_by_coils or any(each.needs_field for each in self.sensors)
+        dipole |= self.magnetorquers is not None and self.magnetorquers.unloads_wheels
+        return (
+            dipole or self.is_magnetorquer_driven or any(each.needs_field for each in self.sensors)
+        )
 
     @property
-    def assumed(self) -> tuple[str, ...]:
+    def assumptions(self) -> tuple[str, ...]:
         """Assumptions about the rotation of the satellite, one line each."""
-        return assumed(self.wheels, self.coils)
+        return list_assumptions(self.wheels, self.magnetorquers)
 
     @property
     def times(self) -> Floats:
         """Sample times k * step since the epoch [s], shape (n_steps + 1,)."""
         return self.step * np.arange(self.n_steps + 1, dtype=np.float64)
 
-    def initial_attitude(self, at: Environment | SatelliteState) -> Floats:
+    def compute_initial_attitude(self, orbit_state: Environment | SatelliteState) -> Floats:
         """Return the attitude at the epoch, GCRS to body, shape (3, 3).
 
         Parameters
@@ -212,11 +227,15 @@ class Scenario(Settings):
         at : Environment or Place
             State of the satellite at the epoch.
         """
-        return self.initial.attitude(at)[0] if self.prior is None else self.prior.attitude
+        return (
+            self.initial.compute_attitude(orbit_state)[0]
+            if self.prior is None
+            else self.prior.attitude
+        )
 
-    def initial_rate(self, at: Environment | SatelliteState) -> Floats:
+    def compute_initial_rate(self, orbit_state: Environment | SatelliteState) -> Floats:
         """Return the body rate at the epoch [rad/s], shape (3,); see `initial_attitude`."""
-        return self.initial.rate(at) if self.prior is None else self.prior.rate
+        return self.initial.compute_rate(orbit_state) if self.prior is None else self.prior.rate
 
     @property
     def initial_attitude_covariance(self) -> Floats:
@@ -289,15 +308,15 @@ class Scenario(Settings):
         if not isinstance(table.get("gyro", {}), Mapping):
             raise InvalidValue("gyro", table["gyro"], _NO_GYRO)
         if "after" in table:
-            table = going_on(table, Scenario.from_dict)
-        return Scenario(**_resolve_orbit_file(on_preset(table), folder))
+            table = continue_scenario(table, Scenario.from_dict)
+        return Scenario(**_resolve_orbit_file(merge_preset(table), folder))
 
     def to_toml(self) -> str:
         """Return the scenario as a TOML document with a comment on every key."""
         units = self.suite.units
         keys = {
             "trace_weights": units,
-            "required_sigma": [unit.key(block) for block, unit in units.items()],
+            "required_sigma": [unit.build_key(block) for block, unit in units.items()],
         }
         notes = {key: f"The blocks: {', '.join(blocks)}" for key, blocks in keys.items()}
         return to_toml(self, self.to_dict(), notes)
@@ -330,8 +349,8 @@ class Scenario(Settings):
             scenario = Scenario.from_dict(table, folder)
         except ValueError as error:
             raise ScenarioFileError(f"{origin}: {error}") from error
-        for line in implausible(scenario):
-            warnings.warn(f"{origin}: {line}", Implausible, stacklevel=2)
+        for line in find_implausible_values(scenario):
+            warnings.warn(f"{origin}: {line}", ImplausibleValue, stacklevel=2)
         return scenario
 
     def save(self, path: str | os.PathLike[str]) -> None:

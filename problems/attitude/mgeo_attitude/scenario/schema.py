@@ -6,10 +6,10 @@ from typing import Any
 
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.toml import PRESETS
-from mgeo_attitude.settings.base import schema_of
+from mgeo_attitude.settings.base import build_schema
 
 
-def scenario_schema() -> dict[str, Any]:
+def build_scenario_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of the tables that `Scenario.from_dict` reads.
 
     Editors use the schema to complete and validate scenario files. Keys without a default are
@@ -23,7 +23,7 @@ def scenario_schema() -> dict[str, Any]:
     >>> step["description"], step["unit"]
     ('time step of the filter', 's')
     """
-    schema = schema_of(Scenario)
+    schema = build_schema(Scenario)
     preset = {"preset": {"enum": list(PRESETS)}}
     tables = {
         name: {key: value for key, value in table.items() if key != "required"}

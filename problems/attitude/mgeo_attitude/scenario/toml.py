@@ -12,9 +12,9 @@ from typing import Any
 import tomlkit
 
 from mgeo_attitude.environment.orbit import ORBITS
-from mgeo_attitude.settings.base import Settings, schema_of
-from mgeo_attitude.settings.errors import InvalidValue, known_names
-from mgeo_attitude.settings.words import describe
+from mgeo_attitude.settings.base import Settings, build_schema
+from mgeo_attitude.settings.errors import InvalidValue, format_known_names
+from mgeo_attitude.settings.words import describe_schema
 
 Table = dict[str, Any]
 
@@ -22,22 +22,22 @@ Table = dict[str, Any]
 PRESETS = ("paper", "cubesat_1u", "cubesat_6u", "cubesat_6u_full", "microsatellite")
 
 
-def on_preset(table: Mapping[str, Any]) -> Table:
+def merge_preset(table: Mapping[str, Any]) -> Table:
     """Merge a table into the preset that it names, if any; see `Scenario.from_dict`."""
     overrides = dict(table)
     if "preset" not in overrides:
         return overrides
     preset = overrides.pop("preset")
     if not isinstance(preset, str) or preset not in PRESETS:
-        raise InvalidValue("preset", preset, f"unknown preset{known_names(preset, PRESETS)}")
+        raise InvalidValue("preset", preset, f"unknown preset{format_known_names(preset, PRESETS)}")
     file = Path(__file__).with_name(f"{preset}.toml")
-    return overridden(on_preset(tomllib.loads(file.read_text(encoding="utf-8"))), overrides)
+    return merge_table(merge_preset(tomllib.loads(file.read_text(encoding="utf-8"))), overrides)
 
 
-def overridden(base: Table, table: Mapping[str, Any]) -> Table:
+def merge_table(base: Table, table: Mapping[str, Any]) -> Table:
     """Merge a table into a complete table, key by key."""
     overrides = dict(table)
-    if _kind_of_orbit(overrides) not in (None, _kind_of_orbit(base)):
+    if _find_orbit_class(overrides) not in (None, _find_orbit_class(base)):
         base = {key: base[key] for key in base if key != "orbit"}  # kinds of orbits share no keys
     sensors = overrides.get("sensors")
     if isinstance(sensors, list | tuple):
@@ -45,10 +45,10 @@ def overridden(base: Table, table: Mapping[str, Any]) -> Table:
     return _merge(base, overrides)
 
 
-def _kind_of_orbit(table: Table) -> type | None:
+def _find_orbit_class(table: Table) -> type | None:
     """Return the class of the orbit in a table; None if it is not determined."""
     orbit = table.get("orbit")
-    name = ORBITS.name_of(orbit) if isinstance(orbit, Mapping) else None
+    name = ORBITS.get_class_name(orbit) if isinstance(orbit, Mapping) else None
     return ORBITS.classes.get(name) if isinstance(name, str) else None
 
 
@@ -117,33 +117,35 @@ def to_toml(scenario: Settings, table: Mapping[str, Any], notes: Mapping[str, st
     for key, value in table.items():
         part = getattr(scenario, key)
         if isinstance(value, Mapping):
-            meaning = schema_of(type(scenario))["properties"][key]["description"]
-            tables += ["", f"[{key}] # {meaning}", *_lines(value, part)]
+            meaning = build_schema(type(scenario))["properties"][key]["description"]
+            tables += ["", f"[{key}] # {meaning}", *_format_lines(value, part)]
         elif isinstance(value, list) and isinstance(value[0], Mapping):
             for entry, own in zip(value, part, strict=True):
-                tables += ["", f"[[{key}]]", *_lines(entry, own)]
+                tables += ["", f"[[{key}]]", *_format_lines(entry, own)]
         else:
-            head += _lines({key: value}, scenario)
+            head += _format_lines({key: value}, scenario)
         tables += [f"# {notes[key]}"] if key in notes else []
     return "\n".join([*head, *tables, ""])
 
 
-def _lines(values: Mapping[str, Any], settings: Any) -> Iterator[str]:
+def _format_lines(values: Mapping[str, Any], settings: Any) -> Iterator[str]:
     """Yield each key and value with a comment on meaning, range and unit."""
-    properties = schema_of(type(settings))["properties"] if isinstance(settings, Settings) else {}
+    properties = (
+        build_schema(type(settings))["properties"] if isinstance(settings, Settings) else {}
+    )
     for key, value in values.items():
         own = getattr(settings, key, None)
         value = own if isinstance(own, datetime) else value  # TOML has a type for date and time
         schema = properties.get(key)
-        comment = f" # {schema.get('description', '')}: {describe(schema)}" if schema else ""
-        text = f"{_text(value)}{comment}"
+        comment = f" # {schema.get('description', '')}: {describe_schema(schema)}" if schema else ""
+        text = f"{_format_value(value)}{comment}"
         if isinstance(value, list) and isinstance(value[0], list | Mapping):  # one line per row
-            rows = (f"  {_text(row)},\n" for row in value)
+            rows = (f"  {_format_value(row)},\n" for row in value)
             text = f"[{comment}\n{''.join(rows)}]"
         yield f"{tomlkit.key(key).as_string()} = {text}"
 
 
-def _text(value: Any) -> str:
+def _format_value(value: Any) -> str:
     item = tomlkit.inline_table() if isinstance(value, Mapping) else tomlkit.item(value)
     if isinstance(value, Mapping):
         item.update(value)

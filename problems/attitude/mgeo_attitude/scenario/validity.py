@@ -11,15 +11,15 @@ import numpy as np
 
 from mgeo_attitude.environment.constants import EARTH_RADIUS, FIELD_MODEL_END, FIELD_MODEL_START
 from mgeo_attitude.environment.element_set import MAX_AGE, ElementSet
-from mgeo_attitude.scenario.actuators import check_coils
+from mgeo_attitude.scenario.actuators import check_magnetorquers
 from mgeo_attitude.scenario.goals import TraceWeights
 from mgeo_attitude.scenario.limits import check_windows
 from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
-from mgeo_attitude.settings.base import Settings, annotation_of, declared
+from mgeo_attitude.settings.base import Settings, get_annotation, get_fields
 from mgeo_attitude.settings.errors import expect, expect_unique
-from mgeo_attitude.settings.types import Unit, Usual
+from mgeo_attitude.settings.types import Unit, UsualRange
 
 if TYPE_CHECKING:
     from mgeo_attitude.scenario.scenario import Scenario
@@ -32,12 +32,12 @@ _ROUNDING = 1e-9  # relative; decimal steps such as 0.1 s are not exact in binar
 #: Range of validity of IGRF, which neglects currents outside the Earth: geocentric distance in
 #: Earth radii above which the field of the ring current is significant, and lowest altitude of
 #: orbits [m].
-_HIGHEST, _LOWEST = 3.0, 100e3
+_MAX_DISTANCE, _MIN_ALTITUDE = 3.0, 100e3
 #: Number of samples of the orbit for this check.
 _SAMPLES = 200
 
 
-def check_together(scenario: Scenario, suite: Suite) -> None:
+def check_consistency(scenario: Scenario, suite: Suite) -> None:
     """Check that the fields of a scenario are consistent with each other and with the suite.
 
     Raises
@@ -48,12 +48,12 @@ def check_together(scenario: Scenario, suite: Suite) -> None:
     _check_spans(scenario)
     _check_rate(scenario)
     _check_samples(scenario)
-    check_coils(scenario.coils, scenario.wheels, scenario.maneuvers, scenario.step)
+    check_magnetorquers(scenario.magnetorquers, scenario.wheels, scenario.maneuvers, scenario.step)
     _check_epoch(scenario)
     check_windows(scenario)
     _check_names(scenario)
     _check_states(scenario, suite)
-    _check_limits(scenario)
+    _check_path_constraints(scenario)
 
 
 def _check_spans(scenario: Scenario) -> None:
@@ -114,13 +114,13 @@ def _check_names(scenario: Scenario) -> None:
     expect_unique("sensors[{}].name", names)
     for i, name in enumerate(names):
         expect(name not in ("gyro", "world"), f"sensors[{i}].name", name, "another name")
-    expect_unique("channels[{}].name", [channel.name for channel in scenario.channels])
+    expect_unique("channels[{}].name", [channel.name for channel in scenario.housekeeping_channels])
 
 
 def _check_states(scenario: Scenario, suite: Suite) -> None:
     """Check that a state has a positive weight, and that a prior has the states of the suite."""
     weights = TraceWeights(scenario.trace_weights)
-    some = any(weights.of(suite.blocks, suite.uncalibrated))
+    some = any(weights.list_weights(suite.blocks, suite.uncalibrated_blocks))
     expect(some, "trace_weights", dict(weights), "a weight above 0")
     if scenario.prior is not None:
         blocks, found = suite.blocks[1:], len(scenario.prior.states)
@@ -128,9 +128,9 @@ def _check_states(scenario: Scenario, suite: Suite) -> None:
         expect(found == len(blocks), "prior.states", f"{found} rows", same)
 
 
-def _check_limits(scenario: Scenario) -> None:
+def _check_path_constraints(scenario: Scenario) -> None:
     """Check that each cone is wider than the margin for the initial attitude error."""
-    for i, limit in enumerate(scenario.path_limits if scenario.prior is None else ()):
+    for i, limit in enumerate(scenario.path_constraints if scenario.prior is None else ()):
         room = limit.half_angle_deg if limit.keep_in else 180.0 - limit.half_angle_deg
         fewest = room / scenario.initial.attitude_deg
         far = (
@@ -140,7 +140,7 @@ def _check_limits(scenario: Scenario) -> None:
             f"{limit.half_angle_deg!r}"
         )
         # For a disc, the admissible range depends on its apparent radius.
-        fits = limit.attitude_sigmas < fewest or limit.cone().is_disc
+        fits = limit.attitude_sigmas < fewest or limit.build_cone().is_disc
         expect(fits, f"path_limits[{i}].attitude_sigmas", limit.attitude_sigmas, far)
 
 
@@ -149,47 +149,53 @@ def _is_multiple(span: float, step: float) -> bool:
     return 0.5 < count < _MAX_COUNT and math.isclose(round(count) * step, span, rel_tol=_ROUNDING)
 
 
-class Implausible(UserWarning):
+class ImplausibleValue(UserWarning):
     """Value that is likely an error: another unit, or outside of the model's range."""
 
 
-def implausible(scenario: Scenario) -> tuple[str, ...]:
+def find_implausible_values(scenario: Scenario) -> tuple[str, ...]:
     """Return a warning for each value that is likely an error; empty if there is none."""
-    return (*_unusual(scenario), *_out_of_range(scenario), *_too_old(scenario))
+    return (
+        *_find_unusual_values(scenario),
+        *_find_invalid_altitude(scenario),
+        *_find_old_element_set(scenario),
+    )
 
 
-def _unusual(settings: Any, place: str = "") -> Iterator[str]:
+def _find_unusual_values(settings: Any, place: str = "") -> Iterator[str]:
     """Yield a warning for each nonzero number outside of its `Usual` range."""
-    for name in declared(type(settings)):
+    for name in get_fields(type(settings)):
         value, key = getattr(settings, name), f"{place}{name}"
         values = value if isinstance(value, tuple) else (value,)
-        usual = annotation_of(type(settings), name, Usual)
-        unit = annotation_of(type(settings), name, Unit)
+        usual = get_annotation(type(settings), name, UsualRange)
+        unit = get_annotation(type(settings), name, Unit)
         text = f" {unit.text}" if unit else ""
         for i, each in enumerate(values):
             if isinstance(each, Settings):
-                yield from _unusual(each, f"{key}[{i}]." if values is value else f"{key}.")
+                yield from _find_unusual_values(
+                    each, f"{key}[{i}]." if values is value else f"{key}."
+                )
             elif usual and each and not usual.low <= each <= usual.high:
                 expected = f"the usual range is {usual.low:g} to {usual.high:g}{text}"
                 yield f"{key} = {each:g}{text}: {expected}; check the unit"
                 break
 
 
-def _out_of_range(scenario: Scenario) -> Iterator[str]:
+def _find_invalid_altitude(scenario: Scenario) -> Iterator[str]:
     if not any(isinstance(sensor, Magnetometer) for sensor in scenario.sensors):
         return
     times = np.linspace(0.0, scenario.latest_end, _SAMPLES)
     distance = np.linalg.norm(scenario.orbit.propagate(scenario.epoch, times)[0], axis=1)
-    if (most := float(distance.max()) / EARTH_RADIUS) > _HIGHEST:
+    if (most := float(distance.max()) / EARTH_RADIUS) > _MAX_DISTANCE:
         yield (
-            f"orbit: {most:.1f} Earth radii from the Earth's center: above {_HIGHEST:g}, IGRF is "
+            f"orbit: {most:.1f} Earth radii from the Earth's center: above {_MAX_DISTANCE:g}, IGRF is "
             "inaccurate, since it neglects currents outside the Earth"
         )
-    if (least := float(distance.min()) - EARTH_RADIUS) < _LOWEST:
-        yield f"orbit: down to {1e-3 * least:.0f} km: nothing orbits below {1e-3 * _LOWEST:g} km"
+    if (least := float(distance.min()) - EARTH_RADIUS) < _MIN_ALTITUDE:
+        yield f"orbit: down to {1e-3 * least:.0f} km: nothing orbits below {1e-3 * _MIN_ALTITUDE:g} km"
 
 
-def _too_old(scenario: Scenario) -> Iterator[str]:
+def _find_old_element_set(scenario: Scenario) -> Iterator[str]:
     orbit = scenario.orbit
     if not isinstance(orbit, ElementSet):
         return
@@ -213,7 +219,7 @@ MAX_GYRO_BIAS_DEG_S = 0.01
 
 #: Largest initial attitude 1-sigma with photodiodes, of which few are sunlit at a time. The NEES of
 #: `cubesat_1u` is 1.2 from 10 deg and 1.04 from 5 deg.
-MAX_ATTITUDE_OF_FACES_DEG = 5.0
+MAX_PHOTODIODE_ATTITUDE_DEG = 5.0
 
 #: Largest orbit error, limited by the change of the field gradient along the orbit. In 50 Basilisk
 #: simulations with IGRF, the NEES is 1.07 with an along-track error of 30 km, which is within its
@@ -221,7 +227,7 @@ MAX_ATTITUDE_OF_FACES_DEG = 5.0
 MAX_ORBIT_ERROR_M = 30_000.0
 
 
-def examined(scenario: Scenario) -> list[tuple[str, float, float]]:
+def list_validity_ranges(scenario: Scenario) -> list[tuple[str, float, float]]:
     """Return the initial 1-sigmas that affect the validity of the covariance.
 
     Returns
@@ -230,15 +236,15 @@ def examined(scenario: Scenario) -> list[tuple[str, float, float]]:
         Key, value, and largest value for which the covariance was found to be consistent.
     """
     faces = any(isinstance(sensor, Photodiode) for sensor in scenario.sensors)
-    attitude = MAX_ATTITUDE_OF_FACES_DEG if faces else MAX_ATTITUDE_DEG
+    attitude = MAX_PHOTODIODE_ATTITUDE_DEG if faces else MAX_ATTITUDE_DEG
     gyro, key = scenario.gyro, "initial_misalignment_deg"
     limits = [
         ("initial.attitude_deg", scenario.initial.attitude_deg, attitude),
         ("gyro.initial_bias_deg_s", gyro.initial_bias_deg_s, MAX_GYRO_BIAS_DEG_S),
         (f"gyro.{key}", gyro.initial_misalignment_deg, MAX_MISALIGNMENT_DEG),
     ]
-    if scenario.world.has_orbit_error and scenario.needs_field:
-        along = max(scenario.world.orbit_error_m)
+    if scenario.environment_errors.has_orbit_error and scenario.needs_field:
+        along = max(scenario.environment_errors.orbit_error_m)
         limits.append(("world.orbit_error_m", along, MAX_ORBIT_ERROR_M))
     return limits + [
         (f"sensors[{index}].{key}", getattr(sensor, key, 0.0), MAX_MISALIGNMENT_DEG)
@@ -247,7 +253,7 @@ def examined(scenario: Scenario) -> list[tuple[str, float, float]]:
     ]
 
 
-def validity(scenario: Scenario) -> tuple[str, ...]:
+def find_validity_violations(scenario: Scenario) -> tuple[str, ...]:
     """Return the reasons why the linear covariance may be overconfident; empty if there are none.
 
     The initial uncertainties are compared with the ranges of docs/consistency.md, in which one
@@ -269,6 +275,6 @@ def validity(scenario: Scenario) -> tuple[str, ...]:
         return ()
     return tuple(
         f"{key} = {value:g}: the linear covariance was found to be consistent up to {limit:g}"
-        for key, value, limit in examined(scenario)
+        for key, value, limit in list_validity_ranges(scenario)
         if value > limit
     )

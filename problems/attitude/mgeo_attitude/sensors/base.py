@@ -16,11 +16,11 @@ from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.sensors.errors import (
-    Alike,
-    Influence,
+    BiasSensitivity,
+    ScalarConstant,
     State,
+    check_bias_sensitivities,
     check_considered,
-    check_influences,
 )
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
@@ -36,7 +36,7 @@ from mgeo_attitude.settings.types import (
 )
 
 #: Gyro or sensor.
-Noisy = TypeVar("Noisy")
+Instrument = TypeVar("Noisy")
 
 Boresight = Annotated[Direction, Field(description="boresight, body axes (any length)")]
 #: Least angle between the boresight and a body that blinds a sensor.
@@ -73,7 +73,7 @@ class Sensor(Settings, ABC):
     #: States that are rotation vectors for `rotation.rotate`; all other states are additive.
     rotations: ClassVar[tuple[str, ...]] = ()
     #: Name of the state that is a constant offset of the measurements.
-    offset: ClassVar[str] = "bias"
+    offset_state: ClassVar[str] = "bias"
     #: Whether the sensor requires the geomagnetic field model.
     needs_field: ClassVar[bool] = True
     #: Names of the parameters that are 1-sigmas of noise.
@@ -83,11 +83,11 @@ class Sensor(Settings, ABC):
     #: Suffixes of the telemetry columns, which follow the sensor's name and an underscore:
     #: components of a vector, or q1 to q4 of the measured quaternion from GCRF to the body, scalar
     #: last. The column of a scalar is the sensor's name alone.
-    channels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
+    telemetry_suffixes: ClassVar[tuple[str, ...]] = ("x", "y", "z")
     #: Whether the length of a vector in telemetry is ignored.
-    unit_length: ClassVar[bool] = False
+    has_unit_length: ClassVar[bool] = False
     #: Unit of a vector in telemetry.
-    channel_unit: ClassVar[Unit] = DIMENSIONLESS
+    telemetry_unit: ClassVar[Unit] = DIMENSIONLESS
 
     name: Identifier
     """name, unique in the suite; prefix of the sensor's states"""
@@ -95,32 +95,32 @@ class Sensor(Settings, ABC):
     """time between measurements, a multiple of the filter's step; default: every step"""
     considered: tuple[str, ...] = Field(default=(), kw_only=True)
     """states that the filter considers but does not estimate (Schmidt-Kalman)"""
-    influences: tuple[Influence, ...] = Field(default=(), kw_only=True)
+    bias_sensitivities: tuple[BiasSensitivity, ...] = Field(default=(), kw_only=True)
     """housekeeping channels on which the bias or misalignment depends, such as a temperature or a
     current"""
-    initial_delay_s: Seconds = Field(default=0.0, ge=0.0, kw_only=True)
+    initial_latency_s: Seconds = Field(default=0.0, ge=0.0, kw_only=True)
     """unknown constant latency of the measurements, 1-sigma; 0 omits the states"""
 
     def __post_init__(self) -> None:
         check_considered(self.considered, self.states())
-        check_influences(self.influences, self.states(), self.kind)
+        check_bias_sensitivities(self.bias_sensitivities, self.states(), self.kind)
         expect(
-            not self.initial_delay_s or "delay" in self.states(),
+            not self.initial_latency_s or "delay" in self.states(),
             "initial_delay_s",
-            self.initial_delay_s,
+            self.initial_latency_s,
             f"0: {self.kind} has no state of this name",
         )
 
-    def delay(self) -> dict[str, State]:
+    def latency_states(self) -> dict[str, State]:
         """Return the state of `initial_delay_s`, if any, for use in `states`."""
-        return {"delay": Alike(self.initial_delay_s)} if self.initial_delay_s else {}
+        return {"delay": ScalarConstant(self.initial_latency_s)} if self.initial_latency_s else {}
 
-    def follows(self) -> dict[str, State]:
+    def sensitivity_states(self) -> dict[str, State]:
         """Return the states of `influences`, for use in `states`."""
         return {
-            each.state: each.initial_sigma
-            / (self.channel_unit if each.error == "bias" else DEG).factor
-            for each in self.influences
+            each.state_name: each.initial_sigma
+            / (self.telemetry_unit if each.error == "bias" else DEG).factor
+            for each in self.bias_sensitivities
         }
 
     @abstractmethod
@@ -135,7 +135,7 @@ class Sensor(Settings, ABC):
             attitude and vectors already refer to the time of the measurement.
         """
 
-    def sees(self) -> tuple[str, ...]:
+    def list_environment_errors(self) -> tuple[str, ...]:
         """Return the names of the `World.states` that affect the sensor.
 
         The errors that the scenario models are attributes of the `x` of `measure` and `measured`.
@@ -143,7 +143,7 @@ class Sensor(Settings, ABC):
         return ()
 
     @abstractmethod
-    def measure(self, x: Any, v: Vec3) -> Any:
+    def linearize_measurement(self, x: Any, v: Vec3) -> Any:
         """Return the measurement error as a linear function of the error state.
 
         Parameters
@@ -162,7 +162,7 @@ class Sensor(Settings, ABC):
         Vec3, or a tuple of as many numbers as `noise` has
         """
 
-    def measured(self, x: Any, v: Any) -> Any:
+    def predict_measurement(self, x: Any, v: Any) -> Any:
         """Return the exact noise-free measurement for errors of any size.
 
         The derivative at zero errors is `measure`. Implementations use only ``+ - * /`` and the
@@ -187,7 +187,7 @@ class Sensor(Settings, ABC):
             "or calibrate the sensor"
         )
 
-    def with_noise(self, measured: Any, noise: Floats) -> Any:
+    def add_noise(self, measurement: Any, noise: Floats) -> Any:
         """Add noise to a measurement.
 
         Parameters
@@ -197,7 +197,7 @@ class Sensor(Settings, ABC):
         noise : array, shape (..., m)
             Noise in the axes and unit of `measure`.
         """
-        return measured + noise
+        return measurement + noise
 
     def innovation(self, measured: Any, predicted: Any) -> Any:
         """Return the difference of two results of `measured`, in the sign and unit of `measure`.
@@ -207,14 +207,14 @@ class Sensor(Settings, ABC):
         return measured - predicted
 
     @abstractmethod
-    def noise(self) -> tuple[float, ...]:
+    def noise_sigmas(self) -> tuple[float, ...]:
         """Return the 1-sigma of the noise of each number, in the unit of the measurement."""
 
     def inertial_vector(self, environment: Environment) -> Floats | None:
         """Return the reference vector in GCRS, shape (n_steps + 1, 3), or None."""
         return None
 
-    def by_position(self, environment: Environment) -> Floats:
+    def position_gradient(self, environment: Environment) -> Floats:
         """Return the derivative of the `inertial_vector` with respect to the position.
 
         Required for sensors that are affected by the orbit error.
@@ -241,7 +241,7 @@ class Sensor(Settings, ABC):
         """
         raise NotImplementedError
 
-    def views(self) -> tuple[Cone, ...]:
+    def list_visibility_cones(self) -> tuple[Cone, ...]:
         """Return the cones that must contain or exclude directions for a measurement.
 
         A field of view is a cone that must contain the `inertial_vector`.
@@ -252,7 +252,7 @@ class Sensor(Settings, ABC):
         """Return the largest body rate in the step before a measurement [rad/s]."""
         return math.inf
 
-    def available(self, environment: Environment) -> Bools | None:
+    def find_available_samples(self, environment: Environment) -> Bools | None:
         """Return a mask of the samples at which the environment permits a measurement.
 
         The shape is (n_steps + 1,); None stands for all samples. Cones and rates are evaluated
@@ -261,11 +261,13 @@ class Sensor(Settings, ABC):
         return None
 
 
-def with_noise(part: Noisy, factor: float) -> Noisy:
+def scale_noise(instrument: Instrument, factor: float) -> Instrument:
     """Return a gyro or sensor with its noise multiplied by a factor."""
 
     def times(sigma: Any) -> Any:
         return tuple(map(times, sigma)) if isinstance(sigma, tuple) else factor * sigma
 
-    names = part.noise_parameters  # type: ignore[attr-defined]
-    return dataclasses.replace(part, **{name: times(getattr(part, name)) for name in names})  # type: ignore[type-var]
+    names = instrument.noise_parameters  # type: ignore[attr-defined]
+    return dataclasses.replace(
+        instrument, **{name: times(getattr(instrument, name)) for name in names}
+    )  # type: ignore[type-var]

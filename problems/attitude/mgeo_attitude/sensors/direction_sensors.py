@@ -23,11 +23,11 @@ from mgeo_attitude.geometry.rotation import (
 from mgeo_attitude.geometry.vector import Vec3, unit_vector
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Boresight, Exclusion
-from mgeo_attitude.sensors.errors import Misalignment, State, present
-from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor, where_it_is
+from mgeo_attitude.sensors.errors import Misalignment, State, select_nonzero
+from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor, apply_orbit_error
 from mgeo_attitude.sensors.world import POSITION_UNIT
 from mgeo_attitude.settings.errors import expect
-from mgeo_attitude.settings.types import Degrees, Identifier, Unit, Usual
+from mgeo_attitude.settings.types import Degrees, Identifier, Unit, UsualRange
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -47,22 +47,22 @@ class DirectionSensor(VectorSensor):
     axes that depend on the noise would correlate the innovations.
     """
 
-    unit_length: ClassVar[bool] = True
+    has_unit_length: ClassVar[bool] = True
 
-    def measure(self, x: Any, v: Vec3) -> Any:
-        y = super().measure(x, v)
+    def linearize_measurement(self, x: Any, v: Vec3) -> Any:
+        y = super().linearize_measurement(x, v)
         return tuple(inner(axis, y) for axis in x.gradient[: self.n_gradient])
 
-    def measured(self, x: Any, v: Any) -> Any:
-        return normalize(super().measured(x, v))
+    def predict_measurement(self, x: Any, v: Any) -> Any:
+        return normalize(super().predict_measurement(x, v))
 
-    def with_noise(self, measured: Any, noise: Floats) -> Any:
-        across = sum(axis * noise[..., [k]] for k, axis in enumerate(tangent_vectors(measured)))
-        return rotate(cross(measured, across), measured)
+    def add_noise(self, measurement: Any, noise: Floats) -> Any:
+        across = sum(axis * noise[..., [k]] for k, axis in enumerate(tangent_vectors(measurement)))
+        return rotate(cross(measurement, across), measurement)
 
     def innovation(self, measured: Any, predicted: Any) -> Any:
         known = predicted if isinstance(predicted, np.ndarray) else predicted.value.T
-        columns = np.moveaxis(carried(known, measured), -2, 0)
+        columns = np.moveaxis(rotate_tangents(known, measured), -2, 0)
         off = sum(column * predicted[..., [k]] for k, column in enumerate(columns))
         return -2.0 * off / (1.0 + dot(measured, predicted))
 
@@ -79,7 +79,7 @@ class DirectionSensor(VectorSensor):
         return across
 
 
-def carried(v: Floats, w: Floats) -> Floats:
+def rotate_tangents(v: Floats, w: Floats) -> Floats:
     """Return axes perpendicular to the unit vector v, rotated with v to w by the smallest rotation.
 
     The shape is (..., 3, 2).
@@ -104,20 +104,20 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
     kind: ClassVar[str] = "two-axis-sun-sensor"
 
     name: Identifier = "sun"
-    noise_deg: Annotated[Degrees, Usual(0.001, 10.0)] = Field(default=0.5, gt=0.0)
+    noise_deg: Annotated[Degrees, UsualRange(0.001, 10.0)] = Field(default=0.5, gt=0.0)
     """noise per sample, 1-sigma of each angle"""
 
-    def noise(self) -> tuple[float, ...]:
-        return super().noise()[:2]
+    def noise_sigmas(self) -> tuple[float, ...]:
+        return super().noise_sigmas()[:2]
 
-    def measured(self, x: Any, v: Any) -> Any:
+    def predict_measurement(self, x: Any, v: Any) -> Any:
         """Return the direction to the Sun, rotated by the perpendicular part of the albedo.
 
         The part along the Sun direction changes the angles in second order only and is omitted. In
         the model, it would scale all other parts, and the maximum a posteriori estimate would
         shrink them.
         """
-        seen = normalize(VectorSensor.measured(self, x, v))
+        seen = normalize(VectorSensor.predict_measurement(self, x, v))
         if not hasattr(x, "albedo"):
             return seen
         light = x.to_body(x.albedo)
@@ -147,7 +147,7 @@ class HorizonSensor(DirectionSensor):
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
 
     name: Identifier = "horizon"
-    noise_deg: Annotated[Degrees, Usual(0.001, 10.0)] = Field(default=0.1, gt=0.0)
+    noise_deg: Annotated[Degrees, UsualRange(0.001, 10.0)] = Field(default=0.1, gt=0.0)
     """noise per sample, 1-sigma of each angle"""
     initial_misalignment_deg: Misalignment = 0.5
     initial_bias: float = Field(default=0.002, gt=0.0)
@@ -175,16 +175,16 @@ class HorizonSensor(DirectionSensor):
 
     def states(self) -> dict[str, State]:
         tilt = math.radians(self.initial_misalignment_deg)
-        own = present(misalignment=tilt, bias=self.initial_bias)
-        return own | self.follows() | self.delay()
+        own = select_nonzero(misalignment=tilt, bias=self.initial_bias)
+        return own | self.sensitivity_states() | self.latency_states()
 
-    def sees(self) -> tuple[str, ...]:
+    def list_environment_errors(self) -> tuple[str, ...]:
         return ("orbit_error",)
 
-    def measured(self, x: Any, v: Any) -> Any:
-        return super().measured(x, where_it_is(x, v))
+    def predict_measurement(self, x: Any, v: Any) -> Any:
+        return super().predict_measurement(x, apply_orbit_error(x, v))
 
-    def noise(self) -> tuple[float, ...]:
+    def noise_sigmas(self) -> tuple[float, ...]:
         return (math.radians(self.noise_deg),) * 2
 
     def inertial_vector(self, environment: Environment) -> Floats:
@@ -192,7 +192,7 @@ class HorizonSensor(DirectionSensor):
         nadir: Floats = -environment.position / distance
         return nadir
 
-    def by_position(self, environment: Environment) -> Floats:
+    def position_gradient(self, environment: Environment) -> Floats:
         n, distance = (
             self.inertial_vector(environment),
             np.linalg.norm(environment.position, axis=1),
@@ -201,7 +201,7 @@ class HorizonSensor(DirectionSensor):
         derivative: Floats = -POSITION_UNIT / distance[:, None, None] * across
         return derivative
 
-    def views(self) -> tuple[Cone, ...]:
+    def list_visibility_cones(self) -> tuple[Cone, ...]:
         axis, cones = unit_vector(self.boresight), []
         if self.half_angle_deg < 180.0:
             cones.append(Cone("", axis, math.radians(self.half_angle_deg), keep_in=True))
@@ -209,7 +209,7 @@ class HorizonSensor(DirectionSensor):
             cones.append(Cone("sun", axis, math.radians(self.sun_exclusion_deg), keep_in=False))
         return tuple(cones)
 
-    def available(self, environment: Environment) -> Bools | None:
+    def find_available_samples(self, environment: Environment) -> Bools | None:
         altitude = 1e-3 * (np.linalg.norm(environment.position, axis=1) - EARTH_RADIUS)
         highest = math.inf if self.highest_altitude_km is None else self.highest_altitude_km
         there: Bools = (altitude >= self.lowest_altitude_km) & (altitude <= highest)

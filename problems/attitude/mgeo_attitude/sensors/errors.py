@@ -18,7 +18,7 @@ from pydantic import Field
 from mgeo_attitude.geometry.rotation import rotate
 from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.settings.base import Settings
-from mgeo_attitude.settings.errors import InvalidValue, expect, expect_unique, known_names
+from mgeo_attitude.settings.errors import InvalidValue, expect, expect_unique, format_known_names
 from mgeo_attitude.settings.types import Degrees, NonNegative, Unit
 
 
@@ -49,11 +49,11 @@ class GaussMarkov:
     correlation_time: float
 
     @property
-    def density(self) -> Any:
+    def noise_density(self) -> Any:
         """Power spectral density of the driving noise, one number or one per axis."""
         return 2.0 * np.square(self.sigma) / self.correlation_time
 
-    def over(self, duration: Any) -> tuple[Any, Any]:
+    def discretize(self, duration: Any) -> tuple[Any, Any]:
         """Return the decay factor over a duration [s] and the variance of the accumulated noise.
 
         Parameters
@@ -67,7 +67,7 @@ class GaussMarkov:
 
 
 @dataclass(frozen=True)
-class Alike:
+class ScalarConstant:
     """Constant error with three nearly equal components, which represents a scalar as a 3-vector.
 
     Attributes
@@ -84,16 +84,16 @@ class Alike:
 
 
 #: Model of a state: the initial 1-sigma of a constant, for all axes or per axis, or a process.
-State = float | tuple[float, float, float] | GaussMarkov | Alike
+State = float | tuple[float, float, float] | GaussMarkov | ScalarConstant
 
 
-def sigma_of(state: State) -> float | tuple[float, float, float]:
+def get_initial_sigma(state: State) -> float | tuple[float, float, float]:
     """Return the initial 1-sigma of a state, for all axes or per axis."""
-    return state.sigma if isinstance(state, GaussMarkov | Alike) else state
+    return state.sigma if isinstance(state, GaussMarkov | ScalarConstant) else state
 
 
 @pydantic.dataclasses.dataclass(frozen=True)
-class Influence(Settings):
+class BiasSensitivity(Settings):
     """Dependence of a bias or misalignment on a housekeeping channel.
 
     The error changes by c (u - u₀) with the channel's value u. The coefficient c is a constant
@@ -119,20 +119,20 @@ class Influence(Settings):
     """error that depends on the channel"""
 
     @property
-    def state(self) -> str:
+    def state_name(self) -> str:
         """Name of the coefficient's state."""
         return f"{self.error}_per_{self.channel}"
 
-    def unit_of(self, error: Unit) -> Unit:
+    def coefficient_unit(self, error: Unit) -> Unit:
         """Return the unit of the coefficient for an error in a unit."""
         return Unit(f"{error.text} per {self.unit}", error.suffix, error.factor)
 
 
-def influenced(
-    influences: Sequence[Influence],
-    own: MutableMapping[str, Any],
-    values: Sequence[Any],
-    times: Callable[[Any, Any], Any] = lambda value, coefficient: value * coefficient,
+def apply_bias_sensitivities(
+    sensitivities: Sequence[BiasSensitivity],
+    errors: MutableMapping[str, Any],
+    channel_deviations: Sequence[Any],
+    multiply: Callable[[Any, Any], Any] = lambda value, coefficient: value * coefficient,
 ) -> MutableMapping[str, Any]:
     """Add the effect of housekeeping channels to the errors of an owner, in place.
 
@@ -146,25 +146,25 @@ def influenced(
     times : function
         Product of a value and a state.
     """
-    for influence, value in zip(influences, values, strict=True):
-        known, change = own[influence.error], times(value, own.pop(influence.state))
+    for influence, value in zip(sensitivities, channel_deviations, strict=True):
+        known, change = errors[influence.error], multiply(value, errors.pop(influence.state_name))
         if influence.error == "bias" or isinstance(known, Vec3):
-            own[influence.error] = known + change
+            errors[influence.error] = known + change
         else:
-            own[influence.error] = partial(_rotate_twice, known, change)
-    return own
+            errors[influence.error] = partial(_rotate_twice, known, change)
+    return errors
 
 
 def _rotate_twice(last: Any, first: Any, vector: Any) -> Any:
     return rotate(last, rotate(first, vector))
 
 
-def by_axis(sigma: float | tuple[float, float, float]) -> tuple[float, float, float]:
+def expand_per_axis(sigma: float | tuple[float, float, float]) -> tuple[float, float, float]:
     """Return one number per axis, where one number may stand for all axes."""
     return sigma if isinstance(sigma, tuple) else (sigma, sigma, sigma)
 
 
-def present(**sigmas: float) -> dict[str, State]:
+def select_nonzero(**sigmas: float) -> dict[str, State]:
     """Return the constants with a nonzero initial 1-sigma."""
     return {state: sigma for state, sigma in sigmas.items() if sigma}
 
@@ -192,13 +192,15 @@ Nonorthogonality = Annotated[
 ]
 
 
-def check_influences(influences: Sequence[Influence], states: Collection[str], kind: str) -> None:
+def check_bias_sensitivities(
+    sensitivities: Sequence[BiasSensitivity], states: Collection[str], kind: str
+) -> None:
     """Raise InvalidValue if an influence is repeated or refers to an error that does not exist."""
-    for i, influence in enumerate(influences):
+    for i, influence in enumerate(sensitivities):
         none = f"no influence: {kind} has no {influence.error} that could depend on it"
-        there = {influence.state, influence.error} <= set(states)
+        there = {influence.state_name, influence.error} <= set(states)
         expect(there, f"influences[{i}].channel", influence.channel, none)
-    expect_unique("influences[{}].channel", [influence.state for influence in influences])
+    expect_unique("influences[{}].channel", [influence.state_name for influence in sensitivities])
 
 
 def check_considered(considered: Sequence[str], states: Collection[str]) -> None:
@@ -206,5 +208,5 @@ def check_considered(considered: Sequence[str], states: Collection[str]) -> None
     expect_unique("considered[{}]", considered)
     for i, state in enumerate(considered):
         if state not in states:
-            expected = f"unknown state{known_names(state, states)}"
+            expected = f"unknown state{format_known_names(state, states)}"
             raise InvalidValue(f"considered[{i}]", state, expected)

@@ -16,12 +16,12 @@ from mgeo_attitude.geometry.rotation import rotate, shear, unrotate
 from mgeo_attitude.geometry.vector import Vec3, componentwise_product, cross
 from mgeo_attitude.geometry.vector import shear as shear_components
 from mgeo_attitude.sensors.errors import (
-    Influence,
+    BiasSensitivity,
     Nonorthogonality,
     ScaleFactor,
-    by_axis,
+    check_bias_sensitivities,
     check_considered,
-    check_influences,
+    expand_per_axis,
 )
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
@@ -35,7 +35,7 @@ from mgeo_attitude.settings.types import (
     PerAxis,
     Positive,
     Unit,
-    Usual,
+    UsualRange,
 )
 
 _ALLAN_PEAK = 0.437
@@ -67,13 +67,13 @@ class Gyro(Settings):
     }
 
     angle_random_walk_deg_per_sqrt_h: Annotated[
-        PerAxis[Positive], Unit("deg/sqrt(h)"), Usual(5e-5, 5.0)
+        PerAxis[Positive], Unit("deg/sqrt(h)"), UsualRange(5e-5, 5.0)
     ] = 0.01
     """angle random walk, 1-sigma, for all axes or per axis"""
     rate_random_walk: Annotated[PerAxis[NonNegative], Unit("rad/s^1.5")] = 3e-8
     """rate random walk of the bias, 1-sigma, for all axes or per axis"""
     bias_instability_deg_per_h: Annotated[
-        PerAxis[Positive] | None, Unit("deg/h"), Usual(1e-4, 100.0)
+        PerAxis[Positive] | None, Unit("deg/h"), UsualRange(1e-4, 100.0)
     ] = None
     """bias instability, the minimum of the Allan deviation, for all axes or per axis; replaces
     rate_random_walk"""
@@ -89,22 +89,24 @@ class Gyro(Settings):
     """largest rate that the gyro measures about an axis; an upper bound on rates of plans"""
     quantization_deg_per_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
     """quantization step of the reported rates, in simulation and calibration"""
-    sample_noise_deg_s: Annotated[PerAxis[Positive] | None, Unit("deg/s"), Usual(1e-5, 5.0)] = None
+    sample_noise_deg_s: Annotated[
+        PerAxis[Positive] | None, Unit("deg/s"), UsualRange(1e-5, 5.0)
+    ] = None
     """noise of each rate sample in addition to the angle random walk, 1-sigma, for all axes or per
     axis; independent of the sample interval"""
     considered: tuple[str, ...] = ()
     """states that the filter considers but does not estimate (Schmidt-Kalman)"""
-    influences: tuple[Influence, ...] = ()
+    bias_sensitivities: tuple[BiasSensitivity, ...] = ()
     """housekeeping channels on which the bias depends, such as a temperature or a current"""
 
     def __post_init__(self) -> None:
         floor = self.bias_instability_deg_per_h
         lasting = "none without bias_decay: the Allan deviation of a random walk has no floor"
         expect(not floor or self.bias_decay, "bias_instability_deg_per_h", floor, lasting)
-        walk = by_axis(self.rate_random_walk)
+        walk = expand_per_axis(self.rate_random_walk)
         expect(all(walk) == any(walk), "rate_random_walk", walk, "all > 0 rad/s^1.5, or all zero")
         check_considered(self.considered, self.states())
-        check_influences(self.influences, self.states(), "the gyro")
+        check_bias_sensitivities(self.bias_sensitivities, self.states(), "the gyro")
 
     def states(self) -> dict[str, float]:
         """Return the initial 1-sigma per axis of each error state (3-vectors, body axes)."""
@@ -114,14 +116,14 @@ class Gyro(Settings):
             "misalignment": math.radians(self.initial_misalignment_deg),
             "nonorthogonality": math.radians(self.initial_nonorthogonality_deg),
             **{
-                each.state: math.radians(each.initial_sigma)
-                for each in self.influences
+                each.state_name: math.radians(each.initial_sigma)
+                for each in self.bias_sensitivities
                 if each.error == "bias"
             },
         }
         return {state: sigma for state, sigma in states.items() if sigma}
 
-    def sampled(self, interval: float) -> Gyro:
+    def convert_sample_noise(self, interval: float) -> Gyro:
         """Return the gyro with its sample noise converted to angle random walk.
 
         Independent rate errors σ at a sample interval T accumulate to an angle random walk of σ √T.
@@ -133,14 +135,14 @@ class Gyro(Settings):
         """
         if self.sample_noise_deg_s is None:
             return self
-        walks = by_axis(self.angle_random_walk_deg_per_sqrt_h)
-        each = zip(walks, by_axis(self.sample_noise_deg_s), strict=True)
+        walks = expand_per_axis(self.angle_random_walk_deg_per_sqrt_h)
+        each = zip(walks, expand_per_axis(self.sample_noise_deg_s), strict=True)
         x, y, z = (math.hypot(walk, 60.0 * sigma * math.sqrt(interval)) for walk, sigma in each)
         return dataclasses.replace(
             self, angle_random_walk_deg_per_sqrt_h=(x, y, z), sample_noise_deg_s=None
         )
 
-    def derivative(self, x: Any, omega: Vec3) -> dict[str, Vec3]:
+    def compute_error_derivative(self, x: Any, omega: Vec3) -> dict[str, Vec3]:
         """Return the time derivative of the error state, equation (2), by state.
 
         States that are missing from the result are constant. The channels of `influences` are taken
@@ -160,11 +162,11 @@ class Gyro(Settings):
             theta = theta + cross(omega, x.misalignment)
         if self.initial_nonorthogonality_deg:
             theta = theta - shear_components(omega, x.nonorthogonality)
-        for influence in self.influences:
-            theta = theta - getattr(x, influence.state)
+        for influence in self.bias_sensitivities:
+            theta = theta - getattr(x, influence.state_name)
         return {"theta": theta, "bias": -self.bias_decay * x.bias}
 
-    def measured(self, x: Any, omega: Floats) -> Floats:
+    def predict_measurement(self, x: Any, omega: Floats) -> Floats:
         """Return the exact noise-free measured rate [rad/s], shape (..., 3).
 
         ω_m = R(μ) (ω + k ∘ ω + N(η) ω) + b, with misalignment μ, scale factors k and the symmetric
@@ -177,19 +179,21 @@ class Gyro(Settings):
         omega : array, shape (..., 3)
             Body rate ω [rad/s].
         """
-        rate = self._stretched(x, omega)
+        rate = self._apply_scale_and_shear(x, omega)
         if self.initial_misalignment_deg:
             rate = rotate(x.misalignment, rate)
         reported: Floats = rate + x.bias
         return reported
 
-    def corrected(self, x: Any, measured: Floats) -> Floats:
+    def correct_measurement(self, x: Any, measured: Floats) -> Floats:
         """Return the body rate for a measured rate; the inverse of `measured`."""
         rate: Any = measured - x.bias
         if self.initial_misalignment_deg:
             rate = unrotate(x.misalignment, rate)
         if self.initial_nonorthogonality_deg:
-            columns = np.stack([self._stretched(x, axis) for axis in np.eye(3)], axis=-1)
+            columns = np.stack(
+                [self._apply_scale_and_shear(x, axis) for axis in np.eye(3)], axis=-1
+            )
             if columns.size == 9:  # the same errors for all rates
                 rate = np.einsum("ij,...j->...i", np.linalg.inv(columns.reshape(3, 3)), rate)
             else:
@@ -199,7 +203,7 @@ class Gyro(Settings):
         corrected: Floats = rate
         return corrected
 
-    def _stretched(self, x: Any, rate: Floats) -> Floats:
+    def _apply_scale_and_shear(self, x: Any, rate: Floats) -> Floats:
         """Return (I + diag(k) + N(η)) ω."""
         stretched = rate
         if self.initial_scale_factor:
@@ -209,7 +213,7 @@ class Gyro(Settings):
         return stretched
 
     @property
-    def drift(self) -> tuple[float, float, float]:
+    def effective_rate_random_walk(self) -> tuple[float, float, float]:
         """Rate random walk that drives the bias, per axis [rad/s^1.5].
 
         The bias instability is the maximum of the Allan deviation of a Gauss-Markov process with
@@ -217,23 +221,23 @@ class Gyro(Settings):
         C.1.5).
         """
         if self.bias_instability_deg_per_h is None:
-            return by_axis(self.rate_random_walk)
+            return expand_per_axis(self.rate_random_walk)
         x, y, z = (
             math.radians(floor) / 3600.0 * math.sqrt(self.bias_decay) / _ALLAN_PEAK
-            for floor in by_axis(self.bias_instability_deg_per_h)
+            for floor in expand_per_axis(self.bias_instability_deg_per_h)
         )
         return x, y, z
 
-    def diffusion(self) -> dict[str, list[float]]:
+    def compute_noise_density(self) -> dict[str, list[float]]:
         """Return the power spectral density of the noise that drives each state, per axis."""
-        walks = by_axis(self.angle_random_walk_deg_per_sqrt_h)
+        walks = expand_per_axis(self.angle_random_walk_deg_per_sqrt_h)
         return {
             "theta": [(math.radians(walk) / 60.0) ** 2 for walk in walks],
-            "bias": [drift**2 for drift in self.drift],
+            "bias": [drift**2 for drift in self.effective_rate_random_walk],
         }
 
 
-def is_uneven(diffusion: Floats) -> bool:
+def has_axis_dependent_noise(noise_density: Floats) -> bool:
     """Return whether the noise of a gyro differs between axes.
 
     Parameters
@@ -241,5 +245,5 @@ def is_uneven(diffusion: Floats) -> bool:
     diffusion : array, shape (..., n), n >= 6
         Diagonal of the process noise density, attitude and bias first; see `Suite.diffusion`.
     """
-    walks = diffusion[..., :6].reshape(*diffusion.shape[:-1], 2, 3)
+    walks = noise_density[..., :6].reshape(*noise_density.shape[:-1], 2, 3)
     return bool(np.ptp(walks, axis=-1).any())

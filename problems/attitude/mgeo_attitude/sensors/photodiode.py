@@ -18,7 +18,7 @@ from mgeo_attitude.geometry.vector import Vec3, choose, componentwise_product, c
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import State
-from mgeo_attitude.settings.types import Degrees, Direction, Identifier, Usual
+from mgeo_attitude.settings.types import Degrees, Direction, Identifier, UsualRange
 
 
 @dataclass(frozen=True)
@@ -44,22 +44,22 @@ class Photodiode(Sensor):
     kind: ClassVar[str] = "photodiode"
     needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("relative_noise",)
-    offset: ClassVar[str] = "sensitivity"
-    channels: ClassVar[tuple[str, ...]] = ("",)
+    offset_state: ClassVar[str] = "sensitivity"
+    telemetry_suffixes: ClassVar[tuple[str, ...]] = ("",)
 
     name: Identifier = "diode"
     normal: Direction = (0.0, 0.0, 1.0)
     """outward normal, body axes (any length)"""
-    relative_noise: Annotated[float, Usual(1e-4, 0.5)] = Field(default=0.02, gt=0.0)
+    relative_noise: Annotated[float, UsualRange(1e-4, 0.5)] = Field(default=0.02, gt=0.0)
     """noise per sample, 1-sigma, relative to the signal with the Sun at the normal"""
-    initial_scale_factor: Annotated[float, Usual(1e-4, 0.5)] = Field(default=0.05, gt=0.0)
+    initial_scale_factor: Annotated[float, UsualRange(1e-4, 0.5)] = Field(default=0.05, gt=0.0)
     """initial gain error, 1-sigma"""
     initial_misalignment_deg: Degrees = Field(default=2.0, gt=0.0)
     """initial misalignment of the normal, 1-sigma about each transverse axis"""
     half_angle_deg: Degrees = Field(default=70.0, gt=0.0, le=89.0)
     """largest angle between Sun and normal at which the diode is used; beyond it, albedo and
     reflections are no longer small compared to the signal"""
-    sees_albedo: bool = True
+    includes_albedo: bool = True
     """whether albedo affects the measurement, if the scenario models it"""
 
     @cached_property
@@ -69,36 +69,36 @@ class Photodiode(Sensor):
 
     def states(self) -> dict[str, State]:
         tilt = math.radians(self.initial_misalignment_deg)
-        return {"sensitivity": (tilt, tilt, self.initial_scale_factor)} | self.delay()
+        return {"sensitivity": (tilt, tilt, self.initial_scale_factor)} | self.latency_states()
 
-    def sees(self) -> tuple[str, ...]:
-        return ("albedo",) if self.sees_albedo else ()
+    def list_environment_errors(self) -> tuple[str, ...]:
+        return ("albedo",) if self.includes_albedo else ()
 
-    def measure(self, x: Any, v: Vec3) -> Any:
+    def linearize_measurement(self, x: Any, v: Vec3) -> Any:
         *_, n = axes = [Vec3(*axis) for axis in self.axes.tolist()]
         seen, more = v, x.moved
-        if self.sees_albedo:
+        if self.includes_albedo:
             light = x.gradient[0]
-            before = Vec3(*[_is_in_front(inner(n, light))] * 3)
+            before = Vec3(*[_select_front_light(inner(n, light))] * 3)
             seen = v + componentwise_product(before, light)
             if hasattr(x, "albedo"):
                 more = more + componentwise_product(before, x.to_body(x.albedo))
         y = inner(n, cross(seen, x.theta) + more)
         return (sum((e * inner(a, seen) for e, a in zip(x.sensitivity, axes, strict=True)), y),)
 
-    def measured(self, x: Any, v: Any) -> Any:
+    def predict_measurement(self, x: Any, v: Any) -> Any:
         """Return the signal of Sun and albedo for a Sun angle within the half-angle."""
         errors = (x.sensitivity[..., [k]] * axis for k, axis in enumerate(self.axes))
         sensitivity = sum(errors, self.axes[2])
-        if self.sees_albedo:
+        if self.includes_albedo:
             light = x.gradient[0]
-            before = _is_in_front(dot(self.axes[2], light))
+            before = _select_front_light(dot(self.axes[2], light))
             if hasattr(x, "albedo"):
                 light = light + x.to_body(x.albedo)
             v = v + before * light
         return dot(sensitivity, v)
 
-    def noise(self) -> tuple[float, ...]:
+    def noise_sigmas(self) -> tuple[float, ...]:
         return (self.relative_noise,)
 
     def inertial_vector(self, environment: Environment) -> Floats:
@@ -106,22 +106,22 @@ class Photodiode(Sensor):
 
     @property
     def n_gradient(self) -> int:
-        return int(self.sees_albedo)
+        return int(self.includes_albedo)
 
     def gradient(self, environment: Environment) -> Floats:
         """Return the albedo vector, shape (n_steps + 1, 3, 1)."""
         light, sun = environment.albedo, environment.sun
         return (np.zeros_like(sun) if light is None else light)[:, :, None]
 
-    def views(self) -> tuple[Cone, ...]:
+    def list_visibility_cones(self) -> tuple[Cone, ...]:
         return (
             Cone("", unit_vector(self.normal), math.radians(self.half_angle_deg), keep_in=True),
         )
 
-    def available(self, environment: Environment) -> Bools | None:
+    def find_available_samples(self, environment: Environment) -> Bools | None:
         return None if environment.sunlit.all() else environment.sunlit
 
 
-def _is_in_front(cosine: Any) -> Any:
+def _select_front_light(cosine: Any) -> Any:
     """Return 1 for light in front of a face and 0 otherwise; also for symbols and `Taylor`."""
     return choose(cosine.value.T if hasattr(cosine, "value") else cosine, 0.0, 1.0, 0.0)

@@ -16,11 +16,11 @@ from mgeo_attitude.geometry.rotation import rotate
 from mgeo_attitude.sensors.base import Sensor
 
 #: Name of the state of the rate error by gyro noise in the step before a sample [rad/s].
-NOISE = "rate_noise"
+RATE_NOISE = "rate_noise"
 
 
 @dataclass(frozen=True)
-class Readings:
+class Measurements:
     """Measurements of a run of n steps.
 
     Attributes
@@ -38,7 +38,7 @@ class Readings:
     gyro: Floats
     sensors: tuple[Floats, ...]
 
-    def where(self, available: Bools) -> Readings:
+    def mask(self, available: Bools) -> Measurements:
         """Return the measurements at available samples; all others become NaN.
 
         Parameters
@@ -50,19 +50,19 @@ class Readings:
         return dataclasses.replace(self, sensors=readings)
 
 
-def as_array(report: Any) -> Floats:
+def stack_measurement(measurement: Any) -> Floats:
     """Stack the result of `Sensor.measured` into one array, shape (..., k, 3)."""
-    vectors = report if isinstance(report, tuple) else (report,)
+    vectors = measurement if isinstance(measurement, tuple) else (measurement,)
     return np.stack(np.broadcast_arrays(*vectors), axis=-2)
 
 
-def as_reported(array: Floats) -> Any:
+def unstack_measurement(array: Floats) -> Any:
     """Split an array into the form of `Sensor.measured`; the inverse of `as_array`."""
     vectors = tuple(np.moveaxis(array, -2, 0))
     return vectors if len(vectors) > 1 else vectors[0]
 
 
-def n_vectors(sensor: Sensor) -> int:
+def count_vectors(sensor: Sensor) -> int:
     """Return the number of vectors that a sensor measures.
 
     Raises
@@ -71,14 +71,23 @@ def n_vectors(sensor: Sensor) -> int:
         If the sensor does not define `measured`.
     """
     zero, still = dict.fromkeys(sensor.states(), np.zeros(3)), np.zeros(3)
-    looks = [np.array([1.0, 0.0, 0.0]), *np.zeros((sensor.n_gradient + len(sensor.delay()), 3))]
-    return len(as_array(sensor.measured(*taken(sensor, zero, looks, lambda vector: vector, still))))
+    looks = [
+        np.array([1.0, 0.0, 0.0]),
+        *np.zeros((sensor.n_gradient + len(sensor.latency_states()), 3)),
+    ]
+    return len(
+        stack_measurement(
+            sensor.predict_measurement(
+                *apply_latency(sensor, zero, looks, lambda vector: vector, still)
+            )
+        )
+    )
 
 
-def taken(
+def apply_latency(
     sensor: Sensor,
     states: Mapping[str, Any],
-    looks: Sequence[Floats],
+    reference_vectors: Sequence[Floats],
     to_body: Callable[[Any], Any],
     rate: Floats,
 ) -> tuple[SimpleNamespace, Any]:
@@ -107,25 +116,25 @@ def taken(
         Reference vector in body axes.
     """
     late = states.get("delay")
-    if NOISE in states:
-        rate = rate + states[NOISE]
+    if RATE_NOISE in states:
+        rate = rate + states[RATE_NOISE]
 
     def then(vector: Any) -> Any:
         turned = to_body(vector)
         return turned if late is None else rotate(late * rate, turned)
 
-    v, *more = map(then, looks)
+    v, *more = map(then, reference_vectors)
     if late is not None:
         v = v - late * more.pop()
     return SimpleNamespace(**{**states, "to_body": then, "gradient": more}), v
 
 
-def in_threes(numbers: Iterable[Sequence[float] | Floats]) -> Floats:
+def pad_to_three(numbers: Iterable[Sequence[float] | Floats]) -> Floats:
     """Return up to three numbers per sensor as an array, shape (s, 3), padded with ones."""
     return np.array([[*row, 1.0, 1.0][:3] for row in numbers])
 
 
-def to_channels(sensor: Sensor, vectors: Floats) -> Floats:
+def to_telemetry(sensor: Sensor, vectors: Floats) -> Floats:
     """Convert measurements to telemetry columns, with NaN for missing measurements.
 
     Parameters
@@ -138,23 +147,23 @@ def to_channels(sensor: Sensor, vectors: Floats) -> Floats:
     array, shape (n, len(channels))
         Vector components in the channel's unit, or a quaternion as in `quaternions`.
     """
-    if len(sensor.channels) < 4:
-        return vectors[:, 0] * sensor.channel_unit.factor
-    return _where_finite(vectors, 4, lambda axes: Rotation.from_matrix(axes).as_quat(True))
+    if len(sensor.telemetry_suffixes) < 4:
+        return vectors[:, 0] * sensor.telemetry_unit.factor
+    return _convert_finite_rows(vectors, 4, lambda axes: Rotation.from_matrix(axes).as_quat(True))
 
 
-def from_channels(sensor: Sensor, values: Floats) -> Floats:
+def from_telemetry(sensor: Sensor, values: Floats) -> Floats:
     """Convert telemetry columns to measurements; the inverse of `to_channels`.
 
     Vectors of sensors with `unit_length` are normalized.
     """
-    if len(sensor.channels) < 4:
-        length = np.linalg.norm(values, axis=1, keepdims=True) if sensor.unit_length else 1.0
-        return (values / (length * sensor.channel_unit.factor))[:, None]
-    return _where_finite(values, (3, 3), lambda q: Rotation.from_quat(q).as_matrix())
+    if len(sensor.telemetry_suffixes) < 4:
+        length = np.linalg.norm(values, axis=1, keepdims=True) if sensor.has_unit_length else 1.0
+        return (values / (length * sensor.telemetry_unit.factor))[:, None]
+    return _convert_finite_rows(values, (3, 3), lambda q: Rotation.from_quat(q).as_matrix())
 
 
-def _where_finite(
+def _convert_finite_rows(
     values: Floats, shape: int | tuple[int, ...], convert: Callable[[Floats], Floats]
 ) -> Floats:
     """Convert rows to a new shape; rows with NaN become NaN."""

@@ -16,8 +16,8 @@ from mgeo_attitude.geometry.rotation import build_frame, cross, dot, rotate, unr
 from mgeo_attitude.geometry.vector import Vec3, unit_vector
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Boresight, Exclusion, Sensor
-from mgeo_attitude.sensors.errors import Misalignment, State, present
-from mgeo_attitude.settings.types import DegreesPerSecond, Identifier, Unit, Usual
+from mgeo_attitude.sensors.errors import Misalignment, State, select_nonzero
+from mgeo_attitude.settings.types import DegreesPerSecond, Identifier, Unit, UsualRange
 
 _ARCSEC_PER_DEG = 3600.0
 
@@ -42,13 +42,15 @@ class StarTracker(Sensor):
     needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_arcsec", "roll_noise_arcsec")
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
-    offset: ClassVar[str] = "misalignment"
-    channels: ClassVar[tuple[str, ...]] = ("q1", "q2", "q3", "q4")
+    offset_state: ClassVar[str] = "misalignment"
+    telemetry_suffixes: ClassVar[tuple[str, ...]] = ("q1", "q2", "q3", "q4")
 
     name: Identifier = "tracker"
-    noise_arcsec: Annotated[float, Unit("arcsec"), Usual(0.1, 1000.0)] = Field(default=10.0, gt=0.0)
+    noise_arcsec: Annotated[float, Unit("arcsec"), UsualRange(0.1, 1000.0)] = Field(
+        default=10.0, gt=0.0
+    )
     """noise about the cross axes, 1-sigma"""
-    roll_noise_arcsec: Annotated[float, Unit("arcsec"), Usual(0.5, 6000.0)] = Field(
+    roll_noise_arcsec: Annotated[float, Unit("arcsec"), UsualRange(0.5, 6000.0)] = Field(
         default=60.0, gt=0.0
     )
     """noise about the boresight, 1-sigma"""
@@ -70,22 +72,22 @@ class StarTracker(Sensor):
         return build_frame(np.array(unit_vector(self.boresight)))
 
     def states(self) -> dict[str, State]:
-        own = present(misalignment=math.radians(self.initial_misalignment_deg))
-        return own | self.follows() | self.delay()
+        own = select_nonzero(misalignment=math.radians(self.initial_misalignment_deg))
+        return own | self.sensitivity_states() | self.latency_states()
 
-    def measure(self, x: Any, v: Vec3) -> Vec3:
+    def linearize_measurement(self, x: Any, v: Vec3) -> Vec3:
         error: Vec3 = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta
         return Vec3(*(inner(error, Vec3(*axis)) for axis in self.axes.tolist()))
 
-    def measured(self, x: Any, v: Any) -> tuple[Any, ...]:
+    def predict_measurement(self, x: Any, v: Any) -> tuple[Any, ...]:
         """Return the axes of GCRS in the body axes that the tracker reports."""
         axes = tuple(map(x.to_body, np.eye(3)))
         mounted = hasattr(x, "misalignment")
         return tuple(rotate(x.misalignment, axis) for axis in axes) if mounted else axes
 
-    def with_noise(self, measured: tuple[Any, ...], noise: Floats) -> tuple[Floats, ...]:
+    def add_noise(self, measurement: tuple[Any, ...], noise: Floats) -> tuple[Floats, ...]:
         """Rotate the measured axes by R(-Tᵀ noise), so that the `innovation` equals the noise."""
-        return tuple(unrotate(noise @ self.axes, axis) for axis in measured)
+        return tuple(unrotate(noise @ self.axes, axis) for axis in measurement)
 
     def innovation(self, measured: tuple[Any, ...], predicted: tuple[Any, ...]) -> Any:
         """Return T y for the rotation R(-y) from the predicted to the measured axes."""
@@ -94,12 +96,12 @@ class StarTracker(Sensor):
         y = -2.0 * axis / (1.0 + cosines)
         return sum(column * y[..., [k]] for k, column in enumerate(self.axes.T))
 
-    def noise(self) -> tuple[float, float, float]:
+    def noise_sigmas(self) -> tuple[float, float, float]:
         cross_axis = math.radians(self.noise_arcsec / _ARCSEC_PER_DEG)
         roll = math.radians(self.roll_noise_arcsec / _ARCSEC_PER_DEG)
         return (cross_axis, cross_axis, roll)
 
-    def views(self) -> tuple[Cone, ...]:
+    def list_visibility_cones(self) -> tuple[Cone, ...]:
         exclusions = {
             "sun": self.sun_exclusion_deg,
             "earth": self.earth_exclusion_deg,

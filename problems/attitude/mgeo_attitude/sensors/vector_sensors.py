@@ -20,8 +20,8 @@ from mgeo_attitude.sensors.errors import (
     Nonorthogonality,
     ScaleFactor,
     State,
-    by_axis,
-    present,
+    expand_per_axis,
+    select_nonzero,
 )
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, NT, POSITION_UNIT
 from mgeo_attitude.settings.types import (
@@ -33,7 +33,7 @@ from mgeo_attitude.settings.types import (
     PerAxis,
     Positive,
     Unit,
-    Usual,
+    UsualRange,
 )
 
 
@@ -46,7 +46,7 @@ class VectorSensor(Sensor):
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
     units: ClassVar[dict[str, Unit]] = Sensor.units | {"bias": ARCMIN}
 
-    def measure(self, x: Any, v: Vec3) -> Any:
+    def linearize_measurement(self, x: Any, v: Vec3) -> Any:
         turned = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta
         y = cross(v, turned)
         y = y + x.bias + x.moved if hasattr(x, "bias") else y + x.moved
@@ -55,12 +55,12 @@ class VectorSensor(Sensor):
                 y = y + Vec3(*(error * component for component in column))
         return y
 
-    def measured(self, x: Any, v: Any) -> Any:
+    def predict_measurement(self, x: Any, v: Any) -> Any:
         reported = rotate(x.misalignment, v) if hasattr(x, "misalignment") else v
         return reported + x.bias if hasattr(x, "bias") else reported
 
 
-def where_it_is(x: Any, v: Any) -> Any:
+def apply_orbit_error(x: Any, v: Any) -> Any:
     """Return the reference vector v of `Sensor.measured`, corrected for the orbit error."""
     if hasattr(x, "orbit_error"):
         for axis, column in enumerate(x.gradient[-3:]):
@@ -86,7 +86,7 @@ class SunSensor(VectorSensor):
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
 
     name: Identifier = "sun"
-    noise_deg: Annotated[PerAxis[Positive], Unit("deg"), Usual(0.005, 50.0)] = 2.0
+    noise_deg: Annotated[PerAxis[Positive], Unit("deg"), UsualRange(0.005, 50.0)] = 2.0
     """noise per sample, 1-sigma, for all axes or per axis"""
     initial_misalignment_deg: Misalignment = 1.0
     initial_bias: float = Field(default=0.02, gt=0.0)
@@ -95,39 +95,41 @@ class SunSensor(VectorSensor):
     boresight: Boresight = (0.0, 0.0, 1.0)
     half_angle_deg: Degrees = Field(default=180.0, gt=0.0, le=180.0)
     """half-angle of the field of view; 180 for an unlimited field of view"""
-    sees_albedo: bool = True
+    includes_albedo: bool = True
     """whether albedo affects the measurement, if the scenario models it"""
 
     def states(self) -> dict[str, State]:
         tilt = math.radians(self.initial_misalignment_deg)
-        own = present(misalignment=tilt, bias=self.initial_bias)
-        return own | self.follows() | self.delay()
+        own = select_nonzero(misalignment=tilt, bias=self.initial_bias)
+        return own | self.sensitivity_states() | self.latency_states()
 
-    def sees(self) -> tuple[str, ...]:
-        return ("albedo",) if self.sees_albedo else ()
+    def list_environment_errors(self) -> tuple[str, ...]:
+        return ("albedo",) if self.includes_albedo else ()
 
-    def measure(self, x: Any, v: Vec3) -> Any:
-        y = super().measure(x, v)
+    def linearize_measurement(self, x: Any, v: Vec3) -> Any:
+        y = super().linearize_measurement(x, v)
         return y + x.to_body(x.albedo) if hasattr(x, "albedo") else y
 
-    def measured(self, x: Any, v: Any) -> Any:
-        return super().measured(x, v + x.to_body(x.albedo) if hasattr(x, "albedo") else v)
+    def predict_measurement(self, x: Any, v: Any) -> Any:
+        return super().predict_measurement(
+            x, v + x.to_body(x.albedo) if hasattr(x, "albedo") else v
+        )
 
-    def noise(self) -> tuple[float, ...]:
-        x, y, z = by_axis(self.noise_deg)
+    def noise_sigmas(self) -> tuple[float, ...]:
+        x, y, z = expand_per_axis(self.noise_deg)
         return (math.radians(x), math.radians(y), math.radians(z))
 
     def inertial_vector(self, environment: Environment) -> Floats:
-        light = environment.albedo if self.sees_albedo else None
+        light = environment.albedo if self.includes_albedo else None
         return environment.sun if light is None else environment.sun + light
 
-    def views(self) -> tuple[Cone, ...]:
+    def list_visibility_cones(self) -> tuple[Cone, ...]:
         if self.half_angle_deg == 180.0:
             return ()
         half_angle = math.radians(self.half_angle_deg)
         return (Cone("sun", unit_vector(self.boresight), half_angle, keep_in=True),)
 
-    def available(self, environment: Environment) -> Bools | None:
+    def find_available_samples(self, environment: Environment) -> Bools | None:
         return None if environment.sunlit.all() else environment.sunlit
 
 
@@ -152,10 +154,10 @@ class Magnetometer(VectorSensor):
         "scale_factor": PPM,
         "nonorthogonality": DEG,
     }
-    channel_unit: ClassVar[Unit] = NT
+    telemetry_unit: ClassVar[Unit] = NT
 
     name: Identifier = "mag"
-    noise_nt: Annotated[PerAxis[Positive], Unit("nT"), Usual(1.0, 1e4)] = 500.0
+    noise_nt: Annotated[PerAxis[Positive], Unit("nT"), UsualRange(1.0, 1e4)] = 500.0
     """noise per sample, 1-sigma, for all axes or per axis"""
     initial_misalignment_deg: Misalignment = 1.0
     initial_bias_nt: Annotated[float, Unit("nT")] = Field(default=2000.0, gt=0.0)
@@ -164,19 +166,19 @@ class Magnetometer(VectorSensor):
     initial_nonorthogonality_deg: Nonorthogonality = 0.0
 
     def states(self) -> dict[str, State]:
-        own = present(
+        own = select_nonzero(
             misalignment=math.radians(self.initial_misalignment_deg),
             bias=self.initial_bias_nt / FIELD_UNIT_NT,
             scale_factor=self.initial_scale_factor,
             nonorthogonality=math.radians(self.initial_nonorthogonality_deg),
         )
-        return own | self.follows() | self.delay()
+        return own | self.sensitivity_states() | self.latency_states()
 
-    def sees(self) -> tuple[str, ...]:
+    def list_environment_errors(self) -> tuple[str, ...]:
         return ("field_error", "orbit_error")
 
-    def measure(self, x: Any, v: Vec3) -> Any:
-        y = super().measure(x, v)
+    def linearize_measurement(self, x: Any, v: Vec3) -> Any:
+        y = super().linearize_measurement(x, v)
         if self.initial_scale_factor:
             y = y + componentwise_product(v, x.scale_factor)
         if self.initial_nonorthogonality_deg:
@@ -185,7 +187,7 @@ class Magnetometer(VectorSensor):
             y = y + x.to_body(x.field_error)
         return y
 
-    def measured(self, x: Any, v: Any) -> Any:
+    def predict_measurement(self, x: Any, v: Any) -> Any:
         """Return B_m = R(ψ) (B + k ∘ B + N(η) B) + δB with B = C (B_model + e + G r).
 
         C is the attitude, e the field model error, G the `gradient` of the field and r the orbit
@@ -196,19 +198,19 @@ class Magnetometer(VectorSensor):
         """
         if hasattr(x, "field_error"):
             v = v + x.to_body(x.field_error)
-        field = v = where_it_is(x, v)
+        field = v = apply_orbit_error(x, v)
         if self.initial_scale_factor:
             field = field + x.scale_factor * v
         if self.initial_nonorthogonality_deg:
             field = field + shear(x.nonorthogonality, v)
-        return super().measured(x, field)
+        return super().predict_measurement(x, field)
 
-    def noise(self) -> tuple[float, float, float]:
-        x, y, z = by_axis(self.noise_nt)
+    def noise_sigmas(self) -> tuple[float, float, float]:
+        x, y, z = expand_per_axis(self.noise_nt)
         return (x / FIELD_UNIT_NT, y / FIELD_UNIT_NT, z / FIELD_UNIT_NT)
 
     def inertial_vector(self, environment: Environment) -> Floats:
         return environment.field / FIELD_UNIT_NT
 
-    def by_position(self, environment: Environment) -> Floats:
+    def position_gradient(self, environment: Environment) -> Floats:
         return POSITION_UNIT / FIELD_UNIT_NT * environment.field_gradient()

@@ -30,11 +30,11 @@ POSITION_UNIT = 1000.0
 
 #: Margin between a Sun measurement and an eclipse, in 1-sigmas of the orbit error: the edge of the
 #: shadow has no derivative that a filter could use.
-SURE = 3.0
+ECLIPSE_MARGIN_SIGMAS = 3.0
 
 
 @dataclass(frozen=True)
-class World(Settings):
+class EnvironmentErrors(Settings):
     """Errors of the models of field, orbit and albedo as Gauss-Markov processes, off by default.
 
     The errors of field and albedo are in GCRS axes.
@@ -97,7 +97,7 @@ class World(Settings):
         """Whether the position is uncertain, and with it the time of eclipses."""
         return any(self.orbit_error_m)
 
-    def around(self, environment: Environment) -> Environment:
+    def apply_to_environment(self, environment: Environment) -> Environment:
         """Return the environment as the sensor models use it.
 
         With an orbit error, samples within `SURE` 1-sigmas of an eclipse count as eclipse. With a
@@ -105,23 +105,23 @@ class World(Settings):
         """
         changes: dict[str, Any] = {}
         if self.has_orbit_error and environment.has_eclipses:
-            changes["sunlit"] = environment.sunlit & self._surely_lit(environment)
+            changes["sunlit"] = environment.sunlit & self._sunlight_mask(environment)
         if self.earth_albedo:
             light = albedo_vector(environment.position, environment.sun)
             changes["earthlight"] = self.earth_albedo * light
         return dataclasses.replace(environment, **changes) if changes else environment
 
-    def _surely_lit(self, environment: Environment) -> Bools:
+    def _sunlight_mask(self, environment: Environment) -> Bools:
         """Return a mask of the samples that no likely orbit error moves into the Earth's shadow."""
         here, sun = environment.position, environment.sun
         angle = sun_limb_angle(here, sun)
         axes = np.broadcast_to(np.eye(3), (len(here), 3, 3))
-        off = self.by_orbit_error(axes, environment) * np.array(self.orbit_error_m)
+        off = self.convert_position_gradient(axes, environment) * np.array(self.orbit_error_m)
         moved = [sun_limb_angle(here + off[:, :, k], sun) - angle for k in range(3)]
-        sure: Bools = angle > SURE * np.linalg.norm(moved, axis=0)
+        sure: Bools = angle > ECLIPSE_MARGIN_SIGMAS * np.linalg.norm(moved, axis=0)
         return sure
 
-    def displaced(self, environment: Environment, orbit_error: Floats) -> Environment:
+    def displace_position(self, environment: Environment, orbit_error: Floats) -> Environment:
         """Return the environment at the true position.
 
         Position and eclipses change; field and Sun direction do not.
@@ -133,7 +133,9 @@ class World(Settings):
             Orbit error at each sample, in units of the filter's state.
         """
         axes = np.broadcast_to(np.eye(3), (len(orbit_error), 3, 3))
-        off = np.einsum("kij,kj->ki", self.by_orbit_error(axes, environment), orbit_error)
+        off = np.einsum(
+            "kij,kj->ki", self.convert_position_gradient(axes, environment), orbit_error
+        )
         there = environment.position + POSITION_UNIT * off
         lit = (
             sun_limb_angle(there, environment.sun) > 0.0
@@ -142,7 +144,7 @@ class World(Settings):
         )
         return dataclasses.replace(environment, position=there, sunlit=lit)
 
-    def by_orbit_error(self, gradient: Floats, environment: Environment) -> Floats:
+    def convert_position_gradient(self, gradient: Floats, environment: Environment) -> Floats:
         """Convert a derivative by position to a derivative by the orbit error state.
 
         Parameters

@@ -29,24 +29,24 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 from pydantic_core import ArgsKwargs, CoreSchema, core_schema
 
-from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, known_names
+from mgeo_attitude.settings.errors import InvalidKey, InvalidValue, format_known_names
 from mgeo_attitude.settings.types import Schema
-from mgeo_attitude.settings.words import describe
+from mgeo_attitude.settings.words import describe_schema
 
 T = TypeVar("T")
 
 
-class _Checked(ABCMeta):
+class _ErrorConversion(ABCMeta):
     """Metaclass that converts pydantic's validation errors to `InvalidValue`."""
 
     def __call__(cls, *args: Any, **kwargs: Any) -> Any:
         try:
             return super().__call__(*args, **kwargs)
         except ValidationError as error:
-            raise _explain(error, cls) from None
+            raise _convert_error(error, cls) from None
 
 
-class Settings(metaclass=_Checked):
+class Settings(metaclass=_ErrorConversion):
     """Base class of frozen pydantic dataclasses that represent a table of a file.
 
     Validation is strict: a bool is not a number, numbers must be finite, and text is not converted
@@ -76,8 +76,8 @@ class Settings(metaclass=_Checked):
         if isinstance(value, Mapping):
             return cls(**value)
         if isinstance(value, ArgsKwargs):
-            named = {key: _plain(each) for key, each in (value.kwargs or {}).items()}
-            value = ArgsKwargs(_plain(value.args), named)
+            named = {key: _convert_numpy(each) for key, each in (value.kwargs or {}).items()}
+            value = ArgsKwargs(_convert_numpy(value.args), named)
         return validate(value)
 
     @classmethod
@@ -89,7 +89,7 @@ class Settings(metaclass=_Checked):
         own["description"] = " ".join((cls.__doc__ or "").partition("\n\n")[0].split())
         texts = ChainMap(*map(_field_docstrings, cls.__mro__[: cls.__mro__.index(Settings)]))
         for key, entry in own["properties"].items():
-            text = declared(cls)[key].description or texts.get(key, "")
+            text = get_fields(cls)[key].description or texts.get(key, "")
             entry["description"] = " ".join(text.split())
         if name := getattr(cls, cls.selector, ""):
             kind = {"const": name, "description": "class of the table"}
@@ -115,32 +115,32 @@ def _field_docstrings(cls: type) -> dict[str, str]:
     }
 
 
-def declared(cls: type) -> dict[str, FieldInfo]:
+def get_fields(cls: type) -> dict[str, FieldInfo]:
     """Return the fields of a settings class by name."""
     found: dict[str, FieldInfo] = cls.__pydantic_fields__  # type: ignore[attr-defined]
     return found
 
 
-def annotation_of(cls: type, key: str, kind: type[T]) -> T | None:
+def get_annotation(cls: type, key: str, kind: type[T]) -> T | None:
     """Return the annotation of a field of a given type, such as `Unit`; None if there is none."""
-    found = (each for each in declared(cls)[key].metadata if isinstance(each, kind))
+    found = (each for each in get_fields(cls)[key].metadata if isinstance(each, kind))
     return next(found, None)
 
 
 @cache
-def schema_of(cls: type) -> Schema:
+def build_schema(cls: type) -> Schema:
     """Return the JSON Schema of a settings class."""
     return TypeAdapter(cls).json_schema()
 
 
-def _plain(value: Any) -> Any:
+def _convert_numpy(value: Any) -> Any:
     """Convert numpy numbers to Python numbers, and lists to tuples."""
     if isinstance(value, list | tuple):
-        return tuple(map(_plain, value))
+        return tuple(map(_convert_numpy, value))
     return value.item() if isinstance(value, np.generic) else value
 
 
-def _explain(error: ValidationError, cls: Any) -> ValueError:
+def _convert_error(error: ValidationError, cls: Any) -> ValueError:
     """Convert the first error of pydantic, unknown keys first, to an error with key and value."""
     errors = error.errors(include_url=False)
     unknown = (each for each in errors if each["type"].startswith("unexpected_"))
@@ -153,23 +153,23 @@ def _explain(error: ValidationError, cls: Any) -> ValueError:
         key = [each.name for each in fields(cls) if not each.kw_only][key]
     if first["type"].startswith("unexpected_"):
         names = [cls.selector] if cls.selector else []
-        known = known_names(key, [*names, *declared(cls)])
-        return KeyProblem(key, first["input"], f"unknown key{known}")
-    schema = schema_of(cls)["properties"][key]
+        known = format_known_names(key, [*names, *get_fields(cls)])
+        return InvalidKey(key, first["input"], f"unknown key{known}")
+    schema = build_schema(cls)["properties"][key]
     if places and isinstance(places[0], str) and "anyOf" in schema:  # alternatives of a union
         places = []
     missing = first["type"] == "missing"
-    expected = f"expected {describe(schema)}"
+    expected = f"expected {describe_schema(schema)}"
     if places and not missing:  # the error is in an entry of a list or table
         unit = f" [{schema['unit']}]" if "unit" in schema else ""
         expected = first["msg"].replace("Input should be", "expected") + unit
     expected += f" ({schema['description']})"
     if missing and not places:
-        return KeyProblem(key, None, f"missing; {expected}")
+        return InvalidKey(key, None, f"missing; {expected}")
     entry = places[:-1] if missing else places  # a missing entry means that a list is too short
     key += "".join(f"[{each}]" if isinstance(each, int) else f".{each}" for each in entry)
     if isinstance(cause, InvalidValue):
-        return cause.under(key)
+        return cause.prefix_key(key)
     value = first["input"]
     value = value.isoformat() if isinstance(value, date) else value
     return InvalidValue(key, value, str(cause) if cause else expected)
@@ -179,7 +179,7 @@ Table = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Kinds:
+class TableClasses:
     """Annotation of a field that accepts one of several classes of settings.
 
     The entry `key` of a table selects the class. Without this entry, a key of `telling` selects the
@@ -189,24 +189,24 @@ class Kinds:
     key: str
     classes: Mapping[str, type[Any]]
     default: str = ""
-    telling: Mapping[str, str] = field(default_factory=dict)
+    identifying_keys: Mapping[str, str] = field(default_factory=dict)
 
-    def name_of(self, table: Mapping[str, Any]) -> Any:
+    def get_class_name(self, table: Mapping[str, Any]) -> Any:
         """Return the unchecked name of the class in a table; None if there is none."""
-        names = (name for key, name in self.telling.items() if key in table)
+        names = (name for key, name in self.identifying_keys.items() if key in table)
         return table[self.key] if self.key in table else next(names, None)
 
-    def read(self, value: Any) -> Any:
+    def convert(self, value: Any) -> Any:
         """Convert a table to settings of the selected class; return other values unchanged."""
         if not isinstance(value, Mapping):
             return value
-        name = self.name_of(value)
+        name = self.get_class_name(value)
         name = self.default if name is None else name
         cls = self.classes.get(name) if isinstance(name, str) else None
         if cls is None:
-            expected = f"unknown {self.key}{known_names(name, self.classes)}"
+            expected = f"unknown {self.key}{format_known_names(name, self.classes)}"
             raise InvalidValue(self.key, name, expected)
-        return cls(**{k: v for k, v in value.items() if k != self.key or k in declared(cls)})
+        return cls(**{k: v for k, v in value.items() if k != self.key or k in get_fields(cls)})
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -216,20 +216,20 @@ class Kinds:
         bases = get_args(source) or (source,)
         words = f"{' or '.join(base.__name__ for base in bases)}, or a table"
         instance = core_schema.is_instance_schema((*bases, *classes), cls_repr=words)
-        read = core_schema.no_info_before_validator_function(self.read, instance)
+        read = core_schema.no_info_before_validator_function(self.convert, instance)
         return core_schema.json_or_python_schema(json_schema=tables, python_schema=read)
 
 
 def to_table(settings: Any) -> Table:
     """Return settings as a table with times as ISO 8601 text, without None and empty tuples."""
-    values = {key: getattr(settings, key) for key in declared(type(settings))}
+    values = {key: getattr(settings, key) for key in get_fields(type(settings))}
     selector = type(settings).selector
     name = {selector: getattr(settings, selector)} if selector else {}
     # TOML has no null value.
-    return name | {k: _as_entry(v) for k, v in values.items() if v is not None and v != ()}
+    return name | {k: _convert_entry(v) for k, v in values.items() if v is not None and v != ()}
 
 
-def flatten(values: Any) -> Any:
+def flatten_keys(values: Any) -> Any:
     """Convert nested mappings to dotted keys, ``{"mag": {"bias": 1}}`` to ``{"mag.bias": 1}``.
 
     Other values are returned unchanged.
@@ -238,16 +238,16 @@ def flatten(values: Any) -> Any:
         return values
     flat: Table = {}
     for name, value in values.items():
-        nested = flatten(value) if isinstance(value, Mapping) else {"": value}
+        nested = flatten_keys(value) if isinstance(value, Mapping) else {"": value}
         for rest, number in nested.items():
             key = f"{name}.{rest}" if rest else str(name)
             if key in flat:
-                raise KeyProblem(key, number, "given twice")
+                raise InvalidKey(key, number, "given twice")
             flat[key] = number
     return flat
 
 
-def require_same(name: str, one: Any, other: Any, keys: Iterable[str]) -> None:
+def require_same(name: str, settings: Any, expected_settings: Any, keys: Iterable[str]) -> None:
     """Raise InvalidValue if settings differ from the scenario's.
 
     Parameters
@@ -260,20 +260,20 @@ def require_same(name: str, one: Any, other: Any, keys: Iterable[str]) -> None:
         Fields to compare. The message names the first difference, such as ``orbit.eccentricity``,
         and both values.
     """
-    found, expected = to_table(one), to_table(other)
+    found, expected = to_table(settings), to_table(expected_settings)
     for key in keys:
-        own, others = (flatten({key: table.get(key)}) for table in (found, expected))
+        own, others = (flatten_keys({key: table.get(key)}) for table in (found, expected))
         for place in dict.fromkeys([*own, *others]):
             if own.get(place) != others.get(place):
                 wanted = f"expected the scenario's {others.get(place)!r:.300}"
                 raise InvalidValue(f"{name}.{place}", own.get(place), wanted)
 
 
-def _as_entry(value: Any) -> Any:
+def _convert_entry(value: Any) -> Any:
     if isinstance(value, Mapping):
         return dict(value)
     if isinstance(value, tuple):
-        return [_as_entry(entry) for entry in value]
+        return [_convert_entry(entry) for entry in value]
     if isinstance(value, datetime):
         return value.isoformat().replace("+00:00", "Z")
     return to_table(value) if isinstance(value, Settings) else value

@@ -17,21 +17,21 @@ class InvalidValue(ValueError):
     def __str__(self) -> str:
         return f"{self.key} = {self.value!r:.300}: {self.expected}"
 
-    def under(self, section: str) -> InvalidValue:
+    def prefix_key(self, section: str) -> InvalidValue:
         """Return the error with its key prefixed by a section: ``a`` becomes ``section.a``."""
         return type(self)(f"{section}.{self.key}", self.value, self.expected)
 
 
-class KeyProblem(InvalidValue):
+class InvalidKey(InvalidValue):
     """Unknown, missing or repeated key."""
 
     def __str__(self) -> str:
         return f"{self.key}: {self.expected}"
 
 
-def expect(holds: object, key: str, value: object, expected: str) -> None:
+def expect(condition: object, key: str, value: object, expected: str) -> None:
     """Raise InvalidValue if a condition does not hold."""
-    if not holds:
+    if not condition:
         raise InvalidValue(key, value, f"expected {expected}")
 
 
@@ -41,7 +41,7 @@ def expect_unique(key: str, values: Sequence[object]) -> None:
         expect(value not in values[:i], key.format(i), value, "each one once")
 
 
-def known_names(name: object, known: Iterable[str]) -> str:
+def format_known_names(name: object, known: Iterable[str]) -> str:
     """Return ``; did you mean 'x'? (known: 'x', 'y')``; the question needs a similar name."""
     names = list(known)
     return f"{format_suggestion(name, names)} (known: {', '.join(map(repr, names))})"

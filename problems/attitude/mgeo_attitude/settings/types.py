@@ -38,7 +38,7 @@ class Unit:
     suffix: str = ""
     factor: float = 1.0
 
-    def key(self, name: str) -> str:
+    def build_key(self, name: str) -> str:
         """Return the key of a quantity in a scenario file."""
         return f"{name}_{self.suffix}" if self.suffix else name
 
@@ -63,14 +63,14 @@ DEG_H = Unit("deg/h", "deg_h", 3600.0 * math.degrees(1.0))
 
 
 @dataclass(frozen=True)
-class Usual:
+class UsualRange:
     """Range, as an annotation, outside of which a nonzero number causes a warning."""
 
     low: float
     high: float
 
 
-def one_of(names: Iterable[str]) -> GetPydanticSchema:
+def restrict_to(names: Iterable[str]) -> GetPydanticSchema:
     """Return the annotation of a string with a set of permitted values."""
     choices = list(names)
     return GetPydanticSchema(lambda source, handler: core_schema.literal_schema(choices))
@@ -98,7 +98,7 @@ def _check_direction(vector: tuple[float, float, float]) -> tuple[float, float, 
     return vector
 
 
-def _check_line(text: str) -> str:
+def _check_display_name(text: str) -> str:
     if not (text.isprintable() and text.strip()):
         raise ValueError("expected printable characters on one line")
     return text
@@ -109,7 +109,7 @@ T = TypeVar("T")
 #: Name for use in keys and columns.
 Identifier = Annotated[str, Field(pattern=r"^[A-Z_a-z0-9-]+$")]
 #: Name for display.
-Line = Annotated[str, AfterValidator(_check_line)]
+DisplayName = Annotated[str, AfterValidator(_check_display_name)]
 Seconds = Annotated[float, Unit("s")]
 Degrees = Annotated[float, Unit("deg")]
 DegreesPerSecond = Annotated[float, Unit("deg/s")]

@@ -18,15 +18,15 @@ _TYPES = {
 _BOUNDS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
 
 
-def describe(schema: Schema) -> str:
+def describe_schema(schema: Schema) -> str:
     """Return a description of valid values, such as ``nothing or a number > 0 [deg]``."""
     unit = f" [{schema['unit']}]" if "unit" in schema else ""
-    return f"{_describe(schema)}{unit}"
+    return f"{_describe_type(schema)}{unit}"
 
 
-def _describe(schema: Schema) -> str:
+def _describe_type(schema: Schema) -> str:
     if "anyOf" in schema:
-        words = dict.fromkeys(map(describe, schema["anyOf"]))
+        words = dict.fromkeys(map(describe_schema, schema["anyOf"]))
         return " or ".join(sorted(words, key="nothing".__ne__))
     if "enum" in schema or "const" in schema:
         return "one of " + ", ".join(map(repr, schema.get("enum", [schema.get("const")])))
@@ -38,7 +38,7 @@ def _describe(schema: Schema) -> str:
         least = "" if "maxItems" in schema else "at least "
         count = f"{least}{schema['minItems']} x " if "minItems" in schema else ""
         entry = schema.get("items") or schema.get("prefixItems", [{}])[0]
-        return f"a list of {count}({describe(entry)})"
+        return f"a list of {count}({describe_schema(entry)})"
     kind = _TYPES.get(schema.get("type", "object" if "$ref" in schema else ""), "anything")
     bounds = (f"{sign} {schema[key]:.12g}" for key, sign in _BOUNDS.items() if key in schema)
     return f"{kind} {' and '.join(bounds)}".rstrip()

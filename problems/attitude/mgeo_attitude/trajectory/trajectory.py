@@ -18,15 +18,15 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
-from mgeo_attitude.maneuvers.motion import Body, Motion, Phase, divided, phases
+from mgeo_attitude.maneuvers.drives import MagnetorquerDrive, SlewLimits
+from mgeo_attitude.maneuvers.motion import Body, Motion, Phase, list_phases, split_phases
 from mgeo_attitude.maneuvers.schedule import (
     VARIABLES_PER_MANEUVER,
-    Flown,
+    RateIntervals,
+    RotationDynamics,
     Schedule,
-    Turning,
-    flown,
-    schedule,
+    build_rate_intervals,
+    build_schedule,
 )
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
@@ -60,11 +60,11 @@ class SlewBack:
     start: float
     end: float
 
-    def list_phases(self, step: float, limits: Turning) -> tuple[Phase, ...]:
+    def list_phases(self, step: float, limits: RotationDynamics) -> tuple[Phase, ...]:
         """Return the phases of the slew back, for display."""
         first = len(self.design) // VARIABLES_PER_MANEUVER - len(SLEW_BACK_LABELS)
         names = dict(enumerate(SLEW_BACK_LABELS, first))
-        all_phases = phases(self.design, self.end, step, limits, names)
+        all_phases = list_phases(self.design, self.end, step, limits, names)
         return tuple(phase for phase in all_phases if phase.start > self.start - 0.5 * step)
 
 
@@ -72,7 +72,7 @@ def find_slew_back(
     scenario: Scenario,
     design: ArrayLike,
     t_end: float,
-    limits: Turning,
+    limits: RotationDynamics,
     initial_attitude: Floats,
 ) -> SlewBack | None:
     """Return the shortest slew back to the initial attitude law.
@@ -102,12 +102,12 @@ def find_slew_back(
     InvalidValue
         If the slew back would take longer than the longest run.
     """
-    if not scenario.maneuvers.slew_back or isinstance(limits, CoilDrive):
+    if not scenario.maneuvers.slew_back or isinstance(limits, MagnetorquerDrive):
         return None
     step = scenario.step
     before = _truncate_design(np.asarray(design, dtype=float), t_end, step, limits)
     last = round(t_end / step)
-    plan = schedule(before, step, limits, last)
+    plan = build_schedule(before, step, limits, last)
     search = SlewSearch(
         scenario, t_end, limits, *_compute_attitude_and_rate(plan, last, step, initial_attitude)
     )
@@ -138,7 +138,7 @@ def _truncate_design(
 
     The margin makes the following maneuver start at the next step regardless of rounding.
     """
-    last_number = int(flown(design, t_end, step, limits).numbers[-1])
+    last_number = int(build_rate_intervals(design, t_end, step, limits).maneuver_numbers[-1])
     table = design.reshape(-1, VARIABLES_PER_MANEUVER)[: last_number + 1].copy()
     table[-1, 3] = t_end - 0.5 * step - table[:-1, 3].sum()
     return table.ravel()
@@ -148,7 +148,7 @@ def _compute_attitude_and_rate(
     plan: Schedule, end_step: int, step: float, attitude: Floats
 ) -> tuple[Floats, Floats]:
     """Return attitude (GCRS to body) and body rate [rad/s] at a step of a one-design schedule."""
-    n_steps = plan.lasting(end_step)[0]
+    n_steps = plan.count_steps(end_step)[0]
     is_flown = n_steps > 0
     turns = -plan.rates[0, is_flown] * (n_steps[is_flown] * step)[:, None]
     matrices = Rotation.from_rotvec(turns).as_matrix()
@@ -175,7 +175,7 @@ class SlewSearch:
         The second maneuver changes to the rate of the law. None if n steps are too few.
         """
         step, initial = self.scenario.step, self.scenario.initial
-        target, final = initial.law(self.scenario, self.start + n_steps * step)
+        target, final = initial.evaluate_law(self.scenario, self.start + n_steps * step)
         turn = -Rotation.from_matrix(target @ self.attitude.T).as_rotvec()
         rate = turn / (n_steps * step)
         if np.linalg.norm(rate) > math.sqrt(3.0) * self._max_rate:  # No rates are high enough.
@@ -217,7 +217,7 @@ class SlewSearch:
         def off(angle: Floats) -> Floats:
             design = self._build_design(n_steps, n_ramp_steps, angle / time, final_rate)
             reached, _ = _compute_attitude_and_rate(
-                schedule(design, step, limits, n_steps), n_steps, step, self.attitude
+                build_schedule(design, step, limits, n_steps), n_steps, step, self.attitude
             )
             error: Floats = Rotation.from_matrix(target_attitude @ reached.T).as_rotvec()
             return error
@@ -233,13 +233,13 @@ class SlewSearch:
     def _count_steps(self, change: Floats) -> int:
         if self.limits is None:
             return 0
-        return math.ceil(float(self.limits.ramp_time(change)) / self.scenario.step - 1e-9)
+        return math.ceil(float(self.limits.compute_ramp_time(change)) / self.scenario.step - 1e-9)
 
     def _is_within_limits(self, rate: Floats) -> bool:
         wheels = self.scenario.wheels
         within = np.abs(rate).max() <= self._max_rate * _ROUNDING_FACTOR
         if wheels is not None and wheels.max_momentum is not None:
-            momentum = wheels.greatest_share(rate @ wheels.matrix())
+            momentum = wheels.compute_largest_load(rate @ wheels.inertia_matrix())
             within &= momentum <= wheels.max_momentum * _ROUNDING_FACTOR
         return bool(within)
 
@@ -303,18 +303,22 @@ class Trajectory:
         The time that is added for runs that converge late is a separate phase.
         """
         step, limits = self.body.step, self.body.slew_limits
-        found = divided(phases(self.design, self.design_end, step, limits), self.t_end)
+        found = split_phases(list_phases(self.design, self.design_end, step, limits), self.t_end)
         return found if self.slew_back is None else found + self.slew_back.list_phases(step, limits)
 
     @cached_property
-    def intervals(self) -> Flown:
+    def intervals(self) -> RateIntervals:
         """Intervals of constant rate until the end."""
-        return flown(self.commanded_design, self.end, self.body.step, self.body.slew_limits)
+        return build_rate_intervals(
+            self.commanded_design, self.end, self.body.step, self.body.slew_limits
+        )
 
     @cached_property
     def motion(self) -> Motion:
         """Rates and attitudes at every step until the end."""
-        return Motion.of(self.body, self.commanded_design, round(self.end / self.body.step))
+        return Motion.from_design(
+            self.body, self.commanded_design, round(self.end / self.body.step)
+        )
 
     @property
     def attitude(self) -> Floats:

@@ -14,18 +14,18 @@ from mgeo.evaluation.dominance import find_nondominated
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.samples import NoLowerBoundError
 from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER_OBJECTIVES
-from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, get_durations
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.sensors.suite import Suite, block_units
-from mgeo_attitude.view.plans import MOST_SAMPLES, Plans
+from mgeo_attitude.sensors.suite import Suite, list_block_units
+from mgeo_attitude.view.plans import MONTE_CARLO_SHARE_TEXT, Plans
 
 #: Summary of a plan whose covariance was lost.
-LOST = "the filter's covariance lost positivity"
+COVARIANCE_LOST = "the filter's covariance lost positivity"
 #: Name of the column with the ratio of the trace to its lower bound.
-BESIDE = "trace / limit [-]"
+BOUND_RATIO_COLUMN = "trace / limit [-]"
 
 
-def answers(plans: Plans) -> list[str]:
+def summarize_plans(plans: Plans) -> list[str]:
     """Return a one-line summary of each plan.
 
     The line has the time of convergence and the 1-sigma of the attitude and of each bias about the
@@ -34,57 +34,68 @@ def answers(plans: Plans) -> list[str]:
     """
     model = plans.problem.model
     kept_sigma = (
-        plans.kept_sigma_deg if model.ends_with_last_maneuver else np.full(len(plans.X), np.nan)
+        plans.monte_carlo_sigma_deg
+        if model.ends_with_last_maneuver
+        else np.full(len(plans.X), np.nan)
     )
-    times = plans.exactly.t_end, plans.robust_t_end, plans.kept_t_end, kept_sigma
-    return [_answer(plans, *row) for row in zip(plans.sigma, *times, strict=True)]
+    times = plans.nominal.t_end, plans.robust_t_end, plans.monte_carlo_t_end, kept_sigma
+    return [_summarize_plan(plans, *row) for row in zip(plans.sigma, *times, strict=True)]
 
 
-def _answer(
-    plans: Plans, sigma: Floats, t_end: float, robust: float, kept: float, kept_sigma: float
+def _summarize_plan(
+    plans: Plans,
+    sigma: Floats,
+    t_end: float,
+    robust_t_end: float,
+    monte_carlo_t_end: float,
+    monte_carlo_sigma: float,
 ) -> str:
     if not math.isfinite(t_end):
-        return LOST
-    by_coils = plans.problem.scenario.turned_by_coils
+        return COVARIANCE_LOST
+    by_coils = plans.problem.scenario.is_magnetorquer_driven
     sigmas = _describe_sigma(plans.problem.model.suite, sigma, by_coils)
-    late = None if math.isnan(kept) else within(kept)
-    if math.isfinite(kept_sigma):
-        late = f"attitude {two_digits(kept_sigma)} deg in {MOST_SAMPLES}"
-    converged, after = t_end < plans.problem.model.nonconvergence_time, span(t_end)
-    if math.isnan(robust):
+    late = None if math.isnan(monte_carlo_t_end) else format_convergence_time(monte_carlo_t_end)
+    if math.isfinite(monte_carlo_sigma):
+        late = f"attitude {format_two_digits(monte_carlo_sigma)} deg in {MONTE_CARLO_SHARE_TEXT}"
+    converged, after = t_end < plans.problem.model.nonconvergence_time, format_duration(t_end)
+    if math.isnan(robust_t_end):
         nominal = (
             f"{after}; then {sigmas}" if converged else f"not converged; after {after} {sigmas}"
         )
         return "; ".join(filter(None, [nominal, late]))
-    own = f"robust time {span(robust)}" if robust < math.inf else "no robust time"
+    own = (
+        f"robust time {format_duration(robust_t_end)}"
+        if robust_t_end < math.inf
+        else "no robust time"
+    )
     nominal = f"{after}, then {sigmas}" if converged else f"not converged, after {after} {sigmas}"
     return "; ".join(filter(None, [own, late, nominal if by_coils else f"nominal {nominal}"]))
 
 
-def _describe_sigma(suite: Suite, sigma: Floats, of_flights: bool) -> str:
+def _describe_sigma(suite: Suite, sigma: Floats, is_monte_carlo: bool) -> str:
     if not np.isfinite(sigma).all():  # a run with a lost covariance makes the mean undefined
-        return f"{LOST} in Monte Carlo runs"
+        return f"{COVARIANCE_LOST} in Monte Carlo runs"
     parts, worsts = [], sigma.reshape(-1, 3).max(axis=1)
-    for block, name, worst in zip(block_units(suite), suite.blocks, worsts, strict=True):
+    for block, name, worst in zip(list_block_units(suite), suite.blocks, worsts, strict=True):
         if name == "attitude" or name.endswith(".bias"):
-            parts.append(f"{block.label} {two_digits(worst * block.factor)} {block.unit}")
-    flights = " of Monte Carlo runs" if of_flights else ""
+            parts.append(f"{block.label} {format_two_digits(worst * block.factor)} {block.unit}")
+    flights = " of Monte Carlo runs" if is_monte_carlo else ""
     return f"{', '.join(parts)} (1-sigma{flights}, worst body axis)"
 
 
-def exactly(scenario: Scenario) -> str:
+def format_nominal_suffix(scenario: Scenario) -> str:
     """Return a suffix that marks titles as nominal if the scenario also has Monte Carlo results."""
-    return ", nominal" if scenario.flight or scenario.turned_by_coils else ""
+    return ", nominal" if scenario.monte_carlo or scenario.is_magnetorquer_driven else ""
 
 
-def within(kept: float) -> str:
+def format_convergence_time(t_end: float) -> str:
     """Return a phrase with the time within which most Monte Carlo runs converge [s]."""
-    if kept == math.inf:
-        return f"fewer than {MOST_SAMPLES} converge"
-    return f"{MOST_SAMPLES} converge within {span(kept)}"
+    if t_end == math.inf:
+        return f"fewer than {MONTE_CARLO_SHARE_TEXT} converge"
+    return f"{MONTE_CARLO_SHARE_TEXT} converge within {format_duration(t_end)}"
 
 
-def span(seconds: float) -> str:
+def format_duration(seconds: float) -> str:
     """Format a duration in hours, minutes and seconds, such as 1 h 40 min 5 s."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
@@ -92,28 +103,28 @@ def span(seconds: float) -> str:
     return " ".join(f"{value} {unit}" for value, unit in parts if value) or "0 s"
 
 
-def two_digits(value: float) -> str:
+def format_two_digits(value: float) -> str:
     """Format a positive number with two significant digits, without rounding its integer part."""
     digits = 1 - math.floor(math.log10(float(f"{value:.1e}")))
     return f"{value:.{max(digits, 0)}f}"
 
 
-def describe(plans: Plans) -> pd.DataFrame:
+def build_plan_table(plans: Plans) -> pd.DataFrame:
     """Return a table of plans with objectives in the nominal run and in Monte Carlo runs.
 
     The columns are those of `glance` and, for each objective, the value that 9 of 10 Monte Carlo
     runs satisfy (see `Plans.promises`). If the scenario has Monte Carlo runs, the predicted values
     and the values in the runs come first. For magnetorquers, 1-sigmas are those of `Plans.sigma`.
     """
-    table, promises = glance(plans), plans.promises()
-    if plans.problem.scenario.turned_by_coils:  # the nominal run is not representative
-        table = table.assign(**worst_axes(plans.problem.model.suite, plans.sigma))
-    if not plans.problem.scenario.flight:  # predicted values equal the nominal ones
+    table, promises = compute_quick_metrics(plans), plans.compare_with_monte_carlo()
+    if plans.problem.scenario.is_magnetorquer_driven:  # the nominal run is not representative
+        table = table.assign(**compute_worst_axes(plans.problem.model.suite, plans.sigma))
+    if not plans.problem.scenario.monte_carlo:  # predicted values equal the nominal ones
         return table.join(promises.filter(regex="^kept (?!/)"))
     return promises.filter(regex="^(promised|kept) (?!/)").join(table)
 
 
-def glance(plans: Plans) -> pd.DataFrame:
+def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
     """Return quick metrics of plans that need one run of the filter, one row per plan.
 
     If the scenario has Monte Carlo runs, the names of the paper's objectives mark them as nominal.
@@ -134,33 +145,37 @@ def glance(plans: Plans) -> pd.DataFrame:
     ValueError
         If a design is invalid.
     """
-    problem, designs, result = plans.problem, plans.X, plans.exactly
+    problem, designs, result = plans.problem, plans.X, plans.nominal
     variances = np.diagonal(result.covariance, axis1=1, axis2=2)
     sigma = np.sqrt(np.where(np.isnan(result.t_end)[:, None], np.nan, variances))
     t_end_name, trace_name = (OBJECTIVES[name].label for name in PAPER_OBJECTIVES)
-    durations = durations_of(designs)
+    durations = get_durations(designs)
     columns: dict[str, Any] = {
         t_end_name: result.t_end,
         "t_end [orbits]": result.t_end / problem.scenario.orbit.period,
         trace_name: result.trace,
     }
     with suppress(NoLowerBoundError):
-        columns[BESIDE] = result.trace / problem.limit_curves.evaluate_trace(result.t_end)
+        columns[BOUND_RATIO_COLUMN] = result.trace / problem.lower_bound.evaluate_trace(
+            result.t_end
+        )
     columns["maneuver time [s]"] = durations.sum(axis=1)
     if problem.scenario.maneuvers.slew_back:
-        columns["slew back until [s]"] = plans.ends
-    texts = [maneuver_texts(x) for x in designs]
+        columns["slew back until [s]"] = plans.end_times
+    texts = [format_maneuvers(x) for x in designs]
     for m in range(durations.shape[1]):
         name = f"maneuver {m + 1}: x / y / z [deg/s] for d [s]"
         columns[name] = [text[m] for text in texts]
-    table = pd.DataFrame(columns | worst_axes(problem.model.suite, sigma))
-    if not problem.scenario.flight:
+    table = pd.DataFrame(columns | compute_worst_axes(problem.model.suite, sigma))
+    if not problem.scenario.monte_carlo:
         return table
-    exactly = {name: f"{name} flown exactly" for name in (t_end_name, trace_name, BESIDE)}
+    exactly = {
+        name: f"{name} flown exactly" for name in (t_end_name, trace_name, BOUND_RATIO_COLUMN)
+    }
     return table.rename(columns=exactly)
 
 
-def worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
+def compute_worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
     """Return the largest of three 1-sigmas of each state block by column name.
 
     Parameters
@@ -169,7 +184,7 @@ def worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
     sigma : array, shape (n, n_states)
         1-sigmas in the filter's units.
     """
-    blocks = block_units(suite)
+    blocks = list_block_units(suite)
     worst = sigma.reshape(len(sigma), len(blocks), 3).max(axis=2)
     return {
         f"{block.label} 1-sigma [{block.unit}]": values * block.factor
@@ -177,7 +192,7 @@ def worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
     }
 
 
-def front_summary(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
+def count_front_points(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
     """Count the distinct nondominated points that converge within one orbital period, and later.
 
     The paper's Table 3 lists these counts for runs of two orbits. In a longer run, the second count
@@ -195,7 +210,7 @@ def front_summary(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
     return {"points, first orbit": first, "points, second orbit": len(t_end) - first}
 
 
-def maneuver_texts(x: Floats) -> list[str]:
+def format_maneuvers(x: Floats) -> list[str]:
     """Format each maneuver of a design as ``x / y / z for duration``, in deg/s and s."""
     maneuvers = x[: len(x) - len(x) % VARIABLES_PER_MANEUVER]
     return [

@@ -11,9 +11,14 @@ from numpy.typing import ArrayLike
 from mgeo.plugins.shown import Review
 from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER_OBJECTIVES
-from mgeo_attitude.scenario.validity import implausible, validity
+from mgeo_attitude.scenario.validity import find_implausible_values, find_validity_violations
 from mgeo_attitude.view import describe, lower_bound, margins, requirements, satellite
-from mgeo_attitude.view.plans import MOST_SAMPLES, Plans, looked_at, spread
+from mgeo_attitude.view.plans import (
+    MONTE_CARLO_SHARE_TEXT,
+    Plans,
+    format_plan_count,
+    select_sample_rows,
+)
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -29,13 +34,13 @@ class ManeuverView(Plans):
     """
 
     def describe(self) -> pd.DataFrame:
-        return describe.describe(self)
+        return describe.build_plan_table(self)
 
     def quick_metrics(self) -> pd.DataFrame:
-        return describe.glance(self)
+        return describe.compute_quick_metrics(self)
 
     def summaries(self) -> list[str]:
-        return describe.answers(self)
+        return describe.summarize_plans(self)
 
     def constraints(self) -> list[pd.DataFrame]:
         """Return constraints and margins, one table per plan; see `margins.tables`.
@@ -48,8 +53,10 @@ class ManeuverView(Plans):
         limits = [
             limit for each in list_constraints(self.problem.scenario) for limit in each.bounds
         ]
-        for row, after in zip(self.excesses, margins.all_after(self), strict=True):
-            result += margins.tables(limits, row[None], [after])
+        for row, after in zip(
+            self.violations, margins.compute_margins_after_convergence(self), strict=True
+        ):
+            result += margins.build_constraint_tables(limits, row[None], [after])
         return result
 
     def remarks(self) -> list[str]:
@@ -60,24 +67,24 @@ class ManeuverView(Plans):
         """
         if not len(self.X):
             return self.notes()
-        rows = spread(len(self.X))
-        some, these = self.select(rows), looked_at(rows, len(self.X))
+        rows = select_sample_rows(len(self.X))
+        some, these = self.select(rows), format_plan_count(rows, len(self.X))
         return [
             _summarize_robustness(some, these),
-            *margins.remarks(some, these),
-            *lower_bound.remarks(self, some, these),
+            *margins.summarize_margins(some, these),
+            *lower_bound.summarize_lower_bound(self, some, these),
             *self.notes(),
         ]
 
     def suggestions(self) -> list[str]:
         """Return suggestions for required 1-sigmas that no plan reaches."""
-        return requirements.ways_out(self)
+        return requirements.suggest_changes(self)
 
     def figures(self) -> dict[str, go.Figure]:
         """Return figures of all plans; ``front`` exists only for the paper's objectives."""
-        from mgeo_attitude.view.figures.against_time import figures
+        from mgeo_attitude.view.figures.against_time import build_figures
 
-        return figures(self)
+        return build_figures(self)
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
         """Return small figures of each plan: rates, directions of Sun and field, 1-sigmas."""
@@ -90,30 +97,33 @@ class ManeuverView(Plans):
 
     def figure_dicts(self) -> list[dict[str, dict[str, Any]]]:
         """Return the figures of `solution_figures` as plotly dictionaries."""
-        from mgeo_attitude.view.figures.single import drawings
+        from mgeo_attitude.view.figures.single import draw_plans
 
-        return list(drawings(self))
+        return list(draw_plans(self))
 
     def review(self) -> Review:
         """Return a review document of the only plan; see `plan.tables.review`."""
         from mgeo_attitude.plan.plan import ManeuverPlan
-        from mgeo_attitude.plan.tables import review
+        from mgeo_attitude.plan.tables import build_review
 
-        return review(ManeuverPlan.from_design(self.problem, self.X[0], self.F[0]))
+        return build_review(ManeuverPlan.from_design(self.problem, self.X[0], self.F[0]))
 
     def infeasibility_reasons(self) -> list[str]:
         """Return the requirements that the lower bound proves infeasible."""
-        return lower_bound.impossible(self.problem)
+        return lower_bound.list_infeasible_requirements(self.problem)
 
     def facts(self) -> dict[str, str]:
         """Return orbit, illumination, margins at rest and validity of the scenario."""
-        return satellite.facts(self.problem)
+        return satellite.describe_satellite(self.problem)
 
     def notes(self) -> list[str]:
         """Return warnings on implausible values, assumptions and validity of the covariance."""
         scenario = self.problem.scenario
-        remarks = [f"{line} (docs/consistency.md): verify a plan" for line in validity(scenario)]
-        return [*implausible(scenario), *scenario.assumed, *remarks]
+        remarks = [
+            f"{line} (docs/consistency.md): verify a plan"
+            for line in find_validity_violations(scenario)
+        ]
+        return [*find_implausible_values(scenario), *scenario.assumptions, *remarks]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
         """Return the number of points of a front that converge in the first orbit, and later.
@@ -122,10 +132,10 @@ class ManeuverView(Plans):
         """
         if self.problem.objectives != PAPER_OBJECTIVES:
             return {}
-        return describe.front_summary(self.problem.scenario, np.atleast_2d(F))
+        return describe.count_front_points(self.problem.scenario, np.atleast_2d(F))
 
 
-def _summarize_robustness(plans: Plans, these: str) -> str:
+def _summarize_robustness(plans: Plans, sample_label: str) -> str:
     """Count the plans that satisfy their objectives in most Monte Carlo runs, as a line."""
     names = list(plans.problem.obj_names)
     if (
@@ -133,11 +143,11 @@ def _summarize_robustness(plans: Plans, these: str) -> str:
     ):  # the design fixes t_end, so every run satisfies it
         names = [name for name in names if name != OBJECTIVES["t_end"].label] or names
     # The comparison is false for NaN, the result of a lost covariance.
-    in_time = plans.kept - plans.F <= TOLERANCE * np.abs(plans.F)
-    keep = in_time.all(axis=1) & ~np.isinf(plans.kept_t_end)
-    ratio = plans.promises()[f"kept / promised {names[0]}"]
+    in_time = plans.monte_carlo_objectives - plans.F <= TOLERANCE * np.abs(plans.F)
+    keep = in_time.all(axis=1) & ~np.isinf(plans.monte_carlo_t_end)
+    ratio = plans.compare_with_monte_carlo()[f"kept / promised {names[0]}"]
     return (
-        f"{keep.sum()} of {these} reach their objectives within {TOLERANCE:.0%} in {MOST_SAMPLES}; "
+        f"{keep.sum()} of {sample_label} reach their objectives within {TOLERANCE:.0%} in {MONTE_CARLO_SHARE_TEXT}; "
         f"the ratio of {names[0]} in these runs to the plan's is {ratio.median():.3g} in the "
         f"median, {ratio.max():.3g} at most"
     )

@@ -5,26 +5,26 @@ from __future__ import annotations
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.view.plans import Plans
 
 #: Remaining share of an initial 1-sigma above which an error counts as not observed.
-_NOTHING = 0.9
+_UNOBSERVED_SHARE = 0.9
 #: Share of a variance above which another error counts as its source.
-_SOURCE = 0.5
+_SOURCE_SHARE = 0.5
 
 
-def ways_out(plans: Plans) -> list[str]:
+def suggest_changes(plans: Plans) -> list[str]:
     """Return a line for each required 1-sigma that an unobserved error keeps out of reach.
 
     The nearest plans are examined. A requirement is listed if all of them exceed it because of the
     correlation with an error that they do not observe, such as a misalignment of the gyro that
     rotates with the whole body.
     """
-    model, result = plans.problem.model, plans.exactly
+    model, result = plans.problem.model, plans.nominal
     P = result.covariance[np.isfinite(result.trace)]
     variances = np.diagonal(P, axis1=1, axis2=2)
-    lines, units = [], block_units(model.suite)
+    lines, units = [], list_block_units(model.suite)
     for block, unit in enumerate(units):
         own = slice(3 * block, 3 * block + 3)
         worst = variances[:, own].max(axis=1)
@@ -32,7 +32,7 @@ def ways_out(plans: Plans) -> list[str]:
             continue
         nearest = P[int(worst.argmin())]
         axis = 3 * block + int(np.diag(nearest)[own].argmax())
-        source, left = _source(nearest, model.initial_covariance, axis)
+        source, left = _find_error_source(nearest, model.initial_covariance, axis)
         if source is not None:
             name = units[source].label
             lines.append(
@@ -43,7 +43,7 @@ def ways_out(plans: Plans) -> list[str]:
     return lines
 
 
-def _source(P: Floats, P0: Floats, state: int) -> tuple[int | None, float]:
+def _find_error_source(P: Floats, P0: Floats, state: int) -> tuple[int | None, float]:
     """Return the unobserved block that causes most of a state's variance, or None.
 
     The second value is the remaining share of the block's initial 1-sigma, in the direction that
@@ -54,9 +54,9 @@ def _source(P: Floats, P0: Floats, state: int) -> tuple[int | None, float]:
         of = slice(3 * block, 3 * block + 3)
         along = np.linalg.solve(P[of, of], P[of, state])
         part = float(P[state, of] @ along)
-        if part <= _SOURCE * P[state, state]:
+        if part <= _SOURCE_SHARE * P[state, state]:
             continue
         left = float(np.sqrt(part / (along @ P0[of, of] @ along)))
-        if left > _NOTHING:
+        if left > _UNOBSERVED_SHARE:
             return block, left
     return None, 0.0

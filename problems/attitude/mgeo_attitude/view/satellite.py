@@ -16,52 +16,52 @@ from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.scenario.validity import examined, validity
-from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.settings.base import annotation_of
+from mgeo_attitude.scenario.validity import find_validity_violations, list_validity_ranges
+from mgeo_attitude.sensors.suite import list_block_units
+from mgeo_attitude.settings.base import get_annotation
 from mgeo_attitude.settings.types import Unit
 from mgeo_attitude.trajectory.trajectory import Trajectory
-from mgeo_attitude.view.margins import limits_after
+from mgeo_attitude.view.margins import compute_interval_margins
 
 #: Largest number of eclipses that are listed.
-_MOST = 4
-_WITH_UNIT = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
+_MAX_ECLIPSES = 4
+_UNIT_SUFFIX = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
 
 
-def facts(problem: AttitudeManeuverProblem) -> dict[str, str]:
+def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
     """Return a description of a problem's satellite by topic; takes about 0.1 s.
 
     Topics are the satellite, orbit, Sun, field, turns, margins at rest and validity of the
     covariance.
     """
     scenario, around = problem.scenario, problem.environment
-    edges = format_time_stamps(scenario.epoch, np.array([0.0, _until(scenario)]))
+    edges = format_time_stamps(scenario.epoch, np.array([0.0, _compute_end(scenario)]))
     start, end = (text[:19] for text in edges)
     topics = {
         "satellite": f"{scenario.name}, {start} to {end} UTC",
-        "orbit": _orbit(around),
-        "Sun": _sun(scenario, around),
-        "field": _field(around),
-        "turns": _turns(scenario),
+        "orbit": _describe_orbit(around),
+        "Sun": _describe_sun(scenario, around),
+        "field": _describe_field(around),
+        "turns": _describe_maneuvers(scenario),
     }
-    at_rest = list(margins_at_rest(problem))
+    at_rest = list(format_rest_margins(problem))
     if at_rest:
         topics["at rest"] = f"held as at the start, until {end[11:19]}: {'; '.join(at_rest)}"
     topics["covariance"] = _describe_validity(scenario)
     return topics
 
 
-def _until(scenario: Scenario) -> float:
+def _compute_end(scenario: Scenario) -> float:
     """Return the end of the window or of the run, whichever is earlier [s]."""
     return min(scenario.duration, scenario.deadline)
 
 
-def _orbit(around: Environment) -> str:
-    position, velocity = around.position, around.velocity
+def _describe_orbit(environment: Environment) -> str:
+    position, velocity = environment.position, environment.velocity
     altitude = 1e-3 * (np.linalg.norm(position, axis=1) - EARTH_RADIUS)
     normal = np.cross(position[0], velocity[0])
     inclination = np.degrees(np.arccos(normal[2] / np.linalg.norm(normal)))
-    node = local_time_of_node(position[0], velocity[0], around.sun[0])
+    node = ascending_node_solar_time(position[0], velocity[0], environment.sun[0])
     hours, minutes = divmod(round(60.0 * node), 60)
     return (
         f"{altitude.min():.0f} to {altitude.max():.0f} km above the Earth's equatorial radius, "
@@ -70,7 +70,7 @@ def _orbit(around: Environment) -> str:
     )
 
 
-def local_time_of_node(position: Floats, velocity: Floats, sun: Floats) -> float:
+def ascending_node_solar_time(position: Floats, velocity: Floats, sun: Floats) -> float:
     """Return the apparent solar time at the ascending node [h], from 0 to 24.
 
     The time is 12 h if the node has the right ascension of the Sun, and increases by 1 h for each
@@ -87,39 +87,39 @@ def local_time_of_node(position: Floats, velocity: Floats, sun: Floats) -> float
     return float((12.0 + east / 15.0) % 24.0)
 
 
-def _sun(scenario: Scenario, around: Environment) -> str:
-    normal = np.cross(around.position[0], around.velocity[0])
-    beta = np.degrees(np.arcsin(around.sun[0] @ normal / np.linalg.norm(normal)))
+def _describe_sun(scenario: Scenario, environment: Environment) -> str:
+    normal = np.cross(environment.position[0], environment.velocity[0])
+    beta = np.degrees(np.arcsin(environment.sun[0] @ normal / np.linalg.norm(normal)))
     text = f"{beta:+.1f} deg from the orbit's plane"
     if not scenario.eclipse:
         return f"{text}; eclipses are not modeled"
-    shown = around.times <= _until(scenario)
-    dark = np.concatenate([[False], ~around.sunlit[shown], [False]])
+    shown = environment.times <= _compute_end(scenario)
+    dark = np.concatenate([[False], ~environment.sunlit[shown], [False]])
     edges = np.flatnonzero(np.diff(dark)).reshape(-1, 2)
     if not len(edges):
         return f"{text}; shines throughout"
-    times = np.append(around.times[shown], around.times[shown][-1])
-    stamps = [format_time_stamps(scenario.epoch, times[edge]) for edge in edges[:_MOST]]
+    times = np.append(environment.times[shown], environment.times[shown][-1])
+    stamps = [format_time_stamps(scenario.epoch, times[edge]) for edge in edges[:_MAX_ECLIPSES]]
     listed = ", ".join(f"{a[11:19]} to {b[11:19]}" for a, b in stamps)
-    more = f" and {len(edges) - _MOST} times more" if len(edges) > _MOST else ""
+    more = f" and {len(edges) - _MAX_ECLIPSES} times more" if len(edges) > _MAX_ECLIPSES else ""
     return f"{text}; in the Earth's shadow {listed} UTC{more}, {dark[1:-1].mean():.0%} of the time"
 
 
-def _field(around: Environment) -> str:
-    strength = np.linalg.norm(around.field, axis=1)
+def _describe_field(environment: Environment) -> str:
+    strength = np.linalg.norm(environment.field, axis=1)
     return f"{strength.min():,.0f} to {strength.max():,.0f} nT"
 
 
-def _turns(scenario: Scenario) -> str:
+def _describe_maneuvers(scenario: Scenario) -> str:
     limits = scenario.maneuvers
     text = f"{limits.count} maneuvers of at most {limits.max_rate_deg_s:g} deg/s about each axis"
     if limits.max_acceleration_deg_s2 is not None:
         text += f", {limits.max_acceleration_deg_s2:g} deg/s²"
-    by = "magnetorquers" if scenario.turned_by_coils else "wheels" if scenario.wheels else ""
+    by = "magnetorquers" if scenario.is_magnetorquer_driven else "wheels" if scenario.wheels else ""
     return text + (f", by {by}" if by else "") + (", and a slew back" if limits.slew_back else "")
 
 
-def margins_at_rest(problem: AttitudeManeuverProblem) -> Iterator[str]:
+def format_rest_margins(problem: AttitudeManeuverProblem) -> Iterator[str]:
     """Yield the margins of path constraints and wheel budgets while the initial attitude is held.
 
     The attitude uncertainty is the initial one. Nothing is yielded for magnetorquers, which do not
@@ -127,14 +127,14 @@ def margins_at_rest(problem: AttitudeManeuverProblem) -> Iterator[str]:
     """
     scenario, model = problem.scenario, problem.model
     wheels = scenario.wheels
-    limited = bool(scenario.path_limits) or (wheels is not None and wheels.budgeted)
-    if not limited or scenario.turned_by_coils:  # magnetorquers do not hold an attitude
+    limited = bool(scenario.path_constraints) or (wheels is not None and wheels.has_momentum_budget)
+    if not limited or scenario.is_magnetorquer_driven:  # magnetorquers do not hold an attitude
         return
-    until = model.step * min(int(_until(scenario) / model.step), model.n_steps)
+    until = model.step * min(int(_compute_end(scenario) / model.step), model.n_steps)
     still = np.zeros(VARIABLES_PER_MANEUVER * scenario.maneuvers.count)
     trajectory = Trajectory(scenario, model, still, until, until)
     covariance = scenario.initial_attitude_covariance
-    rows = limits_after(model, trajectory, 0.0, until, covariance, "at rest")
+    rows = compute_interval_margins(model, trajectory, 0.0, until, covariance, "at rest")
     for label, (unit, value, bound, limit, margin) in rows.items():
         state = "margin" if margin >= 0.0 else "EXCEEDED by"
         yield (
@@ -147,19 +147,23 @@ def _describe_validity(scenario: Scenario) -> str:
     """Return whether the initial errors are in the range for which the covariance was validated."""
     if scenario.prior is not None:
         return "valid: the errors after a calibration are small"
-    beyond = validity(scenario)
+    beyond = find_validity_violations(scenario)
     if beyond:
         return f"{'; '.join(beyond)}: verify a plan"
-    values = [f"{key} = {value:g} (to {at:g})" for key, value, at in examined(scenario) if value]
+    values = [
+        f"{key} = {value:g} (to {at:g})"
+        for key, value, at in list_validity_ranges(scenario)
+        if value
+    ]
     return f"valid for the initial errors: {', '.join(values)}"
 
 
-def instruments(scenario: Scenario) -> pd.DataFrame:
+def build_instrument_table(scenario: Scenario) -> pd.DataFrame:
     """Return noise, sample interval and initial errors of gyro and sensors, one row each."""
     suite = scenario.suite
     sigma = suite.initial_sigma(np.radians(scenario.initial.attitude_deg)).reshape(-1, 3)
     errors: dict[str, list[str]] = {}
-    for name, unit, values in zip(suite.blocks, block_units(suite), sigma, strict=True):
+    for name, unit, values in zip(suite.blocks, list_block_units(suite), sigma, strict=True):
         owner, _, error = name.rpartition(".")
         text = f"{error.replace('_', ' ')} {values.max() * unit.factor:.3g} {unit.unit}"
         errors.setdefault(owner, []).append(text.removesuffix(" -"))
@@ -167,9 +171,9 @@ def instruments(scenario: Scenario) -> pd.DataFrame:
     parts: list[tuple[str, Any]] = [("gyro", suite.gyro)]
     parts += [(sensor.name, sensor) for sensor in suite.sensors]
     for name, part in parts:
-        units = {key: annotation_of(type(part), key, Unit) for key in part.noise_parameters}
+        units = {key: get_annotation(type(part), key, Unit) for key in part.noise_parameters}
         noise = [
-            f"{_WITH_UNIT.sub('', key).replace('_', ' ')} {_format_numbers(getattr(part, key))} "
+            f"{_UNIT_SUFFIX.sub('', key).replace('_', ' ')} {_format_numbers(getattr(part, key))} "
             f"{unit.text if unit else ''}".strip()
             for key, unit in units.items()
         ]

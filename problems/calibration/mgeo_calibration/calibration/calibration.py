@@ -11,7 +11,7 @@ import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
-from mgeo_attitude.scenario.after import SUPPORTED
+from mgeo_attitude.scenario.after import CONSISTENT
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite
 
@@ -168,7 +168,7 @@ class Calibration:
     def conclusion(self) -> str:
         """Conclusion of all tests in one line."""
         if self.supported:
-            return SUPPORTED
+            return CONSISTENT
         return f"{self._subjects} not support it: {'; '.join(self.failures)}"
 
     @property
@@ -286,8 +286,8 @@ class Calibration:
             If the plan has other states or another epoch.
         """
         from mgeo_attitude.filter.history import run_filter
-        from mgeo_attitude.view.describe import exactly
-        from mgeo_attitude.view.observability.covariance import States
+        from mgeo_attitude.view.describe import format_nominal_suffix
+        from mgeo_attitude.view.observability.covariance import StateLabels
 
         model, suite = plan.problem.model, self.suite
         if model.suite.blocks != suite.blocks:
@@ -314,9 +314,12 @@ class Calibration:
                 "achieved": achieved,
                 "achieved / predicted [-]": achieved / predicted,
             },
-            index=pd.Index(States.of(model.suite).names, name="state"),
+            index=pd.Index(StateLabels.from_suite(model.suite).names, name="state"),
         )
-        result.attrs |= {"time_s": float(history.times[k]), "flown": exactly(plan.scenario)}
+        result.attrs |= {
+            "time_s": float(history.times[k]),
+            "flown": format_nominal_suffix(plan.scenario),
+        }
         return result
 
     def figures(self) -> dict[str, go.Figure]:

@@ -10,11 +10,11 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
 from mgeo_attitude.geometry.rotation import rotation_matrix, shear
 from mgeo_attitude.sensors.base import Sensor
-from mgeo_attitude.sensors.errors import Influence
+from mgeo_attitude.sensors.errors import BiasSensitivity
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.suite import Suite
-from mgeo_attitude.sensors.world import World
+from mgeo_attitude.sensors.world import EnvironmentErrors
 from mgeo_attitude.settings.types import DEG, Unit
 from scipy.spatial.transform import Rotation
 
@@ -31,13 +31,16 @@ def uplink(suite: Suite, states: Floats) -> dict[str, Any]:
         States in the filter's units.
     """
     result: dict[str, Any] = {}
-    for name, owner in suite.owners.items():
-        if isinstance(owner, World):  # No reading can be corrected for environment model errors.
+    for name, owner in suite.error_sources.items():
+        if isinstance(
+            owner, EnvironmentErrors
+        ):  # No reading can be corrected for environment model errors.
             continue
         constants = {
             state: states[first : first + 3]
-            for state, first in suite.places(owner).items()
-            if f"{name}.{state}" in suite.blocks and f"{name}.{state}" not in suite.uncalibrated
+            for state, first in suite.get_first_indices(owner).items()
+            if f"{name}.{state}" in suite.blocks
+            and f"{name}.{state}" not in suite.uncalibrated_blocks
         }
         result[name] = _build_corrections(owner, constants)
     return result
@@ -46,11 +49,11 @@ def uplink(suite: Suite, states: Floats) -> dict[str, Any]:
 def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[str, Any]:
     entry: dict[str, Any] = {}
     R = stretch = np.eye(3)
-    followed = {each.state: each for each in owner.influences}
+    followed = {each.state_name: each for each in owner.bias_sensitivities}
     for state, value in constants.items():
         if state in followed:
             influence = followed[state]
-            unit = influence.unit_of(unit_of_error(owner, influence))
+            unit = influence.coefficient_unit(unit_of_error(owner, influence))
             kind = "influences" if influence.error == "bias" else f"{influence.error}_influences"
             entry.setdefault(kind, {})[influence.channel] = {
                 f"{influence.error}_per_unit": (unit.factor * value).tolist(),
@@ -83,17 +86,17 @@ def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) ->
 
 def unit_of_bias(owner: Gyro | Sensor) -> Unit:
     """Return the telemetry unit of a bias."""
-    return DEG_S if isinstance(owner, Gyro) else owner.channel_unit
+    return DEG_S if isinstance(owner, Gyro) else owner.telemetry_unit
 
 
-def unit_of_error(owner: Gyro | Sensor, influence: Influence) -> Unit:
+def unit_of_error(owner: Gyro | Sensor, influence: BiasSensitivity) -> Unit:
     """Return the telemetry unit of the error that a bias sensitivity changes."""
     return unit_of_bias(owner) if influence.error == "bias" else DEG
 
 
 def unit_of_innovations(sensor: Sensor) -> Unit:
     """Return the unit of innovations: the unit of the readings, or degrees for quaternions."""
-    return DEG if len(sensor.channels) == 4 else sensor.channel_unit
+    return DEG if len(sensor.telemetry_suffixes) == 4 else sensor.telemetry_unit
 
 
 def telemetry_units(suite: Suite) -> dict[str, Unit]:
@@ -105,8 +108,8 @@ def telemetry_units(suite: Suite) -> dict[str, Unit]:
         name, unit = getattr(owner, "name", "gyro"), unit_of_bias(owner)
         biases[f"{name}.bias"] = unit
         biases |= {
-            f"{name}.{each.state}": each.unit_of(unit_of_error(owner, each))
-            for each in owner.influences
+            f"{name}.{each.state_name}": each.coefficient_unit(unit_of_error(owner, each))
+            for each in owner.bias_sensitivities
         }
     return {block: biases.get(block, unit) for block, unit in units.items()}
 
@@ -115,6 +118,6 @@ def in_units(suite: Suite, states: Floats, block: str) -> Floats:
     """Return a block of states in its telemetry unit, shape (3,); rotations as rotation vectors."""
     first = 3 * suite.blocks.index(block)
     values = states[first : first + 3]
-    if first in suite.rotations:
+    if first in suite.rotation_indices:
         values = Rotation.from_matrix(rotation_matrix(values)).as_rotvec()
     return values * telemetry_units(suite)[block].factor

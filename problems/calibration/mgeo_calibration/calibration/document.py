@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
 import numpy as np
-from mgeo_attitude.plan.documents import Form, read_document, written
-from mgeo_attitude.scenario.prior import prior_of
+from mgeo_attitude.plan.documents import DocumentFormat, read_document, serialize
+from mgeo_attitude.scenario.prior import read_prior
 from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo.validation.entries import get_entry
@@ -31,12 +31,12 @@ _ESTIMATES = {"quaternion": list, "rate_deg_s": list, "states": dict, "covarianc
 
 def to_json(calibration: Calibration) -> str:
     """Return a calibration as JSON text, with floats that round-trip exactly."""
-    return written(document(calibration))
+    return serialize(document(calibration))
 
 
 def document(calibration: Calibration) -> dict[str, Any]:
     """Return a calibration as a JSON-compatible mapping."""
-    return _FORM.document(calibration)
+    return _FORM.build_document(calibration)
 
 
 def from_json(text: str) -> Calibration:
@@ -47,7 +47,7 @@ def from_json(text: str) -> Calibration:
     ValueError
         As `Form.read`.
     """
-    return _FORM.read(text)
+    return _FORM.parse(text)
 
 
 def read_json(path: Path | str) -> Calibration:
@@ -87,7 +87,7 @@ def _derive_keys(calibration: Calibration) -> dict[str, Any]:
 def _build_calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
     for key, kind in _ESTIMATES.items():
         get_entry(table, key, kind)
-    prior = prior_of(table, scenario.suite)
+    prior = read_prior(table, scenario.suite)
     return Calibration(
         scenario=scenario,
         time=float(get_entry(table, "time_s", float)),
@@ -115,10 +115,10 @@ def _read_tests(kind: type[T], table: Mapping[str, Any], key: str) -> tuple[T, .
     )
 
 
-_FORM = Form(
+_FORM = DocumentFormat(
     "mgeo-attitude-calibration",
     2,
-    keys=_collect_keys,
-    made=_build_calibration,
-    consequences=_derive_keys,
+    defining_entries=_collect_keys,
+    build=_build_calibration,
+    derived_entries=_derive_keys,
 )

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.view.figures.style import line
+from mgeo_attitude.view.figures.style import build_line_style
 
 from mgeo.figures.style import COLORS, GRAY, apply_style, build_log_axis_layout, select_symbol
 from mgeo_calibration.estimation.residuals import History
@@ -83,7 +83,7 @@ def _plot_innovations(names: Sequence[str], history: History) -> go.Figure:
             y=[float((each.whitened[piece] ** 2).mean()) for piece in pieces],
             name=name,
             mode="lines+markers",
-            line=line(number),
+            line=build_line_style(number),
             marker={"symbol": select_symbol(number), "size": 7},
             hovertemplate=f"{name} %{{y:.3f}} at %{{x:.0f}} s<extra></extra>",
         )
@@ -112,7 +112,7 @@ def _plot_attitude(history: History) -> go.Figure:
             y=worst,
             name=name,
             mode="lines",
-            line=line(number),
+            line=build_line_style(number),
             hovertemplate=f"{name} %{{y:.4g}} deg at %{{x:.0f}} s<extra></extra>",
         )
     apply_style(figure, "Attitude", "1-sigma about the worst body axis")

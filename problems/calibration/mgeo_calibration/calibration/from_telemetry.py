@@ -12,7 +12,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
 from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.sensors.base import with_noise
+from mgeo_attitude.sensors.base import scale_noise
 from mgeo_attitude.settings.errors import InvalidValue
 
 from mgeo_calibration.calibration import model_tests as models
@@ -154,7 +154,7 @@ def _calibrate_without_fit(
 
 def _estimate_gyro_walk(scenario: Scenario, telemetry: Telemetry) -> float | None:
     """Return an angle random walk [deg/sqrt(h)] that makes telemetry consistent, or None."""
-    noisy = dataclasses.replace(scenario, gyro=with_noise(scenario.gyro, _NOISIER))
+    noisy = dataclasses.replace(scenario, gyro=scale_noise(scenario.gyro, _NOISIER))
     try:
         data, belief = for_delays(batch(noisy, telemetry), Belief.of(noisy))
         result = fit(data, belief, GATE)
@@ -251,7 +251,7 @@ def as_believed(
     states : array, shape (n_states,)
     covariance : array, shape (n_states, n_states)
     """
-    c = belief.suite.considered
+    c = belief.suite.considered_indices
     if not c.size:
         return states, covariance
     left, added = _propagate_prior(belief, solution)
@@ -298,9 +298,9 @@ def _describe_readings(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
     sigma = gyro_noise(data.suite, usual_step(at))
     seen = {"gyro": (matters(np.radians(telemetry.step_of("gyro")), sigma), "deg/s")}
     for sensor, noise in zip(data.suite.sensors, data.noise, strict=True):
-        believed = sensor.noise()
+        believed = sensor.noise_sigmas()
         more = noise[: len(believed)] ** 2 >= (1.0 + LEAST) * np.square(believed)
-        seen[sensor.name] = more, sensor.channel_unit.text
+        seen[sensor.name] = more, sensor.telemetry_unit.text
     notes = [
         f"{name} counts in steps of {telemetry.step_of(name).max():.3g} {unit}".rstrip()
         + ", which are part of its noise"

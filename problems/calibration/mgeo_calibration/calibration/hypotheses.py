@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors.base import Sensor
-from mgeo_attitude.sensors.errors import by_axis
+from mgeo_attitude.sensors.errors import expand_per_axis
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
 
@@ -140,7 +140,9 @@ def channels_of(
 def follows(owner: Gyro | Sensor, column: str, error: str = "bias") -> bool:
     """Return whether the scenario models a bias sensitivity of an owner to a column."""
     return any(
-        channel_of([column], each.channel) for each in owner.influences if each.error == error
+        channel_of([column], each.channel)
+        for each in owner.bias_sensitivities
+        if each.error == error
     )
 
 
@@ -165,13 +167,13 @@ def _list_gyro_hypotheses(
         walk = math.radians(by) / math.sqrt(duration)
         return (
             f"gyro.bias drifts by {by:.2g} deg/s, as with a random walk of about {walk:.1g}, not "
-            f"{max(gyro.drift):g} rad/s^1.5"
+            f"{max(gyro.effective_rate_random_walk):g} rad/s^1.5"
         )
 
     def is_noisy(score: Score) -> str:
         # Gyro and sensors contribute about half of the variance of a score each.
         more = 2.0 * max(0.0, score.chi_square / max(score.freedom, 1) - 1.0)
-        walk = max(by_axis(gyro.angle_random_walk_deg_per_sqrt_h)) * math.sqrt(1.0 + more)
+        walk = max(expand_per_axis(gyro.angle_random_walk_deg_per_sqrt_h)) * math.sqrt(1.0 + more)
         return f"gyro is noisier than declared, about {walk:.2g} deg/sqrt(h)"
 
     rises, steps = (
@@ -216,8 +218,8 @@ def _list_sensor_hypotheses(
 ) -> Iterator[Hypothesis]:
     times, sensor = solution.batch.times, solution.batch.suite.sensors[index]
     name, states, unit = sensor.name, sensor.states(), unit_of_innovations(sensor)
-    size = departures.LARGE_OFFSET * float(np.max(sensor.noise())) * unit.factor
-    offset, rises = f"{name}.{sensor.offset}", departures.wander(solution, index)
+    size = departures.LARGE_OFFSET * float(np.max(sensor.noise_sigmas())) * unit.factor
+    offset, rises = f"{name}.{sensor.offset_state}", departures.wander(solution, index)
 
     def wanders(score: Score) -> str:
         by = f"{offset} changes by {size * _compute_range(_DRIFTS, score):.3g} {unit.text}"
@@ -244,9 +246,9 @@ def _list_sensor_hypotheses(
         channel = _scale_channel(each[1])
         departure = departures.follows(index, channel)
         yield _build_channel_hypothesis(
-            name, sensor, sensor.offset, each, departure, (size, unit.text)
+            name, sensor, sensor.offset_state, each, departure, (size, unit.text)
         )
-        if "misalignment" in states and sensor.offset == "bias":
+        if "misalignment" in states and sensor.offset_state == "bias":
             turned = departures.turns_with(index, channel)
             yield _build_channel_hypothesis(
                 name, sensor, "misalignment", each, turned, (_DEG, "deg")
@@ -278,7 +280,7 @@ def _build_channel_hypothesis(
     size: tuple[float, str],
 ) -> Hypothesis:
     (called, values), (large, unit) = column, size
-    is_offset = error == (owner.offset if isinstance(owner, Sensor) else "bias")
+    is_offset = error == (owner.offset_state if isinstance(owner, Sensor) else "bias")
     key = f"{name}.{_FOLLOWS[error]}" if error in _FOLLOWS else _TAKEN_OUT
     return Hypothesis(
         f"{name}.{called}" if is_offset else f"{name}.{error}.{called}",

@@ -11,10 +11,10 @@ import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import Sensor
-from mgeo_attitude.sensors.base import with_noise as scaled_noise
-from mgeo_attitude.sensors.errors import Influence, sigma_of
+from mgeo_attitude.sensors.base import scale_noise as scaled_noise
+from mgeo_attitude.sensors.errors import BiasSensitivity, get_initial_sigma
 from mgeo_attitude.sensors.gyro import Gyro
-from mgeo_attitude.settings.errors import InvalidValue, known_names
+from mgeo_attitude.settings.errors import InvalidValue, format_known_names
 from mgeo_attitude.settings.types import DEG
 
 from mgeo_calibration.calibration.calibration import Calibration
@@ -82,7 +82,9 @@ def with_states(scenario: Scenario, keys: Sequence[str], others: Mapping[str, Fl
     options: dict[str, Any] = addable(scenario) | dict.fromkeys(channels, _INFLUENCES)
     for key in keys:
         if key not in options:
-            expected = f"expected something that can be added{known_names(key, [*options, NOISE])}"
+            expected = (
+                f"expected something that can be added{format_known_names(key, [*options, NOISE])}"
+            )
             raise InvalidValue("fit", key, expected)
     if keys and scenario.prior is not None:
         raise InvalidValue("fit", keys[0], "expected no earlier calibration, which is without it")
@@ -95,7 +97,7 @@ def with_states(scenario: Scenario, keys: Sequence[str], others: Mapping[str, Fl
             for key in own
             if key not in channels
         }
-        new: list[Influence] = [each for key in own for each in channels.get(key, ())]
+        new: list[BiasSensitivity] = [each for key in own for each in channels.get(key, ())]
         if new:
             more[_INFLUENCES] = (*getattr(owner, _INFLUENCES), *new)
         return dataclasses.replace(owner, **more)
@@ -122,9 +124,9 @@ def addable(scenario: Scenario) -> dict[str, str]:
 
 def followable(
     scenario: Scenario, others: Mapping[str, Floats]
-) -> dict[str, tuple[Influence, ...]]:
+) -> dict[str, tuple[BiasSensitivity, ...]]:
     """Return the bias sensitivities that a scenario lacks, by the keys of `with_states`."""
-    result: dict[str, tuple[Influence, ...]] = {}
+    result: dict[str, tuple[BiasSensitivity, ...]] = {}
     owners: tuple[Gyro | Sensor, ...] = (scenario.gyro, *scenario.sensors)
     for owner in owners:
         states, name = owner.states(), getattr(owner, "name", "gyro")
@@ -134,7 +136,7 @@ def followable(
             del errors["misalignment"]
             if not any(follows(owner, magnitude) for magnitude in RATE_MAGNITUDES):
                 result["gyro.scale_asymmetry"] = tuple(
-                    Influence(magnitude, initial_sigma=SIZES["scale_factor"], unit="deg/s")
+                    BiasSensitivity(magnitude, initial_sigma=SIZES["scale_factor"], unit="deg/s")
                     for magnitude in RATE_MAGNITUDES
                 )
         for error, prefix in errors.items():
@@ -142,9 +144,9 @@ def followable(
                 if error not in states or follows(owner, column, error) or not np.ptp(values):
                     continue
                 channel, unit = name_and_unit(column)
-                sigma = _LARGE * np.max(sigma_of(states[error]))
+                sigma = _LARGE * np.max(get_initial_sigma(states[error]))
                 in_key = unit_of_bias(owner) if error == "bias" else DEG
-                influence = Influence(
+                influence = BiasSensitivity(
                     channel,
                     initial_sigma=float(in_key.factor * sigma / np.ptp(values)),
                     unit=unit or "unit",

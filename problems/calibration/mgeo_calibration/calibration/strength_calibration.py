@@ -98,7 +98,7 @@ def calibrate_alone(
             result = by_strength(data, index, belief)
         except ValueError as error:
             raise ValueError(f"{sensor.name}: {error}") from None
-        places = suite.places(sensor)
+        places = suite.get_first_indices(sensor)
         numbers = [i for i, block in enumerate(BLOCKS) if block in places]
         own = np.concatenate([places[BLOCKS[i]] + np.arange(3) for i in numbers])
         here = np.concatenate([3 * i + np.arange(3) for i in numbers])
@@ -114,8 +114,8 @@ def calibrate_alone(
     return Calibration(
         scenario=scenario,
         time=time,
-        quaternion=quaternions_from_matrices(scenario.initial_attitude(last)[None])[0],
-        rate_deg_s=np.degrees(scenario.initial_rate(last)),
+        quaternion=quaternions_from_matrices(scenario.compute_initial_attitude(last)[None])[0],
+        rate_deg_s=np.degrees(scenario.compute_initial_rate(last)),
         states=states,
         covariance=covariance,
         tests=tuple(tests),
@@ -133,7 +133,7 @@ def _test_residuals(data: Batch, index: int, found: FieldStrengthFit, n_tests: i
     unbiased = (measured[seen] - found.values[:3]) @ np.linalg.inv(response(found.values))
 
     def rms(values: Floats) -> float:
-        return sensor.channel_unit.factor * float(np.sqrt((values**2).mean()))
+        return sensor.telemetry_unit.factor * float(np.sqrt((values**2).mean()))
 
     low, high = nis_bounds(len(residuals), n_tests)
     return SensorTest(
@@ -147,7 +147,7 @@ def _test_residuals(data: Batch, index: int, found: FieldStrengthFit, n_tests: i
             Innovations(np.arange(len(residuals)), residuals[:, None])
         ),
         correlation_bound=correlation_bound(len(residuals), n_tests),
-        unit=sensor.channel_unit.text,
+        unit=sensor.telemetry_unit.text,
         noise=rms(data.noise[index]),
         before=rms(np.linalg.norm(measured[seen], axis=1) - strength),
         after=rms(np.linalg.norm(unbiased, axis=1) - strength),

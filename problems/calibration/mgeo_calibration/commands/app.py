@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
-from mgeo_attitude.commands.app import USERS, Overwrite, Pick, Solution, Source, Time
+from mgeo_attitude.commands.app import USER_ERRORS, Overwrite, Pick, Solution, Source, Time
 
 from mgeo.cli.app import format_examples
 from mgeo.cli.errors import ExitCode, convert_input_errors
@@ -70,7 +70,7 @@ def verify(
     from mgeo_calibration.commands import verify as command
 
     output = Output(quiet, json)
-    with convert_input_errors(USERS):
+    with convert_input_errors(USER_ERRORS):
         check_targets([out], overwrite)
         picked = load_plan(source, pick, time, solution)
         with warnings.catch_warnings(record=True) as caught:
@@ -139,7 +139,7 @@ def fly(
     from mgeo_calibration.flight.as_flown import as_flown
     from mgeo_calibration.flight.truth import read_truth, truth_document
 
-    with convert_input_errors(USERS):
+    with convert_input_errors(USER_ERRORS):
         check_targets([out], overwrite, (".csv",))
         check_targets([truth], overwrite, (".json",))
         picked = load_plan(source, pick, time, solution)
@@ -213,7 +213,7 @@ def calibrate(
     No prior attitude is needed. Outliers are rejected and listed. The exit code is 3 if the result
     is statistically inconsistent with the scenario.
     """
-    from mgeo_attitude.scenario.validity import Implausible
+    from mgeo_attitude.scenario.validity import ImplausibleValue
 
     from mgeo_calibration.calibration.diagnosis import CannotCalibrate
     from mgeo_calibration.calibration.from_telemetry import calibrate as calibrated
@@ -224,11 +224,11 @@ def calibrate(
     from mgeo_calibration.telemetry.reading import read_telemetry
 
     output = Output(quiet, json)
-    with convert_input_errors(USERS):
+    with convert_input_errors(USER_ERRORS):
         if out:
             command.check_folder(out, overwrite)
         with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always", Implausible)
+            warnings.simplefilter("always", ImplausibleValue)
             picked = command.flown_plan(plan, pick, time, solution)
             flown = picked.plan if picked else None
             of = command.scenario_of(scenario, flown)

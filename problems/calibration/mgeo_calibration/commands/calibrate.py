@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from mgeo_attitude.commands.files import Picked, load_plan
+from mgeo_attitude.commands.files import SelectedPlan, load_plan
 from mgeo_attitude.environment.times import format_instant
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.scenario import Scenario
@@ -57,7 +57,7 @@ def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
 
 def flown_plan(
     source: Path | None, pick: str | None, time: float | None, solution: int | None
-) -> Picked | None:
+) -> SelectedPlan | None:
     """Return the plan of the option --plan, if given.
 
     Raises
@@ -105,7 +105,10 @@ def write_calibration(
 
 
 def print_calibration(
-    calibration: Calibration, promised: pd.DataFrame | None, picked: Picked | None, output: Output
+    calibration: Calibration,
+    promised: pd.DataFrame | None,
+    picked: SelectedPlan | None,
+    output: Output,
 ) -> None:
     """Print estimates, tests and conclusion of a calibration."""
     table = calibration.table().set_index("block")
@@ -120,7 +123,7 @@ def print_calibration(
         time = f"{promised.attrs['time_s']:.6g} s"
         time += promised.attrs["flown"]
         title = f"1-sigma at {time}, predicted by the plan and achieved: {picked.name}"
-        output.print(*build_titled_table(title, promised), *picked.doubts())
+        output.print(*build_titled_table(title, promised), *picked.list_warnings())
     for text in calibration.notes:
         output.print(format_note(text))
     output.print("", escape_text(calibration.conclusion, "bold"))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pandas as pd
-from mgeo_attitude.commands.files import Picked
+from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 from mgeo.terminal import Output, build_titled_table, escape_text, format_note
@@ -57,7 +57,7 @@ def limited(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def print_flight(
-    picked: Picked,
+    picked: SelectedPlan,
     telemetry: Telemetry,
     came_to: pd.DataFrame,
     simulator: str,
@@ -72,15 +72,18 @@ def print_flight(
         Result of `as_flown`.
     """
     output.print(
-        escape_text(picked.answer, "bold"),
-        *picked.doubts(),
-        *(f"Note: the plan violates a constraint: {line}" for line in picked.plan.violations()),
+        escape_text(picked.summary, "bold"),
+        *picked.list_warnings(),
+        *(
+            f"Note: the plan violates a constraint: {line}"
+            for line in picked.plan.list_violations()
+        ),
         f"{len(telemetry.times)} samples to {telemetry.times[-1]:.6g} s of gyro, "
         f"{', '.join(telemetry.sensors)}, simulator {simulator}",
         *build_titled_table(
             f"Plan and simulation until {came_to.attrs['time_s']:.6g} s", limited(came_to)
         ),
         format_note("values of plan and simulation without margin"),
-        *([_COILS] if picked.plan.scenario.turned_by_coils else []),
+        *([_COILS] if picked.plan.scenario.is_magnetorquer_driven else []),
         *(f"wrote {file}" for file in files),
     )

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from mgeo_attitude.commands.files import Picked
+from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.commands.show import render_table
 from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.tables import TABLES
@@ -27,15 +27,15 @@ from mgeo_calibration.verification import (
 _SHORT = {"rms / predicted [-]": "/ predicted", "rms / claimed [-]": "/ claimed"}
 
 
-def print_verification(picked: Picked, found: Verification, output: Output) -> None:
+def print_verification(picked: SelectedPlan, found: Verification, output: Output) -> None:
     """Print the errors of Monte Carlo runs with their prediction, and suggestions."""
     plan = picked.plan
     shown = found.table.iloc[:, :5].rename(columns=_SHORT)
     output.print(
-        escape_text(picked.answer, "bold"),
-        *(escape_text(f"violated constraint: {line}", "bold") for line in plan.violations()),
+        escape_text(picked.summary, "bold"),
+        *(escape_text(f"violated constraint: {line}", "bold") for line in plan.list_violations()),
         escape_text(conclusion(found), "bold"),
-        *picked.doubts(),
+        *picked.list_warnings(),
     )
     if ways := list(remedies(plan, found)):
         output.print(escape_text("suggestions", "bold"), *(escape_text(f"  {way}") for way in ways))
@@ -60,12 +60,12 @@ def print_verification(picked: Picked, found: Verification, output: Output) -> N
         )
 
 
-def verification_document(picked: Picked, found: Verification, seed: int) -> dict[str, Any]:
+def verification_document(picked: SelectedPlan, found: Verification, seed: int) -> dict[str, Any]:
     """Return the verification with problem and design as a JSON-compatible mapping."""
     plan = picked.plan
     table = found.table.reset_index()
     lines = [
-        *(f"violated constraint: {line}" for line in plan.violations()),
+        *(f"violated constraint: {line}" for line in plan.list_violations()),
         conclusion(found),
         f"NEES per state {found.nees:.3f}",
         power(found),
@@ -84,19 +84,19 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
         "columns": [str(name) for name in table.columns],
         "rows": table.to_numpy(object).tolist(),
         "solution": picked.solution,
-        "answer": plan.answer,
+        "answer": plan.summary,
         "problem": PROBLEM,
         "options": plan.problem.to_options(),
         "design": list(plan.design),
         "achieved": bool(found.achieved),
-        "violations": plan.violations(),
+        "violations": plan.list_violations(),
         "path_limits": to_records(found.path_limits),
         "ends": to_records(found.ends),
-        "promises": to_records(plan.promises()),
+        "promises": to_records(plan.compare_with_monte_carlo()),
     }
 
 
-def result_file(source: Path, picked: Picked, seed: int) -> Path | None:
+def result_file(source: Path, picked: SelectedPlan, seed: int) -> Path | None:
     """Return the result file of a solution in its run folder, or None for a plan."""
     number = picked.solution
     return None if number is None else source / f"verification-solution{number}-seed{seed}.json"

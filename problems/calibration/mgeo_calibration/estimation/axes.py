@@ -134,7 +134,7 @@ def _normalize_vectors(batch: Batch, index: int, body: Floats, picked: Ints) -> 
 
 def _predict_misfit(batch: Batch, index: int) -> float:
     """Return the expected mean squared error of a unit vector from the prior [rad²]."""
-    places = batch.suite.places(batch.suite.sensors[index])
+    places = batch.suite.get_first_indices(batch.suite.sensors[index])
     sigma = Belief.initial(batch.suite).sigma
     bias, turned = (
         float((sigma[k : k + 3] ** 2).mean()) if (k := places.get(state)) else 0.0

@@ -12,7 +12,7 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.photodiode import Photodiode
-from mgeo_attitude.sensors.readings import in_threes
+from mgeo_attitude.sensors.readings import pad_to_three
 from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.belief import UNKNOWN
@@ -80,7 +80,7 @@ class Batch:
 
     def follows(self, owner: Gyro | Sensor, samples: slice | Ints) -> list[Floats]:
         """What influences of an owner are times at m samples, each of shape (m, 1)."""
-        own = self.suite.influence_columns(owner)
+        own = self.suite.find_sensitivity_columns(owner)
         return [self.influences[samples][:, [k]] for k in range(own.start, own.stop)]
 
     @property
@@ -135,7 +135,7 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
         telemetry = _since_epoch(scenario, telemetry)
     at, rates = reported(telemetry)
     usual = usual_step(at)
-    suite = replace(scenario.suite, gyro=scenario.gyro.sampled(usual))
+    suite = replace(scenario.suite, gyro=scenario.gyro.convert_sample_noise(usual))
     readings = telemetry.readings(suite)
     there = np.isfinite(telemetry.gyro_deg_s[:, 0])
     there |= np.any([np.isfinite(rows[:, 0, 0]) for rows in readings], axis=0)
@@ -174,9 +174,9 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
         added=missing[:, None] + (counted + wrong)[j] * np.diff(times)[:, None],
         breaks=breaks & (hold is None),
         sensors=sensors,
-        noise=in_threes(_noise(sensor, telemetry) for sensor in suite.sensors),
+        noise=pad_to_three(_noise(sensor, telemetry) for sensor in suite.sensors),
         vectors=vectors,
-        influences=suite.influence_values(
+        influences=suite.compute_channel_deviations(
             {
                 name: np.interp(times, telemetry.times, values)
                 for name, values in followed(suite, with_rate_magnitudes(telemetry)).items()
@@ -218,13 +218,13 @@ def without_dark(sensor: Sensor, rows: Floats) -> Floats:
 
 def _noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
     """1-sigma of each number, with the variance of a number that is rounded."""
-    step, sigma = telemetry.step_of(sensor.name), np.array(sensor.noise())
-    if sensor.unit_length:
+    step, sigma = telemetry.step_of(sensor.name), np.array(sensor.noise_sigmas())
+    if sensor.has_unit_length:
         rows = telemetry.sensors[sensor.name]
         lengths = np.linalg.norm(rows[np.isfinite(rows[:, 0])], axis=1)
         step = np.full(len(sigma), step.max() / np.median(lengths) if len(lengths) else 0.0)
-    elif len(sensor.channels) < 4:
-        step = step / sensor.channel_unit.factor
+    elif len(sensor.telemetry_suffixes) < 4:
+        step = step / sensor.telemetry_unit.factor
     else:  # a turn by a small angle changes a quaternion by half of it
         step = 2.0 * np.full(3, step.max())
     noise: Floats = np.sqrt(sigma**2 + step**2 / 12.0)

@@ -94,7 +94,7 @@ class Belief:
         """
         off = states - self.states
         off[:3] = 0.0 if self.attitude is None else rotation_vector(self.attitude.T @ attitude)
-        for first in self.suite.rotations:
+        for first in self.suite.rotation_indices:
             block = slice(first, first + 3)
             if first and self.states[block].any():
                 off[block] = rotation_vector(
@@ -120,7 +120,7 @@ class Belief:
             The residual becomes r - J e when the estimate is corrected by the errors e.
         """
         off, turned = self.difference(attitude, states), np.eye(len(states))
-        for first in self.suite.rotations:
+        for first in self.suite.rotation_indices:
             block = slice(first, first + 3)
             turned[block, block] = rotation_jacobian(off[block])
         whiten = np.linalg.inv(np.linalg.cholesky(self.correlation)) / self.sigma

@@ -116,7 +116,7 @@ def gyro_noise(solution: Solution) -> Departure:
     noise that exceeds the declared noise.
     """
     batch = solution.batch
-    density = np.sqrt(np.array(batch.suite.gyro.diffusion()["theta"]))
+    density = np.sqrt(np.array(batch.suite.gyro.compute_noise_density()["theta"]))
     size, share = (
         density / np.sqrt(np.median(batch.durations)),
         _compute_elapsed_fractions(solution),
@@ -230,7 +230,7 @@ def vector_error(index: int, state: str) -> Departure:
 
     def reads(own: Equations) -> Floats:
         batch, at = own.batch, own.trajectory
-        first = batch.suite.places(batch.suite.sensors[index]).get("misalignment")
+        first = batch.suite.get_first_indices(batch.suite.sensors[index]).get("misalignment")
         attitude = at.attitude if batch.held is None else batch.held.attitude
         body = np.einsum("nji,nj->ni", attitude, batch.vectors[:, index])
         mounted = np.eye(3) if first is None else rotation_matrix(at.states[0, first : first + 3])
@@ -390,12 +390,12 @@ def _compute_offset_columns(own: Equations, index: int) -> Floats:
     """Return the change of the readings by an offset on each axis, shape (n, 3, 3)."""
     suite = own.batch.suite
     sensor = suite.sensors[index]
-    places = suite.places(sensor)
-    if (state := sensor.offset) in places:
+    places = suite.get_first_indices(sensor)
+    if (state := sensor.offset_state) in places:
         columns = _select_jacobian(own, index, places[state])
     else:  # A misalignment rotates the readings opposite to an attitude error.
         columns = -_select_jacobian(own, index, 0)
-    offset: Floats = LARGE_OFFSET * float(np.max(sensor.noise())) * columns
+    offset: Floats = LARGE_OFFSET * float(np.max(sensor.noise_sigmas())) * columns
     return offset
 
 

@@ -139,7 +139,7 @@ def by_strength(
         As `fit_field_strength`.
     """
     suite, sensor = batch.suite, batch.suite.sensors[index]
-    places = suite.places(sensor)
+    places = suite.get_first_indices(sensor)
     mean, prior = np.zeros(9), np.zeros(9)
     for number, block in enumerate(BLOCKS):
         if block in places:
@@ -169,7 +169,7 @@ def start_states(batch: Batch, belief: Belief) -> Floats:
     for index, sensor in enumerate(batch.suite.sensors):
         if not isinstance(sensor, Magnetometer):
             continue
-        places = batch.suite.places(sensor)
+        places = batch.suite.get_first_indices(sensor)
         strength = float(np.median(np.linalg.norm(batch.vectors[:, index], axis=1)))
         if belief.sigma[places["bias"]] < _LARGE * strength:
             continue

@@ -189,7 +189,7 @@ def settle(
 
 def _count_drift_samples(batch: Batch) -> int:
     """Return the number of samples in which the rate random walk rotates by `_DRIFTED`, 1-sigma."""
-    walk = float(np.linalg.norm(batch.suite.gyro.drift))
+    walk = float(np.linalg.norm(batch.suite.gyro.effective_rate_random_walk))
     if not walk:
         return len(batch.times)
     duration = (math.sqrt(3.0) * _DRIFTED / walk) ** (2.0 / 3.0)
@@ -198,7 +198,7 @@ def _count_drift_samples(batch: Batch) -> int:
 
 def limits(suite: Suite, gate: float) -> Floats:
     """Return the chi-square threshold of each sensor for a probability of false rejection."""
-    return np.array([chdtri(len(sensor.noise()), gate) for sensor in suite.sensors])
+    return np.array([chdtri(len(sensor.noise_sigmas()), gate) for sensor in suite.sensors])
 
 
 def check(result: Fit, belief: Belief, gate: float) -> None:
@@ -218,7 +218,7 @@ def check(result: Fit, belief: Belief, gate: float) -> None:
             raise NoFit(
                 f"{sensor.name}: {no.sum()} of {count} readings are beyond the chi-square gate of "
                 f"{limit:.4g}, their median is {np.nanmedian(square):.3g}: expected "
-                f"{chdtri(len(sensor.noise()), 0.5):.2g}. Check noise, mounting and unit of "
+                f"{chdtri(len(sensor.noise_sigmas()), 0.5):.2g}. Check noise, mounting and unit of "
                 f"{sensor.name}"
             )
     if not result.solution.settled():
@@ -278,7 +278,7 @@ def _extend_trajectory(
             for process, i in zip(
                 processes.values(), range(batch.suite.n_kinematic, m, 3), strict=True
             ):
-                decay, _ = process.over(np.abs(elapsed))
+                decay, _ = process.discretize(np.abs(elapsed))
                 states[span, i : i + 3] *= decay
     for first, end in pairwise(arcs.tolist()):
         a, b = max(first, left), min(end, right)

@@ -14,8 +14,8 @@ import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import multiply, rotation_matrix, rotation_vector, skew
-from mgeo_attitude.sensors.errors import influenced
-from mgeo_attitude.sensors.readings import taken
+from mgeo_attitude.sensors.errors import apply_bias_sensitivities
+from mgeo_attitude.sensors.readings import apply_latency
 from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.taylor import Taylor, uncertain, uncertain_rotation
@@ -58,7 +58,7 @@ class Estimate:
             States, with rotation vectors for the rotations other than the attitude.
         covariance : array, shape (n_states, n_states, r)
         """
-        places = np.arange(3)[:, None] + np.array(suite.rotations)
+        places = np.arange(3)[:, None] + np.array(suite.rotation_indices)
         rotations, others = rotation_matrix(states[places]), states.copy()
         rotations[:, :, 0], others[places] = attitude, 0.0
         return cls(places, rotations, others, covariance)
@@ -163,14 +163,18 @@ def innovation(
         return turn(np.einsum(each, vector, estimate.rotations[:, :, 0]))
 
     own: dict[str, Callable[[Any], Taylor] | Taylor] = {}
-    for state, first in suite.places(sensor).items():
+    for state, first in suite.get_first_indices(sensor).items():
         if state in sensor.rotations:
-            known = estimate.rotations[:, :, suite.rotations.index(first)]
+            known = estimate.rotations[:, :, suite.rotation_indices.index(first)]
             own[state] = uncertain_rotation(None if aligned else known, first // 3, kind=kind)
         else:
             own[state] = uncertain(estimate.states[first : first + 3].T, first // 3, kind)
-    influenced(sensor.influences, own, influences, lambda value, state: state * value)
-    predicted = sensor.measured(*taken(sensor, own, [vector, *gradient], to_body, rate))
+    apply_bias_sensitivities(
+        sensor.bias_sensitivities, own, influences, lambda value, state: state * value
+    )
+    predicted = sensor.predict_measurement(
+        *apply_latency(sensor, own, [vector, *gradient], to_body, rate)
+    )
     result: Taylor = sensor.innovation(y, predicted)
     return result
 

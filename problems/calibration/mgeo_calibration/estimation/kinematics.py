@@ -15,8 +15,8 @@ from mgeo_attitude.geometry.rotation import (
     rotation_jacobian,
     rotation_vector,
 )
-from mgeo_attitude.sensors.errors import influenced
-from mgeo_attitude.sensors.gyro import is_uneven
+from mgeo_attitude.sensors.errors import apply_bias_sensitivities
+from mgeo_attitude.sensors.gyro import has_axis_dependent_noise
 from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.batch import Batch
@@ -91,14 +91,14 @@ def turns(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
     """
     gyro, suite, dt = batch.suite.gyro, batch.suite, batch.durations[:, None]
     # All gyro states except the bias are constant.
-    x = {name: states[:1, i : i + 3] for name, i in suite.places(gyro).items()}
+    x = {name: states[:1, i : i + 3] for name, i in suite.get_first_indices(gyro).items()}
     half = 0.5 * gyro.bias_decay * dt
     # Mean of the decaying bias over the step, (1 - exp(-2 h)) / (2 h).
     x["bias"] = states[:-1, 3:6] * np.exp(-half) * _sinhc(half)
-    influenced(gyro.influences, x, batch.follows(gyro, slice(1, None)))
+    apply_bias_sensitivities(gyro.bias_sensitivities, x, batch.follows(gyro, slice(1, None)))
     errors = SimpleNamespace(**x)
-    rates = gyro.corrected(errors, batch.gyro)
-    later = gyro.corrected(errors, batch.gyro + batch.change)
+    rates = gyro.correct_measurement(errors, batch.gyro)
+    later = gyro.correct_measurement(errors, batch.gyro + batch.change)
     turn = dt * rates + dt**2 / 12.0 * cross(rates, later)
     return rates, np.moveaxis(exponential_map(-turn.T), -1, 0)
 
@@ -153,7 +153,7 @@ def _pointing(held: Held, at: Trajectory, durations: Floats) -> tuple[Floats, Fl
     The vectors p of the rotations from the held attitude satisfy p_{k+1} = φ p_k + w exactly. An
     error e of the attitude changes them by J e.
     """
-    decay, variance = held.error.over(durations)
+    decay, variance = held.error.discretize(durations)
     p = rotation_vector(np.moveaxis(held.attitude.swapaxes(1, 2) @ at.attitude, 0, -1))
     J = np.moveaxis(rotation_jacobian(p), -1, 0)
     inverse = np.linalg.inv(J[1:])
@@ -186,23 +186,23 @@ def discretized(
     n, m, k = len(rates), suite.n_dynamic, suite.n_kinematic
     F, Q = np.zeros((2, n, m, m))
     density, turning, unit = (
-        suite.diffusion(),
+        suite.compute_noise_density(),
         np.ascontiguousarray(rates),
         _differentiate_dynamics(suite),
     )
     densities, kernel = (density[0], density[3]), load("kinematics")
     kernel.discretized(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
-    if is_uneven(density):
+    if has_axis_dependent_noise(density):
         load("process_noise").process_noise(
             suite.gyro.bias_decay, density[:6], turning, durations, Q
         )
-    if suite.following:
+    if suite.gyro_sensitivity_slices:
         constant = np.zeros((2, n, 6, 6))
         kernel.discretized(0.0, densities, unit[:, :, :0], turning, durations, *constant)
-        for columns, value in zip(suite.following, follows, strict=True):
+        for columns, value in zip(suite.gyro_sensitivity_slices, follows, strict=True):
             F[:, :3, columns] = value[:, :, None] * constant[0][:, :3, 3:6]
     for process, first in zip(suite.processes.values(), range(k, m, 3), strict=True):
-        decay, variance = process.over(durations[:, None])
+        decay, variance = process.discretize(durations[:, None])
         own = range(first, first + 3)
         F[:, own, own], Q[:, own, own] = decay, variance
     return F, Q

@@ -45,9 +45,9 @@ def check_normalized(batch: Batch) -> None:
     """
     for sensor, rows in zip(batch.suite.sensors, batch.sensors, strict=True):
         seen = np.isfinite(rows[:, 0, 0])
-        if not isinstance(sensor, SunSensor) or sensor.unit_length or seen.sum() < _FEWEST:
+        if not isinstance(sensor, SunSensor) or sensor.has_unit_length or seen.sum() < _FEWEST:
             continue
-        length, noise = _compute_length(rows[seen, 0]), min(sensor.noise())
+        length, noise = _compute_length(rows[seen, 0]), min(sensor.noise_sigmas())
         scatter = float(np.median(np.abs(length - np.median(length))))
         if scatter < _NORMALIZED * noise:
             raise ValueError(

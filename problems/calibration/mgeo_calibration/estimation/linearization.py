@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.sensors.readings import as_reported
+from mgeo_attitude.sensors.readings import unstack_measurement
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.innovation import STILL, Estimate, innovation, jacobian
@@ -135,7 +135,7 @@ def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
     """
     suite, sensor = batch.suite, batch.suite.sensors[index]
     samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
-    m = len(sensor.noise())
+    m = len(sensor.noise_sigmas())
     noise = batch.noise[index, :m]
     if not len(samples):
         return Sighting(samples, np.zeros((0, m)), samples, np.zeros((0, m, 0)), noise)
@@ -144,7 +144,7 @@ def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
         held = _linear(batch, index, Trajectory(batch.held.attitude, at.states), samples)
         turning = H[:, :, states < 3]
         change = turning @ np.linalg.pinv(turning, rcond=1e-6) @ (held[2] - H)
-        rotations = np.add.outer(suite.rotations, range(3))
+        rotations = np.add.outer(suite.rotation_indices, range(3))
         H = np.where(np.isin(states, rotations), H, H + change)
     return Sighting(samples, z, states, H, noise)
 
@@ -153,7 +153,7 @@ def _linear(batch: Batch, index: int, at: Trajectory, samples: Ints) -> tuple[Fl
     """Return z, states and H of the readings of one sensor at some samples; see `Sighting`."""
     suite, sensor = batch.suite, batch.suite.sensors[index]
     rate = STILL  # Only a sensor with a measurement latency depends on the body rate.
-    if "delay" in suite.places(sensor):
+    if "delay" in suite.get_first_indices(sensor):
         rates, _ = turns(batch, at.states)
         rate = rates[np.maximum(samples - 1, 0)]
     attitude = np.moveaxis(at.attitude[samples], 0, -1)
@@ -161,7 +161,7 @@ def _linear(batch: Batch, index: int, at: Trajectory, samples: Ints) -> tuple[Fl
     r = innovation(
         suite,
         index,
-        as_reported(batch.sensors[index][samples]),
+        unstack_measurement(batch.sensors[index][samples]),
         vectors[:, index],
         Estimate.of(suite, attitude, at.states[samples].T, np.zeros(0)),
         gradient=[vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]],
@@ -179,7 +179,7 @@ def misfits(batch: Batch, index: int, at: Trajectory) -> Floats:
 
     Samples without a reading are NaN.
     """
-    result = np.full((len(batch.times), len(batch.suite.sensors[index].noise())), np.nan)
+    result = np.full((len(batch.times), len(batch.suite.sensors[index].noise_sigmas())), np.nan)
     for low, high, first in spans(len(result)):
         seen = sighting(batch.part(low, high), index, at.part(low, high))
         new = seen.samples >= first

@@ -130,7 +130,7 @@ def filtered(solution: Solution, n: int = 3) -> Filtered:
             span.used, span.readings, span.kept, root, common, first, each, errors[own], until[own]
         )
         white[:, span.new] = each[:, first:]
-    numbers = [len(sensor.noise()) for sensor in solution.batch.suite.sensors]
+    numbers = [len(sensor.noise_sigmas()) for sensor in solution.batch.suite.sensors]
     seen = zip(map(np.flatnonzero, solution.used), white, numbers, strict=True)
     return Filtered(errors, until, tuple(Innovations(k, w[k, :m]) for k, w, m in seen))
 

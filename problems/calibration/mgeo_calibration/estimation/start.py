@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.sensors.errors import influenced
+from mgeo_attitude.sensors.errors import apply_bias_sensitivities
 from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.suite import Suite
 from scipy.spatial.transform import Rotation
@@ -125,14 +125,16 @@ def directions(batch: Batch, relative: Floats, states: Floats) -> Directions:
         if rows.shape[2] == 1:  # The first photodiode carries the common Sun direction.
             rows, suns = suns[:, None], np.full_like(suns, np.nan)
         k = np.flatnonzero(np.isfinite(rows[:, 0, 0]))
-        place = batch.suite.places(batch.suite.sensors[index]).get("bias")
+        place = batch.suite.get_first_indices(batch.suite.sensors[index]).get("bias")
         if rows.shape[1] == 1 and place is not None:
             sensor = batch.suite.sensors[index]
             own = {
                 state: states[:, first : first + 3]
-                for state, first in batch.suite.places(sensor).items()
+                for state, first in batch.suite.get_first_indices(sensor).items()
             }
-            influenced(sensor.influences, own, batch.follows(sensor, slice(None)))
+            apply_bias_sensitivities(
+                sensor.bias_sensitivities, own, batch.follows(sensor, slice(None))
+            )
             rows = rows - own["bias"][:, None]
         for i in range(rows.shape[1]):
             known = (
@@ -167,7 +169,7 @@ def sun_directions(suite: Suite, readings: Sequence[Floats], states: Floats) -> 
     A, b = np.zeros((len(states), 3, 3)), np.zeros((len(states), 3))
     for sensor, rows in zip(suite.sensors, readings, strict=True):
         if isinstance(sensor, Photodiode):
-            first = suite.places(sensor)["sensitivity"]
+            first = suite.get_first_indices(sensor)["sensitivity"]
             normals = sensor.axes[2] + states[:, first : first + 3] @ sensor.axes
             seen = np.isfinite(rows[:, 0, 0])
             A[seen] += normals[seen, :, None] * normals[seen, None]

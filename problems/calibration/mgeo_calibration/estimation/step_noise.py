@@ -18,7 +18,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import GaussMarkov
 from mgeo_attitude.sensors.gyro import Gyro
-from mgeo_attitude.sensors.readings import NOISE
+from mgeo_attitude.sensors.readings import RATE_NOISE
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.types import DEG_H, Unit
 
@@ -40,13 +40,13 @@ class Steps:
 
     process: GaussMarkov
 
-    units: ClassVar[Mapping[str, Unit]] = {NOISE: DEG_H}
+    units: ClassVar[Mapping[str, Unit]] = {RATE_NOISE: DEG_H}
     considered: ClassVar[tuple[str, ...]] = ()
     influences: ClassVar[tuple[Any, ...]] = ()
 
     def states(self) -> dict[str, GaussMarkov]:
         """Return the noise process as a rate [rad/s]."""
-        return {NOISE: self.process}
+        return {RATE_NOISE: self.process}
 
 
 @dataclass(frozen=True)
@@ -62,15 +62,15 @@ class WithStepNoise(Suite):
     step: float = 1.0
 
     @cached_property
-    def owners(self) -> dict[str, Any]:
+    def error_sources(self) -> dict[str, Any]:
         x, y, z = np.broadcast_to(gyro_noise(self, self.step), 3).tolist()
         process = GaussMarkov((x, y, z), _SHORT * self.step)
-        return {**super().owners, "step": Steps(process)}
+        return {**super().error_sources, "step": Steps(process)}
 
-    def blocks_of(self, owner: Gyro | Sensor) -> dict[str, str]:
-        blocks = super().blocks_of(owner)
-        late = isinstance(owner, Sensor) and owner.delay()
-        return blocks | {NOISE: f"step.{NOISE}"} if late else blocks
+    def list_blocks(self, source: Gyro | Sensor) -> dict[str, str]:
+        blocks = super().list_blocks(source)
+        late = isinstance(source, Sensor) and source.latency_states()
+        return blocks | {RATE_NOISE: f"step.{RATE_NOISE}"} if late else blocks
 
 
 def for_delays(batch: Batch, belief: Belief) -> tuple[Batch, Belief]:
@@ -83,10 +83,10 @@ def for_delays(batch: Batch, belief: Belief) -> tuple[Batch, Belief]:
         The arguments themselves if no sensor has a latency.
     """
     suite = batch.suite
-    if not any(sensor.delay() for sensor in suite.sensors):
+    if not any(sensor.latency_states() for sensor in suite.sensors):
         return batch, belief
     step = float(np.median(batch.durations))
-    more = WithStepNoise(suite.gyro, suite.sensors, suite.world, step)
+    more = WithStepNoise(suite.gyro, suite.sensors, suite.environment_errors, step)
     begin, own = Belief.initial(more), without_step_noise(more)
     states, sigma, correlation = begin.states.copy(), begin.sigma.copy(), np.eye(more.n_states)
     states[own], sigma[own] = belief.states, belief.sigma
@@ -122,6 +122,6 @@ def correlate(suite: Suite, driven: Ints, durations: Floats, Q: Floats) -> None:
 
 
 def _list_noise_states(suite: Suite) -> Ints:
-    name = f"step.{NOISE}"
+    name = f"step.{RATE_NOISE}"
     first = 3 * suite.blocks.index(name) if name in suite.blocks else 0
     return np.arange(first, first + 3 * (name in suite.blocks))

@@ -54,7 +54,7 @@ class Partition:
     @classmethod
     def of(cls, suite: Suite) -> Partition:
         """Return the partition by the process noise of a suite."""
-        driven = np.flatnonzero(suite.diffusion() > 0.0)
+        driven = np.flatnonzero(suite.compute_noise_density() > 0.0)
         return cls(driven, np.setdiff1d(np.arange(suite.n_states), driven))
 
 
@@ -94,7 +94,7 @@ def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floa
         attitude[own] = at.attitude[own] @ np.moveaxis(rotation_matrix(off[:, :3].T), -1, 0)
         states[own, parts.driven[3:]] += off[:, 3:]
         states[own, parts.constant] += growth[own] * e_c
-    for first in suite.rotations[1:]:  # Misalignments are constant.
+    for first in suite.rotation_indices[1:]:  # Misalignments are constant.
         block = slice(first, first + 3)
         states[:, block] = rotation_vector(
             rotation_matrix(at.states[0, block]) @ rotation_matrix(error[block])
@@ -109,5 +109,8 @@ KEPT = 1e9
 def row_bytes(suite: Suite, parts: Partition) -> int:
     """Return the memory of one sample of a `Span` [bytes]."""
     d, c, s = len(parts.driven), len(parts.constant), len(suite.sensors)
-    q, p = d + c, max(sum(3 for _ in suite.places(sensor)) + 3 for sensor in suite.sensors)
+    q, p = (
+        d + c,
+        max(sum(3 for _ in suite.get_first_indices(sensor)) + 3 for sensor in suite.sensors),
+    )
     return 8 * (d * (2 * d + 1) + 3 * c + d * (q + d + 1) + 3 * s * (2 * p + d + q + 2) + c)

@@ -12,10 +12,10 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.path_limits import compute_violation_on_orbit
 from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.scenario.actuators import pseudo_inverse
-from mgeo_attitude.scenario.limits import PathLimit
+from mgeo_attitude.scenario.actuators import pseudo_inverse_allocation
+from mgeo_attitude.scenario.limits import PathConstraint
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.sensors.errors import influenced
+from mgeo_attitude.sensors.errors import apply_bias_sensitivities
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.flight import Draws, columns, draw, gyro_of
@@ -74,7 +74,7 @@ def values(plan: ManeuverPlan, attitude: Floats, wheels: Floats | None = None) -
     around = plan.problem.environment
     at = SatelliteState(*(getattr(around, name)[:n] for name in SatelliteState._fields))
     at = at if scenario.eclipse else at.without_eclipses()
-    for limit in scenario.path_limits:
+    for limit in scenario.path_constraints:
         result[limit.label] = _compute_angle(
             limit, scenario, at, attitude, np.vstack([np.zeros(3), turn])
         )
@@ -89,7 +89,7 @@ def values(plan: ManeuverPlan, attitude: Floats, wheels: Floats | None = None) -
 def beside(plan: ManeuverPlan, planned: dict[str, float], flown: dict[str, float]) -> pd.DataFrame:
     """Return the table of `as_flown` from planned and true values."""
     limits: dict[str, tuple[str, str, float]] = {}
-    for each in plan.scenario.path_limits:
+    for each in plan.scenario.path_constraints:
         limits[each.label] = "deg", "at most" if each.keep_in else "at least", each.half_angle_deg
     wheels = plan.scenario.wheels
     if wheels is not None:
@@ -126,11 +126,12 @@ def by_gyro(plan: ManeuverPlan, model: FilterModel, draws: Draws, n_steps: int) 
     rates, attitude = motion.rates[:n_steps], motion.attitude[: n_steps + 1]
     _, reported = gyro_of(model, rates, draws)
     x = {
-        name: model.initial_states[None, i : i + 3] for name, i in suite.places(suite.gyro).items()
+        name: model.initial_states[None, i : i + 3]
+        for name, i in suite.get_first_indices(suite.gyro).items()
     }
     follows = columns(model.sensitivity_factors[1 : n_steps + 1], suite, suite.gyro)
-    influenced(suite.gyro.influences, x, follows)
-    wrong = suite.gyro.corrected(SimpleNamespace(**x), reported) - rates
+    apply_bias_sensitivities(suite.gyro.bias_sensitivities, x, follows)
+    wrong = suite.gyro.correct_measurement(SimpleNamespace(**x), reported) - rates
     step = Rotation.from_rotvec(-model.step * (rates - wrong)).as_matrix()
     result = np.concatenate([attitude[:1] @ rotation_matrix(-draws.errors[:3] @ attitude[0]), step])
     reach = 1
@@ -141,11 +142,11 @@ def by_gyro(plan: ManeuverPlan, model: FilterModel, draws: Draws, n_steps: int) 
 
 
 def _compute_angle(
-    limit: PathLimit, scenario: Scenario, at: SatelliteState, attitude: Floats, turn: Floats
+    limit: PathConstraint, scenario: Scenario, at: SatelliteState, attitude: Floats, turn: Floats
 ) -> float:
     known = np.zeros((len(attitude), 3, 3))
     excess = compute_violation_on_orbit(
-        limit.cone(), 0.0, at, scenario.epoch, attitude, turn, known
+        limit.build_cone(), 0.0, at, scenario.epoch, attitude, turn, known
     )
     # The excess is -inf for a constraint on a Sun that is always eclipsed.
     worst = float(np.degrees(max(float(excess.max()), -np.pi)))
@@ -159,15 +160,17 @@ def _compute_momentum(scenario: Scenario, attitude: Floats, rates: Floats, start
     """
     wheels = scenario.wheels
     assert wheels is not None
-    axes, J = wheels.spin_axes(), wheels.matrix()
-    total, circulating = np.zeros(3), np.zeros(len(wheels.shares()))
+    axes, J = wheels.normalized_axes(), wheels.inertia_matrix()
+    total, circulating = np.zeros(3), np.zeros(len(wheels.compute_load_matrix()))
     if wheels.initial_momentum:
         held = np.array(wheels.initial_momentum)
         total = attitude[0].T @ (axes.T @ held + J @ start)
         if wheels.allocation == "pseudo-inverse":
-            circulating = held - pseudo_inverse(axes) @ (axes.T @ held)
+            circulating = held - pseudo_inverse_allocation(axes) @ (axes.T @ held)
     ends = np.concatenate([attitude[:-1], attitude[1:]])
-    result: Floats = (ends @ total - np.tile(rates, (2, 1)) @ J.T) @ wheels.shares().T + circulating
+    result: Floats = (
+        ends @ total - np.tile(rates, (2, 1)) @ J.T
+    ) @ wheels.compute_load_matrix().T + circulating
     return result
 
 
@@ -181,7 +184,7 @@ def ends(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.DataFrame:
         the unfavorable side, ``bound``, ``limit`` and the percentage of runs that violate the
         constraint. Empty for a satellite with magnetorquers, whose motion does not follow the gyro.
     """
-    if plan.scenario.turned_by_coils:
+    if plan.scenario.is_magnetorquer_driven:
         return pd.DataFrame()
     model = plan.problem.model
     n = min(round(min(plan.duration, plan.scenario.duration) / model.step), model.n_steps)

@@ -15,9 +15,14 @@ from mgeo_attitude.filter.model import FilterModel, compute_availability, find_s
 from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.sensors.base import Sensor
-from mgeo_attitude.sensors.errors import influenced
+from mgeo_attitude.sensors.errors import apply_bias_sensitivities
 from mgeo_attitude.sensors.gyro import Gyro
-from mgeo_attitude.sensors.readings import Readings, as_array, in_threes, taken
+from mgeo_attitude.sensors.readings import (
+    Measurements,
+    apply_latency,
+    pad_to_three,
+    stack_measurement,
+)
 from mgeo_attitude.sensors.suite import Suite
 from scipy.linalg import block_diag
 from scipy.signal import lfilter
@@ -51,7 +56,7 @@ def draw(model: FilterModel, n_steps: int, generator: np.random.Generator) -> Dr
     # The covariance of a constant bias is singular and has no Cholesky factor.
     variances, axes = np.linalg.eigh(Q[:k, :k])
     root = block_diag(axes * np.sqrt(np.maximum(variances, 0.0)), np.sqrt(Q[k:, k:]))
-    sigma = in_threes(sensor.noise() for sensor in suite.sensors)
+    sigma = pad_to_three(sensor.noise_sigmas() for sensor in suite.sensors)
     chance = np.linalg.cholesky(model.initial_correlation) @ generator.standard_normal(
         suite.n_states
     )
@@ -65,7 +70,7 @@ def draw(model: FilterModel, n_steps: int, generator: np.random.Generator) -> Dr
 def with_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
     """Return true states from estimates and their errors, shape (n_states,)."""
     true = states + errors
-    for first in suite.rotations[1:]:
+    for first in suite.rotation_indices[1:]:
         block = slice(first, first + 3)
         if states[block].any():
             true[block] = rotation_vector(
@@ -107,7 +112,7 @@ class Flight:
     start: Floats
     errors: Floats
     gyro: Floats
-    readings: Readings
+    readings: Measurements
 
 
 def coning(begin: Floats, end: Floats, step: float) -> Floats:
@@ -160,7 +165,7 @@ def moved(planned: FilterModel, design: Floats, n_steps: int, errors: Floats) ->
         See `Draws.errors`.
     """
     start = _build_start(planned.initial_attitude, errors)
-    return Motion.of(planned.rotate_initial_attitude(start.T), design, n_steps)
+    return Motion.from_design(planned.rotate_initial_attitude(start.T), design, n_steps)
 
 
 def _build_start(planned: Floats, errors: Floats) -> Floats:
@@ -182,12 +187,15 @@ def gyro_of(model: FilterModel, rates: Floats, draws: Draws) -> tuple[Floats, Fl
     gyro = np.vstack([draws.errors[3 : len(F)], draws.gyro_noise[:, 3:]])
     for state, decay in zip(gyro.T, np.diag(F)[3:], strict=True):
         state[:] = lfilter([1.0], [1.0, -decay], state)  # Gauss-Markov process
-    x = {name: gyro[:-1, first - 3 : first] for name, first in suite.places(suite.gyro).items()}
+    x = {
+        name: gyro[:-1, first - 3 : first]
+        for name, first in suite.get_first_indices(suite.gyro).items()
+    }
     # The gyro reports the mean rate error over the step.
     x["bias"] = -(np.diag(F[:3, 3:6]) * x["bias"] + draws.gyro_noise[:, :3]) / model.step
     follows = model.sensitivity_factors[1 : len(rates) + 1]
-    influenced(suite.gyro.influences, x, columns(follows, suite, suite.gyro))
-    return gyro, suite.gyro.measured(SimpleNamespace(**x), rates)
+    apply_bias_sensitivities(suite.gyro.bias_sensitivities, x, columns(follows, suite, suite.gyro))
+    return gyro, suite.gyro.predict_measurement(SimpleNamespace(**x), rates)
 
 
 def fly_run(
@@ -211,7 +219,7 @@ def fly_run(
     gyro, reported = gyro_of(model, motion.rates, draws)
     attitude = motion.attitude @ start
     seen = model if environment is None else in_true_shadow(model, environment, gyro)
-    readings = Readings(
+    readings = Measurements(
         np.full(len(motion.rates), model.step),
         reported,
         tuple(
@@ -232,7 +240,7 @@ def columns(influences: Floats, suite: Suite, owner: Gyro | Sensor) -> list[Floa
     influences : array, shape (n, m)
         Channels of all owners.
     """
-    own = suite.influence_columns(owner)
+    own = suite.find_sensitivity_columns(owner)
     return [influences[:, [k]] for k in range(own.start, own.stop)]
 
 
@@ -251,7 +259,7 @@ def _simulate_readings(
         name: varying[:, first - 3 : first]
         if first < model.suite.n_dynamic
         else errors[first : first + 3]
-        for name, first in model.suite.places(sensor).items()
+        for name, first in model.suite.get_first_indices(sensor).items()
     }
 
     def to_body(vector: Floats) -> Floats:
@@ -260,13 +268,15 @@ def _simulate_readings(
         )
         return turned
 
-    influenced(sensor.influences, x, columns(model.sensitivity_factors, model.suite, sensor))
-    looks = model.references[:, model.suite.looks(index)].swapaxes(0, 1)
+    apply_bias_sensitivities(
+        sensor.bias_sensitivities, x, columns(model.sensitivity_factors, model.suite, sensor)
+    )
+    looks = model.references[:, model.suite.list_vector_indices(index)].swapaxes(0, 1)
     rate = np.vstack([rates[:1], rates])  # rate of the step that ends at each sample
-    report = sensor.measured(*taken(sensor, x, list(looks), to_body, rate))
+    report = sensor.predict_measurement(*apply_latency(sensor, x, list(looks), to_body, rate))
     seen = can_measure(model, index, attitude, rates)
     seen[0] = False  # The prior describes the start.
-    reported = as_array(sensor.with_noise(report, noise[:, : len(sensor.noise())]))
+    reported = stack_measurement(sensor.add_noise(report, noise[:, : len(sensor.noise_sigmas())]))
     return np.where(seen[:, None, None], reported, np.nan)
 
 
@@ -281,11 +291,12 @@ def in_true_shadow(model: FilterModel, environment: Environment, varying: Floats
         See `Flight.gyro`.
     """
     suite = model.suite
-    if not suite.world.has_orbit_error or not environment.has_eclipses:
+    if not suite.environment_errors.has_orbit_error or not environment.has_eclipses:
         return model
     first = 3 * suite.blocks.index("world.orbit_error") - 3
     there = compute_availability(
-        suite, suite.world.displaced(environment, varying[:, first : first + 3])
+        suite,
+        suite.environment_errors.displace_position(environment, varying[:, first : first + 3]),
     )
     for column, sensor in zip(there.T, suite.sensors, strict=True):
         column &= find_sample_instants(sensor, model.step, len(there))

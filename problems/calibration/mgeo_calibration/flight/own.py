@@ -11,11 +11,11 @@ from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import rotation_vector
-from mgeo_attitude.maneuvers.schedule import holding
+from mgeo_attitude.maneuvers.schedule import build_hold_design
 from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.sensors.readings import n_vectors, to_channels
-from mgeo_attitude.settings.base import declared, require_same
+from mgeo_attitude.sensors.readings import count_vectors, to_telemetry
+from mgeo_attitude.settings.base import get_fields, require_same
 from mgeo_attitude.trajectory.trajectory import Trajectory
 
 from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run, moved, unsteady
@@ -106,7 +106,7 @@ def going_on(model: FilterModel, draws: Draws, after: Truth | None) -> Draws:
 def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
     """Return the design of a plan, including the slew back that the scenario requires."""
     design = np.asarray(getattr(plan, "design", plan), dtype=float)
-    design = design if design.size else holding(model.initial_rate)
+    design = design if design.size else build_hold_design(model.initial_rate)
     if not scenario.maneuvers.slew_back:
         return design
     held = getattr(plan, "held_until", 0.0)
@@ -126,7 +126,7 @@ def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
         times=model.times,
         gyro_deg_s=np.vstack([np.full(3, np.nan), rates]),
         sensors={
-            sensor.name: to_channels(sensor, vectors)
+            sensor.name: to_telemetry(sensor, vectors)
             for sensor, vectors in zip(suite.sensors, flight.readings.sensors, strict=True)
         },
         truth=Truth(attitude=flight.motion.attitude @ flight.start, states=states),
@@ -150,15 +150,19 @@ def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -
     ValueError
         With the differing key and both values, or if sensors or states differ.
     """
-    require_same("truth", truth, scenario, [key for key in declared(Scenario) if key not in FREE])
-    start = [key for key in declared(InitialConditions) if key != "attitude_deg"]
+    require_same("truth", truth, scenario, [key for key in get_fields(Scenario) if key not in FREE])
+    start = [key for key in get_fields(InitialConditions) if key != "attitude_deg"]
     require_same("truth.initial", truth.initial, scenario.initial, start)
     real, believed = (one.suite for one in (truth, scenario))
     for what, result, expected in (
         ("sensors", *([sensor.name for sensor in suite.sensors] for suite in (real, believed))),
         ("states", real.blocks, believed.blocks),
-        ("rotations, by number of their first states,", real.rotations, believed.rotations),
-        ("readings", *([*map(n_vectors, suite.sensors)] for suite in (real, believed))),
+        (
+            "rotations, by number of their first states,",
+            real.rotation_indices,
+            believed.rotation_indices,
+        ),
+        ("readings", *([*map(count_vectors, suite.sensors)] for suite in (real, believed))),
     ):
         if result != expected:
             raise ValueError(f"truth has the {what} {result}: expected the scenario's {expected}")

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from mgeo_attitude.environment.times import seconds_between
 from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
-from mgeo_attitude.plan.documents import opened, read_document, scenario_of
+from mgeo_attitude.plan.documents import parse_table, read_document, read_scenario
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.scenario.prior import check_quaternion, states_of
+from mgeo_attitude.scenario.prior import check_quaternion, read_states
 from mgeo_attitude.settings.errors import expect
 from scipy.spatial.transform import Rotation
 
@@ -40,10 +40,10 @@ def read_truth(path: Path, plan: ManeuverPlan) -> Truth:
 
 
 def _parse_truth(text: str, plan: ManeuverPlan) -> Truth:
-    table = opened(text, FORMAT, VERSION)
-    before = scenario_of(table)
+    table = parse_table(text, FORMAT, VERSION)
+    before = read_scenario(table)
     get_entry(table, "states", dict)
-    states = states_of(table, plan.scenario.suite)
+    states = read_states(table, plan.scenario.suite)
     rows = [get_entry(states, block, list[float], "states.") for block in states]
     expect({len(row) for row in rows} == {3}, "states", states, "three numbers each")
     quaternion = get_entry(table, "quaternion", list[float])

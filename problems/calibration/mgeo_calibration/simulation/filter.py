@@ -17,8 +17,8 @@ import pydantic.dataclasses
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.kernel import compute_transition
 from mgeo_attitude.geometry.rotation import exponential_map, multiply, rotation_vector
-from mgeo_attitude.sensors.errors import influenced
-from mgeo_attitude.sensors.readings import Readings, as_reported
+from mgeo_attitude.sensors.errors import apply_bias_sensitivities
+from mgeo_attitude.sensors.readings import Measurements, unstack_measurement
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.base import Settings
 
@@ -73,7 +73,7 @@ class ErrorStateFilter:
     def run(
         self,
         start: Estimate,
-        readings: Sequence[Readings],
+        readings: Sequence[Measurements],
         rates: Floats,
         vectors: Floats,
         influences: Floats | None = None,
@@ -108,8 +108,8 @@ class ErrorStateFilter:
         ]
         estimate = start
         follows = np.zeros((len(vectors), 0)) if influences is None else influences
-        own = [follows[:, self.suite.influence_columns(each)] for each in self.suite.sensors]
-        of_gyro = follows[:, self.suite.influence_columns(self.suite.gyro)]
+        own = [follows[:, self.suite.find_sensitivity_columns(each)] for each in self.suite.sensors]
+        of_gyro = follows[:, self.suite.find_sensitivity_columns(self.suite.gyro)]
         for k in range(len(vectors)):
             if k:
                 step = float(readings[0].durations[k - 1])
@@ -151,20 +151,23 @@ class ErrorStateFilter:
         """
         decay, mean_bias = np.diag(rest)[3:, None], -np.diag(rest[:3, 3:6])[:, None] / step
         gyro, d = self.suite.gyro, self.suite.n_dynamic
-        x = {state: estimate.states[i : i + 3] for state, i in self.suite.places(gyro).items()}
+        x = {
+            state: estimate.states[i : i + 3]
+            for state, i in self.suite.get_first_indices(gyro).items()
+        }
         for number, state in enumerate((s for s in x if s in gyro.rotations), start=1):
             x[state] = rotation_vector(estimate.rotations[:, :, number])
         x["bias"] = mean_bias * x["bias"]
-        influenced(gyro.influences, x, influences.tolist())
+        apply_bias_sensitivities(gyro.bias_sensitivities, x, influences.tolist())
         own = SimpleNamespace(**{state: value.T for state, value in x.items()})
-        turn = exponential_map(-step * gyro.corrected(own, reported).T)
+        turn = exponential_map(-step * gyro.correct_measurement(own, reported).T)
         rotations, states = estimate.rotations.copy(), estimate.states.copy()
         rotations[:, :, 0] = multiply(rotations[:, :, 0], turn.swapaxes(0, 1))
         states[3:d] *= decay
         # Only the attitude rows of F are not diagonal.
         top = np.repeat(F[:3, :, None], turn.shape[-1], axis=-1)
         top[:, :3] = turn
-        for columns, value in zip(self.suite.following, influences, strict=True):
+        for columns, value in zip(self.suite.gyro_sensitivity_slices, influences, strict=True):
             top[:, columns] *= value
         P = estimate.covariance.copy()
         rows = multiply(top, P[:d])
@@ -210,8 +213,8 @@ class ErrorStateFilter:
             Normalized innovation squared.
         """
         options, P, seen = self.estimator, estimate.covariance, ~np.isnan(readings[:, 0, 0])
-        y = as_reported(np.where(seen[:, None, None], readings, 0.0))
-        considered = self.suite.considered
+        y = unstack_measurement(np.where(seen[:, None, None], readings, 0.0))
+        considered = self.suite.considered_indices
         predicted = partial(
             innovation,
             self.suite,
@@ -227,7 +230,7 @@ class ErrorStateFilter:
         states, H = jacobian(slopes)
         HP, z = multiply(H, P[states]), r.value
         S = multiply(HP[:, states], H.swapaxes(0, 1))
-        for i, sigma in enumerate(self.suite.sensors[index].noise()):
+        for i, sigma in enumerate(self.suite.sensors[index].noise_sigmas()):
             S[i, i] += sigma**2
         if options.second_order:
             mean, covariance = second_moments(slopes, P)

@@ -14,11 +14,11 @@ from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.path_limits import compute_violation
 from mgeo_attitude.geometry.rotation import multiply
-from mgeo_attitude.maneuvers.drives import CoilDrive
+from mgeo_attitude.maneuvers.drives import MagnetorquerDrive
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.maneuvers.schedule import holding
+from mgeo_attitude.maneuvers.schedule import build_hold_design
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.scenario.validity import OutsideValidity, validity
+from mgeo_attitude.scenario.validity import OutsideValidity, find_validity_violations
 from mgeo_attitude.trajectory.trajectory import Trajectory
 from numpy.typing import ArrayLike
 
@@ -114,24 +114,24 @@ def simulate(
     plan = np.asarray(design, dtype=float)
     if plan.ndim != 1:
         raise ValueError(f"design of shape {plan.shape}: expected one plan, shape (4 m,)")
-    for reason in validity(scenario):
+    for reason in find_validity_violations(scenario):
         warnings.warn(reason, OutsideValidity, stacklevel=2)
     environment = environment or Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
     real = model if truth is None else other_truth(truth, scenario, environment)
     around = surroundings(truth or scenario, scenario, environment)
-    plan = plan if plan.size else holding(model.initial_rate)
+    plan = plan if plan.size else build_hold_design(model.initial_rate)
     t_end = float(evaluate(model, plan).t_end[0])
     whole = Trajectory(scenario, model, plan, t_end).commanded_design
     (variances,) = evaluate(model.full_duration_model, whole, history=True).variances
-    planned = Motion.of(model, whole, model.n_steps)
+    planned = Motion.from_design(model, whole, model.n_steps)
     samples, n_watched = _select_samples(model, t_end), round(t_end / model.step) + 1
     if until is not None:
         samples = samples[model.times[samples] <= max(until, t_end)]
 
     def flight(generator: np.random.Generator) -> Flight:
         draws, motion = draw(real, model.n_steps, generator), planned
-        if isinstance(model.slew_limits, CoilDrive):
+        if isinstance(model.slew_limits, MagnetorquerDrive):
             motion = moved(model, plan, model.n_steps, draws.errors)
         return fly_run(real, motion, draws, around)
 
@@ -150,12 +150,12 @@ def simulate(
     return MonteCarlo(
         blocks=model.suite.blocks,
         sensors=tuple(sensor.name for sensor in model.suite.sensors),
-        numbers=tuple(len(sensor.noise()) for sensor in model.suite.sensors),
+        numbers=tuple(len(sensor.noise_sigmas()) for sensor in model.suite.sensors),
         design=plan,
         t_end=t_end,
         times=model.times[samples],
         predicted=np.sqrt(variances[samples]),
-        path_limits=tuple(limit.label for limit in scenario.path_limits),
+        path_limits=tuple(limit.label for limit in scenario.path_constraints),
         **{key: np.concatenate([part[key] for part in result])[:n_runs] for key in result[0]},
     )
 
@@ -208,8 +208,8 @@ def record(
         broken=np.zeros((n_runs, 2, len(watched.path_constraints))),
     )
     readings = [flight.readings for flight in flights]
-    if suite.world.has_orbit_error:  # An orbit error changes the eclipses.
-        readings = [each.where(model.available) for each in readings]
+    if suite.environment_errors.has_orbit_error:  # An orbit error changes the eclipses.
+        readings = [each.mask(model.available) for each in readings]
     estimates = ErrorStateFilter(suite, estimator).run(
         Estimate.at_start(model, n_runs),
         readings,
@@ -217,7 +217,7 @@ def record(
         model.references,
         model.sensitivity_factors,
     )
-    cones = [limit.cone() for limit in watched.path_constraints]
+    cones = [limit.build_cone() for limit in watched.path_constraints]
     passages = [
         watched.compute_direction_motion(cone.direction, slice(n_watched)) for cone in cones
     ]

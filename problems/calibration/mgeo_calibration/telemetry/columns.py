@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors.suite import Suite
-from mgeo_attitude.settings.errors import InvalidValue, known_names
+from mgeo_attitude.settings.errors import InvalidValue, format_known_names
 
 from mgeo_calibration.telemetry.mapping import Channels
 
@@ -141,10 +141,14 @@ def followed(suite: Suite, others: Mapping[str, Floats]) -> dict[str, Floats]:
         With the bias sensitivity whose channel is missing.
     """
     result = {}
-    for key, influence in suite.influence_keys.items():
+    for key, influence in suite.sensitivities_by_key.items():
         name = channel_of(others, influence.channel)
         if name is None:
-            hint = known_names(influence.channel, others) if others else ": it has no other columns"
+            hint = (
+                format_known_names(influence.channel, others)
+                if others
+                else ": it has no other columns"
+            )
             way = "; give it a column of this name, or take the influence out of the scenario"
             expected = f"expected a column of the telemetry{hint}{way}"
             raise InvalidValue(f"{key}.channel", influence.channel, expected)

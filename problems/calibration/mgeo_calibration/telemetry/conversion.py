@@ -48,18 +48,18 @@ def convert_readings(
     """
     rows, entry, _ = read
     assert isinstance(entry, SensorChannels)
-    if len(sensor.channels) == 4:
+    if len(sensor.telemetry_suffixes) == 4:
         return _convert_attitudes(sensor, read, table, scenario, position), resolution(rows)
     for key in ("attitude", "frame"):
         value = getattr(entry, key)
         expect(value is None, key, value, f"none: {sensor.name} is no star tracker")
-    if len(sensor.channels) == 1:
+    if len(sensor.telemetry_suffixes) == 1:
         return _convert_diode(sensor, rows, entry)
     if rows.shape[1] == 2:
         step = np.radians(entry.factor("deg") * resolution(rows).max())
         return _convert_angles(sensor, read, table), np.full(3, step)
     rows[~rows.any(axis=1)] = np.nan  # Many sensors report zeros without a measurement.
-    unit = sensor.channel_unit.text
+    unit = sensor.telemetry_unit.text
     return to_body_axes(rows * entry.factor(unit), entry), body_steps(rows, entry, unit)
 
 
@@ -90,7 +90,7 @@ def _convert_diode(sensor: Sensor, rows: Floats, entry: SensorChannels) -> tuple
         mounted = f"none: sensors.normal of the scenario mounts {sensor.name}"
         expect(getattr(entry, key) is None, key, getattr(entry, key), mounted)
     if entry.unit not in UNITS["deg"]:
-        factor = entry.factor(sensor.channel_unit.text)
+        factor = entry.factor(sensor.telemetry_unit.text)
         return rows * factor, resolution(rows) * factor
     angles = np.radians(rows * entry.factor("deg"))
     return np.cos(angles), np.radians(resolution(rows) * entry.factor("deg"))

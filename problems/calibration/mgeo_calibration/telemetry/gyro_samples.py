@@ -134,7 +134,7 @@ def usual_step(at: Floats) -> float:
 
 def gyro_noise(suite: Suite, duration: float) -> Floats:
     """Return the 1-sigma of the mean rate over a duration [s], per axis [rad/s]."""
-    noise: Floats = np.sqrt(np.array(suite.gyro.diffusion()["theta"]) / duration)
+    noise: Floats = np.sqrt(np.array(suite.gyro.compute_noise_density()["theta"]) / duration)
     return noise
 
 

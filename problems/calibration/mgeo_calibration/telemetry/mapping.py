@@ -12,7 +12,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.times import TAI_OFFSETS, tai_minus_utc
 from mgeo_attitude.settings.base import Settings
-from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
+from mgeo_attitude.settings.errors import InvalidValue, expect, format_known_names
 from mgeo_attitude.settings.types import Degrees, DegreesPerSecond, Instant, Seconds, Triple
 from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
@@ -74,7 +74,7 @@ def factor(unit: str, given: str | None) -> float:
     """
     given = unit if given is None else given
     if given not in UNITS[unit]:
-        raise InvalidValue("unit", given, f"unknown unit{known_names(given, UNITS[unit])}")
+        raise InvalidValue("unit", given, f"unknown unit{format_known_names(given, UNITS[unit])}")
     return UNITS[unit][given]
 
 

@@ -84,7 +84,7 @@ def norms(samples: Samples) -> Iterator[Finding]:
         result, should = (float(np.median(each)) for each in (_compute_length(measured), strength))
         bias = np.sqrt(3.0) * sensor.initial_bias_nt if isinstance(sensor, Magnetometer) else 0.0
         if not should / _OTHER_UNIT - bias < result < should * _OTHER_UNIT + 3.0 * bias:
-            ratio, unit = should / result if result else np.inf, sensor.channel_unit.text
+            ratio, unit = should / result if result else np.inf, sensor.telemetry_unit.text
             fits = [u for u, by in UNITS[unit].items() if 0.25 < ratio / by < 4.0]
             unit_key = f"unit = {fits[0]!r}" if fits else "unit or scale"
             advice = f"declare {unit_key} of {sensor.name}"
@@ -149,7 +149,10 @@ def field_strength(samples: Samples) -> Iterator[Finding]:
         if not isinstance(sensor, Magnetometer):
             continue
         share = np.hypot(_FIELD_MODEL, sensor.initial_scale_factor)
-        noise = np.hypot(FIELD_UNIT_NT * max(sensor.noise()), samples.scenario.world.field_error_nt)
+        noise = np.hypot(
+            FIELD_UNIT_NT * max(sensor.noise_sigmas()),
+            samples.scenario.environment_errors.field_error_nt,
+        )
         sigma = np.hypot(noise, share * strength)
         weight, bias = 0.5 / (strength * sigma), np.zeros(3)
         for _ in range(_LINEARIZED):
@@ -178,9 +181,9 @@ def rates(samples: Samples) -> Iterator[Finding]:
     for sensor in scenario.sensors if telemetry.has_gyro else ():
         rows = telemetry.sensors[sensor.name]
         both = np.flatnonzero(np.isfinite(rows[:, 0]) & np.isfinite(telemetry.gyro_deg_s[:, 0]))
-        if len(sensor.channels) != 3 or len(both) < 2 * _LAGS[-1]:
+        if len(sensor.telemetry_suffixes) != 3 or len(both) < 2 * _LAGS[-1]:
             continue
-        times, noise, turning = telemetry.times[both], max(sensor.noise()), 0.0
+        times, noise, turning = telemetry.times[both], max(sensor.noise_sigmas()), 0.0
         if isinstance(sensor, Magnetometer):
             length = float(np.median(_compute_length(rows[both])))
             noise, turning = noise * FIELD_UNIT_NT / length, _FIELD_TURN
@@ -211,7 +214,7 @@ def _select_vectors(samples: Samples) -> Iterator[tuple[Sensor, Ints, Floats, Fl
     telemetry = samples.telemetry
     for sensor in samples.scenario.sensors:
         k = _select_samples(telemetry.sensors.get(sensor.name, np.empty((0, 3))))
-        if len(sensor.channels) != 3 or sensor.unit_length or len(k) < _FEWEST:
+        if len(sensor.telemetry_suffixes) != 3 or sensor.has_unit_length or len(k) < _FEWEST:
             continue
         times = telemetry.times[k]
         try:

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.settings.errors import InvalidValue, known_names
+from mgeo_attitude.settings.errors import InvalidValue, format_known_names
 
 from mgeo_calibration.telemetry.columns import (
     find_columns,
@@ -78,7 +78,7 @@ def read_values(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappi
         with named(owner):
             for name, scale, offset in zip(own, *entry.conversion(len(own)), strict=True):
                 values.append(columns[name].sign * (scale * numbers(series[name]) + offset))
-    followed_channels = {each.channel for each in scenario.suite.influence_keys.values()}
+    followed_channels = {each.channel for each in scenario.suite.sensitivities_by_key.values()}
     used = {column.place for column in columns.values()}
     others = other_columns(frame, used, followed_channels)
     followed(scenario.suite, others)
@@ -104,7 +104,7 @@ def _collect_entries(
     given: dict[str, SensorChannels] = {}
     for i, entry in enumerate(mapping.sensors):
         if entry.name not in names:
-            expected = f"unknown sensor{known_names(entry.name, names)}"
+            expected = f"unknown sensor{format_known_names(entry.name, names)}"
             raise InvalidValue(f"sensors[{i}].name", entry.name, expected)
         if entry.name in given:
             raise InvalidValue(f"sensors[{i}].name", entry.name, "is named twice: expected it once")
@@ -114,7 +114,7 @@ def _collect_entries(
     }
     for sensor in scenario.sensors:
         channel = given.get(sensor.name, SensorChannels(name=sensor.name))
-        widths = (3, 2) if sensor.unit_length else (len(sensor.channels),)
+        widths = (3, 2) if sensor.has_unit_length else (len(sensor.telemetry_suffixes),)
         asked[sensor.name] = channel, _list_columns(sensor.name, channel, *widths)
     position = _list_columns("position", mapping.position)
     if "position" not in names and (mapping.position.columns or has_columns(frame, position)):
@@ -128,7 +128,7 @@ def named(name: str) -> Iterator[None]:
     try:
         yield
     except InvalidValue as error:
-        raise error.under(name) from None
+        raise error.prefix_key(name) from None
 
 
 def _list_columns(name: str, entry: Channels, width: int = 3, *others: int) -> list[str]:

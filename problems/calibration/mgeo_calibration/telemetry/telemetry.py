@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.sensors.readings import from_channels
+from mgeo_attitude.sensors.readings import from_telemetry
 from mgeo_attitude.sensors.suite import Suite
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
@@ -230,7 +230,7 @@ class Telemetry:
         names = [sensor.name for sensor in suite.sensors]
         if set(names) != set(self.sensors):
             raise ValueError(f"telemetry of {list(self.sensors)}: expected that of {names}")
-        return tuple(from_channels(sensor, self.sensors[sensor.name]) for sensor in suite.sensors)
+        return tuple(from_telemetry(sensor, self.sensors[sensor.name]) for sensor in suite.sensors)
 
     def _samples(self, name: str, values: ArrayLike, widths: tuple[int, ...]) -> Floats:
         rows: Floats = np.array(values, dtype=float)

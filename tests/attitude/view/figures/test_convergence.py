@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from mgeo_attitude import run_reference_filter
-from mgeo_attitude.view.figures.against_time import trace_curves
-from mgeo_attitude.view.figures.style import Solutions
+from mgeo_attitude.view.figures.against_time import compute_convergence_curves
+from mgeo_attitude.view.figures.style import PlottedSolutions
 
 DEG = 180.0 / np.pi
 FACTORS = [DEG, DEG * 3600.0, DEG, DEG * 60.0, DEG, 50e3]
@@ -12,11 +12,13 @@ FACTORS = [DEG, DEG * 3600.0, DEG, DEG * 60.0, DEG, 50e3]
 
 @pytest.fixture(scope="module")
 def solutions(problem, X):
-    return Solutions.of(problem.view(X[:2]))
+    return PlottedSolutions.from_plans(problem.view(X[:2]))
 
 
 def test_curves_are_the_reference_filters(problem, solutions):
-    for x, (times, values) in zip(solutions.X, trace_curves(problem, solutions), strict=True):
+    for x, (times, values) in zip(
+        solutions.X, compute_convergence_curves(problem, solutions), strict=True
+    ):
         history = run_reference_filter(problem.model, x)
         steps = times.astype(int)
         np.testing.assert_array_equal(times, history.times[steps])

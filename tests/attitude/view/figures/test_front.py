@@ -7,8 +7,8 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
 from mgeo_attitude.criteria.objectives import attitude_sigma_deg
 from mgeo_attitude.criteria.robustness import draw_runs
-from mgeo_attitude.scenario import FlightErrors, PathLimit
-from mgeo_attitude.view.plans import spread
+from mgeo_attitude.scenario import FlightErrors, PathConstraint
+from mgeo_attitude.view.plans import select_sample_rows
 
 from mgeo.evaluation.dominance import find_front_rows
 from mgeo.figures.style import escape_markup
@@ -45,7 +45,7 @@ def test_points_are_the_objectives_and_the_attitude(figure, problem, X, F):
 
 
 def test_what_flights_keep_has_a_boundary_of_its_own(figure, problem, X):
-    kept = problem.view(X[spread(len(X))]).kept
+    kept = problem.view(X[select_sample_rows(len(X))]).kept
     drawn = by_trace(figure, "in 9 of 10 Monte Carlo runs")
     np.testing.assert_array_equal(drawn, kept[find_front_rows(kept)])
 
@@ -89,7 +89,7 @@ def test_names_in_a_scenario_are_no_markup():
         Scenario.paper(),
         name=evil,
         duration=600.0,
-        path_limits=(PathLimit(name=evil, boresight=(1.0, 0.0, 0.0), half_angle_deg=20.0),),
+        path_limits=(PathConstraint(name=evil, boresight=(1.0, 0.0, 0.0), half_angle_deg=20.0),),
     )
     problem = AttitudeManeuverProblem(scenario)
     X = np.array([[0.5, 0.0, 0.0, 60.0] * 3])

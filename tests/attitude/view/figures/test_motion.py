@@ -7,7 +7,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.scenario import InitialConditions
-from mgeo_attitude.view.figures.curves import projected
+from mgeo_attitude.view.figures.curves import project_directions
 from scipy.spatial.transform import Rotation
 
 
@@ -76,7 +76,7 @@ def test_the_body_starts_where_the_scenario_says(X):
         np.testing.assert_allclose(turned / np.linalg.norm(tips[0]), attitude[k], atol=1e-9)
     (figures,) = problem.view(X[:1]).solution_figures()
     sun = next(trace for trace in figures["directions"].data if trace.name == "Sun")
-    seen = projected(attitude[:1] @ problem.environment.sun[0])
+    seen = project_directions(attitude[:1] @ problem.environment.sun[0])
     assert (sun.x[0], sun.y[0]) == (seen[0][0], seen[1][0])
 
 

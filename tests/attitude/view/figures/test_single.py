@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.view.figures.curves import OUTLINE, corners, graticule, projected
+from mgeo_attitude.view.figures.curves import (
+    MAP_HALF_SIZE,
+    draw_graticule,
+    project_directions,
+    simplify_curves,
+)
 
 
 @pytest.fixture(scope="module")
@@ -19,10 +24,10 @@ def test_curves_are_those_of_the_reference_filter(short, X):
     (figures,) = short.view(X[:1]).solution_figures()
     history = plan.history
     trace = figures["trace"].data[0]
-    steps = plan.steps(trace.x)
+    steps = plan.to_steps(trace.x)
     assert (steps[0], trace.x[-1]) == (0, plan.t_end)
     np.testing.assert_allclose(trace.y, history.trace[steps], rtol=1e-6)
-    accuracy = plan.accuracy()
+    accuracy = plan.build_accuracy_table()
     for name in ("attitude", "gyro bias", "mag bias"):
         for line in figures[name].data:
             final = accuracy.loc[f"{name} {line.name}"]
@@ -33,7 +38,7 @@ def test_curves_are_those_of_the_reference_filter(short, X):
 def test_rates_step_where_the_plan_says(short, X):
     plan = ManeuverPlan.from_design(short, X[0])
     (figures,) = short.view(X[:1]).solution_figures()
-    timeline = plan.timeline()
+    timeline = plan.build_timeline()
     for axis, line in zip("xyz", figures["rates"].data[:3], strict=True):
         held = line.y[np.searchsorted(line.x, timeline["start [s]"], side="right") - 1]
         np.testing.assert_allclose(held, timeline[f"rate {axis} [deg/s]"], atol=1e-12)
@@ -45,7 +50,7 @@ def test_a_ramp_is_a_straight_line(X):
     problem = AttitudeManeuverProblem(dataclasses.replace(scenario, maneuvers=maneuvers))
     (figures,) = problem.view(X[:1]).solution_figures()
     plan = problem.model.build_schedule(X[:1])
-    flown = plan.flown()[0]
+    flown = plan.has_duration()[0]
     starts, rates = plan.starts[0, flown], np.degrees(plan.rates[0, flown])
     for axis in range(3):
         line = figures["rates"].data[axis]
@@ -64,7 +69,7 @@ def test_directions_are_the_environment_seen_from_the_body(short, X):
         "kij,kj->ki", plan.history.attitude, short.environment.field[: len(plan.history.times)]
     )
     for index, step in ((0, 0), (-1, -1)):
-        across, up = projected(body[[step]])
+        across, up = project_directions(body[[step]])
         np.testing.assert_allclose([field.x[index], field.y[index]], [across[0], up[0]], atol=1)
 
 
@@ -86,21 +91,21 @@ def test_the_shadow_of_the_earth_is_shaded_and_the_sun_is_not_drawn_in_it(X):
 
 
 def test_the_map_has_equal_areas_and_its_axes_where_they_belong():
-    across, up = projected(np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 5], [np.nan, 0, 0]]))
+    across, up = project_directions(np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 5], [np.nan, 0, 0]]))
     assert (across[0], up[0], up[1], across[2]) == (0, 0, 0, 0)
     assert across[1] > 0
     assert up[2] == 5000
     vectors = np.random.default_rng(1).normal(size=(40_000, 3))
-    across, up = projected(vectors)
+    across, up = project_directions(vectors)
     inner = (across / 5000.0) ** 2 + (up / 2500.0) ** 2 < 1.0  # a quarter of the ellipse
     assert inner.mean() == pytest.approx(0.25, abs=0.01)
-    assert (np.abs(across) <= OUTLINE[0]).all()
-    assert len(graticule()) == 2
+    assert (np.abs(across) <= MAP_HALF_SIZE[0]).all()
+    assert len(draw_graticule()) == 2
 
 
 def test_corners_of_a_polyline_are_found():
     x = np.arange(101.0)
     curves = np.column_stack([np.interp(x, [0, 20, 100], [0, 5, 5]), np.abs(x - 70.0), 0.0 * x])
-    assert corners(x, curves, 4).tolist() == [0, 20, 70, 100]
-    assert len(corners(x, np.sin(x)[:, None], 30)) == 30
-    assert corners(np.array([1.0]), np.ones((1, 2)), 9).tolist() == [0]
+    assert simplify_curves(x, curves, 4).tolist() == [0, 20, 70, 100]
+    assert len(simplify_curves(x, np.sin(x)[:, None], 30)) == 30
+    assert simplify_curves(np.array([1.0]), np.ones((1, 2)), 9).tolist() == [0]

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem
-from mgeo_attitude.view.figures.style import Solutions
+from mgeo_attitude.view.figures.style import PlottedSolutions
 
 from mgeo.runs.answer import find_knee
 
@@ -14,13 +14,13 @@ def made_up(F):
     F = np.asarray(F, dtype=float)
     n = len(F)
     labels = tuple(f"solution {i}" for i in range(n))
-    return Solutions(np.arange(n), np.arange(12.0 * n).reshape(n, 12), F, F[:, 0], labels)
+    return PlottedSolutions(np.arange(n), np.arange(12.0 * n).reshape(n, 12), F, F[:, 0], labels)
 
 
 def test_fastest_knee_and_least_trace_are_chosen():
     # by distance below the line from (0, 10) to (10, 0), (2, 3) is the knee
     F = [[10, 0], [8, 1], [0, 10], [9, 9], [2, 3], [5, 2], [1, 6]]
-    few = made_up(F).chosen(find_knee(np.array(F, dtype=float)))
+    few = made_up(F).select_representative(find_knee(np.array(F, dtype=float)))
     assert few.labels == (
         "solution 2 (fastest)",
         "solution 4 (knee)",
@@ -37,7 +37,7 @@ def test_broken_covariances_are_left_out():
     problem.__dict__["model"] = dataclasses.replace(problem.model, initial_sigma=sigma)
     designs = np.random.default_rng(10).uniform(problem.xl, problem.xu, (8, 12))[::-1]
     with pytest.warns(RuntimeWarning, match="lost positivity"):
-        solutions = Solutions.of(problem.view(designs))
+        solutions = PlottedSolutions.from_plans(problem.view(designs))
     with pytest.warns(RuntimeWarning, match="lost positivity"):
         expected = np.flatnonzero(np.isfinite(problem.evaluate(designs)[:, 0]))
     assert 0 < len(expected) < 8
@@ -49,4 +49,4 @@ def test_broken_covariances_are_left_out():
         pytest.warns(RuntimeWarning, match="lost positivity"),
         pytest.raises(ValueError, match="expected at least one design with finite objectives"),
     ):
-        Solutions.of(problem.view(designs[lost]))
+        PlottedSolutions.from_plans(problem.view(designs[lost]))

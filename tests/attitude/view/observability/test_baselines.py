@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario, run_reference_filter
-from mgeo_attitude.view.observability.alternatives import baselines, compare
+from mgeo_attitude.view.observability.alternatives import build_baselines, compare_designs
 
 
 def test_designs_by_hand():
-    found = baselines(Scenario.paper(), 600.0, rate_deg_s=0.5)
+    found = build_baselines(Scenario.paper(), 600.0, rate_deg_s=0.5)
     assert found == {
         "no maneuver": (0.0, 0.0, 0.0, 600.0),
         "x only": (0.5, 0.0, 0.0, 600.0),
@@ -22,13 +22,15 @@ def test_designs_by_hand():
             *(0, 0, 0.5, 100.0, 0, 0, -0.5, 100.0),
         ),
     }
-    assert baselines(Scenario.paper(), 600.0)["x only"][0] == 1.0  # the scenario's greatest rate
+    assert (
+        build_baselines(Scenario.paper(), 600.0)["x only"][0] == 1.0
+    )  # the scenario's greatest rate
 
 
 @pytest.mark.slow
 def test_comparison_is_that_of_single_runs_at_the_same_time(problem, design, history):
-    others = baselines(problem.scenario, 351.0)
-    table = compare(problem, {"plan": design, **others}, history.t_end)
+    others = build_baselines(problem.scenario, 351.0)
+    table = compare_designs(problem, {"plan": design, **others}, history.t_end)
     assert list(table.index) == ["plan", *others]
     assert table.loc["plan", "t_end [s]"] == history.t_end
     assert table.loc["plan", "trace [-]"] == pytest.approx(history.trace[-1], rel=1e-9)

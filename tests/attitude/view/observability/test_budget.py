@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario, run_filter
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.sensors.suite import list_block_units
 
 DESIGN = (0.4, -0.2, 0.1, 300.0, 0.3, 0.5, -0.4, 200.0, -0.6, 0.1, 0.2, 100.0)
 
@@ -31,7 +31,7 @@ def worst(model, design, t_end):
     """By the reference filter, on its own tables."""
     history = run_filter(model.endless, design)
     sigma = history.sigma[round(t_end / model.step)].reshape(-1, 3).max(axis=1)
-    return sigma * [unit.factor for unit in block_units(model.suite)]
+    return sigma * [unit.factor for unit in list_block_units(model.suite)]
 
 
 def test_what_would_help_is_what_another_scenario_gives(plan):

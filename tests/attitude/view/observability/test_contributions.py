@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.view.observability.budget import contributions
+from mgeo_attitude.view.observability.budget import compute_uncertainty_by_phase
 
 
 def test_rows_are_the_ends_of_the_phases(problem, design, history):
-    table = contributions(problem.model, design, history)
+    table = compute_uncertainty_by_phase(problem.model, design, history)
     assert list(table.index) == ["start", "maneuver 1", "maneuver 3", "rate held"]
     assert table["time [s]"].tolist() == [0.0, 200.0, 351.0, history.t_end]
     np.testing.assert_array_equal(table["trace [-]"], history.trace[[0, 200, 351, -1]])

@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, StarTracker, run_reference_filter
 from mgeo_attitude.view.observability.covariance import (
-    States,
-    correlations,
-    least_observable,
-    normalized,
+    StateLabels,
+    compute_correlations,
+    find_least_observable,
+    normalize_covariance,
 )
 
 
 def test_nothing_learned_is_one_everywhere(problem):
     P0 = np.diag(problem.model.initial_sigma**2)
-    np.testing.assert_allclose(normalized(problem.model, P0), np.eye(18), atol=1e-15)
-    table = least_observable(problem.model, P0, 18)
+    np.testing.assert_allclose(normalize_covariance(problem.model, P0), np.eye(18), atol=1e-15)
+    table = find_least_observable(problem.model, P0, 18)
     np.testing.assert_allclose(table["remaining [-]"], 1.0, rtol=1e-12)
-    np.testing.assert_array_equal(correlations(problem.model, P0), np.eye(18))
+    np.testing.assert_array_equal(compute_correlations(problem.model, P0), np.eye(18))
 
 
 def test_one_direction_left(problem):
@@ -27,7 +27,7 @@ def test_one_direction_left(problem):
     left = np.zeros(18)
     left[14] = np.radians(0.4)
     P = np.diag((1e-3 * model.initial_sigma) ** 2) + np.outer(left, left)
-    table = least_observable(model, P, 2)
+    table = find_least_observable(model, P, 2)
     assert table.loc[0, "direction"] == "mag misalignment about body z"
     assert table.loc[0, "remaining [-]"] == pytest.approx(0.4, rel=1e-5)  # of 1 deg
     assert table.loc[0, "mag misalignment [deg]"] == pytest.approx(0.4, rel=1e-5)
@@ -46,7 +46,7 @@ def test_a_tracker_cannot_see_a_rotation_it_shares_with_the_body():
     )
     model = AttitudeManeuverProblem(scenario).model
     history = run_reference_filter(model, np.zeros(12))
-    table = least_observable(model, history.covariance, 3)
+    table = find_least_observable(model, history.covariance, 3)
     assert set(table["direction"].str.partition(" about ")[0]) == {
         "common rotation of attitude and tracker"
     }
@@ -58,7 +58,7 @@ def test_a_tracker_cannot_see_a_rotation_it_shares_with_the_body():
 
 def test_directions_of_a_run_have_the_variance_that_the_covariance_gives_them(problem, history):
     model = problem.model
-    table = least_observable(model, history.covariance, 18)
+    table = find_least_observable(model, history.covariance, 18)
     remaining = table["remaining [-]"].to_numpy()
     assert (np.diff(remaining) <= 0.0).all()
     scaled = history.covariance / np.outer(model.initial_sigma, model.initial_sigma)
@@ -71,8 +71,8 @@ def test_directions_of_a_run_have_the_variance_that_the_covariance_gives_them(pr
 
 
 def test_correlations_are_those_of_the_covariance(problem, history):
-    table = correlations(problem.model, history.covariance)
-    names = list(States.of(problem.model.suite).names)
+    table = compute_correlations(problem.model, history.covariance)
+    names = list(StateLabels.from_suite(problem.model.suite).names)
     assert list(table.index) == list(table.columns) == names
     assert names[5] == "gyro bias z"
     np.testing.assert_array_equal(np.diag(table), 1.0)

@@ -7,8 +7,8 @@ import pytest
 from mgeo_attitude import FilterModel
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.maneuvers.schedule import holding
-from mgeo_attitude.scenario import Coils, InitialConditions, Scenario
+from mgeo_attitude.maneuvers.schedule import build_hold_design
+from mgeo_attitude.scenario import InitialConditions, Magnetorquers, Scenario
 from mgeo_calibration.flight.basilisk.fly import fly
 from mgeo_calibration.flight.basilisk.vehicle import Coiled, Vehicle
 from mgeo_calibration.flight.own import fly as fly_exactly
@@ -19,11 +19,11 @@ from .flights import check_calibrated, errorless, seen, short
 
 pytestmark = pytest.mark.basilisk
 
-COILS = Coils(
+COILS = Magnetorquers(
     max_dipole=(0.2, 0.15, 0.1),
     inertia=(0.0021, 0.0018, 0.0014),
     products_of_inertia=(2e-5, -1e-5, 3e-5),
-    detumble_rate_deg_s=0.3,
+    rate_tolerance_deg_s=0.3,
     residual_dipole=(1e-5, -2e-5, 1e-5),
 )
 #: Spin up about z, despin, spin about x.
@@ -41,7 +41,7 @@ def flown(scenario):
     """Attitude by Basilisk and by the plan, and rates of the plan's steps."""
     environment = Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
-    motion = Motion.of(model, DESIGN, model.n_steps)
+    motion = Motion.from_design(model, DESIGN, model.n_steps)
     coiled = Coiled.of(model.slew_limits, DESIGN, model.step, model.n_steps)
     found = seen(scenario, motion, errorless(model), coiled, environment)
     return found.attitude, motion
@@ -69,14 +69,14 @@ def test_coils_do_what_basilisk_s_torque_rods_do():
 
 def test_the_gyro_of_a_tumble_tells_the_mean_of_its_rate():
     """It told the turn: of 4.7 deg/s, the gyro's bias ended 5 sigma off, supported."""
-    body = Coils(max_dipole=(0.2, 0.2, 0.2), inertia=(0.185, 0.144, 0.061))
+    body = Magnetorquers(max_dipole=(0.2, 0.2, 0.2), inertia=(0.185, 0.144, 0.061))
     initial = InitialConditions(rate_deg_s=(3.0, -2.0, 3.0))
     scenario = dataclasses.replace(one_unit(body, 300.0), initial=initial)
     environment = Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
-    design = holding(model.initial_rate)
+    design = build_hold_design(model.initial_rate)
     coiled = Coiled.of(model.slew_limits, design, 1.0, 300)
-    motion = Motion.of(model, design, 300)
+    motion = Motion.from_design(model, design, 300)
     found = seen(scenario, motion, errorless(model), coiled, environment)
     rate = tumble(body.inertia, initial.rate_deg_s, 300.0)
     mean = turned(lambda t: rate(t - 1.0), np.arange(301.0))[0]  # it begins a second before
@@ -103,7 +103,7 @@ def test_own_flights_move_by_the_field_that_they_see():
     start = one.truth.attitude[0]
     drive = dataclasses.replace(model.slew_limits, initial_attitude=start)
     body = dataclasses.replace(model, slew_limits=drive, initial_attitude=start)
-    expected = Motion.of(body, DESIGN, model.n_steps)
+    expected = Motion.from_design(body, DESIGN, model.n_steps)
     assert angle(start[None], model.initial_attitude[None]).max() > 1.0
     np.testing.assert_allclose(one.truth.attitude, expected.attitude, atol=1e-9)
 

@@ -13,7 +13,7 @@ from mgeo_attitude.environment.frames import gcrs_to_itrs, rotate
 from mgeo_attitude.environment.sun_moon import sun_position, visible_sun_fraction
 from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.scenario import InitialConditions, ManeuverLimits, Orbit, Wheels
+from mgeo_attitude.scenario import InitialConditions, ManeuverBounds, Orbit, Wheels
 from mgeo_calibration.flight.basilisk.fly import fly
 from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 from mgeo_calibration.flight.own import fly as fly_exactly
@@ -43,7 +43,7 @@ def at_rest(scenario):
     """A flight without errors that never turns."""
     environment = Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
-    motion = Motion.of(model, np.zeros(12), model.n_steps)
+    motion = Motion.from_design(model, np.zeros(12), model.n_steps)
     vehicle = Vehicle.amazonia()
     return environment, seen(scenario, motion, errorless(model), vehicle, environment)
 
@@ -106,14 +106,14 @@ def silent(scenario):
 def test_a_start_that_turns_is_flown_with_wheels_that_spin(wheels):
     """By any axes, from attitude and rate at the start, along ramps, as planned; gyroscopic torque
     of up to 8 N m s is in the way."""
-    limits = ManeuverLimits(max_acceleration_deg_s2=0.01)
+    limits = ManeuverBounds(max_acceleration_deg_s2=0.01)
     scenario = silent(
         short(Scenario.paper(), 900.0, maneuvers=limits, wheels=wheels, initial=SPINNING)
     )
     environment = Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
     slow = PLAN * np.tile([0.5, 0.5, 0.5, 1.0], 3)
-    motion = Motion.of(model, slow, model.n_steps)
+    motion = Motion.from_design(model, slow, model.n_steps)
     found = seen(scenario, motion, errorless(model), Vehicle.of(scenario), environment)
     np.testing.assert_allclose(found.attitude[0], model.initial_attitude, rtol=0, atol=1e-12)
     off = Rotation.from_matrix(found.attitude @ motion.attitude.transpose(0, 2, 1)).magnitude()

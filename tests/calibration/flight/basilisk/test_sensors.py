@@ -58,7 +58,7 @@ def reported(quiet, plan=(0.0,) * 12, start=None, **errors):
         drawn = dataclasses.replace(drawn, start=start)
     bias = np.tile(drawn.errors[3:6], (model.n_steps, 1))
     drawn = dataclasses.replace(drawn, bias=bias)
-    motion = Motion.of(model, plan, model.n_steps)
+    motion = Motion.from_design(model, plan, model.n_steps)
     return seen(scenario, motion, drawn, Vehicle.amazonia(), environment)
 
 

@@ -37,7 +37,7 @@ def flown(scenario, design, vehicle=None):
     vehicle = vehicle or Vehicle.of(scenario)
     limits = vehicle.slew_limits(model.initial_rate)
     ramped = dataclasses.replace(model, slew_limits=limits)
-    motion = Motion.of(ramped, design, model.n_steps)
+    motion = Motion.from_design(ramped, design, model.n_steps)
     return environment, motion, seen(scenario, motion, errorless(model), vehicle, environment)
 
 

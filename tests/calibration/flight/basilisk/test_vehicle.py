@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import Gyro, Magnetometer, Scenario, Suite, SunSensor, World
+from mgeo_attitude import EnvironmentErrors, Gyro, Magnetometer, Scenario, Suite, SunSensor
 from mgeo_attitude.scenario import Wheels
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration.flight.basilisk.fly import check_suite
@@ -58,7 +58,7 @@ def test_wheels_spin_at_the_start_so_that_nothing_does_as_a_whole_unless_they_sa
             Suite(Gyro(initial_nonorthogonality_deg=0.1), ()),
             r"gyro.nonorthogonality = 0.0017\d*: Basilisk's gyro has",
         ),
-        (Suite(Gyro(), (), World(albedo=0.03)), "world = .*: expected none"),
+        (Suite(Gyro(), (), EnvironmentErrors(albedo=0.03)), "world = .*: expected none"),
     ],
 )
 def test_errors_that_basilisk_has_not_are_refused_by_name(suite, message):

@@ -13,21 +13,25 @@ from mgeo.figures.style import apply_style, build_log_axis_layout
 from mgeo.runs.answer import find_knee
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.objectives import PAPER_OBJECTIVES, scale_for_indicators
-from mgeo_attitude.maneuvers.schedule import flown
+from mgeo_attitude.maneuvers.schedule import build_rate_intervals
 from mgeo_attitude.problem import AttitudeManeuverProblem
-from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view import lower_bound
-from mgeo_attitude.view.describe import exactly
-from mgeo_attitude.view.figures.front import front_figure
-from mgeo_attitude.view.figures.style import Solutions, line, panels_height
-from mgeo_attitude.view.plans import Plans, spread
+from mgeo_attitude.view.describe import format_nominal_suffix
+from mgeo_attitude.view.figures.front import draw_front
+from mgeo_attitude.view.figures.style import (
+    PlottedSolutions,
+    build_line_style,
+    compute_panels_height,
+)
+from mgeo_attitude.view.plans import Plans, select_sample_rows
 
 #: Color of the constant-rate hold, visible on light and on dark pages.
-_HELD = "rgba(128,128,128,0.15)"
+_HOLD_COLOR = "rgba(128,128,128,0.15)"
 
 
-def figures(plans: Plans) -> dict[str, go.Figure]:
+def build_figures(plans: Plans) -> dict[str, go.Figure]:
     """Return the figures ``front``, ``maneuvers`` and ``convergence`` of plans.
 
     ``maneuvers`` and ``convergence`` show up to six solutions. Solutions are numbered by their row.
@@ -38,35 +42,37 @@ def figures(plans: Plans) -> dict[str, go.Figure]:
     ValueError
         If no plan has finite objectives.
     """
-    problem, solutions = plans.problem, Solutions.of(plans)
+    problem, solutions = plans.problem, PlottedSolutions.from_plans(plans)
     own = plans.F[solutions.numbers]
     bend = find_knee(scale_for_indicators(problem.objectives, own, problem.scenario))
-    few = solutions.chosen(bend)
+    few = solutions.select_representative(bend)
     front = {}
     if problem.objectives == PAPER_OBJECTIVES:
-        rows = spread(len(solutions.X))
+        rows = select_sample_rows(len(solutions.X))
         some = plans.select(solutions.numbers[rows])
         robust_values = np.full((len(own), 3), np.nan)
-        robust_values[rows] = np.column_stack([some.kept, some.kept_sigma_deg])
+        robust_values[rows] = np.column_stack(
+            [some.monte_carlo_objectives, some.monte_carlo_sigma_deg]
+        )
         too_late = problem.model.nonconvergence_time
         robust_values[robust_values[:, 0] >= too_late] = np.nan  # too few Monte Carlo runs converge
-        front["front"] = front_figure(
+        front["front"] = draw_front(
             problem.scenario,
             dataclasses.replace(solutions, F=own),
             robust_values,
-            longest=too_late,
-            dead_end=bool((plans.excesses[solutions.numbers] > 0.0).any(axis=1).all()),
-            least=lower_bound.bound_curves(problem, own[:, 0]),
-            bend=bend,
+            unconverged_t_end=too_late,
+            is_infeasible=bool((plans.violations[solutions.numbers] > 0.0).any(axis=1).all()),
+            lower_bound=lower_bound.compute_bound_curves(problem, own[:, 0]),
+            knee_index=bend,
         )
     return front | {
-        "maneuvers": maneuvers_figure(problem, few, plans.held_until[few.numbers]),
-        "convergence": convergence_figure(problem, few),
+        "maneuvers": draw_maneuvers(problem, few, plans.hold_end[few.numbers]),
+        "convergence": draw_convergence(problem, few),
     }
 
 
-def maneuvers_figure(
-    problem: AttitudeManeuverProblem, solutions: Solutions, held: Floats | None = None
+def draw_maneuvers(
+    problem: AttitudeManeuverProblem, solutions: PlottedSolutions, hold_ends: Floats | None = None
 ) -> go.Figure:
     """Draw the body rates of each solution, one row per solution with its own time axis.
 
@@ -84,9 +90,9 @@ def maneuvers_figure(
         for label, (t_end, trace) in zip(solutions.labels, solutions.F, strict=True)
     ]
     figure = make_subplots(rows, 1, vertical_spacing=0.36 / rows, subplot_titles=titles)
-    held = solutions.F[:, 0] if held is None else held
-    for row, (x, until) in enumerate(zip(solutions.X, held, strict=True), 1):
-        times, rates, over = timeline(problem, x, until)
+    hold_ends = solutions.F[:, 0] if hold_ends is None else hold_ends
+    for row, (x, until) in enumerate(zip(solutions.X, hold_ends, strict=True), 1):
+        times, rates, over = compute_rate_profile(problem, x, until)
         for axis, name in enumerate("xyz"):
             figure.add_scatter(
                 x=times,
@@ -95,13 +101,13 @@ def maneuvers_figure(
                 legendgroup=name,
                 showlegend=row == 1,
                 mode="lines",
-                line=line(axis, 2.5) | {"shape": "hv"},
+                line=build_line_style(axis, 2.5) | {"shape": "hv"},
                 hovertemplate=f"{name} %{{y:+.3f}} deg/s from %{{x:.6g}} s<extra></extra>",
                 row=row,
                 col=1,
             )
         figure.add_vrect(
-            x0=over, x1=until, fillcolor=_HELD, layer="below", line_width=0, row=row, col=1
+            x0=over, x1=until, fillcolor=_HOLD_COLOR, layer="below", line_width=0, row=row, col=1
         )
     apply_style(
         figure,
@@ -112,11 +118,11 @@ def maneuvers_figure(
     limit = 1.1 * problem.scenario.maneuvers.max_rate_deg_s
     figure.update_yaxes(range=[-limit, limit], title_text="rate [deg/s]")
     figure.update_xaxes(title_text="time [s]", tickformat="d", row=rows, col=1)
-    return figure.update_layout(height=panels_height(rows))
+    return figure.update_layout(height=compute_panels_height(rows))
 
 
-def timeline(
-    problem: AttitudeManeuverProblem, x: Floats, until: float
+def compute_rate_profile(
+    problem: AttitudeManeuverProblem, x: Floats, end_time: float
 ) -> tuple[Floats, Floats, float]:
     """Return the body rates of a plan with its hold until a time [s] and its slew back.
 
@@ -130,9 +136,9 @@ def timeline(
         End of the last maneuver, at most `until` [s].
     """
     model = problem.model
-    flight = Trajectory(problem.scenario, model, x, until).intervals
+    flight = Trajectory(problem.scenario, model, x, end_time).intervals
     rates = np.degrees(flight.rates)
-    over = flown(x, until, model.step, model.slew_limits).over
+    over = build_rate_intervals(x, end_time, model.step, model.slew_limits).maneuver_end
     return flight.times, np.vstack([rates, rates[-1:]]), over
 
 
@@ -141,9 +147,9 @@ _SAMPLES = 300
 _COLUMNS = 2
 
 
-def convergence_figure(problem: AttitudeManeuverProblem, solutions: Solutions) -> go.Figure:
+def draw_convergence(problem: AttitudeManeuverProblem, solutions: PlottedSolutions) -> go.Figure:
     """Draw the trace and the worst axis of each state block against time, one line per solution."""
-    blocks = block_units(problem.model.suite)
+    blocks = list_block_units(problem.model.suite)
     panels = ["trace [-]", *(f"{block.label}, 1-sigma [{block.unit}]" for block in blocks)]
     rows = -(-len(panels) // _COLUMNS)
     figure = make_subplots(
@@ -157,9 +163,9 @@ def convergence_figure(problem: AttitudeManeuverProblem, solutions: Solutions) -
         figure,
         "Convergence of the filter",
         "predicted 1-sigma of the worst body axis of each error, until t_end"
-        + exactly(problem.scenario),
+        + format_nominal_suffix(problem.scenario),
     )
-    lines = trace_curves(problem, solutions)
+    lines = compute_convergence_curves(problem, solutions)
     for panel in range(len(panels)):
         place = {"row": panel // _COLUMNS + 1, "col": panel % _COLUMNS + 1}
         for index, (label, (times, values)) in enumerate(zip(solutions.labels, lines, strict=True)):
@@ -170,7 +176,7 @@ def convergence_figure(problem: AttitudeManeuverProblem, solutions: Solutions) -
                 legendgroup=label,
                 showlegend=panel == 0,
                 mode="lines",
-                line=line(index),
+                line=build_line_style(index),
                 hovertemplate="%{x:.6g} s: %{y:.4g}",
                 **place,
             )
@@ -180,11 +186,11 @@ def convergence_figure(problem: AttitudeManeuverProblem, solutions: Solutions) -
         if panel >= len(panels) - _COLUMNS:  # the lowest of its column
             figure.update_xaxes(title_text="time [s]", **place)
     figure.update_xaxes(matches="x", tickformat="d")
-    return figure.update_layout(height=panels_height(rows))
+    return figure.update_layout(height=compute_panels_height(rows))
 
 
-def trace_curves(
-    problem: AttitudeManeuverProblem, solutions: Solutions
+def compute_convergence_curves(
+    problem: AttitudeManeuverProblem, solutions: PlottedSolutions
 ) -> list[tuple[Floats, Floats]]:
     """Return the curves of `convergence_figure` for each solution.
 
@@ -194,11 +200,11 @@ def trace_curves(
         Times [s], shape (k,), and values of the panels, shape (1 + n_blocks, k).
     """
     model = problem.model
-    factors = [block.factor for block in block_units(model.suite)]
-    result = problem.run(solutions.X, history=True)
+    factors = [block.factor for block in list_block_units(model.suite)]
+    result = problem.evaluate_nominal(solutions.X, history=True)
     lines = []
     for t_end, history in zip(result.t_end, result.variances, strict=True):
-        steps = sample_steps(round(t_end / model.step))
+        steps = select_sample_steps(round(t_end / model.step))
         times: Floats = steps.astype(np.float64) * model.step
         worst = np.sqrt(history[steps].reshape(len(steps), -1, 3).max(axis=2))
         values: Floats = np.vstack([history[steps] @ model.weights, (worst * factors).T])
@@ -206,7 +212,7 @@ def trace_curves(
     return lines
 
 
-def sample_steps(last: int) -> NDArray[np.int64]:
+def select_sample_steps(last: int) -> NDArray[np.int64]:
     """Return the filter steps from 0 to `last`, both included, at which a curve is drawn."""
     even = np.linspace(0, last, _SAMPLES)
     dense_at_start = np.geomspace(1, last, _SAMPLES)

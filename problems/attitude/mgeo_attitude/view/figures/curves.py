@@ -12,10 +12,10 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import perpendicular_axes
 
 #: Tolerance of the simplification, relative to the extent of a curve.
-_EXACT = 0.002
+_TOLERANCE = 0.002
 
 
-def corners(x: Floats, curves: Floats, count: int) -> NDArray[np.int64]:
+def simplify_curves(x: Floats, curves: Floats, n_points: int) -> NDArray[np.int64]:
     """Return the rows of the polyline with `count` points that best approximates curves.
 
     Starting from both ends, the point farthest from the polyline is added until there are `count`
@@ -39,29 +39,29 @@ def corners(x: Floats, curves: Floats, count: int) -> NDArray[np.int64]:
     scaled = curves / np.where(extent > 0.0, extent, 1.0)
     every = np.arange(len(x))
     rows = np.unique([0, len(x) - 1])
-    while 1 < len(rows) < count:
+    while 1 < len(rows) < n_points:
         after = np.clip(np.searchsorted(rows, every, side="right"), 1, len(rows) - 1)
         low, high = rows[after - 1], rows[after]
         span = x[high] - x[low]
         share = (x - x[low]) / np.where(span > 0.0, span, 1.0)
         lines = scaled[low] + share[:, None] * (scaled[high] - scaled[low])
         off = np.abs(scaled - lines).max(axis=1)
-        if off.max() <= _EXACT:
+        if off.max() <= _TOLERANCE:
             break
         rows = np.sort(np.append(rows, off.argmax()))
     return rows
 
 
-Shorts = NDArray[np.int16]
+Int16Array = NDArray[np.int16]
 
 #: Half the width and half the height of the map.
-OUTLINE = (10500, 5250)
+MAP_HALF_SIZE = (10500, 5250)
 
 #: Map units per unit of the projection, in which the map is 4√2 wide and 2√2 high.
 _SCALE = 10000.0 / np.sqrt(8.0)
 
 
-def projected(vectors: Floats) -> tuple[Shorts, Shorts]:
+def project_directions(vectors: Floats) -> tuple[Int16Array, Int16Array]:
     """Project vectors, shape (n, 3), onto the map; rows with NaN are dropped.
 
     The body's x axis is at the center of the map, y on the right, z on top. Source: E. Hammer, Über
@@ -81,7 +81,7 @@ def projected(vectors: Floats) -> tuple[Shorts, Shorts]:
     return across, up
 
 
-def circle(axis: ArrayLike, radius: float) -> tuple[Floats, Floats]:
+def project_circle(axis: ArrayLike, radius: float) -> tuple[Floats, Floats]:
     """Project a circle of an angular radius [rad] about a body direction onto the map.
 
     The line is interrupted by NaN where it crosses the edge of the map.
@@ -91,25 +91,25 @@ def circle(axis: ArrayLike, radius: float) -> tuple[Floats, Floats]:
     around = np.linspace(0.0, 2.0 * np.pi, 145)[:, None]
     edge = np.cos(around) * first + np.sin(around) * second
     points = np.cos(radius) * middle + np.sin(radius) * edge
-    place = np.array(projected(points), dtype=float)
+    place = np.array(project_directions(points), dtype=float)
     x, y, _ = points.T
     jumps = np.flatnonzero((y[:-1] * y[1:] <= 0.0) & (x[:-1] + x[1:] < 0.0)) + 1
     right, up = np.insert(place, jumps, np.nan, axis=1)
     return right, up
 
 
-def graticule() -> list[dict[str, Any]]:
+def draw_graticule() -> list[dict[str, Any]]:
     """Return plotly traces of meridians and parallels, 45 degrees apart, and of the axis labels."""
     latitudes = np.linspace(-90.0, 90.0, 37)
     # At exactly ±180 degrees, a meridian would jump to the other side of the map.
     longitudes = np.linspace(-179.999, 179.999, 73)
-    lines = [_line(longitude, latitudes) for longitude in longitudes[::9]]
-    lines += [_line(longitudes, latitude) for latitude in (-45.0, 0.0, 45.0)]
+    lines = [_project_line(longitude, latitudes) for longitude in longitudes[::9]]
+    lines += [_project_line(longitudes, latitude) for latitude in (-45.0, 0.0, 45.0)]
     across, up = np.hstack(lines)
     plain = {"type": "scatter", "hoverinfo": "skip", "showlegend": False}
     grid = {"mode": "lines", "line": {"color": GRAY, "width": 0.5}, "opacity": 0.6}
     axes = {"+x": [1, 0, 0], "+y": [0, 1, 0], "-y": [0, -1, 0], "+z": [0, 0, 1], "-z": [0, 0, -1]}
-    x, y = projected(np.array(list(axes.values()), dtype=float))
+    x, y = project_directions(np.array(list(axes.values()), dtype=float))
     labels = {"mode": "text", "text": list(axes), "textfont": {"color": GRAY, "size": 13}}
     return [
         {**plain, **grid, "x": across, "y": up},
@@ -117,10 +117,10 @@ def graticule() -> list[dict[str, Any]]:
     ]
 
 
-def _line(longitude: Any, latitude: Any) -> Floats:
+def _project_line(longitude: Any, latitude: Any) -> Floats:
     """Project a line given by angles [deg], followed by NaN, shape (2, n + 1)."""
     east, north = np.broadcast_arrays(np.radians(longitude), np.radians(latitude))
     level = np.cos(north)
     points = np.column_stack([level * np.cos(east), level * np.sin(east), np.sin(north)])
-    place = np.array(projected(points), dtype=float)
+    place = np.array(project_directions(points), dtype=float)
     return np.pad(place, ((0, 0), (0, 1)), constant_values=np.nan)

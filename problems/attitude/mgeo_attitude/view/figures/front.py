@@ -21,12 +21,12 @@ from mgeo.figures.style import (
 )
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.view.describe import exactly, maneuver_texts
-from mgeo_attitude.view.figures.style import Solutions
-from mgeo_attitude.view.plans import MOST_SAMPLES
+from mgeo_attitude.view.describe import format_maneuvers, format_nominal_suffix
+from mgeo_attitude.view.figures.style import PlottedSolutions
+from mgeo_attitude.view.plans import MONTE_CARLO_SHARE_TEXT
 
 #: Relative margin on both sides of the time axis.
-_ROOM = 0.04
+_TIME_MARGIN = 0.04
 
 
 class _Scale(NamedTuple):
@@ -42,15 +42,15 @@ class _Scale(NamedTuple):
     required: float = math.inf
 
 
-def front_figure(
+def draw_front(
     scenario: Scenario,
-    solutions: Solutions,
-    kept: Floats,
+    solutions: PlottedSolutions,
+    monte_carlo_values: Floats,
     *,
-    longest: float,
-    dead_end: bool,
-    least: Floats,
-    bend: int | None,
+    unconverged_t_end: float,
+    is_infeasible: bool,
+    lower_bound: Floats,
+    knee_index: int | None,
 ) -> go.Figure:
     """Draw the attitude 1-sigma or the trace against t_end, with each plan in its hover text.
 
@@ -76,34 +76,41 @@ def front_figure(
         Index of the knee among the solutions.
     """
     values = np.column_stack([solutions.F, solutions.sigma_deg])
-    hover = np.array([_hover_text(solutions, i, scenario, kept[i]) for i in range(len(values))])
-    span = _time_range(scenario, np.append(values[:, 0], kept[:, 0]))
-    attitude = f"attitude 1-sigma, worst axis{exactly(scenario)} [deg]"
+    hover = np.array(
+        [
+            _format_hover_text(solutions, i, scenario, monte_carlo_values[i])
+            for i in range(len(values))
+        ]
+    )
+    span = _compute_time_range(scenario, np.append(values[:, 0], monte_carlo_values[:, 0]))
+    attitude = f"attitude 1-sigma, worst axis{format_nominal_suffix(scenario)} [deg]"
     scales = [
         _Scale("attitude", attitude, 2, scenario.required_sigma.get("attitude_deg", math.inf)),
         _Scale("trace", "trace of the covariance at t_end [-]", 1),
     ]
-    knee = values[[] if bend is None else [bend]]
+    knee = values[[] if knee_index is None else [knee_index]]
     groups = [
-        ("plans", values[:, 0] < longest, COLORS[0], SYMBOLS[0]),
-        ("not converged", values[:, 0] >= longest, GRAY, "x"),
+        ("plans", values[:, 0] < unconverged_t_end, COLORS[0], SYMBOLS[0]),
+        ("not converged", values[:, 0] >= unconverged_t_end, GRAY, "x"),
     ]
     drawn = []
     for scale in scales:
         at = [0, scale.column]
-        traces = [_stairs(values[:, at], "boundary", {"width": 1, "color": "#b9c2cc"})]
+        traces = [_draw_stairs(values[:, at], "boundary", {"width": 1, "color": "#b9c2cc"})]
         traces[0]["showlegend"] = False
         for name, group, color, symbol in groups:
             # An outline would hide the color of overlapping points.
             look = {"color": color, "symbol": symbol, "size": 8, "opacity": 0.8}
             more = {"customdata": solutions.numbers[group], "hovertext": hover[group]}
-            points = _points(values[group][:, at], name) | {"marker": look | {"line": {"width": 0}}}
+            points = _draw_points(values[group][:, at], name) | {
+                "marker": look | {"line": {"width": 0}}
+            }
             traces.append(points | more | {"hoverinfo": "text"})
-        drawn.append([*traces, *_lines(scale, kept, least, knee, span)])
-    state = ", none of which satisfies all constraints" if dead_end else ""
+        drawn.append([*traces, *_draw_lines(scale, monte_carlo_values, lower_bound, knee, span)])
+    state = ", none of which satisfies all constraints" if is_infeasible else ""
     figure = apply_style(
         go.Figure(drawn[0]),
-        f"Calibration maneuvers: accuracy against {scenario.convergence.time}",
+        f"Calibration maneuvers: accuracy against {scenario.convergence.time_label}",
         f"scenario {escape_markup(scenario.name)}; {len(values)} plans{state}{HOVER_HINT}",
     )
     _mark_times(figure, scenario, span)
@@ -124,26 +131,26 @@ def front_figure(
         },
         hovermode="closest",
         margin={"t": 125, "b": 105},  # room for buttons and the legend
-        updatemenus=[_buttons(scales, drawn, axes)],
+        updatemenus=[_build_buttons(scales, drawn, axes)],
     )
 
 
-def _lines(
-    scale: _Scale, kept: Floats, least: Floats, knee: Floats, span: list[float]
+def _draw_lines(
+    scale: _Scale, monte_carlo_values: Floats, lower_bound: Floats, knee: Floats, span: list[float]
 ) -> Iterator[dict[str, Any]]:
     """Yield all traces except the solutions."""
     at = [0, scale.column]
     line = {"width": 1.5, "color": COLORS[2], "dash": "dot"}
-    yield _stairs(kept[:, at], f"in {MOST_SAMPLES}", line)
+    yield _draw_stairs(monte_carlo_values[:, at], f"in {MONTE_CARLO_SHARE_TEXT}", line)
     yield {
-        **_line(least[:, at], "lower bound", {"width": 1.5, "color": GRAY}),
+        **_draw_line(lower_bound[:, at], "lower bound", {"width": 1.5, "color": GRAY}),
         "hovertemplate": "lower bound %{y:.4g} after %{x:.6g} s<extra></extra>",
     }
     required = np.array([[time, scale.required] for time in span if scale.required < math.inf])
     line = {"width": 1.5, "color": COLORS[3], "dash": "dash"}
-    yield _line(required.reshape(-1, 2), f"required, {scale.required:.4g} deg", line)
+    yield _draw_line(required.reshape(-1, 2), f"required, {scale.required:.4g} deg", line)
     yield {
-        **_points(knee[:, at], "knee"),
+        **_draw_points(knee[:, at], "knee"),
         "mode": "markers+text",
         "text": ["knee"] * len(knee),
         "textposition": "bottom left",
@@ -153,9 +160,9 @@ def _lines(
     }
 
 
-def _time_range(scenario: Scenario, times: Floats) -> list[float]:
+def _compute_time_range(scenario: Scenario, times: Floats) -> list[float]:
     first, last = float(np.nanmin(times)), float(np.nanmax(times))
-    room = _ROOM * (last - first) or 0.05 * last
+    room = _TIME_MARGIN * (last - first) or 0.05 * last
     if (closes := scenario.deadline) < 3.0 * last:
         last = max(last, closes)
     return [max(first - room, 0.0), last + room]
@@ -173,7 +180,7 @@ def _mark_times(figure: go.Figure, scenario: Scenario, span: list[float]) -> Non
         figure.add_vrect(x0=scenario.deadline, x1=span[1], **shade)
 
 
-def _buttons(
+def _build_buttons(
     scales: list[_Scale], drawn: list[list[dict[str, Any]]], axes: list[dict[str, Any]]
 ) -> dict[str, Any]:
     buttons = []
@@ -195,23 +202,25 @@ def _buttons(
     }
 
 
-def _points(at: Floats, name: str) -> dict[str, Any]:
+def _draw_points(at: Floats, name: str) -> dict[str, Any]:
     """Return a trace of points, shape (n, 2), which is hidden if n = 0."""
     shown = {"type": "scatter", "mode": "markers", "name": name, "visible": bool(len(at))}
     return {**shown, "x": at[:, 0], "y": at[:, 1]}
 
 
-def _line(at: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
-    return _points(at, name) | {"mode": "lines", "line": line}
+def _draw_line(at: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
+    return _draw_points(at, name) | {"mode": "lines", "line": line}
 
 
-def _stairs(at: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
+def _draw_stairs(at: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
     """Return the boundary of the region that points, shape (n, 2), dominate."""
-    trace = _line(at[find_front_rows(at)], name, {"shape": "hv", **line})
+    trace = _draw_line(at[find_front_rows(at)], name, {"shape": "hv", **line})
     return {**trace, "hoverinfo": "skip"}
 
 
-def _hover_text(solutions: Solutions, i: int, scenario: Scenario, kept: Floats) -> str:
+def _format_hover_text(
+    solutions: PlottedSolutions, i: int, scenario: Scenario, monte_carlo_values: Floats
+) -> str:
     t_end, trace = solutions.F[i]
     lines = [
         f"<b>{solutions.labels[i]}</b>",
@@ -219,11 +228,11 @@ def _hover_text(solutions: Solutions, i: int, scenario: Scenario, kept: Floats) 
         f"trace {trace:.4g}",
         f"attitude {solutions.sigma_deg[i]:.3g} deg (1-sigma, worst body axis)",
     ]
-    if np.isfinite(kept).all():
+    if np.isfinite(monte_carlo_values).all():
         lines.append(
-            f"in {MOST_SAMPLES}: t_end {kept[0]:.6g} s, trace {kept[1]:.4g}, attitude "
-            f"{kept[2]:.3g} deg"
+            f"in {MONTE_CARLO_SHARE_TEXT}: t_end {monte_carlo_values[0]:.6g} s, trace {monte_carlo_values[1]:.4g}, attitude "
+            f"{monte_carlo_values[2]:.3g} deg"
         )
     lines.append("maneuvers, x / y / z [deg/s] for duration [s]:")
-    lines += [f"{m}: {text}" for m, text in enumerate(maneuver_texts(solutions.X[i]), 1)]
+    lines += [f"{m}: {text}" for m, text in enumerate(format_maneuvers(solutions.X[i]), 1)]
     return "<br>".join(lines)

@@ -15,22 +15,24 @@ from scipy.spatial.transform import Rotation
 from mgeo.figures.style import COLORS, GRAY
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.maneuvers.schedule import Flown
+from mgeo_attitude.maneuvers.schedule import RateIntervals
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.trajectory.trajectory import Trajectory
-from mgeo_attitude.view.figures.style import title
+from mgeo_attitude.view.figures.style import build_title
 
 SHADOW = "Earth's shadow"
 
 #: Largest angle to which the intervals of a ramp are merged [rad].
-_SMALL_TURN = np.radians(10.0)
+_MAX_MERGED_ROTATION = np.radians(10.0)
 #: Number of rotations of the Sun's and the field's direction over the whole run.
-_DIRECTION_TURNS = 400
+_N_DIRECTION_ROTATIONS = 400
 #: Half edge lengths of the drawn body along x, y and z.
-_HALF = (0.2, 0.32, 0.12)
+_HALF_EDGES = (0.2, 0.32, 0.12)
 
 
-def turns_of_body(flight: Flown, body: Floats, step: float) -> dict[str, Floats]:
+def compute_body_rotations(
+    intervals: RateIntervals, attitude: Floats, step: float
+) -> dict[str, Floats]:
     """Return the rotations of the body between times.
 
     Parameters
@@ -49,21 +51,21 @@ def turns_of_body(flight: Flown, body: Floats, step: float) -> dict[str, Floats]
         ``z`` [deg], shape (k,), the rotation vectors from each time to the next. Their axes rotate
         with the body and initially coincide with those of GCRS.
     """
-    turns = flight.rates * np.diff(flight.times)[:, None]
+    turns = intervals.rates * np.diff(intervals.times)[:, None]
     size = np.linalg.norm(turns, axis=1)
-    alone = size > _SMALL_TURN  # may be several revolutions
-    ends = np.diff(np.cumsum(size) // _SMALL_TURN, append=np.inf) > 0.0
+    alone = size > _MAX_MERGED_ROTATION  # may be several revolutions
+    ends = np.diff(np.cumsum(size) // _MAX_MERGED_ROTATION, append=np.inf) > 0.0
     ends |= alone | np.append(alone[1:], True)
     edges = np.append(0, np.flatnonzero(ends) + 1)
-    times = flight.times[edges]
-    at = body[np.rint(times / step).astype(np.int64)]
+    times = intervals.times[edges]
+    at = attitude[np.rint(times / step).astype(np.int64)]
     merged = Rotation.from_matrix(at[:-1] @ at[1:].transpose(0, 2, 1)).as_rotvec()
     whole = np.diff(edges) == 1
     merged[whole] = turns[edges[:-1][whole]]
-    return _turns(times, merged @ body[0])
+    return _build_rotations(times, merged @ attitude[0])
 
 
-def turns_of_direction(times: Floats, vectors: Floats) -> dict[str, Floats]:
+def compute_direction_rotations(times: Floats, vectors: Floats) -> dict[str, Floats]:
     """Return the smallest rotations between successive directions, shape (k + 1, 3).
 
     The format is that of `turns_of_body`. The axes initially coincide with the inertial ones and
@@ -78,19 +80,22 @@ def turns_of_direction(times: Floats, vectors: Floats) -> dict[str, Floats]:
     for i, turn in enumerate(inertial):
         own[i] = reached.inv().apply(turn)
         reached = Rotation.from_rotvec(turn) * reached
-    return _turns(times, own)
+    return _build_rotations(times, own)
 
 
-def directions(environment: Environment) -> dict[str, dict[str, Floats]]:
+def compute_sun_field_rotations(environment: Environment) -> dict[str, dict[str, Floats]]:
     """Return the rotations of the inertial directions of Sun and field over the whole run."""
     last = len(environment.times) - 1
-    steps = np.unique(np.rint(np.linspace(0, last, _DIRECTION_TURNS + 1)).astype(np.int64))
+    steps = np.unique(np.rint(np.linspace(0, last, _N_DIRECTION_ROTATIONS + 1)).astype(np.int64))
     times = environment.times[steps]
     vectors = {"Sun": environment.sun, "field": environment.field}
-    return {name: turns_of_direction(times, inertial[steps]) for name, inertial in vectors.items()}
+    return {
+        name: compute_direction_rotations(times, inertial[steps])
+        for name, inertial in vectors.items()
+    }
 
 
-def motion(
+def draw_attitude(
     problem: AttitudeManeuverProblem,
     trajectory: Trajectory,
     inertial: dict[str, dict[str, Floats]],
@@ -108,25 +113,25 @@ def motion(
         Start and end [s] of each eclipse.
     """
     environment, flight, body = problem.environment, trajectory.intervals, trajectory.attitude
-    turns = turns_of_body(flight, body, problem.model.step)
+    turns = compute_body_rotations(flight, body, problem.model.step)
     stretches: list[dict[str, Any]] = [
         {"name": phase.label, "from": phase.start, "to": phase.end} for phase in trajectory.phases
     ]
     stretches += [{"name": SHADOW, "from": a, "to": b, "shaded": True} for a, b in shadow]
     field = environment.field[0] / np.linalg.norm(environment.field[0])
     axes = [
-        _arrow("xyz"[i], axis, i) | {"textposition": "top center"}
+        _draw_arrow("xyz"[i], axis, i) | {"textposition": "top center"}
         for i, axis in enumerate(0.78 * np.eye(3))
     ]
     return {
         "data": [
-            *_sphere(),
-            _arrow("Sun", environment.sun[0], 4) | {"meta": {"turn": "Sun", "faint": SHADOW}},
-            _arrow("field", field, 5) | {"meta": {"turn": "field"}},
-            *(_place_in_space(trace, body[0]) for trace in (*_box(), *axes)),
+            *_draw_sphere(),
+            _draw_arrow("Sun", environment.sun[0], 4) | {"meta": {"turn": "Sun", "faint": SHADOW}},
+            _draw_arrow("field", field, 5) | {"meta": {"turn": "field"}},
+            *(_place_in_space(trace, body[0]) for trace in (*_draw_box(), *axes)),
         ],
         "layout": {
-            "title": title("Attitude in space"),
+            "title": build_title("Attitude in space"),
             "scene": {
                 **{f"{axis}axis": {"visible": False, "range": [-1.2, 1.2]} for axis in "xyz"},
                 "aspectmode": "manual",
@@ -151,25 +156,25 @@ def motion(
     }
 
 
-def _turns(times: Floats, vectors: Floats) -> dict[str, Floats]:
+def _build_rotations(times: Floats, vectors: Floats) -> dict[str, Floats]:
     return {"times": times, **dict(zip("xyz", np.degrees(vectors).T, strict=True))}
 
 
-def _sphere() -> list[dict[str, Any]]:
+def _draw_sphere() -> list[dict[str, Any]]:
     around = np.radians(np.linspace(0.0, 360.0, 61))
     ring = np.column_stack([np.cos(around), np.sin(around), 0.0 * around])
     circles = np.vstack([[*np.roll(ring, i, axis=1), [np.nan] * 3] for i in range(3)])
     return [
-        _points(circles, mode="lines", line={"color": GRAY, "width": 2}, opacity=0.45),
-        _points(
+        _draw_points(circles, mode="lines", line={"color": GRAY, "width": 2}, opacity=0.45),
+        _draw_points(
             1.1 * np.eye(3), mode="text", text=list("XYZ"), textfont={"color": GRAY, "size": 13}
         ),
     ]
 
 
-def _arrow(name: str, tip: Floats, index: int) -> dict[str, Any]:
+def _draw_arrow(name: str, tip: Floats, index: int) -> dict[str, Any]:
     color = COLORS[index]
-    return _points(
+    return _draw_points(
         np.vstack([0.0 * tip, tip]),
         name=name,
         mode="lines+markers+text",
@@ -181,14 +186,14 @@ def _arrow(name: str, tip: Floats, index: int) -> dict[str, Any]:
     )
 
 
-def _box() -> list[dict[str, Any]]:
+def _draw_box() -> list[dict[str, Any]]:
     signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=float)
-    corners = signs * _HALF
+    corners = signs * _HALF_EDGES
     stroke = corners[[0, 1, 3, 2, 0, 4, 5, 1, 5, 7, 3, 7, 6, 2, 6, 4]]
     hull = {"type": "mesh3d", "alphahull": 0, "color": "#9aa7b4", "flatshading": True}
     return [
-        _points(corners, **hull),
-        _points(stroke, mode="lines", line={"color": "#4a5560", "width": 3}),
+        _draw_points(corners, **hull),
+        _draw_points(stroke, mode="lines", line={"color": "#4a5560", "width": 3}),
     ]
 
 
@@ -198,7 +203,7 @@ def _place_in_space(trace: dict[str, Any], start: Floats) -> dict[str, Any]:
     return trace | dict(zip("xyz", points.T, strict=True)) | {"meta": {"turn": "body"}}
 
 
-def _points(points: Floats, **look: Any) -> dict[str, Any]:
+def _draw_points(points: Floats, **style: Any) -> dict[str, Any]:
     x, y, z = points.T
     still = {"type": "scatter3d", "hoverinfo": "skip", "showlegend": False}
-    return {**still, "x": x, "y": y, "z": z, **look}
+    return {**still, "x": x, "y": y, "z": z, **style}

@@ -18,18 +18,18 @@ from mgeo_attitude.view.plans import Plans
 _DASHES = ("solid", "9px,3px", "3px,3px", "12px,3px,3px,3px", "18px,3px", "6px,3px,3px,3px")
 
 
-def line(index: int, width: float = 2) -> dict[str, Any]:
+def build_line_style(index: int, width: float = 2) -> dict[str, Any]:
     """Return color, dash and width of one of several lines."""
     color, dash = COLORS[index % len(COLORS)], _DASHES[index % len(_DASHES)]
     return {"color": color, "dash": dash, "width": width}
 
 
-def panels_height(rows: int) -> int:
+def compute_panels_height(rows: int) -> int:
     """Return the height [px] of a figure with a number of rows of panels."""
     return 220 + 230 * rows
 
 
-def title(text: str) -> dict[str, Any]:
+def build_title(text: str) -> dict[str, Any]:
     """Return the title of a small figure."""
     return {
         "text": text,
@@ -43,18 +43,18 @@ def title(text: str) -> dict[str, Any]:
     }
 
 
-def small_layout(text: str) -> dict[str, Any]:
+def build_small_layout(text: str) -> dict[str, Any]:
     """Return title, size and margins of a small figure."""
     margin = {"l": 65, "r": 10, "t": 55, "b": 45}
-    return {"title": title(text), "height": 300, "margin": margin}
+    return {"title": build_title(text), "height": 300, "margin": margin}
 
 
 #: Largest number of solutions that are all shown in detail.
-MOST_CHOSEN = 6
+MAX_SELECTED = 6
 
 
 @dataclass(frozen=True)
-class Solutions:
+class PlottedSolutions:
     """n designs with finite objectives.
 
     Attributes
@@ -76,7 +76,7 @@ class Solutions:
     labels: tuple[str, ...]
 
     @classmethod
-    def of(cls, plans: Plans) -> Solutions:
+    def from_plans(cls, plans: Plans) -> PlottedSolutions:
         """Return the plans whose covariance was not lost.
 
         Raises
@@ -84,7 +84,7 @@ class Solutions:
         ValueError
             If no plan has finite objectives.
         """
-        designs, result = plans.X, plans.exactly
+        designs, result = plans.X, plans.nominal
         F = np.column_stack([result.t_end, result.trace])
         rows = np.flatnonzero(np.isfinite(F).all(axis=1))
         if not rows.size:
@@ -95,7 +95,7 @@ class Solutions:
         labels = tuple(f"solution {row}" for row in rows)
         return cls(rows, designs[rows], F[rows], sigma, labels)
 
-    def chosen(self, bend: int | None = None) -> Solutions:
+    def select_representative(self, knee_index: int | None = None) -> PlottedSolutions:
         """Select the fastest plan, the knee and the plan of least trace, or all if they are few.
 
         Parameters
@@ -110,14 +110,14 @@ class Solutions:
         """
         front = find_front_rows(self.F)
         fastest, best = int(front[0]), int(front[-1])
-        roles = {} if bend is None else {bend: "knee"}
+        roles = {} if knee_index is None else {knee_index: "knee"}
         roles[fastest] = "fastest"  # replaces "knee" at an end of the front
         roles[best] = "least trace" if best != fastest else "fastest, least trace"
-        rows = range(len(self.F)) if len(self.F) <= MOST_CHOSEN else roles
+        rows = range(len(self.F)) if len(self.F) <= MAX_SELECTED else roles
         order = sorted(rows, key=lambda row: tuple(self.F[row]))
         labels = tuple(
             self.labels[row] + (f" ({roles[row]})" if row in roles else "") for row in order
         )
-        return Solutions(
+        return PlottedSolutions(
             self.numbers[order], self.X[order], self.F[order], self.sigma_deg[order], labels
         )

@@ -13,19 +13,19 @@ from numpy.typing import ArrayLike
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.drives import CoilDrive
-from mgeo_attitude.maneuvers.motion import HELD, Phase
+from mgeo_attitude.maneuvers.drives import MagnetorquerDrive
+from mgeo_attitude.maneuvers.motion import HOLD_LABEL, Phase
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.sensors.base import with_noise
-from mgeo_attitude.sensors.suite import Suite, block_units
-from mgeo_attitude.view.describe import worst_axes
+from mgeo_attitude.sensors.base import scale_noise
+from mgeo_attitude.sensors.suite import Suite, list_block_units
+from mgeo_attitude.view.describe import compute_worst_axes
 
 _AXES = np.eye(3)
 
 
-def baselines(
+def build_baselines(
     scenario: Scenario, duration: float, rate_deg_s: float | None = None
 ) -> dict[str, tuple[float, ...]]:
     """Return simple designs that need no optimizer.
@@ -56,16 +56,16 @@ def baselines(
     }
 
 
-def without_optimizer(
-    scenario: Scenario, calibration: Iterable[Phase]
+def build_matching_baselines(
+    scenario: Scenario, phases: Iterable[Phase]
 ) -> dict[str, tuple[float, ...]]:
     """Return the `baselines` whose total maneuver time equals that of the phases of a plan."""
-    maneuvers = (phase.duration for phase in calibration if phase.label != HELD)
-    return baselines(scenario, max(sum(maneuvers), scenario.step))
+    maneuvers = (phase.duration for phase in phases if phase.label != HOLD_LABEL)
+    return build_baselines(scenario, max(sum(maneuvers), scenario.step))
 
 
-def compare(
-    problem: AttitudeManeuverProblem, designs: Mapping[str, ArrayLike], at: float
+def compare_designs(
+    problem: AttitudeManeuverProblem, designs: Mapping[str, ArrayLike], time: float
 ) -> pd.DataFrame:
     """Compare designs at a common time, whether or not the filter has converged.
 
@@ -91,7 +91,7 @@ def compare(
         If the length of a design is not a multiple of 4.
     """
     model = problem.model
-    step = round(at / model.step)
+    step = round(time / model.step)
     X = _stack_designs([np.asarray(design, dtype=float) for design in designs.values()])
     own = evaluate(model, X, problem.threads)
     variances = evaluate(model.full_duration_model, X, problem.threads, history=True).variances[
@@ -104,7 +104,7 @@ def compare(
         "trace [-]": trace,
         "times the first [-]": trace / trace[0],
     }
-    columns |= worst_axes(model.suite, np.sqrt(variances))
+    columns |= compute_worst_axes(model.suite, np.sqrt(variances))
     return pd.DataFrame(columns, index=list(designs))
 
 
@@ -125,14 +125,14 @@ def _stack_designs(designs: list[np.ndarray]) -> np.ndarray:
 
 
 #: Factor on initial errors and noise.
-_FACTOR = 0.5
+_IMPROVEMENT_FACTOR = 0.5
 #: Additional duration [s].
-_LONGER = 300.0
+_EXTRA_DURATION = 300.0
 
-AS_IT_IS = "as it is"
+UNCHANGED = "as it is"
 
 
-def remedies(
+def evaluate_improvements(
     model: FilterModel, design: ArrayLike, t_end: float, rate_deg_s: float
 ) -> pd.DataFrame:
     """Return the 1-sigma of the worst body axis after improving one input at a time.
@@ -158,38 +158,40 @@ def remedies(
         One row per change, the first named ``as it is``; one column per 3-vector of the state, in
         the unit given in the column's name.
     """
-    units, step = block_units(model.suite), round(t_end / model.step)
-    rows = {AS_IT_IS: _sigma(model, design, step)}
+    units, step = list_block_units(model.suite), round(t_end / model.step)
+    rows = {UNCHANGED: _compute_sigma(model, design, step)}
     for block, unit in enumerate(units):
         sigma = model.initial_sigma.copy()
-        sigma[3 * block : 3 * block + 3] *= _FACTOR
+        sigma[3 * block : 3 * block + 3] *= _IMPROVEMENT_FACTOR
         better = dataclasses.replace(model, initial_sigma=sigma)
-        rows[f"half the initial {unit.label}"] = _sigma(better, design, step)
+        rows[f"half the initial {unit.label}"] = _compute_sigma(better, design, step)
     for name, suite in _halve_noise(model.suite):
         better = dataclasses.replace(model, suite=suite)
-        rows[f"half the noise of {name}"] = _sigma(better, design, step)
-    longer = step + round(_LONGER / model.step)
+        rows[f"half the noise of {name}"] = _compute_sigma(better, design, step)
+    longer = step + round(_EXTRA_DURATION / model.step)
     if longer <= model.n_steps:
-        rows[f"{_LONGER:g} s more at the last rate"] = _sigma(model, design, longer)
+        rows[f"{_EXTRA_DURATION:g} s more at the last rate"] = _compute_sigma(model, design, longer)
         for name, turned in _add_rotations(model, design, t_end, rate_deg_s):
-            rows[f"{_LONGER:g} s more about body {name}"] = _sigma(model, turned, longer)
+            rows[f"{_EXTRA_DURATION:g} s more about body {name}"] = _compute_sigma(
+                model, turned, longer
+            )
     columns = [f"{unit.label} [{unit.unit}]" for unit in units]
     factors = np.array([unit.factor for unit in units])
     table = pd.DataFrame(np.array(list(rows.values())) * factors, columns=columns)
     return table.set_index(pd.Index(rows, name="change"))
 
 
-def most(values: pd.Series, least: float = 0.02) -> pd.Series:
+def select_most_effective(values: pd.Series, min_reduction: float = 0.02) -> pd.Series:
     """Return the two most effective changes of a column of `remedies`.
 
     Changes that reduce the 1-sigma by less than the share `least` are omitted.
     """
-    worth = values[values < (1.0 - least) * values[AS_IT_IS]]
+    worth = values[values < (1.0 - min_reduction) * values[UNCHANGED]]
     two: pd.Series = worth.sort_values(kind="stable")[:2]
     return two
 
 
-def _sigma(model: FilterModel, design: ArrayLike, step: int) -> Floats:
+def _compute_sigma(model: FilterModel, design: ArrayLike, step: int) -> Floats:
     """Return the 1-sigma of the worst axis of each state block, in the filter's units."""
     ran = evaluate(
         model.full_duration_model, np.atleast_2d(np.asarray(design, dtype=float)), 1, history=True
@@ -203,17 +205,20 @@ def _halve_noise(suite: Suite) -> Iterator[tuple[str, Suite]]:
     for i, part in enumerate(parts):
         if not part.noise_parameters:
             continue
-        better = [*parts[:i], with_noise(part, _FACTOR), *parts[i + 1 :]]
-        yield "gyro" if i == 0 else part.name, Suite(better[0], tuple(better[1:]), suite.world)
+        better = [*parts[:i], scale_noise(part, _IMPROVEMENT_FACTOR), *parts[i + 1 :]]
+        yield (
+            "gyro" if i == 0 else part.name,
+            Suite(better[0], tuple(better[1:]), suite.environment_errors),
+        )
 
 
 def _add_rotations(
     model: FilterModel, design: ArrayLike, t_end: float, rate_deg_s: float
 ) -> Iterator[tuple[str, Floats]]:
     """Yield the design with its last rate held until `t_end`, then a rotation about each axis."""
-    if isinstance(model.slew_limits, CoilDrive):
+    if isinstance(model.slew_limits, MagnetorquerDrive):
         return
     held = np.array(design, dtype=float).reshape(-1, VARIABLES_PER_MANEUVER)
     held[-1, 3] = max(t_end - held[:-1, 3].sum(), 0.0)
     for axis, direction in zip("xyz", rate_deg_s * np.eye(3), strict=True):
-        yield axis, np.append(held, [*direction, _LONGER])
+        yield axis, np.append(held, [*direction, _EXTRA_DURATION])

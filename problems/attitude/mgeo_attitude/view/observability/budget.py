@@ -11,16 +11,18 @@ from numpy.typing import ArrayLike
 from mgeo_attitude.filter.error_budget import compute_error_budget
 from mgeo_attitude.filter.history import FilterHistory, can_measure
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.motion import Motion, Phase, phases
-from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.view.observability.alternatives import most
-from mgeo_attitude.view.observability.covariance import States
+from mgeo_attitude.maneuvers.motion import Motion, Phase, list_phases
+from mgeo_attitude.sensors.suite import list_block_units
+from mgeo_attitude.view.observability.alternatives import select_most_effective
+from mgeo_attitude.view.observability.covariance import StateLabels
 
 #: Number of the largest contributions that `reasons` lists.
-_NAMED = 3
+_N_CONTRIBUTIONS = 3
 
 
-def budget(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.DataFrame:
+def compute_error_budget(
+    model: FilterModel, design: ArrayLike, history: FilterHistory
+) -> pd.DataFrame:
     """Return the error budget of the worst body axis at the end of a plan.
 
     Parameters
@@ -39,8 +41,8 @@ def budget(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.
     """
     parts_by_source = compute_error_budget(model, design, history.t_end)
     columns = {}
-    for block, unit in enumerate(block_units(model.suite)):
-        axis = _worst(history, block)
+    for block, unit in enumerate(list_block_units(model.suite)):
+        axis = _find_worst_axis(history, block)
         parts = np.append(
             parts_by_source.variances[:, axis], parts_by_source.variances[:, axis].sum()
         )
@@ -48,8 +50,11 @@ def budget(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.
     return pd.DataFrame(columns, index=pd.Index([*parts_by_source.sources, "all"], name="source"))
 
 
-def reasons(
-    model: FilterModel, table: pd.DataFrame, changes: pd.DataFrame, history: FilterHistory
+def describe_error_drivers(
+    model: FilterModel,
+    budget_table: pd.DataFrame,
+    improvements: pd.DataFrame,
+    history: FilterHistory,
 ) -> list[str]:
     """Return one line on the error drivers of each required 1-sigma, or of the attitude's.
 
@@ -66,26 +71,26 @@ def reasons(
     history : FilterHistory
         Filter run of the design.
     """
-    units, lines = block_units(model.suite), []
+    units, lines = list_block_units(model.suite), []
     left = (history.sigma[-1] / model.initial_sigma).reshape(-1, 3).max(axis=1)
     initial = {f"initial {unit.label}": share for unit, share in zip(units, left, strict=True)}
     required = [b for b in range(len(units)) if np.isfinite(model.required_sigma[3 * b])]
     for block in required or [0]:
-        unit, column = units[block], table.iloc[:, block]
-        parts = column.drop("all").nlargest(_NAMED)
+        unit, column = units[block], budget_table.iloc[:, block]
+        parts = column.drop("all").nlargest(_N_CONTRIBUTIONS)
         named = ", ".join(f"{sigma:.3g} {source}" for source, sigma in parts.items())
-        axis = "xyz"[_worst(history, block) % 3]
+        axis = "xyz"[_find_worst_axis(history, block) % 3]
         line = f"{unit.label} {axis} {column['all']:.3g} {unit.unit}: {named}"
         share = initial.get(str(parts.index[0]))
         if share is not None:
             line += f"; {share:.0%} of its initial 1-sigma is left"
-        better = most(changes.iloc[:, block])
+        better = select_most_effective(improvements.iloc[:, block])
         helps = [f"{value:.3g} {unit.unit} with {name}" for name, value in better.items()]
         lines.append(line + (f"; it would be {', '.join(helps)}" if helps else ""))
     return lines
 
 
-def sensor_use(
+def compute_measurement_times(
     model: FilterModel, phases: Sequence[Phase], design: ArrayLike, history: FilterHistory
 ) -> pd.DataFrame:
     """Return the time during which each sensor measured, for each phase of a plan [s].
@@ -105,7 +110,7 @@ def sensor_use(
         One row per phase: its ``duration [s]``, and a column ``NAME [s]`` for each sensor, the
         number of its measurements times its sample interval.
     """
-    omega = Motion.of(model, design, len(history.times) - 1).rates
+    omega = Motion.from_design(model, design, len(history.times) - 1).rates
     edges = [(round(p.start / model.step), round(p.end / model.step)) for p in phases]
     columns: dict[str, object] = {"duration [s]": [phase.duration for phase in phases]}
     for index, sensor in enumerate(model.suite.sensors):
@@ -117,11 +122,13 @@ def sensor_use(
     return pd.DataFrame(columns, index=[phase.label for phase in phases])
 
 
-def _worst(history: FilterHistory, block: int) -> int:
+def _find_worst_axis(history: FilterHistory, block: int) -> int:
     return 3 * block + int(history.sigma[-1, 3 * block : 3 * block + 3].argmax())
 
 
-def contributions(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.DataFrame:
+def compute_uncertainty_by_phase(
+    model: FilterModel, design: ArrayLike, history: FilterHistory
+) -> pd.DataFrame:
     """Return trace and 1-sigmas at the start and at the end of each phase of a plan.
 
     Parameters
@@ -138,13 +145,13 @@ def contributions(model: FilterModel, design: ArrayLike, history: FilterHistory)
         ``contribution [%]``, the share of the phase in the total decrease of the logarithm of the
         trace; and the 1-sigma of every state in the unit given in the column's name.
     """
-    flown = phases(design, history.t_end, model.step, model.slew_limits)
+    flown = list_phases(design, history.t_end, model.step, model.slew_limits)
     times = np.array([0.0, *(phase.end for phase in flown)])
     steps = np.rint(times / model.step).astype(np.int64)
     trace = history.trace[steps]
     fall = np.append(0.0, -np.diff(np.log(trace)))
     columns = {"time [s]": times, "trace [-]": trace, "contribution [%]": 100.0 * fall / fall.sum()}
-    states = States.of(model.suite)
+    states = StateLabels.from_suite(model.suite)
     sigma = (history.sigma[steps] * states.factors).T
     for name, unit, values in zip(states.names, states.units, sigma, strict=True):
         columns[f"{name} [{unit}]"] = values

@@ -10,10 +10,10 @@ import pandas as pd
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.sensors.suite import Suite, block_units
+from mgeo_attitude.sensors.suite import Suite, list_block_units
 
 
-class States(NamedTuple):
+class StateLabels(NamedTuple):
     """Names, units and unit factors of the n states of a suite, in the order of the filter.
 
     Attributes
@@ -31,9 +31,9 @@ class States(NamedTuple):
     factors: Floats
 
     @classmethod
-    def of(cls, suite: Suite) -> States:
+    def from_suite(cls, suite: Suite) -> StateLabels:
         """Return names, units and factors of the states of a suite."""
-        each = [(block, axis) for block in block_units(suite) for axis in "xyz"]
+        each = [(block, axis) for block in list_block_units(suite) for axis in "xyz"]
         return cls(
             names=[f"{block.label} {axis}" for block, axis in each],
             units=[block.unit for block, _ in each],
@@ -42,14 +42,14 @@ class States(NamedTuple):
 
 
 #: Least share of the squared norm of a direction from which a state block is named.
-_SHARE = 0.1
+_MIN_SHARE = 0.1
 #: Two rotations count as equal if they differ by less than this fraction of the first one.
-_ALIKE = 0.4
+_ROTATION_TOLERANCE = 0.4
 #: A vector within 15 degrees of a body axis is named after it.
-_ON_AXIS = np.cos(np.radians(15.0))
+_MIN_AXIS_COSINE = np.cos(np.radians(15.0))
 
 
-def in_words(suite: Suite, initial_sigma: Floats, direction: Floats) -> str:
+def describe_direction(suite: Suite, initial_sigma: Floats, direction: Floats) -> str:
     """Describe a direction of the error state in words.
 
     An example is ``common rotation of attitude and both sensors about body z``. Sensors that rotate
@@ -65,11 +65,11 @@ def in_words(suite: Suite, initial_sigma: Floats, direction: Floats) -> str:
     direction : array, shape (n_states,)
         Nonzero direction with every state in units of its initial 1-sigma; its sign is arbitrary.
     """
-    blocks = dict(zip(suite.blocks, block_units(suite), strict=True))
+    blocks = dict(zip(suite.blocks, list_block_units(suite), strict=True))
     share = (direction.reshape(-1, 3) ** 2).sum(axis=1) / (direction @ direction)
     vector = dict(zip(blocks, (direction * initial_sigma).reshape(-1, 3), strict=True))
     order = np.argsort(-share, kind="stable")
-    least = min(_SHARE, share[order[0]])
+    least = min(_MIN_SHARE, share[order[0]])
     named = [suite.blocks[i] for i in order if share[i] >= least]
     # The gyro's misalignment rotates its rates, so that it is no part of a common rotation.
     sensors = [f"{sensor.name}.misalignment" for sensor in suite.sensors]
@@ -81,49 +81,51 @@ def in_words(suite: Suite, initial_sigma: Floats, direction: Floats) -> str:
     phrases = []
     if grouped:
         mean = sign * np.mean([vector[name] for name in grouped], axis=0)
-        phrases = [f"common rotation of {_join_names(grouped, len(sensors))} about {_axis(mean)}"]
+        phrases = [
+            f"common rotation of {_join_names(grouped, len(sensors))} about {_format_axis(mean)}"
+        ]
     for name in rest:
         turns = name.endswith(("attitude", ".misalignment")) or name == "gyro.bias"
-        where = f"{'about' if turns else 'along'} {_axis(sign * vector[name])}"
+        where = f"{'about' if turns else 'along'} {_format_axis(sign * vector[name])}"
         phrases.append(f"{blocks[name].label} {where}")
     return " with ".join(phrases)
 
 
 def _group_rotations(
-    sensors: Sequence[str], named: Sequence[str], vector: dict[str, Floats]
+    sensors: Sequence[str], blocks: Sequence[str], vector: dict[str, Floats]
 ) -> list[str]:
     """Return the blocks that rotate like the most prominent misalignment."""
-    tilts = [vector[name] for name in named if name in sensors]
+    tilts = [vector[name] for name in blocks if name in sensors]
     if not tilts:
         return []
     alike = [
         name
         for name in ("attitude", *sensors)
-        if np.linalg.norm(vector[name] - tilts[0]) < _ALIKE * np.linalg.norm(tilts[0])
+        if np.linalg.norm(vector[name] - tilts[0]) < _ROTATION_TOLERANCE * np.linalg.norm(tilts[0])
     ]
     return alike if len(alike) > 1 else []
 
 
-def _join_names(names: Sequence[str], every: int) -> str:
+def _join_names(names: Sequence[str], n_misaligned: int) -> str:
     """Join the names of blocks; `every` is the total number of sensors with a misalignment."""
     sensors = [name.partition(".")[0] for name in names if name != "attitude"]
-    if len(sensors) == every > 1:
-        text = "both sensors" if every == 2 else f"all {every} sensors"
+    if len(sensors) == n_misaligned > 1:
+        text = "both sensors" if n_misaligned == 2 else f"all {n_misaligned} sensors"
     else:
         text = " and ".join(sensors)
     return f"attitude and {text}" if "attitude" in names else text
 
 
-def _axis(vector: Floats) -> str:
+def _format_axis(vector: Floats) -> str:
     unit = vector / np.linalg.norm(vector)
     largest = int(np.argmax(np.abs(unit)))
-    if abs(unit[largest]) >= _ON_AXIS:
+    if abs(unit[largest]) >= _MIN_AXIS_COSINE:
         return f"body {'-' if unit[largest] < 0.0 else ''}{'xyz'[largest]}"
     # Adding zero converts -0.00 to 0.00.
     return f"body ({', '.join(f'{component:.2f}' for component in unit.round(2) + 0.0)})"
 
 
-def correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame:
+def compute_correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame:
     """Return the correlation matrix of the states, with names as rows and columns.
 
     Parameters
@@ -135,11 +137,11 @@ def correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame:
     sigma = np.sqrt(np.diag(P))
     correlation = np.clip(P / np.outer(sigma, sigma), -1.0, 1.0)
     np.fill_diagonal(correlation, 1.0)
-    names = States.of(model.suite).names
+    names = StateLabels.from_suite(model.suite).names
     return pd.DataFrame(correlation, names, names)
 
 
-def normalized(model: FilterModel, covariance: Floats) -> Floats:
+def normalize_covariance(model: FilterModel, covariance: Floats) -> Floats:
     """Return the covariance with every state in units of its initial 1-sigma, shape (n, n).
 
     The normalization makes states of different units comparable (Ham & Brown, "Observability,
@@ -152,7 +154,9 @@ def normalized(model: FilterModel, covariance: Floats) -> Floats:
     return covariance / np.outer(sigma, sigma)
 
 
-def least_observable(model: FilterModel, covariance: Floats, count: int = 3) -> pd.DataFrame:
+def find_least_observable(
+    model: FilterModel, covariance: Floats, n_directions: int = 3
+) -> pd.DataFrame:
     """Return the `count` least observable directions of the error state, the worst first.
 
     The directions are the eigenvectors of the `normalized` covariance with the largest eigenvalues.
@@ -166,18 +170,18 @@ def least_observable(model: FilterModel, covariance: Floats, count: int = 3) -> 
         initial 1-sigma along the direction; and, for each 3-vector of the state, the norm of its
         part of a 1-sigma error along the direction.
     """
-    of = model.suite.calibrated
-    values, vectors = np.linalg.eigh(normalized(model, covariance)[of[:, None], of])
-    worst = np.argsort(values)[::-1][:count]
+    of = model.suite.calibrated_indices
+    values, vectors = np.linalg.eigh(normalize_covariance(model, covariance)[of[:, None], of])
+    worst = np.argsort(values)[::-1][:n_directions]
     remaining = np.sqrt(np.maximum(values[worst], 0.0))  # rounding may leave -1e-17
     directions = np.zeros((len(worst), model.suite.n_states))
     directions[:, of] = vectors.T[worst]
     columns: dict[str, object] = {
-        "direction": [in_words(model.suite, model.initial_sigma, v) for v in directions],
+        "direction": [describe_direction(model.suite, model.initial_sigma, v) for v in directions],
         "remaining [-]": remaining,
     }
     one_sigma = remaining[:, None] * directions * model.initial_sigma
     lengths = np.linalg.norm(one_sigma.reshape(len(worst), -1, 3), axis=2)
-    for block, length in zip(block_units(model.suite), lengths.T, strict=True):
+    for block, length in zip(list_block_units(model.suite), lengths.T, strict=True):
         columns[f"{block.label} [{block.unit}]"] = length * block.factor
     return pd.DataFrame(columns)

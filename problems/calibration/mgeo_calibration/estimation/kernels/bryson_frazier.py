@@ -7,7 +7,7 @@ measurements, International Journal of Control 18 (1973) 65-75).
 import math
 
 import numpy as np
-from mgeo_attitude._compiled import kept
+from mgeo_attitude._compiled import compile_cached
 
 from mgeo_calibration.estimation.kernels.algebra import helper, tile
 from mgeo_calibration.estimation.kernels.signatures import KEPT, MOVES, READINGS, SIGHTS
@@ -107,7 +107,7 @@ def backed(F, k, A, out):
                 out[j, m] = f * A[j, m]
 
 
-@kept(
+@compile_cached(
     f"void(float64[:,:,::1], boolean[:,::1], int64[:,::1], int64[:,::1], {READINGS}, {KEPT}, "
     "float64[::1], int64, float64[::1], float64[:,::1])"
 )
@@ -159,7 +159,7 @@ def backward(F, seen, counts, columns, readings, kept, c, first, adjoint, e):
                 adjoint[j] = before[j]
 
 
-@kept(
+@compile_cached(
     f"void({MOVES}, boolean[:,::1], {SIGHTS}, {READINGS}, {KEPT}, int64, float64[:,::1], "
     "float64[:,::1], float64[:,:,::1], float64[:,:,::1])"
 )

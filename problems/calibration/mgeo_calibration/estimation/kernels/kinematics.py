@@ -1,11 +1,11 @@
 """Accumulated rotations and discretization of many steps with different rates."""
 
 import numpy as np
-from mgeo_attitude._compiled import kept
+from mgeo_attitude._compiled import compile_cached
 from mgeo_attitude.filter.polynomials import discretize_isotropic
 
 
-@kept("void(float64[:,:,::1], float64[:,:,::1])")
+@compile_cached("void(float64[:,:,::1], float64[:,:,::1])")
 def accumulated(turn, R):
     """Accumulate rotations R, shape (n + 1, 3, 3), with R[0] = I and R[k + 1] = R[k] turn[k]ᵀ."""
     for i in range(3):
@@ -18,7 +18,7 @@ def accumulated(turn, R):
                 R[k + 1, i, j] = a * turn[k, j, 0] + b * turn[k, j, 1] + c * turn[k, j, 2]
 
 
-@kept(
+@compile_cached(
     "void(float64, UniTuple(float64, 2), float64[:,:,::1], float64[:,::1], float64[::1], "
     "float64[:,:,::1], float64[:,:,::1])"
 )

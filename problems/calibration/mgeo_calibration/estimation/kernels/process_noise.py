@@ -1,11 +1,11 @@
 """Process noise of many steps with different rates, for unequal noise about the axes."""
 
 import numpy as np
-from mgeo_attitude._compiled import kept
+from mgeo_attitude._compiled import compile_cached
 from mgeo_attitude.filter.discretization import discretize
 
 
-@kept("void(float64, float64[::1], float64[:,::1], float64[::1], float64[:,:,::1])")
+@compile_cached("void(float64, float64[::1], float64[:,::1], float64[::1], float64[:,:,::1])")
 def process_noise(decay, density, rates, durations, Q):
     """Write Q of n steps, equation (7), for a gyro with different noise about each axis.
 

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from mgeo_attitude._compiled import kept
+from mgeo_attitude._compiled import compile_cached
 
 from mgeo_calibration.estimation.kernels.algebra import cholesky, helper, square
 from mgeo_calibration.estimation.kernels.signatures import KEPT, READINGS, SIGHTS
@@ -117,7 +117,7 @@ def dot(A, i, n):
     return s0 + s1 + s2
 
 
-@kept(
+@compile_cached(
     f"void(boolean[:,::1], boolean[:,::1], {SIGHTS}, float64[:,::1], float64[:,::1], "
     "float64[::1], float64[:,:,::1], float64[:,:,::1], float64[:,::1], int64, "
     "float64[:,:,::1], float64[:,::1], float64[:,::1])"
@@ -199,7 +199,7 @@ def all_others(
             found[s, k] = square(V, r, 3)
 
 
-@kept(
+@compile_cached(
     f"void(boolean[:,::1], {READINGS}, {KEPT}, float64[:,::1], float64[::1], int64, "
     "float64[:,:,::1], float64[:,::1], float64[:,:,::1])"
 )

@@ -7,7 +7,7 @@ whitened innovations. The changed innovations are reduced into the triangle of c
 import math
 
 import numpy as np
-from mgeo_attitude._compiled import kept
+from mgeo_attitude._compiled import compile_cached
 
 from mgeo_calibration.estimation.kernels.algebra import (
     TOGETHER,
@@ -50,7 +50,7 @@ def factor(K, H, noise, nd, columns, L):
         L[i, i] = 0.5 * (L[i, i] + math.sqrt(L[i, i] * L[i, i] + 4.0 * noise[i] * noise[i]))
 
 
-@kept(
+@compile_cached(
     "void(float64[:,:,::1], float64[:,:,::1], int64[::1], boolean[:,::1], "
     "Tuple((float64[:,:,:,::1], float64[:,::1], int64[:,::1], int64[:,::1])), "
     f"float64[:,:,:,::1], int64[::1], int64[:,::1], {READINGS}, int64, float64[:,::1], "

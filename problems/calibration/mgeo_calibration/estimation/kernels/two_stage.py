@@ -14,7 +14,7 @@ cost of their reference counts.
 import math
 
 import numpy as np
-from mgeo_attitude._compiled import kept
+from mgeo_attitude._compiled import compile_cached
 
 from mgeo_calibration.estimation.kernels.algebra import (
     TOGETHER,
@@ -191,7 +191,7 @@ def squares(Q, defect, k, L, y):
     return square(L, y, d)
 
 
-@kept(
+@compile_cached(
     f"float64({MOVES}, boolean[:,::1], {SIGHTS}, float64[:,::1], {KEPT}, {READINGS}, int64, "
     "float64)"
 )
@@ -235,7 +235,7 @@ def forward(moves, seen, sights, growth, kept, readings, first, cost):
     return cost
 
 
-@kept(f"void(boolean[:,::1], {READINGS}, int64, float64[:,::1])")
+@compile_cached(f"void(boolean[:,::1], {READINGS}, int64, float64[:,::1])")
 def learn(seen, readings, first, R):
     """Reduce whitened readings into the triangle of c, `TOGETHER` rows at a time.
 

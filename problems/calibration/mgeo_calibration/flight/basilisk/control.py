@@ -149,7 +149,7 @@ def reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple[Any
         limits |= {"Js": wheels.max_momentum / speed, "Omega_max": WHEEL_SPEED}
     if wheels.max_torque is not None:
         limits |= {"useMaxTorque": True, "u_max": wheels.max_torque}
-    for axis, momentum in zip(wheels.spin_axes(), vehicle.momentum(rate), strict=True):
+    for axis, momentum in zip(wheels.normalized_axes(), vehicle.momentum(rate), strict=True):
         spin = float(momentum / limits["Js"] / rpm)
         factory.create("custom", axis.tolist(), Omega=spin, **limits)
     effector = reactionWheelStateEffector.ReactionWheelStateEffector()
@@ -161,7 +161,7 @@ def control_loop(
     vehicle: Vehicle, guidance: Guidance, effector: Any, configuration: Any
 ) -> Sequence[Any]:
     """Return Basilisk's modules for attitude error, feedback and torque allocation, in order."""
-    inertia = vehicle.wheels.matrix()
+    inertia = vehicle.wheels.inertia_matrix()
     error = attTrackingError.attTrackingError()
     error.attNavInMsg.subscribeTo(guidance.navigation)
     error.attRefInMsg.subscribeTo(guidance.wanted)
@@ -233,8 +233,10 @@ def coil_control(
             b = attitude @ np.array(field.envOutMsgs[0].read().magField_N)
             error = rate - coiled.rates[k // parts]
             self.off = self.off and not coiled.begins[k // parts]
-            self.off = self.off or bool(np.linalg.norm(error) <= drive.near)
-            torque = np.cross(rate, drive.inertia @ rate) - drive.inertia @ error / drive.response
+            self.off = self.off or bool(np.linalg.norm(error) <= drive.rate_tolerance)
+            torque = (
+                np.cross(rate, drive.inertia @ rate) - drive.inertia @ error / drive.time_constant
+            )
             dipole = np.cross(b, torque) / (b @ b)
             dipole /= max(1.0, float(np.abs(dipole / drive.max_dipole).max()))
             command = messaging.MTBCmdMsgPayload()

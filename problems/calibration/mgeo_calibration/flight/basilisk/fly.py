@@ -11,19 +11,19 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.drives import CoilDrive
+from mgeo_attitude.maneuvers.drives import MagnetorquerDrive
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.maneuvers.schedule import Turning
+from mgeo_attitude.maneuvers.schedule import RotationDynamics
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.direction_sensors import TwoAxisSunSensor
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.photodiode import Photodiode
-from mgeo_attitude.sensors.readings import Readings
+from mgeo_attitude.sensors.readings import Measurements
 from mgeo_attitude.sensors.star_tracker import StarTracker
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
-from mgeo_attitude.sensors.world import World
+from mgeo_attitude.sensors.world import EnvironmentErrors
 from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
@@ -93,7 +93,7 @@ def fly(
     require_basilisk()
     from mgeo_calibration.flight.basilisk.simulation import Drawn, simulate
 
-    if scenario.turned_by_coils and vehicle is not None:
+    if scenario.is_magnetorquer_driven and vehicle is not None:
         raise InvalidValue("vehicle", vehicle, "expected none with magnetorquers")
     environment = environment or Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
@@ -102,23 +102,25 @@ def fly(
     design = commanded(scenario, plan, model)
     drive = model.slew_limits
     flying: Vehicle | Coiled
-    limits: Turning
-    if isinstance(drive, CoilDrive):
+    limits: RotationDynamics
+    if isinstance(drive, MagnetorquerDrive):
         flying, limits = Coiled.of(drive, design, model.step, n), drive
     else:
         flying = vehicle or Vehicle.of(scenario)
         limits = drive or flying.slew_limits(model.initial_rate)
     drawn = fly_run(
-        model, Motion.of(model, design, n), going_on(model, draw(model, n, generator), after)
+        model,
+        Motion.from_design(model, design, n),
+        going_on(model, draw(model, n, generator), after),
     )
     bias = drawn.gyro[:, :3]
     # Mean and 1-sigma of the average of a random walk between two known end points.
-    spread = np.array(gyro.drift) * np.sqrt(model.step / 12.0)
+    spread = np.array(gyro.effective_rate_random_walk) * np.sqrt(model.step / 12.0)
     mean_bias = 0.5 * (bias[:-1] + bias[1:]) + spread * generator.standard_normal((n, 3))
     ramped = dataclasses.replace(model, slew_limits=limits)
     seen = simulate(
         scenario,
-        Motion.of(ramped, design, n),
+        Motion.from_design(ramped, design, n),
         Drawn(
             model.initial_attitude @ drawn.start,
             model.initial_rate,
@@ -133,7 +135,7 @@ def fly(
     turns = Rotation.from_matrix(seen.attitude[:-1] @ seen.attitude[1:].transpose(0, 2, 1))
     motion = Motion(turns.as_rotvec() / model.step, seen.attitude @ drawn.start.T)
     sensors = _mask_readings(model, seen.attitude, motion.rates, seen.sensors)
-    readings = Readings(np.full(n, model.step), seen.gyro, sensors)
+    readings = Measurements(np.full(n, model.step), seen.gyro, sensors)
     sent = sent_down(model, dataclasses.replace(drawn, motion=motion, readings=readings))
     assert sent.truth is not None
     wheels = seen.wheels if seen.wheels.size else None
@@ -167,8 +169,10 @@ def check_suite(suite: Suite) -> None:
     InvalidValue
         (ValueError) With the sensor, its kind or state, and the supported kinds or states.
     """
-    if suite.world != World():
-        raise InvalidValue("world", suite.world, "expected none: Basilisk flies without its errors")
+    if suite.environment_errors != EnvironmentErrors():
+        raise InvalidValue(
+            "world", suite.environment_errors, "expected none: Basilisk flies without its errors"
+        )
     for i, sensor in enumerate(suite.sensors):
         states = MODELED.get(type(sensor))
         if states is None:

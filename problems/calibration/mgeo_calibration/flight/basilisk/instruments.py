@@ -93,7 +93,7 @@ def rate_gyro(gyro: Gyro, errors: Errors, step: float, sources: Sources, seed: i
     imu = imuSensor.ImuSensor()
     imu.ModelTag, imu.RNGSeed = "gyro", seed
     imu.scStateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
-    noise = np.sqrt(np.array(gyro.diffusion()["theta"]) / step)
+    noise = np.sqrt(np.array(gyro.compute_noise_density()["theta"]) / step)
     scale = 1.0 + errors.get("scale_factor", np.zeros(3))
     imu.setAMatrixGyro(WHITE)
     imu.PMatrixGyro = np.diag(noise / scale).tolist()
@@ -115,7 +115,7 @@ def three_axis_magnetometer(
     tam.magInMsg.subscribeTo(sources.field.envOutMsgs[0])
     tam.dcm_SB = rotation_matrix(errors.get("misalignment", np.zeros(3))).tolist()
     tam.senBias = (_TESLA * errors["bias"]).tolist()
-    tam.senNoiseStd = (_TESLA * np.array(sensor.noise())).tolist()
+    tam.senNoiseStd = (_TESLA * np.array(sensor.noise_sigmas())).tolist()
     tam.setAMatrix(WHITE)
     tam.walkBounds = [NO_BOUND] * 3
 
@@ -135,7 +135,9 @@ def coarse_sun_sensors(
     noise. Readings are valid in full sunlight only, because the vector is shorter in the penumbra.
     """
     heads, mount = [], rotation_matrix(errors.get("misalignment", np.zeros(3)))
-    each = (*sensor.noise(), sensor.noise()[-1])[:3]  # A two-axis sensor has two equal values.
+    each = (*sensor.noise_sigmas(), sensor.noise_sigmas()[-1])[
+        :3
+    ]  # A two-axis sensor has two equal values.
     for axis, bias, noise in zip(mount, errors["bias"], each, strict=True):
         for sign in (1.0, -1.0):
             head = _build_head(sign * axis, sources, seeds())
@@ -148,7 +150,7 @@ def coarse_sun_sensors(
         cosines = own.CosValue[:, :6]
         result = cosines[:, 0::2] - cosines[:, 1::2]
         reported: Floats = np.where(_find_visible_samples(sensor, log)[:, None], result, np.nan)
-        if sensor.unit_length:
+        if sensor.has_unit_length:
             reported /= np.linalg.norm(reported, axis=1, keepdims=True)
         return reported[:, None]
 
@@ -201,7 +203,7 @@ def _find_visible_samples(sensor: SunSensor, log: Log) -> Bools:
     to_sun = log.sun.PositionVector - log.state.r_BN_N
     to_sun /= np.linalg.norm(to_sun, axis=1, keepdims=True)
     in_body = Rotation.from_mrp(log.state.sigma_BN).inv().apply(to_sun)
-    for view in sensor.views():
+    for view in sensor.list_visibility_cones():
         seen &= in_body @ view.axis >= np.cos(view.half_angle)
     return seen
 
@@ -216,7 +218,7 @@ def star_tracker(
     mount = rotation_matrix(errors.get("misalignment", np.zeros(3)))
     tracker.dcm_CB = mount.tolist()
     # Basilisk's noise is a rotation about body axes, the filter's about the tracker axes.
-    tracker.PMatrix = ((sensor.axes @ mount).T @ np.diag(sensor.noise())).tolist()
+    tracker.PMatrix = ((sensor.axes @ mount).T @ np.diag(sensor.noise_sigmas())).tolist()
     tracker.setAMatrix(WHITE)
     tracker.setWalkBounds([NO_BOUND] * 3)
 

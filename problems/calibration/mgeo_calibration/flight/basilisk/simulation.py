@@ -120,7 +120,7 @@ def simulate(
     nanoseconds = round(h * 1e9)
 
     def errors_of(owner: Any) -> dict[str, Floats]:
-        places = suite.places(owner).items()
+        places = suite.get_first_indices(owner).items()
         return {name: drawn.errors[i : i + 3] for name, i in places if name in owner.states()}
 
     def seed() -> int:
@@ -204,11 +204,11 @@ def _initialize_simulation(modules: list[Any], nanoseconds: int) -> Any:
 
 def _build_rate_correction(suite: Suite, states: Floats) -> Callable[[Floats], Floats]:
     """Return a function that corrects a rate, shape (3,), by the estimated gyro errors."""
-    x = {name: states[None, i : i + 3] for name, i in suite.places(suite.gyro).items()}
+    x = {name: states[None, i : i + 3] for name, i in suite.get_first_indices(suite.gyro).items()}
     errors = SimpleNamespace(**x)
 
     def corrected(reported: Floats) -> Floats:
-        rate: Floats = suite.gyro.corrected(errors, reported[None])[0]
+        rate: Floats = suite.gyro.correct_measurement(errors, reported[None])[0]
         return rate
 
     return corrected

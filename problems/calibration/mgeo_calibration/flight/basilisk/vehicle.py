@@ -8,12 +8,12 @@ from typing import Annotated
 import numpy as np
 import pydantic.dataclasses
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
-from mgeo_attitude.maneuvers.schedule import decode, maneuver_steps
-from mgeo_attitude.scenario.actuators import Wheels, pseudo_inverse
+from mgeo_attitude.maneuvers.drives import MagnetorquerDrive, SlewLimits
+from mgeo_attitude.maneuvers.schedule import compute_maneuver_steps, decode_designs
+from mgeo_attitude.scenario.actuators import Wheels, pseudo_inverse_allocation
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.base import Settings
-from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
+from mgeo_attitude.settings.errors import InvalidValue, expect, format_known_names
 from mgeo_attitude.settings.types import Unit
 from pydantic import Field
 
@@ -34,15 +34,15 @@ class Coiled:
         True if a maneuver starts with the step.
     """
 
-    drive: CoilDrive
+    drive: MagnetorquerDrive
     rates: Floats
     begins: Bools
 
     @classmethod
-    def of(cls, drive: CoilDrive, design: Floats, step: float, n_steps: int) -> Coiled:
+    def of(cls, drive: MagnetorquerDrive, design: Floats, step: float, n_steps: int) -> Coiled:
         """Return the commands of a design, shape (4 m,), for n steps."""
-        rates, durations = decode(design)
-        starts, _ = maneuver_steps(durations, step)
+        rates, durations = decode_designs(design)
+        starts, _ = compute_maneuver_steps(durations, step)
         steps = np.arange(n_steps)
         which = np.searchsorted(starts[0], steps, side="right") - 1
         return cls(drive, rates[0, which], np.isin(steps, starts[0]))
@@ -116,7 +116,9 @@ class Vehicle(Settings):
         if chosen in VEHICLES:
             return VEHICLES[chosen]()
         if name is not None:
-            raise InvalidValue("vehicle", name, f"unknown vehicle{known_names(name, VEHICLES)}")
+            raise InvalidValue(
+                "vehicle", name, f"unknown vehicle{format_known_names(name, VEHICLES)}"
+            )
         known = ", ".join(VEHICLES)
         raise InvalidValue(
             "wheels", None, f"expected wheels in the scenario, or a vehicle: {known}"
@@ -125,7 +127,7 @@ class Vehicle(Settings):
     @property
     def inertia(self) -> Floats:
         """Inertia matrix J, shape (3, 3) [kg m²]."""
-        return self.wheels.matrix()
+        return self.wheels.inertia_matrix()
 
     def momentum(self, rate: Floats) -> Floats:
         """Return the initial momentum of each wheel [N m s], shape (n,), for a body rate.
@@ -138,7 +140,9 @@ class Vehicle(Settings):
         wheels = self.wheels
         if wheels.initial_momentum:
             return np.array(wheels.initial_momentum)
-        zero: Floats = -pseudo_inverse(wheels.spin_axes()) @ wheels.matrix() @ rate
+        zero: Floats = (
+            -pseudo_inverse_allocation(wheels.normalized_axes()) @ wheels.inertia_matrix() @ rate
+        )
         return zero
 
     def slew_limits(self, initial_rate: Floats) -> SlewLimits | None:
@@ -149,9 +153,11 @@ class Vehicle(Settings):
         torque = self.wheels.max_torque
         if torque is None:
             return None
-        most = float(np.abs(pseudo_inverse(self.wheels.spin_axes())).sum(axis=1).max())
+        most = float(
+            np.abs(pseudo_inverse_allocation(self.wheels.normalized_axes())).sum(axis=1).max()
+        )
         least = self.wheels.ramp_share * torque / most
-        return SlewLimits(np.inf, least, self.wheels.matrix(), initial_rate=initial_rate)
+        return SlewLimits(np.inf, least, self.wheels.inertia_matrix(), initial_rate=initial_rate)
 
 
 #: Vehicles of the scenario presets, by preset name.
