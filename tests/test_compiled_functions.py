@@ -17,7 +17,9 @@ from numba.core.dispatcher import Dispatcher
 
 WITHOUT_LOOPS = ("algebra", "signatures")
 SMOOTHER = [
-    pytest.param(partial(kernels.load, name), id=name, marks=[pytest.mark.slow] * is_slow)
+    pytest.param(
+        partial(kernels.load_compiled_module, name), id=name, marks=[pytest.mark.slow] * is_slow
+    )
     for _, name, _ in iter_modules(kernels.__path__)
     if name not in WITHOUT_LOOPS
     for is_slow in [name == "process_noise"]  # no other fast test compiles this one

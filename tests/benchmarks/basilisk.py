@@ -67,7 +67,7 @@ def errors(found: Calibration, truth: Truth) -> np.ndarray:
         block = slice(first, first + 3)
         remains = rotation_matrix(found.states[block]).T @ rotation_matrix(truth.states[-1, block])
         e[block] = rotation_vector(remains)
-    e[:3] = rotation_vector(found.history.smoothed[-1] @ truth.attitude[-1].T)
+    e[:3] = rotation_vector(found.history.smoothed_attitude[-1] @ truth.attitude[-1].T)
     return e
 
 

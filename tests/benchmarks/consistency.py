@@ -21,7 +21,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from mgeo_attitude import Scenario
 from mgeo_attitude.scenario.validity import OutsideValidity
-from mgeo_calibration import Estimator, consistency, simulate
+from mgeo_calibration import FilterSettings, evaluate_consistency, simulate
 
 from .cases import FORMER_CUBESAT, FORMER_PAPER
 from .pages import DOCS, ROOT, add_result, read_results, write_table
@@ -35,13 +35,13 @@ PRESETS = {
     "paper": Scenario.from_toml(FORMER_PAPER),
     "cubesat_6u": Scenario.from_toml(FORMER_CUBESAT),
 }
-PLAIN = Estimator.plain()
+PLAIN = FilterSettings.build_textbook()
 ESTIMATORS = {
     "plain": PLAIN,
     "Jacobians": dataclasses.replace(PLAIN, jacobians="estimate"),
-    "Jacobians, reset": Estimator(second_order=False),
-    "Jacobians, second order": Estimator(reset=False),
-    "Jacobians, reset, second order": Estimator(),
+    "Jacobians, reset": FilterSettings(second_order=False),
+    "Jacobians, second order": FilterSettings(reset=False),
+    "Jacobians, reset, second order": FilterSettings(),
 }
 LARGE = "paper, attitude 20 deg, misalignments 4 deg"
 DEFAULT = "Jacobians, reset, second order"
@@ -66,7 +66,7 @@ class Case:
     key: str
     scenario: Scenario
     design: Sequence[float]
-    estimator: Estimator
+    estimator: FilterSettings
     n_runs: int
 
 
@@ -74,7 +74,7 @@ def plans() -> Iterator[Case]:
     """Every stored plan with the estimator that ships."""
     for name, scenario in PRESETS.items():
         for i, plan in enumerate(PLANS["scenarios"][name]):
-            yield Case(f"plans/{name}/{i}", scenario, plan["design"], Estimator(), 200)
+            yield Case(f"plans/{name}/{i}", scenario, plan["design"], FilterSettings(), 200)
 
 
 def remedies() -> Iterator[Case]:
@@ -124,9 +124,11 @@ def run(case: Case) -> dict[str, Any]:
     start = time.perf_counter()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutsideValidity)
-        result = simulate(case.scenario, case.design, case.n_runs, SEED, estimator=case.estimator)
+        result = simulate(
+            case.scenario, case.design, case.n_runs, SEED, filter_settings=case.estimator
+        )
     seconds = time.perf_counter() - start
-    report = consistency(result)
+    report = evaluate_consistency(result)
     first = (result.times > 0.0) & (result.times <= 300.0)
     return {
         "key": case.key,
@@ -137,7 +139,7 @@ def run(case: Case) -> dict[str, Any]:
         "passed": bool(report["passed"].all()),
         "criteria": report[["value", "low", "high"]].T.to_dict("list"),
         "ratio_at_t_end": [
-            float(extreme) for extreme in np.quantile(result.table()["ratio"], (0.0, 1.0))
+            float(extreme) for extreme in np.quantile(result.build_table()["ratio"], (0.0, 1.0))
         ],
     }
 

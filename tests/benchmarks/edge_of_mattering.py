@@ -23,7 +23,7 @@ from mgeo_attitude.sensors.base import scale_noise
 from mgeo_calibration import Telemetry, calibrate
 from mgeo_calibration.calibration.agreement import SIGNIFICANCE
 from mgeo_calibration.calibration.from_telemetry import at_the_end
-from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import fit
 from mgeo_calibration.estimation.smoother import solve
@@ -79,7 +79,7 @@ class Kind:
         What it does to readings, that of a satellite without noise or errors, is a mean of normal
         numbers. The least sum of squares that any estimate leaves of it is the non-centrality.
         """
-        quiet, belief = quiet_scenario(self.scenario), Belief.of(self.scenario)
+        quiet, belief = quiet_scenario(self.scenario), Belief.from_scenario(self.scenario)
         rng = np.random.default_rng([seed, 480])
         craft = self.craft(size, rng)
         without = Craft(gyro_bias_deg_s=craft.gyro_bias_deg_s)
@@ -99,8 +99,8 @@ class Kind:
         assert base.truth is not None
         attitude = np.ascontiguousarray(base.truth.attitude.swapaxes(1, 2))
         at = Trajectory(attitude, np.tile(belief.states, (len(base.times), 1)))
-        solution = solve(batch(self.scenario, told), belief, at, 30)
-        assert solution.settled()
+        solution = solve(build_batch(self.scenario, told), belief, at, 30)
+        assert solution.is_converged()
         level = norm.isf(0.5 * SIGNIFICANCE / TESTS)
         return float(norm.sf(level - np.sqrt(solution.cost)))
 
@@ -139,8 +139,8 @@ def exact(craft: Craft) -> Craft:
 
 def errors(scenario: Scenario, telemetry: Telemetry) -> tuple[np.ndarray, np.ndarray]:
     """Truth less estimate of gyro and sensors at the last sample, and 1-sigmas."""
-    belief = Belief.of(scenario)
-    states, P = at_the_end(belief, fit(batch(scenario, telemetry), belief, 1e-5))
+    belief = Belief.from_scenario(scenario)
+    states, P = at_the_end(belief, fit(build_batch(scenario, telemetry), belief, 1e-5))
     assert telemetry.truth is not None
     return (telemetry.truth.states[-1] - states)[3:], np.sqrt(np.diag(P))[3:]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_calibration import Estimator, calibrate
+from mgeo_calibration import FilterSettings, calibrate
 from mgeo_calibration.estimation.innovation import Estimate
 from mgeo_calibration.flight.flight import draw, fly_run
 from mgeo_calibration.flight.own import sent_down
@@ -24,8 +24,8 @@ def test_a_calibration_costs_less_than_filtering_step_by_step(preset):
     telemetry = sent_down(model, flight)
 
     def filtered():
-        start = Estimate.at_start(model, 1)
-        one = ErrorStateFilter(model.suite, Estimator())
+        start = Estimate.from_model(model, 1)
+        one = ErrorStateFilter(model.suite, FilterSettings())
         for _ in one.run(start, [flight.readings], motion.rates, model.references):
             pass
 

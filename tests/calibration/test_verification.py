@@ -56,8 +56,8 @@ def test_flights_of_coils_know_what_is_predicted_of_the_motion_of_each():
     """The nonlinear filter of each flight, which does not use it, claims the same."""
     design = [0.5, 0.3, -0.2, 300.0, -2.0, 0.6, 1.2, 300.0, 0.2, -1.4, 0.7, 150.0]
     plan = ManeuverPlan(dataclasses.replace(three("cubesat_1u"), duration=900.0), design)
-    flights = simulate(plan.scenario, plan.design, 4, 1, until=plan.t_end)
-    found, claimed = predictions(plan, flights), flights.sigma[:, flights.sample()]
+    flights = simulate(plan.scenario, plan.design, 4, 1, end_time=plan.t_end)
+    found, claimed = predictions(plan, flights), flights.sigma[:, flights.find_sample()]
     np.testing.assert_allclose(found, claimed, rtol=0.1)
     assert np.abs(np.log(claimed / plan.history.sigma[-1])).max() > 0.5  # flown exactly, it is not
 
@@ -74,7 +74,7 @@ def short_plan():
 def test_a_real_plan(short_plan):
     found = verify(short_plan, n_runs=20, seed=3)
     same = simulate(short_plan.scenario, short_plan.design, 20, 3)
-    at = same.sample()
+    at = same.find_sample()
     rms = np.sqrt((same.errors[:, at] ** 2).mean(axis=0))
     assert found.table.loc["mag bias z", "rms"] == pytest.approx(50e3 * rms[17], rel=1e-12)
     assert found.table.loc["attitude y", "rms"] == pytest.approx(np.degrees(rms[1]), rel=1e-12)

@@ -10,9 +10,9 @@ if TYPE_CHECKING:
     from mgeo_calibration.calibration.from_telemetry import calibrate
     from mgeo_calibration.calibration.strength_calibration import calibrate_alone
     from mgeo_calibration.flight.own import fly
-    from mgeo_calibration.simulation.filter import Estimator
+    from mgeo_calibration.simulation.filter import FilterSettings
     from mgeo_calibration.simulation.flights import simulate
-    from mgeo_calibration.simulation.monte_carlo import MonteCarlo, consistency
+    from mgeo_calibration.simulation.monte_carlo import MonteCarloResult, evaluate_consistency
     from mgeo_calibration.telemetry.mapping import TelemetryMapping
     from mgeo_calibration.telemetry.reading import read_telemetry
     from mgeo_calibration.telemetry.telemetry import Telemetry
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 __all__ = [
     "Calibration",
     "CannotCalibrate",
-    "Estimator",
-    "MonteCarlo",
+    "FilterSettings",
+    "MonteCarloResult",
     "Telemetry",
     "TelemetryMapping",
     "Verification",
     "calibrate",
     "calibrate_alone",
-    "consistency",
+    "evaluate_consistency",
     "fly",
     "read_telemetry",
     "simulate",

@@ -20,7 +20,7 @@ from scipy.stats import chi2
 from mgeo.studies.statistics import holm_correction
 from mgeo_calibration.flight.as_flown import ends
 from mgeo_calibration.simulation.flights import simulate
-from mgeo_calibration.simulation.monte_carlo import MonteCarlo
+from mgeo_calibration.simulation.monte_carlo import MonteCarloResult
 
 #: Probability that at least one of all tests rejects a valid plan and filter.
 LEVEL = 0.01
@@ -142,9 +142,9 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
         n_runs,
         seed,
         environment=plan.problem.environment,
-        until=plan.t_end,
+        end_time=plan.t_end,
     )
-    result, at = flights.table(), flights.sample()
+    result, at = flights.build_table(), flights.find_sample()
     states = StateLabels.from_suite(plan.problem.model.suite)
     prediction = predictions(plan, flights)
     predicted, claimed = (
@@ -173,19 +173,19 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
         },
         index=pd.Index(states.names, name="state"),
     )
-    broken, where = flights.broken_limits(), ends(plan, n_runs, seed)
+    broken, where = flights.build_violation_table(), ends(plan, n_runs, seed)
     return Verification(n_runs, table, nees, float(p[-1]), broken, where)
 
 
-def predictions(plan: ManeuverPlan, flights: MonteCarlo) -> Floats:
+def predictions(plan: ManeuverPlan, flights: MonteCarloResult) -> Floats:
     """Return the predicted 1-sigma of each state at `t_end` in each run, shape (n, n_states).
 
     The prediction is the linear covariance of the plan, equal in all runs. For magnetorquers it is
     the linear covariance of the motion of each run, which depends on the initial attitude.
     """
-    model, at = plan.problem.model, flights.sample()
+    model, at = plan.problem.model, flights.find_sample()
     if not plan.scenario.is_magnetorquer_driven:
-        return np.broadcast_to(flights.predicted[at], flights.errors[:, at].shape)
+        return np.broadcast_to(flights.predicted_sigma[at], flights.errors[:, at].shape)
     first, step = model.initial_attitude, round(plan.t_end / model.step)
     result = []
     for error in flights.errors[:, 0, :3]:

@@ -6,7 +6,7 @@ import numpy as np
 from mgeo_attitude import Environment
 from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
 from mgeo_attitude.scenario import Convergence
-from mgeo_calibration import calibrate, consistency, fly, simulate
+from mgeo_calibration import calibrate, evaluate_consistency, fly, simulate
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
@@ -72,7 +72,7 @@ def check_claimed(found, chance=0.99, worst=4.0):
 
 def check_fifty_flights(scenario, seed, plan=PLAN):
     """NEES and NIS of a filter in 50 flights, and NEES of calibrations of four, within 99 %."""
-    report = consistency(simulate(scenario, plan, 50, seed=seed))
+    report = evaluate_consistency(simulate(scenario, plan, 50, seed=seed))
     tested = report[report.index.str.startswith(("nees", "nis"))]
     assert len(tested) >= len(scenario.sensors)  # of faces one may stay dark
     assert tested["passed"].all(), report

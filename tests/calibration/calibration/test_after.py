@@ -154,7 +154,7 @@ def test_two_calibrations_are_one_of_both_flights(first):
 
 def test_a_belief_is_what_remains_of_the_truth(first):
     """r and -J, by differences of scipy's rotations."""
-    belief = Belief.of(first[0].scenario_after())
+    belief = Belief.from_scenario(first[0].scenario_after())
     rng, n = np.random.default_rng(1), 18
     e = belief.sigma * rng.standard_normal(n)
     states = belief.states.copy()
@@ -167,7 +167,7 @@ def test_a_belief_is_what_remains_of_the_truth(first):
             )
         else:
             states[block] += e[block]
-    r, J = belief.residual(attitude, states)
+    r, J = belief.compute_residual(attitude, states)
     P = belief.sigma[:, None] * belief.correlation * belief.sigma
     assert r @ r == pytest.approx(e @ np.linalg.solve(P, e), rel=1e-9)
     step = 1e-6 * belief.sigma
@@ -182,7 +182,7 @@ def test_a_belief_is_what_remains_of_the_truth(first):
             changed[block] = rotation_vector(rotation_matrix(states[block]) @ rotation_matrix(d))
         else:
             changed[block] += d
-        slope = (belief.residual(turned, changed)[0] - r) / step[j]
+        slope = (belief.compute_residual(turned, changed)[0] - r) / step[j]
         np.testing.assert_allclose(slope, -J[:, j], rtol=1e-5, atol=1e-5 * np.abs(J[:, j]).max())
 
 
@@ -198,7 +198,7 @@ def test_the_simulation_draws_from_what_is_known(first):
     low, high = chi2.ppf([1e-3, 1.0 - 1e-3], 18 * 200) / (18 * 200)
     assert low < squares.mean() / 18 < high
     assert low < result.nees[:, -1].mean() / 18 < high
-    ratio = result.table(600.0)["ratio"]
+    ratio = result.build_table(600.0)["ratio"]
     assert ratio.between(0.8, 1.2).all()
 
 

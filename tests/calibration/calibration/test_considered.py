@@ -6,7 +6,7 @@ from mgeo_attitude import Gyro, Magnetometer, Suite, SunSensor
 from mgeo_attitude.filter.reference import update_with_considered_states
 from mgeo_calibration.calibration.from_telemetry import as_believed
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.smoother import last_covariance, linear_solution
+from mgeo_calibration.estimation.smoother import compute_last_covariance, solve_linearized
 from mgeo_calibration.estimation.trajectory import Partition
 
 from ...attitude.filter.suites import SUITES
@@ -45,15 +45,15 @@ def test_what_is_considered_is_noise_of_all_readings(name, monkeypatch):
     changes = MEMS | ({"rate_random_walk": 0.0} if name == "constant bias" else {})
     data, at = near(scenario(name, **changes), broken=False)
     suite = data.suite
-    sigma, parts = suite.initial_sigma(1.0), Partition.of(suite)
+    sigma, parts = suite.initial_sigma(1.0), Partition.from_suite(suite)
     at.states[:, suite.considered_indices] = 0.0
     belief = known_before(suite, at)
     J, r = dense(data, sigma, at, parts)
-    r[: suite.n_states], of_start = belief.residual(at.attitude[0], at.states[0])
-    N, d = len(data.times), len(parts.driven)
-    J[: suite.n_states, :d] = of_start[:, parts.driven]
+    r[: suite.n_states], of_start = belief.compute_residual(at.attitude[0], at.states[0])
+    N, d = len(data.times), len(parts.stochastic)
+    J[: suite.n_states, :d] = of_start[:, parts.stochastic]
     J[: suite.n_states, N * d :] = of_start[:, parts.constant]
-    state = np.concatenate([np.tile(parts.driven, N), parts.constant])
+    state = np.concatenate([np.tile(parts.stochastic, N), parts.constant])
     of = np.isin(state, suite.considered_indices)
     scale = sigma[state]
     J, believed = J * scale, suite.n_states + (N - 1) * d  # rows of the prior and of dynamics
@@ -66,16 +66,18 @@ def test_what_is_considered_is_noise_of_all_readings(name, monkeypatch):
     P = update_with_considered_states(P, H, np.eye(len(z)), np.flatnonzero(of))
     spread = np.sqrt(np.diag(P))
 
-    found = linear_solution(data, belief, at, parts)
-    estimated = np.concatenate([found.e.ravel(), found.e_c])[~of] / scale[~of]
+    found = solve_linearized(data, belief, at, parts)
+    estimated = (
+        np.concatenate([found.stochastic_errors.ravel(), found.constant_errors])[~of] / scale[~of]
+    )
     np.testing.assert_allclose((estimated - mean[~of]) / spread[~of], 0.0, atol=1e-9)
-    whole = last_covariance(found)
+    whole = compute_last_covariance(found)
     states, last = as_believed(belief, found, np.ones(suite.n_states), whole)
     index = np.empty(suite.n_states, dtype=int)
-    index[parts.driven] = (N - 1) * d + np.arange(d)
+    index[parts.stochastic] = (N - 1) * d + np.arange(d)
     index[parts.constant] = N * d + np.arange(len(parts.constant))
     grown = np.ones(suite.n_states)
-    grown[parts.constant] = found.growth[-1]
+    grown[parts.constant] = found.constant_factors[-1]
     unit = spread[index] * scale[index] * grown
     expected = P[np.ix_(index, index)] / np.outer(spread[index], spread[index])
     np.testing.assert_allclose(last / np.outer(unit, unit), expected, rtol=0, atol=1e-9)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mgeo_calibration import TelemetryMapping, calibrate
 from mgeo_calibration.calibration.diagnosis import causes, check
-from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.telemetry.mapping import GyroChannels
 
 from .faults import MOTION, SCENARIO, says
@@ -91,7 +91,7 @@ def test_noise_that_is_set_too_high_is_a_note():
 def test_no_cause_is_seen_of_a_healthy_flight():
     for seed in (1, 2):
         telemetry = fly(SCENARIO, MOTION, seed)
-        assert causes(check(SCENARIO, telemetry, batch(SCENARIO, telemetry))) == ()
+        assert causes(check(SCENARIO, telemetry, build_batch(SCENARIO, telemetry))) == ()
 
 
 @pytest.mark.slow

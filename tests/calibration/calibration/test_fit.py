@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.estimation.batch import batch
-from mgeo_calibration.estimation.start import first_attitude
+from mgeo_calibration.estimation.batch import build_batch
+from mgeo_calibration.estimation.start import estimate_initial_attitude
 from mgeo_calibration.telemetry.gyro_samples import rate_steps
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
@@ -43,9 +43,9 @@ def test_steps_where_rates_are_missing():
 def test_a_first_attitude_whatever_it_is(scenario):
     for seed in range(4):
         telemetry = flown(scenario, seed)
-        data = batch(scenario, telemetry)
+        data = build_batch(scenario, telemetry)
         zero = np.zeros((len(data.times), data.suite.n_states))
-        attitude, where = first_attitude(data, zero)
+        attitude, where = estimate_initial_attitude(data, zero)
         k = where.start
         row = int(np.searchsorted(telemetry.times, data.times[k]))
         turn = Rotation.from_matrix(telemetry.truth.attitude[row] @ attitude[k])

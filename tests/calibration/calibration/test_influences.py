@@ -12,7 +12,7 @@ from mgeo_calibration import (
     fly,
 )
 from mgeo_calibration.calibration.recalibration import calibrate_with
-from mgeo_calibration.estimation.kinematics import discretized
+from mgeo_calibration.estimation.kinematics import discretize_dynamics
 from scipy.linalg import expm
 
 from .flights import PLAN, check_claimed, normalized, short
@@ -93,7 +93,7 @@ def test_steps_of_the_smoother_are_those_of_the_dynamics():
     suite = dataclasses.replace(suite, gyro=dataclasses.replace(suite.gyro, bias_decay=1e-3))
     rates, durations = 0.02 * rng.standard_normal((5, 3)), rng.uniform(0.5, 4.0, 5)
     values = rng.standard_normal((5, 1))
-    F, _ = discretized(suite, rates, durations, [values])
+    F, _ = discretize_dynamics(suite, rates, durations, [values])
     k = suite.n_kinematic
     for step, rate, duration, value in zip(F, rates, durations, values, strict=True):
         expected = expm(suite.dynamics_matrix(rate, value.tolist())[:k, :k] * duration)

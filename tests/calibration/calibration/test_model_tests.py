@@ -7,11 +7,11 @@ import pytest
 from mgeo_attitude import EnvironmentErrors, Scenario
 from mgeo_calibration import calibrate
 from mgeo_calibration import fly as fly_own
-from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.departures import bias_decay, bias_drift
+from mgeo_calibration.estimation.departures import build_bias_decay_error, build_bias_drift_error
 from mgeo_calibration.estimation.fit import fit
-from mgeo_calibration.estimation.score import scores
+from mgeo_calibration.estimation.score import compute_scores
 
 from .faults import says
 from .flights import PLAN, normalized, short
@@ -103,12 +103,17 @@ def test_a_score_is_the_step_of_an_estimate(walk):
     true = believed(PAPER, initial_bias_deg_s=0.1, bias_decay=2e-5, rate_random_walk=walk)
     telemetry = flown(true, 1, gyro_bias_deg_s=[0.1, -0.1, 0.1])
     fits = [
-        fit(batch(each, telemetry), Belief.of(each), 1e-9).solution
+        fit(build_batch(each, telemetry), Belief.from_scenario(each), 1e-9).solution
         for each in (true, believed(true, bias_decay=2.1e-5))
     ]
-    found = [scores(each, {"decay": bias_decay(each), "drift": bias_drift(each)}) for each in fits]
-    moved = [each.of("decay").estimate[0] / 1499.0 for each in found]
+    found = [
+        compute_scores(
+            each, {"decay": build_bias_decay_error(each), "drift": build_bias_drift_error(each)}
+        )
+        for each in fits
+    ]
+    moved = [each.compute_score("decay").estimate[0] / 1499.0 for each in found]
     assert moved[0] - moved[1] == pytest.approx(1e-6, rel=0.05)
     ends = [each.estimate.states[-1, 3:6] for each in fits]
-    change = found[0].change[3:6, 0] * 1e-6 * 1499.0
+    change = found[0].state_changes[3:6, 0] * 1e-6 * 1499.0
     np.testing.assert_allclose(ends[1] - ends[0], change, rtol=0.05)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import Telemetry, calibrate
-from mgeo_calibration.estimation.batch import batch
-from mgeo_calibration.estimation.start import accumulated
+from mgeo_calibration.estimation.batch import build_batch
+from mgeo_calibration.estimation.start import accumulate_rotations
 from mgeo_calibration.telemetry.gyro_samples import means
 from scipy.spatial.transform import Rotation
 
@@ -39,10 +39,10 @@ def without_noise(rate, times, given=None):
 
 def drift(telemetry, attitude, straight=False):
     """By what the gyro is off at every sample [deg], if its rate changes in steps or not at all."""
-    data = batch(dataclasses.replace(SCENARIO, eclipse=False), telemetry)
+    data = build_batch(dataclasses.replace(SCENARIO, eclipse=False), telemetry)
     if straight:
-        data = dataclasses.replace(data, change=np.zeros_like(data.change))
-    carried = Rotation.from_matrix(accumulated(data, np.zeros((len(data.times), 18))))
+        data = dataclasses.replace(data, change=np.zeros_like(data.rate_changes))
+    carried = Rotation.from_matrix(accumulate_rotations(data, np.zeros((len(data.times), 18))))
     return np.degrees((attitude[0].inv() * attitude * carried.inv()).magnitude())
 
 
@@ -59,18 +59,18 @@ def test_gaps_and_jumps_of_the_gyro():
     """Where samples are missing the rate is a guess, whose change is none; beyond, it is known."""
     rate, times = MOTIONS["3 deg/s at 0.1 rad/s"], np.arange(60.0)
     telemetry, _ = without_noise(rate, times, np.delete(np.arange(60), [20, 21, 22]))
-    data = batch(dataclasses.replace(SCENARIO, eclipse=False), telemetry)
+    data = build_batch(dataclasses.replace(SCENARIO, eclipse=False), telemetry)
     true = rate(times[1:]) - rate(times[:-1])
     guess = np.isin(np.arange(59), [19, 20, 21])
-    assert not data.change[guess].any()
-    assert np.abs(data.change - true)[~guess].max() < np.abs(true).max()
+    assert not data.rate_changes[guess].any()
+    assert np.abs(data.rate_changes - true)[~guess].max() < np.abs(true).max()
     far = np.abs(np.arange(59) - 20.5) > 7.0
     far[:3] = far[-3:] = False
-    assert np.abs(data.change - true)[far].max() < 2e-3 * np.abs(true).max()
-    assert (data.added[:, 0] > 0.0).tolist() == guess.tolist()
+    assert np.abs(data.rate_changes - true)[far].max() < 2e-3 * np.abs(true).max()
+    assert (data.excess_angle_variance[:, 0] > 0.0).tolist() == guess.tolist()
     steadily, _ = without_noise(steady(PLAN), times)
-    found = batch(dataclasses.replace(SCENARIO, eclipse=False), steadily)
-    assert np.abs(found.change).max() < 1e-15
+    found = build_batch(dataclasses.replace(SCENARIO, eclipse=False), steadily)
+    assert np.abs(found.rate_changes).max() < 1e-15
 
 
 def test_means_of_rates_at_the_samples():

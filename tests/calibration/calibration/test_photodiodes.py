@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import EnvironmentErrors, FilterModel, Magnetometer, Photodiode, Scenario
 from mgeo_calibration import calibrate, fly
-from mgeo_calibration.estimation.batch import batch
-from mgeo_calibration.estimation.start import sun_directions
+from mgeo_calibration.estimation.batch import build_batch
+from mgeo_calibration.estimation.start import compute_sun_directions
 from mgeo_calibration.telemetry.checks import find_all
 
 from .flights import PLAN, check_claimed, normalized, short
@@ -57,12 +57,12 @@ def test_what_the_dark_side_reads_is_left_out(telemetry):
 
 
 def test_three_lit_faces_say_where_the_sun_is(telemetry):
-    data = batch(SCENARIO, telemetry)
+    data = build_batch(SCENARIO, telemetry)
     k = np.searchsorted(telemetry.times, data.times)
     true = telemetry.truth.states[k]
-    found = sun_directions(data.suite, data.sensors, true)
+    found = compute_sun_directions(data.suite, data.readings, true)
     there = np.isfinite(found[:, 0])
-    lit = sum(np.isfinite(rows[:, 0, 0]).astype(int) for rows in data.sensors[:6])
+    lit = sum(np.isfinite(rows[:, 0, 0]).astype(int) for rows in data.readings[:6])
     np.testing.assert_array_equal(there, lit == 3)
     assert there.sum() > 100
     model = FilterModel.from_scenario(SCENARIO)
@@ -71,8 +71,8 @@ def test_three_lit_faces_say_where_the_sun_is(telemetry):
     assert np.abs(np.median(off, axis=0)).max() < 0.15
     dark = dataclasses.replace(SCENARIO, world=EnvironmentErrors())
     clean = fly(dark, PLAN, 2)
-    data = batch(dark, clean)
+    data = build_batch(dark, clean)
     true = clean.truth.states[np.searchsorted(clean.times, data.times)]
-    found = sun_directions(data.suite, data.sensors, true)
+    found = compute_sun_directions(data.suite, data.readings, true)
     sun = np.einsum("kij,kj->ki", clean.truth.attitude[-len(found) :], data.vectors[:, 0])
     assert np.nanstd(found - sun) < 0.03

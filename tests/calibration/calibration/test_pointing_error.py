@@ -11,9 +11,9 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import TelemetryMapping, calibrate, read_telemetry
 from mgeo_calibration.calibration.diagnosis import CannotCalibrate
-from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.smoother import linear_solution, solve
+from mgeo_calibration.estimation.smoother import solve, solve_linearized
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory
 from mgeo_calibration.telemetry.mapping import GyroChannels
 from scipy.spatial.transform import Rotation
@@ -66,7 +66,7 @@ def uneven(correlation_time=40.0, with_sun=True):
         "lvlh", (4.0, correlation_time, 10.0), 3, with_sun, scenario
     )
     table = table.drop(index=[3, 4, 9, *range(20, 79)])
-    data = batch(scenario, read_telemetry(table, scenario, mapping))
+    data = build_batch(scenario, read_telemetry(table, scenario, mapping))
     k = np.searchsorted(telemetry.times, data.times)
     return scenario, data, telemetry.truth.attitude[k].swapaxes(1, 2)
 
@@ -74,13 +74,13 @@ def uneven(correlation_time=40.0, with_sun=True):
 def test_the_linear_case_is_filterpys_smoother():
     """About the held attitude, with P = σ² at the start, φ = exp(-dt / τ) and q = σ² (1 - φ²)."""
     scenario, data, _ = uneven()
-    suite, parts = scenario.suite, Partition.of(data.suite)
+    suite, parts = scenario.suite, Partition.from_suite(data.suite)
     N, n = len(data.times), suite.n_states
     sigma = suite.initial_sigma(np.radians(4.0))
     kf = KalmanFilter(dim_x=n, dim_z=6)
     kf.x, kf.P = np.zeros(n), np.diag(sigma**2)
     means, Ps, Fs, Qs = [], [], [np.eye(n)], [np.zeros((n, n))]
-    C = data.held.attitude.swapaxes(1, 2)
+    C = data.pointing.attitude.swapaxes(1, 2)
     for k in range(N):
         if k:
             F, Q = np.eye(n), np.zeros((n, n))
@@ -91,7 +91,7 @@ def test_the_linear_case_is_filterpys_smoother():
             kf.predict(F=F, Q=Q)
         v = data.vectors[k, :2] @ C[k].T
         H = [suite.measurement_matrix(s, v[i], C[k]) for i, s in enumerate(suite.sensors)]
-        z = [data.sensors[i][k, 0] - v[i] for i in range(2)]
+        z = [data.readings[i][k, 0] - v[i] for i in range(2)]
         R = np.diag(
             np.concatenate([np.square(s.noise_sigmas()) * np.ones(3) for s in suite.sensors])
         )
@@ -100,12 +100,14 @@ def test_the_linear_case_is_filterpys_smoother():
         Ps.append(kf.P.copy())
     means, P, _, _ = kf.rts_smoother(np.array(means), np.array(Ps), Fs=Fs, Qs=Qs)
     zero = np.zeros((N, n))
-    at = Trajectory(data.held.attitude, zero)
-    found = linear_solution(data, Belief.of(scenario, data.held), at, parts)
-    assert parts.driven.tolist() == [0, 1, 2]
+    at = Trajectory(data.pointing.attitude, zero)
+    found = solve_linearized(data, Belief.from_scenario(scenario, data.pointing), at, parts)
+    assert parts.stochastic.tolist() == [0, 1, 2]
     unit, c = np.sqrt(np.einsum("kii->ki", P)), parts.constant
-    np.testing.assert_allclose((found.e - means[:, :3]) / unit[:, :3], 0.0, atol=1e-9)
-    np.testing.assert_allclose((found.e_c - means[-1, c]) / unit[-1, c], 0.0, atol=1e-9)
+    np.testing.assert_allclose(
+        (found.stochastic_errors - means[:, :3]) / unit[:, :3], 0.0, atol=1e-9
+    )
+    np.testing.assert_allclose((found.constant_errors - means[-1, c]) / unit[-1, c], 0.0, atol=1e-9)
     both = covariances(found, spread(found, 3)) / (unit[:, :3, None] * unit[:, None, :3])
     expected = P[:, :3, :3] / (unit[:, :3, None] * unit[:, None, :3])
     np.testing.assert_allclose(both, expected, rtol=0, atol=1e-9)
@@ -134,9 +136,9 @@ def test_the_estimate_of_large_errors_is_the_optimum():
     scenario, data, truth = uneven()
     n = scenario.suite.n_states
     at = Trajectory(truth, np.zeros((len(data.times), n)))
-    found = solve(data, Belief.of(scenario, data.held), at, 30, (1e-9, 1e-13))
+    found = solve(data, Belief.from_scenario(scenario, data.pointing), at, 30, (1e-9, 1e-13))
     best = found.estimate
-    q = Rotation.from_matrix(data.held.attitude.swapaxes(1, 2) @ best.attitude).as_quat()
+    q = Rotation.from_matrix(data.pointing.attitude.swapaxes(1, 2) @ best.attitude).as_quat()
     p, constants = 2.0 * q[:, :3] / q[:, 3:], best.states[0, 6:]
     assert np.abs(np.degrees(p)).max() > 8.0
     assert cost_by_scipy(scenario, data, p, constants) == pytest.approx(found.cost, rel=1e-9)

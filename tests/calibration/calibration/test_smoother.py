@@ -10,17 +10,17 @@ from mgeo_attitude import FilterModel, Scenario, SunSensor, TwoAxisSunSensor
 from mgeo_attitude.filter.reference import discretize_van_loan
 from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.maneuvers.motion import compute_attitudes
-from mgeo_calibration.estimation.batch import Batch, batch
+from mgeo_calibration.estimation.batch import Batch, build_batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.kinematics import steps
-from mgeo_calibration.estimation.linearization import sighting
-from mgeo_calibration.estimation.residuals import filtered, residuals
+from mgeo_calibration.estimation.kinematics import linearize_process
+from mgeo_calibration.estimation.linearization import linearize_sensor
+from mgeo_calibration.estimation.residuals import compute_filter_estimates, compute_residuals
 from mgeo_calibration.estimation.smoother import (
-    Spread,
-    last_covariance,
-    linear_solution,
-    smoothed,
+    SmoothedCovariance,
+    compute_last_covariance,
+    smooth_covariances,
     solve,
+    solve_linearized,
 )
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory
 from scipy.linalg import qr
@@ -53,9 +53,9 @@ def scenario(name, **gyro):
 def near(of, seed=1, broken=True):
     """A batch of irregular steps, with a break, and a trajectory near the truth."""
     telemetry = flown(of, seed, plan=PLAN)
-    data = batch(of, telemetry)
+    data = build_batch(of, telemetry)
     keep = np.delete(np.arange(len(data.times)), [5, 6, 17, 30])
-    rates = np.stack([data.gyro[a:b].mean(axis=0) for a, b in pairwise(keep)])
+    rates = np.stack([data.gyro_rates[a:b].mean(axis=0) for a, b in pairwise(keep)])
     breaks = np.zeros(len(keep) - 1, dtype=bool)
     breaks[20] = broken
     data = dataclasses.replace(
@@ -65,12 +65,12 @@ def near(of, seed=1, broken=True):
         change=np.zeros_like(rates),
         added=np.linspace(0.0, 1e-10, len(breaks))[:, None] * [1.0, 1.0, 1.0],
         breaks=breaks,
-        influences=data.influences[keep],
-        sensors=tuple(rows[keep] for rows in data.sensors),
+        influences=data.channel_values[keep],
+        sensors=tuple(rows[keep] for rows in data.readings),
         vectors=data.vectors[keep],
     )
     k = np.searchsorted(telemetry.times, data.times)
-    truth, driven = telemetry.truth, Partition.of(data.suite).driven
+    truth, driven = telemetry.truth, Partition.from_suite(data.suite).stochastic
     states = 0.9 * truth.states[k]
     for state in np.setdiff1d(np.arange(states.shape[1]), driven):
         states[:, state] = states[0, state]
@@ -83,10 +83,10 @@ def near(of, seed=1, broken=True):
 def spread(solution, n=None):
     """Of all samples, from that of spans."""
     spans = [
-        (found.given[span.first :], found.slope[span.first :])
-        for span, found in smoothed(solution, n)
+        (found.conditional_covariance[span.first_new :], found.derivative[span.first_new :])
+        for span, found in smooth_covariances(solution, n)
     ]
-    return Spread(*map(np.concatenate, zip(*reversed(spans), strict=True)))
+    return SmoothedCovariance(*map(np.concatenate, zip(*reversed(spans), strict=True)))
 
 
 def covariances(solution, found):
@@ -97,13 +97,13 @@ def covariances(solution, found):
 def dense(data, sigma, at, parts):
     """Rows of J and r of all residuals over their 1-sigmas, for e_0, e_1, ... and e_c."""
     N, d, c = len(data.times), len(parts.driven), len(parts.constant)
-    move, rows, right = steps(data, at, parts), [], []
+    move, rows, right = linearize_process(data, at, parts), [], []
 
     def row(m):
         rows.append(np.zeros((m, N * d + c)))
         return rows[-1]
 
-    r, J = Belief.initial(data.suite).residual(at.attitude[0], at.states[0])
+    r, J = Belief.from_suite(data.suite).compute_residual(at.attitude[0], at.states[0])
     now = row(len(r))
     now[:, :d], now[:, N * d :] = J[:, parts.driven], J[:, parts.constant]
     right.append(r)
@@ -114,7 +114,7 @@ def dense(data, sigma, at, parts):
         now[:, N * d :] = -root[:, :3] @ move.G[k]
         right.append(root @ move.defect[k])
     for index in range(len(data.sensors)):
-        seen = sighting(data, index, at)
+        seen = linearize_sensor(data, index, at)
         for k, z, H in zip(seen.samples, seen.z, seen.H, strict=True):
             now = row(len(z))
             for column, state in zip(H.T, seen.states, strict=True):
@@ -122,7 +122,7 @@ def dense(data, sigma, at, parts):
                     now[:, k * d + np.flatnonzero(parts.driven == state)[0]] = column / seen.noise
                 else:
                     j = np.flatnonzero(parts.constant == state)[0]
-                    now[:, N * d + j] = column / seen.noise * move.growth[k, j]
+                    now[:, N * d + j] = column / seen.noise * move.constant_factors[k, j]
             right.append(z / seen.noise)
     return np.vstack(rows), np.concatenate(right)
 
@@ -141,11 +141,11 @@ def dense(data, sigma, at, parts):
 )
 def test_steps_and_covariances_are_those_of_dense_least_squares(name, gyro, broken):
     data, at = near(scenario(name, **gyro), broken=broken)
-    sigma, parts = data.suite.initial_sigma(1.0), Partition.of(data.suite)
-    found = linear_solution(data, Belief.initial(data.suite), at, parts)
+    sigma, parts = data.suite.initial_sigma(1.0), Partition.from_suite(data.suite)
+    found = solve_linearized(data, Belief.from_suite(data.suite), at, parts)
     J, r = dense(data, sigma, at, parts)
-    N, d = found.e.shape
-    scale = np.concatenate([np.tile(sigma[parts.driven], N), sigma[parts.constant]])
+    N, d = found.stochastic_errors.shape
+    scale = np.concatenate([np.tile(sigma[parts.stochastic], N), sigma[parts.constant]])
     # rows that weigh most first, as rows of 1 and of 1e7 demand
     order = np.argsort(-np.abs(J * scale).max(axis=1))
     Q, R, pivots = qr((J * scale)[order], mode="economic", pivoting=True)
@@ -155,55 +155,65 @@ def test_steps_and_covariances_are_those_of_dense_least_squares(name, gyro, brok
     P = inverse @ inverse.T * scale * scale[:, None]
     unit = np.sqrt(np.diag(P))
     assert found.cost == pytest.approx(r @ r, rel=1e-12)
-    np.testing.assert_allclose((found.e.ravel() - e[: N * d]) / unit[: N * d], 0.0, atol=1e-10)
-    np.testing.assert_allclose((found.e_c - e[N * d :]) / unit[N * d :], 0.0, atol=1e-10)
+    np.testing.assert_allclose(
+        (found.stochastic_errors.ravel() - e[: N * d]) / unit[: N * d], 0.0, atol=1e-10
+    )
+    np.testing.assert_allclose(
+        (found.constant_errors - e[N * d :]) / unit[N * d :], 0.0, atol=1e-10
+    )
     both = np.outer(unit, unit)
     P = P / both
     own = found.constants_covariance / both[N * d :, N * d :]
     np.testing.assert_allclose(own, P[N * d :, N * d :], rtol=0, atol=1e-10)
     blocks, leading = covariances(found, spread(found, d)), spread(found)
-    measured = [sighting(data, index, at).states for index in range(len(data.sensors))]
-    n = int(np.flatnonzero(np.isin(parts.driven, np.concatenate(measured)))[-1]) + 1
+    measured = [linearize_sensor(data, index, at).states for index in range(len(data.readings))]
+    n = int(np.flatnonzero(np.isin(parts.stochastic, np.concatenate(measured)))[-1]) + 1
     np.testing.assert_allclose(covariances(found, leading), blocks[:, :n, :n], rtol=1e-9)
     for k in range(N):
         block = slice(k * d, k * d + d)
         np.testing.assert_allclose(
             blocks[k] / both[block, block], P[block, block], rtol=0, atol=1e-10
         )
-    last = last_covariance(found)
+    last = compute_last_covariance(found)
     index = np.empty(len(sigma), dtype=int)
-    index[parts.driven] = (N - 1) * d + np.arange(d)
+    index[parts.stochastic] = (N - 1) * d + np.arange(d)
     index[parts.constant] = N * d + np.arange(len(parts.constant))
     grown = np.ones(len(sigma))
-    grown[parts.constant] = found.growth[-1]
+    grown[parts.constant] = found.constant_factors[-1]
     expected = P[np.ix_(index, index)] * np.outer(grown, grown)
     np.testing.assert_allclose(last / both[np.ix_(index, index)], expected, rtol=0, atol=1e-10)
 
 
 def test_a_reading_against_all_others_is_that_of_a_solution_without_it():
     data, at = near(scenario("paper"))
-    sigma, parts = data.suite.initial_sigma(1.0), Partition.of(data.suite)
-    settled = solve(data, Belief.initial(data.suite), at, 30)
-    within = residuals(settled).squares
+    sigma, parts = data.suite.initial_sigma(1.0), Partition.from_suite(data.suite)
+    settled = solve(data, Belief.from_suite(data.suite), at, 30)
+    within = compute_residuals(settled).normalized_squares
     for index, k in ((0, 3), (1, 12), (0, 30)):
         without = np.zeros(within.shape, dtype=bool)
         without[index, k] = True
-        believed = Belief.initial(data.suite)
-        other = linear_solution(data, believed, settled.trajectory, parts, without)
-        seen = sighting(data, index, settled.trajectory)
+        believed = Belief.from_suite(data.suite)
+        other = solve_linearized(data, believed, settled.trajectory, parts, without)
+        seen = linearize_sensor(data, index, settled.trajectory)
         row = int(np.flatnonzero(seen.samples == k)[0])
         H = np.zeros((3, len(sigma)))
         H[:, seen.states] = seen.H[row]
-        own, fixed = H[:, parts.driven], H[:, parts.constant] * other.growth[k]
-        known = spread(other, len(parts.driven))
-        J = own @ known.slope[k]
-        J[:, len(parts.driven) :] += fixed
-        S = np.diag(seen.noise**2) + own @ known.given[k] @ own.T + J @ other.covariance @ J.T
-        r = seen.z[row] - own @ other.e[k] - fixed @ other.e_c
+        own, fixed = H[:, parts.stochastic], H[:, parts.constant] * other.constant_factors[k]
+        known = spread(other, len(parts.stochastic))
+        J = own @ known.derivative[k]
+        J[:, len(parts.stochastic) :] += fixed
+        S = (
+            np.diag(seen.noise**2)
+            + own @ known.conditional_covariance[k] @ own.T
+            + J @ other.covariance @ J.T
+        )
+        r = seen.z[row] - own @ other.stochastic_errors[k] - fixed @ other.constant_errors
         assert within[index, k] == pytest.approx(r @ np.linalg.solve(S, r), rel=1e-5)
-        left = residuals(other)
-        np.testing.assert_allclose(left.r[index, k], r, rtol=1e-12)
-        assert left.squares[index, k] == pytest.approx(r @ np.linalg.solve(S, r), rel=1e-9)
+        left = compute_residuals(other)
+        np.testing.assert_allclose(left.values[index, k], r, rtol=1e-12)
+        assert left.normalized_squares[index, k] == pytest.approx(
+            r @ np.linalg.solve(S, r), rel=1e-9
+        )
 
 
 def linear_case(name):
@@ -224,14 +234,14 @@ def linear_case(name):
     data = Batch(
         suite=model.suite,
         times=model.times,
-        gyro=rates[stretch],
-        change=np.zeros((STEPS, 3)),
-        added=np.zeros((STEPS, 3)),
+        gyro_rates=rates[stretch],
+        rate_changes=np.zeros((STEPS, 3)),
+        excess_angle_variance=np.zeros((STEPS, 3)),
         breaks=np.zeros(STEPS, dtype=bool),
-        sensors=tuple(sensors),
+        readings=tuple(sensors),
         noise=np.array([sensor.noise_sigmas() for sensor in model.suite.sensors]),
         vectors=model.references,
-        influences=model.sensitivity_factors,
+        channel_values=model.sensitivity_factors,
     )
     zero = np.zeros((STEPS + 1, model.suite.n_states))
     return model, data, rates[stretch], C, Trajectory(C.swapaxes(1, 2), zero)
@@ -241,7 +251,7 @@ def linear_case(name):
 def test_the_linear_case_is_filterpys_smoother(name):
     model, data, rates, C, at = linear_case(name)
     suite, n = model.suite, model.suite.n_states
-    sigma, parts = suite.initial_sigma(1.0), Partition.of(suite)
+    sigma, parts = suite.initial_sigma(1.0), Partition.from_suite(suite)
     kf = KalmanFilter(dim_x=n, dim_z=6)
     kf.x, kf.P = np.zeros(n), np.diag(sigma**2)
     means, Ps, Fs, Qs = [], [], [], []
@@ -253,7 +263,7 @@ def test_the_linear_case_is_filterpys_smoother(name):
             kf.predict(F=F, Q=Q)
         H, R, z = [], [], []
         for index, sensor in enumerate(suite.sensors):
-            y = data.sensors[index][k, 0]
+            y = data.readings[index][k, 0]
             if np.isfinite(y).all():
                 v = C[k] @ model.references[k, index]
                 gradient = model.references[k, suite.gradient_rows(index)] @ C[k].T
@@ -267,13 +277,17 @@ def test_the_linear_case_is_filterpys_smoother(name):
     means, Ps = np.array(means), np.array(Ps)
     # filterpy takes F and Q of the step to a sample at that sample; the first has none
     smoothed, P, _, _ = kf.rts_smoother(means, Ps, Fs=[Fs[0], *Fs], Qs=[Qs[0], *Qs])
-    found = linear_solution(data, Belief.initial(data.suite), at, parts)
-    both = covariances(found, spread(found, len(parts.driven)))
+    found = solve_linearized(data, Belief.from_suite(data.suite), at, parts)
+    both = covariances(found, spread(found, len(parts.stochastic)))
     sigma = np.sqrt(np.einsum("kii->ki", P))
-    d = parts.driven
-    np.testing.assert_allclose((found.e - smoothed[:, d]) / sigma[:, d], 0.0, atol=1e-9)
+    d = parts.stochastic
+    np.testing.assert_allclose(
+        (found.stochastic_errors - smoothed[:, d]) / sigma[:, d], 0.0, atol=1e-9
+    )
     c = parts.constant
-    np.testing.assert_allclose((found.e_c - smoothed[-1, c]) / sigma[-1, c], 0.0, atol=1e-9)
+    np.testing.assert_allclose(
+        (found.constant_errors - smoothed[-1, c]) / sigma[-1, c], 0.0, atol=1e-9
+    )
     for k in range(STEPS + 1):
         scale = np.outer(sigma[k, d], sigma[k, d])
         own = both[k] / scale
@@ -285,13 +299,13 @@ def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
     """The filter of a known c with what c adds, against a Kalman filter of all states."""
     data, at = near(scenario(name, **MEMS))
     data = dataclasses.replace(data, breaks=np.zeros_like(data.breaks))
-    sigma, parts = data.suite.initial_sigma(1.0), Partition.of(data.suite)
-    found = linear_solution(data, Belief.initial(data.suite), at, parts)
-    move, (N, d) = steps(data, at, parts), found.e.shape
-    past = filtered(found, d)
+    sigma, parts = data.suite.initial_sigma(1.0), Partition.from_suite(data.suite)
+    found = solve_linearized(data, Belief.from_suite(data.suite), at, parts)
+    move, (N, d) = linearize_process(data, at, parts), found.stochastic_errors.shape
+    past = compute_filter_estimates(found, d)
     errors, P_driven = past.errors, past.covariances
-    r, J = Belief.initial(data.suite).residual(at.attitude[0], at.states[0])
-    J = J[:, [*parts.driven, *parts.constant]]
+    r, J = Belief.from_suite(data.suite).compute_residual(at.attitude[0], at.states[0])
+    J = J[:, [*parts.stochastic, *parts.constant]]
     P = np.linalg.inv(J.T @ J)
     x, q = P @ J.T @ r, len(sigma)
     for k in range(N):
@@ -302,19 +316,19 @@ def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
             x[:d] += move.defect[k - 1]
             P = F @ P @ F.T + Q
         for index, each in enumerate(past.innovations):
-            seen = sighting(data, index, at)
+            seen = linearize_sensor(data, index, at)
             (row,) = np.flatnonzero(seen.samples == k)
             H = np.zeros((3, q))
             for column, state in zip(seen.H[row].T, seen.states, strict=True):
-                if state in parts.driven:
-                    H[:, np.flatnonzero(parts.driven == state)[0]] = column
+                if state in parts.stochastic:
+                    H[:, np.flatnonzero(parts.stochastic == state)[0]] = column
                 else:
                     place = np.flatnonzero(parts.constant == state)[0]
-                    H[:, d + place] = column * move.growth[k, place]
+                    H[:, d + place] = column * move.constant_factors[k, place]
             noise = np.diag(seen.noise**2)
             L = np.linalg.cholesky(H @ P @ H.T + noise)
             w = np.linalg.solve(L, seen.z[row] - H @ x)
-            np.testing.assert_allclose(each.whitened[row], w, rtol=0, atol=1e-8)
+            np.testing.assert_allclose(each.whitened_values[row], w, rtol=0, atol=1e-8)
             gain = P @ H.T @ np.linalg.inv(H @ P @ H.T + noise)
             x = x + gain @ (seen.z[row] - H @ x)
             P = (np.eye(q) - gain @ H) @ P
@@ -324,16 +338,16 @@ def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
         np.testing.assert_allclose(
             P_driven[k] / scale[:d, :d], P[:d, :d] / scale[:d, :d], rtol=0, atol=1e-8
         )
-    np.testing.assert_allclose((found.e_c - x[d:]) / unit[d:], 0.0, atol=1e-8)
+    np.testing.assert_allclose((found.constant_errors - x[d:]) / unit[d:], 0.0, atol=1e-8)
     known = covariances(found, spread(found, d))
     np.testing.assert_allclose(P_driven[-1], known[-1], rtol=1e-6)
 
 
 def near_start(data, of):
-    from mgeo_calibration.estimation.start import first_attitude
+    from mgeo_calibration.estimation.start import estimate_initial_attitude
 
     zero = np.zeros((len(data.times), data.suite.n_states))
-    return Trajectory(first_attitude(data, zero)[0], zero)
+    return Trajectory(estimate_initial_attitude(data, zero)[0], zero)
 
 
 def turn_between(measured, predicted):
@@ -350,9 +364,9 @@ def test_the_optimum_is_that_of_scipys_optimizer(sun):
     """Residuals written once more with scipy's rotations, derivatives by differences."""
     of = short(scenario("paper", bias_decay=0.0), 12.0)
     of = dataclasses.replace(of, sensors=(sun, of.sensors[1]))
-    data = batch(of, flown(of, 5, plan=PLAN))
+    data = build_batch(of, flown(of, 5, plan=PLAN))
     suite, sigma, N = data.suite, data.suite.initial_sigma(1.0), len(data.times)
-    found = solve(data, Belief.initial(suite), near_start(data, of), 30, (1e-4, 1e-9))
+    found = solve(data, Belief.from_suite(suite), near_start(data, of), 30, (1e-4, 1e-9))
     start = found.estimate
     _, Q = discretize_van_loan(FilterModel.from_scenario(of), np.zeros(3))
     root = np.linalg.inv(np.linalg.cholesky(Q[:6, :6]))
@@ -369,14 +383,14 @@ def test_the_optimum_is_that_of_scipys_optimizer(sun):
         e, bias = flat[: 3 * N].reshape(N, 3), flat[3 * N : 6 * N].reshape(N, 3) * sigma[3]
         constants = flat[6 * N :] * sigma[6:]
         R = at * turned(e)
-        propagated = R[:-1] * Rotation.from_rotvec(data.gyro - bias[:-1])
+        propagated = R[:-1] * Rotation.from_rotvec(data.gyro_rates - bias[:-1])
         defect = np.hstack([gibbs(R[1:].inv() * propagated), bias[:-1] - bias[1:]])
         parts = [(defect @ root.T).ravel(), flat[3 * N : 3 * N + 3], flat[6 * N :]]
         for index, sensor in enumerate(suite.sensors):
             mu, b = constants[6 * index : 6 * index + 3], constants[6 * index + 3 : 6 * index + 6]
             seen = turned(mu).apply(R.inv().apply(data.vectors[:, index])) + b
             off = turn_between if sensor.has_unit_length else np.subtract
-            parts.append((off(data.sensors[index][:, 0], seen) / sensor.noise_sigmas()[0]).ravel())
+            parts.append((off(data.readings[index][:, 0], seen) / sensor.noise_sigmas()[0]).ravel())
         return np.concatenate(parts)
 
     x0 = np.concatenate(

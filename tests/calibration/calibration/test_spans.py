@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from mgeo_calibration.calibration.hypotheses import hypotheses
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.residuals import filtered, residuals
-from mgeo_calibration.estimation.score import scores
-from mgeo_calibration.estimation.smoother import last_covariance, linear_solution
+from mgeo_calibration.estimation.residuals import compute_filter_estimates, compute_residuals
+from mgeo_calibration.estimation.score import compute_scores
+from mgeo_calibration.estimation.smoother import compute_last_covariance, solve_linearized
 from mgeo_calibration.estimation.trajectory import Partition
 
 from .flights import options
@@ -29,31 +29,31 @@ def spans(monkeypatch):
 
 def said(of, data, at):
     """All that a solution says, each in its own 1-sigmas or so."""
-    belief, parts = Belief.initial(data.suite), Partition.of(data.suite)
+    belief, parts = Belief.from_suite(data.suite), Partition.from_suite(data.suite)
     rejected = np.zeros(data.there.shape, dtype=bool)
     rejected[0, [3, 22]] = True
-    found = linear_solution(data, belief, at, parts, rejected)
-    d = len(parts.driven)
-    past, left = filtered(found, d), residuals(found)
+    found = solve_linearized(data, belief, at, parts, rejected)
+    d = len(parts.stochastic)
+    past, left = compute_filter_estimates(found, d), compute_residuals(found)
     sigma = np.sqrt(np.einsum("nii->ni", covariances(found, spread(found, d))))
-    last = last_covariance(found)
+    last = compute_last_covariance(found)
     unit = np.sqrt(np.diag(last))
     channel = np.sin(0.3 * data.times)
     asked = hypotheses(found, {"temperature": channel})
-    tested = scores(found, options(asked))
+    tested = compute_scores(found, options(asked))
     scale = np.sqrt(np.diag(tested.information)) + 1e-6
     return {
         "cost": found.cost / found.cost,
-        "e": found.e / sigma,
-        "e_c": found.e_c / np.sqrt(np.diag(found.constants_covariance)),
+        "e": found.stochastic_errors / sigma,
+        "e_c": found.constant_errors / np.sqrt(np.diag(found.constants_covariance)),
         "last": last / np.outer(unit, unit),
-        "residuals": left.r / data.noise[:, None],
-        "squares": np.nan_to_num(left.squares),
+        "residuals": left.values / data.noise[:, None],
+        "squares": np.nan_to_num(left.normalized_squares),
         "past": past.errors / sigma.mean(axis=0),
         "until": past.covariances / np.outer(*[sigma.mean(axis=0)] * 2),
-        **{f"whitened {k}": each.whitened for k, each in enumerate(past.innovations)},
+        **{f"whitened {k}": each.whitened_values for k, each in enumerate(past.innovations)},
         "information": tested.information / np.outer(scale, scale),
-        "score": tested.score / scale,
+        "score": tested.gradient / scale,
     }
 
 
@@ -69,7 +69,7 @@ def test_spans_say_what_all_at_once_say(name, gyro, spans):
     """Short ones, of which some are without any reading of a sensor, beside a break."""
     of = scenario(name, **gyro)
     data, at = near(of)
-    sensors = [rows.copy() for rows in data.sensors]
+    sensors = [rows.copy() for rows in data.readings]
     sensors[-1][8:20] = np.nan
     data = dataclasses.replace(data, sensors=tuple(sensors))
     spans(10**6)

@@ -7,7 +7,7 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.sensors.base import scale_noise
 from mgeo_calibration import Telemetry, calibrate, calibrate_alone, fly
-from mgeo_calibration.estimation.field_strength import fit_field_strength, response
+from mgeo_calibration.estimation.field_strength import compute_response_matrix, fit_field_strength
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
@@ -33,21 +33,23 @@ def test_it_is_the_least_squares_of_scipy():
     """The same sum of squares, minimized by another program with numerical derivatives."""
     measured, strength = readings(1)
     found = fit_field_strength(measured, strength, SIGMA, np.zeros(9), PRIOR)
-    W = np.linalg.inv(response(found.values))
-    u = (measured - found.values[:3]) @ W
+    W = np.linalg.inv(compute_response_matrix(found.parameters))
+    u = (measured - found.parameters[:3]) @ W
     noise = W @ np.diag(SIGMA**2) @ W
     spread = np.sqrt(4.0 * np.einsum("ni,ij,nj->n", u, noise, u) + 2.0 * (noise**2).sum())
 
     def residual(x):
         values = x * PRIOR
-        u = np.linalg.solve(response(values), (measured - values[:3]).T).T
-        bias = np.trace(np.linalg.inv(response(values)) @ np.diag(SIGMA**2)
-                        @ np.linalg.inv(response(values)))  # fmt: skip
+        u = np.linalg.solve(compute_response_matrix(values), (measured - values[:3]).T).T
+        bias = np.trace(np.linalg.inv(compute_response_matrix(values)) @ np.diag(SIGMA**2)
+                        @ np.linalg.inv(compute_response_matrix(values)))  # fmt: skip
         return np.concatenate([((u**2).sum(axis=1) - strength**2 - bias) / spread, x])
 
-    other = least_squares(residual, found.values / PRIOR * 0.9, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    other = least_squares(
+        residual, found.parameters / PRIOR * 0.9, xtol=1e-15, ftol=1e-15, gtol=1e-15
+    )
     sigma = np.sqrt(np.diag(found.covariance))
-    assert (np.abs(other.x * PRIOR - found.values) / sigma).max() < 1e-2
+    assert (np.abs(other.x * PRIOR - found.parameters) / sigma).max() < 1e-2
     covariance = np.linalg.inv(other.jac.T @ other.jac) * np.outer(PRIOR, PRIOR)
     np.testing.assert_allclose(np.sqrt(np.diag(covariance)), sigma, rtol=0.01)
 
@@ -58,7 +60,7 @@ def test_errors_are_as_large_as_the_covariance_says():
     for seed in range(60):
         measured, strength = readings(100 + seed, 400)
         found = fit_field_strength(measured, strength, SIGMA, np.zeros(9), PRIOR)
-        off = found.values - TRUE
+        off = found.parameters - TRUE
         squares.append(off @ np.linalg.solve(found.covariance, off))
     # 4.5 standard deviations of the mean of 60 chi-squares of 9
     assert abs(np.mean(squares) - 9.0) < 4.5 * np.sqrt(18.0 / 60.0)

@@ -6,7 +6,12 @@ from mgeo_attitude import Gyro, Suite, SunSensor
 from mgeo_attitude.geometry.rotation import dot, rotate, rotation_matrix, tangent_vectors
 from mgeo_attitude.sensors.direction_sensors import rotate_tangents
 from mgeo_attitude.sensors.readings import apply_latency, stack_measurement, unstack_measurement
-from mgeo_calibration.estimation.innovation import Estimate, innovation, jacobian, second_moments
+from mgeo_calibration.estimation.innovation import (
+    Estimate,
+    compute_innovation,
+    compute_jacobian,
+    compute_second_order_moments,
+)
 from pydantic.dataclasses import dataclass
 from scipy.spatial.transform import Rotation
 
@@ -103,8 +108,8 @@ def expanded(suite, index, y, C, x):
     v, gradient = look(suite, suite.sensors[index])
     at = estimate(suite, C, x)
     further = {"gradient": gradient, "rate": RATE, "influences": channels(suite.sensors[index])}
-    r = innovation(suite, index, unstack_measurement(y), v, at, **further)
-    states, H = jacobian(r)
+    r = compute_innovation(suite, index, unstack_measurement(y), v, at, **further)
+    states, H = compute_jacobian(r)
     m, n = len(r.value), suite.n_states
     dense, second = np.zeros((m, n)), np.zeros((m, n, n))
     dense[:, states] = H[..., 0]
@@ -168,11 +173,13 @@ def test_moments_of_second_order_are_those_of_samples(suite, index):
     C, x, e = random(suite, seed=4)
     y = measured(suite, suite.sensors[index], *perturbed(suite, C, x, e))
     at, (v, gradient) = estimate(suite, C, x), look(suite, suite.sensors[index])
-    found = innovation(suite, index, unstack_measurement(y), v, at, gradient=gradient, rate=RATE)
+    found = compute_innovation(
+        suite, index, unstack_measurement(y), v, at, gradient=gradient, rate=RATE
+    )
     B = expanded(suite, index, y, C, x)[2]
     root = np.random.default_rng(5).standard_normal((suite.n_states, suite.n_states))
     P = root @ root.T
-    mean, covariance = second_moments(found, P[..., None])
+    mean, covariance = compute_second_order_moments(found, P[..., None])
     np.testing.assert_allclose(mean[:, 0], 0.5 * np.trace(B @ P, axis1=1, axis2=2), rtol=1e-12)
     expected = [[0.5 * np.trace(b @ P @ c @ P) for c in B] for b in B]
     np.testing.assert_allclose(covariance[..., 0], expected, rtol=1e-11)

@@ -7,8 +7,8 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.sensors import StarTracker
 from mgeo_calibration import fly
 from mgeo_calibration.calibration.from_telemetry import calibrate
-from mgeo_calibration.estimation.axes import ORDERS, axes_causes
-from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.axes import QUATERNION_CONVENTIONS, find_axis_mistakes
+from mgeo_calibration.estimation.batch import build_batch
 
 DESIGN = (0.3, -0.2, 0.1, 200.0, -0.2, 0.3, 0.2, 200.0, 0.1, 0.2, -0.3, 200.0)
 #: What somebody sends who means these.
@@ -46,11 +46,11 @@ def test_another_order_is_named_and_not_the_sun_sensor(scenario):
         calibrate(scenario, reordered(sent(scenario), order))
 
 
-@pytest.mark.parametrize("order", [words for words, *_ in ORDERS])
+@pytest.mark.parametrize("order", [words for words, *_ in QUATERNION_CONVENTIONS])
 def test_beside_a_gyro_alone_the_turns_tell(scenario, order):
     alone = dataclasses.replace(scenario, sensors=scenario.sensors[-1:])
-    data = batch(alone, reordered(sent(alone), order))
-    (cause,) = axes_causes(data)
+    data = build_batch(alone, reordered(sent(alone), order))
+    (cause,) = find_axis_mistakes(data)
     assert f"read as {order}: " in cause
 
 

@@ -31,5 +31,5 @@ def test_more_magnetometers_promise_no_more_than_they_achieve():
     found = simulate(scenario, PLAN, 240, seed=11)
     late = found.times >= 600.0
     achieved = np.sqrt(np.mean(found.errors[:, late, :3] ** 2))
-    promised = np.sqrt(np.mean(found.predicted[late, :3] ** 2))
+    promised = np.sqrt(np.mean(found.predicted_sigma[late, :3] ** 2))
     assert achieved / promised == pytest.approx(1.0, abs=0.05)

@@ -2,9 +2,9 @@
 
 import numpy as np
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_calibration import Estimator
+from mgeo_calibration import FilterSettings
 from mgeo_calibration.flight.flight import Draws, fly_run
-from mgeo_calibration.simulation.flights import record
+from mgeo_calibration.simulation.flights import evaluate_filter
 
 
 def none(model, n_steps):
@@ -25,4 +25,6 @@ def flown(model, design, draws):
 def estimated(model, design, samples, draws, estimator=None, truth=None, n_watched=0):
     """What is recorded of the run at some samples."""
     flight = flown(truth or model, design, draws)
-    return record(model, [flight], estimator or Estimator(), samples, truth, n_watched)
+    return evaluate_filter(
+        model, [flight], estimator or FilterSettings(), samples, truth, n_watched
+    )

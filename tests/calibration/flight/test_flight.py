@@ -82,7 +82,7 @@ def test_attitudes_of_truth_and_dead_reckoning_are_integrated_kinematics(model):
     expected = 2.0 * quaternion[:3] / quaternion[3]
     np.testing.assert_allclose(record.errors[0, 1, :3], expected, rtol=0, atol=1e-9)
     np.testing.assert_allclose(record.errors[0, 1, 3:6], bias, rtol=1e-13)
-    assert not record.updates.any()
+    assert not record.n_innovations.any()
 
 
 def test_gyro_noise_is_the_markov_process_of_equation_2():
@@ -183,8 +183,8 @@ def test_sensors_measure_where_they_see():
         inside = C.apply(seen.references[k, 0])[0] >= np.cos(np.radians(60.0))
         expected.append(inside and available[k, 0])
     assert 0 < sum(expected) < 170
-    np.testing.assert_array_equal(record.updates[0, 1:, 0], expected)
-    np.testing.assert_array_equal(record.updates[0, 1:, 1], 1)
+    np.testing.assert_array_equal(record.n_innovations[0, 1:, 0], expected)
+    np.testing.assert_array_equal(record.n_innovations[0, 1:, 1], 1)
 
 
 @pytest.mark.parametrize("pointing", ["inertial", "nadir"])

@@ -56,7 +56,9 @@ def test_counts_are_those_of_the_errors():
     position = environment.position[:200]
     distance = np.linalg.norm(position, axis=1)
     limb = np.degrees(np.arcsin(6378136.3 / distance))
-    for shares, attitude in zip(record.broken[0], (errors @ plan, plan @ start), strict=True):
+    for shares, attitude in zip(
+        record.violated_fractions[0], (errors @ plan, plan @ start), strict=True
+    ):
         sun, nadir = (
             np.einsum("kij,kj->ki", attitude, vectors)
             for vectors in (environment.sun[:200], -position / distance[:, None])
@@ -66,6 +68,6 @@ def test_counts_are_those_of_the_errors():
         inside = [angle < cone.half_angle_deg for angle, cone in zip(angles, cones, strict=True)]
         expected = [~k if cone.keep_in else k for k, cone in zip(inside, cones, strict=True)]
         assert (200 * shares).tolist() == pytest.approx(np.sum(expected, axis=1), abs=1e-9)
-    assert (record.broken[0, 0] != record.broken[0, 1]).any()
-    assert (record.broken > 0).any(axis=(0, 1)).sum() >= 4
-    assert (record.broken < 1).all(axis=(0, 1)).sum() >= 4
+    assert (record.violated_fractions[0, 0] != record.violated_fractions[0, 1]).any()
+    assert (record.violated_fractions > 0).any(axis=(0, 1)).sum() >= 4
+    assert (record.violated_fractions < 1).all(axis=(0, 1)).sum() >= 4

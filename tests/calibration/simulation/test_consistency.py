@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_calibration import MonteCarlo, consistency
+from mgeo_calibration import MonteCarloResult, evaluate_consistency
 
 N, M = 200, 40
 
@@ -14,26 +14,26 @@ def result():
     """Errors that are what the filter claims, constant in time as those of a calibration are."""
     rng = np.random.default_rng(4)
     errors = np.repeat(rng.standard_normal((N, 1, 6)), M, axis=1)
-    return MonteCarlo(
+    return MonteCarloResult(
         blocks=("attitude", "gyro.bias"),
-        numbers=(3, 3),
+        n_components=(3, 3),
         sensors=("sun", "blind"),
         design=np.zeros(4),
         t_end=20.0,
         times=np.arange(M, dtype=float),
-        predicted=np.ones((M, 6)),
+        predicted_sigma=np.ones((M, 6)),
         errors=errors,
         sigma=np.ones((N, M, 6)),
         nees=(errors**2).sum(axis=2),
         nis=np.stack([rng.chisquare(30, (N, M)), np.zeros((N, M))], axis=2),
-        updates=np.stack([np.full((N, M), 10), np.zeros((N, M), dtype=int)], axis=2),
-        path_limits=(),
-        broken=np.zeros((N, 2, 0)),
+        n_innovations=np.stack([np.full((N, M), 10), np.zeros((N, M), dtype=int)], axis=2),
+        path_constraints=(),
+        violated_fractions=np.zeros((N, 2, 0)),
     )
 
 
 def test_true_claims_pass(result):
-    report = consistency(result)
+    report = evaluate_consistency(result)
     assert report["passed"].all(), report
     assert list(report.index) == [
         "nees",
@@ -46,7 +46,7 @@ def test_true_claims_pass(result):
 
 def test_bounds_are_those_of_chi_square(result):
     """99 % of sums over N runs of 6 squares, by the normal limit of Wilson and Hilferty."""
-    bounds = consistency(result).loc["nees"]
+    bounds = evaluate_consistency(result).loc["nees"]
     dof, z = 6 * N, 2.5758293035489004
     expected = [(1 - 2 / (9 * dof) + sign * z * np.sqrt(2 / (9 * dof))) ** 3 for sign in (-1, 1)]
     np.testing.assert_allclose([bounds.low, bounds.high], expected, rtol=1e-4)
@@ -66,13 +66,13 @@ def test_bounds_are_those_of_chi_square(result):
 )
 def test_false_claims_do_not(result, criterion, changes):
     wrong = {name: factor * getattr(result, name) for name, factor in changes.items()}
-    report = consistency(dataclasses.replace(result, **wrong))
+    report = evaluate_consistency(dataclasses.replace(result, **wrong))
     assert not report.loc[criterion, "passed"]
     assert not report["passed"].all()
 
 
 def test_bad_arguments_are_named(result):
     with pytest.raises(ValueError, match=r"since = 50\.0: expected at most 39\.0 s"):
-        consistency(result, since=50.0)
+        evaluate_consistency(result, start_time=50.0)
     with pytest.raises(ValueError, match="confidence = 99"):
-        consistency(result, confidence=99)
+        evaluate_consistency(result, confidence=99)

@@ -7,7 +7,7 @@ import pytest
 from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence
-from mgeo_calibration import Estimator
+from mgeo_calibration import FilterSettings
 from mgeo_calibration.estimation.innovation import Estimate
 from mgeo_calibration.flight.flight import draw
 from mgeo_calibration.simulation.filter import ErrorStateFilter
@@ -45,9 +45,9 @@ def flown(request):
 @pytest.mark.parametrize(
     "estimator",
     [
-        Estimator(),
-        Estimator.plain(),
-        Estimator(second_order=False),
+        FilterSettings(),
+        FilterSettings.build_textbook(),
+        FilterSettings(second_order=False),
     ],
 )
 def test_runs_side_by_side_are_those_one_by_one(flown, estimator):
@@ -56,14 +56,16 @@ def test_runs_side_by_side_are_those_one_by_one(flown, estimator):
     assert 0 < seen.sum() < seen.size
     assert (seen.any(axis=1) & ~seen.all(axis=1)).any()
     filter_ = ErrorStateFilter(model.suite, estimator)
-    start = Estimate.at_start(model, RUNS)
+    start = Estimate.from_model(model, RUNS)
     run = filter_.run(start, readings, rates, model.references)
     found = [after for _, after, _ in run]
     sigma = model.initial_sigma
     for run in range(RUNS):
         expected = naive.estimates(model, readings[run], rates, estimator)
         for estimate, (C, x, P) in zip(found, expected, strict=True):
-            error = estimate.error(C[:, :, None].repeat(RUNS, 2), x[:, None].repeat(RUNS, 1))
+            error = estimate.compute_errors(
+                C[:, :, None].repeat(RUNS, 2), x[:, None].repeat(RUNS, 1)
+            )
             np.testing.assert_allclose(error[:, run] / sigma, 0.0, atol=1e-10)
             scaled = (estimate.covariance[:, :, run] - P) / np.outer(sigma, sigma)
             np.testing.assert_allclose(scaled, 0.0, atol=1e-11)

@@ -7,7 +7,7 @@ import pytest
 from mgeo_attitude import FilterModel, Scenario, evaluate
 from mgeo_attitude.maneuvers.drives import SlewLimits
 from mgeo_attitude.scenario import Convergence
-from mgeo_calibration import Estimator
+from mgeo_calibration import FilterSettings
 
 from ...attitude.filter.suites import SUITES
 from ..flight.runs import estimated, none
@@ -30,7 +30,9 @@ def model(request):
 
 @pytest.mark.cases(1)
 def test_variances_of_a_run_without_errors_are_the_kernels(model):
-    record = estimated(model, PLAN, np.arange(STEPS + 1), none(model, STEPS), Estimator.plain())
+    record = estimated(
+        model, PLAN, np.arange(STEPS + 1), none(model, STEPS), FilterSettings.build_textbook()
+    )
     kernel = evaluate(model, PLAN, history=True).variances[0]
     np.testing.assert_allclose(record.sigma[0] ** 2, kernel, rtol=1e-9)
     np.testing.assert_allclose(record.errors, 0.0, atol=1e-12)
@@ -39,7 +41,9 @@ def test_variances_of_a_run_without_errors_are_the_kernels(model):
 @pytest.mark.cases(1)
 def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model):
     ramped = dataclasses.replace(model, slew_limits=SlewLimits(np.radians(1.7), np.inf, np.eye(3)))
-    record = estimated(ramped, PLAN, np.arange(STEPS + 1), none(ramped, STEPS), Estimator.plain())
+    record = estimated(
+        ramped, PLAN, np.arange(STEPS + 1), none(ramped, STEPS), FilterSettings.build_textbook()
+    )
     kernel = evaluate(ramped, PLAN, history=True).variances[0]
     np.testing.assert_allclose(record.sigma[0] ** 2, kernel, rtol=1e-9)
     assert not np.allclose(record.sigma[0] ** 2, evaluate(model, PLAN, history=True).variances[0])

@@ -9,7 +9,7 @@ import pytest
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import TelemetryMapping, fly, read_telemetry
-from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.telemetry.mapping import GyroChannels, SensorChannels
 
 from ..calibration.flights import PLAN, short
@@ -165,9 +165,9 @@ def test_positions_with_a_gap_at_their_own_rate():
     found = read_telemetry(own, of)
     off = np.linalg.norm(found.positions(flown.times) - truth, axis=1)
     assert off.max() < 50.0
-    vectors = batch(of, found).vectors
-    expected = batch(of, flown).vectors
+    vectors = build_batch(of, found).vectors
+    expected = build_batch(of, flown).vectors
     np.testing.assert_allclose(vectors[:, 1], expected[:, 1], rtol=0, atol=1.0)
     own.loc[200:700, "position_x":] = np.nan
     with pytest.raises(ValueError, match=r"position: none near time (181|200).0+ s: exp"):
-        batch(of, read_telemetry(own, of))
+        build_batch(of, read_telemetry(own, of))

@@ -14,8 +14,8 @@ from scipy.special import chdtrc, gammaincinv, ndtri
 from mgeo_calibration.calibration.corrections import unit_of_innovations
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import Fit
-from mgeo_calibration.estimation.linearization import misfits
-from mgeo_calibration.estimation.residuals import Filtered, Innovations
+from mgeo_calibration.estimation.linearization import compute_innovations
+from mgeo_calibration.estimation.residuals import FilterEstimates, Innovations
 from mgeo_calibration.estimation.smoother import Solution
 from mgeo_calibration.estimation.trajectory import Trajectory
 
@@ -165,7 +165,7 @@ def correlation_bound(count: int, tests: float) -> float:
 
 def greatest_correlation(innovations: Innovations) -> float:
     """Return the autocorrelation of largest magnitude over all lags, averaged over components."""
-    w: Floats = innovations.whitened
+    w: Floats = innovations.whitened_values
     variance = (w * w).mean() if len(w) else 1.0
     result = [
         float((w[lag:] * w[:-lag]).mean() / variance) for lag in range(1, LAGS + 1) if len(w) > lag
@@ -173,7 +173,7 @@ def greatest_correlation(innovations: Innovations) -> float:
     return max(result, key=abs, default=0.0)
 
 
-def sensor_tests(found: Fit, past: Filtered, n_tests: float) -> tuple[SensorTest, ...]:
+def sensor_tests(found: Fit, past: FilterEstimates, n_tests: float) -> tuple[SensorTest, ...]:
     """Return the tests of all sensors with readings.
 
     Parameters
@@ -191,15 +191,15 @@ def sensor_tests(found: Fit, past: Filtered, n_tests: float) -> tuple[SensorTest
         if not len(each.samples):
             continue
         unit = unit_of_innovations(sensor)
-        count, rejected = each.whitened.size, int(found.rejected[index].sum())
+        count, rejected = each.whitened_values.size, int(found.is_rejected[index].sum())
         low, high = nis_bounds(count, n_tests)
-        before = misfits(found.batch, index, aligned)
+        before = compute_innovations(found.batch, index, aligned)
         tests.append(
             SensorTest(
                 sensor=sensor.name,
                 readings=len(each.samples) + rejected,
                 rejected=rejected,
-                nis=float((each.whitened**2).mean()),
+                nis=float((each.whitened_values**2).mean()),
                 nis_low=low,
                 nis_high=high,
                 correlation=greatest_correlation(each),
@@ -208,7 +208,7 @@ def sensor_tests(found: Fit, past: Filtered, n_tests: float) -> tuple[SensorTest
                 noise=unit.factor * _compute_rms(found.batch.noise[index, : before.shape[1]]),
                 before=unit.factor * _compute_rms(before[each.samples]),
                 after=unit.factor
-                * _compute_rms(found.residuals.r[index, each.samples, : before.shape[1]]),
+                * _compute_rms(found.residuals.values[index, each.samples, : before.shape[1]]),
             )
         )
     return tuple(tests)
@@ -299,7 +299,7 @@ def prior_tests(
     p_least : float
         Significance level of each test.
     """
-    off = belief.difference(attitude, states)
+    off = belief.compute_difference(attitude, states)
     tests = []
     for name, block in {ALL: slice(None), **_list_blocks(belief)}.items():
         x = off[block] / belief.sigma[block]

@@ -220,8 +220,8 @@ class Calibration:
             )
         columns = {"time": history.times}
         for name, R, sigma in (
-            ("", history.smoothed, history.smoothed_sigma),
-            ("filtered_", history.filtered, history.filtered_sigma),
+            ("", history.smoothed_attitude, history.smoothed_sigma),
+            ("filtered_", history.filtered_attitude, history.filtered_sigma),
         ):
             columns |= {f"{name}q{i + 1}": q for i, q in enumerate(quaternions_from_matrices(R).T)}
             degrees = np.degrees(sigma).T

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import pandas as pd
 from mgeo_attitude.scenario.scenario import Scenario
 
-from mgeo_calibration.estimation.axes import axes_causes
+from mgeo_calibration.estimation.axes import find_axis_mistakes
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.telemetry.checks import find_all
 from mgeo_calibration.telemetry.telemetry import Telemetry
@@ -28,7 +28,7 @@ def check(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> Check
         Batch of the estimator, for the checks of axes and quaternions.
     """
     result = find_all(scenario, telemetry)
-    axes = () if data is None else tuple(axes_causes(data))
+    axes = () if data is None else tuple(find_axis_mistakes(data))
     return {name: result[name] for name in BEFORE_TESTS} | {"axes": axes} | result
 
 

@@ -80,7 +80,7 @@ def _plot_innovations(names: Sequence[str], history: History) -> go.Figure:
         pieces = np.array_split(np.arange(len(each.samples)), min(60, len(each.samples)))
         figure.add_scatter(
             x=[float(history.times[each.samples[piece]].mean()) for piece in pieces],
-            y=[float((each.whitened[piece] ** 2).mean()) for piece in pieces],
+            y=[float((each.whitened_values[piece] ** 2).mean()) for piece in pieces],
             name=name,
             mode="lines+markers",
             line=build_line_style(number),

@@ -32,15 +32,15 @@ from mgeo_calibration.calibration.diagnosis import (
     check,
 )
 from mgeo_calibration.calibration.hypotheses import channels_of, hypotheses
-from mgeo_calibration.estimation.batch import Batch, batch
+from mgeo_calibration.estimation.batch import Batch, build_batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.departures import gyro_walk
-from mgeo_calibration.estimation.fit import Fit, NoFit, fit, settle
-from mgeo_calibration.estimation.kinematics import discretized, turns
-from mgeo_calibration.estimation.residuals import Filtered, History, filtered
-from mgeo_calibration.estimation.smoother import Solution, last_covariance
-from mgeo_calibration.estimation.step_noise import for_delays, without_step_noise
-from mgeo_calibration.estimation.trajectory import spans
+from mgeo_calibration.estimation.departures import estimate_angle_random_walk
+from mgeo_calibration.estimation.fit import Fit, FitError, fit, fit_from_trajectory
+from mgeo_calibration.estimation.kinematics import compute_rates_and_rotations, discretize_dynamics
+from mgeo_calibration.estimation.residuals import FilterEstimates, History, compute_filter_estimates
+from mgeo_calibration.estimation.smoother import Solution, compute_last_covariance
+from mgeo_calibration.estimation.step_noise import add_step_noise, list_states_without_step_noise
+from mgeo_calibration.estimation.trajectory import split_into_spans
 from mgeo_calibration.telemetry.gyro_samples import (
     gyro_noise,
     gyro_spikes,
@@ -112,10 +112,10 @@ def calibrate(
         telemetry = read_telemetry(telemetry, scenario, mapping)
     data = None
     try:
-        data = batch(scenario, telemetry)
-        data, belief = for_delays(data, Belief.of(scenario, data.held))
+        data = build_batch(scenario, telemetry)
+        data, belief = add_step_noise(data, Belief.from_scenario(scenario, data.pointing))
         calibration = _build_calibration(scenario, telemetry, belief, fit(data, belief, gate))
-    except NoFit as error:
+    except FitError as error:
         assert data is not None
         calibration = _calibrate_without_fit(scenario, telemetry, data, belief, error)
     except ValueError as error:
@@ -128,7 +128,7 @@ def calibrate(
 
 
 def _calibrate_without_fit(
-    scenario: Scenario, telemetry: Telemetry, data: Batch, belief: Belief, error: NoFit
+    scenario: Scenario, telemetry: Telemetry, data: Batch, belief: Belief, error: FitError
 ) -> Calibration:
     """Return an inconsistent calibration from all readings if no check finds a cause.
 
@@ -156,13 +156,13 @@ def _estimate_gyro_walk(scenario: Scenario, telemetry: Telemetry) -> float | Non
     """Return an angle random walk [deg/sqrt(h)] that makes telemetry consistent, or None."""
     noisy = dataclasses.replace(scenario, gyro=scale_noise(scenario.gyro, _NOISIER))
     try:
-        data, belief = for_delays(batch(noisy, telemetry), Belief.of(noisy))
+        data, belief = add_step_noise(build_batch(noisy, telemetry), Belief.from_scenario(noisy))
         result = fit(data, belief, GATE)
     except ValueError:
         return None
     if not _build_calibration(noisy, telemetry, belief, result).supported:
         return None
-    return float(60.0 * np.degrees(gyro_walk(result.solution)))
+    return float(60.0 * np.degrees(estimate_angle_random_walk(result.solution)))
 
 
 def _build_calibration(
@@ -170,13 +170,13 @@ def _build_calibration(
 ) -> Calibration:
     data, n = found.batch, len(found.batch.times)
     last = found.solution.estimate
-    past = filtered(found.solution)
+    past = compute_filter_estimates(found.solution)
     states, covariance = at_the_end(belief, found)
     whole = _refit_all_readings(belief, found)
-    all_past = past if whole is found else filtered(whole.solution)
+    all_past = past if whole is found else compute_filter_estimates(whole.solution)
     channels, left_out = channels_of(telemetry, data, all_past.innovations)
     tested = hypotheses(whole.solution, channels, telemetry.has_gyro)
-    before = Belief.of(scenario, data.held)
+    before = Belief.from_scenario(scenario, data.pointing)
     n_tests: float = number_of_tests(before) + left_out * (1 + len(past.innovations))
     n_tests += sum(each.weight for each in tested.values())
     # The tests of NIS and correlation are one-sided: together they count as one test.
@@ -188,7 +188,9 @@ def _build_calibration(
         scenario=scenario,
         time=float(data.times[-1]),
         quaternion=quaternions_from_matrices(last.attitude[-1:].swapaxes(1, 2))[0],
-        rate_deg_s=np.degrees(turns(data.part(n - 2, n), last.states[-2:])[0][-1]),
+        rate_deg_s=np.degrees(
+            compute_rates_and_rotations(data.select_samples(n - 2, n), last.states[-2:])[0][-1]
+        ),
         states=states,
         covariance=covariance,
         tests=tests,
@@ -196,7 +198,7 @@ def _build_calibration(
         prior_tests=prior_tests(
             before,
             last.attitude[0],
-            last.states[0, without_step_noise(data.suite)],
+            last.states[0, list_states_without_step_noise(data.suite)],
             SIGNIFICANCE / n_tests,
         ),
         model_tests=model_tests,
@@ -212,18 +214,18 @@ def _build_calibration(
 
 def _refit_all_readings(belief: Belief, found: Fit) -> Fit:
     """Return a fit without outlier rejection if a sensor has too many outliers."""
-    counts = found.solution.used.sum(axis=1) + found.rejected.sum(axis=1)
-    if not (found.rejected.sum(axis=1) > MOST_REJECTED * counts).any():
+    counts = found.solution.is_used.sum(axis=1) + found.is_rejected.sum(axis=1)
+    if not (found.is_rejected.sum(axis=1) > MOST_REJECTED * counts).any():
         return found
-    whole = settle(found.batch, belief, found.solution.estimate, 0.0)
-    return whole if whole.solution.settled() else found
+    whole = fit_from_trajectory(found.batch, belief, found.solution.estimate, 0.0)
+    return whole if whole.solution.is_converged() else found
 
 
 def at_the_end(belief: Belief, found: Fit) -> tuple[Floats, Floats]:
     """Return the states at the last sample, rotations as rotation vectors, and their covariance."""
-    solution, own = found.solution, without_step_noise(found.batch.suite)
+    solution, own = found.solution, list_states_without_step_noise(found.batch.suite)
     states = solution.estimate.states[-1]
-    states, covariance = as_believed(belief, solution, states, last_covariance(solution))
+    states, covariance = as_believed(belief, solution, states, compute_last_covariance(solution))
     return states[own], covariance[np.ix_(own, own)]
 
 
@@ -265,14 +267,17 @@ def as_believed(
 
 def _propagate_prior(belief: Belief, solution: Solution) -> tuple[Floats, Floats]:
     """Propagate the prior to the last sample: decay factor and added variance of each state."""
-    parts, batch = solution.parts, solution.batch
+    parts, batch = solution.partition, solution.batch
     left, added = np.ones_like(belief.sigma), np.zeros_like(belief.sigma)
-    left[parts.constant] = solution.growth[-1]
-    driven = parts.driven[3:]
-    for low, high, _ in spans(len(batch.times)):
-        own = batch.part(low, high)
-        durations, follows = own.durations, own.follows(own.suite.gyro, slice(1, None))
-        F, Q = discretized(own.suite, np.zeros((len(durations), 3)), durations, follows)
+    left[parts.constant] = solution.constant_factors[-1]
+    driven = parts.stochastic[3:]
+    for low, high, _ in split_into_spans(len(batch.times)):
+        own = batch.select_samples(low, high)
+        durations, follows = (
+            own.durations,
+            own.select_channel_values(own.suite.gyro, slice(1, None)),
+        )
+        F, Q = discretize_dynamics(own.suite, np.zeros((len(durations), 3)), durations, follows)
         decay, new = (np.einsum("nii->ni", matrix)[:, driven] for matrix in (F, Q))
         later = np.cumprod(decay[::-1], axis=0)[::-1]  # from the start of each step to the end
         after = np.vstack([later[1:], np.ones_like(later[:1])])
@@ -285,7 +290,10 @@ def _list_rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:
     listed = [
         (float(found.batch.times[k]), sensor.name, float(square[k]))
         for sensor, no, square in zip(
-            found.batch.suite.sensors, found.rejected, found.residuals.squares, strict=True
+            found.batch.suite.sensors,
+            found.is_rejected,
+            found.residuals.normalized_squares,
+            strict=True,
         )
         for k in np.flatnonzero(no)
     ]
@@ -317,16 +325,16 @@ def _describe_readings(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _build_history(found: Fit, past: Filtered) -> History:
+def _build_history(found: Fit, past: FilterEstimates) -> History:
     attitude = found.solution.estimate.attitude
     at_time = found.solution.trajectory.attitude @ np.moveaxis(
         rotation_matrix(past.errors.T), -1, 0
     )
     return History(
         times=found.batch.times,
-        smoothed=attitude.swapaxes(1, 2),
+        smoothed_attitude=attitude.swapaxes(1, 2),
         smoothed_sigma=found.residuals.sigma,
-        filtered=at_time.swapaxes(1, 2),
+        filtered_attitude=at_time.swapaxes(1, 2),
         filtered_sigma=np.sqrt(np.einsum("nii->ni", past.covariances)),
         innovations=past.innovations,
     )

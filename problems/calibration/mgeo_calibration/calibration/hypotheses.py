@@ -18,7 +18,7 @@ from mgeo_calibration.calibration.corrections import unit_of_innovations
 from mgeo_calibration.estimation import departures
 from mgeo_calibration.estimation.batch import RATE_MAGNITUDES, Batch
 from mgeo_calibration.estimation.residuals import Innovations
-from mgeo_calibration.estimation.score import Combined, Departure, Score
+from mgeo_calibration.estimation.score import ModelError, ModelErrorCombination, Score
 from mgeo_calibration.estimation.smoother import Solution
 from mgeo_calibration.telemetry.columns import channel_of
 from mgeo_calibration.telemetry.telemetry import Telemetry
@@ -31,8 +31,11 @@ _TAKEN_OUT = "no state models it, remove it from the readings"
 _FOLLOWS = {"bias": "influences", "misalignment": 'influences with error = "misalignment"'}
 #: Offset profiles: slow drifts, and a step within one part of the data. A step in the first part is
 #: covered by the prior test.
-_DRIFTS: tuple[departures.Course, ...] = (departures.ramp, departures.waves)
-_STEPS = tuple(departures.step(number) for number in range(1, departures.PARTS))
+_DRIFTS: tuple[departures.Profile, ...] = (
+    departures.compute_linear_profile,
+    departures.compute_cosine_profiles,
+)
+_STEPS = tuple(departures.build_step_profile(number) for number in range(1, departures.N_PARTS))
 _SHARES = np.linspace(0.0, 1.0, 1001)
 #: Number of 1-sigmas by which a decay may be negative, and largest coefficient of an axes error for
 #: which the model is linear.
@@ -84,7 +87,7 @@ class Hypothesis:
     name: str
     key: str
     says: Callable[[Score], str]
-    options: tuple[Departure | Combined, ...]
+    options: tuple[ModelError | ModelErrorCombination, ...]
     applies: bool = True
     possible: Callable[[Score], bool] = lambda score: True
     shown_by: str = "telemetry"
@@ -104,14 +107,20 @@ def hypotheses(
     has_gyro : bool
         False for a satellite without gyro, which has no gyro errors.
     """
-    rates, changes = departures.smoothed_rates(solution), departures.vector_rates(solution)
+    rates, changes = (
+        departures.compute_smoothed_rates(solution),
+        departures.build_vector_rates(solution),
+    )
     tested = [*_list_gyro_hypotheses(solution, rates, channels)] if has_gyro else []
     for index in range(len(solution.batch.suite.sensors)):
-        if solution.used[index].any():
-            late = departures.delay(index, rates, changes)
+        if solution.is_used[index].any():
+            late = departures.build_latency_error(index, rates, changes)
             tested += _list_sensor_hypotheses(solution, index, late, channels)
     sensors = solution.batch.suite.sensors
-    track, shifted = "its orbit along the track", departures.along_track(len(sensors), changes)
+    track, shifted = (
+        "its orbit along the track",
+        departures.build_along_track_error(len(sensors), changes),
+    )
     says = partial(_format_delay, "the satellite is", f"behind {track}", f"ahead of {track}")
     has_field = any(isinstance(sensor, Magnetometer) for sensor in sensors)
     tested.append(Hypothesis("orbit.along_track", "orbit, epoch", says, (shifted,), has_field))
@@ -128,7 +137,7 @@ def channels_of(
         if np.ptp(channel) > 0.0:
             scaled = (channel - channel.mean()) / channel.std()
             followed = sum(
-                float(np.square(scaled[each.samples] @ each.whitened).sum())
+                float(np.square(scaled[each.samples] @ each.whitened_values).sum())
                 / max(len(each.samples), 1)
                 for each in innovations
             )
@@ -172,64 +181,75 @@ def _list_gyro_hypotheses(
 
     def is_noisy(score: Score) -> str:
         # Gyro and sensors contribute about half of the variance of a score each.
-        more = 2.0 * max(0.0, score.chi_square / max(score.freedom, 1) - 1.0)
+        more = 2.0 * max(0.0, score.chi_square / max(score.degrees_of_freedom, 1) - 1.0)
         walk = max(expand_per_axis(gyro.angle_random_walk_deg_per_sqrt_h)) * math.sqrt(1.0 + more)
         return f"gyro is noisier than declared, about {walk:.2g} deg/sqrt(h)"
 
     rises, steps = (
-        departures.bias_drift(solution),
+        departures.build_bias_drift_error(solution),
         partial(_format_step, "gyro.bias", size, "deg/s", times),
     )
-    noise, decay = (departures.gyro_noise(solution),), (departures.bias_decay(solution),)
+    noise, decay = (
+        (departures.build_gyro_noise_error(solution),),
+        (departures.build_bias_decay_error(solution),),
+    )
     constant = -gyro.bias_decay * duration or None
     walk, name = "gyro.angle_random_walk_deg_per_sqrt_h", "gyro.bias_decay"
     yield Hypothesis(name, name, decays, decay, possible=may_decay, instead=constant)
     yield Hypothesis(
-        "gyro.drift", "gyro.rate_random_walk", drifts, departures.along(rises, _DRIFTS)
+        "gyro.drift",
+        "gyro.rate_random_walk",
+        drifts,
+        departures.build_profile_errors(rises, _DRIFTS),
     )
-    yield Hypothesis("gyro.step", _SPLIT, steps, departures.along(rises, _STEPS))
+    yield Hypothesis("gyro.step", _SPLIT, steps, departures.build_profile_errors(rises, _STEPS))
     yield Hypothesis("gyro.noise", walk, is_noisy, noise, weight=_RARE)
     modeled = {*gyro.states()} | (
         {"scale_asymmetry"} if follows(gyro, RATE_MAGNITUDES[0]) else set()
     )
     for state in _AXES:
         yield _build_axes_hypothesis(
-            "gyro", state, departures.gyro_error(rates, state), state not in modeled
+            "gyro", state, departures.build_gyro_parameter_error(rates, state), state not in modeled
         )
     yield Hypothesis(
         "gyro.delay",
         _SAMPLED,
         partial(_format_delay, "gyro reports rates", "early", "late"),
-        (departures.gyro_early(rates, durations),),
+        (departures.build_gyro_time_tag_error(rates, durations),),
         # With a single sensor, a delay of the gyro is equivalent to a delay of the sensor.
-        applies=int(solution.used.any(axis=1).sum()) > 1,
+        applies=int(solution.is_used.any(axis=1).sum()) > 1,
         shown_by="rotation",
         instead=0.5 * float(np.median(durations)) / departures.LARGE_DELAY_S,
     )
     for column, channel in channels.items():
-        departure = departures.gyro_follows(solution, _scale_channel(channel))
+        departure = departures.build_gyro_channel_error(solution, _scale_channel(channel))
         yield _build_channel_hypothesis(
             "gyro", gyro, "bias", (column, channel), departure, (size, "deg/s")
         )
 
 
 def _list_sensor_hypotheses(
-    solution: Solution, index: int, late: Departure, channels: Mapping[str, Floats]
+    solution: Solution, index: int, late: ModelError, channels: Mapping[str, Floats]
 ) -> Iterator[Hypothesis]:
     times, sensor = solution.batch.times, solution.batch.suite.sensors[index]
     name, states, unit = sensor.name, sensor.states(), unit_of_innovations(sensor)
     size = departures.LARGE_OFFSET * float(np.max(sensor.noise_sigmas())) * unit.factor
-    offset, rises = f"{name}.{sensor.offset_state}", departures.wander(solution, index)
+    offset, rises = (
+        f"{name}.{sensor.offset_state}",
+        departures.build_offset_drift_error(solution, index),
+    )
 
     def wanders(score: Score) -> str:
         by = f"{offset} changes by {size * _compute_range(_DRIFTS, score):.3g} {unit.text}"
-        if not score.option:
+        if not score.alternative:
             return f"{by}, evenly"
         return f"{by}, most about {_find_change_time(times, _DRIFTS, score):.0f} s"
 
     steps = partial(_format_step, offset, size, unit.text, times)
-    yield Hypothesis(f"{name}.drift", _SPLIT, wanders, departures.along(rises, _DRIFTS))
-    yield Hypothesis(f"{name}.step", _SPLIT, steps, departures.along(rises, _STEPS))
+    yield Hypothesis(
+        f"{name}.drift", _SPLIT, wanders, departures.build_profile_errors(rises, _DRIFTS)
+    )
+    yield Hypothesis(f"{name}.step", _SPLIT, steps, departures.build_profile_errors(rises, _STEPS))
     yield Hypothesis(
         f"{name}.delay",
         f"{name}.initial_delay_s",
@@ -240,22 +260,22 @@ def _list_sensor_hypotheses(
     )
     for state in ("scale_factor", "nonorthogonality"):
         if isinstance(sensor, Magnetometer):
-            error = departures.vector_error(index, state)
+            error = departures.build_vector_error(index, state)
             yield _build_axes_hypothesis(name, state, error, state not in states)
     for each in channels.items():
         channel = _scale_channel(each[1])
-        departure = departures.follows(index, channel)
+        departure = departures.build_offset_channel_error(index, channel)
         yield _build_channel_hypothesis(
             name, sensor, sensor.offset_state, each, departure, (size, unit.text)
         )
         if "misalignment" in states and sensor.offset_state == "bias":
-            turned = departures.turns_with(index, channel)
+            turned = departures.build_misalignment_channel_error(index, channel)
             yield _build_channel_hypothesis(
                 name, sensor, "misalignment", each, turned, (_DEG, "deg")
             )
 
 
-def _build_axes_hypothesis(name: str, state: str, error: Departure, applies: bool) -> Hypothesis:
+def _build_axes_hypothesis(name: str, state: str, error: ModelError, applies: bool) -> Hypothesis:
     size, unit, key = _AXES[state]
     says = partial(_format_worst_axis, f"{name}.{state} is", size, unit)
     weight = _RARE if state == "scale_asymmetry" else 1.0
@@ -276,7 +296,7 @@ def _build_channel_hypothesis(
     owner: Gyro | Sensor,
     error: str,
     column: tuple[str, Floats],
-    departure: Departure,
+    departure: ModelError,
     size: tuple[float, str],
 ) -> Hypothesis:
     (called, values), (large, unit) = column, size
@@ -329,17 +349,17 @@ def _scale_channel(channel: Floats) -> Floats:
     return scaled
 
 
-def _evaluate_offset(courses: Sequence[departures.Course], score: Score) -> Floats:
+def _evaluate_offset(courses: Sequence[departures.Profile], score: Score) -> Floats:
     """Return the estimated offset over the data, shape (1001, 3)."""
-    path: Floats = courses[score.option](_SHARES) @ score.estimate.reshape(-1, 3)
+    path: Floats = courses[score.alternative](_SHARES) @ score.estimate.reshape(-1, 3)
     return path
 
 
-def _compute_range(courses: Sequence[departures.Course], score: Score) -> float:
+def _compute_range(courses: Sequence[departures.Profile], score: Score) -> float:
     return float(np.ptp(_evaluate_offset(courses, score), axis=0).max())
 
 
-def _find_change_time(times: Floats, courses: Sequence[departures.Course], score: Score) -> float:
+def _find_change_time(times: Floats, courses: Sequence[departures.Profile], score: Score) -> float:
     """Return the time of the fastest change of an offset; the middle for a constant slope."""
     speed = np.linalg.norm(np.diff(_evaluate_offset(courses, score), axis=0), axis=1)
     fastest = np.flatnonzero(speed >= 0.999 * speed.max())

@@ -10,8 +10,8 @@ import numpy as np
 
 from mgeo_calibration.calibration.agreement import SIGNIFICANCE, SensorTest, beyond
 from mgeo_calibration.calibration.hypotheses import Hypothesis
-from mgeo_calibration.estimation.score import Score, Scores, scores
-from mgeo_calibration.estimation.smoother import Solution, last_covariance
+from mgeo_calibration.estimation.score import Score, ScoreTests, compute_scores
+from mgeo_calibration.estimation.smoother import Solution, compute_last_covariance
 
 #: Hypotheses are indistinguishable if their p-values differ by less than this factor.
 _INDISTINCT = 1000.0
@@ -97,7 +97,7 @@ def model_tests(
         for name, hypothesis in hypotheses.items()
         for option, departure in enumerate(hypothesis.options)
     }
-    result = scores(solution, departures)
+    result = compute_scores(solution, departures)
     alone = _score_hypotheses(result, hypotheses, ())
     named = _select_errors(result, hypotheses, alone, n_tests, scatter)
     tests = []
@@ -106,7 +106,7 @@ def model_tests(
         score, alternatives = named.get(name, (alone[name], ""))
         says = (
             hypothesis.says(score)
-            if score.freedom
+            if score.degrees_of_freedom
             else (f"not tested: no {hypothesis.shown_by} that shows it")
         )
         tests.append(
@@ -115,8 +115,8 @@ def model_tests(
                 says=says,
                 key=hypothesis.key,
                 chi_square=score.chi_square / scatter,
-                freedom=score.freedom,
-                p=score.p(scatter),
+                freedom=score.degrees_of_freedom,
+                p=score.compute_p_value(scatter),
                 p_least=hypothesis.weight * SIGNIFICANCE / n_tests,
                 named=name in named,
                 alternatives=alternatives,
@@ -132,7 +132,7 @@ def scatter_of(tests: Sequence[SensorTest]) -> float:
 
 
 def _select_errors(
-    found: Scores,
+    found: ScoreTests,
     hypotheses: Mapping[str, Hypothesis],
     alone: Mapping[str, Score],
     n_tests: float,
@@ -143,19 +143,19 @@ def _select_errors(
     beside, rest = alone, n_tests
 
     def is_significant(name: str, score: Score) -> bool:
-        return score.p(scatter) < hypotheses[name].weight * SIGNIFICANCE / rest
+        return score.compute_p_value(scatter) < hypotheses[name].weight * SIGNIFICANCE / rest
 
     while True:
         evidence = {
-            name: score.evidence(scatter) + 2.0 * math.log(hypotheses[name].weight)
+            name: score.compute_evidence(scatter) + 2.0 * math.log(hypotheses[name].weight)
             for name, score in beside.items()
             if hypotheses[name].possible(score)
         }
         best = max(evidence, key=lambda name: evidence[name], default=None)
         if best is None or not is_significant(best, beside[best]):
             return named
-        keys = [_key(name, score.option) for name, (score, _) in named.items()]
-        keys.append(_key(best, beside[best].option))
+        keys = [_key(name, score.alternative) for name, (score, _) in named.items()]
+        keys.append(_key(best, beside[best].alternative))
         others = {n: each for n, each in hypotheses.items() if n not in named and n != best}
         left = _score_hypotheses(found, others, keys)
         least = evidence[best] - 2.0 * math.log(_INDISTINCT)
@@ -189,17 +189,17 @@ def _describe_alternatives(
 
 
 def _score_hypotheses(
-    found: Scores, hypotheses: Mapping[str, Hypothesis], keys: Sequence[str]
+    found: ScoreTests, hypotheses: Mapping[str, Hypothesis], keys: Sequence[str]
 ) -> dict[str, Score]:
     """Return the score of the most significant option of each hypothesis, with others estimated."""
     best = {}
     for name, hypothesis in hypotheses.items():
         count = len(hypothesis.options)
         each = [
-            replace(found.of(_key(name, option), keys), option=option, options=count)
+            replace(found.compute_score(_key(name, option), keys), option=option, options=count)
             for option in range(count)
         ]
-        best[name] = max(each, key=lambda score: score.evidence())
+        best[name] = max(each, key=lambda score: score.compute_evidence())
     return best
 
 
@@ -211,19 +211,19 @@ def _describe_doubts(
     solution: Solution,
     hypotheses: Mapping[str, Hypothesis],
     alone: Mapping[str, Score],
-    found: Scores,
+    found: ScoreTests,
 ) -> Iterator[str]:
     """Yield notes on alternative conventions that fit telemetry better, but not significantly."""
-    order = np.concatenate([solution.parts.driven, solution.parts.constant])
-    sigma = np.sqrt(np.diag(last_covariance(solution)))[order]
+    order = np.concatenate([solution.partition.stochastic, solution.partition.constant])
+    sigma = np.sqrt(np.diag(compute_last_covariance(solution)))[order]
     for name, hypothesis in hypotheses.items():
         score, other = alone[name], hypothesis.instead
-        if other is None or not score.freedom:
+        if other is None or not score.degrees_of_freedom:
             continue
         off = abs(other - score.estimate[0])
         if off > min(_COMPATIBLE * score.sigma[0], abs(score.estimate[0])):
             continue
-        change = found.change[:, found.places[_key(name, 0)]][:, 0] * other
+        change = found.state_changes[:, found.slices[_key(name, 0)]][:, 0] * other
         moved = np.abs(change) / sigma
         if (most := float(moved.max())) >= _MATTERS:
             block = solution.batch.suite.blocks[int(order[moved.argmax()]) // 3]

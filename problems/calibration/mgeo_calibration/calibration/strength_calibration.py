@@ -22,13 +22,13 @@ from mgeo_calibration.calibration.agreement import (
     prior_tests,
 )
 from mgeo_calibration.calibration.calibration import Calibration
-from mgeo_calibration.estimation.batch import Batch, batch
+from mgeo_calibration.estimation.batch import Batch, build_batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.field_strength import (
     BLOCKS,
     FieldStrengthFit,
-    by_strength,
-    response,
+    compute_response_matrix,
+    fit_magnetometer,
 )
 from mgeo_calibration.estimation.residuals import Innovations
 from mgeo_calibration.telemetry.mapping import TelemetryMapping
@@ -82,7 +82,11 @@ def calibrate_alone(
     """
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
-    data, belief, suite = batch(scenario, telemetry), Belief.of(scenario), scenario.suite
+    data, belief, suite = (
+        build_batch(scenario, telemetry),
+        Belief.from_scenario(scenario),
+        scenario.suite,
+    )
     magnetometers = [k for k, s in enumerate(suite.sensors) if isinstance(s, Magnetometer)]
     if not magnetometers:
         raise ValueError(
@@ -95,14 +99,14 @@ def calibrate_alone(
     for index in magnetometers:
         sensor = suite.sensors[index]
         try:
-            result = by_strength(data, index, belief)
+            result = fit_magnetometer(data, index, belief)
         except ValueError as error:
             raise ValueError(f"{sensor.name}: {error}") from None
         places = suite.get_first_indices(sensor)
         numbers = [i for i, block in enumerate(BLOCKS) if block in places]
         own = np.concatenate([places[BLOCKS[i]] + np.arange(3) for i in numbers])
         here = np.concatenate([3 * i + np.arange(3) for i in numbers])
-        states[own] = result.values[here]
+        states[own] = result.parameters[here]
         covariance[own], covariance[:, own] = 0.0, 0.0
         covariance[np.ix_(own, own)] = result.covariance[np.ix_(here, here)]
         tests.append(_test_residuals(data, index, result, n_tests))
@@ -110,7 +114,7 @@ def calibrate_alone(
     last = Environment.from_times(scenario, data.times[-1:], telemetry.positions(data.times[-1:]))
     covariance[:3], covariance[:, :3] = 0.0, 0.0
     covariance[:3, :3] = scenario.initial_attitude_covariance
-    nothing = belief.without_attitude()
+    nothing = belief.reset_varying_states()
     return Calibration(
         scenario=scenario,
         time=time,
@@ -127,10 +131,12 @@ def calibrate_alone(
 
 def _test_residuals(data: Batch, index: int, found: FieldStrengthFit, n_tests: int) -> SensorTest:
     sensor, residuals = data.suite.sensors[index], found.residuals
-    measured = data.sensors[index][:, 0]
+    measured = data.readings[index][:, 0]
     seen = np.isfinite(measured[:, 0])
     strength = np.linalg.norm(data.vectors[seen, index], axis=1)
-    unbiased = (measured[seen] - found.values[:3]) @ np.linalg.inv(response(found.values))
+    unbiased = (measured[seen] - found.parameters[:3]) @ np.linalg.inv(
+        compute_response_matrix(found.parameters)
+    )
 
     def rms(values: Floats) -> float:
         return sensor.telemetry_unit.factor * float(np.sqrt((values**2).mean()))

@@ -16,21 +16,23 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.start import carried_for
+from mgeo_calibration.estimation.start import count_propagated_samples
 
 #: Number of windows, compared samples in each window, and desired rotation within a window [rad].
-_WINDOWS, _SAMPLES, _TURN = 24, 60, 0.5
-_LONGEST, _FEWEST = 600, 5
-_ASTRAY = 0.5  # largest rotation of a window by the gyro bias, 1-sigma [rad]
-_WILD = 3.0  # largest rotation in a step [rad]
+_N_WINDOWS, _N_SAMPLES, _WINDOW_ROTATION = 24, 60, 0.5
+_MAX_WINDOW_LENGTH, _MIN_SAMPLES = 600, 5
+_MAX_BIAS_ROTATION = 0.5  # largest rotation of a window by the gyro bias, 1-sigma [rad]
+_MAX_STEP_ROTATION = 3.0  # largest rotation in a step [rad]
 #: Largest misfit after a correction relative to the original misfit, and largest misfit relative to
 #: the best correction. Among the corrections within both bounds, the simplest is reported.
-_BETTER, _AS_GOOD = 0.2, 1.5
-_WELL = 5.0  # largest misfit after a correction relative to the misfit expected from the prior
+_MAX_MISFIT_RATIO, _MAX_RATIO_TO_BEST = 0.2, 1.5
+_MAX_RATIO_TO_EXPECTED = (
+    5.0  # largest misfit after a correction relative to the misfit expected from the prior
+)
 
 #: Quaternion conventions: description, positions of (x, y, z, scalar), and whether the rotation is
 #: the inverse.
-ORDERS = (
+QUATERNION_CONVENTIONS = (
     ("scalar first", (1, 2, 3, 0), False),
     ("from the body to GCRF", (0, 1, 2, 3), True),
     ("scalar first, from the body to GCRF", (1, 2, 3, 0), True),
@@ -38,24 +40,24 @@ ORDERS = (
 
 #: Body and inertial unit vectors, shape (w, k, m, 3), and weights, shape (w, k, m). A star tracker
 #: observes the axes of GCRS.
-Seen = tuple[Floats, Floats, Floats]
+WindowVectors = tuple[Floats, Floats, Floats]
 
 
-def axes_causes(batch: Batch) -> Iterator[str]:
+def find_axis_mistakes(batch: Batch) -> Iterator[str]:
     """Yield a description of the axis or quaternion mistake that explains the misfit, if any."""
     bias = np.full(3, batch.suite.gyro.states()["bias"])
-    windows = _select_windows(batch, carried_for(batch, bias, _ASTRAY))
-    sensors = [i for i in range(len(batch.sensors)) if _has_directions(batch.sensors[i])]
+    windows = _select_windows(batch, count_propagated_samples(batch, bias, _MAX_BIAS_ROTATION))
+    sensors = [i for i in range(len(batch.readings)) if _has_directions(batch.readings[i])]
     if not len(windows) or not sensors:
         return
     picked = windows[:, _select_samples(windows)]
-    seen = [_normalize_vectors(batch, i, batch.sensors[i][picked], picked) for i in sensors]
-    rates = (batch.gyro * batch.durations[:, None])[windows[:, :-1]]
+    seen = [_normalize_vectors(batch, i, batch.readings[i][picked], picked) for i in sensors]
+    rates = (batch.gyro_rates * batch.durations[:, None])[windows[:, :-1]]
     turned = _accumulate_rotations(rates)
     now = _compute_misfit(seen, turned)
     result: list[tuple[float, int, str]] = []
     for k, i in enumerate(sensors):
-        for changes, words, rows in _correct_mistakes(batch.sensors[i][picked]):
+        for changes, words, rows in _correct_mistakes(batch.readings[i][picked]):
             other = [*seen[:k], _normalize_vectors(batch, i, rows, picked), *seen[k + 1 :]]
             words = f"{batch.suite.sensors[i].name}{words}"
             result.append((_compute_misfit(other, turned), changes, words))
@@ -66,9 +68,13 @@ def axes_causes(batch: Batch) -> Iterator[str]:
     least = min(misfit for misfit, _, _ in result)
     lasts = batch.times[windows[:, -1]] - batch.times[windows[:, 0]]
     astray = float(np.median(bias[0] * lasts) ** 2) / 6.0  # of two numbers, about their mean
-    well = _WELL * float(np.mean([_predict_misfit(batch, i) for i in sensors]) + astray)
-    if least < min(_BETTER * now, well):
-        yield min((n, misfit, words) for misfit, n, words in result if misfit < _AS_GOOD * least)[2]
+    well = _MAX_RATIO_TO_EXPECTED * float(
+        np.mean([_predict_misfit(batch, i) for i in sensors]) + astray
+    )
+    if least < min(_MAX_MISFIT_RATIO * now, well):
+        yield min(
+            (n, misfit, words) for misfit, n, words in result if misfit < _MAX_RATIO_TO_BEST * least
+        )[2]
 
 
 def _permute_axes() -> Iterator[tuple[Floats, int, str]]:
@@ -86,12 +92,16 @@ def _permute_axes() -> Iterator[tuple[Floats, int, str]]:
                 yield P, changes, f" agrees with all else if its axes are ({axes}), not (x, y, z)"
 
 
-def _select_windows(batch: Batch, longest: int) -> Ints:
+def _select_windows(batch: Batch, max_length: int) -> Ints:
     """Return the samples of each window, shape (w, k); no window spans a break of the gyro."""
-    n, rate = len(batch.times), np.linalg.norm(batch.gyro * batch.durations[:, None], axis=1)
-    length = int(np.clip(_TURN / max(float(np.median(rate)), 1e-9), _SAMPLES, _LONGEST))
-    length = max(_FEWEST, min(length, n, longest))
-    first = np.unique(np.linspace(0, n - length, _WINDOWS).astype(int))
+    n, rate = len(batch.times), np.linalg.norm(batch.gyro_rates * batch.durations[:, None], axis=1)
+    length = int(
+        np.clip(
+            _WINDOW_ROTATION / max(float(np.median(rate)), 1e-9), _N_SAMPLES, _MAX_WINDOW_LENGTH
+        )
+    )
+    length = max(_MIN_SAMPLES, min(length, n, max_length))
+    first = np.unique(np.linspace(0, n - length, _N_WINDOWS).astype(int))
     result: Ints = first[:, None] + np.arange(length)
     silent = np.append(batch.breaks, False)[result[:, :-1]].any(axis=1)
     return result[~silent]
@@ -102,7 +112,7 @@ def _correct_mistakes(rows: Floats) -> Iterator[tuple[int, str, Floats]]:
     if rows.shape[-2] == 1:
         yield from ((changes, words, rows @ P.T) for P, changes, words in _permute_axes())
         return
-    for words, order, inverse in ORDERS:
+    for words, order, inverse in QUATERNION_CONVENTIONS:
         says = f": its quaternions agree with all else if they are read as {words}: expected "
         says += "scalar last, from GCRF to the body"
         yield 1, says, _convert_quaternions(rows, order, inverse)
@@ -119,35 +129,35 @@ def _convert_quaternions(axes: Floats, order: tuple[int, ...], inverse: bool) ->
 
 
 def _has_directions(rows: Floats) -> bool:
-    return rows.shape[2] == 3 and bool(np.isfinite(rows[:, 0, 0]).sum() > 3 * _WINDOWS)
+    return rows.shape[2] == 3 and bool(np.isfinite(rows[:, 0, 0]).sum() > 3 * _N_WINDOWS)
 
 
-def _normalize_vectors(batch: Batch, index: int, body: Floats, picked: Ints) -> Seen:
-    known = batch.vectors[picked, index][:, :, None] if body.shape[2] == 1 else np.eye(3)
+def _normalize_vectors(batch: Batch, index: int, body: Floats, samples: Ints) -> WindowVectors:
+    known = batch.vectors[samples, index][:, :, None] if body.shape[2] == 1 else np.eye(3)
     with np.errstate(over="ignore", invalid="ignore"):
         body = np.nan_to_num(body / np.linalg.norm(body, axis=-1, keepdims=True))
     known = np.broadcast_to(known / np.linalg.norm(known, axis=-1, keepdims=True), body.shape)
     there = body.any(axis=-1)
     count = there.sum(axis=(1, 2), keepdims=True)
-    return body, known, np.where(count < _FEWEST, 0.0, there / np.maximum(count, 1))
+    return body, known, np.where(count < _MIN_SAMPLES, 0.0, there / np.maximum(count, 1))
 
 
 def _predict_misfit(batch: Batch, index: int) -> float:
     """Return the expected mean squared error of a unit vector from the prior [rad²]."""
     places = batch.suite.get_first_indices(batch.suite.sensors[index])
-    sigma = Belief.initial(batch.suite).sigma
+    sigma = Belief.from_suite(batch.suite).sigma
     bias, turned = (
         float((sigma[k : k + 3] ** 2).mean()) if (k := places.get(state)) else 0.0
         for state in ("bias", "misalignment")
     )
-    tracker = batch.sensors[index].shape[1] == 3  # The noise of a star tracker is an angle.
+    tracker = batch.readings[index].shape[1] == 3  # The noise of a star tracker is an angle.
     square = 1.0 if tracker else float(np.median((batch.vectors[:, index] ** 2).sum(axis=1)))
     # Two of the three components are perpendicular to the vector.
     return 2.0 * ((float((batch.noise[index] ** 2).mean()) + bias) / square + turned)
 
 
 def _select_samples(windows: Ints) -> Ints:
-    picks: Ints = np.unique(np.linspace(0, windows.shape[1] - 1, _SAMPLES).astype(int))
+    picks: Ints = np.unique(np.linspace(0, windows.shape[1] - 1, _N_SAMPLES).astype(int))
     return picks
 
 
@@ -164,7 +174,7 @@ def _accumulate_rotations(angles: Floats) -> Floats:
     array, shape (w, k, 3, 3)
     """
     with np.errstate(over="ignore", invalid="ignore"):
-        angles = np.clip(angles, -_WILD, _WILD)
+        angles = np.clip(angles, -_MAX_STEP_ROTATION, _MAX_STEP_ROTATION)
     step = np.moveaxis(exponential_map(np.moveaxis(angles, -1, 0)), (0, 1), (-2, -1))
     w, n = angles.shape[:2]
     R = np.concatenate([np.broadcast_to(np.eye(3), (w, 1, 3, 3)), step], axis=1)
@@ -176,11 +186,11 @@ def _accumulate_rotations(angles: Floats) -> Floats:
     return result
 
 
-def _compute_misfit(seen: Sequence[Seen], turned: Floats) -> float:
+def _compute_misfit(vectors: Sequence[WindowVectors], rotations: Floats) -> float:
     """Return the mean squared residual of Wahba's problem over all windows [rad²]."""
-    profile, total = np.zeros((len(turned), 3, 3)), np.zeros(len(turned))
-    for body, known, weight in seen:
-        there = np.einsum("wkij,wkmj->wkmi", turned, body)
+    profile, total = np.zeros((len(rotations), 3, 3)), np.zeros(len(rotations))
+    for body, known, weight in vectors:
+        there = np.einsum("wkij,wkmj->wkmi", rotations, body)
         profile += np.einsum("wkm,wkmi,wkmj->wij", weight, known, there)
         total += weight.sum(axis=(1, 2))
     sizes = np.linalg.svd(profile, compute_uv=False)

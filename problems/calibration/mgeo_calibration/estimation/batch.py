@@ -15,7 +15,7 @@ from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.readings import pad_to_three
 from mgeo_attitude.sensors.suite import Suite
 
-from mgeo_calibration.estimation.belief import UNKNOWN
+from mgeo_calibration.estimation.belief import UNKNOWN_ATTITUDE_SIGMA
 from mgeo_calibration.telemetry.columns import followed
 from mgeo_calibration.telemetry.finding import Samples
 from mgeo_calibration.telemetry.gyro_samples import (
@@ -68,20 +68,20 @@ class Batch:
 
     suite: Suite
     times: Floats
-    gyro: Floats
-    change: Floats
-    added: Floats
+    gyro_rates: Floats
+    rate_changes: Floats
+    excess_angle_variance: Floats
     breaks: Bools
-    sensors: tuple[Floats, ...]
+    readings: tuple[Floats, ...]
     noise: Floats
     vectors: Floats
-    influences: Floats
-    held: Held | None = None
+    channel_values: Floats
+    pointing: Held | None = None
 
-    def follows(self, owner: Gyro | Sensor, samples: slice | Ints) -> list[Floats]:
+    def select_channel_values(self, owner: Gyro | Sensor, samples: slice | Ints) -> list[Floats]:
         """What influences of an owner are times at m samples, each of shape (m, 1)."""
         own = self.suite.find_sensitivity_columns(owner)
-        return [self.influences[samples][:, [k]] for k in range(own.start, own.stop)]
+        return [self.channel_values[samples][:, [k]] for k in range(own.start, own.stop)]
 
     @property
     def durations(self) -> Floats:
@@ -89,28 +89,28 @@ class Batch:
         return np.diff(self.times)
 
     @property
-    def there(self) -> Bools:
+    def has_reading(self) -> Bools:
         """Where sensors have reported, shape (s, n + 1)."""
-        return np.stack([np.isfinite(rows[:, 0, 0]) for rows in self.sensors])
+        return np.stack([np.isfinite(rows[:, 0, 0]) for rows in self.readings])
 
-    def part(self, low: int, high: int) -> Batch:
+    def select_samples(self, low: int, high: int) -> Batch:
         """Samples low to high - 1."""
         samples, steps = slice(low, high), slice(low, high - 1)
         return replace(
             self,
             times=self.times[samples],
-            gyro=self.gyro[steps],
-            change=self.change[steps],
-            added=self.added[steps],
+            gyro=self.gyro_rates[steps],
+            change=self.rate_changes[steps],
+            added=self.excess_angle_variance[steps],
             breaks=self.breaks[steps],
-            sensors=tuple(rows[samples] for rows in self.sensors),
+            sensors=tuple(rows[samples] for rows in self.readings),
             vectors=self.vectors[samples],
-            influences=self.influences[samples],
-            held=self.held and self.held._replace(attitude=self.held.attitude[samples]),
+            influences=self.channel_values[samples],
+            held=self.pointing and self.pointing._replace(attitude=self.pointing.attitude[samples]),
         )
 
 
-def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
+def build_batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     """Telemetry with what a scenario says of orbit, sensors and eclipse.
 
     A sensor that a scenario with eclipses calls blind at a sample has reported nothing there, nor
@@ -132,7 +132,7 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     for finding in norms(Samples.of(scenario, telemetry)):
         raise ValueError(str(finding))
     if scenario.prior is not None:
-        telemetry = _since_epoch(scenario, telemetry)
+        telemetry = _select_after_epoch(scenario, telemetry)
     at, rates = reported(telemetry)
     usual = usual_step(at)
     suite = replace(scenario.suite, gyro=scenario.gyro.convert_sample_noise(usual))
@@ -152,7 +152,9 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
         environment = environment.without_eclipses()
     vectors, available = compute_references(suite, environment)
     sensors = tuple(
-        np.where(available[:, i, None, None], without_dark(suite.sensors[i], rows[there]), np.nan)
+        np.where(
+            available[:, i, None, None], mask_dark_readings(suite.sensors[i], rows[there]), np.nan
+        )
         for i, rows in enumerate(readings)
     )
     off = gyro_spikes(suite, telemetry)
@@ -164,30 +166,33 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     counted = angle_variance(rates, usual, step, sigma)
     # vectors say whether the body has turned so: all parts of a sample are off together
     stands = covered(at)[:, None]
-    wrong = np.minimum(np.abs(off).max(axis=1, keepdims=True) * stands, UNKNOWN) ** 2 / stands
+    wrong = (
+        np.minimum(np.abs(off).max(axis=1, keepdims=True) * stands, UNKNOWN_ATTITUDE_SIGMA) ** 2
+        / stands
+    )
     j = np.minimum(np.searchsorted(at, times[1:]), len(at) - 1)
     return Batch(
         suite=suite,
         times=times,
-        gyro=gyro,
-        change=change,
-        added=missing[:, None] + (counted + wrong)[j] * np.diff(times)[:, None],
+        gyro_rates=gyro,
+        rate_changes=change,
+        excess_angle_variance=missing[:, None] + (counted + wrong)[j] * np.diff(times)[:, None],
         breaks=breaks & (hold is None),
-        sensors=sensors,
-        noise=pad_to_three(_noise(sensor, telemetry) for sensor in suite.sensors),
+        readings=sensors,
+        noise=pad_to_three(_compute_noise(sensor, telemetry) for sensor in suite.sensors),
         vectors=vectors,
-        influences=suite.compute_channel_deviations(
+        channel_values=suite.compute_channel_deviations(
             {
                 name: np.interp(times, telemetry.times, values)
-                for name, values in followed(suite, with_rate_magnitudes(telemetry)).items()
+                for name, values in followed(suite, collect_channels(telemetry)).items()
             },
             len(times),
         ),
-        held=hold.at(scenario, times, position) if hold else None,
+        pointing=hold.at(scenario, times, position) if hold else None,
     )
 
 
-def with_rate_magnitudes(telemetry: Telemetry) -> dict[str, Floats]:
+def collect_channels(telemetry: Telemetry) -> dict[str, Floats]:
     """Return the other columns of telemetry and `RATE_MAGNITUDES`, shape (n,)."""
     there = np.isfinite(telemetry.gyro_deg_s[:, 0])
     at, rates = telemetry.times[there], np.abs(telemetry.gyro_deg_s[there])
@@ -198,25 +203,25 @@ def with_rate_magnitudes(telemetry: Telemetry) -> dict[str, Floats]:
     return {**magnitudes, **telemetry.others}
 
 
-def without_dark(sensor: Sensor, rows: Floats) -> Floats:
+def mask_dark_readings(sensor: Sensor, readings: Floats) -> Floats:
     """Readings, shape (n, k, 3), of a photodiode without those of a Sun outside its cone.
 
     Whether it is inside say the samples before and after, since noise of its own that decided
     would be noise of a sign; where both are missing it says so itself.
     """
     if not isinstance(sensor, Photodiode):
-        return rows
-    values = rows[:, 0, 0]
+        return readings
+    values = readings[:, 0, 0]
     around = np.full((2, len(values)), np.nan)
     around[0, 1:], around[1, :-1] = values[:-1], values[1:]
     count = np.isfinite(around).sum(axis=0)
     mean = np.where(count > 0, np.nansum(around, axis=0) / np.maximum(count, 1), values)
     lit = mean >= np.cos(np.radians(sensor.half_angle_deg))
-    found: Floats = np.where(lit[:, None, None], rows, np.nan)
+    found: Floats = np.where(lit[:, None, None], readings, np.nan)
     return found
 
 
-def _noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
+def _compute_noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
     """1-sigma of each number, with the variance of a number that is rounded."""
     step, sigma = telemetry.step_of(sensor.name), np.array(sensor.noise_sigmas())
     if sensor.has_unit_length:
@@ -231,7 +236,7 @@ def _noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
     return noise
 
 
-def _since_epoch(scenario: Scenario, telemetry: Telemetry) -> Telemetry:
+def _select_after_epoch(scenario: Scenario, telemetry: Telemetry) -> Telemetry:
     """Samples after the epoch, and an empty one then."""
     later = telemetry.times > 0.0
     if later.sum() < 2:

@@ -13,11 +13,11 @@ from mgeo_attitude.sensors.suite import Suite
 from mgeo_calibration.telemetry.held import Held
 
 #: 1-sigma of an unknown attitude [rad], about the spread of uniformly distributed rotations.
-UNKNOWN = 1.0
+UNKNOWN_ATTITUDE_SIGMA = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Belief:
+class PriorEstimate:
     """Prior estimate with the covariance of its errors.
 
     Attributes
@@ -41,16 +41,16 @@ class Belief:
     correlation: Floats
 
     @classmethod
-    def initial(cls, suite: Suite) -> Belief:
+    def from_suite(cls, suite: Suite) -> PriorEstimate:
         """Return the prior of an uncalibrated suite.
 
         All states are zero with their initial 1-sigmas, and the attitude is unknown.
         """
-        sigma = suite.initial_sigma(UNKNOWN)
+        sigma = suite.initial_sigma(UNKNOWN_ATTITUDE_SIGMA)
         return cls(suite, None, np.zeros_like(sigma), sigma, suite.initial_correlation)
 
     @classmethod
-    def of(cls, scenario: Scenario, held: Held | None = None) -> Belief:
+    def from_scenario(cls, scenario: Scenario, pointing: Held | None = None) -> PriorEstimate:
         """Return the result of an earlier calibration, or `initial` if the scenario has none.
 
         Parameters
@@ -60,14 +60,14 @@ class Belief:
         """
         suite, prior = scenario.suite, scenario.prior
         if prior is None:
-            initial = cls.initial(suite)
-            if held is None:
+            initial = cls.from_suite(suite)
+            if pointing is None:
                 return initial
-            initial.sigma[:3] = held.error.sigma
-            return replace(initial, attitude=held.attitude[0])
+            initial.sigma[:3] = pointing.error.sigma
+            return replace(initial, attitude=pointing.attitude[0])
         return cls(suite, prior.attitude.T, prior.estimates, prior.sigma, prior.correlation)
 
-    def without_attitude(self) -> Belief:
+    def reset_varying_states(self) -> PriorEstimate:
         """Return a prior with only the constant states.
 
         The attitude and the varying states have their initial uncertainty again.
@@ -76,10 +76,10 @@ class Belief:
         correlation, sigma, states = self.correlation.copy(), self.sigma.copy(), self.states.copy()
         correlation[unknown], correlation[:, unknown], states[unknown] = 0.0, 0.0, 0.0
         correlation[unknown, unknown] = 1.0
-        sigma[unknown] = self.suite.initial_sigma(UNKNOWN)[unknown]
+        sigma[unknown] = self.suite.initial_sigma(UNKNOWN_ATTITUDE_SIGMA)[unknown]
         return replace(self, attitude=None, states=states, sigma=sigma, correlation=correlation)
 
-    def difference(self, attitude: Floats, states: Floats) -> Floats:
+    def compute_difference(self, attitude: Floats, states: Floats) -> Floats:
         """Return the difference of an estimate from the prior, shape (n_states,).
 
         Differences of rotations are rotation vectors. The attitude difference is zero if the
@@ -102,7 +102,7 @@ class Belief:
                 )
         return off
 
-    def residual(self, attitude: Floats, states: Floats) -> tuple[Floats, Floats]:
+    def compute_residual(self, attitude: Floats, states: Floats) -> tuple[Floats, Floats]:
         """Return the whitened residual of the prior and its Jacobian.
 
         Parameters
@@ -119,7 +119,7 @@ class Belief:
         J : array, shape (n_states, n_states)
             The residual becomes r - J e when the estimate is corrected by the errors e.
         """
-        off, turned = self.difference(attitude, states), np.eye(len(states))
+        off, turned = self.compute_difference(attitude, states), np.eye(len(states))
         for first in self.suite.rotation_indices:
             block = slice(first, first + 3)
             turned[block, block] = rotation_jacobian(off[block])

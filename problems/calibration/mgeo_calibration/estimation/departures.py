@@ -19,34 +19,39 @@ from mgeo_attitude.geometry.rotation import rotation_matrix, shear, skew
 from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
-from mgeo_calibration.estimation.kinematics import turns
-from mgeo_calibration.estimation.linearization import Equations, sighting
-from mgeo_calibration.estimation.score import Combined, Departure
+from mgeo_calibration.estimation.kinematics import compute_rates_and_rotations
+from mgeo_calibration.estimation.linearization import Equations, linearize_sensor
+from mgeo_calibration.estimation.score import ModelError, ModelErrorCombination
 from mgeo_calibration.estimation.smoother import Solution
 
 #: Number of equal parts of the data. A slowly varying offset is piecewise linear over the parts.
-PARTS = 8
+N_PARTS = 8
 #: Number of half waves in the model of a slow drift.
-WAVES = 3
+N_HALF_WAVES = 3
 #: Cycles over the data of the sinusoids that represent gyro noise; all are faster than a drift.
 CYCLES = (3.0, 6.0, 12.0, 24.0)
 #: Savitzky-Golay filter of the rates: window lengths in steps, polynomial order, variance gain of
 #: differences of the next order for white noise, and largest change of the rates by the filter in
 #: units of their noise.
-_WIDTHS, _ORDER, _GAIN, _BLUR = (33, 17, 9, 5), 2, 20.0, 1.5
+_WINDOW_LENGTHS, _POLYNOMIAL_ORDER, _DIFFERENCE_VARIANCE_GAIN, _MAX_SMOOTHING_CHANGE = (
+    (33, 17, 9, 5),
+    2,
+    20.0,
+    1.5,
+)
 #: Error sizes for a coefficient of one. A combination of coefficients with a larger 1-sigma is not
 #: tested.
 LARGE_DELAY_S = 10.0
 LARGE_AXES_ERROR = 0.1
 LARGE_OFFSET = 10.0  # in units of the 1-sigma of a sensor's noise
 #: Function from the fraction of elapsed time, shape (n,), to k offset profiles, shape (n, k).
-Course = Callable[[Floats], Floats]
+Profile = Callable[[Floats], Floats]
 #: Function that returns the rate of a sensor's readings due to the inertial motion of the observed
 #: vector, shape (n, 3) [1/s].
 VectorRates = Callable[[Equations, int], Floats]
 
 
-def smoothed_rates(solution: Solution) -> Floats:
+def compute_smoothed_rates(solution: Solution) -> Floats:
     """Return the mean body rate of the smoothed attitude in each step, shape (N - 1, 3) [rad/s].
 
     If the declared gyro noise is too large, the smoothed attitude follows the noise of single
@@ -54,19 +59,21 @@ def smoothed_rates(solution: Solution) -> Floats:
     M. J. E. Golay, Analytical Chemistry 36 (1964) 1627-1639).
     """
     rates = _compute_attitude_rates(solution)
-    noise = np.median(np.abs(np.diff(rates, _ORDER + 1, axis=0)), axis=0) / math.sqrt(_GAIN)
-    for width in _WIDTHS:
+    noise = np.median(np.abs(np.diff(rates, _POLYNOMIAL_ORDER + 1, axis=0)), axis=0) / math.sqrt(
+        _DIFFERENCE_VARIANCE_GAIN
+    )
+    for width in _WINDOW_LENGTHS:
         if width < len(rates):
-            result = savgol_filter(rates, width, _ORDER, axis=0)
-            if (np.median(np.abs(rates - result), axis=0) <= _BLUR * noise).all():
+            result = savgol_filter(rates, width, _POLYNOMIAL_ORDER, axis=0)
+            if (np.median(np.abs(rates - result), axis=0) <= _MAX_SMOOTHING_CHANGE * noise).all():
                 return np.asarray(result, dtype=np.float64)
     return rates
 
 
-def gyro_walk(solution: Solution) -> float:
+def estimate_angle_random_walk(solution: Solution) -> float:
     """Return the angle random walk of the gyro relative to the smoothed attitude [rad/sqrt(s)]."""
     batch = solution.batch
-    rates, _ = turns(batch, solution.estimate.states)
+    rates, _ = compute_rates_and_rotations(batch, solution.estimate.states)
     off = (rates - _compute_attitude_rates(solution))[~batch.breaks]
     return float(np.sqrt(np.mean(off**2 * batch.durations[~batch.breaks, None])))
 
@@ -79,7 +86,7 @@ def _compute_attitude_rates(solution: Solution) -> Floats:
     return rates
 
 
-def bias_decay(solution: Solution) -> Departure:
+def build_bias_decay_error(solution: Solution) -> ModelError:
     """Return the regressors of a gyro bias with a different correlation time.
 
     A coefficient of one increases the inverse correlation time by one over the duration of the
@@ -90,10 +97,10 @@ def bias_decay(solution: Solution) -> Departure:
     left = np.exp(-solution.batch.suite.gyro.bias_decay * at)[:, None]
     more = np.cumsum(dt[:, None] * bias / left[:-1], axis=0) / at[-1]
     off = -left * np.vstack([np.zeros(3), more])
-    return _build_gyro_departure(lambda own: off[own.low : own.high - 1, :, None], 1, off[-1:].T)
+    return _build_rate_error(lambda own: off[own.low : own.high - 1, :, None], 1, off[-1:].T)
 
 
-def bias_drift(solution: Solution) -> Departure:
+def build_bias_drift_error(solution: Solution) -> ModelError:
     """Return the regressors of a gyro bias that drifts.
 
     A coefficient of one changes the bias by its initial 1-sigma within one of the `PARTS` of the
@@ -102,14 +109,18 @@ def bias_drift(solution: Solution) -> Departure:
     share, size = _compute_elapsed_fractions(solution), solution.batch.suite.gyro.states()["bias"]
 
     def moves(own: Equations) -> Floats:
-        rises = size * risen(share[own.low : own.high - 1])
+        rises = size * compute_ramps(share[own.low : own.high - 1])
         result: Floats = rises[:, None, :, None] * _compute_rate_sensitivity(own)[:, :, None]
         return result.reshape(len(rises), 3, -1)
 
-    return Departure(width=3 * PARTS, moves=moves, bias=np.tile(size * np.eye(3), PARTS))
+    return ModelError(
+        n_coefficients=3 * N_PARTS,
+        attitude_changes=moves,
+        last_bias_change=np.tile(size * np.eye(3), N_PARTS),
+    )
 
 
-def gyro_noise(solution: Solution) -> Departure:
+def build_gyro_noise_error(solution: Solution) -> ModelError:
     """Return the regressors of sinusoidal gyro errors with `CYCLES` cycles about each axis.
 
     The amplitude equals the 1-sigma of the gyro noise in one step. The departure represents gyro
@@ -128,10 +139,10 @@ def gyro_noise(solution: Solution) -> Departure:
         result: Floats = waves[:, None, :, None] * np.diag(size)[:, None]
         return result.reshape(len(waves), 3, -1)
 
-    return _build_gyro_departure(off, 6 * len(CYCLES))
+    return _build_rate_error(off, 6 * len(CYCLES))
 
 
-def gyro_error(rates: Floats, state: str) -> Departure:
+def build_gyro_parameter_error(rates: Floats, state: str) -> ModelError:
     """Return the regressors of one calibration parameter of the gyro.
 
     Parameters
@@ -141,12 +152,12 @@ def gyro_error(rates: Floats, state: str) -> Departure:
     state : str
         "scale_factor", "misalignment", "nonorthogonality" or "scale_asymmetry".
     """
-    return _build_gyro_departure(
+    return _build_rate_error(
         lambda own: _compute_vector_changes(state, rates[own.low : own.high - 1]), 3
     )
 
 
-def gyro_early(rates: Floats, durations: Floats) -> Departure:
+def build_gyro_time_tag_error(rates: Floats, durations: Floats) -> ModelError:
     """Return the regressors of a gyro that reports rates `LARGE_DELAY_S` ahead of its time stamps.
 
     Parameters
@@ -163,26 +174,26 @@ def gyro_early(rates: Floats, durations: Floats) -> Departure:
         result: Floats = LARGE_DELAY_S * change / durations[steps, None]
         return result[:, :, None]
 
-    return _build_gyro_departure(changes, 1)
+    return _build_rate_error(changes, 1)
 
 
-def gyro_follows(solution: Solution, channel: Floats) -> Departure:
+def build_gyro_channel_error(solution: Solution, channel: Floats) -> ModelError:
     """Return the regressors of a gyro bias that is proportional to a channel, shape (N,)."""
     size = solution.batch.suite.gyro.states()["bias"]
-    return _build_gyro_departure(
+    return _build_rate_error(
         lambda own: size * channel[own.low : own.high - 1, None, None] * np.eye(3),
         3,
         size * channel[-1] * np.eye(3),
     )
 
 
-def vector_rates(solution: Solution) -> VectorRates:
+def build_vector_rates(solution: Solution) -> VectorRates:
     """Return a cached `VectorRates` function of the solution."""
     sensors = len(solution.batch.suite.sensors)
     return lru_cache(maxsize=sensors)(partial(_compute_vector_rate, solution))
 
 
-def delay(index: int, rates: Floats, changes: VectorRates) -> Departure:
+def build_latency_error(index: int, rates: Floats, vector_rates: VectorRates) -> ModelError:
     """Return the regressors of a sensor with readings that are `LARGE_DELAY_S` old.
 
     Parameters
@@ -198,13 +209,13 @@ def delay(index: int, rates: Floats, changes: VectorRates) -> Departure:
     def reads(own: Equations) -> Floats:
         before = rates[np.maximum(np.arange(own.low, own.high) - 1, 0)]
         turned = np.einsum("nij,nj->ni", _select_jacobian(own, index, 0), before)
-        result: Floats = -LARGE_DELAY_S * (turned + changes(own, index))
+        result: Floats = -LARGE_DELAY_S * (turned + vector_rates(own, index))
         return result[:, :, None]
 
-    return Departure(width=1, reads={index: reads})
+    return ModelError(n_coefficients=1, reading_changes={index: reads})
 
 
-def along_track(sensors: int, changes: VectorRates) -> Departure:
+def build_along_track_error(n_sensors: int, vector_rates: VectorRates) -> ModelError:
     """Return the regressors of an orbit that lags by `LARGE_DELAY_S` along the track.
 
     Parameters
@@ -216,12 +227,14 @@ def along_track(sensors: int, changes: VectorRates) -> Departure:
     """
 
     def reads(index: int) -> Callable[[Equations], Floats]:
-        return lambda own: -LARGE_DELAY_S * changes(own, index)[:, :, None]
+        return lambda own: -LARGE_DELAY_S * vector_rates(own, index)[:, :, None]
 
-    return Departure(width=1, reads={index: reads(index) for index in range(sensors)})
+    return ModelError(
+        n_coefficients=1, reading_changes={index: reads(index) for index in range(n_sensors)}
+    )
 
 
-def vector_error(index: int, state: str) -> Departure:
+def build_vector_error(index: int, state: str) -> ModelError:
     """Return the regressors of scale factors or non-orthogonality of a vector sensor.
 
     For a satellite that holds an attitude, the vectors are those at the held attitude, because the
@@ -231,16 +244,16 @@ def vector_error(index: int, state: str) -> Departure:
     def reads(own: Equations) -> Floats:
         batch, at = own.batch, own.trajectory
         first = batch.suite.get_first_indices(batch.suite.sensors[index]).get("misalignment")
-        attitude = at.attitude if batch.held is None else batch.held.attitude
+        attitude = at.attitude if batch.pointing is None else batch.pointing.attitude
         body = np.einsum("nji,nj->ni", attitude, batch.vectors[:, index])
         mounted = np.eye(3) if first is None else rotation_matrix(at.states[0, first : first + 3])
         columns: Floats = mounted @ _compute_vector_changes(state, body)
         return columns
 
-    return Departure(width=3, reads={index: reads})
+    return ModelError(n_coefficients=3, reading_changes={index: reads})
 
 
-def wander(solution: Solution, index: int) -> Departure:
+def build_offset_drift_error(solution: Solution, index: int) -> ModelError:
     """Return the regressors of a sensor offset that drifts.
 
     A coefficient of one changes the offset by `LARGE_OFFSET` within one of the `PARTS` of the data.
@@ -248,33 +261,33 @@ def wander(solution: Solution, index: int) -> Departure:
     share = _compute_elapsed_fractions(solution)
 
     def reads(own: Equations) -> Floats:
-        rises = risen(share[own.low : own.high])
+        rises = compute_ramps(share[own.low : own.high])
         result = rises[:, None, :, None] * _compute_offset_columns(own, index)[:, :, None]
         return result.reshape(len(rises), 3, -1)
 
-    return Departure(width=3 * PARTS, reads={index: reads})
+    return ModelError(n_coefficients=3 * N_PARTS, reading_changes={index: reads})
 
 
-def follows(index: int, channel: Floats) -> Departure:
+def build_offset_channel_error(index: int, channel: Floats) -> ModelError:
     """Return the regressors of a sensor offset that is proportional to a channel, shape (N,)."""
 
     def reads(own: Equations) -> Floats:
         return channel[own.low : own.high, None, None] * _compute_offset_columns(own, index)
 
-    return Departure(width=3, reads={index: reads})
+    return ModelError(n_coefficients=3, reading_changes={index: reads})
 
 
-def turns_with(index: int, channel: Floats) -> Departure:
+def build_misalignment_channel_error(index: int, channel: Floats) -> ModelError:
     """Return the regressors of a sensor misalignment proportional to a channel, shape (N,)."""
 
     def reads(own: Equations) -> Floats:
         by_attitude = -_select_jacobian(own, index, 0)
         return LARGE_AXES_ERROR * channel[own.low : own.high, None, None] * by_attitude
 
-    return Departure(width=3, reads={index: reads})
+    return ModelError(n_coefficients=3, reading_changes={index: reads})
 
 
-def risen(share: Floats) -> Floats:
+def compute_ramps(elapsed_fractions: Floats) -> Floats:
     """Return ramps from zero to one, one within each part of the data, shape (n, PARTS).
 
     Parameters
@@ -282,28 +295,30 @@ def risen(share: Floats) -> Floats:
     share : array, shape (n,)
         Fraction of elapsed time.
     """
-    rises: Floats = np.clip(PARTS * share[:, None] - np.arange(PARTS), 0.0, 1.0)
+    rises: Floats = np.clip(N_PARTS * elapsed_fractions[:, None] - np.arange(N_PARTS), 0.0, 1.0)
     return rises
 
 
-def step(number: int) -> Course:
+def build_step_profile(part: int) -> Profile:
     """Return the offset profile that rises from zero to one within one part of the data."""
-    return lambda share: risen(share)[:, [number]]
+    return lambda share: compute_ramps(share)[:, [part]]
 
 
-def ramp(share: Floats) -> Floats:
+def compute_linear_profile(elapsed_fractions: Floats) -> Floats:
     """Return the offset profile that is proportional to time, shape (n, 1)."""
-    return share[:, None]
+    return elapsed_fractions[:, None]
 
 
-def waves(share: Floats) -> Floats:
+def compute_cosine_profiles(elapsed_fractions: Floats) -> Floats:
     """Return cosine profiles of one to `WAVES` half waves that start at zero, shape (n, WAVES)."""
-    half_periods = np.arange(1, WAVES + 1)
-    result: Floats = 0.5 - 0.5 * np.cos(np.pi * share[:, None] * half_periods)
+    half_periods = np.arange(1, N_HALF_WAVES + 1)
+    result: Floats = 0.5 - 0.5 * np.cos(np.pi * elapsed_fractions[:, None] * half_periods)
     return result
 
 
-def along(rises: Departure, courses: Sequence[Course]) -> tuple[Combined, ...]:
+def build_profile_errors(
+    drift_error: ModelError, profiles: Sequence[Profile]
+) -> tuple[ModelErrorCombination, ...]:
     """Return the regressors of each profile, piecewise linear over the parts of the data.
 
     Parameters
@@ -313,10 +328,12 @@ def along(rises: Departure, courses: Sequence[Course]) -> tuple[Combined, ...]:
     courses : sequence of Course
         Offset profiles.
     """
-    ends = np.linspace(0.0, 1.0, PARTS + 1)
+    ends = np.linspace(0.0, 1.0, N_PARTS + 1)
     return tuple(
-        Combined(rises, np.asarray(np.kron(np.diff(of(ends), axis=0), np.eye(3)), dtype=np.float64))
-        for of in courses
+        ModelErrorCombination(
+            drift_error, np.asarray(np.kron(np.diff(of(ends), axis=0), np.eye(3)), dtype=np.float64)
+        )
+        for of in profiles
     )
 
 
@@ -326,9 +343,11 @@ def _compute_elapsed_fractions(solution: Solution) -> Floats:
     return fractions
 
 
-def _build_gyro_departure(
-    off: Callable[[Equations], Floats], width: int, last: Floats | None = None
-) -> Departure:
+def _build_rate_error(
+    rate_errors: Callable[[Equations], Floats],
+    n_coefficients: int,
+    last_bias_change: Floats | None = None,
+) -> ModelError:
     """Return the regressors of a gyro with an additive rate error.
 
     Parameters
@@ -342,20 +361,24 @@ def _build_gyro_departure(
     """
 
     def moves(own: Equations) -> Floats:
-        moved: Floats = np.einsum("nij,njk->nik", _compute_rate_sensitivity(own), off(own))
+        moved: Floats = np.einsum("nij,njk->nik", _compute_rate_sensitivity(own), rate_errors(own))
         return moved
 
-    return Departure(width=width, moves=moves, bias=last)
+    return ModelError(
+        n_coefficients=n_coefficients, attitude_changes=moves, last_bias_change=last_bias_change
+    )
 
 
-def _compute_rate_sensitivity(own: Equations) -> Floats:
+def _compute_rate_sensitivity(equations: Equations) -> Floats:
     """Return the attitude error per gyro rate error in each step, shape (n - 1, 3, 3) [s]."""
-    parts, move = own.parts, own.steps
-    if (parts.driven == 3).any():
-        first = int(np.flatnonzero(parts.driven == 3)[0])
+    parts, move = equations.partition, equations.process
+    if (parts.stochastic == 3).any():
+        first = int(np.flatnonzero(parts.stochastic == 3)[0])
         return move.F[:, :3, first : first + 3]
     first = int(np.flatnonzero(parts.constant == 3)[0])
-    turned: Floats = move.G[:, :, first : first + 3] / move.growth[:-1, None, first : first + 3]
+    turned: Floats = (
+        move.G[:, :, first : first + 3] / move.constant_factors[:-1, None, first : first + 3]
+    )
     return turned
 
 
@@ -374,36 +397,38 @@ def _compute_vector_changes(state: str, vectors: Floats) -> Floats:
     return LARGE_AXES_ERROR * columns
 
 
-def _compute_vector_rate(solution: Solution, own: Equations, index: int) -> Floats:
-    whole, vectors = solution.batch, own.batch.vectors.copy()
-    low, high = max(0, own.low - 1), min(len(whole.times), own.high + 1)
+def _compute_vector_rate(solution: Solution, equations: Equations, index: int) -> Floats:
+    whole, vectors = solution.batch, equations.batch.vectors.copy()
+    low, high = max(0, equations.low - 1), min(len(whole.times), equations.high + 1)
     rate = np.gradient(whole.vectors[low:high, index], whole.times[low:high], axis=0)
-    vectors[:, index] += rate[own.low - low : own.high - low]
-    later = sighting(dataclasses.replace(own.batch, vectors=vectors), index, own.trajectory)
+    vectors[:, index] += rate[equations.low - low : equations.high - low]
+    later = linearize_sensor(
+        dataclasses.replace(equations.batch, vectors=vectors), index, equations.trajectory
+    )
     change = np.zeros((len(vectors), 3))
     k = later.z.shape[1]
-    change[later.samples, :k] = own.sightings.z[index, later.samples, :k] - later.z
+    change[later.samples, :k] = equations.measurements.z[index, later.samples, :k] - later.z
     return change
 
 
-def _compute_offset_columns(own: Equations, index: int) -> Floats:
+def _compute_offset_columns(equations: Equations, index: int) -> Floats:
     """Return the change of the readings by an offset on each axis, shape (n, 3, 3)."""
-    suite = own.batch.suite
+    suite = equations.batch.suite
     sensor = suite.sensors[index]
     places = suite.get_first_indices(sensor)
     if (state := sensor.offset_state) in places:
-        columns = _select_jacobian(own, index, places[state])
+        columns = _select_jacobian(equations, index, places[state])
     else:  # A misalignment rotates the readings opposite to an attitude error.
-        columns = -_select_jacobian(own, index, 0)
+        columns = -_select_jacobian(equations, index, 0)
     offset: Floats = LARGE_OFFSET * float(np.max(sensor.noise_sigmas())) * columns
     return offset
 
 
-def _select_jacobian(own: Equations, index: int, first: int) -> Floats:
-    seen, parts = own.sightings, own.parts
-    driven, constants = seen.counts[index]
+def _select_jacobian(equations: Equations, index: int, first_state: int) -> Floats:
+    seen, parts = equations.measurements, equations.partition
+    driven, constants = seen.n_columns[index]
     places = seen.columns[index]
-    states = np.concatenate([parts.driven[places[:driven]], parts.constant[places[driven:]]])
-    k = int(np.flatnonzero(states[: driven + constants] == first)[0])
+    states = np.concatenate([parts.stochastic[places[:driven]], parts.constant[places[driven:]]])
+    k = int(np.flatnonzero(states[: driven + constants] == first_state)[0])
     columns: Floats = seen.H[index, :, :, k : k + 3]
     return columns

@@ -20,16 +20,16 @@ from mgeo_attitude.sensors.vector_sensors import Magnetometer
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.lengths import implausible
+from mgeo_calibration.estimation.lengths import find_outlying_lengths
 
 #: Smallest number of readings for nine unknowns.
-FEWEST = 20
+MIN_READINGS = 20
 #: State blocks of a magnetometer that the field strength depends on, in the order of the unknowns.
 BLOCKS = ("bias", "scale_factor", "nonorthogonality")
-_LARGE = 0.1  # smallest bias, relative to the field strength, that corrupts field directions
-_MOST = 3000  # number of readings for an initial estimate
-_ITERATIONS = 30
-_LAST = 1e-6  # convergence tolerance of a step, in 1-sigmas
+_LARGE_BIAS = 0.1  # smallest bias, relative to the field strength, that corrupts field directions
+_MAX_READINGS = 3000  # number of readings for an initial estimate
+_MAX_ITERATIONS = 30
+_TOLERANCE = 1e-6  # convergence tolerance of a step, in 1-sigmas
 _PAIRS = ((1, 2), (2, 0), (0, 1))  # row and column of each element of N
 
 
@@ -47,13 +47,13 @@ class FieldStrengthFit:
         Normalized residual of each reading; standard normal if the declared noise is correct.
     """
 
-    values: Floats
+    parameters: Floats
     covariance: Floats
     residuals: Floats
 
 
 def fit_field_strength(
-    measured: Floats, strength: Floats, sigma: Floats, mean: Floats, prior: Floats
+    measured: Floats, strength: Floats, sigma: Floats, prior_mean: Floats, prior_sigma: Floats
 ) -> FieldStrengthFit:
     """Estimate b, k and N of a magnetometer by maximum a posteriori.
 
@@ -73,15 +73,18 @@ def fit_field_strength(
     ValueError
         If there are fewer than `FEWEST` readings, or the estimate does not converge.
     """
-    if len(measured) < FEWEST:
-        raise ValueError(f"{len(measured)} readings: expected {FEWEST} or more")
-    free = prior > 0.0
-    weight = np.where(free, 1.0 / np.where(free, prior, 1.0), 0.0)
-    starts = [mean, np.where(free, _estimate_linear(measured, strength, sigma, free), mean)]
+    if len(measured) < MIN_READINGS:
+        raise ValueError(f"{len(measured)} readings: expected {MIN_READINGS} or more")
+    free = prior_sigma > 0.0
+    weight = np.where(free, 1.0 / np.where(free, prior_sigma, 1.0), 0.0)
+    starts = [
+        prior_mean,
+        np.where(free, _estimate_linear(measured, strength, sigma, free), prior_mean),
+    ]
 
     def equations(values: Floats, spread: Floats) -> tuple[Floats, Floats]:
         z, slopes = _compute_residuals(values, measured, strength, sigma)
-        r = np.concatenate([z / spread, weight * (values - mean)])
+        r = np.concatenate([z / spread, weight * (values - prior_mean)])
         return r, np.vstack([slopes / spread[:, None], np.diag(weight)])[:, free]
 
     def cost(values: Floats, spread: Floats) -> float:
@@ -90,7 +93,7 @@ def fit_field_strength(
         return total if np.isfinite(total) else np.inf
 
     values = min(starts, key=lambda start: cost(start, _compute_sigma(start, measured, sigma)))
-    for _ in range(_ITERATIONS):
+    for _ in range(_MAX_ITERATIONS):
         spread = _compute_sigma(values, measured, sigma)  # The weights are constant within a step.
         r, J = equations(values, spread)
         result, *_ = np.linalg.lstsq(J, -r, rcond=None)
@@ -99,12 +102,12 @@ def fit_field_strength(
         while cost(values + step, spread) > (1.0 + 1e-9) * float(r @ r):
             step *= 0.5
         values = values + step
-        if np.linalg.norm(J @ step[free]) < _LAST:
+        if np.linalg.norm(J @ step[free]) < _TOLERANCE:
             break
     else:
         raise ValueError(
             "the estimate of bias and scale factors from the field strength does not converge in "
-            f"{_ITERATIONS} iterations"
+            f"{_MAX_ITERATIONS} iterations"
         )
     r, J = equations(values, _compute_sigma(values, measured, sigma))
     covariance = np.zeros((9, 9))
@@ -112,8 +115,8 @@ def fit_field_strength(
     return FieldStrengthFit(values, covariance, r[: len(measured)])
 
 
-def by_strength(
-    batch: Batch, index: int, belief: Belief, most: int | None = None
+def fit_magnetometer(
+    batch: Batch, index: int, state_prior: Belief, max_readings: int | None = None
 ) -> FieldStrengthFit:
     """Estimate the parameters of a magnetometer of a batch from the field strength.
 
@@ -144,14 +147,16 @@ def by_strength(
     for number, block in enumerate(BLOCKS):
         if block in places:
             own = slice(places[block], places[block] + 3)
-            mean[3 * number : 3 * number + 3] = belief.states[own]
-            prior[3 * number : 3 * number + 3] = belief.sigma[own]
+            mean[3 * number : 3 * number + 3] = state_prior.states[own]
+            prior[3 * number : 3 * number + 3] = state_prior.sigma[own]
     varying = places.get("field_error")
-    more = 0.0 if varying is None else belief.sigma[varying : varying + 3]
-    seen = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]) & ~implausible(batch)[index])
-    seen = seen[:: max(1, len(seen) // most) if most else 1]
+    more = 0.0 if varying is None else state_prior.sigma[varying : varying + 3]
+    seen = np.flatnonzero(
+        np.isfinite(batch.readings[index][:, 0, 0]) & ~find_outlying_lengths(batch)[index]
+    )
+    seen = seen[:: max(1, len(seen) // max_readings) if max_readings else 1]
     return fit_field_strength(
-        batch.sensors[index][seen, 0],
+        batch.readings[index][seen, 0],
         np.linalg.norm(batch.vectors[seen, index], axis=1),
         np.hypot(batch.noise[index], more),
         mean,
@@ -159,32 +164,32 @@ def by_strength(
     )
 
 
-def start_states(batch: Batch, belief: Belief) -> Floats:
+def compute_initial_states(batch: Batch, prior: Belief) -> Floats:
     """Return initial states for a fit, shape (n_states,).
 
     The states are the prior states, except for magnetometers with a potentially large bias. Their
     states are estimated from the field strength, because such a bias corrupts the field directions.
     """
-    states = belief.states.copy()
+    states = prior.states.copy()
     for index, sensor in enumerate(batch.suite.sensors):
         if not isinstance(sensor, Magnetometer):
             continue
         places = batch.suite.get_first_indices(sensor)
         strength = float(np.median(np.linalg.norm(batch.vectors[:, index], axis=1)))
-        if belief.sigma[places["bias"]] < _LARGE * strength:
+        if prior.sigma[places["bias"]] < _LARGE_BIAS * strength:
             continue
         try:
-            result = by_strength(batch, index, belief, _MOST)
+            result = fit_magnetometer(batch, index, prior, _MAX_READINGS)
         except ValueError:
             continue  # Keep the prior states.
         for number, block in enumerate(BLOCKS):
             if block in places:
                 first = places[block]
-                states[first : first + 3] = result.values[3 * number : 3 * number + 3]
+                states[first : first + 3] = result.parameters[3 * number : 3 * number + 3]
     return states
 
 
-def response(values: Floats) -> Floats:
+def compute_response_matrix(values: Floats) -> Floats:
     """Return the matrix I + diag k + N, shape (3, 3)."""
     K = np.diag(1.0 + values[3:6])
     for value, (i, j) in zip(values[6:], _PAIRS, strict=True):
@@ -196,7 +201,7 @@ def _compute_residuals(
     values: Floats, measured: Floats, strength: Floats, sigma: Floats
 ) -> tuple[Floats, Floats]:
     """Return |u|² - |B|² minus its mean due to noise, shape (n,), and its Jacobian, (n, 9)."""
-    W = np.linalg.inv(response(values))
+    W = np.linalg.inv(compute_response_matrix(values))
     u = (measured - values[:3]) @ W
     Wu = u @ W
     z = (u * u).sum(axis=1) - strength**2 - np.trace((W * sigma**2) @ W)
@@ -209,14 +214,14 @@ def _compute_sigma(values: Floats, measured: Floats, sigma: Floats) -> Floats:
 
     Noise w adds 2 uᵀ W w + |W w|² to a residual, with W = (I + diag k + N)⁻¹.
     """
-    W = np.linalg.inv(response(values))
+    W = np.linalg.inv(compute_response_matrix(values))
     Wu = (measured - values[:3]) @ W @ W
     noise = (W * sigma**2) @ W
     spread: Floats = np.sqrt(4.0 * ((Wu * sigma) ** 2).sum(axis=1) + 2.0 * (noise**2).sum())
     return spread
 
 
-def _estimate_linear(measured: Floats, strength: Floats, sigma: Floats, free: Bools) -> Floats:
+def _estimate_linear(measured: Floats, strength: Floats, sigma: Floats, is_free: Bools) -> Floats:
     """Return the linear first estimate of TWOSTEP, shape (9,).
 
     Centered differences of |m|² - |B|² = 2 mᵀ d - mᵀ E m + constant give d and E, with
@@ -227,12 +232,12 @@ def _estimate_linear(measured: Floats, strength: Floats, sigma: Floats, free: Bo
     z = (m * m).sum(axis=1) - (strength / scale) ** 2
     pairs = [-2.0 * m[:, i] * m[:, j] for i, j in _PAIRS]
     A = np.column_stack([2.0 * m, -m * m, *pairs])
-    estimated = free.copy()
-    estimated[3:] = free[3:].any()
+    estimated = is_free.copy()
+    estimated[3:] = is_free[3:].any()
     A, z = A - A.mean(axis=0), z - z.mean()
     result = np.zeros(9)
     result[estimated], *_ = np.linalg.lstsq(A[:, estimated], z, rcond=None)
-    square = response(result)
+    square = compute_response_matrix(result)
     sizes, axes = np.linalg.eigh(square)
     if sizes.min() <= 0.0:  # The quadric is not an ellipsoid: estimate the bias alone.
         result[3:], square = 0.0, np.eye(3)

@@ -18,9 +18,13 @@ from mgeo_attitude.sensors.errors import apply_bias_sensitivities
 from mgeo_attitude.sensors.readings import apply_latency
 from mgeo_attitude.sensors.suite import Suite
 
-from mgeo_calibration.estimation.taylor import Taylor, uncertain, uncertain_rotation
+from mgeo_calibration.estimation.taylor import (
+    TaylorPolynomial,
+    add_error,
+    build_rotation_with_error,
+)
 
-STILL = np.zeros(3)
+ZERO_RATE = np.zeros(3)
 
 
 @dataclass(frozen=True)
@@ -41,13 +45,15 @@ class Estimate:
         Covariance of the errors.
     """
 
-    places: Ints
+    rotation_indices: Ints
     rotations: Floats
     states: Floats
     covariance: Floats
 
     @classmethod
-    def of(cls, suite: Suite, attitude: Floats, states: Floats, covariance: Floats) -> Estimate:
+    def from_states(
+        cls, suite: Suite, attitude: Floats, states: Floats, covariance: Floats
+    ) -> Estimate:
         """Return an estimate from attitudes and states.
 
         Parameters
@@ -64,20 +70,22 @@ class Estimate:
         return cls(places, rotations, others, covariance)
 
     @classmethod
-    def at_start(cls, model: FilterModel, n_runs: int = 1) -> Estimate:
+    def from_model(cls, model: FilterModel, n_runs: int = 1) -> Estimate:
         """Return the initial estimate of a filter model, equal in all runs."""
         states = np.repeat(model.initial_states[:, None], n_runs, axis=-1)
         P = np.repeat(model.initial_covariance[..., None], n_runs, axis=-1)
-        return cls.of(model.suite, model.initial_attitude.T[..., None], states, P)
+        return cls.from_states(model.suite, model.initial_attitude.T[..., None], states, P)
 
-    def corrected(self, e: Floats, covariance: Floats) -> Estimate:
+    def correct(self, e: Floats, covariance: Floats) -> Estimate:
         """Return the estimate corrected by errors e, shape (n_states, r), with a new covariance."""
         states = self.states + e
-        states[self.places] = 0.0
-        rotations = np.einsum("ijkr,jlkr->ilkr", self.rotations, rotation_matrix(e[self.places]))
-        return Estimate(self.places, rotations, states, covariance)
+        states[self.rotation_indices] = 0.0
+        rotations = np.einsum(
+            "ijkr,jlkr->ilkr", self.rotations, rotation_matrix(e[self.rotation_indices])
+        )
+        return Estimate(self.rotation_indices, rotations, states, covariance)
 
-    def error(self, attitude: Floats, states: Floats) -> Floats:
+    def compute_errors(self, attitude: Floats, states: Floats) -> Floats:
         """Return the errors of the estimate with respect to the true state, shape (n_states, r).
 
         `corrected` with these errors gives the true state.
@@ -89,14 +97,16 @@ class Estimate:
         states : array, shape (n_states, r)
             True states, with rotation vectors for rotations.
         """
-        true = rotation_matrix(states[self.places])
+        true = rotation_matrix(states[self.rotation_indices])
         true[:, :, 0] = attitude.swapaxes(0, 1)
         e = states - self.states
-        e[self.places] = rotation_vector(np.einsum("jikr,jlkr->ilkr", self.rotations, true))
+        e[self.rotation_indices] = rotation_vector(
+            np.einsum("jikr,jlkr->ilkr", self.rotations, true)
+        )
         return e
 
 
-def reset(P: Floats, e: Floats, places: Ints) -> None:
+def reset_covariance(P: Floats, e: Floats, rotation_indices: Ints) -> None:
     """Transform covariances in place when the errors e are corrected.
 
     An error g of a rotation becomes the rotation vector of R(-e) R(g). The derivative at g = e is
@@ -109,27 +119,27 @@ def reset(P: Floats, e: Floats, places: Ints) -> None:
     places : array of int, shape (3, k)
         Indices of the states that are rotations.
     """
-    g = e[places]
+    g = e[rotation_indices]
     turns = (np.eye(3)[:, :, None, None] - 0.5 * skew(g)) / (1.0 + 0.25 * (g * g).sum(axis=0))
-    for number, first in enumerate(places[0]):
+    for number, first in enumerate(rotation_indices[0]):
         turn, block = turns[:, :, number], slice(first, first + 3)
         rows = multiply(turn, P[block])
         P[block], P[:, block] = rows, rows.swapaxes(0, 1)
         P[block, block] = multiply(rows[:, block], turn.swapaxes(0, 1))
 
 
-def innovation(
+def compute_innovation(
     suite: Suite,
     index: int,
     y: Any,
     vector: Floats,
     estimate: Estimate,
-    aligned: bool = False,
+    ignore_misalignments: bool = False,
     gradient: Sequence[Floats] = (),
-    kind: type[Taylor] = Taylor,
-    rate: Floats = STILL,
-    influences: Sequence[Any] = (),
-) -> Taylor:
+    kind: type[TaylorPolynomial] = TaylorPolynomial,
+    rate: Floats = ZERO_RATE,
+    channel_values: Sequence[Any] = (),
+) -> TaylorPolynomial:
     """Return the innovation of a sensor as a polynomial in the errors of an estimate.
 
     The number of an error 3-vector in the polynomial is the number of its state block.
@@ -153,33 +163,35 @@ def innovation(
     influences : sequence of floats or arrays, shape (r, 1)
         Values of the channels of the sensor's bias sensitivities; see `Suite.influence_values`.
     """
-    sensor, turn = suite.sensors[index], uncertain_rotation(None, 0, -1.0, kind)
+    sensor, turn = suite.sensors[index], build_rotation_with_error(None, 0, -1.0, kind)
 
-    def to_body(vector: Floats | Taylor) -> Taylor:
-        if isinstance(vector, Taylor):
+    def to_body(vector: Floats | TaylorPolynomial) -> TaylorPolynomial:
+        if isinstance(vector, TaylorPolynomial):
             C = estimate.rotations[:, :, 0].swapaxes(0, 1)
             return turn(vector.map(lambda part: multiply(C, part)))
         each = "i,ijr->rj" if vector.ndim == 1 else "ri,ijr->rj"
         return turn(np.einsum(each, vector, estimate.rotations[:, :, 0]))
 
-    own: dict[str, Callable[[Any], Taylor] | Taylor] = {}
+    own: dict[str, Callable[[Any], TaylorPolynomial] | TaylorPolynomial] = {}
     for state, first in suite.get_first_indices(sensor).items():
         if state in sensor.rotations:
             known = estimate.rotations[:, :, suite.rotation_indices.index(first)]
-            own[state] = uncertain_rotation(None if aligned else known, first // 3, kind=kind)
+            own[state] = build_rotation_with_error(
+                None if ignore_misalignments else known, first // 3, kind=kind
+            )
         else:
-            own[state] = uncertain(estimate.states[first : first + 3].T, first // 3, kind)
+            own[state] = add_error(estimate.states[first : first + 3].T, first // 3, kind)
     apply_bias_sensitivities(
-        sensor.bias_sensitivities, own, influences, lambda value, state: state * value
+        sensor.bias_sensitivities, own, channel_values, lambda value, state: state * value
     )
     predicted = sensor.predict_measurement(
         *apply_latency(sensor, own, [vector, *gradient], to_body, rate)
     )
-    result: Taylor = sensor.innovation(y, predicted)
+    result: TaylorPolynomial = sensor.innovation(y, predicted)
     return result
 
 
-def jacobian(r: Taylor) -> tuple[Ints, Floats]:
+def compute_jacobian(r: TaylorPolynomial) -> tuple[Ints, Floats]:
     """Return the states in the first-order terms and H = -∂r/∂e.
 
     Returns
@@ -194,7 +206,7 @@ def jacobian(r: Taylor) -> tuple[Ints, Floats]:
     return _list_states(numbers), H
 
 
-def second_moments(r: Taylor, P: Floats) -> tuple[Floats, Floats]:
+def compute_second_order_moments(r: TaylorPolynomial, P: Floats) -> tuple[Floats, Floats]:
     """Return the mean and covariance of the second-order terms for errors e ~ N(0, P).
 
     The term ½ eᵀ B e has the mean ½ tr(B P), and two terms have the covariance ½ tr(B P B' P).

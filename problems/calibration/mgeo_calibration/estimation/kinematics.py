@@ -20,15 +20,15 @@ from mgeo_attitude.sensors.gyro import has_axis_dependent_noise
 from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.estimation.belief import UNKNOWN
-from mgeo_calibration.estimation.kernels import load
-from mgeo_calibration.estimation.step_noise import correlate
+from mgeo_calibration.estimation.belief import UNKNOWN_ATTITUDE_SIGMA
+from mgeo_calibration.estimation.kernels import load_compiled_module
+from mgeo_calibration.estimation.step_noise import correlate_step_noise
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory
 from mgeo_calibration.telemetry.held import Held
 
 
 @dataclass(frozen=True, eq=False)
-class Steps:
+class ProcessEquations:
     """Process equations defect + F e_k + G e_c - e_{k+1} ~ N(0, Q).
 
     e_k are the errors of the stochastic states, e_c the errors of the constant states. Constant
@@ -51,7 +51,7 @@ class Steps:
     G: Floats
     Q: Floats
     defect: Floats
-    growth: Floats
+    constant_factors: Floats
 
     @property
     def arrays(self) -> tuple[Floats, Floats, Floats, Floats]:
@@ -59,18 +59,18 @@ class Steps:
         return self.F, self.G, self.Q, self.defect
 
 
-def growth(batch: Batch, parts: Partition) -> Floats:
+def compute_constant_factors(batch: Batch, partition: Partition) -> Floats:
     """Return the factors of the constant states since the first sample, shape (N, c)."""
     suite, N = batch.suite, len(batch.times)
     decay = np.zeros(suite.n_states)
     decay[: suite.n_dynamic] = -np.diag(suite.dynamics_matrix(np.zeros(3)))
-    if not decay[parts.constant].any():
-        return np.broadcast_to(1.0, (N, len(parts.constant)))
-    result: Floats = np.exp(-decay[parts.constant] * (batch.times - batch.times[0])[:, None])
+    if not decay[partition.constant].any():
+        return np.broadcast_to(1.0, (N, len(partition.constant)))
+    result: Floats = np.exp(-decay[partition.constant] * (batch.times - batch.times[0])[:, None])
     return result
 
 
-def turns(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
+def compute_rates_and_rotations(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
     """Return the corrected body rates and the rotation of the body in each step.
 
     The rotation of a linearly varying rate includes the coning term (J. E. Bortz, A New
@@ -95,20 +95,22 @@ def turns(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
     half = 0.5 * gyro.bias_decay * dt
     # Mean of the decaying bias over the step, (1 - exp(-2 h)) / (2 h).
     x["bias"] = states[:-1, 3:6] * np.exp(-half) * _sinhc(half)
-    apply_bias_sensitivities(gyro.bias_sensitivities, x, batch.follows(gyro, slice(1, None)))
+    apply_bias_sensitivities(
+        gyro.bias_sensitivities, x, batch.select_channel_values(gyro, slice(1, None))
+    )
     errors = SimpleNamespace(**x)
-    rates = gyro.correct_measurement(errors, batch.gyro)
-    later = gyro.correct_measurement(errors, batch.gyro + batch.change)
+    rates = gyro.correct_measurement(errors, batch.gyro_rates)
+    later = gyro.correct_measurement(errors, batch.gyro_rates + batch.rate_changes)
     turn = dt * rates + dt**2 / 12.0 * cross(rates, later)
     return rates, np.moveaxis(exponential_map(-turn.T), -1, 0)
 
 
-def steps(
+def linearize_process(
     batch: Batch,
-    at: Trajectory,
-    parts: Partition,
-    grown: Floats | None = None,
-) -> Steps:
+    trajectory: Trajectory,
+    partition: Partition,
+    constant_factors: Floats | None = None,
+) -> ProcessEquations:
     """Linearize the process equations about a trajectory.
 
     Parameters
@@ -118,43 +120,56 @@ def steps(
     grown : array, shape (n + 1, c), optional
         Factors of the constant states, if the first sample is not the first sample of the batch.
     """
-    suite, n = batch.suite, len(batch.gyro)
-    rates, turn = turns(batch, at.states)
-    follows = batch.follows(suite.gyro, slice(1, None))
-    F, Q = discretized(suite, rates, batch.durations, follows)
+    suite, n = batch.suite, len(batch.gyro_rates)
+    rates, turn = compute_rates_and_rotations(batch, trajectory.states)
+    follows = batch.select_channel_values(suite.gyro, slice(1, None))
+    F, Q = discretize_dynamics(suite, rates, batch.durations, follows)
     # Only the constant states of the gyro, which come first, change the attitude.
-    turned_by = F[:, :3, parts.constant[parts.constant < suite.n_kinematic]]
-    F, Q = (each.take(parts.driven, axis=1).take(parts.driven, axis=2) for each in (F, Q))
-    grown = np.ascontiguousarray(growth(batch, parts) if grown is None else grown)
-    G = np.zeros((n, 3, len(parts.constant)))
+    turned_by = F[:, :3, partition.constant[partition.constant < suite.n_kinematic]]
+    F, Q = (
+        each.take(partition.stochastic, axis=1).take(partition.stochastic, axis=2)
+        for each in (F, Q)
+    )
+    constant_factors = np.ascontiguousarray(
+        compute_constant_factors(batch, partition) if constant_factors is None else constant_factors
+    )
+    G = np.zeros((n, 3, len(partition.constant)))
     # F is diagonal from the fourth row on.
     c = turned_by.shape[2]
-    G[:, :, :c] = turned_by * grown[:-1, None, :c]
-    bias = parts.driven[3:]
-    defect = np.zeros((n, len(parts.driven)))
-    reached = at.attitude[1:].swapaxes(1, 2) @ at.attitude[:-1] @ turn.swapaxes(1, 2)
+    G[:, :, :c] = turned_by * constant_factors[:-1, None, :c]
+    bias = partition.stochastic[3:]
+    defect = np.zeros((n, len(partition.stochastic)))
+    reached = (
+        trajectory.attitude[1:].swapaxes(1, 2) @ trajectory.attitude[:-1] @ turn.swapaxes(1, 2)
+    )
     defect[:, :3] = rotation_vector(np.moveaxis(reached, 0, -1)).T
-    defect[:, 3:] = np.einsum("nii->ni", F)[:, 3:] * at.states[:-1, bias] - at.states[1:, bias]
-    Q[:, range(3), range(3)] += batch.added
-    if batch.held is not None:
+    defect[:, 3:] = (
+        np.einsum("nii->ni", F)[:, 3:] * trajectory.states[:-1, bias] - trajectory.states[1:, bias]
+    )
+    Q[:, range(3), range(3)] += batch.excess_angle_variance
+    if batch.pointing is not None:
         F[:, :3], G[:], Q[:, :3], Q[:, :, :3] = 0.0, 0.0, 0.0, 0.0
-        F[:, :3, :3], Q[:, :3, :3], defect[:, :3] = _pointing(batch.held, at, batch.durations)
-    correlate(suite, parts.driven, batch.durations, Q)
+        F[:, :3, :3], Q[:, :3, :3], defect[:, :3] = _linearize_pointing(
+            batch.pointing, trajectory, batch.durations
+        )
+    correlate_step_noise(suite, partition.stochastic, batch.durations, Q)
     if batch.breaks.any():
         F[batch.breaks, :3], G[batch.breaks], defect[batch.breaks, :3] = 0.0, 0.0, 0.0
         Q[batch.breaks, :3], Q[batch.breaks, :, :3] = 0.0, 0.0
-        Q[np.flatnonzero(batch.breaks)[:, None], range(3), range(3)] = UNKNOWN**2
-    return Steps(F, G, Q, defect, grown)
+        Q[np.flatnonzero(batch.breaks)[:, None], range(3), range(3)] = UNKNOWN_ATTITUDE_SIGMA**2
+    return ProcessEquations(F, G, Q, defect, constant_factors)
 
 
-def _pointing(held: Held, at: Trajectory, durations: Floats) -> tuple[Floats, Floats, Floats]:
+def _linearize_pointing(
+    pointing: Held, trajectory: Trajectory, durations: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Return F, Q and defect of the attitude if its error is a process about the held attitude.
 
     The vectors p of the rotations from the held attitude satisfy p_{k+1} = φ p_k + w exactly. An
     error e of the attitude changes them by J e.
     """
-    decay, variance = held.error.discretize(durations)
-    p = rotation_vector(np.moveaxis(held.attitude.swapaxes(1, 2) @ at.attitude, 0, -1))
+    decay, variance = pointing.error.discretize(durations)
+    p = rotation_vector(np.moveaxis(pointing.attitude.swapaxes(1, 2) @ trajectory.attitude, 0, -1))
     J = np.moveaxis(rotation_jacobian(p), -1, 0)
     inverse = np.linalg.inv(J[1:])
     F = decay[:, None, None] * inverse @ J[:-1]
@@ -162,8 +177,8 @@ def _pointing(held: Held, at: Trajectory, durations: Floats) -> tuple[Floats, Fl
     return F, Q, np.einsum("nij,jn->ni", inverse, decay * p[:, :-1] - p[:, 1:])
 
 
-def discretized(
-    suite: Suite, rates: Floats, durations: Floats, follows: Sequence[Floats] = ()
+def discretize_dynamics(
+    suite: Suite, rates: Floats, durations: Floats, channel_values: Sequence[Floats] = ()
 ) -> tuple[Floats, Floats]:
     """Discretize the error dynamics of n steps, equation (7).
 
@@ -190,16 +205,16 @@ def discretized(
         np.ascontiguousarray(rates),
         _differentiate_dynamics(suite),
     )
-    densities, kernel = (density[0], density[3]), load("kinematics")
+    densities, kernel = (density[0], density[3]), load_compiled_module("kinematics")
     kernel.discretized(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
     if has_axis_dependent_noise(density):
-        load("process_noise").process_noise(
+        load_compiled_module("process_noise").process_noise(
             suite.gyro.bias_decay, density[:6], turning, durations, Q
         )
     if suite.gyro_sensitivity_slices:
         constant = np.zeros((2, n, 6, 6))
         kernel.discretized(0.0, densities, unit[:, :, :0], turning, durations, *constant)
-        for columns, value in zip(suite.gyro_sensitivity_slices, follows, strict=True):
+        for columns, value in zip(suite.gyro_sensitivity_slices, channel_values, strict=True):
             F[:, :3, columns] = value[:, :, None] * constant[0][:, :3, 3:6]
     for process, first in zip(suite.processes.values(), range(k, m, 3), strict=True):
         decay, variance = process.discretize(durations[:, None])

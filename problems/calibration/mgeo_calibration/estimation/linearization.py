@@ -12,14 +12,23 @@ from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.sensors.readings import unstack_measurement
 
 from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.estimation.innovation import STILL, Estimate, innovation, jacobian
-from mgeo_calibration.estimation.kinematics import Steps, steps, turns
-from mgeo_calibration.estimation.taylor import Linear
-from mgeo_calibration.estimation.trajectory import Partition, Trajectory, spans
+from mgeo_calibration.estimation.innovation import (
+    ZERO_RATE,
+    Estimate,
+    compute_innovation,
+    compute_jacobian,
+)
+from mgeo_calibration.estimation.kinematics import (
+    ProcessEquations,
+    compute_rates_and_rotations,
+    linearize_process,
+)
+from mgeo_calibration.estimation.taylor import LinearPolynomial
+from mgeo_calibration.estimation.trajectory import Partition, Trajectory, split_into_spans
 
 
 @dataclass(frozen=True, eq=False)
-class Sighting:
+class SensorEquations:
     """Linearized readings of one sensor: z - H e ~ N(0, diag(noise)²).
 
     Attributes
@@ -44,7 +53,7 @@ class Sighting:
 
 
 @dataclass(frozen=True, eq=False)
-class Sightings:
+class MeasurementEquations:
     """Linearized readings of all s sensors.
 
     Readings with fewer than three components are padded with components that are always zero.
@@ -67,56 +76,61 @@ class Sightings:
         Index of each column of H among the stochastic or the constant states.
     """
 
-    there: Bools
+    has_reading: Bools
     z: Floats
     H: Floats
     noise: Floats
-    numbers: Ints
-    counts: Ints
+    n_components: Ints
+    n_columns: Ints
     columns: Ints
 
     @property
     def arrays(self) -> tuple[Floats, Floats, Floats, Ints, Ints]:
         """z, H, noise, counts and columns, as the compiled loops expect them."""
-        return self.z, self.H, self.noise, self.counts, self.columns
+        return self.z, self.H, self.noise, self.n_columns, self.columns
 
     @property
-    def leading(self) -> int:
+    def n_leading(self) -> int:
         """Number of leading stochastic states that the readings depend on, at least three."""
-        each = zip(self.columns, self.counts, strict=True)
+        each = zip(self.columns, self.n_columns, strict=True)
         return max(3, *(int(row[:n].max(initial=-1)) + 1 for row, (n, _) in each))
 
 
-def sightings(batch: Batch, at: Trajectory, parts: Partition) -> Sightings:
+def linearize_measurements(
+    batch: Batch, trajectory: Trajectory, partition: Partition
+) -> MeasurementEquations:
     """Linearize the readings of all sensors."""
-    each = [sighting(batch, index, at) for index in range(len(batch.suite.sensors))]
+    each = [linearize_sensor(batch, index, trajectory) for index in range(len(batch.suite.sensors))]
     s, N, p = len(each), len(batch.times), max(len(one.states) for one in each)
-    result = Sightings(
-        there=np.zeros((s, N), dtype=bool),
+    result = MeasurementEquations(
+        has_reading=np.zeros((s, N), dtype=bool),
         z=np.zeros((s, N, 3)),
         H=np.zeros((s, N, 3, p)),
         noise=batch.noise,
-        numbers=np.array([len(one.noise) for one in each]),
-        counts=np.zeros((s, 2), dtype=np.int64),
+        n_components=np.array([len(one.noise) for one in each]),
+        n_columns=np.zeros((s, 2), dtype=np.int64),
         columns=np.zeros((s, p), dtype=np.int64),
     )
     for index, one in enumerate(each):
-        chosen = [np.flatnonzero(np.isin(one.states, of)) for of in (parts.driven, parts.constant)]
+        chosen = [
+            np.flatnonzero(np.isin(one.states, of))
+            for of in (partition.stochastic, partition.constant)
+        ]
         order, n = np.concatenate(chosen), len(one.states)
-        result.there[index, one.samples] = True
+        result.has_reading[index, one.samples] = True
         result.z[index, one.samples, : len(one.noise)] = one.z
         result.H[index, one.samples, : len(one.noise), :n] = one.H[:, :, order]
-        result.counts[index] = [len(some) for some in chosen]
+        result.n_columns[index] = [len(some) for some in chosen]
         result.columns[index, :n] = np.concatenate(
             [
                 np.searchsorted(of, one.states[some])
-                for of, some in zip((parts.driven, parts.constant), chosen, strict=True)
+                for of, some in zip((partition.stochastic, partition.constant), chosen, strict=True)
             ]
         )
     return result
 
 
-def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
+def linearize_sensor(batch: Batch, index: int, trajectory: Trajectory) -> SensorEquations:
     """Linearize the readings of one sensor.
 
     The body rate for a measurement latency is the rate of the step that ends at the sample.
@@ -134,54 +148,60 @@ def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
         Trajectory to linearize about.
     """
     suite, sensor = batch.suite, batch.suite.sensors[index]
-    samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
+    samples = np.flatnonzero(np.isfinite(batch.readings[index][:, 0, 0]))
     m = len(sensor.noise_sigmas())
     noise = batch.noise[index, :m]
     if not len(samples):
-        return Sighting(samples, np.zeros((0, m)), samples, np.zeros((0, m, 0)), noise)
-    z, states, H = _linear(batch, index, at, samples)
-    if batch.held is not None:
-        held = _linear(batch, index, Trajectory(batch.held.attitude, at.states), samples)
+        return SensorEquations(samples, np.zeros((0, m)), samples, np.zeros((0, m, 0)), noise)
+    z, states, H = _linearize_samples(batch, index, trajectory, samples)
+    if batch.pointing is not None:
+        held = _linearize_samples(
+            batch, index, Trajectory(batch.pointing.attitude, trajectory.states), samples
+        )
         turning = H[:, :, states < 3]
         change = turning @ np.linalg.pinv(turning, rcond=1e-6) @ (held[2] - H)
         rotations = np.add.outer(suite.rotation_indices, range(3))
         H = np.where(np.isin(states, rotations), H, H + change)
-    return Sighting(samples, z, states, H, noise)
+    return SensorEquations(samples, z, states, H, noise)
 
 
-def _linear(batch: Batch, index: int, at: Trajectory, samples: Ints) -> tuple[Floats, Ints, Floats]:
+def _linearize_samples(
+    batch: Batch, index: int, trajectory: Trajectory, samples: Ints
+) -> tuple[Floats, Ints, Floats]:
     """Return z, states and H of the readings of one sensor at some samples; see `Sighting`."""
     suite, sensor = batch.suite, batch.suite.sensors[index]
-    rate = STILL  # Only a sensor with a measurement latency depends on the body rate.
+    rate = ZERO_RATE  # Only a sensor with a measurement latency depends on the body rate.
     if "delay" in suite.get_first_indices(sensor):
-        rates, _ = turns(batch, at.states)
+        rates, _ = compute_rates_and_rotations(batch, trajectory.states)
         rate = rates[np.maximum(samples - 1, 0)]
-    attitude = np.moveaxis(at.attitude[samples], 0, -1)
+    attitude = np.moveaxis(trajectory.attitude[samples], 0, -1)
     vectors = batch.vectors[samples]
-    r = innovation(
+    r = compute_innovation(
         suite,
         index,
-        unstack_measurement(batch.sensors[index][samples]),
+        unstack_measurement(batch.readings[index][samples]),
         vectors[:, index],
-        Estimate.of(suite, attitude, at.states[samples].T, np.zeros(0)),
+        Estimate.from_states(suite, attitude, trajectory.states[samples].T, np.zeros(0)),
         gradient=[vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]],
-        kind=Linear,
+        kind=LinearPolynomial,
         rate=rate,
-        influences=batch.follows(sensor, samples),
+        channel_values=batch.select_channel_values(sensor, samples),
     )
-    states, H = jacobian(r)
+    states, H = compute_jacobian(r)
     H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
     return r.value.T, states, H
 
 
-def misfits(batch: Batch, index: int, at: Trajectory) -> Floats:
+def compute_innovations(batch: Batch, index: int, trajectory: Trajectory) -> Floats:
     """Return the innovations of a sensor at all samples, shape (N, k).
 
     Samples without a reading are NaN.
     """
     result = np.full((len(batch.times), len(batch.suite.sensors[index].noise_sigmas())), np.nan)
-    for low, high, first in spans(len(result)):
-        seen = sighting(batch.part(low, high), index, at.part(low, high))
+    for low, high, first in split_into_spans(len(result)):
+        seen = linearize_sensor(
+            batch.select_samples(low, high), index, trajectory.select_samples(low, high)
+        )
         new = seen.samples >= first
         result[low + seen.samples[new]] = seen.z[new]
     return result
@@ -210,13 +230,18 @@ class Equations:
     high: int
     batch: Batch
     trajectory: Trajectory
-    parts: Partition
-    steps: Steps
-    sightings: Sightings
+    partition: Partition
+    process: ProcessEquations
+    measurements: MeasurementEquations
 
 
-def equations(
-    batch: Batch, at: Trajectory, parts: Partition, growth: Floats, low: int, high: int
+def linearize_equations(
+    batch: Batch,
+    trajectory: Trajectory,
+    partition: Partition,
+    constant_factors: Floats,
+    low: int,
+    high: int,
 ) -> Equations:
     """Linearize the equations of the samples low to high - 1.
 
@@ -227,6 +252,8 @@ def equations(
     growth : array, shape (N, c)
         Factors of the constant states at all samples; see `kinematics.growth`.
     """
-    own, here = batch.part(low, high), at.part(low, high)
-    move = steps(own, here, parts, growth[low:high])
-    return Equations(low, high, own, here, parts, move, sightings(own, here, parts))
+    own, here = batch.select_samples(low, high), trajectory.select_samples(low, high)
+    move = linearize_process(own, here, partition, constant_factors[low:high])
+    return Equations(
+        low, high, own, here, partition, move, linearize_measurements(own, here, partition)
+    )

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 
-from mgeo_calibration.estimation.kernels import load
-from mgeo_calibration.estimation.smoother import Solution, smoothed
+from mgeo_calibration.estimation.kernels import load_compiled_module
+from mgeo_calibration.estimation.smoother import Solution, smooth_covariances
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,17 +30,17 @@ class Innovations:
     """
 
     samples: Ints
-    whitened: Floats
+    whitened_values: Floats
 
     @property
     def nis(self) -> Floats:
         """Normalized innovation squared, shape (m,)."""
-        nis: Floats = (self.whitened**2).sum(axis=1)
+        nis: Floats = (self.whitened_values**2).sum(axis=1)
         return nis
 
 
 @dataclass(frozen=True, eq=False)
-class Filtered:
+class FilterEstimates:
     """Estimates of the Kalman filter linearized about a smoother solution.
 
     Attributes
@@ -74,38 +74,41 @@ class Residuals:
         1-sigma of the smoothed attitude about the body axes [rad].
     """
 
-    r: Floats
-    squares: Floats
+    values: Floats
+    normalized_squares: Floats
     sigma: Floats
 
 
-def residuals(solution: Solution) -> Residuals:
+def compute_residuals(solution: Solution) -> Residuals:
     """Compute the residuals of all readings, including the rejected readings."""
-    s, N = solution.used.shape
+    s, N = solution.is_used.shape
     left = Residuals(np.zeros((s, N, 3)), np.full((s, N), np.nan), np.empty((N, 3)))
-    for span, result in smoothed(solution):
-        seen, first = span.sightings, span.first
-        r, squares = np.zeros(seen.z.shape), np.full(seen.there.shape, np.nan)
-        load("residuals").all_others(
-            seen.there,
-            span.used,
+    for span, result in smooth_covariances(solution):
+        seen, first = span.measurements, span.first_new
+        r, squares = np.zeros(seen.z.shape), np.full(seen.has_reading.shape, np.nan)
+        load_compiled_module("residuals").all_others(
+            seen.has_reading,
+            span.is_used,
             seen.arrays,
-            span.steps.growth,
-            solution.e[span.low : span.high],
-            solution.common,
-            result.given,
-            result.slope,
-            solution.root,
+            span.process.constant_factors,
+            solution.stochastic_errors[span.low : span.high],
+            solution.common_errors,
+            result.conditional_covariance,
+            result.derivative,
+            solution.covariance_root,
             first,
             r,
             squares,
             left.sigma[span.low : span.high],
         )
-        left.r[:, span.new], left.squares[:, span.new] = r[:, first:], squares[:, first:]
+        left.values[:, span.new_samples], left.normalized_squares[:, span.new_samples] = (
+            r[:, first:],
+            squares[:, first:],
+        )
     return left
 
 
-def filtered(solution: Solution, n: int = 3) -> Filtered:
+def compute_filter_estimates(solution: Solution, n_leading: int = 3) -> FilterEstimates:
     """Compute the filter estimates and innovations of a smoother solution.
 
     Parameters
@@ -118,21 +121,29 @@ def filtered(solution: Solution, n: int = 3) -> Filtered:
     -------
     Filtered
     """
-    r, J = solution.prior
-    s, N = solution.used.shape
+    r, J = solution.prior_equations
+    s, N = solution.is_used.shape
     root = np.linalg.inv(J)
     common, white = root @ r, np.empty((s, N, 3))
-    errors, until = np.empty((N, n)), np.empty((N, n, n))
-    for span in solution.spans():
-        own, first = slice(span.low, span.high), span.first
-        each = np.empty(span.sightings.z.shape)
-        load("residuals").those_before(
-            span.used, span.readings, span.kept, root, common, first, each, errors[own], until[own]
+    errors, until = np.empty((N, n_leading)), np.empty((N, n_leading, n_leading))
+    for span in solution.iterate_spans():
+        own, first = slice(span.low, span.high), span.first_new
+        each = np.empty(span.measurements.z.shape)
+        load_compiled_module("residuals").those_before(
+            span.is_used,
+            span.readings,
+            span.estimates,
+            root,
+            common,
+            first,
+            each,
+            errors[own],
+            until[own],
         )
-        white[:, span.new] = each[:, first:]
+        white[:, span.new_samples] = each[:, first:]
     numbers = [len(sensor.noise_sigmas()) for sensor in solution.batch.suite.sensors]
-    seen = zip(map(np.flatnonzero, solution.used), white, numbers, strict=True)
-    return Filtered(errors, until, tuple(Innovations(k, w[k, :m]) for k, w, m in seen))
+    seen = zip(map(np.flatnonzero, solution.is_used), white, numbers, strict=True)
+    return FilterEstimates(errors, until, tuple(Innovations(k, w[k, :m]) for k, w, m in seen))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -153,8 +164,8 @@ class History:
     """
 
     times: Floats
-    smoothed: Floats
+    smoothed_attitude: Floats
     smoothed_sigma: Floats
-    filtered: Floats
+    filtered_attitude: Floats
     filtered_sigma: Floats
     innovations: tuple[Innovations, ...]

@@ -18,7 +18,7 @@ from mgeo_attitude._typing import Bools, Floats, Ints
 from scipy.linalg import solve_triangular
 from scipy.special import chdtrc
 
-from mgeo_calibration.estimation.kernels import load
+from mgeo_calibration.estimation.kernels import load_compiled_module
 from mgeo_calibration.estimation.linearization import Equations
 from mgeo_calibration.estimation.smoother import Solution, Span
 
@@ -26,11 +26,11 @@ K = TypeVar("K")
 #: Indices of coefficients, shape (a,), and their effect, shape (n, 3, a).
 Columns = tuple[Ints, Floats]
 #: Chi-square above which the tail probability is computed by a series.
-_FAR = 500.0
+_SERIES_THRESHOLD = 500.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Departure:
+class ModelError:
     """Regressors of a model error that is linear in k coefficients.
 
     A coefficient of one is a large error. A combination of coefficients with a 1-sigma above one is
@@ -48,14 +48,14 @@ class Departure:
         Change of the gyro bias at the last sample in addition to its estimated error [rad/s].
     """
 
-    width: int
-    moves: Callable[[Equations], Floats] | None = None
-    reads: Mapping[int, Callable[[Equations], Floats]] = field(default_factory=dict)
-    bias: Floats | None = None
+    n_coefficients: int
+    attitude_changes: Callable[[Equations], Floats] | None = None
+    reading_changes: Mapping[int, Callable[[Equations], Floats]] = field(default_factory=dict)
+    last_bias_change: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)
-class Combined:
+class ModelErrorCombination:
     """Model error with coefficients that are linear combinations of a departure's coefficients.
 
     Attributes
@@ -65,13 +65,13 @@ class Combined:
         Coefficients of the departure for each of the k combinations.
     """
 
-    departure: Departure
-    columns: Floats
+    model_error: ModelError
+    combinations: Floats
 
     @property
-    def width(self) -> int:
+    def n_coefficients(self) -> int:
         """Number k of combinations."""
-        return int(self.columns.shape[1])
+        return int(self.combinations.shape[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,27 +94,27 @@ class Score:
     estimate: Floats
     sigma: Floats
     chi_square: float
-    freedom: int
-    option: int = 0
-    options: int = 1
+    degrees_of_freedom: int
+    alternative: int = 0
+    n_alternatives: int = 1
 
-    def p(self, scatter: float = 1.0) -> float:
+    def compute_p_value(self, variance_ratio: float = 1.0) -> float:
         """Return the p-value for noise with a variance `scatter` times the declared variance."""
-        return float(np.exp(-0.5 * self.evidence(scatter)))
+        return float(np.exp(-0.5 * self.compute_evidence(variance_ratio)))
 
-    def evidence(self, scatter: float = 1.0) -> float:
+    def compute_evidence(self, variance_ratio: float = 1.0) -> float:
         """Return -2 ln p, which is finite even where p underflows.
 
         If the model is correct, -2 ln p is chi-square distributed with two degrees of freedom.
         """
-        if not self.freedom:
+        if not self.degrees_of_freedom:
             return 0.0
-        tail = log_tail(self.chi_square / scatter, self.freedom)
-        return max(0.0, -2.0 * (tail + math.log(self.options)))
+        tail = log_chi_square_tail(self.chi_square / variance_ratio, self.degrees_of_freedom)
+        return max(0.0, -2.0 * (tail + math.log(self.n_alternatives)))
 
 
 @dataclass(frozen=True, eq=False)
-class Scores:
+class ScoreTests:
     """Scores and information of the m coefficients of all departures.
 
     Attributes
@@ -130,11 +130,11 @@ class Scores:
     """
 
     information: Floats
-    score: Floats
-    change: Floats
-    places: Mapping[str, slice]
+    gradient: Floats
+    state_changes: Floats
+    slices: Mapping[str, slice]
 
-    def of(self, name: str, beside: Sequence[str] = ()) -> Score:
+    def compute_score(self, name: str, nuisance: Sequence[str] = ()) -> Score:
         """Return the score test of one model error.
 
         Parameters
@@ -144,31 +144,33 @@ class Scores:
         beside : sequence of str
             Names of other model errors to estimate at the same time.
         """
-        numbers = np.arange(len(self.score))
-        own = numbers[self.places[name]]
-        others = np.concatenate([numbers[:0], *(numbers[self.places[each]] for each in beside)])
-        information, score = self.information[np.ix_(own, own)], self.score[own]
+        numbers = np.arange(len(self.gradient))
+        own = numbers[self.slices[name]]
+        others = np.concatenate([numbers[:0], *(numbers[self.slices[each]] for each in nuisance)])
+        information, score = self.information[np.ix_(own, own)], self.gradient[own]
         if len(others):
             within = _invert_information(self.information[np.ix_(others, others)])[0]
             lost = self.information[np.ix_(own, others)] @ within
             information = information - lost @ self.information[np.ix_(others, own)]
-            score = score - lost @ self.score[others]
+            score = score - lost @ self.gradient[others]
         covariance, known, axes = _invert_information(information)
         sigma = np.sqrt(np.diag(covariance))
-        sigma[(np.abs(axes[:, ~known]) > _PART).any(axis=1)] = np.inf
+        sigma[(np.abs(axes[:, ~known]) > _MIN_COMPONENT).any(axis=1)] = np.inf
         return Score(
             estimate=covariance @ score,
             sigma=sigma,
             chi_square=float(score @ covariance @ score),
-            freedom=int(known.sum()),
+            degrees_of_freedom=int(known.sum()),
         )
 
 
 #: Smallest component of a unit eigenvector that counts as a contribution of a coefficient.
-_PART = 0.1
+_MIN_COMPONENT = 0.1
 
 
-def scores(solution: Solution, departures: Mapping[str, Departure | Combined]) -> Scores:
+def compute_scores(
+    solution: Solution, model_errors: Mapping[str, ModelError | ModelErrorCombination]
+) -> ScoreTests:
     """Compute the scores of model errors at a converged solution in one pass of the filter.
 
     Parameters
@@ -177,36 +179,43 @@ def scores(solution: Solution, departures: Mapping[str, Departure | Combined]) -
     departures : mapping of str to Departure or Combined
         Model errors by name.
     """
-    of = [each.departure if isinstance(each, Combined) else each for each in departures.values()]
+    of = [
+        each.model_error if isinstance(each, ModelErrorCombination) else each
+        for each in model_errors.values()
+    ]
     bases = dict.fromkeys(of)  # Departures compare by identity; a dict keeps their order.
-    within = _assign_slices({base: base.width for base in bases})
-    places = _assign_slices({name: each.width for name, each in departures.items()})
-    m = sum(base.width for base in bases)
-    columns = np.zeros((m, sum(each.width for each in departures.values())))
-    for base, (name, each) in zip(of, departures.items(), strict=True):
-        own = each.columns if isinstance(each, Combined) else np.eye(base.width)
+    within = _assign_slices({base: base.n_coefficients for base in bases})
+    places = _assign_slices({name: each.n_coefficients for name, each in model_errors.items()})
+    m = sum(base.n_coefficients for base in bases)
+    columns = np.zeros((m, sum(each.n_coefficients for each in model_errors.values())))
+    for base, (name, each) in zip(of, model_errors.items(), strict=True):
+        own = (
+            each.combinations
+            if isinstance(each, ModelErrorCombination)
+            else np.eye(base.n_coefficients)
+        )
         columns[within[base], places[name]] = own
-    r, J = solution.prior
-    q, d = len(r), solution.e.shape[1]
+    r, J = solution.prior_equations
+    q, d = len(r), solution.stochastic_errors.shape[1]
     R, gram, last = np.zeros((q, q + 1 + m)), np.zeros((m + 1, m + 1)), np.zeros((d, m))
     R[:, : q + 1] = np.linalg.qr(np.column_stack([J, r]))[1][:q]
     _run_filter(solution, within, last, R, gram)
     slopes = -solve_triangular(R[:, :q], R[:, q + 1 :])
-    driven = last + solution.starts[-1][1] @ slopes
-    change = np.vstack([driven, solution.growth[-1, : q - d, None] * slopes[d:]])
-    order = np.concatenate([solution.parts.driven, solution.parts.constant])
+    driven = last + solution.span_starts[-1][1] @ slopes
+    change = np.vstack([driven, solution.constant_factors[-1, : q - d, None] * slopes[d:]])
+    order = np.concatenate([solution.partition.stochastic, solution.partition.constant])
     for base, place in within.items():
-        if base.bias is not None:
-            change[np.isin(order, [3, 4, 5]), place] += base.bias
-    return Scores(
+        if base.last_bias_change is not None:
+            change[np.isin(order, [3, 4, 5]), place] += base.last_bias_change
+    return ScoreTests(
         information=columns.T @ gram[1:, 1:] @ columns,
-        score=columns.T @ gram[1:, 0],
-        change=change @ columns,
-        places=places,
+        gradient=columns.T @ gram[1:, 0],
+        state_changes=change @ columns,
+        slices=places,
     )
 
 
-def log_tail(x: float, freedom: int) -> float:
+def log_chi_square_tail(x: float, degrees_of_freedom: int) -> float:
     """Return the logarithm of the upper tail probability of a chi-square distribution.
 
     The result is finite even where the probability underflows. Large arguments use the asymptotic
@@ -220,9 +229,9 @@ def log_tail(x: float, freedom: int) -> float:
     freedom : int
         Degrees of freedom.
     """
-    if x < max(_FAR, 10.0 * freedom):
-        return math.log(chdtrc(freedom, x))
-    a, y = 0.5 * freedom, 0.5 * x
+    if x < max(_SERIES_THRESHOLD, 10.0 * degrees_of_freedom):
+        return math.log(chdtrc(degrees_of_freedom, x))
+    a, y = 0.5 * degrees_of_freedom, 0.5 * x
     series = np.cumprod([1.0, *((a - k) / y for k in range(1, 10))]).sum()
     return float((a - 1.0) * math.log(y) - y - math.lgamma(a) + math.log(series))
 
@@ -233,28 +242,32 @@ def _assign_slices(widths: Mapping[K, int]) -> dict[K, slice]:
 
 
 def _run_filter(
-    solution: Solution, places: Mapping[Departure, slice], last: Floats, R: Floats, gram: Floats
+    solution: Solution,
+    slices: Mapping[ModelError, slice],
+    last_sensitivities: Floats,
+    R: Floats,
+    gram: Floats,
 ) -> None:
     """Run the filter with the coefficients; write R, `gram` and the last sensitivities in place."""
-    for span in solution.spans():
-        moves, reads = _collect_effects(span, places)
+    for span in solution.iterate_spans():
+        moves, reads = _collect_effects(span, slices)
         s, n, b = len(reads), span.high - span.low, max(len(numbers) for numbers, _ in reads)
         read, which = np.zeros((s, n, 3, b)), np.zeros((s, b), dtype=np.int64)
         for index, (numbers, columns) in enumerate(reads):
             read[index, :, :, : len(numbers)] = columns
             which[index, : len(numbers)] = numbers
-        load("sensitivities").sensitivities(
-            span.steps.F,
+        load_compiled_module("sensitivities").sensitivities(
+            span.process.F,
             moves[1],
             moves[0],
-            span.used,
-            span.sightings.arrays[1:],
+            span.is_used,
+            span.measurements.arrays[1:],
             read,
             np.array([len(numbers) for numbers, _ in reads]),
             which,
             span.readings,
-            span.first,
-            last,
+            span.first_new,
+            last_sensitivities,
             R,
             gram,
         )
@@ -262,23 +275,26 @@ def _run_filter(
 
 
 def _collect_effects(
-    span: Span, places: Mapping[Departure, slice]
+    span: Span, slices: Mapping[ModelError, slice]
 ) -> tuple[Columns, list[Columns]]:
     """Return the effect of all coefficients on the steps and on the readings of each sensor."""
-    n, seen = span.high - span.low, span.sightings
-    moves, reads = [_build_empty_columns(n - 1)], [[_build_empty_columns(n)] for _ in seen.there]
-    for departure, place in places.items():
+    n, seen = span.high - span.low, span.measurements
+    moves, reads = (
+        [_build_empty_columns(n - 1)],
+        [[_build_empty_columns(n)] for _ in seen.has_reading],
+    )
+    for departure, place in slices.items():
         numbers = np.arange(place.start, place.stop)
-        if departure.moves is not None:
-            moves.append((numbers, departure.moves(span)))
-        for index, read in departure.reads.items():
-            if seen.there[index].any():
+        if departure.attitude_changes is not None:
+            moves.append((numbers, departure.attitude_changes(span)))
+        for index, read in departure.reading_changes.items():
+            if seen.has_reading[index].any():
                 reads[index].append((numbers, read(span)))
     return _drop_zero_columns(moves), [_drop_zero_columns(each) for each in reads]
 
 
-def _drop_zero_columns(each: Sequence[Columns]) -> Columns:
-    numbers, columns = (np.concatenate(of, axis=-1) for of in zip(*each, strict=True))
+def _drop_zero_columns(effects: Sequence[Columns]) -> Columns:
+    numbers, columns = (np.concatenate(of, axis=-1) for of in zip(*effects, strict=True))
     live = columns.any(axis=(0, 1))
     return numbers[live], np.ascontiguousarray(columns[:, :, live])
 

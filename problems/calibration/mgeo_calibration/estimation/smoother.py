@@ -20,24 +20,24 @@ from scipy.linalg.lapack import dtrtri
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.kernels import load
-from mgeo_calibration.estimation.kinematics import growth
-from mgeo_calibration.estimation.linearization import Equations, equations
+from mgeo_calibration.estimation.kernels import load_compiled_module
+from mgeo_calibration.estimation.kinematics import compute_constant_factors
+from mgeo_calibration.estimation.linearization import Equations, linearize_equations
 from mgeo_calibration.estimation.trajectory import (
-    KEPT,
+    MAX_SPAN_MEMORY,
     Partition,
     Trajectory,
-    moved,
-    row_bytes,
-    spans,
+    compute_sample_memory,
+    correct_trajectory,
+    split_into_spans,
 )
 
 #: Convergence tolerances of a step: change of the constant states in 1-sigmas, and of the attitude
 #: in rad. The remaining error is of the order of the square of the step.
-LAST = 1e-2, 1e-5
-_HALVINGS = 4  # largest number of halvings of a step that increases the cost
+TOLERANCES = 1e-2, 1e-5
+_MAX_HALVINGS = 4  # largest number of halvings of a step that increases the cost
 #: Filter estimate x, T and P of one sample; see `Span.kept`.
-Known = tuple[Floats, Floats, Floats]
+FilterState = tuple[Floats, Floats, Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,25 +57,25 @@ class Span(Equations):
         Hw, K, w and W of each reading; see `kernels/two_stage.py`.
     """
 
-    first: int
-    used: Bools
-    kept: Known
+    first_new: int
+    is_used: Bools
+    estimates: FilterState
     readings: tuple[Floats, Floats, Floats, Floats]
 
     @property
-    def new(self) -> slice:
+    def new_samples(self) -> slice:
         """Samples of the batch that do not belong to the previous span."""
-        return slice(self.low + self.first, self.high)
+        return slice(self.low + self.first_new, self.high)
 
     @property
-    def last(self) -> Known:
+    def last_estimate(self) -> FilterState:
         """Filter estimate at the last sample."""
-        x, T, P = (each[-1].copy() for each in self.kept)
+        x, T, P = (each[-1].copy() for each in self.estimates)
         return x, T, P
 
 
 @dataclass(frozen=True, eq=False)
-class Linear:
+class LinearizedBatch:
     """Batch with the trajectory of its linearization.
 
     Attributes
@@ -91,12 +91,12 @@ class Linear:
 
     batch: Batch
     trajectory: Trajectory
-    parts: Partition
-    used: Bools
-    growth: Floats
+    partition: Partition
+    is_used: Bools
+    constant_factors: Floats
 
-    def filtered(
-        self, known: Known, span: tuple[int, int, int], cost: float = 0.0
+    def filter_span(
+        self, start: FilterState, span: tuple[int, int, int], cost: float = 0.0
     ) -> tuple[Span, float]:
         """Run the filter over one span.
 
@@ -116,22 +116,26 @@ class Linear:
             Cost up to the last sample of the span.
         """
         low, high, first = span
-        own = equations(self.batch, self.trajectory, self.parts, self.growth, low, high)
-        move, seen = own.steps, own.sightings
-        (d, q), (s, n, _, p) = known[1].shape, seen.H.shape
+        own = linearize_equations(
+            self.batch, self.trajectory, self.partition, self.constant_factors, low, high
+        )
+        move, seen = own.process, own.measurements
+        (d, q), (s, n, _, p) = start[1].shape, seen.H.shape
         kept = np.empty((n, d)), np.empty((n, d, q)), np.empty((n, d, d))
-        for each, one in zip(kept, known, strict=True):
+        for each, one in zip(kept, start, strict=True):
             each[0] = one
         Hw, K, w, W = (np.empty((s, n, 3, *more)) for more in ((p,), (d,), (), (q,)))
-        readings, used = (Hw, K, w, W), np.ascontiguousarray(self.used[:, low:high])
-        forward = load("two_stage").forward
-        cost = forward(move.arrays, used, seen.arrays, move.growth, kept, readings, first, cost)
-        result = Span(**vars(own), first=first, used=used, kept=kept, readings=readings)
+        readings, used = (Hw, K, w, W), np.ascontiguousarray(self.is_used[:, low:high])
+        forward = load_compiled_module("two_stage").forward
+        cost = forward(
+            move.arrays, used, seen.arrays, move.constant_factors, kept, readings, first, cost
+        )
+        result = Span(**vars(own), first_new=first, is_used=used, estimates=kept, readings=readings)
         return result, cost
 
 
 @dataclass(frozen=True, eq=False)
-class Solution(Linear):
+class Solution(LinearizedBatch):
     """Linear smoother solution about a trajectory.
 
     The vector c of length q contains the errors of the d stochastic states at the first sample,
@@ -156,54 +160,63 @@ class Solution(Linear):
     """
 
     cost: float
-    prior: tuple[Floats, Floats]
-    starts: tuple[Known, ...]
-    held: tuple[Span, ...]
-    root: Floats
-    common: Floats
-    e: Floats
+    prior_equations: tuple[Floats, Floats]
+    span_starts: tuple[FilterState, ...]
+    spans_in_memory: tuple[Span, ...]
+    covariance_root: Floats
+    common_errors: Floats
+    stochastic_errors: Floats
 
     @cached_property
     def covariance(self) -> Floats:
         """Covariance of c, shape (q, q)."""
         # `@` would start BLAS threads, which then wait for further work in a busy loop.
-        covariance: Floats = np.einsum("ij,kj->ik", self.root, self.root)
+        covariance: Floats = np.einsum("ij,kj->ik", self.covariance_root, self.covariance_root)
         return covariance
 
     @property
-    def e_c(self) -> Floats:
+    def constant_errors(self) -> Floats:
         """Estimated errors of the constant states, shape (c,)."""
-        return self.common[len(self.parts.driven) :]
+        return self.common_errors[len(self.partition.stochastic) :]
 
     @property
     def constants_covariance(self) -> Floats:
         """Covariance of the constant states, shape (c, c)."""
-        d = len(self.parts.driven)
+        d = len(self.partition.stochastic)
         return self.covariance[d:, d:]
 
     @cached_property
     def estimate(self) -> Trajectory:
         """Trajectory after the correction by the estimated errors."""
-        return moved(self.trajectory, self.parts, self.growth, self.e, self.e_c, self.batch.suite)
+        return correct_trajectory(
+            self.trajectory,
+            self.partition,
+            self.constant_factors,
+            self.stochastic_errors,
+            self.constant_errors,
+            self.batch.suite,
+        )
 
-    def settled(self, last: tuple[float, float] = LAST) -> bool:
+    def is_converged(self, tolerances: tuple[float, float] = TOLERANCES) -> bool:
         """Return whether the step is within the convergence tolerances; see `LAST`."""
-        step = np.abs(self.e_c / np.sqrt(np.diag(self.constants_covariance))).max(initial=0.0)
-        turn = np.abs(self.e[:, :3]).max()
-        return bool(step < last[0] and turn < last[1])
+        step = np.abs(self.constant_errors / np.sqrt(np.diag(self.constants_covariance))).max(
+            initial=0.0
+        )
+        turn = np.abs(self.stochastic_errors[:, :3]).max()
+        return bool(step < tolerances[0] and turn < tolerances[1])
 
-    def spans(self, backward: bool = False) -> Iterator[Span]:
+    def iterate_spans(self, backward: bool = False) -> Iterator[Span]:
         """Yield all spans in order, recomputed unless they are in memory."""
-        if self.held:
-            yield from reversed(self.held) if backward else self.held
+        if self.spans_in_memory:
+            yield from reversed(self.spans_in_memory) if backward else self.spans_in_memory
             return
-        each = [*zip(spans(len(self.e)), self.starts, strict=False)]
+        each = [*zip(split_into_spans(len(self.stochastic_errors)), self.span_starts, strict=False)]
         for span, known in reversed(each) if backward else each:
-            yield self.filtered(known, span)[0]
+            yield self.filter_span(known, span)[0]
 
 
 @dataclass(frozen=True, eq=False)
-class Spread:
+class SmoothedCovariance:
     """Covariances of the first n smoothed stochastic states for a known c, and their derivatives.
 
     Attributes
@@ -214,17 +227,17 @@ class Spread:
         Derivative of e with respect to c.
     """
 
-    given: Floats
-    slope: Floats
+    conditional_covariance: Floats
+    derivative: Floats
 
 
 def solve(
     batch: Batch,
-    belief: Belief,
+    prior: Belief,
     start: Trajectory,
-    iterations: int,
-    last: tuple[float, float] = LAST,
-    rejected: Bools | None = None,
+    max_iterations: int,
+    tolerances: tuple[float, float] = TOLERANCES,
+    is_rejected: Bools | None = None,
 ) -> Solution:
     """Iterate from a trajectory until convergence or a number of iterations.
 
@@ -246,31 +259,31 @@ def solve(
     Solution
         Solution of the last iteration; `Solution.settled` tells whether it has converged.
     """
-    parts = Partition.of(batch.suite)
-    result = linear_solution(batch, belief, start, parts, rejected)
-    for _ in range(iterations):
-        if result.settled(last):
+    parts = Partition.from_suite(batch.suite)
+    result = solve_linearized(batch, prior, start, parts, is_rejected)
+    for _ in range(max_iterations):
+        if result.is_converged(tolerances):
             break
         # Delete the old solution before the next one is computed, to halve the peak memory.
-        cost, at, grown = result.cost, result.trajectory, result.growth
-        share, e, e_c = 1.0, result.e, result.e_c
-        for _ in range(_HALVINGS):
+        cost, at, grown = result.cost, result.trajectory, result.constant_factors
+        share, e, e_c = 1.0, result.stochastic_errors, result.constant_errors
+        for _ in range(_MAX_HALVINGS):
             del result
-            reached = moved(at, parts, grown, e, e_c, batch.suite, share)
-            result = linear_solution(batch, belief, reached, parts, rejected)
+            reached = correct_trajectory(at, parts, grown, e, e_c, batch.suite, share)
+            result = solve_linearized(batch, prior, reached, parts, is_rejected)
             # For a held attitude the equations are not solved where the cost is least.
-            if batch.held is not None or result.cost <= cost * (1.0 + 1e-9):
+            if batch.pointing is not None or result.cost <= cost * (1.0 + 1e-9):
                 break
             share *= 0.5
     return result
 
 
-def linear_solution(
+def solve_linearized(
     batch: Batch,
-    belief: Belief,
-    at: Trajectory,
-    parts: Partition,
-    rejected: Bools | None = None,
+    prior: Belief,
+    trajectory: Trajectory,
+    partition: Partition,
+    is_rejected: Bools | None = None,
 ) -> Solution:
     """Compute one Gauss-Newton step about a trajectory.
 
@@ -288,53 +301,59 @@ def linear_solution(
     -------
     Solution
     """
-    used = batch.there if rejected is None else batch.there & ~rejected
-    linear = Linear(batch, at, parts, used, growth(batch, parts))
-    N, d = len(batch.times), len(parts.driven)
-    r, J = belief.residual(at.attitude[0], at.states[0])
-    J = J[:, np.concatenate([parts.driven, parts.constant])]
+    used = batch.has_reading if is_rejected is None else batch.has_reading & ~is_rejected
+    linear = LinearizedBatch(
+        batch, trajectory, partition, used, compute_constant_factors(batch, partition)
+    )
+    N, d = len(batch.times), len(partition.stochastic)
+    r, J = prior.compute_residual(trajectory.attitude[0], trajectory.states[0])
+    J = J[:, np.concatenate([partition.stochastic, partition.constant])]
     q = len(r)
     R = np.linalg.qr(np.column_stack([J, r]))[1]
-    known: Known = (np.zeros(d), np.eye(d, q), np.zeros((d, d)))
+    known: FilterState = (np.zeros(d), np.eye(d, q), np.zeros((d, d)))
     starts, held, cost = [known], list[Span](), 0.0
-    hold = N * row_bytes(batch.suite, parts) <= KEPT
-    for span in spans(N):
-        result, cost = linear.filtered(starts[-1], span, cost)
-        load("two_stage").learn(result.used, result.readings, result.first, R)
-        starts.append(result.last)
+    hold = N * compute_sample_memory(batch.suite, partition) <= MAX_SPAN_MEMORY
+    for span in split_into_spans(N):
+        result, cost = linear.filter_span(starts[-1], span, cost)
+        load_compiled_module("two_stage").learn(
+            result.is_used, result.readings, result.first_new, R
+        )
+        starts.append(result.last_estimate)
         held += [result] if hold else []
     # `solve_triangular` would start BLAS threads.
     root = np.ascontiguousarray(dtrtri(R[:, :q])[0])
     solution = Solution(
         **vars(linear),
         cost=cost + float(r @ r),
-        prior=(r, J),
-        starts=tuple(starts),
-        held=tuple(held),
-        root=root,
-        common=root @ R[:, q],
-        e=np.empty((N, d)),
+        prior_equations=(r, J),
+        span_starts=tuple(starts),
+        spans_in_memory=tuple(held),
+        covariance_root=root,
+        common_errors=root @ R[:, q],
+        stochastic_errors=np.empty((N, d)),
     )
     adjoint = np.zeros(d)
-    for each in solution.spans(backward=True):
-        e, seen = np.empty((each.high - each.low, d)), each.sightings
-        load("bryson_frazier").backward(
-            each.steps.F,
-            each.used,
-            seen.counts,
+    for each in solution.iterate_spans(backward=True):
+        e, seen = np.empty((each.high - each.low, d)), each.measurements
+        load_compiled_module("bryson_frazier").backward(
+            each.process.F,
+            each.is_used,
+            seen.n_columns,
             seen.columns,
             each.readings,
-            each.kept,
-            solution.common,
-            each.first,
+            each.estimates,
+            solution.common_errors,
+            each.first_new,
             adjoint,
             e,
         )
-        solution.e[each.new] = e[each.first :]
+        solution.stochastic_errors[each.new_samples] = e[each.first_new :]
     return solution
 
 
-def smoothed(solution: Solution, n: int | None = None) -> Iterator[tuple[Span, Spread]]:
+def smooth_covariances(
+    solution: Solution, n_leading: int | None = None
+) -> Iterator[tuple[Span, SmoothedCovariance]]:
     """Yield all spans backward in time with the smoothed covariances of their samples.
 
     The covariances at the first sample of a span are undefined if `Span.first` is 1.
@@ -345,37 +364,42 @@ def smoothed(solution: Solution, n: int | None = None) -> Iterator[tuple[Span, S
         Number of leading stochastic states. Default: all that the readings depend on, at least
         three.
     """
-    d, q = solution.starts[0][1].shape
+    d, q = solution.span_starts[0][1].shape
     later, adjoint = np.zeros((d, d)), np.zeros((d, q))
-    for each in solution.spans(backward=True):
-        size, leading = each.high - each.low, each.sightings.leading if n is None else n
-        result = Spread(np.empty((size, leading, leading)), np.empty((size, leading, q)))
-        load("bryson_frazier").smoothed(
-            each.steps.arrays,
-            each.used,
-            each.sightings.arrays,
+    for each in solution.iterate_spans(backward=True):
+        size, leading = (
+            each.high - each.low,
+            each.measurements.n_leading if n_leading is None else n_leading,
+        )
+        result = SmoothedCovariance(
+            np.empty((size, leading, leading)), np.empty((size, leading, q))
+        )
+        load_compiled_module("bryson_frazier").smoothed(
+            each.process.arrays,
+            each.is_used,
+            each.measurements.arrays,
             each.readings,
-            each.kept,
-            each.first,
+            each.estimates,
+            each.first_new,
             later,
             adjoint,
-            result.given,
-            result.slope,
+            result.conditional_covariance,
+            result.derivative,
         )
         yield each, result
 
 
-def last_covariance(solution: Solution) -> Floats:
+def compute_last_covariance(solution: Solution) -> Floats:
     """Return the covariance of all states at the last sample, shape (n_states, n_states)."""
-    parts, grown = solution.parts, solution.growth[-1]
-    d, n = len(parts.driven), len(parts.driven) + len(parts.constant)
-    _, T, P_given = solution.starts[-1]
+    parts, grown = solution.partition, solution.constant_factors[-1]
+    d, n = len(parts.stochastic), len(parts.stochastic) + len(parts.constant)
+    _, T, P_given = solution.span_starts[-1]
     cross = T @ solution.covariance[:, d:] * grown
     P = np.zeros((n, n))
-    P[np.ix_(parts.driven, parts.driven)] = P_given + T @ solution.covariance @ T.T
+    P[np.ix_(parts.stochastic, parts.stochastic)] = P_given + T @ solution.covariance @ T.T
     P[np.ix_(parts.constant, parts.constant)] = (
         grown[:, None] * solution.constants_covariance * grown
     )
-    P[np.ix_(parts.driven, parts.constant)] = cross
-    P[np.ix_(parts.constant, parts.driven)] = cross.T
+    P[np.ix_(parts.stochastic, parts.constant)] = cross
+    P[np.ix_(parts.constant, parts.stochastic)] = cross.T
     return P

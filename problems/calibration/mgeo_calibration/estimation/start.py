@@ -13,15 +13,15 @@ from mgeo_attitude.sensors.suite import Suite
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.estimation.kernels import load
-from mgeo_calibration.estimation.kinematics import turns
+from mgeo_calibration.estimation.kernels import load_compiled_module
+from mgeo_calibration.estimation.kinematics import compute_rates_and_rotations
 
 #: Lengths of intervals to try, in samples. The first sufficient interval is used.
-LENGTHS = (10, 30, 100, 300, 1000, 3000)
+INTERVAL_LENGTHS = (10, 30, 100, 300, 1000, 3000)
 #: Smallest second eigenvalue of the mean dyad of the directions; 20° between two directions.
-SPREAD = 0.03
+MIN_SPREAD = 0.03
 #: Smallest eigenvalue of Σ n nᵀ over the normals of lit faces; three orthogonal faces give 1.
-_APART = 0.05
+_MIN_NORMAL_SPREAD = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,13 +44,13 @@ class Directions:
     """
 
     samples: Ints
-    sensor: Ints
-    weight: Floats
+    sensors: Ints
+    weights: Floats
     body: Floats
     inertial: Floats
 
 
-def first_attitude(batch: Batch, states: Floats) -> tuple[Floats, slice]:
+def estimate_initial_attitude(batch: Batch, states: Floats) -> tuple[Floats, slice]:
     """Solve Wahba's problem and propagate the attitude to all samples with the gyro.
 
     Breaks of the gyro are ignored.
@@ -72,15 +72,15 @@ def first_attitude(batch: Batch, states: Floats) -> tuple[Floats, slice]:
     ValueError
         If no interval has vectors that are far enough apart.
     """
-    relative = accumulated(batch, states)
-    seen = directions(batch, relative, states)
-    where = stretch(seen, len(batch.times))
+    relative = accumulate_rotations(batch, states)
+    seen = collect_directions(batch, relative, states)
+    where = find_interval(seen, len(batch.times))
     chosen = (seen.samples >= where.start) & (seen.samples < where.stop)
-    rotation, _ = wahba(seen, chosen)
+    rotation, _ = solve_wahba(seen, chosen)
     return rotation @ relative, where
 
 
-def carried_for(batch: Batch, sigma: Floats, angle: float) -> int:
+def count_propagated_samples(batch: Batch, bias_sigma: Floats, max_angle: float) -> int:
     """Return the number of samples over which the gyro bias rotates the attitude by an angle.
 
     Parameters
@@ -90,23 +90,25 @@ def carried_for(batch: Batch, sigma: Floats, angle: float) -> int:
     angle : float
         Largest rotation [rad].
     """
-    return int(min(len(batch.times), angle / (np.linalg.norm(sigma) * np.median(batch.durations))))
+    return int(
+        min(len(batch.times), max_angle / (np.linalg.norm(bias_sigma) * np.median(batch.durations)))
+    )
 
 
-def accumulated(batch: Batch, states: Floats) -> Floats:
+def accumulate_rotations(batch: Batch, states: Floats) -> Floats:
     """Return rotations from the body frame of each sample to the body frame of the first sample.
 
     Returns
     -------
     array, shape (N, 3, 3)
     """
-    _, turn = turns(batch, states)
+    _, turn = compute_rates_and_rotations(batch, states)
     R = np.empty((len(turn) + 1, 3, 3))
-    load("kinematics").accumulated(np.ascontiguousarray(turn), R)
+    load_compiled_module("kinematics").accumulated(np.ascontiguousarray(turn), R)
     return R
 
 
-def directions(batch: Batch, relative: Floats, states: Floats) -> Directions:
+def collect_directions(batch: Batch, rotations: Floats, states: Floats) -> Directions:
     """Collect the observed directions of all sensors.
 
     A star tracker contributes the three axes of GCRS. All photodiodes together contribute one Sun
@@ -120,8 +122,8 @@ def directions(batch: Batch, relative: Floats, states: Floats) -> Directions:
         States with the sensor biases to correct.
     """
     samples, sensors, weights, body, inertial = [], [], [], [], []
-    suns = sun_directions(batch.suite, batch.sensors, states)
-    for index, rows in enumerate(batch.sensors):
+    suns = compute_sun_directions(batch.suite, batch.readings, states)
+    for index, rows in enumerate(batch.readings):
         if rows.shape[2] == 1:  # The first photodiode carries the common Sun direction.
             rows, suns = suns[:, None], np.full_like(suns, np.nan)
         k = np.flatnonzero(np.isfinite(rows[:, 0, 0]))
@@ -133,7 +135,7 @@ def directions(batch: Batch, relative: Floats, states: Floats) -> Directions:
                 for state, first in batch.suite.get_first_indices(sensor).items()
             }
             apply_bias_sensitivities(
-                sensor.bias_sensitivities, own, batch.follows(sensor, slice(None))
+                sensor.bias_sensitivities, own, batch.select_channel_values(sensor, slice(None))
             )
             rows = rows - own["bias"][:, None]
         for i in range(rows.shape[1]):
@@ -144,7 +146,7 @@ def directions(batch: Batch, relative: Floats, states: Floats) -> Directions:
             )
             lengths = [np.linalg.norm(v, axis=1) for v in (rows[k, i], known)]
             some = (lengths[0] > 0.0) & (lengths[1] > 0.0)
-            turned = np.einsum("nij,nj->ni", relative[k], rows[k, i])
+            turned = np.einsum("nij,nj->ni", rotations[k], rows[k, i])
             samples.append(k[some])
             sensors.append(np.full(some.sum(), index))
             weights.append(np.full(some.sum(), 1.0 / max(len(k), 1)))
@@ -153,7 +155,7 @@ def directions(batch: Batch, relative: Floats, states: Floats) -> Directions:
     return Directions(*map(np.concatenate, (samples, sensors, weights, body, inertial)))
 
 
-def sun_directions(suite: Suite, readings: Sequence[Floats], states: Floats) -> Floats:
+def compute_sun_directions(suite: Suite, readings: Sequence[Floats], states: Floats) -> Floats:
     """Return the Sun direction in the body frame from all photodiodes, shape (N, 3).
 
     The least-squares solution needs at least three lit photodiodes with normals that are well
@@ -175,12 +177,12 @@ def sun_directions(suite: Suite, readings: Sequence[Floats], states: Floats) -> 
             A[seen] += normals[seen, :, None] * normals[seen, None]
             b[seen] += normals[seen] * rows[seen, 0]
     result = np.full(b.shape, np.nan)
-    apart = np.linalg.eigvalsh(A)[:, 0] > _APART
+    apart = np.linalg.eigvalsh(A)[:, 0] > _MIN_NORMAL_SPREAD
     result[apart] = np.linalg.solve(A[apart], b[apart, :, None])[..., 0]
     return result
 
 
-def stretch(seen: Directions, n: int) -> slice:
+def find_interval(directions: Directions, n_samples: int) -> slice:
     """Return the shortest interval in which the observed directions are far enough apart.
 
     Lengths come from `LENGTHS`, and the separation is compared with `SPREAD`. Among intervals of
@@ -197,22 +199,22 @@ def stretch(seen: Directions, n: int) -> slice:
     ValueError
         If no interval is sufficient.
     """
-    dyads, weights = np.zeros((n + 1, 3, 3)), np.zeros(n + 1)
+    dyads, weights = np.zeros((n_samples + 1, 3, 3)), np.zeros(n_samples + 1)
     np.add.at(
         dyads,
-        seen.samples + 1,
-        seen.weight[:, None, None] * seen.body[:, :, None] * seen.body[:, None],
+        directions.samples + 1,
+        directions.weights[:, None, None] * directions.body[:, :, None] * directions.body[:, None],
     )
-    np.add.at(weights, seen.samples + 1, seen.weight)
+    np.add.at(weights, directions.samples + 1, directions.weights)
     dyads, weights = np.cumsum(dyads, axis=0), np.cumsum(weights)
     best = 0.0
-    for length in (min(length, n) for length in LENGTHS):
-        first = np.arange(0, n - length + 1, max(1, length // 4))
+    for length in (min(length, n_samples) for length in INTERVAL_LENGTHS):
+        first = np.arange(0, n_samples - length + 1, max(1, length // 4))
         total = weights[first + length] - weights[first]
         spread = np.linalg.eigvalsh(dyads[first + length] - dyads[first])[:, 1]
         spread = np.divide(spread, total, out=np.zeros_like(spread), where=total > 0.0)
-        if (spread >= SPREAD).any():
-            start = int(first[np.argmax(spread >= SPREAD)])
+        if (spread >= MIN_SPREAD).any():
+            start = int(first[np.argmax(spread >= MIN_SPREAD)])
             return slice(start, start + length)
         best = max(best, float(spread.max()))
     angle = np.degrees(np.arcsin(min(1.0, 2.0 * np.sqrt(best))))
@@ -222,7 +224,7 @@ def stretch(seen: Directions, n: int) -> slice:
     )
 
 
-def wahba(seen: Directions, chosen: Bools) -> tuple[Floats, float]:
+def solve_wahba(directions: Directions, is_used: Bools) -> tuple[Floats, float]:
     """Solve Wahba's problem for the selected directions.
 
     Outliers of each sensor are excluded in two further solutions.
@@ -240,8 +242,8 @@ def wahba(seen: Directions, chosen: Bools) -> tuple[Floats, float]:
     square : float
         Median squared residual.
     """
-    inertial, body = seen.inertial[chosen], seen.body[chosen]
-    sensor, weight = seen.sensor[chosen], seen.weight[chosen]
+    inertial, body = directions.inertial[is_used], directions.body[is_used]
+    sensor, weight = directions.sensors[is_used], directions.weights[is_used]
     kept = np.ones(len(body), dtype=bool)
     for _ in range(3):
         rotation, _ = Rotation.align_vectors(inertial[kept], body[kept], weight[kept])

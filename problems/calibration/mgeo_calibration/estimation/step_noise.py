@@ -28,21 +28,21 @@ from mgeo_calibration.telemetry.gyro_samples import gyro_noise
 
 #: Relative excess variance of the noise state over the process noise of the angle. Without an
 #: excess the two would be perfectly correlated and their covariance singular.
-SLACK = 1e-3
+EXCESS_VARIANCE = 1e-3
 #: Correlation time of the noise state relative to a step: the noise of successive steps is
 #: independent.
-_SHORT = 1e-3
+_RELATIVE_CORRELATION_TIME = 1e-3
 
 
 @dataclass(frozen=True)
-class Steps:
+class StepNoise:
     """Owner of the step noise states, analogous to the gyro and the sensors."""
 
     process: GaussMarkov
 
     units: ClassVar[Mapping[str, Unit]] = {RATE_NOISE: DEG_H}
     considered: ClassVar[tuple[str, ...]] = ()
-    influences: ClassVar[tuple[Any, ...]] = ()
+    bias_sensitivities: ClassVar[tuple[Any, ...]] = ()
 
     def states(self) -> dict[str, GaussMarkov]:
         """Return the noise process as a rate [rad/s]."""
@@ -50,7 +50,7 @@ class Steps:
 
 
 @dataclass(frozen=True)
-class WithStepNoise(Suite):
+class StepNoiseSuite(Suite):
     """Suite with step noise states for the sensors with measurement latency.
 
     Attributes
@@ -64,8 +64,8 @@ class WithStepNoise(Suite):
     @cached_property
     def error_sources(self) -> dict[str, Any]:
         x, y, z = np.broadcast_to(gyro_noise(self, self.step), 3).tolist()
-        process = GaussMarkov((x, y, z), _SHORT * self.step)
-        return {**super().error_sources, "step": Steps(process)}
+        process = GaussMarkov((x, y, z), _RELATIVE_CORRELATION_TIME * self.step)
+        return {**super().error_sources, "step": StepNoise(process)}
 
     def list_blocks(self, source: Gyro | Sensor) -> dict[str, str]:
         blocks = super().list_blocks(source)
@@ -73,7 +73,7 @@ class WithStepNoise(Suite):
         return blocks | {RATE_NOISE: f"step.{RATE_NOISE}"} if late else blocks
 
 
-def for_delays(batch: Batch, belief: Belief) -> tuple[Batch, Belief]:
+def add_step_noise(batch: Batch, prior: Belief) -> tuple[Batch, Belief]:
     """Add step noise states to a batch and its prior if a sensor has a measurement latency.
 
     Returns
@@ -84,23 +84,23 @@ def for_delays(batch: Batch, belief: Belief) -> tuple[Batch, Belief]:
     """
     suite = batch.suite
     if not any(sensor.latency_states() for sensor in suite.sensors):
-        return batch, belief
+        return batch, prior
     step = float(np.median(batch.durations))
-    more = WithStepNoise(suite.gyro, suite.sensors, suite.environment_errors, step)
-    begin, own = Belief.initial(more), without_step_noise(more)
+    more = StepNoiseSuite(suite.gyro, suite.sensors, suite.environment_errors, step)
+    begin, own = Belief.from_suite(more), list_states_without_step_noise(more)
     states, sigma, correlation = begin.states.copy(), begin.sigma.copy(), np.eye(more.n_states)
-    states[own], sigma[own] = belief.states, belief.sigma
-    correlation[np.ix_(own, own)] = belief.correlation
-    wider = Belief(more, belief.attitude, states, sigma, correlation)
+    states[own], sigma[own] = prior.states, prior.sigma
+    correlation[np.ix_(own, own)] = prior.correlation
+    wider = Belief(more, prior.attitude, states, sigma, correlation)
     return replace(batch, suite=more), wider
 
 
-def without_step_noise(suite: Suite) -> Ints:
+def list_states_without_step_noise(suite: Suite) -> Ints:
     """Return the indices of all states except the step noise."""
     return np.setdiff1d(np.arange(suite.n_states), _list_noise_states(suite))
 
 
-def correlate(suite: Suite, driven: Ints, durations: Floats, Q: Floats) -> None:
+def correlate_step_noise(suite: Suite, stochastic: Ints, durations: Floats, Q: Floats) -> None:
     """Correlate the step noise with the process noise of the attitude, in place.
 
     Parameters
@@ -112,12 +112,12 @@ def correlate(suite: Suite, driven: Ints, durations: Floats, Q: Floats) -> None:
     Q : array, shape (n, d, d)
         Process noise covariances of the steps.
     """
-    own = np.flatnonzero(np.isin(driven, _list_noise_states(suite)))
+    own = np.flatnonzero(np.isin(stochastic, _list_noise_states(suite)))
     if not own.size:
         return
     axes = np.arange(3)
     rate = Q[:, axes, axes] / durations[:, None]
-    Q[:, own, own] = (1.0 + SLACK) * rate / durations[:, None]
+    Q[:, own, own] = (1.0 + EXCESS_VARIANCE) * rate / durations[:, None]
     Q[:, axes, own] = Q[:, own, axes] = rate
 
 

@@ -18,7 +18,7 @@ from mgeo_attitude.geometry.rotation import multiply, skew
 Term = tuple[int, ...]
 
 
-class Taylor:
+class TaylorPolynomial:
     """Second-order polynomial in error 3-vectors, with d components in r runs.
 
     A sensor model treats the polynomial as an array of shape (r, d).
@@ -37,14 +37,14 @@ class Taylor:
     def __init__(self, terms: Mapping[Term, Floats]) -> None:
         self.terms = terms
 
-    def map(self, linear: Callable[[Floats], Floats]) -> Taylor:
+    def map(self, linear: Callable[[Floats], Floats]) -> TaylorPolynomial:
         """Apply a linear function to the first axis of every term."""
         return type(self)({term: linear(part) for term, part in self.terms.items()})
 
     @classmethod
-    def of(cls, value: Any) -> Taylor:
+    def from_value(cls, value: Any) -> TaylorPolynomial:
         """Return a constant polynomial of a number or an array, shape (d,) or (r, d)."""
-        if isinstance(value, Taylor):
+        if isinstance(value, TaylorPolynomial):
             return value
         return cls({(): np.atleast_2d(value).T[:, None]})
 
@@ -53,27 +53,27 @@ class Taylor:
         """Value at zero errors, shape (d, r)."""
         return self.terms[()][:, 0]
 
-    def __getitem__(self, index: Any) -> Taylor:
+    def __getitem__(self, index: Any) -> TaylorPolynomial:
         """Select components, as in ``[..., [1, 2, 0]]``."""
         return self.map(lambda part: part[index[-1]])
 
-    def __neg__(self) -> Taylor:
+    def __neg__(self) -> TaylorPolynomial:
         return self.map(np.negative)
 
-    def __add__(self, other: Any) -> Taylor:
+    def __add__(self, other: Any) -> TaylorPolynomial:
         total = dict(self.terms)
-        for term, part in self.of(other).terms.items():
+        for term, part in self.from_value(other).terms.items():
             total[term] = total[term] + part if term in total else part
         return type(self)(total)
 
-    def __sub__(self, other: Any) -> Taylor:
-        return self + -self.of(other)
+    def __sub__(self, other: Any) -> TaylorPolynomial:
+        return self + -self.from_value(other)
 
-    def __rsub__(self, other: Any) -> Taylor:
-        return self.of(other) - self
+    def __rsub__(self, other: Any) -> TaylorPolynomial:
+        return self.from_value(other) - self
 
-    def __mul__(self, other: Any) -> Taylor:
-        factors, total = self.of(other).terms, dict[Term, Floats]()
+    def __mul__(self, other: Any) -> TaylorPolynomial:
+        factors, total = self.from_value(other).terms, dict[Term, Floats]()
         for a, p in self.terms.items():
             for b, q in factors.items():
                 if len(a) + len(b) <= self.order:
@@ -81,24 +81,24 @@ class Taylor:
                     total[a + b] = total[a + b] + product if a + b in total else product
         return type(self)(total)
 
-    def sqrt(self) -> Taylor:
+    def sqrt(self) -> TaylorPolynomial:
         root = np.sqrt(self.terms[()])
         rest = type(self)({t: part / self.terms[()] for t, part in self.terms.items() if t})
         return (1.0 + 0.5 * rest - 0.125 * (rest * rest)).map(lambda part: part * root)
 
-    def __truediv__(self, other: Any) -> Taylor:
-        other = self.of(other)
+    def __truediv__(self, other: Any) -> TaylorPolynomial:
+        other = self.from_value(other)
         reciprocal = 1.0 / other.terms[()]
         rest = type(self)({t: part * reciprocal for t, part in other.terms.items() if t})
         return self * (1.0 - rest + rest * rest).map(lambda part: part * reciprocal)
 
-    def __rtruediv__(self, other: Any) -> Taylor:
-        return self.of(other) / self
+    def __rtruediv__(self, other: Any) -> TaylorPolynomial:
+        return self.from_value(other) / self
 
     __radd__, __rmul__ = __add__, __mul__
 
 
-class Linear(Taylor):
+class LinearPolynomial(TaylorPolynomial):
     """First-order polynomial: value and derivative."""
 
     order = 1
@@ -109,7 +109,9 @@ def _multiply_terms(p: Floats, q: Floats) -> Floats:
     return outer.reshape(len(outer), -1, outer.shape[-1])
 
 
-def uncertain(vector: Floats, number: int, kind: type[Taylor] = Taylor) -> Taylor:
+def add_error(
+    vector: Floats, number: int, kind: type[TaylorPolynomial] = TaylorPolynomial
+) -> TaylorPolynomial:
     """Return a vector with an additive error, as a polynomial.
 
     Parameters
@@ -120,12 +122,15 @@ def uncertain(vector: Floats, number: int, kind: type[Taylor] = Taylor) -> Taylo
     kind : type
         `Taylor` or `Linear`.
     """
-    return kind({**kind.of(vector).terms, (number,): np.eye(3)[:, :, None]})
+    return kind({**kind.from_value(vector).terms, (number,): np.eye(3)[:, :, None]})
 
 
-def uncertain_rotation(
-    known: Floats | None, number: int, sign: float = 1.0, kind: type[Taylor] = Taylor
-) -> Callable[[Any], Taylor]:
+def build_rotation_with_error(
+    rotation: Floats | None,
+    number: int,
+    sign: float = 1.0,
+    kind: type[TaylorPolynomial] = TaylorPolynomial,
+) -> Callable[[Any], TaylorPolynomial]:
     """Return a function that rotates vectors by R R(±e) with a rotation error e.
 
     R(g) v is expanded to second order: v + g × v + ½ g × (g × v) for g = ±e.
@@ -149,11 +154,11 @@ def uncertain_rotation(
                 product[number, *term] = turned.reshape(3, -1, part.shape[-1])
         return product
 
-    def rotate(v: Any) -> Taylor:
-        vector = kind.of(v)
+    def rotate(v: Any) -> TaylorPolynomial:
+        vector = kind.from_value(v)
         once = cross_error(vector.terms, sign)
         twice = cross_error({t: part for t, part in once.items() if len(t) == 1}, 0.5 * sign)
         turned = vector + kind(once) + kind(twice)
-        return turned if known is None else turned.map(lambda part: multiply(known, part))
+        return turned if rotation is None else turned.map(lambda part: multiply(rotation, part))
 
     return rotate

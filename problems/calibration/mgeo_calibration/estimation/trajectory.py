@@ -11,7 +11,7 @@ from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
 from mgeo_attitude.sensors.suite import Suite
 
 #: Number of samples per span. Equations are formed span by span to bound the memory.
-SPAN = 2000
+SPAN_LENGTH = 2000
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class Trajectory:
     attitude: Floats
     states: Floats
 
-    def part(self, low: int, high: int) -> Trajectory:
+    def select_samples(self, low: int, high: int) -> Trajectory:
         """Return the samples low to high - 1."""
         return Trajectory(self.attitude[low:high], self.states[low:high])
 
@@ -48,29 +48,29 @@ class Partition:
         States without process noise, estimated at the first sample only.
     """
 
-    driven: Ints
+    stochastic: Ints
     constant: Ints
 
     @classmethod
-    def of(cls, suite: Suite) -> Partition:
+    def from_suite(cls, suite: Suite) -> Partition:
         """Return the partition by the process noise of a suite."""
         driven = np.flatnonzero(suite.compute_noise_density() > 0.0)
         return cls(driven, np.setdiff1d(np.arange(suite.n_states), driven))
 
 
-def spans(n: int) -> Iterator[tuple[int, int, int]]:
+def split_into_spans(n_samples: int) -> Iterator[tuple[int, int, int]]:
     """Yield (low, high, first) for spans of n samples.
 
     A span contains the samples low to high - 1. It starts with the last sample of the previous
     span, so that the step between the spans is included; `first` is the position of the first new
     sample.
     """
-    for low in range(0, max(n - 1, 1), SPAN):
-        yield low, min(n, low + SPAN + 1), int(low > 0)
+    for low in range(0, max(n_samples - 1, 1), SPAN_LENGTH):
+        yield low, min(n_samples, low + SPAN_LENGTH + 1), int(low > 0)
 
 
-def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floats,
-          suite: Suite, share: float = 1.0) -> Trajectory:  # fmt: skip
+def correct_trajectory(trajectory: Trajectory, partition: Partition, constant_factors: Floats, e: Floats, e_c: Floats,
+          suite: Suite, fraction: float = 1.0) -> Trajectory:  # fmt: skip
     """Return a trajectory corrected by a fraction of estimated errors.
 
     Parameters
@@ -86,29 +86,29 @@ def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floa
     share : float
         Fraction of the errors to apply.
     """
-    attitude, states = np.empty_like(at.attitude), at.states.copy()
+    attitude, states = np.empty_like(trajectory.attitude), trajectory.states.copy()
     error = np.zeros(suite.n_states)
-    error[parts.constant] = e_c = share * e_c
-    for low, high, _ in spans(len(e)):
-        own, off = slice(low + (low > 0), high), share * e[low + (low > 0) : high]
-        attitude[own] = at.attitude[own] @ np.moveaxis(rotation_matrix(off[:, :3].T), -1, 0)
-        states[own, parts.driven[3:]] += off[:, 3:]
-        states[own, parts.constant] += growth[own] * e_c
+    error[partition.constant] = e_c = fraction * e_c
+    for low, high, _ in split_into_spans(len(e)):
+        own, off = slice(low + (low > 0), high), fraction * e[low + (low > 0) : high]
+        attitude[own] = trajectory.attitude[own] @ np.moveaxis(rotation_matrix(off[:, :3].T), -1, 0)
+        states[own, partition.stochastic[3:]] += off[:, 3:]
+        states[own, partition.constant] += constant_factors[own] * e_c
     for first in suite.rotation_indices[1:]:  # Misalignments are constant.
         block = slice(first, first + 3)
         states[:, block] = rotation_vector(
-            rotation_matrix(at.states[0, block]) @ rotation_matrix(error[block])
+            rotation_matrix(trajectory.states[0, block]) @ rotation_matrix(error[block])
         )
     return Trajectory(attitude, states)
 
 
 #: Largest total memory of spans that are kept instead of formed again [bytes].
-KEPT = 1e9
+MAX_SPAN_MEMORY = 1e9
 
 
-def row_bytes(suite: Suite, parts: Partition) -> int:
+def compute_sample_memory(suite: Suite, partition: Partition) -> int:
     """Return the memory of one sample of a `Span` [bytes]."""
-    d, c, s = len(parts.driven), len(parts.constant), len(suite.sensors)
+    d, c, s = len(partition.stochastic), len(partition.constant), len(suite.sensors)
     q, p = (
         d + c,
         max(sum(3 for _ in suite.get_first_indices(sensor)) + 3 for sensor in suite.sensors),

@@ -23,19 +23,19 @@ from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.base import Settings
 
 from mgeo_calibration.estimation.innovation import (
-    STILL,
+    ZERO_RATE,
     Estimate,
-    innovation,
-    jacobian,
-    reset,
-    second_moments,
+    compute_innovation,
+    compute_jacobian,
+    compute_second_order_moments,
+    reset_covariance,
 )
 
-NONE = np.zeros(0)
+NO_CHANNELS = np.zeros(0)
 
 
 @pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
-class Estimator(Settings):
+class FilterSettings(Settings):
     """Options of the filter for second-order effects.
 
     The defaults are the options that `docs/consistency.md` recommends.
@@ -55,9 +55,9 @@ class Estimator(Settings):
     """transform the covariance when an estimated rotation error is applied (Markley)"""
 
     @staticmethod
-    def plain() -> Estimator:
+    def build_textbook() -> FilterSettings:
         """Return the options of the textbook filter, with the H of equation (2)."""
-        return Estimator(jacobians="aligned", second_order=False, reset=False)
+        return FilterSettings(jacobians="aligned", second_order=False, reset=False)
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class ErrorStateFilter:
     """
 
     suite: Suite
-    estimator: Estimator
+    settings: FilterSettings
 
     def run(
         self,
@@ -76,7 +76,7 @@ class ErrorStateFilter:
         readings: Sequence[Measurements],
         rates: Floats,
         vectors: Floats,
-        influences: Floats | None = None,
+        channel_values: Floats | None = None,
     ) -> Iterator[tuple[Estimate, Estimate, Floats]]:
         """Estimate the state at every sample.
 
@@ -107,7 +107,7 @@ class ErrorStateFilter:
             np.stack(runs, axis=1) for runs in zip(*(run.sensors for run in readings), strict=True)
         ]
         estimate = start
-        follows = np.zeros((len(vectors), 0)) if influences is None else influences
+        follows = np.zeros((len(vectors), 0)) if channel_values is None else channel_values
         own = [follows[:, self.suite.find_sensitivity_columns(each)] for each in self.suite.sensors]
         of_gyro = follows[:, self.suite.find_sensitivity_columns(self.suite.gyro)]
         for k in range(len(vectors)):
@@ -128,12 +128,12 @@ class ErrorStateFilter:
     def predict(
         self,
         estimate: Estimate,
-        reported: Floats,
+        reported_rate: Floats,
         step: float,
         F: Floats,
         Q: Floats,
-        rest: Floats,
-        influences: Floats = NONE,
+        rest_transition: Floats,
+        channel_values: Floats = NO_CHANNELS,
     ) -> Estimate:
         """Propagate the estimate over a step, equation (3), with the corrected gyro rates.
 
@@ -149,7 +149,10 @@ class ErrorStateFilter:
         influences : array, shape (m,)
             Channels of the gyro's bias sensitivities.
         """
-        decay, mean_bias = np.diag(rest)[3:, None], -np.diag(rest[:3, 3:6])[:, None] / step
+        decay, mean_bias = (
+            np.diag(rest_transition)[3:, None],
+            -np.diag(rest_transition[:3, 3:6])[:, None] / step,
+        )
         gyro, d = self.suite.gyro, self.suite.n_dynamic
         x = {
             state: estimate.states[i : i + 3]
@@ -158,16 +161,16 @@ class ErrorStateFilter:
         for number, state in enumerate((s for s in x if s in gyro.rotations), start=1):
             x[state] = rotation_vector(estimate.rotations[:, :, number])
         x["bias"] = mean_bias * x["bias"]
-        apply_bias_sensitivities(gyro.bias_sensitivities, x, influences.tolist())
+        apply_bias_sensitivities(gyro.bias_sensitivities, x, channel_values.tolist())
         own = SimpleNamespace(**{state: value.T for state, value in x.items()})
-        turn = exponential_map(-step * gyro.correct_measurement(own, reported).T)
+        turn = exponential_map(-step * gyro.correct_measurement(own, reported_rate).T)
         rotations, states = estimate.rotations.copy(), estimate.states.copy()
         rotations[:, :, 0] = multiply(rotations[:, :, 0], turn.swapaxes(0, 1))
         states[3:d] *= decay
         # Only the attitude rows of F are not diagonal.
         top = np.repeat(F[:3, :, None], turn.shape[-1], axis=-1)
         top[:, :3] = turn
-        for columns, value in zip(self.suite.gyro_sensitivity_slices, influences, strict=True):
+        for columns, value in zip(self.suite.gyro_sensitivity_slices, channel_values, strict=True):
             top[:, columns] *= value
         P = estimate.covariance.copy()
         rows = multiply(top, P[:d])
@@ -178,7 +181,7 @@ class ErrorStateFilter:
         P[:3], P[:, :3] = rows, rows.swapaxes(0, 1)
         P[:3, :3] = 0.5 * (attitude + attitude.swapaxes(0, 1))
         P[:d, :d] += Q[..., None]
-        return Estimate(estimate.places, rotations, states, P)
+        return Estimate(estimate.rotation_indices, rotations, states, P)
 
     def update(
         self,
@@ -186,8 +189,8 @@ class ErrorStateFilter:
         index: int,
         readings: Floats,
         vectors: Floats,
-        rate: Floats = STILL,
-        influences: Floats = NONE,
+        rate: Floats = ZERO_RATE,
+        channel_values: Floats = NO_CHANNELS,
     ) -> tuple[Estimate, Floats]:
         """Update the estimate with the readings of a sensor, equation (4).
 
@@ -212,28 +215,28 @@ class ErrorStateFilter:
         nis : array, shape (r,)
             Normalized innovation squared.
         """
-        options, P, seen = self.estimator, estimate.covariance, ~np.isnan(readings[:, 0, 0])
+        options, P, seen = self.settings, estimate.covariance, ~np.isnan(readings[:, 0, 0])
         y = unstack_measurement(np.where(seen[:, None, None], readings, 0.0))
         considered = self.suite.considered_indices
         predicted = partial(
-            innovation,
+            compute_innovation,
             self.suite,
             index,
             y,
             vectors[index],
             gradient=tuple(vectors[self.suite.gradient_rows(index)]),
             rate=rate,
-            influences=tuple(influences),
+            channel_values=tuple(channel_values),
         )
         r = predicted(estimate)
         slopes = predicted(estimate, aligned=True) if options.jacobians == "aligned" else r
-        states, H = jacobian(slopes)
+        states, H = compute_jacobian(slopes)
         HP, z = multiply(H, P[states]), r.value
         S = multiply(HP[:, states], H.swapaxes(0, 1))
         for i, sigma in enumerate(self.suite.sensors[index].noise_sigmas()):
             S[i, i] += sigma**2
         if options.second_order:
-            mean, covariance = second_moments(slopes, P)
+            mean, covariance = compute_second_order_moments(slopes, P)
             z, S = z + mean, S + covariance
         G, w = whiten(S, HP, z)
         G *= seen
@@ -246,8 +249,8 @@ class ErrorStateFilter:
         P = np.subtract(P, learned, out=learned)
         P[considered[:, None], considered] = kept
         if options.reset:
-            reset(P, e, estimate.places)
-        return estimate.corrected(e, P), nis
+            reset_covariance(P, e, estimate.rotation_indices)
+        return estimate.correct(e, P), nis
 
 
 def whiten(S: Floats, HP: Floats, z: Floats) -> tuple[Floats, Floats]:

@@ -25,15 +25,15 @@ from numpy.typing import ArrayLike
 from mgeo_calibration.estimation.innovation import Estimate
 from mgeo_calibration.flight.flight import Flight, draw, fly_run, moved
 from mgeo_calibration.flight.own import other_truth, surroundings
-from mgeo_calibration.simulation.filter import ErrorStateFilter, Estimator
-from mgeo_calibration.simulation.monte_carlo import MonteCarlo, Record
+from mgeo_calibration.simulation.filter import ErrorStateFilter, FilterSettings
+from mgeo_calibration.simulation.monte_carlo import MonteCarloResult, RunStatistics
 
 #: Number of runs per batch. Threads would not help: each step consists of some hundred short NumPy
 #: operations that hold the interpreter lock.
-RUNS = 200
+RUNS_PER_BATCH = 200
 
 #: Approximate number of recorded samples.
-N_RECORDS = 600
+N_RECORDED_SAMPLES = 600
 
 
 def simulate(
@@ -42,11 +42,11 @@ def simulate(
     n_runs: int = 200,
     seed: int | np.random.Generator | None = None,
     *,
-    estimator: Estimator | None = None,
+    filter_settings: FilterSettings | None = None,
     truth: Scenario | None = None,
     environment: Environment | None = None,
-    until: float | None = None,
-) -> MonteCarlo:
+    end_time: float | None = None,
+) -> MonteCarloResult:
     """Simulate a plan in Monte Carlo runs with the on-board filter.
 
     The truth is nonlinear: exact rotations at the rates of the plan, misalignments as rotations, a
@@ -126,8 +126,8 @@ def simulate(
     (variances,) = evaluate(model.full_duration_model, whole, history=True).variances
     planned = Motion.from_design(model, whole, model.n_steps)
     samples, n_watched = _select_samples(model, t_end), round(t_end / model.step) + 1
-    if until is not None:
-        samples = samples[model.times[samples] <= max(until, t_end)]
+    if end_time is not None:
+        samples = samples[model.times[samples] <= max(end_time, t_end)]
 
     def flight(generator: np.random.Generator) -> Flight:
         draws, motion = draw(real, model.n_steps, generator), planned
@@ -138,44 +138,50 @@ def simulate(
     generators = np.random.default_rng(seed).spawn(n_runs)
     if n_runs == 1:
         generators *= 2  # NumPy would sum a single run in another order than many runs.
-    n_parts = -(-n_runs // RUNS)
+    n_parts = -(-n_runs // RUNS_PER_BATCH)
     ends = [len(generators) * part // n_parts for part in range(n_parts + 1)]
     result = []
     for first, last in pairwise(ends):
         flights = [flight(generator) for generator in generators[first:last]]
-        estimated = record(
-            model, flights, estimator or Estimator(), samples, real, n_watched, planned.rates
+        estimated = evaluate_filter(
+            model,
+            flights,
+            filter_settings or FilterSettings(),
+            samples,
+            real,
+            n_watched,
+            planned.rates,
         )
         result.append(vars(estimated))
-    return MonteCarlo(
+    return MonteCarloResult(
         blocks=model.suite.blocks,
         sensors=tuple(sensor.name for sensor in model.suite.sensors),
-        numbers=tuple(len(sensor.noise_sigmas()) for sensor in model.suite.sensors),
+        n_components=tuple(len(sensor.noise_sigmas()) for sensor in model.suite.sensors),
         design=plan,
         t_end=t_end,
         times=model.times[samples],
-        predicted=np.sqrt(variances[samples]),
-        path_limits=tuple(limit.label for limit in scenario.path_constraints),
+        predicted_sigma=np.sqrt(variances[samples]),
+        path_constraints=tuple(limit.label for limit in scenario.path_constraints),
         **{key: np.concatenate([part[key] for part in result])[:n_runs] for key in result[0]},
     )
 
 
 def _select_samples(model: FilterModel, t_end: float) -> Ints:
     """Return the recorded steps: first, last, `t_end`, and about N_RECORDS equidistant steps."""
-    stride = -(-model.n_steps // N_RECORDS)
+    stride = -(-model.n_steps // N_RECORDED_SAMPLES)
     steps = [*range(0, model.n_steps, stride), round(t_end / model.step), model.n_steps]
     return np.unique(np.array(steps, dtype=np.int64))
 
 
-def record(
+def evaluate_filter(
     model: FilterModel,
-    flights: Sequence[Flight],
-    estimator: Estimator,
+    runs: Sequence[Flight],
+    filter_settings: FilterSettings,
     samples: Ints,
-    real: FilterModel | None = None,
-    n_watched: int = 0,
+    true_model: FilterModel | None = None,
+    n_constraint_samples: int = 0,
     planned_rates: Floats | None = None,
-) -> Record:
+) -> RunStatistics:
     """Run the filter on simulated flights of one plan and compare the estimates with the truth.
 
     Parameters
@@ -192,26 +198,26 @@ def record(
     planned_rates : array, shape (n, 3), optional
         Rates for the covariance propagation [rad/s]. Default: rates of the first flight.
     """
-    n_runs, m, suite, motion = len(flights), len(samples), model.suite, flights[0].motion
+    n_runs, m, suite, motion = len(runs), len(samples), model.suite, runs[0].motion
     rates = motion.rates if planned_rates is None else planned_rates
-    watched = real or model
+    watched = true_model or model
     start, states, gyro = (
-        np.stack([getattr(flight, name) for flight in flights], axis=-1)
+        np.stack([getattr(flight, name) for flight in runs], axis=-1)
         for name in ("start", "errors", "gyro")
     )
-    result = Record(
+    result = RunStatistics(
         errors=np.empty((n_runs, m, suite.n_states)),
         sigma=np.empty((n_runs, m, suite.n_states)),
         nees=np.empty((n_runs, m)),
         nis=np.zeros((n_runs, m, len(suite.sensors))),
-        updates=np.zeros((n_runs, m, len(suite.sensors)), dtype=np.int64),
-        broken=np.zeros((n_runs, 2, len(watched.path_constraints))),
+        n_innovations=np.zeros((n_runs, m, len(suite.sensors)), dtype=np.int64),
+        violated_fractions=np.zeros((n_runs, 2, len(watched.path_constraints))),
     )
-    readings = [flight.readings for flight in flights]
+    readings = [flight.readings for flight in runs]
     if suite.environment_errors.has_orbit_error:  # An orbit error changes the eclipses.
         readings = [each.mask(model.available) for each in readings]
-    estimates = ErrorStateFilter(suite, estimator).run(
-        Estimate.at_start(model, n_runs),
+    estimates = ErrorStateFilter(suite, filter_settings).run(
+        Estimate.from_model(model, n_runs),
         readings,
         rates,
         model.references,
@@ -219,40 +225,41 @@ def record(
     )
     cones = [limit.build_cone() for limit in watched.path_constraints]
     passages = [
-        watched.compute_direction_motion(cone.direction, slice(n_watched)) for cone in cones
+        watched.compute_direction_motion(cone.direction, slice(n_constraint_samples))
+        for cone in cones
     ]
     turns = np.vstack([np.zeros(3), model.step * rates])
     d, row = 3 + gyro.shape[1], 0
     flown = motion.attitude[..., None]
-    if any(flight.motion is not motion for flight in flights):  # magnetorquers
-        flown = np.stack([flight.motion.attitude for flight in flights], axis=-1)
+    if any(flight.motion is not motion for flight in runs):  # magnetorquers
+        flown = np.stack([flight.motion.attitude for flight in runs], axis=-1)
     for k, (before, after, nis) in enumerate(estimates):
         attitude = multiply(flown[k], start)
-        if k < n_watched:
+        if k < n_constraint_samples:
             off = multiply(attitude, before.rotations[:, :, 0])
             steered = multiply(off, flown[k])
             for index, (cone, passage) in enumerate(zip(cones, passages, strict=True)):
                 now = passage.select_steps(slice(k, k + 1))
                 # A controller keeps the estimate on the plan; the truth is off by the error.
                 ways = [_is_violated(cone, turns[k], now, each) for each in (steered, attitude)]
-                result.broken[:, :, index] += np.stack(ways, axis=1)
+                result.violated_fractions[:, :, index] += np.stack(ways, axis=1)
         seen = ~np.isnan(nis.T)
         result.nis[:, row] += np.where(seen, nis.T, 0.0)
-        result.updates[:, row] += seen
+        result.n_innovations[:, row] += seen
         if k == samples[row]:
             states[3:d] = gyro[k]
-            e, P = after.error(attitude, states).T, after.covariance
+            e, P = after.compute_errors(attitude, states).T, after.covariance
             result.errors[:, row], result.sigma[:, row] = e, np.sqrt(np.einsum("iir->ri", P))
             solved = np.linalg.solve(P.transpose(2, 0, 1), e[..., None])[..., 0]
             result.nees[:, row] = (e * solved).sum(axis=1)
             row += 1
             if row == m:
                 break
-    result.broken[:] /= max(n_watched, 1)
+    result.violated_fractions[:] /= max(n_constraint_samples, 1)
     return result
 
 
-def _is_violated(cone: Cone, turn: Floats, passage: DirectionMotion, attitude: Floats) -> Bools:
+def _is_violated(cone: Cone, rotation: Floats, passage: DirectionMotion, attitude: Floats) -> Bools:
     """Return whether a path constraint is violated in a step, shape (r,).
 
     Parameters
@@ -262,6 +269,6 @@ def _is_violated(cone: Cone, turn: Floats, passage: DirectionMotion, attitude: F
     """
     attitudes = np.moveaxis(attitude, -1, 0)
     seen = passage.select_steps(np.zeros(len(attitudes), dtype=np.int64)).rotate_to_body(attitudes)
-    turns, known = np.broadcast_to(turn, seen.end.shape), np.zeros((len(attitudes), 3, 3))
+    turns, known = np.broadcast_to(rotation, seen.end.shape), np.zeros((len(attitudes), 3, 3))
     bound = cone.half_angle if cone.keep_in else -cone.half_angle
     return compute_violation(cone, 0.0, turns, seen, known) > bound

@@ -15,19 +15,19 @@ _BEYOND_3_SIGMA = 0.0026997960632601866
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Record:
+class RunStatistics:
     """Errors and consistency statistics of n runs at m samples; see `MonteCarlo`."""
 
     errors: Floats
     sigma: Floats
     nees: Floats
     nis: Floats
-    updates: Ints
-    broken: Floats
+    n_innovations: Ints
+    violated_fractions: Floats
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class MonteCarlo(Record):
+class MonteCarloResult(RunStatistics):
     """Errors and filter statistics of n Monte Carlo runs of one plan at m samples.
 
     Errors are truth minus estimate in the filter's units: rad, rad/s, dimensionless, and 50 µT for
@@ -78,12 +78,12 @@ class MonteCarlo(Record):
 
     blocks: tuple[str, ...]
     sensors: tuple[str, ...]
-    numbers: tuple[int, ...]
+    n_components: tuple[int, ...]
     design: Floats
     t_end: float
     times: Floats
-    predicted: Floats
-    path_limits: tuple[str, ...]
+    predicted_sigma: Floats
+    path_constraints: tuple[str, ...]
 
     @property
     def n_runs(self) -> int:
@@ -104,11 +104,11 @@ class MonteCarlo(Record):
         rms: Floats = np.sqrt((self.errors**2).mean(axis=0))
         return rms
 
-    def sample(self, time: float | None = None) -> int:
+    def find_sample(self, time: float | None = None) -> int:
         """Return the index of the sample nearest to a time [s]; default: `t_end`."""
         return int(np.argmin(np.abs(self.times - (self.t_end if time is None else time))))
 
-    def table(self, time: float | None = None) -> pd.DataFrame:
+    def build_table(self, time: float | None = None) -> pd.DataFrame:
         """Return a table of all states at a time [s]; default: `t_end`.
 
         Columns in the filter's units: ``predicted``, 1-sigma of the linear covariance; ``claimed``,
@@ -116,20 +116,20 @@ class MonteCarlo(Record):
         predicted; ``within 3 sigma``, fraction of runs with an error within three times the
         filter's 1-sigma.
         """
-        k = self.sample(time)
+        k = self.find_sample(time)
         rms = self.rms[k]
         return pd.DataFrame(
             {
-                "predicted": self.predicted[k],
+                "predicted": self.predicted_sigma[k],
                 "claimed": np.sqrt((self.sigma[:, k] ** 2).mean(axis=0)),
                 "rms": rms,
-                "ratio": rms / self.predicted[k],
+                "ratio": rms / self.predicted_sigma[k],
                 "within 3 sigma": (np.abs(self.errors[:, k]) <= 3.0 * self.sigma[:, k]).mean(0),
             },
             index=pd.Index(self.states, name="state"),
         )
 
-    def broken_limits(self) -> pd.DataFrame:
+    def build_violation_table(self) -> pd.DataFrame:
         """Return how often each path constraint is violated until `t_end`, without margin.
 
         Two cases are evaluated. *Steered*: a controller keeps the estimated attitude on the plan,
@@ -144,21 +144,24 @@ class MonteCarlo(Record):
             One row per constraint. Columns: percentage of runs with a violation, and percentage of
             the time of all runs.
         """
-        ever, share = (self.broken > 0.0).mean(axis=0), self.broken.mean(axis=0)
+        ever, share = (
+            (self.violated_fractions > 0.0).mean(axis=0),
+            self.violated_fractions.mean(axis=0),
+        )
         columns = {}
         for i, way in enumerate(("steered", "open loop")):
             columns[f"{way}: flights [%]"] = 100.0 * ever[i]
             columns[f"{way}: time [%]"] = 100.0 * share[i]
-        return pd.DataFrame(columns, index=pd.Index(self.path_limits, name="path limit"))
+        return pd.DataFrame(columns, index=pd.Index(self.path_constraints, name="path limit"))
 
-    def history(self) -> pd.DataFrame:
+    def build_history(self) -> pd.DataFrame:
         """Return NEES and NIS at every sample, averaged over the runs.
 
         Columns: ``nees`` per state and ``nis <sensor>`` per component. The expected value is 1.
         Samples without innovations since the previous sample are NaN.
         """
         columns = {"nees": self.nees.mean(axis=0) / self.n_states}
-        total, count = self.nis.sum(axis=0), self.updates.sum(axis=0) * self.numbers
+        total, count = self.nis.sum(axis=0), self.n_innovations.sum(axis=0) * self.n_components
         with np.errstate(invalid="ignore"):
             per_component = total / count
         for index, sensor in enumerate(self.sensors):
@@ -166,12 +169,12 @@ class MonteCarlo(Record):
         return pd.DataFrame(columns, index=pd.Index(self.times, name="time [s]"))
 
 
-def consistency(
-    result: MonteCarlo,
+def evaluate_consistency(
+    result: MonteCarloResult,
     *,
-    since: float | None = None,
+    start_time: float | None = None,
     confidence: float = 0.99,
-    ratio: tuple[float, float] = (0.85, 1.15),
+    ratio_bounds: tuple[float, float] = (0.85, 1.15),
 ) -> pd.DataFrame:
     """Test whether the errors of Monte Carlo runs are consistent with the filter covariance.
 
@@ -217,10 +220,10 @@ def consistency(
     """
     if not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence = {confidence!r}: expected a number in (0, 1)")
-    start = 0.5 * float(result.times[-1]) if since is None else since
+    start = 0.5 * float(result.times[-1]) if start_time is None else start_time
     tested = result.times >= start
     if not tested.any():
-        raise ValueError(f"since = {since!r}: expected at most {float(result.times[-1])!r} s")
+        raise ValueError(f"since = {start_time!r}: expected at most {float(result.times[-1])!r} s")
 
     tail = 0.5 * (1.0 - confidence)
 
@@ -231,16 +234,16 @@ def consistency(
     nees = result.nees[:, tested].mean() / result.n_states
     rows = {"nees": (nees, *interval(result.n_runs * result.n_states))}
     for index, sensor in enumerate(result.sensors):
-        count = result.numbers[index] * int(result.updates[:, tested, index].sum())
+        count = result.n_components[index] * int(result.n_innovations[:, tested, index].sum())
         if count:
             rows[f"nis {sensor}"] = result.nis[:, tested, index].sum() / count, *interval(count)
     beyond = (np.abs(result.errors[:, -1]) > 3.0 * result.sigma[:, -1]).sum(axis=0).max()
     most = binom.ppf(confidence ** (1.0 / result.n_states), result.n_runs, _BEYOND_3_SIGMA)
     rows["beyond 3 sigma"] = float(beyond), 0.0, float(most)
     achieved = (result.errors[:, tested] ** 2).mean(axis=(0, 1))
-    ratios = np.sqrt(achieved / (result.predicted[tested] ** 2).mean(axis=0))
-    rows["smallest rms / predicted"] = ratios.min(), *ratio
-    rows["largest rms / predicted"] = ratios.max(), *ratio
+    ratios = np.sqrt(achieved / (result.predicted_sigma[tested] ** 2).mean(axis=0))
+    rows["smallest rms / predicted"] = ratios.min(), *ratio_bounds
+    rows["largest rms / predicted"] = ratios.max(), *ratio_bounds
     found = pd.DataFrame.from_dict(rows, orient="index", columns=["value", "low", "high"])
     found["passed"] = found["value"].between(found["low"], found["high"])  # False for NaN
     return found.rename_axis("criterion")

@@ -13,7 +13,7 @@ from mgeo_calibration.estimation.kernels import algebra, signatures
 
 
 @cache
-def load(name: str) -> ModuleType:
+def load_compiled_module(name: str) -> ModuleType:
     """Compile a module of this package, or load the compiled module from the cache."""
     source = resources.files(__package__).joinpath(f"{name}.py").read_text(encoding="utf-8")
     ingredients = [algebra, signatures, discretization, polynomials]

@@ -7,16 +7,16 @@ from numba import njit
 #: Decorator of functions that are compiled into their callers.
 helper = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 #: Decorator of functions in which the compiler may reorder sums.
-reordered = njit(error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+reorderable = njit(error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 
 #: Number of rows in one Householder update, a multiple of three.
-TOGETHER = 96
+BLOCK_LENGTH = 96
 #: Squared norms below this are rounding errors, and their reciprocals may overflow.
-NOTHING = 1e-200
+MIN_SQUARED_NORM = 1e-200
 
 
-@reordered
-def tile(A, i, B, j, low, high):
+@reorderable
+def compute_dot_products(A, i, B, j, low, high):
     """Return the nine dot products of three rows of A and of B over columns low to high - 1."""
     a = b = c = d = e = f = g = h = o = 0.0
     for m in range(low, high):
@@ -28,7 +28,7 @@ def tile(A, i, B, j, low, high):
 
 
 @helper
-def cholesky(A, n):
+def factor_cholesky(A, n):
     """Replace the lower triangle of the leading n rows and columns of A by its Cholesky factor."""
     for j in range(n):
         for m in range(j):
@@ -40,7 +40,7 @@ def cholesky(A, n):
 
 
 @helper
-def square(L, y, n):
+def solve_squared_norm(L, y, n):
     """Solve L x = y in place of y and return |x|²."""
     total = 0.0
     for i in range(n):
@@ -51,8 +51,8 @@ def square(L, y, n):
     return total
 
 
-@reordered
-def reflect(A, R, room):
+@reorderable
+def reduce_equations(A, R, workspace):
     """Reduce the rows of equations A into the upper triangle R by Householder reflections.
 
     A has one column of the equations in each row, so that the inner loops vectorize over the
@@ -65,42 +65,42 @@ def reflect(A, R, room):
         tail = 0.0
         for i in range(rows):
             tail += A[j, i] * A[j, i]
-        room[j, 1] = 0.0
-        if tail < NOTHING:
+        workspace[j, 1] = 0.0
+        if tail < MIN_SQUARED_NORM:
             continue
         length = math.copysign(math.sqrt(R[j, j] * R[j, j] + tail), R[j, j])
-        room[j, 0] = R[j, j] + length
-        room[j, 1] = 1.0 / (length * room[j, 0])
+        workspace[j, 0] = R[j, j] + length
+        workspace[j, 1] = 1.0 / (length * workspace[j, 0])
         R[j, j] = -length
         for m in range(j + 1, q):
-            over(A, R, room, j, m)
+            apply_reflection(A, R, workspace, j, m)
     for m in range(q, columns):
         for j in range(q):
-            if room[j, 1] != 0.0:
-                over(A, R, room, j, m)
+            if workspace[j, 1] != 0.0:
+                apply_reflection(A, R, workspace, j, m)
 
 
-@reordered
-def over(A, R, room, j, m):
+@reorderable
+def apply_reflection(A, R, workspace, j, m):
     """Apply reflection j to column m."""
-    rows, first = A.shape[1], room[j, 0]
+    rows, first = A.shape[1], workspace[j, 0]
     total = first * R[j, m]
     for i in range(rows):
         total += A[j, i] * A[m, i]
-    f = room[j, 1] * total
+    f = workspace[j, 1] * total
     R[j, m] -= f * first
     for i in range(rows):
         A[m, i] -= f * A[j, i]
 
 
-@reordered
-def square_up(A, q, gram):
+@reorderable
+def accumulate_gram(A, q, gram):
     """Add the products of all but the first q columns of the equations to the triangle `gram`."""
     n, rows = len(A) - q, A.shape[1]
     whole = n - n % 3
     for j in range(0, whole, 3):
         for m in range(j, whole, 3):
-            sums = tile(A, q + j, A, q + m, 0, rows)
+            sums = compute_dot_products(A, q + j, A, q + m, 0, rows)
             for a in range(3):
                 for b in range(a if m == j else 0, 3):
                     gram[j + a, m + b] += sums[a][b]

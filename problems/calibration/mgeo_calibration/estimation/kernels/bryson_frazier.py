@@ -9,66 +9,71 @@ import math
 import numpy as np
 from mgeo_attitude._compiled import compile_cached
 
-from mgeo_calibration.estimation.kernels.algebra import helper, tile
-from mgeo_calibration.estimation.kernels.signatures import KEPT, MOVES, READINGS, SIGHTS
+from mgeo_calibration.estimation.kernels.algebra import compute_dot_products, helper
+from mgeo_calibration.estimation.kernels.signatures import (
+    ESTIMATES,
+    MEASUREMENTS,
+    PROCESS,
+    READINGS,
+)
 
 
 @helper
-def combine(A, B, out, U, X, n):
+def combine_information(A, B, out, U, X, n):
     """Write (A⁻¹ + B)⁻¹ to `out` for matrices that may be singular.
 
     Computed as L (I + Lᵀ B L)⁻¹ Lᵀ with A = L Lᵀ. Only the n leading rows and columns are computed,
     in blocks of three. U and X are work arrays.
     """
     d = len(U)
-    factor(A, out, d)
+    factor_semidefinite(A, out, d)
     for i in range(d):
         for j in range(d):
             U[i, j] = out[j, i] if j >= i else 0.0
     for i in range(0, d, 3):
         for j in range(0, d, 3):
-            put(tile(U, i, B, j, i, d), X, i, j)
+            write_block(compute_dot_products(U, i, B, j, i, d), X, i, j)
     for i in range(0, d, 3):
         for j in range(0, i + 1, 3):
-            put(tile(X, i, U, j, j, d), out, i, j)
+            write_block(compute_dot_products(X, i, U, j, j, d), out, i, j)
         for j in range(i, i + 3):
             out[j, j] += 1.0
     # Factor I + Lᵀ B L, then multiply L by the transposed inverse factor.
-    factor(out, out, d)
+    factor_semidefinite(out, out, d)
     for i in range(0, n, 3):
         for j in range(0, d, 3):
-            sums = tile(X, i, out, j, 0, j)
+            sums = compute_dot_products(X, i, out, j, 0, j)
             for a in range(3):
                 for b in range(3):
                     X[i + a, j + b] = U[j + b, i + a] - sums[a][b]
-            divide(X, i, j, out)
+            divide_block(X, i, j, out)
     for i in range(0, n, 3):
         for j in range(0, i + 1, 3):
-            sums = tile(X, i, X, j, 0, d)
-            put(sums, out, i, j)
+            sums = compute_dot_products(X, i, X, j, 0, d)
+            write_block(sums, out, i, j)
     for i in range(n):
         for j in range(i):
             out[j, i] = out[i, j]
 
 
 @helper
-def put(sums, out, i, j):
+def write_block(sums, out, i, j):
     for a in range(3):
         for b in range(3):
             out[i + a, j + b] = sums[a][b]
 
 
 @helper
-def factor(A, L, d):
+def factor_semidefinite(A, L, d):
     """Write the Cholesky factor of A, which may be singular, to the lower triangle of L."""
     for i in range(0, d, 3):
         for j in range(0, i + 1, 3):
-            sums = tile(L, i, L, j, 0, j)
+            sums = compute_dot_products(L, i, L, j, 0, j)
             for a in range(3):
                 for b in range(3):
                     L[i + a, j + b] = A[i + a, j + b] - sums[a][b]
             if j < i:
-                divide(L, i, j, L)
+                divide_block(L, i, j, L)
         for a in range(i, i + 3):
             for b in range(i, a + 1):
                 total = L[a, b]
@@ -81,7 +86,7 @@ def factor(A, L, d):
 
 
 @helper
-def divide(X, i, j, L):
+def divide_block(X, i, j, L):
     """Multiply three rows and columns of X by the transposed inverse of a 3 x 3 block of L."""
     for b in range(3):
         f = 1.0 / L[j + b, j + b] if L[j + b, j + b] > 0.0 else 0.0
@@ -93,7 +98,7 @@ def divide(X, i, j, L):
 
 
 @helper
-def backed(F, k, A, out):
+def multiply_transposed(F, k, A, out):
     """Write Fᵀ A of step k to `out`; F is diagonal from the fourth row on."""
     d, q = A.shape
     for j in range(d):
@@ -108,20 +113,20 @@ def backed(F, k, A, out):
 
 
 @compile_cached(
-    f"void(float64[:,:,::1], boolean[:,::1], int64[:,::1], int64[:,::1], {READINGS}, {KEPT}, "
+    f"void(float64[:,:,::1], boolean[:,::1], int64[:,::1], int64[:,::1], {READINGS}, {ESTIMATES}, "
     "float64[::1], int64, float64[::1], float64[:,::1])"
 )
-def backward(F, seen, counts, columns, readings, kept, c, first, adjoint, e):
+def smooth_errors(F, is_used, n_columns, columns, readings, estimates, c, first_new, adjoint, e):
     """Compute the smoothed errors e, shape (N, d), from the last sample to sample `first`.
 
     `c` is the estimated error vector of length q. `adjoint`, shape (d,), is zero at the last sample
     of the batch. After the call it is the adjoint for the previous span.
     """
     Hw, K, w, W = readings
-    x, T, P = kept
+    x, T, P = estimates
     N, d, q = T.shape
     before, u = np.zeros(d), np.empty(3)
-    for k in range(N - 1, first - 1, -1):
+    for k in range(N - 1, first_new - 1, -1):
         for i in range(d):
             s0, s1, s2 = x[k, i], 0.0, 0.0
             for j in range(0, q, 3):
@@ -133,8 +138,8 @@ def backward(F, seen, counts, columns, readings, kept, c, first, adjoint, e):
                 s1 += P[k, i, j + 1] * adjoint[j + 1]
                 s2 += P[k, i, j + 2] * adjoint[j + 2]
             e[k, i] = s0 + s1 + s2
-        for s in range(len(seen) - 1, -1, -1):
-            if not seen[s, k]:
+        for s in range(len(is_used) - 1, -1, -1):
+            if not is_used[s, k]:
                 continue
             for i in range(3):
                 s0, s1, s2 = w[s, k, i], 0.0, 0.0
@@ -148,7 +153,7 @@ def backward(F, seen, counts, columns, readings, kept, c, first, adjoint, e):
                     s2 -= K[s, k, i, j + 2] * adjoint[j + 2]
                 u[i] = s0 + s1 + s2
             for i in range(3):
-                for j in range(counts[s, 0]):
+                for j in range(n_columns[s, 0]):
                     adjoint[columns[s, j]] += Hw[s, k, i, j] * u[i]
         if k:
             for j in range(d):
@@ -160,10 +165,21 @@ def backward(F, seen, counts, columns, readings, kept, c, first, adjoint, e):
 
 
 @compile_cached(
-    f"void({MOVES}, boolean[:,::1], {SIGHTS}, {READINGS}, {KEPT}, int64, float64[:,::1], "
+    f"void({PROCESS}, boolean[:,::1], {MEASUREMENTS}, {READINGS}, {ESTIMATES}, int64, float64[:,::1], "
     "float64[:,::1], float64[:,:,::1], float64[:,:,::1])"
 )
-def smoothed(moves, seen, sights, readings, kept, first, later, adjoint, given, slope):
+def smooth_covariances(
+    process,
+    is_used,
+    measurements,
+    readings,
+    estimates,
+    first_new,
+    later_information,
+    adjoint,
+    conditional_covariance,
+    derivative,
+):
     """Compute the covariance of the smoothed e for a known c, and the derivative of e by c.
 
     The covariance combines the filter covariance with the information of all later readings, which
@@ -175,31 +191,31 @@ def smoothed(moves, seen, sights, readings, kept, first, later, adjoint, given, 
     After the call they are the input for the previous span. Output: `given`, shape (N, n, n), and
     `slope`, shape (N, n, q), of the n leading errors from sample `first` on.
     """
-    F, Q = moves[0], moves[2]
-    _, H, noise, counts, columns = sights
+    F, Q = process[0], process[2]
+    _, H, noise, counts, columns = measurements
     Hw, K, _, W = readings
-    _, T, P = kept
-    (N, d, q), n_leading = T.shape, given.shape[1]
+    _, T, P = estimates
+    (N, d, q), n_leading = T.shape, conditional_covariance.shape[1]
     now, L, X, room = np.empty((d, d)), np.empty((d, d)), np.empty((d, d)), np.empty((d, d))
     turned, U = np.empty((d, q)), np.empty((3, q))
-    for k in range(N - 1, first - 1, -1):
+    for k in range(N - 1, first_new - 1, -1):
         for i in range(d):
             for j in range(d):
                 room[i, j] = P[k, i, j]
-        combine(room, later, now, L, X, n_leading)
+        combine_information(room, later_information, now, L, X, n_leading)
         for i in range(n_leading):
             for j in range(n_leading):
-                given[k, i, j] = now[i, j]
+                conditional_covariance[k, i, j] = now[i, j]
             for j in range(q):
-                slope[k, i, j] = T[k, i, j]
+                derivative[k, i, j] = T[k, i, j]
             for m in range(0, d, 3):
                 f0, f1, f2 = P[k, i, m], P[k, i, m + 1], P[k, i, m + 2]
                 for j in range(q):
-                    slope[k, i, j] += (
+                    derivative[k, i, j] += (
                         f0 * adjoint[m, j] + f1 * adjoint[m + 1, j] + f2 * adjoint[m + 2, j]
                     )
-        for s in range(len(seen) - 1, -1, -1):
-            if not seen[s, k]:
+        for s in range(len(is_used) - 1, -1, -1):
+            if not is_used[s, k]:
                 continue
             n = counts[s, 0]
             for i in range(3):
@@ -221,9 +237,9 @@ def smoothed(moves, seen, sights, readings, kept, first, later, adjoint, given, 
                     total = 0.0
                     for i in range(3):
                         total += H[s, k, i, a] * H[s, k, i, b] / (noise[s, i] * noise[s, i])
-                    later[columns[s, a], columns[s, b]] += total
+                    later_information[columns[s, a], columns[s, b]] += total
         if k:
-            backed(F, k - 1, adjoint, turned)
+            multiply_transposed(F, k - 1, adjoint, turned)
             for i in range(d):
                 for j in range(q):
                     adjoint[i, j] = turned[i, j]
@@ -231,9 +247,9 @@ def smoothed(moves, seen, sights, readings, kept, first, later, adjoint, given, 
             for i in range(d):
                 for j in range(d):
                     room[i, j] = Q[k - 1, i, j]
-            combine(later, room, now, L, X, d)
-            backed(F, k - 1, now, room)
+            combine_information(later_information, room, now, L, X, d)
+            multiply_transposed(F, k - 1, now, room)
             for i in range(d):
                 for j in range(d):
                     now[i, j] = room[j, i]
-            backed(F, k - 1, now, later)
+            multiply_transposed(F, k - 1, now, later_information)

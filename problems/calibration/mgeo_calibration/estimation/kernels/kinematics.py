@@ -6,7 +6,7 @@ from mgeo_attitude.filter.polynomials import discretize_isotropic
 
 
 @compile_cached("void(float64[:,:,::1], float64[:,:,::1])")
-def accumulated(turn, R):
+def accumulate_rotations(turn, R):
     """Accumulate rotations R, shape (n + 1, 3, 3), with R[0] = I and R[k + 1] = R[k] turn[k]ᵀ."""
     for i in range(3):
         for j in range(3):
@@ -22,7 +22,7 @@ def accumulated(turn, R):
     "void(float64, UniTuple(float64, 2), float64[:,:,::1], float64[:,::1], float64[::1], "
     "float64[:,:,::1], float64[:,:,::1])"
 )
-def discretized(decay, densities, others, rates, durations, F, Q):
+def discretize_steps(decay, densities, rate_derivatives, rates, durations, F, Q):
     """Write F and Q of n steps, equation (7); equivalent to `filter.discretization.discretize`.
 
     Parameters
@@ -39,7 +39,7 @@ def discretized(decay, densities, others, rates, durations, F, Q):
     F, Q : arrays, shapes (n, m, m), m >= 6 + k, and (n, l, l), l >= 6
         Output, zero on input. Only the rows and columns of attitude and gyro are written.
     """
-    k = others.shape[2]
+    k = rate_derivatives.shape[2]
     W, J = np.empty((3, 3)), np.empty((3, 3))
     for n in range(len(rates)):
         discretize_isotropic(decay, densities, rates[n], durations[n], F[n], Q[n], J, W)
@@ -48,7 +48,11 @@ def discretized(decay, densities, others, rates, durations, F, Q):
             for i in range(3):
                 F[n, i, 6 + m] = 0.0
             for j in range(3):
-                f = x * others[0, j, m] + y * others[1, j, m] + z * others[2, j, m]
+                f = (
+                    x * rate_derivatives[0, j, m]
+                    + y * rate_derivatives[1, j, m]
+                    + z * rate_derivatives[2, j, m]
+                )
                 for i in range(3):
                     F[n, i, 6 + m] += J[i, j] * f
             F[n, 6 + m, 6 + m] = 1.0

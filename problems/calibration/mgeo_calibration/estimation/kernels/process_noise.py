@@ -6,7 +6,7 @@ from mgeo_attitude.filter.discretization import discretize
 
 
 @compile_cached("void(float64, float64[::1], float64[:,::1], float64[::1], float64[:,:,::1])")
-def process_noise(decay, density, rates, durations, Q):
+def compute_process_noise(decay, density, rates, durations, Q):
     """Write Q of n steps, equation (7), for a gyro with different noise about each axis.
 
     Q is then no polynomial in the rate, unlike in `discretized`.

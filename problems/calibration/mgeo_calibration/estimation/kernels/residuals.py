@@ -5,12 +5,12 @@ import math
 import numpy as np
 from mgeo_attitude._compiled import compile_cached
 
-from mgeo_calibration.estimation.kernels.algebra import cholesky, helper, square
-from mgeo_calibration.estimation.kernels.signatures import KEPT, READINGS, SIGHTS
+from mgeo_calibration.estimation.kernels.algebra import factor_cholesky, helper, solve_squared_norm
+from mgeo_calibration.estimation.kernels.signatures import ESTIMATES, MEASUREMENTS, READINGS
 
 
 @helper
-def times(A, root, out):
+def multiply_by_triangle(A, root, out):
     """Multiply three rows of A by the upper triangle `root`."""
     q = len(root)
     for i in range(3):
@@ -25,7 +25,7 @@ def times(A, root, out):
 
 
 @helper
-def potter(s, k, readings, root, common, white, phi, small):
+def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi, workspace):
     """Update the covariance root S and the estimate of c by the three components of a reading.
 
     A component with derivative w turns S into S (I - β φᵀ φ) with φ = w S. The vectors φ of all
@@ -34,33 +34,33 @@ def potter(s, k, readings, root, common, white, phi, small):
     """
     w, W = readings[2], readings[3]
     q = len(root)
-    off, variance, beta, along = small[0], small[1], small[2], small[3]
+    off, variance, beta, along = workspace[0], workspace[1], workspace[2], workspace[3]
     for i in range(3):
         off[i] = w[s, k, i]
         for j in range(q):
             phi[i, j] = 0.0
     for m in range(q):
         f0, f1, f2 = W[s, k, 0, m], W[s, k, 1, m], W[s, k, 2, m]
-        off[0] -= f0 * common[m]
-        off[1] -= f1 * common[m]
-        off[2] -= f2 * common[m]
+        off[0] -= f0 * common_errors[m]
+        off[1] -= f1 * common_errors[m]
+        off[2] -= f2 * common_errors[m]
         for j in range(q):
             phi[0, j] += f0 * root[m, j]
             phi[1, j] += f1 * root[m, j]
             phi[2, j] += f2 * root[m, j]
     for i in range(3):
         for n in range(i):
-            total = dot(phi, i, n)
+            total = dot_rows(phi, i, n)
             off[i] -= total * off[n] / variance[n]
             for j in range(q):
                 phi[i, j] -= beta[n] * total * phi[n, j]
-        variance[i] = 1.0 + dot(phi, i, i)
+        variance[i] = 1.0 + dot_rows(phi, i, i)
         root_of = math.sqrt(variance[i])
         beta[i] = 1.0 / (variance[i] + root_of)
-        white[s, k, i] = off[i] / root_of
-    along[0] = beta[0] * dot(phi, 0, 1)
-    along[1] = beta[0] * dot(phi, 0, 2)
-    along[2] = beta[1] * dot(phi, 1, 2)
+        whitened_innovations[s, k, i] = off[i] / root_of
+    along[0] = beta[0] * dot_rows(phi, 0, 1)
+    along[1] = beta[0] * dot_rows(phi, 0, 2)
+    along[2] = beta[1] * dot_rows(phi, 1, 2)
     for i in range(3):
         off[i] /= variance[i]
     for m in range(q):
@@ -79,16 +79,16 @@ def potter(s, k, readings, root, common, white, phi, small):
         s0 += t0 + u0
         s1 += t1 + u1 - along[0] * s0
         s2 += t2 + u2 - along[1] * s0 - along[2] * s1
-        common[m] += s0 * off[0] + s1 * off[1] + s2 * off[2]
+        common_errors[m] += s0 * off[0] + s1 * off[1] + s2 * off[2]
         s0, s1, s2 = beta[0] * s0, beta[1] * s1, beta[2] * s2
         for j in range(q):
             root[m, j] -= s0 * phi[0, j] + s1 * phi[1, j] + s2 * phi[2, j]
 
 
 @helper
-def estimate(k, kept, root, common, spread, errors, until):
+def write_estimates(k, estimates, root, common_errors, spread, errors, covariances):
     """Write the leading errors x + T c of a sample and their covariance; `spread` is work space."""
-    x, T, P = kept
+    x, T, P = estimates
     n, q = spread.shape
     for i in range(n):
         errors[k, i] = x[k, i]
@@ -96,18 +96,18 @@ def estimate(k, kept, root, common, spread, errors, until):
             spread[i, j] = 0.0
         for m in range(q):
             f = T[k, i, m]
-            errors[k, i] += f * common[m]
+            errors[k, i] += f * common_errors[m]
             for j in range(q):
                 spread[i, j] += f * root[m, j]
         for j in range(i + 1):
             total = P[k, i, j]
             for m in range(q):
                 total += spread[i, m] * spread[j, m]
-            until[k, i, j] = until[k, j, i] = total
+            covariances[k, i, j] = covariances[k, j, i] = total
 
 
 @helper
-def dot(A, i, n):
+def dot_rows(A, i, n):
     """Return the dot product of two rows with a length that is a multiple of three."""
     s0 = s1 = s2 = 0.0
     for j in range(0, A.shape[1], 3):
@@ -118,12 +118,24 @@ def dot(A, i, n):
 
 
 @compile_cached(
-    f"void(boolean[:,::1], boolean[:,::1], {SIGHTS}, float64[:,::1], float64[:,::1], "
+    f"void(boolean[:,::1], boolean[:,::1], {MEASUREMENTS}, float64[:,::1], float64[:,::1], "
     "float64[::1], float64[:,:,::1], float64[:,:,::1], float64[:,::1], int64, "
     "float64[:,:,::1], float64[:,::1], float64[:,::1])"
 )
-def all_others(
-    there, used, sights, growth, e, common, given, slope, root, first, residuals, found, sigma
+def compute_residuals(
+    has_reading,
+    is_used,
+    measurements,
+    constant_factors,
+    e,
+    common_errors,
+    conditional_covariance,
+    derivative,
+    root,
+    first_new,
+    residuals,
+    normalized_squares,
+    sigma,
 ):
     """Compute the normalized squared residual of each reading with respect to all other readings.
 
@@ -148,23 +160,23 @@ def all_others(
     sigma : array, shape (N, 3)
         Output: 1-sigma of the attitude errors.
     """
-    z, H, noise, counts, columns = sights
-    (N, d), q = e.shape, slope.shape[2]
+    z, H, noise, counts, columns = measurements
+    (N, d), q = e.shape, derivative.shape[2]
     total, spread, V, r = np.empty((3, q)), np.empty((3, q)), np.empty((3, 3)), np.empty(3)
-    for k in range(first, N):
+    for k in range(first_new, N):
         for i in range(3):
             for j in range(q):
-                total[i, j] = slope[k, i, j]
-        times(total, root, spread)
+                total[i, j] = derivative[k, i, j]
+        multiply_by_triangle(total, root, spread)
         for i in range(3):
-            value = given[k, i, i]
+            value = conditional_covariance[k, i, i]
             for j in range(q):
                 value += spread[i, j] * spread[i, j]
             sigma[k, i] = math.sqrt(value)
-    for s in range(len(there)):
+    for s in range(len(has_reading)):
         nd, nc = counts[s]
-        for k in range(first, N):
-            if not there[s, k]:
+        for k in range(first_new, N):
+            if not has_reading[s, k]:
                 continue
             for i in range(3):
                 r[i] = z[s, k, i]
@@ -174,14 +186,14 @@ def all_others(
                     f, row = H[s, k, i, a], columns[s, a]
                     r[i] -= f * e[k, row]
                     for j in range(q):
-                        total[i, j] += f * slope[k, row, j]
+                        total[i, j] += f * derivative[k, row, j]
                 for a in range(nc):
                     row = columns[s, nd + a]
-                    f = H[s, k, i, nd + a] * growth[k, row]
-                    r[i] -= f * common[d + row]
+                    f = H[s, k, i, nd + a] * constant_factors[k, row]
+                    r[i] -= f * common_errors[d + row]
                     total[i, d + row] += f
-            times(total, root, spread)
-            sign = -1.0 if used[s, k] else 1.0
+            multiply_by_triangle(total, root, spread)
+            sign = -1.0 if is_used[s, k] else 1.0
             for i in range(3):
                 for j in range(i + 1):
                     value = 0.0
@@ -190,20 +202,30 @@ def all_others(
                     for a in range(nd):
                         partial, row = 0.0, columns[s, a]
                         for b in range(nd):
-                            partial += given[k, row, columns[s, b]] * H[s, k, j, b]
+                            partial += conditional_covariance[k, row, columns[s, b]] * H[s, k, j, b]
                         value += H[s, k, i, a] * partial
                     V[i, j] = sign * value
                 V[i, i] += noise[s, i] * noise[s, i]
                 residuals[s, k, i] = r[i]
-            cholesky(V, 3)
-            found[s, k] = square(V, r, 3)
+            factor_cholesky(V, 3)
+            normalized_squares[s, k] = solve_squared_norm(V, r, 3)
 
 
 @compile_cached(
-    f"void(boolean[:,::1], {READINGS}, {KEPT}, float64[:,::1], float64[::1], int64, "
+    f"void(boolean[:,::1], {READINGS}, {ESTIMATES}, float64[:,::1], float64[::1], int64, "
     "float64[:,:,::1], float64[:,::1], float64[:,:,::1])"
 )
-def those_before(seen, readings, kept, root, common, first, white, errors, until):
+def compute_innovations(
+    is_used,
+    readings,
+    estimates,
+    root,
+    common_errors,
+    first_new,
+    whitened_innovations,
+    errors,
+    covariances,
+):
     """Run the filter for e and c from the filter of a known c, and whiten the innovations.
 
     The update of the covariance of c is Potter's square root, one component of a whitened reading
@@ -225,10 +247,10 @@ def those_before(seen, readings, kept, root, common, first, white, errors, until
     errors, until : arrays, shapes (N, n) and (N, n, n)
         Output: estimates of the n leading errors at every sample, and their covariance.
     """
-    N, _, q = kept[1].shape
+    N, _, q = estimates[1].shape
     phi, small, spread = np.empty((3, q)), np.empty((4, 3)), np.empty((errors.shape[1], q))
-    for k in range(first, N):
-        for s in range(len(seen)):
-            if seen[s, k]:
-                potter(s, k, readings, root, common, white, phi, small)
-        estimate(k, kept, root, common, spread, errors, until)
+    for k in range(first_new, N):
+        for s in range(len(is_used)):
+            if is_used[s, k]:
+                update_potter(s, k, readings, root, common_errors, whitened_innovations, phi, small)
+        write_estimates(k, estimates, root, common_errors, spread, errors, covariances)

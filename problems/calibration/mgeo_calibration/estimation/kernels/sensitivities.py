@@ -10,36 +10,36 @@ import numpy as np
 from mgeo_attitude._compiled import compile_cached
 
 from mgeo_calibration.estimation.kernels.algebra import (
-    TOGETHER,
+    BLOCK_LENGTH,
+    accumulate_gram,
     helper,
-    reflect,
-    square_up,
+    reduce_equations,
 )
 from mgeo_calibration.estimation.kernels.signatures import READINGS
 
 
 @helper
-def predict(F, k, moves, moved, T, turned):
+def predict(F, k, attitude_changes, attitude_coefficients, T, workspace):
     """Propagate T over step k; F is diagonal from the fourth row on."""
     d, m = T.shape
     for i in range(3):
         for j in range(m):
-            turned[i, j] = 0.0
+            workspace[i, j] = 0.0
         for a in range(0, d, 3):
             f0, f1, f2 = F[k, i, a], F[k, i, a + 1], F[k, i, a + 2]
             if f0 != 0.0 or f1 != 0.0 or f2 != 0.0:
                 for j in range(m):
-                    turned[i, j] += f0 * T[a, j] + f1 * T[a + 1, j] + f2 * T[a + 2, j]
-        for a in range(len(moved)):
-            turned[i, moved[a]] += moves[k, i, a]
+                    workspace[i, j] += f0 * T[a, j] + f1 * T[a + 1, j] + f2 * T[a + 2, j]
+        for a in range(len(attitude_coefficients)):
+            workspace[i, attitude_coefficients[a]] += attitude_changes[k, i, a]
     for i in range(d):
         f = F[k, i, i]
         for j in range(m):
-            T[i, j] = turned[i, j] if i < 3 else f * T[i, j]
+            T[i, j] = workspace[i, j] if i < 3 else f * T[i, j]
 
 
 @helper
-def factor(K, H, noise, nd, columns, L):
+def factor_innovation_covariance(K, H, noise, nd, columns, L):
     """Write the Cholesky factor L of V = H P Hᵀ + R from K = L⁻¹ H P, where K Hᵀ = Lᵀ - L⁻¹ R."""
     for i in range(3):
         for j in range(i, 3):
@@ -56,7 +56,21 @@ def factor(K, H, noise, nd, columns, L):
     f"float64[:,:,:,::1], int64[::1], int64[:,::1], {READINGS}, int64, float64[:,::1], "
     "float64[:,::1], float64[:,::1])"
 )
-def sensitivities(F, moves, moved, seen, sights, reads, widths, read, readings, first, T, R, gram):
+def compute_sensitivities(
+    F,
+    attitude_changes,
+    attitude_coefficients,
+    is_used,
+    measurements,
+    reading_changes,
+    n_coefficients,
+    reading_coefficients,
+    readings,
+    first_new,
+    T,
+    R,
+    gram,
+):
     """Run the filter of the sensitivities to m coefficients over some samples.
 
     Parameters
@@ -85,20 +99,20 @@ def sensitivities(F, moves, moved, seen, sights, reads, widths, read, readings, 
     gram : array, shape (m + 1, m + 1)
         Upper triangle of the products of the residual columns; updated.
     """
-    H, noise, counts, columns = sights
+    H, noise, counts, columns = measurements
     Hw, K, w, W = readings
     d, m = T.shape
-    N, q, n = seen.shape[1], len(R), 0
-    A, room = np.zeros((R.shape[1], TOGETHER)), np.empty((q, 2))
+    N, q, n = is_used.shape[1], len(R), 0
+    A, room = np.zeros((R.shape[1], BLOCK_LENGTH)), np.empty((q, 2))
     turned, U, L, g = np.empty((3, m)), np.empty((3, m)), np.empty((3, 3)), np.empty(3)
-    for k in range(first, N):
+    for k in range(first_new, N):
         if k:
-            predict(F, k - 1, moves, moved, T, turned)
-        for s in range(len(seen)):
-            if not seen[s, k]:
+            predict(F, k - 1, attitude_changes, attitude_coefficients, T, turned)
+        for s in range(len(is_used)):
+            if not is_used[s, k]:
                 continue
             nd = counts[s, 0]
-            factor(K[s, k], H[s, k], noise[s], nd, columns[s], L)
+            factor_innovation_covariance(K[s, k], H[s, k], noise[s], nd, columns[s], L)
             for i in range(3):
                 for j in range(m):
                     U[i, j] = 0.0
@@ -107,13 +121,13 @@ def sensitivities(F, moves, moved, seen, sights, reads, widths, read, readings, 
                     h0, h1, h2 = Hw[s, k, i, a], Hw[s, k, i, a + 1], Hw[s, k, i, a + 2]
                     for j in range(m):
                         U[i, j] += h0 * T[row, j] + h1 * T[row + 1, j] + h2 * T[row + 2, j]
-            for b in range(widths[s]):
+            for b in range(n_coefficients[s]):
                 for i in range(3):
-                    g[i] = reads[s, k, i, b]
+                    g[i] = reading_changes[s, k, i, b]
                     for j in range(i):
                         g[i] -= L[i, j] * g[j]
                     g[i] /= L[i, i]
-                    U[i, read[s, b]] += g[i]
+                    U[i, reading_coefficients[s, b]] += g[i]
             for i in range(d):
                 f0, f1, f2 = K[s, k, 0, i], K[s, k, 1, i], K[s, k, 2, i]
                 for j in range(m):
@@ -125,13 +139,13 @@ def sensitivities(F, moves, moved, seen, sights, reads, widths, read, readings, 
                 for j in range(m):
                     A[q + 1 + j, n + i] = U[i, j]
             n += 3
-            if n == TOGETHER:
-                reflect(A, R, room)
-                square_up(A, q, gram)
+            if n == BLOCK_LENGTH:
+                reduce_equations(A, R, room)
+                accumulate_gram(A, q, gram)
                 n = 0
     if n:
         for j in range(len(A)):
-            for i in range(n, TOGETHER):
+            for i in range(n, BLOCK_LENGTH):
                 A[j, i] = 0.0
-        reflect(A, R, room)
-        square_up(A, q, gram)
+        reduce_equations(A, R, room)
+        accumulate_gram(A, q, gram)

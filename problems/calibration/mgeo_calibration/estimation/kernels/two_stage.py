@@ -17,29 +17,34 @@ import numpy as np
 from mgeo_attitude._compiled import compile_cached
 
 from mgeo_calibration.estimation.kernels.algebra import (
-    TOGETHER,
-    cholesky,
+    BLOCK_LENGTH,
+    factor_cholesky,
     helper,
-    reflect,
-    square,
+    reduce_equations,
+    solve_squared_norm,
 )
-from mgeo_calibration.estimation.kernels.signatures import KEPT, MOVES, READINGS, SIGHTS
+from mgeo_calibration.estimation.kernels.signatures import (
+    ESTIMATES,
+    MEASUREMENTS,
+    PROCESS,
+    READINGS,
+)
 
 #: Ratio of predicted variance to noise variance above which the covariance update uses Joseph's
 #: form, because a subtraction would lose digits.
-LARGE = 100.0
+JOSEPH_RATIO = 100.0
 
 
 @helper
-def predict(moves, k, x, T, P, room):
+def predict(process, k, x, T, P, workspace):
     """Propagate x, T and P from sample k - 1 to k; F is diagonal from the fourth row on."""
-    F, G, Q, defect = moves
+    F, G, Q, defect = process
     _, d, q = T.shape
     n = k - 1
     for i in range(3):
         x[k, i] = defect[n, i]
         for m in range(d):
-            room[i, m] = 0.0
+            workspace[i, m] = 0.0
             T[k, i, m] = 0.0
         for m in range(d, q):
             T[k, i, m] = G[n, i, m - d]
@@ -50,32 +55,32 @@ def predict(moves, k, x, T, P, room):
                 for m in range(q):
                     T[k, i, m] += f0 * T[n, j, m] + f1 * T[n, j + 1, m] + f2 * T[n, j + 2, m]
                 for m in range(d):
-                    room[i, m] += f0 * P[n, j, m] + f1 * P[n, j + 1, m] + f2 * P[n, j + 2, m]
+                    workspace[i, m] += f0 * P[n, j, m] + f1 * P[n, j + 1, m] + f2 * P[n, j + 2, m]
     for i in range(3, d):
         f = F[n, i, i]
         x[k, i] = defect[n, i] + f * x[n, i]
         for m in range(q):
             T[k, i, m] = f * T[n, i, m]
         for m in range(d):
-            room[i, m] = f * P[n, i, m]
+            workspace[i, m] = f * P[n, i, m]
     for i in range(d):
         for j in range(min(i + 1, 3)):
             total = Q[n, i, j]
             for m in range(d):
-                total += room[i, m] * F[n, j, m]
+                total += workspace[i, m] * F[n, j, m]
             P[k, i, j] = P[k, j, i] = total
         for j in range(3, i + 1):
-            P[k, i, j] = P[k, j, i] = Q[n, i, j] + room[i, j] * F[n, j, j]
+            P[k, i, j] = P[k, j, i] = Q[n, i, j] + workspace[i, j] * F[n, j, j]
 
 
 @helper
-def update(sights, s, k, growth, kept, readings, room):
+def update(measurements, s, k, constant_factors, estimates, readings, workspace):
     """Update x, T and P by one reading, and store Hw, K, w and W for the smoother.
 
     With V = H P Hᵀ + R = L Lᵀ, Hw is L⁻¹ H, K is L⁻¹ H P, and w - W c is the whitened innovation.
     """
-    z, H, noise, counts, columns = sights
-    x, T, P = kept
+    z, H, noise, counts, columns = measurements
+    x, T, P = estimates
     Hw, K, w, W = readings
     _, d, q = T.shape
     nd = counts[s, 0]
@@ -95,15 +100,15 @@ def update(sights, s, k, growth, kept, readings, room):
                 W[s, k, i, m] += h0 * T[k, row, m] + h1 * T[k, row + 1, m] + h2 * T[k, row + 2, m]
         for j in range(nd, nd + counts[s, 1]):
             column = columns[s, j]
-            W[s, k, i, d + column] += H[s, k, i, j] * growth[k, column]
-    large, L = False, room[-3:]
+            W[s, k, i, d + column] += H[s, k, i, j] * constant_factors[k, column]
+    large, L = False, workspace[-3:]
     for i in range(3):
         for j in range(i + 1):
             total = 0.0
             for m in range(nd):
                 total += K[s, k, i, columns[s, m]] * H[s, k, j, m]
             L[i, j] = total
-        large |= L[i, i] > LARGE * noise[s, i] * noise[s, i]
+        large |= L[i, i] > JOSEPH_RATIO * noise[s, i] * noise[s, i]
         L[i, i] += noise[s, i] * noise[s, i]
     # Cholesky factor of V, then Hw, K, W and w row by row.
     l0 = 1.0 / math.sqrt(L[0, 0])
@@ -133,7 +138,7 @@ def update(sights, s, k, growth, kept, readings, room):
     if large:
         L[0, 0], L[1, 0], L[1, 1] = 1.0 / l0, l10, 1.0 / l1
         L[2, 0], L[2, 1], L[2, 2] = l20, l21, 1.0 / l2
-        joseph(P[k], K[s, k], Hw[s, k], L, noise[s], nd, columns[s], room)
+        update_joseph(P[k], K[s, k], Hw[s, k], L, noise[s], nd, columns[s], workspace)
     for j in range(d):
         f0, f1, f2 = K[s, k, 0, j], K[s, k, 1, j], K[s, k, 2, j]
         x[k, j] += f0 * w0 + f1 * w1 + f2 * w2
@@ -145,10 +150,10 @@ def update(sights, s, k, growth, kept, readings, room):
 
 
 @helper
-def joseph(P, K, Hw, V, noise, nd, columns, room):
+def update_joseph(P, K, Hw, V, noise, nd, columns, workspace):
     """Replace P by (I - Kᵀ Hw) P (I - Kᵀ Hw)ᵀ + Kᵀ L⁻¹ R L⁻ᵀ K."""
     d = len(P)
-    A, AP = room[:d], room[d : 2 * d]
+    A, AP = workspace[:d], workspace[d : 2 * d]
     for i in range(d):
         for j in range(d):
             A[i, j] = 1.0 if i == j else 0.0
@@ -180,22 +185,24 @@ def joseph(P, K, Hw, V, noise, nd, columns, room):
 
 
 @helper
-def squares(Q, defect, k, L, y):
+def compute_step_cost(Q, defect, k, L, y):
     """Return defectᵀ Q⁻¹ defect of step k; L and y are work arrays."""
     d = len(y)
     for i in range(d):
         y[i] = defect[k, i]
         for j in range(i + 1):
             L[i, j] = Q[k, i, j]
-    cholesky(L, d)
-    return square(L, y, d)
+    factor_cholesky(L, d)
+    return solve_squared_norm(L, y, d)
 
 
 @compile_cached(
-    f"float64({MOVES}, boolean[:,::1], {SIGHTS}, float64[:,::1], {KEPT}, {READINGS}, int64, "
+    f"float64({PROCESS}, boolean[:,::1], {MEASUREMENTS}, float64[:,::1], {ESTIMATES}, {READINGS}, int64, "
     "float64)"
 )
-def forward(moves, seen, sights, growth, kept, readings, first, cost):
+def run_filter(
+    process, is_used, measurements, constant_factors, estimates, readings, first_new, cost
+):
     """Run the filter over some samples and return the sum of squares of steps and readings.
 
     Parameters
@@ -219,24 +226,24 @@ def forward(moves, seen, sights, growth, kept, readings, first, cost):
     cost : float
         Sum of squares up to the first sample.
     """
-    x, T, P = kept
-    z, noise = sights[0], sights[2]
+    x, T, P = estimates
+    z, noise = measurements[0], measurements[2]
     N, d, _ = T.shape
     room, y = np.zeros((2 * d + 3, d)), np.empty(d)
-    for k in range(first, N):
+    for k in range(first_new, N):
         if k:
-            predict(moves, k, x, T, P, room)
-            cost += squares(moves[2], moves[3], k - 1, room, y)
-        for s in range(len(seen)):
-            if seen[s, k]:
+            predict(process, k, x, T, P, room)
+            cost += compute_step_cost(process[2], process[3], k - 1, room, y)
+        for s in range(len(is_used)):
+            if is_used[s, k]:
                 for i in range(3):
                     cost += (z[s, k, i] / noise[s, i]) ** 2
-                update(sights, s, k, growth, kept, readings, room)
+                update(measurements, s, k, constant_factors, estimates, readings, room)
     return cost
 
 
 @compile_cached(f"void(boolean[:,::1], {READINGS}, int64, float64[:,::1])")
-def learn(seen, readings, first, R):
+def reduce_readings(is_used, readings, first_new, R):
     """Reduce whitened readings into the triangle of c, `TOGETHER` rows at a time.
 
     Parameters
@@ -252,21 +259,21 @@ def learn(seen, readings, first, R):
     """
     w, W = readings[2], readings[3]
     q, n = len(R), 0
-    A, room = np.zeros((q + 1, TOGETHER)), np.empty((q, 2))
-    for k in range(first, seen.shape[1]):
-        for s in range(len(seen)):
-            if not seen[s, k]:
+    A, room = np.zeros((q + 1, BLOCK_LENGTH)), np.empty((q, 2))
+    for k in range(first_new, is_used.shape[1]):
+        for s in range(len(is_used)):
+            if not is_used[s, k]:
                 continue
             for i in range(3):
                 for m in range(q):
                     A[m, n + i] = W[s, k, i, m]
                 A[q, n + i] = w[s, k, i]
             n += 3
-            if n == TOGETHER:
-                reflect(A, R, room)
+            if n == BLOCK_LENGTH:
+                reduce_equations(A, R, room)
                 n = 0
     if n:
         for m in range(q + 1):
-            for i in range(n, TOGETHER):
+            for i in range(n, BLOCK_LENGTH):
                 A[m, i] = 0.0
-        reflect(A, R, room)
+        reduce_equations(A, R, room)
