@@ -40,6 +40,6 @@ def _flight(name: str, plan: str) -> pd.DataFrame:
     """Predicted and achieved 1-sigma of each error, and the true error over it."""
     found = read_calibration(f"{name}calibration/calibration.json")
     true = pd.DataFrame(json.loads(Path(f"{name}truth.json").read_text())["table"])
-    estimates, sigma = found.table(), found.compare(read_json(plan)).iloc[3:]
+    estimates, sigma = found.build_table(), found.compare(read_json(plan)).iloc[3:]
     error = (estimates["estimate"] - true["value"]).abs() / estimates["sigma"]
     return sigma.assign(block=estimates["block"].to_numpy(), error=error.to_numpy())

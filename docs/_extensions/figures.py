@@ -256,7 +256,7 @@ def calibration() -> go.Figure:
         {"preset": "cubesat_6u", "duration": 3000.0, "initial": {"attitude_deg": 90.0}}
     )
     plan = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
-    found: go.Figure = calibrate(scenario, fly(scenario, plan, seed=1)).figures()["constants"]
+    found: go.Figure = calibrate(scenario, fly(scenario, plan, seed=1)).draw_figures()["constants"]
     return found
 
 

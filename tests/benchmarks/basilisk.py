@@ -25,7 +25,7 @@ from mgeo_attitude import AttitudeManeuverProblem, run_reference_filter
 from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.from_telemetry import calibrate
-from mgeo_calibration.flight.basilisk.fly import fly
+from mgeo_calibration.flight.basilisk.fly import simulate_telemetry
 from mgeo_calibration.telemetry.telemetry import Truth
 from scipy.stats import chi2, norm
 
@@ -75,10 +75,12 @@ def run(case: tuple[str, int, int]) -> list[dict[str, Any]]:
     """One flight of a plan, calibrated from all of it and from what the plan asks for."""
     name, number, seed = case
     p, promise, start = problem(name), promised(name, number), time.perf_counter()
-    telemetry = fly(p.scenario, PLANS[name][number]["design"], seed, environment=p.environment)
+    telemetry = simulate_telemetry(
+        p.scenario, PLANS[name][number]["design"], seed, environment=p.environment
+    )
     flown, rows = time.perf_counter() - start, []
     for when, end in (("at t_end", promise["t_end"]), ("at the end", p.scenario.duration)):
-        part, start = telemetry.until(end), time.perf_counter()
+        part, start = telemetry.truncate(end), time.perf_counter()
         row: dict[str, Any] = {"key": [name, number, seed, when], "t": end, "flight s": flown}
         try:
             found = calibrate(p.scenario, part)
@@ -96,8 +98,8 @@ def run(case: tuple[str, int, int]) -> list[dict[str, Any]]:
                 "promised": promise[when].tolist(),
                 "nees": float(e @ np.linalg.solve(P, e)),
                 "nis": {test.sensor: test.nis for test in found.tests},
-                "supported": bool(found.supported),
-                "rejected": len(found.rejected),
+                "supported": bool(found.is_consistent),
+                "rejected": len(found.outliers),
             }
         )
     return rows

@@ -21,7 +21,7 @@ from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.scenario import Convergence, InitialConditions, Magnetorquers
 from mgeo_attitude.sensors import TwoAxisSunSensor
 from mgeo_calibration.calibration.from_telemetry import calibrate
-from mgeo_calibration.flight.basilisk.fly import fly
+from mgeo_calibration.flight.basilisk.fly import simulate_telemetry
 from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 
 from .basilisk import PLANS, band, errors
@@ -57,7 +57,7 @@ def scenario(name: str, kind: str) -> tuple[Scenario, Environment]:
             mag,
         )
     if tumbles:  # coils that are off: Euler's equations without torque
-        body = Vehicle.of(given).wheels.inertia
+        body = Vehicle.from_scenario(given).wheels.inertia
         changes["coils"] = Magnetorquers(max_dipole=(0.2, 0.2, 0.2), inertia=body)
         changes["initial"] = InitialConditions(
             rate_deg_s=TUMBLES[name], attitude_deg=given.initial.attitude_deg
@@ -75,7 +75,7 @@ def run(case: tuple[str, str, int]) -> dict[str, Any]:
     design = [] if KINDS[kind][0] else PLANS[name][1]["design"]
     row: dict[str, Any] = {"key": list(case)}
     seed = FIRST_SEED + 1000 * list(KINDS).index(kind) + number  # no draw twice
-    telemetry = fly(of, design, seed, environment=environment)
+    telemetry = simulate_telemetry(of, design, seed, environment=environment)
     try:
         found = calibrate(of, telemetry)
     except ValueError as error:
@@ -87,7 +87,7 @@ def run(case: tuple[str, str, int]) -> dict[str, Any]:
         "nees": round(float(e @ np.linalg.solve(P, e)) / len(e), 4),
         "greatest": round(float(np.abs(z).max()), 2),
         "rms": [round(float(each), 3) for each in np.sqrt((z.reshape(-1, 3) ** 2).mean(axis=1))],
-        "supported": bool(found.supported),
+        "supported": bool(found.is_consistent),
     }
 
 

@@ -72,10 +72,10 @@ def one(name: str, seed: int) -> tuple[float, np.ndarray, bool]:
     telemetry = flown(of, seed, environment)
     found = calibrate(of, case.spoil(telemetry, np.random.default_rng(seed)))
     if case.second:
-        after = found.scenario_after({"duration": 900.0})
+        after = found.build_followup_scenario({"duration": 900.0})
         telemetry = fly(after, SECOND, seed, after=telemetry.truth)
         found = calibrate(after, telemetry)
-    return *normalized(found, telemetry), found.supported
+    return *normalized(found, telemetry), found.is_consistent
 
 
 def row(name: str, flights: int, pool: Executor) -> str:

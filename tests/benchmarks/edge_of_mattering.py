@@ -22,7 +22,7 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.sensors.base import scale_noise
 from mgeo_calibration import Telemetry, calibrate
 from mgeo_calibration.calibration.agreement import SIGNIFICANCE
-from mgeo_calibration.calibration.from_telemetry import at_the_end
+from mgeo_calibration.calibration.from_telemetry import compute_final_estimate
 from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import fit
@@ -140,7 +140,7 @@ def exact(craft: Craft) -> Craft:
 def errors(scenario: Scenario, telemetry: Telemetry) -> tuple[np.ndarray, np.ndarray]:
     """Truth less estimate of gyro and sensors at the last sample, and 1-sigmas."""
     belief = Belief.from_scenario(scenario)
-    states, P = at_the_end(belief, fit(build_batch(scenario, telemetry), belief, 1e-5))
+    states, P = compute_final_estimate(belief, fit(build_batch(scenario, telemetry), belief, 1e-5))
     assert telemetry.truth is not None
     return (telemetry.truth.states[-1] - states)[3:], np.sqrt(np.diag(P))[3:]
 

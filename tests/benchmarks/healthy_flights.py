@@ -269,8 +269,8 @@ def run_flight(name: str, simulator: str, number: int) -> Outcome:
         source: Any = telemetry
         mapping = None
         if not each.with_gyro:
-            source = telemetry.frame().drop(columns=["gyro_x", "gyro_y", "gyro_z"])
-            mapping = TelemetryMapping(gyro=GyroChannels(holds="lvlh"))
+            source = telemetry.to_frame().drop(columns=["gyro_x", "gyro_y", "gyro_z"])
+            mapping = TelemetryMapping(gyro=GyroChannels(reference_axes="lvlh"))
         try:
             found = calibrate(declared, source, mapping)
         except ValueError as error:
@@ -278,8 +278,8 @@ def run_flight(name: str, simulator: str, number: int) -> Outcome:
             verdict = "not converged" if is_divergent else "refused"
             return Outcome(verdict, beginning(str(error)))
     nees, x = normalized(found, telemetry)
-    reason = "" if found.supported else beginning(found.conclusion.split(": ", 1)[1])
-    verdict = "consistent" if found.supported else "inconsistent"
+    reason = "" if found.is_consistent else beginning(found.conclusion.split(": ", 1)[1])
+    verdict = "consistent" if found.is_consistent else "inconsistent"
     return Outcome(verdict, reason, float(np.abs(x).max()), float(nees))
 
 

@@ -6,8 +6,8 @@ from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_calibration import FilterSettings, calibrate
 from mgeo_calibration.estimation.innovation import Estimate
-from mgeo_calibration.flight.flight import draw, fly_run
-from mgeo_calibration.flight.own import sent_down
+from mgeo_calibration.flight.flight import draw_errors, simulate_run
+from mgeo_calibration.flight.own import build_telemetry
 from mgeo_calibration.simulation.filter import ErrorStateFilter
 
 from ..calibration.calibration.flights import PLAN, short
@@ -20,8 +20,10 @@ def test_a_calibration_costs_less_than_filtering_step_by_step(preset):
     scenario = short(getattr(Scenario, preset)(), 3000.0)
     model = FilterModel.from_scenario(scenario)
     motion = Motion.from_design(model, PLAN, model.n_steps)
-    flight = fly_run(model, motion, draw(model, model.n_steps, np.random.default_rng(1)))
-    telemetry = sent_down(model, flight)
+    flight = simulate_run(
+        model, motion, draw_errors(model, model.n_steps, np.random.default_rng(1))
+    )
+    telemetry = build_telemetry(model, flight)
 
     def filtered():
         start = Estimate.from_model(model, 1)

@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_calibration import Verification, simulate, verification, verify
-from mgeo_calibration.verification import conclusion, findings, predictions
+from mgeo_calibration.verification import compute_predictions, describe_failures, format_conclusion
 from scipy.stats import chi2
 
 from ..three import three
@@ -23,21 +23,21 @@ def judged(predicted=1.0, claimed=1.0, p=(1.0, 1.0), nees_p=1.0, n=200):
 
 def test_conclusions():
     """One state that fails is enough, in either way, and so are correlations."""
-    assert conclusion(judged(1.1)) == (
+    assert format_conclusion(judged(1.1)) == (
         "achieved: no error is larger than predicted, the largest 1.10 times its 1-sigma "
         "(sun bias y), nor than the filter claims (200 Monte Carlo runs, one test at 1%)"
     )
     known, unknown = judged(1.3, 1.0, (0.001, 1.0)), judged(1.3, 1.25, (0.001, 0.002))
-    assert not known.achieved
-    assert not unknown.achieved
-    assert (known.worse, known.too_sure) == (["sun bias y"], [])
-    assert findings(known) == [
+    assert not known.is_achieved
+    assert not unknown.is_achieved
+    assert (known.states_above_prediction, known.overconfident_states) == (["sun bias y"], [])
+    assert describe_failures(known) == [
         "sun bias (y) 1.30 times the predicted 1-sigma, the filter covariance reflects it"
     ]
-    assert findings(unknown) == [
+    assert describe_failures(unknown) == [
         "sun bias (y) 1.30 times the predicted 1-sigma, the filter is overconfident by 1.25"
     ]
-    assert findings(judged(nees_p=0.001)) == [
+    assert describe_failures(judged(nees_p=0.001)) == [
         "the filter is overconfident by 1.10 over all states together"
     ]
 
@@ -46,9 +46,9 @@ def test_what_flights_can_show():
     """By simulation: of errors as much too large, nine of ten tests at the corrected level."""
     found = judged(n=50)
     z = np.random.default_rng(5).standard_normal((20_000, 50))
-    p = chi2.sf((found.detectable * z**2 * found.detectable).sum(axis=1), 50)
+    p = chi2.sf((found.detectable_ratio * z**2 * found.detectable_ratio).sum(axis=1), 50)
     assert (p < 0.01 / 5).mean() == pytest.approx(0.9, abs=0.01)
-    assert judged(n=200).detectable < found.detectable
+    assert judged(n=200).detectable_ratio < found.detectable_ratio
 
 
 @pytest.mark.slow
@@ -57,7 +57,7 @@ def test_flights_of_coils_know_what_is_predicted_of_the_motion_of_each():
     design = [0.5, 0.3, -0.2, 300.0, -2.0, 0.6, 1.2, 300.0, 0.2, -1.4, 0.7, 150.0]
     plan = ManeuverPlan(dataclasses.replace(three("cubesat_1u"), duration=900.0), design)
     flights = simulate(plan.scenario, plan.design, 4, 1, end_time=plan.t_end)
-    found, claimed = predictions(plan, flights), flights.sigma[:, flights.find_sample()]
+    found, claimed = compute_predictions(plan, flights), flights.sigma[:, flights.find_sample()]
     np.testing.assert_allclose(found, claimed, rtol=0.1)
     assert np.abs(np.log(claimed / plan.history.sigma[-1])).max() > 0.5  # flown exactly, it is not
 
@@ -83,7 +83,7 @@ def test_a_real_plan(short_plan):
     claimed = (same.errors[:, at] / same.sigma[:, at]) ** 2
     ratio = found.table.loc["gyro bias x", "rms / claimed [-]"]
     assert ratio == pytest.approx(np.sqrt(claimed[:, 3].mean()))
-    assert found.achieved  # a fifth of the flights of the default, with errors as small
+    assert found.is_achieved  # a fifth of the flights of the default, with errors as small
 
 
 @pytest.mark.slow
@@ -98,9 +98,9 @@ def test_a_filter_that_is_promised_too_much_is_caught(short_plan, monkeypatch):
         lambda *arguments, **keywords: simulate(*arguments, truth=truth, **keywords),
     )
     found = verify(short_plan, n_runs=20)
-    assert not found.achieved
-    assert any(state.startswith("sun bias") for state in found.worse)
-    assert any(line.startswith("sun bias") for line in findings(found))
+    assert not found.is_achieved
+    assert any(state.startswith("sun bias") for state in found.states_above_prediction)
+    assert any(line.startswith("sun bias") for line in describe_failures(found))
 
 
 def test_too_few_flights_are_refused(short_plan):

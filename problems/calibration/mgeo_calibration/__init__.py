@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mgeo_calibration.calibration.calibration import Calibration
-    from mgeo_calibration.calibration.diagnosis import CannotCalibrate
+    from mgeo_calibration.calibration.diagnosis import CalibrationError
     from mgeo_calibration.calibration.from_telemetry import calibrate
-    from mgeo_calibration.calibration.strength_calibration import calibrate_alone
+    from mgeo_calibration.calibration.strength_calibration import calibrate_magnetometers
     from mgeo_calibration.flight.own import fly
     from mgeo_calibration.simulation.filter import FilterSettings
     from mgeo_calibration.simulation.flights import simulate
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Calibration",
-    "CannotCalibrate",
+    "CalibrationError",
     "FilterSettings",
     "MonteCarloResult",
     "Telemetry",
     "TelemetryMapping",
     "Verification",
     "calibrate",
-    "calibrate_alone",
+    "calibrate_magnetometers",
     "evaluate_consistency",
     "fly",
     "read_telemetry",

@@ -18,17 +18,17 @@ from mgeo_attitude.view.observability.covariance import StateLabels
 from scipy.stats import chi2
 
 from mgeo.studies.statistics import holm_correction
-from mgeo_calibration.flight.as_flown import ends
+from mgeo_calibration.flight.as_flown import summarize_gyro_guidance
 from mgeo_calibration.simulation.flights import simulate
 from mgeo_calibration.simulation.monte_carlo import MonteCarloResult
 
 #: Probability that at least one of all tests rejects a valid plan and filter.
-LEVEL = 0.01
+SIGNIFICANCE_LEVEL = 0.01
 #: Power at which `Verification.detectable` is stated.
-POWER = 0.9
+DETECTION_POWER = 0.9
 
-PREDICTED, CLAIMED = "rms / predicted [-]", "rms / claimed [-]"
-_P = {PREDICTED: "p, predicted", CLAIMED: "p, claimed"}
+PREDICTED_RATIO, FILTER_RATIO = "rms / predicted [-]", "rms / claimed [-]"
+_P_COLUMNS = {PREDICTED_RATIO: "p, predicted", FILTER_RATIO: "p, claimed"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,34 +75,39 @@ class Verification:
     table: pd.DataFrame
     nees: float
     nees_p: float
-    path_limits: pd.DataFrame
-    ends: pd.DataFrame = field(default_factory=pd.DataFrame)
+    path_constraints: pd.DataFrame
+    gyro_guidance: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
-    def worse(self) -> list[str]:
+    def states_above_prediction(self) -> list[str]:
         """States with errors significantly larger than predicted."""
-        return self._beyond(PREDICTED)
+        return self._list_significant_states(PREDICTED_RATIO)
 
     @property
-    def too_sure(self) -> list[str]:
+    def overconfident_states(self) -> list[str]:
         """States with errors significantly larger than the filter's 1-sigma."""
-        return self._beyond(CLAIMED)
+        return self._list_significant_states(FILTER_RATIO)
 
     @property
-    def achieved(self) -> bool:
+    def is_achieved(self) -> bool:
         """True if no test fails."""
-        return not (self.worse or self.too_sure) and self.nees_p >= LEVEL
+        return (
+            not (self.states_above_prediction or self.overconfident_states)
+            and self.nees_p >= SIGNIFICANCE_LEVEL
+        )
 
     @property
-    def detectable(self) -> float:
+    def detectable_ratio(self) -> float:
         """Ratio of error to 1-sigma that the number of runs detects with the power `POWER`."""
         tests = 2 * len(self.table) + 1
-        smallest = chi2.isf(LEVEL / tests, self.n_runs) / chi2.isf(POWER, self.n_runs)
+        smallest = chi2.isf(SIGNIFICANCE_LEVEL / tests, self.n_runs) / chi2.isf(
+            DETECTION_POWER, self.n_runs
+        )
         return float(np.sqrt(smallest))
 
-    def _beyond(self, ratio: str) -> list[str]:
-        p = self.table[_P[ratio]]
-        return [str(state) for state in p.index[p < LEVEL]]
+    def _list_significant_states(self, ratio: str) -> list[str]:
+        p = self.table[_P_COLUMNS[ratio]]
+        return [str(state) for state in p.index[p < SIGNIFICANCE_LEVEL]]
 
 
 def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification:
@@ -146,7 +151,7 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
     )
     result, at = flights.build_table(), flights.find_sample()
     states = StateLabels.from_suite(plan.problem.model.suite)
-    prediction = predictions(plan, flights)
+    prediction = compute_predictions(plan, flights)
     predicted, claimed = (
         np.sqrt(((flights.errors[:, at] / sigma) ** 2).mean(axis=0))
         for sigma in (prediction, flights.sigma[:, at])
@@ -165,86 +170,88 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
             "unit": states.units,
             "predicted": np.sqrt((prediction**2).mean(axis=0)) * states.factors,
             "rms": result["rms"].to_numpy() * states.factors,
-            PREDICTED: predicted,
-            CLAIMED: claimed,
+            PREDICTED_RATIO: predicted,
+            FILTER_RATIO: claimed,
             "within 3 sigma [%]": 100.0 * result["within 3 sigma"].to_numpy(),
-            _P[PREDICTED]: p[:m],
-            _P[CLAIMED]: p[m:-1],
+            _P_COLUMNS[PREDICTED_RATIO]: p[:m],
+            _P_COLUMNS[FILTER_RATIO]: p[m:-1],
         },
         index=pd.Index(states.names, name="state"),
     )
-    broken, where = flights.build_violation_table(), ends(plan, n_runs, seed)
+    broken, where = flights.build_violation_table(), summarize_gyro_guidance(plan, n_runs, seed)
     return Verification(n_runs, table, nees, float(p[-1]), broken, where)
 
 
-def predictions(plan: ManeuverPlan, flights: MonteCarloResult) -> Floats:
+def compute_predictions(plan: ManeuverPlan, runs: MonteCarloResult) -> Floats:
     """Return the predicted 1-sigma of each state at `t_end` in each run, shape (n, n_states).
 
     The prediction is the linear covariance of the plan, equal in all runs. For magnetorquers it is
     the linear covariance of the motion of each run, which depends on the initial attitude.
     """
-    model, at = plan.problem.model, flights.find_sample()
+    model, at = plan.problem.model, runs.find_sample()
     if not plan.scenario.is_magnetorquer_driven:
-        return np.broadcast_to(flights.predicted_sigma[at], flights.errors[:, at].shape)
+        return np.broadcast_to(runs.predicted_sigma[at], runs.errors[:, at].shape)
     first, step = model.initial_attitude, round(plan.t_end / model.step)
     result = []
-    for error in flights.errors[:, 0, :3]:
+    for error in runs.errors[:, 0, :3]:
         flown = model.rotate_initial_attitude(first.T @ rotation_matrix(error) @ first)
         run = evaluate(flown, [plan.design], 1, covariance=True, end_steps=step)
         result.append(np.sqrt(np.diag(run.covariance[0])))
     return np.array(result)
 
 
-def conclusion(found: Verification) -> str:
+def format_conclusion(verification: Verification) -> str:
     """Return one line on whether the plan achieves its prediction, with level and margin."""
-    at = f"{found.n_runs} Monte Carlo runs, one test at {LEVEL:.0%}"
-    if not found.achieved:
-        return f"not achieved: {'; '.join(findings(found))} ({at})"
-    ratio = found.table[PREDICTED]
+    at = f"{verification.n_runs} Monte Carlo runs, one test at {SIGNIFICANCE_LEVEL:.0%}"
+    if not verification.is_achieved:
+        return f"not achieved: {'; '.join(describe_failures(verification))} ({at})"
+    ratio = verification.table[PREDICTED_RATIO]
     return (
         f"achieved: no error is larger than predicted, the largest {ratio.max():.2f} times its "
         f"1-sigma ({ratio.idxmax()}), nor than the filter claims ({at})"
     )
 
 
-def findings(found: Verification) -> list[str]:
+def describe_failures(verification: Verification) -> list[str]:
     """Describe each failed state block: ratio of error to prediction, and filter consistency.
 
     If only the NEES fails, the result is one line on the filter as a whole.
     """
     lines = []
     blocks: dict[str, list[str]] = {}
-    for state in dict.fromkeys([*found.worse, *found.too_sure]):
+    for state in dict.fromkeys(
+        [*verification.states_above_prediction, *verification.overconfident_states]
+    ):
         blocks.setdefault(state.rpartition(" ")[0], []).append(state)
     for block, states in blocks.items():
         predicted, claimed = (
-            found.table.loc[states, ratio].max() for ratio in (PREDICTED, CLAIMED)
+            verification.table.loc[states, ratio].max() for ratio in (PREDICTED_RATIO, FILTER_RATIO)
         )
         axes = ", ".join(state.rpartition(" ")[2] for state in states)
-        sure = any(state in found.too_sure for state in states)
+        sure = any(state in verification.overconfident_states for state in states)
         why = (
             f"the filter is overconfident by {claimed:.2f}"
             if sure
             else "the filter covariance reflects it"
         )
         lines.append(f"{block} ({axes}) {predicted:.2f} times the predicted 1-sigma, {why}")
-    if not lines and found.nees_p < LEVEL:
-        factor = math.sqrt(found.nees)
+    if not lines and verification.nees_p < SIGNIFICANCE_LEVEL:
+        factor = math.sqrt(verification.nees)
         lines.append(f"the filter is overconfident by {factor:.2f} over all states together")
     return lines
 
 
-def power(found: Verification) -> str:
+def describe_power(verification: Verification) -> str:
     """Describe the detectable error ratio and the probability of a false alarm."""
     return (
-        f"an error {found.detectable:.2f} times too large is detected with a probability of "
-        f"{POWER:.0%}; a valid plan is rejected with a probability of {LEVEL:.0%}"
+        f"an error {verification.detectable_ratio:.2f} times too large is detected with a probability of "
+        f"{DETECTION_POWER:.0%}; a valid plan is rejected with a probability of {SIGNIFICANCE_LEVEL:.0%}"
     )
 
 
-def remedies(plan: ManeuverPlan, found: Verification) -> Iterator[str]:
+def list_suggestions(plan: ManeuverPlan, verification: Verification) -> Iterator[str]:
     """Yield suggestions for a plan that fails, the most effective first."""
-    if found.achieved:
+    if verification.is_achieved:
         return
     scenario, outside = plan.scenario, find_validity_violations(plan.scenario)
     if outside:

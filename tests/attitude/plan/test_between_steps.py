@@ -56,7 +56,7 @@ def test_table_export_and_flights_agree(flown):
     exported = np.degrees(np.arccos(np.clip(attitude.apply(sun) @ camera, -1.0, 1.0)))
     assert row["value"] <= exported.min() + 1e-3  # the Sun moves by a degree a day
     assert exported.min() < 0.01
-    broken = verify(plan, 20).path_limits.loc["Sun off camera"]
+    broken = verify(plan, 20).path_constraints.loc["Sun off camera"]
     assert broken["steered: flights [%]"] == broken["open loop: flights [%]"] == 100.0
 
 
@@ -92,5 +92,5 @@ def test_the_first_light_after_a_shadow_counts():
     assert seen - 2.0 * np.degrees(RATE) < row["value"] <= seen < HALF_ANGLE_DEG
     assert not row["kept"]
     assert "VIOLATED CONSTRAINT: Sun off camera" in format_aem(plan)
-    broken = verify(plan, 10).path_limits.loc["Sun off camera"]
+    broken = verify(plan, 10).path_constraints.loc["Sun off camera"]
     assert broken["steered: flights [%]"] == broken["open loop: flights [%]"] == 100.0

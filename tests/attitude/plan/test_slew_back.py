@@ -80,7 +80,10 @@ def test_flights_slew_back_too(plan):
     model, n = short.problem.model, round(short.duration)
     exact = flown(model, short.slew_back.design, none(model, 900))
     np.testing.assert_allclose(
-        (exact.motion.attitude @ exact.start)[: n + 1], short.attitude, rtol=0, atol=1e-12
+        (exact.motion.attitude @ exact.initial_rotation)[: n + 1],
+        short.attitude,
+        rtol=0,
+        atol=1e-12,
     )
     law, rate = scenario.initial.evaluate_law(scenario, short.duration)
     np.testing.assert_allclose(exact.motion.attitude[n], law, rtol=0, atol=1e-9)

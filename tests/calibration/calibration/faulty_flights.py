@@ -231,7 +231,7 @@ def run_case(number: int, name: str | None = None) -> Result:
         found = calibrate(kind.scenario, telemetry)
     except ValueError as error:
         return _told(number, name, str(error))
-    if not found.supported:
+    if not found.is_consistent:
         return _told(number, name, found.failures[0])
     _, z = normalized(found, telemetry)
     off = float(np.abs(z[3:]).max())

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.calibration.recalibration import calibrate_with
+from mgeo_calibration.calibration.recalibration import recalibrate
 from scipy.spatial.transform import Rotation
 
 from .faults import says, temperature
@@ -65,10 +65,10 @@ def test_an_error_is_named_and_the_state_that_is_added_fits(name):
     spoil, cause, keys = FAULTS[name]
     telemetry = spoil(fly(SCENARIO, MOTION, 3))
     first = calibrate(SCENARIO, telemetry)
-    assert not first.supported
+    assert not first.is_consistent
     assert says(cause, first.failures[0]), first.failures
-    found = calibrate_with(first, telemetry, keys)
-    assert found.supported, found.conclusion
+    found = recalibrate(first, telemetry, keys)
+    assert found.is_consistent, found.conclusion
     for block in ("gyro.bias", "sun.misalignment", "sun.bias", "mag.misalignment"):
         place = 3 * found.suite.blocks.index(block)
         true = telemetry.truth.states[-1, COMMON[block]]

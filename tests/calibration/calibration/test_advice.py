@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 from mgeo_calibration import calibrate
-from mgeo_calibration.calibration.recalibration import calibrate_with
+from mgeo_calibration.calibration.recalibration import recalibrate
 
 from .faults import (
     MOTION,
@@ -70,8 +70,8 @@ def test_the_state_of_the_key_that_is_suggested_fits(name):
     telemetry = spoiled(craft, spoil)
     first = calibrate(SCENARIO, telemetry)
     assert re.search(rf": {re.escape(key)}\b", first.failures[0]), first.failures
-    found = calibrate_with(first, telemetry, [state])
-    assert found.supported, found.conclusion
+    found = recalibrate(first, telemetry, [state])
+    assert found.is_consistent, found.conclusion
 
 
 @pytest.mark.parametrize("change", [ramp(0.01), walk(0.003)])
@@ -84,7 +84,7 @@ def test_the_random_walk_that_is_suggested_fits(change):
     assert said, first.failures
     more = dataclasses.replace(SCENARIO.gyro, rate_random_walk=float(said[1]))
     found = calibrate(dataclasses.replace(SCENARIO, gyro=more), telemetry)
-    assert found.supported, found.conclusion
+    assert found.is_consistent, found.conclusion
 
 
 def test_the_noise_of_the_gyro_that_is_suggested_fits():
@@ -95,7 +95,7 @@ def test_the_noise_of_the_gyro_that_is_suggested_fits():
     assert said, first.failures
     more = dataclasses.replace(SCENARIO.gyro, angle_random_walk_deg_per_sqrt_h=float(said[1]))
     found = calibrate(dataclasses.replace(SCENARIO, gyro=more), telemetry)
-    assert found.supported, found.conclusion
+    assert found.is_consistent, found.conclusion
 
 
 def test_what_is_before_a_step_fits():
@@ -103,5 +103,5 @@ def test_what_is_before_a_step_fits():
     first = calibrate(SCENARIO, telemetry)
     said = re.match(r"(?:either )?mag\.bias changes by .* at about ([0-9]+) s", first.failures[0])
     assert said, first.failures
-    found = calibrate(SCENARIO, telemetry.until(float(said[1]) - 3000.0 / 16.0))
-    assert found.supported, found.conclusion
+    found = calibrate(SCENARIO, telemetry.truncate(float(said[1]) - 3000.0 / 16.0))
+    assert found.is_consistent, found.conclusion

@@ -74,7 +74,7 @@ def test_the_file_is_enough(first):
     table = {"after": json.loads(text), "duration": 600.0}
     after = found.scenario_after({"duration": 600.0})
     assert Scenario.from_dict(table) == after
-    assert from_json(text).scenario_after({"duration": 600.0}) == after
+    assert from_json(text).build_followup_scenario({"duration": 600.0}) == after
     assert AttitudeManeuverProblem.from_options(table).to_options() == after.to_dict()
     assert AttitudeManeuverProblem(after).n_var == 12
 
@@ -125,7 +125,7 @@ def test_what_was_sent_before_is_read_once(first):
     np.testing.assert_array_equal(second.truth.states[0], telemetry.truth.states[-1])
     earlier = telemetry.frame()
     earlier["time"] -= 900.0
-    both = pd.concat([earlier, second.frame()[1:]])
+    both = pd.concat([earlier, second.to_frame()[1:]])
     one, other = calibrate(after, second), calibrate(after, both)
     np.testing.assert_array_equal(one.covariance, other.covariance)
     np.testing.assert_array_equal(one.states, other.states)
@@ -138,7 +138,7 @@ def test_two_calibrations_are_one_of_both_flights(first):
     found, telemetry = first
     after = found.scenario_after({"duration": 600.0})
     second = fly(after, SECOND, 2, after=telemetry.truth)
-    earlier, later = telemetry.frame(), second.frame()[1:]
+    earlier, later = telemetry.frame(), second.to_frame()[1:]
     later["time"] += 900.0
     whole = calibrate(short(found.scenario, 1500.0), pd.concat([earlier, later]))
     parts = calibrate(after, second)
@@ -209,7 +209,7 @@ def test_a_second_flight_goes_on_consistently_and_better():
     environment, better, errors = Environment.from_scenario(scenario), [], []
     for seed in range(300, 306):
         telemetry = fly(scenario, PLAN, seed, environment=environment)
-        after = calibrate(scenario, telemetry).scenario_after({"duration": 900.0})
+        after = calibrate(scenario, telemetry).build_followup_scenario({"duration": 900.0})
         second = fly(after, SECOND, seed + 1000, after=telemetry.truth)
         with_it = calibrate(after, second)
         without = calibrate(dataclasses.replace(after, prior=None), second)

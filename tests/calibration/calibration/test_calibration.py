@@ -11,12 +11,12 @@ from mgeo_attitude.plan import ManeuverPlan
 from mgeo_calibration import calibrate
 from mgeo_calibration.calibration.agreement import (
     SIGNIFICANCE,
-    correlation_bound,
-    greatest_correlation,
-    nis_bounds,
+    compute_correlation_bound,
+    compute_max_autocorrelation,
+    compute_nis_bounds,
 )
 from mgeo_calibration.calibration.document import from_json, read_json, to_json
-from mgeo_calibration.calibration.report import report_html
+from mgeo_calibration.calibration.report import build_report
 from mgeo_calibration.estimation.residuals import Innovations
 from plotly.offline import get_plotlyjs
 from scipy.spatial.transform import Rotation
@@ -62,7 +62,7 @@ def test_innovations_support_it_or_say_why_not(scenario, telemetry, calibration)
     quiet = dataclasses.replace(scenario.sensors[0], noise_deg=1.2)
     optimist = dataclasses.replace(scenario, sensors=(quiet, *scenario.sensors[1:]))
     wrong = calibrate(optimist, telemetry)
-    assert not wrong.supported
+    assert not wrong.is_consistent
     assert "sun scatters more than its noise (NIS " in wrong.conclusion
     drift = telemetry.sensors["mag"] + 1000.0 * np.sin(telemetry.times / 20.0)[:, None]
     sensors = {**telemetry.sensors, "mag": drift}
@@ -75,13 +75,17 @@ def test_bounds_of_tests_are_those_of_chance():
     rng, failed, runs = np.random.default_rng(0), 0, 2000
     for _ in range(runs):
         white = Innovations(np.arange(300), rng.standard_normal((300, 3)))
-        low, high = nis_bounds(900, 2)
+        low, high = compute_nis_bounds(900, 2)
         passes = low < white.nis.mean() / 3.0 < high
-        failed += not (passes and greatest_correlation(white) < correlation_bound(900, 2))
+        failed += not (
+            passes and compute_max_autocorrelation(white) < compute_correlation_bound(900, 2)
+        )
     assert abs(failed / runs - SIGNIFICANCE) < 4.0 * np.sqrt(SIGNIFICANCE / runs)
     w = np.random.default_rng(1).standard_normal((2000, 3))
     w[1:] = 0.3 * w[:-1] + np.sqrt(1 - 0.09) * w[1:]
-    assert greatest_correlation(Innovations(np.arange(2000), w)) == pytest.approx(0.3, abs=0.04)
+    assert compute_max_autocorrelation(Innovations(np.arange(2000), w)) == pytest.approx(
+        0.3, abs=0.04
+    )
 
 
 def test_json_reads_back_exactly(calibration, tmp_path):
@@ -92,12 +96,12 @@ def test_json_reads_back_exactly(calibration, tmp_path):
     assert found.scenario == calibration.scenario
     np.testing.assert_array_equal(found.covariance, calibration.covariance)
     np.testing.assert_array_equal(found.states, calibration.states)
-    pd.testing.assert_frame_equal(found.table(), calibration.table(), check_exact=True)
+    pd.testing.assert_frame_equal(found.build_table(), calibration.table(), check_exact=True)
     assert found.tests == calibration.tests
-    assert found.rejected == calibration.rejected
+    assert found.outliers == calibration.rejected
     with pytest.raises(ValueError, match="no history of the attitude"):
         found.attitude  # noqa: B018
-    assert list(found.figures()) == ["constants"]
+    assert list(found.draw_figures()) == ["constants"]
 
 
 def edited(text, **changes):
@@ -144,7 +148,7 @@ def test_figures_and_report(scenario, telemetry, calibration):
     drawn = [point for trace in figures["constants"].data for point in trace.y]
     table = calibration.table()
     np.testing.assert_allclose(drawn, table["estimate"] / table["prior_sigma"])
-    html = report_html(calibration, calibration.compare(ManeuverPlan(scenario, PLAN)))
+    html = build_report(calibration, calibration.compare(ManeuverPlan(scenario, PLAN)))
     assert html.count('class="plotly-graph-div"') == 3
     assert "the innovations support it" in html
     assert "What the plan predicted" in html
@@ -153,4 +157,4 @@ def test_figures_and_report(scenario, telemetry, calibration):
     for source in ("http://", "https://"):
         assert f'src="{source}' not in ours
     named = dataclasses.replace(scenario, name="<script>x</script>")
-    assert "<script>x" not in report_html(calibrate(named, telemetry))
+    assert "<script>x" not in build_report(calibrate(named, telemetry))

@@ -43,9 +43,9 @@ def test_a_gyro_that_is_too_noisy_to_fit_is_named_with_a_noise_that_fits(beacons
 
 def test_a_gyro_that_counts_in_large_steps_is_consistent_and_noted():
     found = calibrate(Scenario.from_toml(FILES / "counts.toml"), FILES / "counts.csv.gz")
-    assert found.supported, found.conclusion
+    assert found.is_consistent, found.conclusion
     assert not any(re.match("(sun|mag): sigmas", note) for note in found.notes)
     assert any("noise or steps of the gyro" in note for note in found.notes)
-    bias = found.table().query("block == 'gyro.bias'")
+    bias = found.build_table().query("block == 'gyro.bias'")
     off = (bias["estimate"] - [-2.1, -3.6, 1.4]) / bias["sigma"]
     assert np.abs(off).max() < 3.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Gyro, Magnetometer, Suite, SunSensor
 from mgeo_attitude.filter.reference import update_with_considered_states
-from mgeo_calibration.calibration.from_telemetry import as_believed
+from mgeo_calibration.calibration.from_telemetry import reset_considered_states
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.smoother import compute_last_covariance, solve_linearized
 from mgeo_calibration.estimation.trajectory import Partition
@@ -72,7 +72,7 @@ def test_what_is_considered_is_noise_of_all_readings(name, monkeypatch):
     )
     np.testing.assert_allclose((estimated - mean[~of]) / spread[~of], 0.0, atol=1e-9)
     whole = compute_last_covariance(found)
-    states, last = as_believed(belief, found, np.ones(suite.n_states), whole)
+    states, last = reset_considered_states(belief, found, np.ones(suite.n_states), whole)
     index = np.empty(suite.n_states, dtype=int)
     index[parts.stochastic] = (N - 1) * d + np.arange(d)
     index[parts.constant] = N * d + np.arange(len(parts.constant))

@@ -9,7 +9,10 @@ from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
 from mgeo_calibration import fly as fly_plan
 from mgeo_calibration.telemetry.mapping import GyroChannels, TelemetryMapping
-from mgeo_calibration.telemetry.quantization import angle_variance, resolution
+from mgeo_calibration.telemetry.quantization import (
+    compute_angle_variance_rate,
+    estimate_quantization_steps,
+)
 from mgeo_calibration.telemetry.reading import read_telemetry
 
 from .flights import PLAN, check_claimed, normalized, short
@@ -26,18 +29,22 @@ def test_the_step_of_a_channel():
     steps = np.array([0.01, 0.0123, 0.0])
     rows = noise.copy()
     rows[:, :2] = steps[:2] * np.round(noise[:, :2] / steps[:2])
-    np.testing.assert_allclose(resolution(rows), steps, rtol=1e-6)
-    np.testing.assert_allclose(resolution(rows.round(6)), steps, atol=2e-6)
-    np.testing.assert_allclose(resolution(rows[:, :1].astype(np.float32)), steps[:1], rtol=1e-5)
+    np.testing.assert_allclose(estimate_quantization_steps(rows), steps, rtol=1e-6)
+    np.testing.assert_allclose(estimate_quantization_steps(rows.round(6)), steps, atol=2e-6)
+    np.testing.assert_allclose(
+        estimate_quantization_steps(rows[:, :1].astype(np.float32)), steps[:1], rtol=1e-5
+    )
     filled = np.where(np.arange(3000)[:, None] % 500, rows, 1e250)
-    np.testing.assert_allclose(resolution(filled), steps, rtol=1e-6)
-    assert resolution(noise).tolist() == [0.0] * 3
-    assert resolution(rows[:10]).tolist() == [0.0] * 3
+    np.testing.assert_allclose(estimate_quantization_steps(filled), steps, rtol=1e-6)
+    assert estimate_quantization_steps(noise).tolist() == [0.0] * 3
+    assert estimate_quantization_steps(rows[:10]).tolist() == [0.0] * 3
     rests = rows.copy()
     rests[:, 1] = np.where(rng.random(3000) < 0.5, 0.0, 0.7)
-    assert resolution(rests)[1] == pytest.approx(0.01)  # as the finest of the others
+    assert estimate_quantization_steps(rests)[1] == pytest.approx(
+        0.01
+    )  # as the finest of the others
     rests[:, 1] = 0.0
-    assert resolution(rests)[1] == pytest.approx(0.01)
+    assert estimate_quantization_steps(rests)[1] == pytest.approx(0.01)
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.3, 2.0])
@@ -47,7 +54,7 @@ def test_the_angle_of_rounded_rates_scatters_as_said(ratio):
     rate = rng.uniform(-0.5, 0.5, 400) * step
     noise = rng.normal(0.0, ratio * step, (n, 400))
     off = counted(rate + noise, step) - rate
-    said = angle_variance(
+    said = compute_angle_variance_rate(
         counted(rate + noise, step)[:, :3], 1.0, np.full(3, step), np.full(3, ratio * step)
     )
     total = said.sum(axis=0).mean() + n * (ratio * step) ** 2
@@ -58,8 +65,8 @@ def test_the_angle_of_rounded_rates_scatters_as_said(ratio):
 def test_steps_are_those_of_the_columns():
     """Whatever unit and mounting frame; of a turned frame as their variances add up."""
     telemetry = fly(SCENARIO, MOTIONS["turning"], 1, Craft(gyro_step_deg_s=0.01), duration=300.0)
-    np.testing.assert_allclose(telemetry.step_of("gyro"), 0.01, rtol=1e-6)
-    frame = telemetry.frame()
+    np.testing.assert_allclose(telemetry.find_quantization_steps("gyro"), 0.01, rtol=1e-6)
+    frame = telemetry.to_frame()
     for axis in "xyz":
         frame[f"gyro_{axis}"] = np.radians(frame[f"gyro_{axis}"])
     c = np.sqrt(0.5)
@@ -67,8 +74,11 @@ def test_steps_are_those_of_the_columns():
         unit="rad/s", dcm=((c, -c, 0.0), (c, c, 0.0), (0.0, 0.0, 1.0)), rotation="sensor-to-body"
     )
     read = read_telemetry(pd.DataFrame(frame), SCENARIO, TelemetryMapping(gyro=turned))
-    np.testing.assert_allclose(read.step_of("gyro"), 0.01, rtol=1e-6)
-    assert read.until(100.0).step_of("gyro")[0] == read.step_of("gyro")[0]
+    np.testing.assert_allclose(read.find_quantization_steps("gyro"), 0.01, rtol=1e-6)
+    assert (
+        read.truncate(100.0).find_quantization_steps("gyro")[0]
+        == read.find_quantization_steps("gyro")[0]
+    )
 
 
 @pytest.mark.parametrize(("motion", "step"), [("plan", 0.01), ("turning", 0.005)])

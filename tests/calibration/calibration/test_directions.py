@@ -37,7 +37,7 @@ def checked(name, seeds, worst=4.0):
         telemetry = flown(name, seed)
         calibration = calibrate(scenario, telemetry)
         found.append(normalized(calibration, telemetry))
-        supported += calibration.supported
+        supported += calibration.is_consistent
     check_claimed(found, worst=worst)
     return supported
 
@@ -55,22 +55,22 @@ def test_directions_with_light_from_the_earth_are_calibrated_as_claimed(seed):
     scenario = dataclasses.replace(two_axis(SCENARIOS["cubesat_6u"]), world=world)
     telemetry = fly(scenario, steady(PLAN), seed)
     calibration = calibrate(scenario, telemetry)
-    assert calibration.supported, calibration.conclusion
+    assert calibration.is_consistent, calibration.conclusion
     check_claimed([normalized(calibration, telemetry)], 0.999)
 
 
 def test_three_numbers_whose_noise_is_normalized_away_are_refused_at_once():
     with pytest.raises(ValueError, match=r'sun: .* Expected kind = "two-axis-sun-sensor", not'):
-        calibrate(SCENARIOS["paper"], flown("paper", 1).until(100.0))
+        calibrate(SCENARIOS["paper"], flown("paper", 1).truncate(100.0))
 
 
 def test_two_angles_of_a_mounted_sensor_are_read_as_its_directions():
     """In rad, of a sensor whose boresight is the body's -y."""
-    scenario, telemetry = two_axis(SCENARIOS["cubesat_6u"]), flown("cubesat_6u", 1).until(300.0)
+    scenario, telemetry = two_axis(SCENARIOS["cubesat_6u"]), flown("cubesat_6u", 1).truncate(300.0)
     dcm = ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
     x, y, z = (telemetry.sensors["sun"] @ np.array(dcm)).T
     seen = z > 0.1
-    frame = telemetry.frame().drop(columns=["sun_x", "sun_y", "sun_z"])
+    frame = telemetry.to_frame().drop(columns=["sun_x", "sun_y", "sun_z"])
     frame["a"], frame["b"] = (np.where(seen, np.arctan2(each, z), np.nan) for each in (x, y))
     mapping = TelemetryMapping(
         sensors=(

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 from mgeo_calibration import TelemetryMapping, calibrate
-from mgeo_calibration.calibration.diagnosis import causes, check
+from mgeo_calibration.calibration.diagnosis import list_data_faults, run_checks
 from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.telemetry.mapping import GyroChannels
 
@@ -19,7 +19,7 @@ from .independent import Craft, coning, fly, tumble
 def test_a_delay_that_passed_is_told_with_its_size(late):
     """It was supported, with the Sun sensor's misalignment 6 sigma off."""
     found = calibrate(SCENARIO, fly(SCENARIO, MOTION, 5, Craft(late={"mag": late})))
-    assert not found.supported
+    assert not found.is_consistent
     side = "late" if late > 0.0 else "early"
     said = re.match(
         rf"mag is ([0-9.]+) ± ([0-9.]+) s {side} \(.*: mag\.initial_delay_s$", found.failures[0]
@@ -42,7 +42,7 @@ def test_rates_at_the_samples_that_are_read_as_means_are_told():
     assert sigma < 0.1
     assert abs(size - 0.5) < 3.0 * sigma
     mapping = TelemetryMapping(gyro=GyroChannels(rate="instantaneous"))
-    assert calibrate(scenario, telemetry.frame(), mapping).supported
+    assert calibrate(scenario, telemetry.to_frame(), mapping).is_consistent
 
 
 def test_rates_at_the_samples_that_a_spin_hardly_tells_from_means_are_a_note():
@@ -52,7 +52,7 @@ def test_rates_at_the_samples_that_a_spin_hardly_tells_from_means_are_a_note():
     for instantaneous in (True, False):
         craft = Craft(instantaneous=instantaneous)
         found = calibrate(scenario, fly(scenario, spin, 1, craft, duration=600.0))
-        assert found.supported
+        assert found.is_consistent
         told = [note for note in found.notes if note.startswith("gyro reports rates ")]
         assert len(told) == instantaneous
         if told:
@@ -64,7 +64,7 @@ def test_what_can_hardly_be_told_apart_is_told_as_both():
     """A drift that goes as a temperature does, but for what no reading shows."""
     telemetry = fly(SCENARIO, MOTION, 9)
     share = telemetry.times / 3000.0
-    frame = telemetry.frame()
+    frame = telemetry.to_frame()
     frame["temperature"] = 20.0 + 5.0 * share + 0.05 * np.sin(0.05 * telemetry.times)
     frame["mag_x"] += 200.0 * share
     (first, *_) = found = calibrate(SCENARIO, frame).failures
@@ -82,7 +82,7 @@ def test_noise_that_is_set_too_high_is_a_note():
         SCENARIO, sensors=(dataclasses.replace(sun, noise_deg=1.4 * sun.noise_deg), mag)
     )
     found = calibrate(careful, fly(SCENARIO, MOTION, 1))
-    assert found.supported
+    assert found.is_consistent
     (note,) = (note for note in found.notes if note.startswith("sun"))
     said = re.match(r"sun: sigmas are too large by 1\.[34]\d?; measured ([0-9.]+) deg", note)
     assert float(said[1]) == pytest.approx(sun.noise_deg, rel=0.03)
@@ -91,7 +91,10 @@ def test_noise_that_is_set_too_high_is_a_note():
 def test_no_cause_is_seen_of_a_healthy_flight():
     for seed in (1, 2):
         telemetry = fly(SCENARIO, MOTION, seed)
-        assert causes(check(SCENARIO, telemetry, build_batch(SCENARIO, telemetry))) == ()
+        assert (
+            list_data_faults(run_checks(SCENARIO, telemetry, build_batch(SCENARIO, telemetry)))
+            == ()
+        )
 
 
 @pytest.mark.slow
@@ -99,12 +102,12 @@ def test_a_bias_that_follows_a_channel_of_the_table_is_told():
     """A magnetometer's bias of 12 nT per degree, beside channels of which nothing follows."""
     telemetry = fly(SCENARIO, MOTION, 6)
     rng, t = np.random.default_rng(6), telemetry.times
-    frame = telemetry.frame()
+    frame = telemetry.to_frame()
     frame["temperature"] = 20.0 + 8.0 * np.sin(2.0 * np.pi * t / 1700.0 + 1.0)
     for k in range(6):
         frame[f"current_{k}"] = np.cumsum(rng.standard_normal(len(t)))
     frame["mode"] = "nominal"
-    assert calibrate(SCENARIO, frame).supported
+    assert calibrate(SCENARIO, frame).is_consistent
     frame["mag_y"] += 12.0 * frame["temperature"]
     found = calibrate(SCENARIO, frame)
     said = re.match(

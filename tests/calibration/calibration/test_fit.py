@@ -8,7 +8,7 @@ from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
 from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.estimation.start import estimate_initial_attitude
-from mgeo_calibration.telemetry.gyro_samples import rate_steps
+from mgeo_calibration.telemetry.gyro_samples import compute_step_rates
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
@@ -28,7 +28,7 @@ def test_steps_where_rates_are_missing():
     at = np.array([0.0, 1.0, 2.0, 3.0, 6.0, 7.0])
     rates = np.column_stack([[0.0, 1.0, 1.0, 1.0, 3.0, 3.0]] * 3)
     times = np.array([0.0, 1.0, 2.0, 3.0, 3.25, 6.0, 7.0, 7.5])
-    gyro, change, variance, breaks = rate_steps(times, at, rates, 1.0)
+    gyro, change, variance, breaks = compute_step_rates(times, at, rates, 1.0)
     # from 3.25 to 6 s the sample of 6 s says 3 of the last second; before it half way, 2
     np.testing.assert_allclose(gyro[:, 0], [1, 1, 1, 2, (1.75 * 2 + 1 * 3) / 2.75, 3, 3])
     # a guess that is off by 1 for two seconds turns the attitude by 2: variance 4, in two parts
@@ -37,7 +37,7 @@ def test_steps_where_rates_are_missing():
     assert not change[[3, 4, 6]].any()  # of a guess, and beyond the last sample
     at[4:] += 20.0
     times[5:] += 20.0
-    assert np.flatnonzero(rate_steps(times, at, rates, 1.0)[3]).tolist() == [3, 4]
+    assert np.flatnonzero(compute_step_rates(times, at, rates, 1.0)[3]).tolist() == [3, 4]
 
 
 def test_a_first_attitude_whatever_it_is(scenario):
@@ -89,15 +89,15 @@ def test_outliers_are_found_and_listed(scenario, telemetry):
     wrong, counts = with_outliers(telemetry, 0.01, np.random.default_rng(1))
     found = calibrate(scenario, wrong)
     clean = calibrate(scenario, telemetry)
-    assert found.supported
+    assert found.is_consistent
     for test in found.tests:
         # a turn by less than a few 1-sigmas of noise is none
-        assert 0.8 * counts[test.sensor] <= test.rejected <= counts[test.sensor] + 1
-    for time, sensor, square in found.rejected:
+        assert 0.8 * counts[test.sensor] <= test.n_outliers <= counts[test.sensor] + 1
+    for time, sensor, square in found.outliers:
         k = int(np.searchsorted(telemetry.times, time))
         assert square > chi2.isf(1e-5, 3)
         changed = (wrong.sensors[sensor][k] != telemetry.sensors[sensor][k]).all()
-        assert changed or (time, sensor) in [one[:2] for one in clean.rejected]
+        assert changed or (time, sensor) in [one[:2] for one in clean.outliers]
     sigma = np.sqrt(np.diag(clean.covariance))
     assert np.abs((error(found, telemetry) - error(clean, telemetry)) / sigma).max() < 1.0
 

@@ -11,7 +11,7 @@ from mgeo_calibration import (
     calibrate,
     fly,
 )
-from mgeo_calibration.calibration.recalibration import calibrate_with
+from mgeo_calibration.calibration.recalibration import recalibrate
 from mgeo_calibration.estimation.kinematics import discretize_dynamics
 from scipy.linalg import expm
 
@@ -50,11 +50,11 @@ def telemetry():
 def test_coefficients_are_calibrated_as_claimed(telemetry):
     calibration = calibrate(FOLLOWING, telemetry)
     check_claimed([normalized(calibration, telemetry)])
-    assert calibration.supported, calibration.conclusion
-    table = calibration.table().set_index("block")
+    assert calibration.is_consistent, calibration.conclusion
+    table = calibration.build_table().set_index("block")
     assert (table.loc["mag.bias_per_current", "sigma"] < 100.0).all()  # from 1000 nT per A
     assert (table.loc["gyro.bias_per_temp", "sigma"] < 1e-4).all()  # deg/s per degC, from 5e-4
-    sent = calibration.uplink()["mag"]["influences"]["current"]
+    sent = calibration.compute_corrections()["mag"]["influences"]["current"]
     assert sent["unit"] == "nT per A"
     np.testing.assert_allclose(
         sent["bias_per_unit"], table.loc["mag.bias_per_current", "estimate"], rtol=1e-12
@@ -63,13 +63,13 @@ def test_coefficients_are_calibrated_as_claimed(telemetry):
 
 def test_what_a_bias_follows_is_named_with_its_key_and_can_be_added(telemetry):
     first = calibrate(PLAIN, telemetry)
-    assert not first.supported
+    assert not first.is_consistent
     assert any(
         line.startswith("mag.bias follows ") and line.endswith(": mag.influences")
         for line in first.failures
     )
-    again = calibrate_with(first, telemetry, ["mag.current", "mag.temp", "gyro.temp"])
-    assert again.supported, again.conclusion
+    again = recalibrate(first, telemetry, ["mag.current", "mag.temp", "gyro.temp"])
+    assert again.is_consistent, again.conclusion
     added = {each.channel: each for each in again.scenario.sensors[1].bias_sensitivities}
     bias = PLAIN.sensors[1].initial_bias_nt
     assert added["current"].initial_sigma == pytest.approx(
@@ -77,14 +77,14 @@ def test_what_a_bias_follows_is_named_with_its_key_and_can_be_added(telemetry):
     )
     truth = telemetry.truth.states[0]
     place = 3 * FOLLOWING.suite.blocks.index("mag.bias_per_current")
-    found = again.table().set_index("block").loc["mag.bias_per_current"]
+    found = again.build_table().set_index("block").loc["mag.bias_per_current"]
     off = (found["estimate"] - 50_000.0 * truth[place : place + 3]) / found["sigma"]
     assert np.abs(off).max() < 4.0
     names = {test.name for test in again.model_tests}
     assert "mag.temp" not in names
     assert "sun.temp" in names
     with pytest.raises(InvalidValue, match=r"fit = 'sun\.heat'.*'sun\.temp'"):
-        calibrate_with(first, telemetry, ["sun.heat"])
+        recalibrate(first, telemetry, ["sun.heat"])
 
 
 def test_steps_of_the_smoother_are_those_of_the_dynamics():

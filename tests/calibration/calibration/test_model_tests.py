@@ -37,15 +37,15 @@ def test_a_bias_that_is_constant_is_told_from_one_that_decays():
     telemetry = flown(scenario, 1, gyro_bias_deg_s=[size, -size, size], **CONSTANT)
     found = calibrate(scenario, telemetry)
     assert np.abs(normalized(found, telemetry)[1]).max() > 4.0
-    assert not found.supported
+    assert not found.is_consistent
     assert says(r"gyro\.bias decays by .*: gyro\.bias_decay", found.failures[0])
     assert found.conclusion.startswith("the model ")
-    row = found.model_table().loc["gyro.bias_decay"]
+    row = found.build_model_test_table().loc["gyro.bias_decay"]
     assert row["named"]
     assert row["p"] < 1e-6
     right = believed(scenario, bias_decay=0.0)
     again = calibrate(right, telemetry)
-    assert again.supported, again.conclusion
+    assert again.is_consistent, again.conclusion
     assert np.abs(normalized(again, telemetry)[1]).max() < 4.0
 
 
@@ -53,17 +53,17 @@ def test_a_bias_that_walks_by_more_than_is_said_is_told():
     """It ended 15 sigma wrong, supported."""
     telemetry = flown(CUBESAT, 1, walk=1.6e-6)
     found = calibrate(CUBESAT, telemetry)
-    assert not found.supported
+    assert not found.is_consistent
     assert says(r"gyro\.bias drifts by .*: gyro\.rate_random_walk", found.failures[0])
     again = calibrate(believed(CUBESAT, rate_random_walk=1.6e-6), telemetry)
-    assert again.supported, again.conclusion
+    assert again.is_consistent, again.conclusion
 
 
 @pytest.mark.parametrize(("scenario", "motion"), [(PAPER, "plan"), (CUBESAT, "turning")])
 def test_nothing_is_named_of_what_is_as_it_is_said(scenario, motion):
     found = calibrate(scenario, flown(scenario, 1, motion))
-    assert found.supported, found.conclusion
-    assert not found.model_table()["named"].any()
+    assert found.is_consistent, found.conclusion
+    assert not found.build_model_test_table()["named"].any()
 
 
 TURNS = [-0.1, 0.2, -0.4, 300.0, 0.3, -0.4, 0.3, 500.0, -0.2, 0.4, 0.3, 600.0,
@@ -86,12 +86,12 @@ def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
     telemetry = fly_own(true, TURNS, seed=4)
     found = calibrate(scenario, telemetry)
     if not late:
-        assert found.supported, found.conclusion
-        assert not found.model_table()["named"].any()
+        assert found.is_consistent, found.conclusion
+        assert not found.build_model_test_table()["named"].any()
     else:
-        assert "str_a.delay" in found.model_table().query("named").index
+        assert "str_a.delay" in found.build_model_test_table().query("named").index
         again = calibrate(true, telemetry)
-        assert again.supported, again.conclusion
+        assert again.is_consistent, again.conclusion
         first = 3 * again.suite.blocks.index("str_a.delay")
         error = again.states[first : first + 3] - telemetry.truth.states[-1, first : first + 3]
         assert (np.abs(error) < 3.0 * np.sqrt(np.diag(again.covariance)[first : first + 3])).all()

@@ -8,7 +8,7 @@ from mgeo_attitude import Scenario
 from mgeo_calibration import Telemetry, calibrate
 from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.estimation.start import accumulate_rotations
-from mgeo_calibration.telemetry.gyro_samples import means
+from mgeo_calibration.telemetry.gyro_samples import compute_mean_rates
 from scipy.spatial.transform import Rotation
 
 from .flights import PLAN, check_claimed, normalized, short
@@ -78,12 +78,12 @@ def test_means_of_rates_at_the_samples():
     t = np.sort(np.append(np.arange(200.0), [50.3, 120.5]))
     rate = coning(3.0, 0.5)
     exact = turned(rate, t)[0] / np.diff(t)[:, None]
-    found = means(t, rate(t))
+    found = compute_mean_rates(t, rate(t))
     off = np.abs(found[1:] - exact)
     assert off[3:-3].max() < 4e-4 * np.radians(3.0)
     assert np.abs(0.5 * (rate(t[1:]) + rate(t[:-1])) - exact).max() > 0.015 * np.radians(3.0)
     gap = np.delete(np.arange(len(t)), [100, 101, 102])
-    after = means(t[gap], rate(t)[gap])[100]
+    after = compute_mean_rates(t[gap], rate(t)[gap])[100]
     assert np.abs(after - exact[102]).max() < 0.03 * np.radians(3.0)
 
 
@@ -92,9 +92,9 @@ def checked(name, craft, seeds, mapping=None, worst=4.0):
     found, supported = [], 0
     for seed in seeds:
         telemetry = fly(SCENARIO, MOTIONS[name], seed, craft)
-        calibration = calibrate(SCENARIO, telemetry.frame() if mapping else telemetry, mapping)
+        calibration = calibrate(SCENARIO, telemetry.to_frame() if mapping else telemetry, mapping)
         found.append(normalized(calibration, telemetry))
-        supported += calibration.supported
+        supported += calibration.is_consistent
     check_claimed(found, worst=worst)
     return supported
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.calibration.agreement import ALL
+from mgeo_calibration.calibration.agreement import ALL_STATES
 
 from .flights import PLAN, short
 from .independent import Craft, fly, steady
@@ -30,15 +30,15 @@ def test_a_block_far_from_its_prior_is_named(block):
     """All of it was supported by the innovations, or another sensor was blamed first."""
     craft, sigmas = OFF[block]
     found = calibrated(**craft)
-    assert not found.supported
-    assert found.failures[len(found.causes)].startswith(f"{block} is ")
-    assert found.causes == ()
+    assert not found.is_consistent
+    assert found.failures[len(found.data_faults)].startswith(f"{block} is ")
+    assert found.data_faults == ()
     assert "prior" in found.conclusion.partition(" not support it")[0]
-    row = found.prior_table().loc[block]
+    row = found.build_prior_test_table().loc[block]
     assert row["sigmas"] == pytest.approx(sigmas, rel=0.1)
     assert row["chi_square"] >= row["sigmas"] ** 2 * (1.0 - 1e-9)
     assert row["p"] < 1e-6
-    assert found.prior_table().loc[ALL, "p"] < 1e-6
+    assert found.build_prior_test_table().loc[ALL_STATES, "p"] < 1e-6
     named = [words for words in found.failures if "prior sigmas" in words]
     assert len(named) < len(OFF)
 
@@ -48,12 +48,12 @@ def test_a_second_calibration_is_held_against_the_first():
     """Of the same satellite it is what was believed; of another magnetometer's bias it is not."""
     first = SCENARIO
     telemetry = fly(first, steady(PLAN), 3, duration=1500.0)
-    half = calibrate(first, telemetry.until(800.0))
-    after = half.scenario_after({"duration": 700.0})
+    half = calibrate(first, telemetry.truncate(800.0))
+    after = half.build_followup_scenario({"duration": 700.0})
     rest = dataclasses.replace(telemetry, times=telemetry.times - half.time, truth=None)
     again = calibrate(after, rest)
-    assert "attitude" in again.prior_table().index
-    assert again.supported, again.conclusion
+    assert "attitude" in again.build_prior_test_table().index
+    assert again.is_consistent, again.conclusion
     moved = {**rest.sensors, "mag": rest.sensors["mag"] + np.array([0.0, 60.0, 0.0])}
     other = calibrate(after, dataclasses.replace(rest, sensors=moved))
     assert other.failures[0].startswith("mag.bias is ")
@@ -64,8 +64,8 @@ def test_what_is_not_supported_is_no_start_unless_one_says_so():
     """Neither in Python nor of a file; it was taken without a word."""
     found = calibrated(mag_bias_nt=[5000.0, 0.0, 0.0])
     with pytest.raises(ValueError, match=r"after\.conclusion = .*mag\.bias .*accept_unsupported"):
-        found.scenario_after({"duration": 700.0})
-    after = found.scenario_after({"duration": 700.0, "accept_unsupported": True})
+        found.build_followup_scenario({"duration": 700.0})
+    after = found.build_followup_scenario({"duration": 700.0, "accept_unsupported": True})
     assert after.prior is not None
     with pytest.raises(ValueError, match="accept_unsupported = 1: expected true or false"):
-        found.scenario_after({"accept_unsupported": 1})
+        found.build_followup_scenario({"accept_unsupported": 1})

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
-from mgeo_calibration import TelemetryMapping, calibrate, calibrate_alone, read_telemetry
+from mgeo_calibration import TelemetryMapping, calibrate, calibrate_magnetometers, read_telemetry
 from mgeo_calibration.calibration.document import read_json
 from mgeo_calibration.commands.app import app
 from typer.testing import CliRunner
@@ -49,17 +49,17 @@ def test_the_bias_is_that_of_an_affine_fit_and_what_is_not_white_is_said(
     assert telemetry.times[0] == pytest.approx(-0.542743)  # before the epoch, to a microsecond
     np.testing.assert_allclose(affine, [27600.0, 19700.0, -4300.0], atol=100.0)
     found = calibrate(scenario, telemetry)
-    np.testing.assert_allclose(bias(found.table()), affine, atol=600.0)
-    assert not found.supported
+    np.testing.assert_allclose(bias(found.build_table()), affine, atol=600.0)
+    assert not found.is_consistent
     assert "innovations of mag are not white" in found.conclusion
 
 
 def test_by_strength_alone_it_is_near_and_its_sigmas_are_too_small(scenario, telemetry, affine):
-    found = calibrate_alone(scenario, telemetry)
-    rows = found.table().query("block == 'mag.bias'")
+    found = calibrate_magnetometers(scenario, telemetry)
+    rows = found.build_table().query("block == 'mag.bias'")
     correlation = 0.85  # of residuals one after the other: so much do they say less
     sigma = rows["sigma"].to_numpy() * np.sqrt((1.0 + correlation) / (1.0 - correlation))
-    assert (np.abs(bias(found.table()) - affine) / sigma).max() < 4.0
+    assert (np.abs(bias(found.build_table()) - affine) / sigma).max() < 4.0
     assert "innovations of mag are not white (correlation 0.8" in found.conclusion
     assert "misalignments" in found.notes[0]
 
@@ -75,10 +75,10 @@ def test_a_magnetometer_alone_writes_a_calibration_from_which_a_run_goes_on(tmp_
     assert {"calibration.csv", "calibration.json", "calibration.html"} <= files
     assert "attitude.csv" not in files
     found = read_json(tmp_path / "out" / "calibration.json")
-    after = found.scenario_after({"accept_unsupported": True})
+    after = found.build_followup_scenario({"accept_unsupported": True})
     first = 3 * after.suite.blocks.index("mag.bias")
     carried = 5e4 * after.prior.estimates[first : first + 3]
-    np.testing.assert_allclose(carried, bias(found.table()))
+    np.testing.assert_allclose(carried, bias(found.build_table()))
     assert np.sqrt(np.diag(after.initial_attitude_covariance)).min() > 0.01
 
 

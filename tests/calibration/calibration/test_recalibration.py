@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from mgeo_calibration import calibrate
 from mgeo_calibration.calibration.recalibration import (
-    calibrate_with,
     compare_calibrations,
     describe_noise,
+    recalibrate,
 )
 
 from .faults import MOTION, SCENARIO
@@ -34,9 +34,9 @@ def first(flight):
 @pytest.mark.slow
 def test_scale_factors_and_noise_are_found_and_both_are_compared(flight, first):
     assert first.failures[0].startswith("mag.scale_factor is ")
-    found = calibrate_with(first, flight, ["mag.scale_factor", "noise"])
-    assert found.supported, found.conclusion
-    scale = found.table().set_index("block").loc["mag.scale_factor"]
+    found = recalibrate(first, flight, ["mag.scale_factor", "noise"])
+    assert found.is_consistent, found.conclusion
+    scale = found.build_table().set_index("block").loc["mag.scale_factor"]
     assert np.abs((scale["estimate"] - 1e6 * SCALE) / scale["sigma"]).max() < 4.0
     table = compare_calibrations(first, found).loc["mag.scale_factor"]
     assert table["sigma before"].isna().all()

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Gyro, Scenario
-from mgeo_calibration import CannotCalibrate, calibrate, fly
+from mgeo_calibration import CalibrationError, calibrate, fly
 
 from .flights import PLAN, normalized, short
 
@@ -20,8 +20,8 @@ def with_noise(interval, sigma):
 
 def is_supported(scenario, telemetry):
     try:
-        return calibrate(scenario, telemetry).supported
-    except CannotCalibrate:
+        return calibrate(scenario, telemetry).is_consistent
+    except CalibrationError:
         return False
 
 
@@ -32,7 +32,7 @@ def test_declared_sample_noise_is_that_of_the_estimate(interval):
     chance = np.random.default_rng(2).standard_normal(telemetry.gyro_deg_s.shape)
     noisy = dataclasses.replace(telemetry, gyro_deg_s=telemetry.gyro_deg_s + NOISE * chance)
     declared = calibrate(with_noise(1.0, NOISE), noisy)
-    assert declared.supported
+    assert declared.is_consistent
     nees, z = normalized(declared, telemetry)
     assert nees < 2.0
     assert np.abs(z).max() < 4.0

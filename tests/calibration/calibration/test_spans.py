@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_calibration.calibration.hypotheses import hypotheses
+from mgeo_calibration.calibration.hypotheses import build_hypotheses
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.residuals import compute_filter_estimates, compute_residuals
 from mgeo_calibration.estimation.score import compute_scores
@@ -39,7 +39,7 @@ def said(of, data, at):
     last = compute_last_covariance(found)
     unit = np.sqrt(np.diag(last))
     channel = np.sin(0.3 * data.times)
-    asked = hypotheses(found, {"temperature": channel})
+    asked = build_hypotheses(found, {"temperature": channel})
     tested = compute_scores(found, options(asked))
     scale = np.sqrt(np.diag(tested.information)) + 1e-6
     return {

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from mgeo_attitude import Suite
-from mgeo_calibration.calibration.corrections import uplink
+from mgeo_calibration.calibration.corrections import compute_corrections
 from scipy.spatial.transform import Rotation
 
 from ...attitude.filter.suites import SUITES
@@ -25,7 +25,7 @@ def test_what_is_sent_up_inverts_what_is_measured(name):
     states = rng.uniform(-0.1, 0.1, suite.n_states)
     varying = slice(suite.n_kinematic, suite.n_dynamic)
     states[varying], vectors = 0.0, rng.standard_normal((5, 3))
-    sent = uplink(suite, states)
+    sent = compute_corrections(suite, states)
     for owner in (suite.gyro, *suite.sensors):
         entry = sent[getattr(owner, "name", "gyro")]
         factor = {"deg/s": np.degrees(1.0), "nT": 5e4, "-": 1.0}[entry["unit"]]

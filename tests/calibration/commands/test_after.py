@@ -48,7 +48,7 @@ def test_later_maneuvers_are_searched_anew_flown_and_calibrated(run, flown, tmp_
     )
     front, found = read_front("r"), read_json(calibration)
     assert front.problem.n_var == 8
-    expected = found.scenario_after({"duration": 1200.0, "maneuvers": {"count": 2}})
+    expected = found.build_followup_scenario({"duration": 1200.0, "maneuvers": {"count": 2}})
     assert front.problem.scenario == expected
     assert found.time == 400.0
     run("export", "r", "second.json", "--pick", "best")
@@ -69,7 +69,7 @@ def test_later_maneuvers_are_searched_anew_flown_and_calibrated(run, flown, tmp_
     )
     assert np.abs(x).max() < 4.2
     sigma = [row["sigma"] for row in document["table"]]
-    assert (np.array(sigma)[3:] < found.table()["sigma"].to_numpy()[3:]).all()
+    assert (np.array(sigma)[3:] < found.build_table()["sigma"].to_numpy()[3:]).all()
     assert {p.name for p in Path("c").iterdir()} >= {"calibration.json", "calibration.html"}
 
 
@@ -88,7 +88,7 @@ def test_a_truth_of_another_flight_is_one_line(run, flown, tmp_path, monkeypatch
     document = json.loads((flown / "truth.json").read_text()) | change
     Path("truth.json").write_text(json.dumps(document))
     found = read_json(flown / "calibration" / "calibration.json")
-    plan = ManeuverPlan(found.scenario_after({"duration": 600.0}), PLAN)
+    plan = ManeuverPlan(found.build_followup_scenario({"duration": 600.0}), PLAN)
     write_plan(plan, "second.json")
     error = run("fly", "second.json", "--after", "truth.json", code=2).stderr
     assert error.count("\n") == 1

@@ -56,7 +56,9 @@ def test_files_and_what_a_plan_promised(run, flight, tmp_path):
     assert sorted(path.name for path in out.iterdir()) == sorted(FILES)
     np.testing.assert_array_equal(read_json(out / "calibration.json").states, found.states)
     written = pd.read_csv(out / "calibration.csv", dtype=str)
-    np.testing.assert_array_equal(written["estimate"].astype(float), found.table()["estimate"])
+    np.testing.assert_array_equal(
+        written["estimate"].astype(float), found.build_table()["estimate"]
+    )
     page = (out / "calibration.html").read_text()
     assert f"What the plan predicted for {found.time:.6g} s" in page
     assert 'class="dataframe wrapped"' in page  # what is to be sent up breaks where it must

@@ -10,7 +10,7 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.scenario import Convergence
 from mgeo_calibration.calibration.from_telemetry import calibrate
-from mgeo_calibration.flight.as_flown import END, as_flown
+from mgeo_calibration.flight.as_flown import END_ERROR, compare_with_plan
 from mgeo_calibration.flight.own import fly
 from mgeo_calibration.telemetry.reading import read_telemetry
 
@@ -35,14 +35,14 @@ def test_telemetry_is_what_python_gets_and_truth_has_the_calibration_s_names(run
     text = run("fly", path, "--seed", 3, "--out", out, "--truth", truth).stdout
     assert "601 samples to 600 s of gyro, sun, mag, simulator own" in text
     expected = fly(found.scenario, found, 3)
-    off = as_flown(found, expected).loc[END, "flown"]
+    off = compare_with_plan(found, expected).loc[END_ERROR, "flown"]
     assert re.search(rf"\noff the plan, end +deg +0 +{off:.4g} *\n", text)
     read = read_telemetry(out, found.scenario)
     np.testing.assert_array_equal(read.gyro_deg_s, expected.gyro_deg_s[-len(read.times) :])
     document = json.loads(truth.read_text())
     assert document["states"]["mag.bias"] == expected.truth.states[-1, 15:18].tolist()
     calibration = calibrate(found.scenario, read)
-    table, rows = calibration.table(), document["table"]
+    table, rows = calibration.build_table(), document["table"]
     for key in ("block", "axis", "unit"):
         assert [row[key] for row in rows] == table[key].tolist()
     errors = np.array([row["value"] for row in rows]) - table["estimate"]

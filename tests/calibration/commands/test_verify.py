@@ -9,7 +9,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.scenario.limits import PathConstraint
 from mgeo_calibration import verify
-from mgeo_calibration.flight.as_flown import told
+from mgeo_calibration.flight.as_flown import format_gyro_guidance
 
 from mgeo.report.build import build_report_html, read_verifications
 from mgeo.store.run_folder import read_run
@@ -20,10 +20,10 @@ def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path)
     found = verify(front.plan("best"), n_runs=3, seed=2)
     file = tmp_path / "verification-best.json"
     arguments = ("verify", folder, "--pick", "best", "--runs", "3", "--seed", "2", "--out", file)
-    run(*arguments, code=0 if found.achieved else 3)
-    printed = run(*arguments[:-2], "--json", code=0 if found.achieved else 3).stdout
+    run(*arguments, code=0 if found.is_achieved else 3)
+    printed = run(*arguments[:-2], "--json", code=0 if found.is_achieved else 3).stdout
     assert json.loads(printed) == json.loads(file.read_text())
-    quiet = run(*arguments[:-2], "--quiet", code=0 if found.achieved else 3)
+    quiet = run(*arguments[:-2], "--quiet", code=0 if found.is_achieved else 3)
     assert quiet.stdout + quiet.stderr == ""
     run_too = shutil.copytree(folder, tmp_path / "run")
     shutil.copy(file, run_too)
@@ -81,16 +81,16 @@ def test_a_broken_path_limit_is_told(run, tmp_path):
     plan = ManeuverPlan.from_design(problem, turning)
     write_plan(plan, tmp_path / "plan.json")
     found = verify(plan, n_runs=4, seed=2)
-    (steered, _, open_loop, _) = found.path_limits.loc["Sun off camera"]
+    (steered, _, open_loop, _) = found.path_constraints.loc["Sun off camera"]
     assert steered == open_loop == 100.0  # it turns through the Sun
     arguments = ("verify", tmp_path / "plan.json", "--runs", "4", "--seed", "2")
     text = run(*arguments, code=3).stdout
     assert "path limits broken" in text
     document = json.loads(run(*arguments, "--json", code=3).stdout)
     assert "Sun off camera broken in 100 % of flights" in document["conclusion"]
-    assert f"; {told(found.ends)[0]}" in document["conclusion"]
-    assert told(found.ends)[0] in " ".join(text.split())
-    assert "Sun off camera broken in 100 %" in told(found.ends)[0]
+    assert f"; {format_gyro_guidance(found.gyro_guidance)[0]}" in document["conclusion"]
+    assert format_gyro_guidance(found.gyro_guidance)[0] in " ".join(text.split())
+    assert "Sun off camera broken in 100 %" in format_gyro_guidance(found.gyro_guidance)[0]
     assert document["ends"][2]["as flown"] == "Sun off camera"
     assert document["ends"][2]["broken [%]"] == 100.0
     (row,) = document["path_limits"]

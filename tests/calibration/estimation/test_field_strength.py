@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.sensors.base import scale_noise
-from mgeo_calibration import Telemetry, calibrate, calibrate_alone, fly
+from mgeo_calibration import Telemetry, calibrate, calibrate_magnetometers, fly
 from mgeo_calibration.estimation.field_strength import compute_response_matrix, fit_field_strength
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
@@ -86,16 +86,16 @@ def with_bias(seed, bias):
 def test_a_bias_as_large_as_the_field_is_found(bias):
     """The start is by strength: directions with such a bias in them say that the gyro is wrong."""
     of, telemetry, sent = with_bias(4, bias)
-    found, alone = calibrate(of, telemetry), calibrate_alone(of, telemetry)
+    found, alone = calibrate(of, telemetry), calibrate_magnetometers(of, telemetry)
     first = 3 * found.suite.blocks.index("mag.bias")
     true = sent.truth.states[-1, first : first + 3] * of.sensors[0].telemetry_unit.factor
-    for table in (found.table(), alone.table()):
+    for table in (found.build_table(), alone.build_table()):
         rows = table[table["block"] == "mag.bias"]
         off = (rows["estimate"].to_numpy() - true - bias) / rows["sigma"].to_numpy()
         assert np.abs(off).max() < 5.0
-    assert alone.supported
+    assert alone.is_consistent
     assert len(alone.notes) == 1
     sensors = tuple(scale_noise(sensor, 2.0) for sensor in of.sensors)
-    noisy = calibrate_alone(dataclasses.replace(of, sensors=sensors), telemetry)
-    assert noisy.supported
+    noisy = calibrate_magnetometers(dataclasses.replace(of, sensors=sensors), telemetry)
+    assert noisy.is_consistent
     assert "sigmas are too large by 2" in noisy.notes[1]

@@ -3,14 +3,14 @@
 import numpy as np
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_calibration import FilterSettings
-from mgeo_calibration.flight.flight import Draws, fly_run
+from mgeo_calibration.flight.flight import RandomErrors, simulate_run
 from mgeo_calibration.simulation.flights import evaluate_filter
 
 
 def none(model, n_steps):
     """A run without any error or noise."""
     suite = model.suite
-    return Draws(
+    return RandomErrors(
         np.zeros(suite.n_states),
         np.zeros((n_steps, suite.n_dynamic)),
         np.zeros((n_steps + 1, len(suite.sensors), 3)),
@@ -19,7 +19,7 @@ def none(model, n_steps):
 
 def flown(model, design, draws):
     """What happens."""
-    return fly_run(model, Motion.from_design(model, design, len(draws.gyro_noise)), draws)
+    return simulate_run(model, Motion.from_design(model, design, len(draws.gyro_noise)), draws)
 
 
 def estimated(model, design, samples, draws, estimator=None, truth=None, n_watched=0):

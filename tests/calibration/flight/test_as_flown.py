@@ -9,19 +9,19 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_calibration import fly
 from mgeo_calibration.flight.as_flown import (
-    BROKEN,
-    END,
-    GREATEST,
-    HALF,
-    MOMENTUM,
-    MOST_OF,
-    as_flown,
-    by_gyro,
-    ends,
-    told,
-    values,
+    END_ERROR,
+    MAX_ERROR,
+    MEDIAN_COLUMN,
+    QUANTILE_COLUMN,
+    VIOLATED_COLUMN,
+    WHEEL_MOMENTUM,
+    compare_with_plan,
+    compute_constraint_values,
+    format_gyro_guidance,
+    simulate_gyro_guidance,
+    summarize_gyro_guidance,
 )
-from mgeo_calibration.flight.flight import draw
+from mgeo_calibration.flight.flight import draw_errors
 from mgeo_calibration.telemetry.telemetry import Telemetry
 from scipy.spatial.transform import Rotation
 
@@ -64,11 +64,11 @@ def plan():
 @pytest.mark.slow
 def test_an_own_flight_is_off_by_its_first_attitude(plan):
     telemetry = fly(plan.scenario, plan, 3)
-    found = as_flown(plan, telemetry)
+    found = compare_with_plan(plan, telemetry)
     assert found.attrs["time_s"] == plan.duration
     n = len(plan.attitude)
     off = Rotation.from_matrix(telemetry.truth.attitude[0] @ plan.attitude[0].T).magnitude()
-    assert found.loc[END, "flown"] == pytest.approx(np.degrees(off), rel=1e-9)
+    assert found.loc[END_ERROR, "flown"] == pytest.approx(np.degrees(off), rel=1e-9)
     sun, lit = plan.problem.environment.sun[:n], plan.problem.environment.sunlit[:n]
     body = np.einsum("kij,kj->ki", telemetry.truth.attitude[:n], sun)[lit]
     least = np.degrees(np.arccos(body[:, 0])).min()
@@ -77,27 +77,27 @@ def test_an_own_flight_is_off_by_its_first_attitude(plan):
     assert found.loc["Sun in array", "flown"] == pytest.approx(greatest, abs=0.01)
     array = found.loc["Sun in array", ["bound", "limit", "kept"]].tolist()
     assert array == ["at most", 179.9, True]
-    shorter = as_flown(plan, telemetry.until(200.0))
+    shorter = compare_with_plan(plan, telemetry.truncate(200.0))
     with pytest.raises(ValueError, match="no sample until nan s"):
-        telemetry.until(float("nan"))
+        telemetry.truncate(float("nan"))
     assert shorter.attrs["time_s"] == 200.0
     with pytest.raises(ValueError, match="telemetry has no truth"):
-        as_flown(plan, dataclasses.replace(telemetry, truth=None))
+        compare_with_plan(plan, dataclasses.replace(telemetry, truth=None))
 
 
 def test_flights_by_their_gyros_are_told(plan):
-    found = ends(plan, 12, 2)
-    assert (found["plan"][[END, GREATEST]] == 0.0).all()
-    assert found.loc[END, MOST_OF] > found.loc[END, HALF] > 1.0
+    found = summarize_gyro_guidance(plan, 12, 2)
+    assert (found["plan"][[END_ERROR, MAX_ERROR]] == 0.0).all()
+    assert found.loc[END_ERROR, QUANTILE_COLUMN] > found.loc[END_ERROR, MEDIAN_COLUMN] > 1.0
     camera = found.loc["Sun off camera"]
-    assert camera[MOST_OF] < camera[HALF]  # what nine of ten stay above
-    assert np.isnan(found.loc[END, BROKEN])
-    (line,) = told(found)
-    assert f"9 of 10 less than {found.loc[END, MOST_OF]:.3g} deg" in line
+    assert camera[QUANTILE_COLUMN] < camera[MEDIAN_COLUMN]  # what nine of ten stay above
+    assert np.isnan(found.loc[END_ERROR, VIOLATED_COLUMN])
+    (line,) = format_gyro_guidance(found)
+    assert f"9 of 10 less than {found.loc[END_ERROR, QUANTILE_COLUMN]:.3g} deg" in line
     nearer = LIMITS[0] | {"half_angle_deg": camera["plan"] - 0.5}
     tight = planned(path_limits=[nearer, LIMITS[1]])
     assert tight.violations() == []
-    (line,) = told(ends(tight, 12, 2))
+    (line,) = format_gyro_guidance(summarize_gyro_guidance(tight, 12, 2))
     assert "; Sun off camera broken in " in line
 
 
@@ -106,18 +106,18 @@ def test_flights_by_their_gyros_are_told(plan):
 @pytest.mark.skipif(importlib.util.find_spec("Basilisk") is None, reason="needs bsk")
 def test_basilisk_ends_where_the_gyro_leads():
     """Of 5 to 20 deg, though the plan keeps all; the same errors, but noise of its own."""
-    from mgeo_calibration.flight.basilisk.fly import fly
+    from mgeo_calibration.flight.basilisk.fly import simulate_telemetry
 
     plan, off = planned(0.02), []
     assert plan.violations() == []
     model, n = plan.problem.model, len(plan.attitude) - 1
     for seed in (0, 3):
-        telemetry: Telemetry = fly(plan.scenario, plan, seed)
-        found = as_flown(plan, telemetry)["flown"]
-        draws = draw(model, n, np.random.default_rng(seed))
-        own = values(plan, by_gyro(plan, model, draws, n))
-        off.append(found[END])
-        assert found[END] == pytest.approx(own[END], rel=0.03, abs=0.3)
+        telemetry: Telemetry = simulate_telemetry(plan.scenario, plan, seed)
+        found = compare_with_plan(plan, telemetry)["flown"]
+        draws = draw_errors(model, n, np.random.default_rng(seed))
+        own = compute_constraint_values(plan, simulate_gyro_guidance(plan, model, draws, n))
+        off.append(found[END_ERROR])
+        assert found[END_ERROR] == pytest.approx(own[END_ERROR], rel=0.03, abs=0.3)
         assert found["Sun off camera"] == pytest.approx(own["Sun off camera"], abs=0.6)
-        assert found[MOMENTUM] == pytest.approx(own[MOMENTUM], rel=0.02)
+        assert found[WHEEL_MOMENTUM] == pytest.approx(own[WHEEL_MOMENTUM], rel=0.02)
     assert max(off) > 5.0

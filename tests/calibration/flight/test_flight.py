@@ -17,7 +17,7 @@ from mgeo_attitude.environment.sun_moon import sun_position, visible_sun_fractio
 from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverBounds
 from mgeo_calibration import calibrate
-from mgeo_calibration.flight.flight import at_rest, draw
+from mgeo_calibration.flight.flight import discretize_at_rest, draw_errors
 from mgeo_calibration.flight.own import fly
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -72,7 +72,7 @@ def test_attitudes_of_truth_and_dead_reckoning_are_integrated_kinematics(model):
     blind = dataclasses.replace(model, suite=suite, available=np.zeros_like(model.available))
     theta, bias = np.array([0.3, -0.2, 0.1]), np.array([2e-3, -1e-3, 3e-3])
     draws = none(blind, DURATION)
-    draws.errors[:3], draws.errors[3:6] = theta, bias
+    draws.initial_errors[:3], draws.initial_errors[3:6] = theta, bias
     record = estimated(blind, PLAN, np.array([0, DURATION]), draws)
 
     np.testing.assert_allclose(record.errors[0, 0, :6], [*theta, *bias], rtol=1e-14)
@@ -91,7 +91,7 @@ def test_gyro_noise_is_the_markov_process_of_equation_2():
         Scenario.paper().gyro, bias_decay=0.3, rate_random_walk=0.02, initial_bias_deg_s=1.0
     )
     model = FilterModel.from_scenario(short(Scenario.paper(), gyro=gyro, step=0.5))
-    F, Q = at_rest(model)
+    F, Q = discretize_at_rest(model)
     A = np.array([[0.0, -1.0], [0.0, -0.3]])
     D = np.diag([(np.radians(gyro.angle_random_walk_deg_per_sqrt_h) / 60.0) ** 2, 0.02**2])
     nodes, weights = np.polynomial.legendre.leggauss(20)
@@ -104,7 +104,7 @@ def test_gyro_noise_is_the_markov_process_of_equation_2():
         np.testing.assert_allclose(F[np.ix_(pair, pair)], expm(A * 0.5), rtol=1e-12)
         np.testing.assert_allclose(Q[np.ix_(pair, pair)], expected, rtol=1e-12)
 
-    drawn = draw(model, 40_000, np.random.default_rng(3)).gyro_noise
+    drawn = draw_errors(model, 40_000, np.random.default_rng(3)).process_noise
     sample = drawn.T @ drawn / len(drawn)
     scale = np.sqrt(np.outer(np.diag(Q), np.diag(Q)))
     # the standard deviation of an entry is at most sqrt(2 / 40000) of its scale: 0.7 %
@@ -116,7 +116,7 @@ def test_errors_of_sensors_are_ornstein_uhlenbeck_processes():
     """Stationary, with the autocovariance σ² exp(-t / τ) of the closed form, and independent."""
     world = EnvironmentErrors(albedo=0.05, albedo_correlation_time=15.0, field_error_nt=80)
     model = FilterModel.from_scenario(short(Scenario.paper(), world=world, step=2.0))
-    F, Q = at_rest(model)
+    F, Q = discretize_at_rest(model)
     expected = np.repeat([np.exp(-2.0 / 15.0), np.exp(-2.0 / 300.0)], 3)
     np.testing.assert_allclose(np.diag(F)[6:], expected, rtol=1e-13)
     variances = np.repeat([0.05**2, (80.0 / 50_000.0) ** 2], 3)
@@ -124,7 +124,7 @@ def test_errors_of_sensors_are_ornstein_uhlenbeck_processes():
 
     n, runs = DURATION // 2, 600
     flights = [
-        flown(model, PLAN, draw(model, n, generator)).gyro[:, 3:6]
+        flown(model, PLAN, draw_errors(model, n, generator)).varying_states[:, 3:6]
         for generator in np.random.default_rng(6).spawn(runs)
     ]
     samples = np.moveaxis(np.array(flights), 1, 0).reshape(n + 1, -1)  # of 1800 processes
@@ -160,8 +160,8 @@ def test_an_orbit_error_moves_the_eclipse_of_a_flight_and_calibration_does_not_m
     noise = np.random.default_rng(1).normal(0.0, np.radians(0.5), (dark.sum(), 3))
     sent.sensors["sun"][dark] = noise
     made = calibrate(scenario, sent)
-    assert made.supported
-    assert not made.rejected
+    assert made.is_consistent
+    assert not made.outliers
 
 
 def test_sensors_measure_where_they_see():
@@ -172,7 +172,7 @@ def test_sensors_measure_where_they_see():
     available[50:80, 0] = False
     seen = dataclasses.replace(seen, available=available)
     draws = none(seen, DURATION)
-    draws.errors[:3] = theta = np.array([0.5, 0.8, -0.3])
+    draws.initial_errors[:3] = theta = np.array([0.5, 0.8, -0.3])
     record = estimated(seen, PLAN, np.arange(DURATION + 1), draws)
     expected = []
     for k in range(1, DURATION + 1):
@@ -196,15 +196,15 @@ def test_readings_are_those_of_rotated_vectors(pointing):
     assert (begun == np.eye(3)).all() == (pointing == "inertial")
     plan = [attitude(body_rates, np.eye(3), t) for t in (1, 100, DURATION)]
     for generator in np.random.default_rng(5).spawn(2):
-        draws = draw(model, DURATION, generator)
-        flight, x = flown(model, PLAN, draws), draws.errors
+        draws = draw_errors(model, DURATION, generator)
+        flight, x = flown(model, PLAN, draws), draws.initial_errors
         for k, planned in zip((1, 100, DURATION), plan, strict=True):
             C = planned @ as_scipy(-x[:3]).as_matrix() @ begun
-            found = flight.motion.attitude[k] @ flight.start
+            found = flight.motion.attitude[k] @ flight.initial_rotation
             np.testing.assert_allclose(found, C, rtol=0, atol=1e-9)
             for index, first in ((0, 6), (1, 12)):
                 seen = as_scipy(x[first : first + 3]).apply(C @ model.references[k, index])
-                seen += x[first + 3 : first + 6] + draws.noise[k, index]
+                seen += x[first + 3 : first + 6] + draws.measurement_noise[k, index]
                 found = flight.readings.sensors[index][k, 0]
                 np.testing.assert_allclose(found, seen, rtol=0, atol=1e-9)
         assert np.isnan(flight.readings.sensors[0][0]).all()  # the start is what is believed

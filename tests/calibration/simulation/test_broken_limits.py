@@ -46,12 +46,12 @@ def test_counts_are_those_of_the_errors():
     model = FilterModel.from_scenario(scenario(*cones))
     blind = dataclasses.replace(model, available=np.zeros_like(model.available))
     draws = none(blind, STEPS)
-    draws.errors[:6] = [0.1, -0.15, 0.05, 1e-3, -5e-4, 8e-4]  # attitude and gyro bias
+    draws.initial_errors[:6] = [0.1, -0.15, 0.05, 1e-3, -5e-4, 8e-4]  # attitude and gyro bias
     record = estimated(blind, PLAN, np.arange(STEPS + 1), draws, n_watched=200)
 
     plan = Motion.from_design(blind, PLAN, STEPS).attitude[:200]
     errors = np.array([as_scipy(-e[:3]).as_matrix() for e in record.errors[0, :200]])
-    start = as_scipy(-draws.errors[:3]).as_matrix()
+    start = as_scipy(-draws.initial_errors[:3]).as_matrix()
     environment = AttitudeManeuverProblem(scenario()).environment
     position = environment.position[:200]
     distance = np.linalg.norm(position, axis=1)

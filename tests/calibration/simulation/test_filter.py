@@ -9,7 +9,7 @@ from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence
 from mgeo_calibration import FilterSettings
 from mgeo_calibration.estimation.innovation import Estimate
-from mgeo_calibration.flight.flight import draw
+from mgeo_calibration.flight.flight import draw_errors
 from mgeo_calibration.simulation.filter import ErrorStateFilter
 
 from ..flight import runs
@@ -37,7 +37,9 @@ def flown(request):
     narrow = dataclasses.replace(sun, boresight=tuple(ahead), half_angle_deg=20.0)
     model = FilterModel.from_scenario(dataclasses.replace(scenario, sensors=(narrow, *others)))
     generators = np.random.default_rng(8).spawn(RUNS)
-    flights = [runs.flown(model, PLAN, draw(model, STEPS, generator)) for generator in generators]
+    flights = [
+        runs.flown(model, PLAN, draw_errors(model, STEPS, generator)) for generator in generators
+    ]
     return model, [flight.readings for flight in flights], flights[0].motion.rates
 
 

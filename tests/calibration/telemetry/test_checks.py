@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
 from mgeo_calibration import Telemetry, TelemetryMapping, fly, read_telemetry
-from mgeo_calibration.telemetry.checks import find_all
+from mgeo_calibration.telemetry.checks import describe_findings
 from mgeo_calibration.telemetry.mapping import PositionChannels
 
 from ..calibration.flights import PLAN, short
@@ -79,7 +79,7 @@ def with_bias(offset, sigma):
     scenario = dataclasses.replace(
         PAPER, sensors=(sun, dataclasses.replace(mag, initial_bias_nt=sigma))
     )
-    frame = fly(PAPER, PLAN, 1).frame()
+    frame = fly(PAPER, PLAN, 1).to_frame()
     return scenario, frame.assign(mag_z=frame["mag_z"] + offset)
 
 
@@ -93,8 +93,8 @@ def test_a_declared_offset_of_the_magnetometer_is_no_other_unit():
 def test_a_declared_offset_of_the_gyro_is_no_other_unit(frame):
     offset = frame.assign(gyro_x=frame["gyro_x"] + 4.0)
     wide = dataclasses.replace(PAPER, gyro=dataclasses.replace(PAPER.gyro, initial_bias_deg_s=5.0))
-    assert find_all(wide, read_telemetry(offset, wide))["rates against vectors"] == ()
-    words = find_all(PAPER, read_telemetry(offset, PAPER))["rates against vectors"][0]
+    assert describe_findings(wide, read_telemetry(offset, wide))["rates against vectors"] == ()
+    words = describe_findings(PAPER, read_telemetry(offset, PAPER))["rates against vectors"][0]
     assert "gyro.unit" in words
     assert "initial_bias_deg_s" in words
 
@@ -102,11 +102,11 @@ def test_a_declared_offset_of_the_gyro_is_no_other_unit(frame):
 @pytest.mark.parametrize("factor", [np.pi / 180.0, 180.0 / np.pi, 3600.0, 1e-3])
 def test_rates_of_another_unit_contradict_the_vectors(telemetry, factor):
     wrong = dataclasses.replace(telemetry, gyro_deg_s=factor * telemetry.gyro_deg_s)
-    assert "declare gyro.unit" in find_all(PAPER, wrong)["rates against vectors"][0]
+    assert "declare gyro.unit" in describe_findings(PAPER, wrong)["rates against vectors"][0]
 
 
 def test_nothing_is_found_in_a_healthy_flight(telemetry):
-    assert not any(find_all(PAPER, telemetry).values())
+    assert not any(describe_findings(PAPER, telemetry).values())
 
 
 def test_samples_that_are_repeated_or_frozen_are_found():
@@ -120,7 +120,7 @@ def test_samples_that_are_repeated_or_frozen_are_found():
     ):
         sensors = {"mag": rows, "sun": vectors / 4e4}
         read = Telemetry(times=times, gyro_deg_s=rng.standard_normal((400, 3)), sensors=sensors)
-        (found,) = find_all(PAPER, read)["repeated samples"]
+        (found,) = describe_findings(PAPER, read)["repeated samples"]
         assert found.startswith(words)
 
 
@@ -134,13 +134,13 @@ def test_fill_values_and_clipped_channels_are_found(telemetry):
         (clipped, "never above, expected a channel that is not clipped"),
     ):
         wrong = dataclasses.replace(telemetry, sensors=telemetry.sensors | {"mag": rows})
-        (found,) = find_all(PAPER, wrong)["repeated numbers"]
+        (found,) = describe_findings(PAPER, wrong)["repeated numbers"]
         assert words in found
 
 
 def test_a_field_of_another_time_is_found_with_the_sample(telemetry):
     later = dataclasses.replace(telemetry, times=telemetry.times + 1500.0)
-    (found,) = find_all(PAPER, later)["field strength against time"]
+    (found,) = describe_findings(PAPER, later)["field strength against time"]
     assert found.startswith("mag at time ")
     assert "time_system" in found
 

@@ -131,7 +131,7 @@ def test_counts_with_scale_and_offset(frame, telemetry):
     found = read_telemetry(own, TRACKED, mapping)
     np.testing.assert_allclose(found.sensors["mag"], telemetry.sensors["mag"], rtol=0, atol=3.51)
     np.testing.assert_allclose(found.gyro_deg_s, telemetry.gyro_deg_s, rtol=0, atol=0.51 / 8e3)
-    np.testing.assert_allclose(found.step_of("mag"), 7.0)
+    np.testing.assert_allclose(found.find_quantization_steps("mag"), 7.0)
     wrong = TelemetryMapping(sensors=(SensorChannels(name="mag", scale=(1.0, 2.0)),))
     with pytest.raises(InvalidValue, match=r"mag\.scale = .*: expected one number or 3"):
         read_telemetry(own, TRACKED, wrong)
@@ -144,7 +144,7 @@ def test_photodiodes_as_angles():
     )
     scenario = dataclasses.replace(PAPER, sensors=(*PAPER.sensors, *sensors))
     telemetry = fly(scenario, PLAN, 1)
-    frame = telemetry.frame()
+    frame = telemetry.to_frame()
     for name in ("px", "py"):
         frame[name] = np.degrees(np.arccos(np.clip(frame[name], -1.0, 1.0)))
     mapping = TelemetryMapping(

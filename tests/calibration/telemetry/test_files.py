@@ -61,7 +61,7 @@ def test_a_table_reads_as_it_was_flown(telemetry, frame, tmp_path, name):
     path = tmp_path / "t.txt"
     path.write_bytes(WRITERS[name](frame.to_csv(index=False)))
     found = read_telemetry(path, PAPER)
-    pd.testing.assert_frame_equal(found.frame(), telemetry.frame(), check_exact=True)
+    pd.testing.assert_frame_equal(found.to_frame(), telemetry.frame(), check_exact=True)
 
 
 def test_units_of_a_row_count_unless_the_mapping_says_others(telemetry, frame, tmp_path):
@@ -137,11 +137,13 @@ def test_without_a_gyro_axes_that_are_held_say_the_rate(telemetry, frame):
     own = frame.drop(columns=["gyro_x", "gyro_y", "gyro_z"])
     with pytest.raises(ValueError, match="missing columns gyro_x"):
         read_telemetry(own, PAPER)
-    at_rest = read_telemetry(own, PAPER, TelemetryMapping(gyro=GyroChannels(holds="inertial")))
+    at_rest = read_telemetry(
+        own, PAPER, TelemetryMapping(gyro=GyroChannels(reference_axes="inertial"))
+    )
     assert not at_rest.gyro_deg_s.any()
     # LVLH of the orbit's positions one after the other: how it turns from sample to sample
     turned = ((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    of_lvlh = GyroChannels(holds="lvlh", dcm=turned, rotation="sensor-to-body")
+    of_lvlh = GyroChannels(reference_axes="lvlh", dcm=turned, rotation="sensor-to-body")
     found = read_telemetry(own, PAPER, TelemetryMapping(gyro=of_lvlh)).gyro_deg_s
     r = np.array(Environment.from_times(PAPER, telemetry.times).position)
     r /= np.linalg.norm(r, axis=1)[:, None]
@@ -149,7 +151,7 @@ def test_without_a_gyro_axes_that_are_held_say_the_rate(telemetry, frame):
     np.testing.assert_allclose(found[1:, 0], -steps, rtol=1e-6)
     assert not found[:, 1:].any()
     with pytest.raises(InvalidValue, match="holds says that there is no gyro"):
-        GyroChannels(holds="lvlh", unit="rad/s")
+        GyroChannels(reference_axes="lvlh", unit="rad/s")
 
 
 def test_positions_with_a_gap_at_their_own_rate():
@@ -157,13 +159,13 @@ def test_positions_with_a_gap_at_their_own_rate():
     of = short(Scenario.paper(), 1200.0)
     flown = fly(of, PLAN, 1)
     truth = Environment.from_times(of, flown.times).position
-    own = flown.frame()
+    own = flown.to_frame()
     own[["position_x", "position_y", "position_z"]] = truth
     known = np.arange(1201) % 60 == 0
     known[300:380] = False
     own.loc[~known, ["position_x", "position_y", "position_z"]] = np.nan
     found = read_telemetry(own, of)
-    off = np.linalg.norm(found.positions(flown.times) - truth, axis=1)
+    off = np.linalg.norm(found.interpolate_positions(flown.times) - truth, axis=1)
     assert off.max() < 50.0
     vectors = build_batch(of, found).vectors
     expected = build_batch(of, flown).vectors

@@ -9,7 +9,7 @@ import pytest
 from mgeo_attitude import Scenario, StarTracker
 from mgeo_attitude.plan import ManeuverPlan, format_aem, format_stk, to_csv
 from mgeo_calibration import TelemetryMapping, calibrate, fly, read_telemetry
-from mgeo_calibration.calibration.corrections import uplink
+from mgeo_calibration.calibration.corrections import compute_corrections
 from mgeo_calibration.calibration.document import from_json, to_json
 from mgeo_calibration.telemetry.mapping import SensorChannels
 from scipy.spatial.transform import Rotation
@@ -52,7 +52,7 @@ def test_mountings_sent_up_are_those_of_a_mapping(telemetry, mounting):
     """A sensor with errors is read without them by the numbers that are sent up for it."""
     suite, rng = TRACKED.suite, np.random.default_rng(2)
     states = 0.1 * rng.standard_normal(suite.n_states)
-    entry = json.loads(json.dumps(uplink(suite, states)))["mag"]
+    entry = json.loads(json.dumps(compute_corrections(suite, states)))["mag"]
     frame, true = telemetry.frame(), telemetry.sensors["mag"]
     frame[["mag_x", "mag_y", "mag_z"]] = true @ np.array(entry["dcm"]).T + entry["bias"]
     back = Rotation.from_matrix(entry["dcm"]).inv().apply(-np.array(entry["bias"]))
@@ -66,7 +66,7 @@ def test_mountings_sent_up_are_those_of_a_mapping(telemetry, mounting):
 
 def test_telemetry_of_a_flight_reads_back_and_is_the_true_attitude(telemetry):
     found = read_telemetry(telemetry.frame(), TRACKED)
-    pd.testing.assert_frame_equal(found.frame(), telemetry.frame(), check_exact=True)
+    pd.testing.assert_frame_equal(found.to_frame(), telemetry.frame(), check_exact=True)
     q = found.sensors["tracker"][1:]
     reported = Rotation.from_quat(q).inv().as_matrix()
     assert angle(reported, telemetry.truth.attitude[1:]) < np.radians(1.0)  # it is misaligned
@@ -83,7 +83,7 @@ def test_attitudes_of_a_calibration_are_those_of_a_star_tracker(telemetry, calib
 
 def test_a_calibration_file_starts_the_next_run_at_its_attitude(telemetry, calibration):
     read = from_json(to_json(calibration))
-    after = read.scenario_after({"accept_unsupported": True})
+    after = read.build_followup_scenario({"accept_unsupported": True})
     assert angle(after.prior.attitude, telemetry.truth.attitude[-1]) < np.radians(0.5)
 
 

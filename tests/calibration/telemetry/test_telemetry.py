@@ -49,8 +49,8 @@ def test_between_samples_of_a_sensor_there_is_nothing():
     for name, every in (("sun", 4.0), ("mag", 6.0)):
         seen = telemetry.times[np.isfinite(telemetry.sensors[name][:, 0])]
         np.testing.assert_array_equal(seen, np.arange(every, 301.0, every))
-        assert telemetry.frame()[f"{name}_x"].isna().sum() == 151 - len(seen)
-    same(read_telemetry(telemetry.frame(), of), telemetry)
+        assert telemetry.to_frame()[f"{name}_x"].isna().sum() == 151 - len(seen)
+    same(read_telemetry(telemetry.to_frame(), of), telemetry)
 
 
 def test_rows_of_any_order_that_repeat_or_hold_one_sensor_each(scenario, frame, telemetry):

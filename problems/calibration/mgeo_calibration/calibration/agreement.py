@@ -11,7 +11,7 @@ import pandas as pd
 from mgeo_attitude._typing import Floats
 from scipy.special import chdtrc, gammaincinv, ndtri
 
-from mgeo_calibration.calibration.corrections import unit_of_innovations
+from mgeo_calibration.calibration.corrections import find_innovation_unit
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import Fit
 from mgeo_calibration.estimation.linearization import compute_innovations
@@ -22,14 +22,14 @@ from mgeo_calibration.estimation.trajectory import Trajectory
 #: Probability that at least one test of a healthy calibration fails.
 SIGNIFICANCE = 0.01
 #: Lags, in readings of a sensor, at which innovations are tested for correlation.
-LAGS = 5
+N_LAGS = 5
 #: Largest fraction of a sensor's readings that may be outliers.
-MOST_REJECTED = 0.05
+MAX_OUTLIER_FRACTION = 0.05
 #: Ratio of the rms of a varying error to its declared 1-sigma below which the declared 1-sigma is
 #: reported as too large.
-_SMALL = 0.5
+_MIN_RMS_RATIO = 0.5
 #: Block name of the test of all states together.
-ALL = "all"
+ALL_STATES = "all"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,30 +58,30 @@ class SensorTest:
     """
 
     sensor: str
-    readings: int
-    rejected: int
+    n_readings: int
+    n_outliers: int
     nis: float
     nis_low: float
     nis_high: float
     correlation: float
     correlation_bound: float
     unit: str
-    noise: float
-    before: float
-    after: float
+    rms_noise: float
+    rms_before: float
+    rms_after: float
 
     @property
-    def excess(self) -> float:
+    def variance_ratio(self) -> float:
         """Ratio of actual to predicted variance of the mean of neighboring innovations."""
         correlated = self.correlation if self.correlation > self.correlation_bound else 0.0
-        return self.nis * (1.0 + 2.0 * LAGS * correlated)
+        return self.nis * (1.0 + 2.0 * N_LAGS * correlated)
 
     @property
-    def is_cautious(self) -> bool:
+    def has_negative_correlation(self) -> bool:
         """True if varying errors are declared larger than the innovations show."""
         return self.correlation < -self.correlation_bound
 
-    def failures(self) -> list[str]:
+    def describe_failures(self) -> list[str]:
         """Describe the tests that fail."""
         result = []
         if not self.nis <= self.nis_high:
@@ -89,32 +89,34 @@ class SensorTest:
                 f"{self.sensor} scatters more than its noise (NIS {self.nis:.3f}, expected "
                 f"{self.nis_low:.3f} to {self.nis_high:.3f})"
             )
-        if not self.correlation <= self.correlation_bound and not self.excess <= 1.0:
+        if not self.correlation <= self.correlation_bound and not self.variance_ratio <= 1.0:
             result.append(
                 f"innovations of {self.sensor} are not white (correlation {self.correlation:.3f}, "
                 f"expected at most {self.correlation_bound:.3f})"
             )
-        if self.rejected > MOST_REJECTED * self.readings:
-            share = 100.0 * self.rejected / self.readings
+        if self.n_outliers > MAX_OUTLIER_FRACTION * self.n_readings:
+            share = 100.0 * self.n_outliers / self.n_readings
             result.append(f"{share:.2g} % of {self.sensor} are outliers")
         return result
 
-    def notes(self) -> list[str]:
+    def describe_excess_noise(self) -> list[str]:
         """Describe noise declared too large, which inflates the 1-sigmas of the estimates."""
-        if self.nis >= self.nis_low or self.is_cautious:
+        if self.nis >= self.nis_low or self.has_negative_correlation:
             return []
         less = float(np.sqrt(self.nis))
         angle = self.unit == "-"  # of a unit vector
-        unit, said = ("deg", np.degrees(self.noise)) if angle else (self.unit, self.noise)
+        unit, said = ("deg", np.degrees(self.rms_noise)) if angle else (self.unit, self.rms_noise)
         return [
             f"{self.sensor}: sigmas are too large by {1.0 / less:.3g}; measured {less * said:.3g} "
             f"{unit}, the scenario says {said:.3g}"
         ]
 
 
-def caution_notes(solution: Solution, tests: Iterable[SensorTest]) -> tuple[str, ...]:
+def describe_overestimated_errors(
+    solution: Solution, tests: Iterable[SensorTest]
+) -> tuple[str, ...]:
     """Describe varying errors that are declared larger than telemetry shows."""
-    cautious = [test for test in tests if test.is_cautious]
+    cautious = [test for test in tests if test.has_negative_correlation]
     if not cautious:
         return ()
     suite, states = solution.batch.suite, solution.estimate.states
@@ -125,7 +127,7 @@ def caution_notes(solution: Solution, tests: Iterable[SensorTest]) -> tuple[str,
             _compute_rms(np.array(process.sigma)),
             _compute_rms(states[:, first : first + 3]),
         )
-        if rms < _SMALL * declared:
+        if rms < _MIN_RMS_RATIO * declared:
             result.append(
                 f"{block} is declared with {unit.factor * declared:.3g} {unit.text}; telemetry "
                 f"shows at most {unit.factor * rms:.2g}"
@@ -135,7 +137,7 @@ def caution_notes(solution: Solution, tests: Iterable[SensorTest]) -> tuple[str,
     return (f"innovations of {names} correlate negatively, sigmas are too large: {causes}",)
 
 
-def nis_bounds(count: int, tests: float) -> tuple[float, float]:
+def compute_nis_bounds(n_values: int, n_tests: float) -> tuple[float, float]:
     """Return the acceptance interval of the mean of squared standard normal numbers.
 
     Parameters
@@ -145,12 +147,12 @@ def nis_bounds(count: int, tests: float) -> tuple[float, float]:
     tests : float
         Number of tests that share the significance level.
     """
-    tail = 0.5 * SIGNIFICANCE / tests
-    low, high = 2.0 * gammaincinv(0.5 * count, [tail, 1.0 - tail]) / count
+    tail = 0.5 * SIGNIFICANCE / n_tests
+    low, high = 2.0 * gammaincinv(0.5 * n_values, [tail, 1.0 - tail]) / n_values
     return float(low), float(high)
 
 
-def correlation_bound(count: int, tests: float) -> float:
+def compute_correlation_bound(n_values: int, n_tests: float) -> float:
     """Return the bound of the largest of `LAGS` autocorrelations of white noise.
 
     Parameters
@@ -160,20 +162,24 @@ def correlation_bound(count: int, tests: float) -> float:
     tests : float
         Number of tests that share the significance level.
     """
-    return float(-ndtri(0.5 * SIGNIFICANCE / tests / LAGS) / np.sqrt(count))
+    return float(-ndtri(0.5 * SIGNIFICANCE / n_tests / N_LAGS) / np.sqrt(n_values))
 
 
-def greatest_correlation(innovations: Innovations) -> float:
+def compute_max_autocorrelation(innovations: Innovations) -> float:
     """Return the autocorrelation of largest magnitude over all lags, averaged over components."""
     w: Floats = innovations.whitened_values
     variance = (w * w).mean() if len(w) else 1.0
     result = [
-        float((w[lag:] * w[:-lag]).mean() / variance) for lag in range(1, LAGS + 1) if len(w) > lag
+        float((w[lag:] * w[:-lag]).mean() / variance)
+        for lag in range(1, N_LAGS + 1)
+        if len(w) > lag
     ]
     return max(result, key=abs, default=0.0)
 
 
-def sensor_tests(found: Fit, past: FilterEstimates, n_tests: float) -> tuple[SensorTest, ...]:
+def run_sensor_tests(
+    fit_result: Fit, filter_results: FilterEstimates, n_tests: float
+) -> tuple[SensorTest, ...]:
     """Return the tests of all sensors with readings.
 
     Parameters
@@ -184,31 +190,34 @@ def sensor_tests(found: Fit, past: FilterEstimates, n_tests: float) -> tuple[Sen
     n_tests : float
         Number of tests that share the significance level.
     """
-    suite, tests = found.batch.suite, []
-    at = found.solution.estimate
+    suite, tests = fit_result.batch.suite, []
+    at = fit_result.solution.estimate
     aligned = Trajectory(at.attitude, np.zeros_like(at.states))
-    for index, (sensor, each) in enumerate(zip(suite.sensors, past.innovations, strict=True)):
+    for index, (sensor, each) in enumerate(
+        zip(suite.sensors, filter_results.innovations, strict=True)
+    ):
         if not len(each.samples):
             continue
-        unit = unit_of_innovations(sensor)
-        count, rejected = each.whitened_values.size, int(found.is_rejected[index].sum())
-        low, high = nis_bounds(count, n_tests)
-        before = compute_innovations(found.batch, index, aligned)
+        unit = find_innovation_unit(sensor)
+        count, rejected = each.whitened_values.size, int(fit_result.is_rejected[index].sum())
+        low, high = compute_nis_bounds(count, n_tests)
+        before = compute_innovations(fit_result.batch, index, aligned)
         tests.append(
             SensorTest(
                 sensor=sensor.name,
-                readings=len(each.samples) + rejected,
-                rejected=rejected,
+                n_readings=len(each.samples) + rejected,
+                n_outliers=rejected,
                 nis=float((each.whitened_values**2).mean()),
                 nis_low=low,
                 nis_high=high,
-                correlation=greatest_correlation(each),
-                correlation_bound=correlation_bound(count, n_tests),
+                correlation=compute_max_autocorrelation(each),
+                correlation_bound=compute_correlation_bound(count, n_tests),
                 unit=unit.text,
-                noise=unit.factor * _compute_rms(found.batch.noise[index, : before.shape[1]]),
-                before=unit.factor * _compute_rms(before[each.samples]),
-                after=unit.factor
-                * _compute_rms(found.residuals.values[index, each.samples, : before.shape[1]]),
+                rms_noise=unit.factor
+                * _compute_rms(fit_result.batch.noise[index, : before.shape[1]]),
+                rms_before=unit.factor * _compute_rms(before[each.samples]),
+                rms_after=unit.factor
+                * _compute_rms(fit_result.residuals.values[index, each.samples, : before.shape[1]]),
             )
         )
     return tuple(tests)
@@ -237,56 +246,56 @@ class PriorTest:
 
     block: str
     chi_square: float
-    freedom: int
-    sigmas: float
+    degrees_of_freedom: int
+    max_deviation_sigmas: float
     p: float
-    p_least: float
+    significance_level: float
 
     @property
-    def fails(self) -> bool:
+    def is_failed(self) -> bool:
         """True if the estimate contradicts the prior."""
-        return self.p < self.p_least
+        return self.p < self.significance_level
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         """Description of the difference from the prior."""
-        off = beyond(self.chi_square, self.freedom, self.p)
-        if self.block == ALL:
+        off = format_chi_square(self.chi_square, self.degrees_of_freedom, self.p)
+        if self.block == ALL_STATES:
             return f"the estimate contradicts the prior {off}"
-        return f"{self.block} is {self.sigmas:.3g} prior sigmas from its prior {off}"
+        return f"{self.block} is {self.max_deviation_sigmas:.3g} prior sigmas from its prior {off}"
 
 
-def beyond(chi_square: float, freedom: int, p: float) -> str:
+def format_chi_square(chi_square: float, degrees_of_freedom: int, p: float) -> str:
     """Format a chi-square with its degrees of freedom and p-value."""
     chance = f"p = {p:.1g}" if p > 1e-300 else "p < 1e-300"
-    return f"(chi-square {chi_square:.4g} of {freedom}, {chance})"
+    return f"(chi-square {chi_square:.4g} of {degrees_of_freedom}, {chance})"
 
 
-def tests_table(kind: type[Any], tests: Sequence[Any], index: str) -> pd.DataFrame:
+def tabulate_tests(test_class: type[Any], tests: Sequence[Any], index: str) -> pd.DataFrame:
     """Return a table with one row per test, indexed by one of the fields."""
-    columns = [field.name for field in fields(kind)]
+    columns = [field.name for field in fields(test_class)]
     rows = [vars(test) for test in tests]
     frame = pd.DataFrame(rows, columns=columns).set_index(index)
     return frame.drop(columns="p_least", errors="ignore")
 
 
-def contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, str]]:
+def list_prior_contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, str]]:
     """Return the chi-square and the description of each failed prior test.
 
     The test of all states is included only if no block fails.
     """
-    failed = [test for test in tests if test.fails]
-    blocks = [test for test in failed if test.block != ALL]
-    return [(test.chi_square, test.words) for test in blocks or failed]
+    failed = [test for test in tests if test.is_failed]
+    blocks = [test for test in failed if test.block != ALL_STATES]
+    return [(test.chi_square, test.description) for test in blocks or failed]
 
 
-def number_of_tests(belief: Belief) -> int:
+def count_prior_tests(prior: Belief) -> int:
     """Return the number of prior tests: one per block with a prior, and one of all blocks."""
-    return len(_list_blocks(belief)) + 1
+    return len(_list_blocks(prior)) + 1
 
 
-def prior_tests(
-    belief: Belief, attitude: Floats, states: Floats, p_least: float
+def run_prior_tests(
+    prior: Belief, attitude: Floats, states: Floats, significance_level: float
 ) -> tuple[PriorTest, ...]:
     """Test the estimate at the first sample against the prior, for all states and for each block.
 
@@ -299,28 +308,30 @@ def prior_tests(
     p_least : float
         Significance level of each test.
     """
-    off = belief.compute_difference(attitude, states)
+    off = prior.compute_difference(attitude, states)
     tests = []
-    for name, block in {ALL: slice(None), **_list_blocks(belief)}.items():
-        x = off[block] / belief.sigma[block]
-        square = float(x @ np.linalg.solve(belief.correlation[block, block], x))
-        freedom = len(x) if name != ALL else sum(len(off[b]) for b in _list_blocks(belief).values())
+    for name, block in {ALL_STATES: slice(None), **_list_blocks(prior)}.items():
+        x = off[block] / prior.sigma[block]
+        square = float(x @ np.linalg.solve(prior.correlation[block, block], x))
+        freedom = (
+            len(x) if name != ALL_STATES else sum(len(off[b]) for b in _list_blocks(prior).values())
+        )
         tests.append(
             PriorTest(
                 block=name,
                 chi_square=square,
-                freedom=freedom,
-                sigmas=float(np.abs(x).max()),
+                degrees_of_freedom=freedom,
+                max_deviation_sigmas=float(np.abs(x).max()),
                 p=float(chdtrc(freedom, square)),
-                p_least=p_least,
+                significance_level=significance_level,
             )
         )
     return tuple(tests)
 
 
-def _list_blocks(belief: Belief) -> dict[str, slice]:
-    named = {name: slice(3 * i, 3 * i + 3) for i, name in enumerate(belief.suite.blocks)}
-    if belief.attitude is None:
+def _list_blocks(prior: Belief) -> dict[str, slice]:
+    named = {name: slice(3 * i, 3 * i + 3) for i, name in enumerate(prior.suite.blocks)}
+    if prior.attitude is None:
         del named["attitude"]
     return named
 

@@ -18,11 +18,15 @@ from mgeo_attitude.sensors.suite import Suite
 from mgeo_calibration.calibration.agreement import (
     PriorTest,
     SensorTest,
-    contradictions,
-    tests_table,
+    list_prior_contradictions,
+    tabulate_tests,
 )
-from mgeo_calibration.calibration.corrections import in_units, telemetry_units, uplink
-from mgeo_calibration.calibration.model_tests import ModelTest, scatter_of
+from mgeo_calibration.calibration.corrections import (
+    compute_corrections,
+    convert_block,
+    list_telemetry_units,
+)
+from mgeo_calibration.calibration.model_tests import ModelTest, compute_variance_ratio
 from mgeo_calibration.estimation.residuals import History
 
 if TYPE_CHECKING:
@@ -85,10 +89,10 @@ class Calibration:
     states: Floats
     covariance: Floats
     tests: tuple[SensorTest, ...]
-    rejected: tuple[tuple[float, str, float], ...]
+    outliers: tuple[tuple[float, str, float], ...]
     prior_tests: tuple[PriorTest, ...] = ()
     model_tests: tuple[ModelTest, ...] = ()
-    causes: tuple[str, ...] = ()
+    data_faults: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     history: History | None = field(default=None, repr=False)
 
@@ -102,7 +106,7 @@ class Calibration:
         """UTC of the last sample, ISO 8601."""
         return format_time_stamps(self.scenario.epoch, [self.time])[0]
 
-    def table(self) -> pd.DataFrame:
+    def build_table(self) -> pd.DataFrame:
         """Return a table with one row per calibration parameter and axis.
 
         Columns: ``block``, ``axis``, ``unit``, ``estimate``, ``sigma`` (1-sigma of the estimate)
@@ -112,8 +116,8 @@ class Calibration:
         known, sigma = self.scenario.prior, np.sqrt(np.diag(self.covariance))
         prior = self.suite.initial_sigma(0.0) if known is None else known.sigma
         rows = []
-        for number, (block, unit) in enumerate(telemetry_units(self.suite).items(), start=1):
-            values = in_units(self.suite, self.states, block)
+        for number, (block, unit) in enumerate(list_telemetry_units(self.suite).items(), start=1):
+            values = convert_block(self.suite, self.states, block)
             for i, axis in enumerate("xyz"):
                 k = 3 * number + i
                 spread = (sigma[k] * unit.factor, prior[k] * unit.factor)
@@ -121,7 +125,7 @@ class Calibration:
         columns = ["block", "axis", "unit", "estimate", "sigma", "prior_sigma"]
         return pd.DataFrame(rows, columns=columns)
 
-    def uplink(self) -> dict[str, Any]:
+    def compute_corrections(self) -> dict[str, Any]:
         """Return the correction parameters of the gyro and the sensors, by name.
 
         A sensor reports R (I + diag k + N) s + b for a vector s in the body frame, and the gyro for
@@ -132,7 +136,7 @@ class Calibration:
         of the correction s = C (report - b). Parameters that the scenario does not estimate and
         parameters that vary are omitted.
         """
-        return uplink(self.suite, self.states)
+        return compute_corrections(self.suite, self.states)
 
     @property
     def failures(self) -> list[str]:
@@ -142,62 +146,67 @@ class Calibration:
         the group of the largest chi-square. Failed innovation tests come last, because an unmodeled
         error also affects the innovations of healthy sensors.
         """
-        innovation_failures = [words for test in self.tests for words in test.failures()]
-        scatter = scatter_of(self.tests)  # Chi-squares of model tests are divided by the scatter.
+        innovation_failures = [words for test in self.tests for words in test.describe_failures()]
+        scatter = compute_variance_ratio(
+            self.tests
+        )  # Chi-squares of model tests are divided by the scatter.
         # A change since an earlier calibration resembles a change soon after the first sample.
         since = [
             f"{test.block} "
             for test in self.prior_tests
-            if test.fails and self.scenario.prior is not None
+            if test.is_failed and self.scenario.prior is not None
         ]
         named = [
-            (0.0 if test.says.startswith(tuple(since)) else scatter * test.chi_square, test.words)
+            (
+                0.0 if test.description.startswith(tuple(since)) else scatter * test.chi_square,
+                test.summary,
+            )
             for test in self.model_tests
-            if test.named
+            if test.is_selected
         ]
-        far = sorted(contradictions(self.prior_tests), reverse=True)
+        far = sorted(list_prior_contradictions(self.prior_tests), reverse=True)
         first, second = sorted((far, named), key=lambda causes: causes[:1], reverse=True)
-        return [*self.causes, *(words for _, words in first + second), *innovation_failures]
+        return [*self.data_faults, *(words for _, words in first + second), *innovation_failures]
 
     @property
-    def supported(self) -> bool:
+    def is_consistent(self) -> bool:
         """True if innovations and estimate are statistically consistent with the scenario."""
         return not self.failures
 
     @property
     def conclusion(self) -> str:
         """Conclusion of all tests in one line."""
-        if self.supported:
+        if self.is_consistent:
             return CONSISTENT
         return f"{self._subjects} not support it: {'; '.join(self.failures)}"
 
     @property
     def _subjects(self) -> str:
         against = {
-            "prior": any(test.fails for test in self.prior_tests),
-            "model": any(test.named for test in self.model_tests),
-            "innovations": any(test.failures() for test in self.tests),
+            "prior": any(test.is_failed for test in self.prior_tests),
+            "model": any(test.is_selected for test in self.model_tests),
+            "innovations": any(test.describe_failures() for test in self.tests),
         }
         (*others, last) = (name for name, speaks in against.items() if speaks)
         if others:
             return f"{', '.join(others)} and {last} do"
         return "the innovations do" if last == "innovations" else f"the {last} does"
 
-    def test_table(self) -> pd.DataFrame:
+    def build_sensor_test_table(self) -> pd.DataFrame:
         """Return a table with one row per sensor; see `SensorTest`."""
-        return tests_table(SensorTest, self.tests, "sensor")
+        return tabulate_tests(SensorTest, self.tests, "sensor")
 
-    def prior_table(self) -> pd.DataFrame:
+    def build_prior_test_table(self) -> pd.DataFrame:
         """Return a table with one row per block of states and one for all; see `PriorTest`."""
-        return tests_table(PriorTest, self.prior_tests, "block")
+        return tabulate_tests(PriorTest, self.prior_tests, "block")
 
-    def model_table(self) -> pd.DataFrame:
+    def build_model_test_table(self) -> pd.DataFrame:
         """Return a table with one row per unmodeled error; see `ModelTest`."""
-        return tests_table(ModelTest, self.model_tests, "name")
+        return tabulate_tests(ModelTest, self.model_tests, "name")
 
-    def rejected_table(self) -> pd.DataFrame:
+    def build_outlier_table(self) -> pd.DataFrame:
         """Return a table with one row per outlier: ``time``, ``sensor``, ``chi_square``."""
-        return pd.DataFrame(list(self.rejected), columns=["time", "sensor", "chi_square"])
+        return pd.DataFrame(list(self.outliers), columns=["time", "sensor", "chi_square"])
 
     @property
     def attitude(self) -> pd.DataFrame:
@@ -228,7 +237,7 @@ class Calibration:
             columns |= {f"{name}sigma_{axis}": s for axis, s in zip("xyz", degrees, strict=True)}
         return pd.DataFrame(columns)
 
-    def entries(self) -> dict[str, Any]:
+    def to_entries(self) -> dict[str, Any]:
         """Return scenario, estimates and covariance as JSON entries for a follow-up scenario."""
         states = self.states.reshape(-1, 3)[1:].tolist()
         return {
@@ -240,7 +249,7 @@ class Calibration:
             "covariance": self.covariance.tolist(),
         }
 
-    def scenario_after(self, changes: Mapping[str, Any] | None = None) -> Scenario:
+    def build_followup_scenario(self, changes: Mapping[str, Any] | None = None) -> Scenario:
         """Return a scenario for planning, simulation and calibration that starts from this
         calibration.
 
@@ -262,7 +271,7 @@ class Calibration:
             If the calibration is not `supported` and the changes lack ``{"accept_unsupported":
             True}``, or if the scenario is invalid, for example beyond the range of the field model.
         """
-        document = {**self.entries(), "conclusion": self.conclusion}
+        document = {**self.to_entries(), "conclusion": self.conclusion}
         return Scenario.from_dict({**(changes or {}), "after": document})
 
     def compare(self, plan: ManeuverPlan) -> pd.DataFrame:
@@ -302,7 +311,7 @@ class Calibration:
             )
         history = run_filter(model.full_duration_model, plan.trajectory.commanded_design)
         k = int(np.argmin(np.abs(history.times - self.time)))
-        units = {"attitude": suite.units["attitude"], **telemetry_units(suite)}
+        units = {"attitude": suite.units["attitude"], **list_telemetry_units(suite)}
         each = [units[block] for block in suite.blocks for _ in "xyz"]
         factors = np.array([unit.factor for unit in each])
         predicted = history.sigma[k] * factors
@@ -322,11 +331,15 @@ class Calibration:
         }
         return result
 
-    def figures(self) -> dict[str, go.Figure]:
+    def draw_figures(self) -> dict[str, go.Figure]:
         """Return the figure ``constants``, and with history ``innovations`` and ``attitude``."""
-        from mgeo_calibration.calibration.figures import calibration_figures
+        from mgeo_calibration.calibration.figures import draw_calibration_figures
 
         names, known = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior
         states = np.zeros_like(self.states) if known is None else known.estimates
-        believed = [in_units(self.suite, states, block) for block in telemetry_units(self.suite)]
-        return calibration_figures(self.table(), np.concatenate(believed), names, self.history)
+        believed = [
+            convert_block(self.suite, states, block) for block in list_telemetry_units(self.suite)
+        ]
+        return draw_calibration_figures(
+            self.build_table(), np.concatenate(believed), names, self.history
+        )

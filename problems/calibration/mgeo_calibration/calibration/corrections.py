@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 DEG_S = Unit("deg/s", "deg_s", float(np.degrees(1.0)))
 
 
-def uplink(suite: Suite, states: Floats) -> dict[str, Any]:
+def compute_corrections(suite: Suite, states: Floats) -> dict[str, Any]:
     """Return the correction parameters of all owners; see `Calibration.uplink`.
 
     Parameters
@@ -53,7 +53,7 @@ def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) ->
     for state, value in constants.items():
         if state in followed:
             influence = followed[state]
-            unit = influence.coefficient_unit(unit_of_error(owner, influence))
+            unit = influence.coefficient_unit(find_error_unit(owner, influence))
             kind = "influences" if influence.error == "bias" else f"{influence.error}_influences"
             entry.setdefault(kind, {})[influence.channel] = {
                 f"{influence.error}_per_unit": (unit.factor * value).tolist(),
@@ -65,7 +65,7 @@ def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) ->
             quaternion = quaternions_from_matrices(R[None])[0].tolist()
             entry |= {"dcm": R.tolist(), "quaternion": quaternion, "rotation": "body-to-sensor"}
         elif state == "bias":
-            unit = unit_of_bias(owner)
+            unit = find_bias_unit(owner)
             entry |= {"bias": (unit.factor * value).tolist(), "unit": unit.text}
         elif state == "delay":
             entry["delay_s"] = float(value.mean())
@@ -84,40 +84,40 @@ def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) ->
     return entry
 
 
-def unit_of_bias(owner: Gyro | Sensor) -> Unit:
+def find_bias_unit(owner: Gyro | Sensor) -> Unit:
     """Return the telemetry unit of a bias."""
     return DEG_S if isinstance(owner, Gyro) else owner.telemetry_unit
 
 
-def unit_of_error(owner: Gyro | Sensor, influence: BiasSensitivity) -> Unit:
+def find_error_unit(owner: Gyro | Sensor, sensitivity: BiasSensitivity) -> Unit:
     """Return the telemetry unit of the error that a bias sensitivity changes."""
-    return unit_of_bias(owner) if influence.error == "bias" else DEG
+    return find_bias_unit(owner) if sensitivity.error == "bias" else DEG
 
 
-def unit_of_innovations(sensor: Sensor) -> Unit:
+def find_innovation_unit(sensor: Sensor) -> Unit:
     """Return the unit of innovations: the unit of the readings, or degrees for quaternions."""
     return DEG if len(sensor.telemetry_suffixes) == 4 else sensor.telemetry_unit
 
 
-def telemetry_units(suite: Suite) -> dict[str, Unit]:
+def list_telemetry_units(suite: Suite) -> dict[str, Unit]:
     """Return the telemetry unit of each block except the attitude."""
     units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
     biases: dict[str, Unit] = {}
     owners: tuple[Gyro | Sensor, ...] = (suite.gyro, *suite.sensors)
     for owner in owners:
-        name, unit = getattr(owner, "name", "gyro"), unit_of_bias(owner)
+        name, unit = getattr(owner, "name", "gyro"), find_bias_unit(owner)
         biases[f"{name}.bias"] = unit
         biases |= {
-            f"{name}.{each.state_name}": each.coefficient_unit(unit_of_error(owner, each))
+            f"{name}.{each.state_name}": each.coefficient_unit(find_error_unit(owner, each))
             for each in owner.bias_sensitivities
         }
     return {block: biases.get(block, unit) for block, unit in units.items()}
 
 
-def in_units(suite: Suite, states: Floats, block: str) -> Floats:
+def convert_block(suite: Suite, states: Floats, block: str) -> Floats:
     """Return a block of states in its telemetry unit, shape (3,); rotations as rotation vectors."""
     first = 3 * suite.blocks.index(block)
     values = states[first : first + 3]
     if first in suite.rotation_indices:
         values = Rotation.from_matrix(rotation_matrix(values)).as_rotvec()
-    return values * telemetry_units(suite)[block].factor
+    return values * list_telemetry_units(suite)[block].factor

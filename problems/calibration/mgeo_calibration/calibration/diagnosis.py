@@ -9,17 +9,17 @@ from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo_calibration.estimation.axes import find_axis_mistakes
 from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.telemetry.checks import find_all
+from mgeo_calibration.telemetry.checks import describe_findings
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Descriptions of the causes that each check found, by check name, most reliable check first.
-Checks = Mapping[str, tuple[str, ...]]
+CheckResults = Mapping[str, tuple[str, ...]]
 #: Checks that also explain an inconsistent calibration. The other checks apply only if there is no
 #: fit, because the model tests of a fit estimate the sizes of these errors.
-BEFORE_TESTS = ("repeated samples", "repeated numbers")
+EXPLANATORY_CHECKS = ("repeated samples", "repeated numbers")
 
 
-def check(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> Checks:
+def run_checks(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> CheckResults:
     """Run all attitude-independent checks, most reliable check first.
 
     Parameters
@@ -27,17 +27,17 @@ def check(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> Check
     data : Batch, optional
         Batch of the estimator, for the checks of axes and quaternions.
     """
-    result = find_all(scenario, telemetry)
+    result = describe_findings(scenario, telemetry)
     axes = () if data is None else tuple(find_axis_mistakes(data))
-    return {name: result[name] for name in BEFORE_TESTS} | {"axes": axes} | result
+    return {name: result[name] for name in EXPLANATORY_CHECKS} | {"axes": axes} | result
 
 
-def causes(checks: Checks) -> tuple[str, ...]:
+def list_data_faults(checks: CheckResults) -> tuple[str, ...]:
     """Return the causes that all checks found, most reliable check first."""
     return tuple(words for result in checks.values() for words in result)
 
 
-class CannotCalibrate(ValueError):
+class CalibrationError(ValueError):
     """Telemetry does not determine an attitude, or the fit does not converge.
 
     The message starts with the most reliable cause that a check found.
@@ -48,12 +48,12 @@ class CannotCalibrate(ValueError):
         Result of `check`.
     """
 
-    def __init__(self, message: str, checks: Checks | None = None) -> None:
-        result = causes(checks or {})
+    def __init__(self, message: str, checks: CheckResults | None = None) -> None:
+        result = list_data_faults(checks or {})
         super().__init__(f"{result[0]} ({message})" if result else message)
         self.checks = checks or {}
 
-    def check_table(self) -> pd.DataFrame:
+    def build_check_table(self) -> pd.DataFrame:
         """Return a table with one row per check and its findings in the column ``says``."""
         rows = {name: "; ".join(result) or "nothing" for name, result in self.checks.items()}
         return pd.DataFrame({"says": rows}).rename_axis("check")

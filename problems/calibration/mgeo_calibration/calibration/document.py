@@ -31,10 +31,10 @@ _ESTIMATES = {"quaternion": list, "rate_deg_s": list, "states": dict, "covarianc
 
 def to_json(calibration: Calibration) -> str:
     """Return a calibration as JSON text, with floats that round-trip exactly."""
-    return serialize(document(calibration))
+    return serialize(build_document(calibration))
 
 
-def document(calibration: Calibration) -> dict[str, Any]:
+def build_document(calibration: Calibration) -> dict[str, Any]:
     """Return a calibration as a JSON-compatible mapping."""
     return _FORM.build_document(calibration)
 
@@ -65,21 +65,21 @@ def read_json(path: Path | str) -> Calibration:
 
 def _collect_keys(calibration: Calibration) -> dict[str, Any]:
     return {
-        **calibration.entries(),
+        **calibration.to_entries(),
         "tests": [vars(test) for test in calibration.tests],
         "prior_tests": [vars(test) for test in calibration.prior_tests],
         "model_tests": [vars(test) for test in calibration.model_tests],
-        "causes": list(calibration.causes),
+        "causes": list(calibration.data_faults),
         "notes": list(calibration.notes),
-        "rejected": [list(one) for one in calibration.rejected],
+        "rejected": [list(one) for one in calibration.outliers],
     }
 
 
 def _derive_keys(calibration: Calibration) -> dict[str, Any]:
     return {
         "utc": calibration.utc,
-        "table": calibration.table().to_dict("records"),
-        "uplink": calibration.uplink(),
+        "table": calibration.build_table().to_dict("records"),
+        "uplink": calibration.compute_corrections(),
         "conclusion": calibration.conclusion,
     }
 
@@ -96,21 +96,23 @@ def _build_calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibrat
         states=prior.estimates,
         covariance=np.array(prior.covariance),
         tests=_read_tests(SensorTest, table, "tests"),
-        rejected=tuple(
+        outliers=tuple(
             (float(time), str(sensor), float(square))
             for time, sensor, square in get_entry(table, "rejected", _ROWS)
         ),
         prior_tests=_read_tests(PriorTest, table, "prior_tests"),
         model_tests=_read_tests(ModelTest, table, "model_tests"),
-        causes=tuple(get_entry(table, "causes", list[str])),
+        data_faults=tuple(get_entry(table, "causes", list[str])),
         notes=tuple(get_entry(table, "notes", list[str])),
     )
 
 
-def _read_tests(kind: type[T], table: Mapping[str, Any], key: str) -> tuple[T, ...]:
-    types = get_type_hints(kind)
+def _read_tests(test_class: type[T], table: Mapping[str, Any], key: str) -> tuple[T, ...]:
+    types = get_type_hints(test_class)
     return tuple(
-        kind(**{name: to(get_entry(row, name, to, f"{key}[{i}].")) for name, to in types.items()})
+        test_class(
+            **{name: to(get_entry(row, name, to, f"{key}[{i}].")) for name, to in types.items()}
+        )
         for i, row in enumerate(get_entry(table, key, _TABLES))
     )
 

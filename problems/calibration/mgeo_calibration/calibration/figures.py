@@ -14,11 +14,11 @@ from mgeo.figures.style import COLORS, GRAY, apply_style, build_log_axis_layout,
 from mgeo_calibration.estimation.residuals import History
 
 #: Approximate number of points per line; more cannot be distinguished.
-POINTS = 1500
+N_POINTS = 1500
 
 
-def calibration_figures(
-    table: pd.DataFrame, believed: Floats, sensors: Sequence[str], history: History | None
+def draw_calibration_figures(
+    table: pd.DataFrame, prior: Floats, sensors: Sequence[str], history: History | None
 ) -> dict[str, go.Figure]:
     """Return the figure ``constants`` and, if there is a history, ``innovations`` and ``attitude``.
 
@@ -32,14 +32,14 @@ def calibration_figures(
         Sensor names in the order of the history's innovations.
     history : History, optional
     """
-    figures = {"constants": _plot_constants(table.assign(change=table["estimate"] - believed))}
+    figures = {"constants": _plot_parameters(table.assign(change=table["estimate"] - prior))}
     if history is not None:
         figures["innovations"] = _plot_innovations(sensors, history)
         figures["attitude"] = _plot_attitude(history)
     return figures
 
 
-def _plot_constants(table: pd.DataFrame) -> go.Figure:
+def _plot_parameters(table: pd.DataFrame) -> go.Figure:
     """Plot the change of each parameter from its prior with 3-sigma bars, in prior 1-sigmas."""
     figure = go.Figure()
     for number, block in enumerate(table["block"].unique()):
@@ -99,7 +99,7 @@ def _plot_innovations(names: Sequence[str], history: History) -> go.Figure:
 
 
 def _plot_attitude(history: History) -> go.Figure:
-    shown: Ints = np.unique(np.linspace(0, len(history.times) - 1, POINTS).astype(np.int64))
+    shown: Ints = np.unique(np.linspace(0, len(history.times) - 1, N_POINTS).astype(np.int64))
     figure = go.Figure()
     drawn: list[Floats] = []
     for number, (name, sigma) in enumerate(

@@ -17,21 +17,21 @@ from mgeo_attitude.settings.errors import InvalidValue
 
 from mgeo_calibration.calibration import model_tests as models
 from mgeo_calibration.calibration.agreement import (
-    MOST_REJECTED,
+    MAX_OUTLIER_FRACTION,
     SIGNIFICANCE,
-    caution_notes,
-    number_of_tests,
-    prior_tests,
-    sensor_tests,
+    count_prior_tests,
+    describe_overestimated_errors,
+    run_prior_tests,
+    run_sensor_tests,
 )
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.diagnosis import (
-    BEFORE_TESTS,
-    CannotCalibrate,
-    causes,
-    check,
+    EXPLANATORY_CHECKS,
+    CalibrationError,
+    list_data_faults,
+    run_checks,
 )
-from mgeo_calibration.calibration.hypotheses import channels_of, hypotheses
+from mgeo_calibration.calibration.hypotheses import build_hypotheses, select_correlated_channels
 from mgeo_calibration.estimation.batch import Batch, build_batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.departures import estimate_angle_random_walk
@@ -42,20 +42,20 @@ from mgeo_calibration.estimation.smoother import Solution, compute_last_covarian
 from mgeo_calibration.estimation.step_noise import add_step_noise, list_states_without_step_noise
 from mgeo_calibration.estimation.trajectory import split_into_spans
 from mgeo_calibration.telemetry.gyro_samples import (
-    gyro_noise,
-    gyro_spikes,
-    reported,
-    usual_step,
+    compute_median_step,
+    compute_rate_sigma,
+    find_gyro_spikes,
+    select_gyro_samples,
 )
 from mgeo_calibration.telemetry.mapping import TelemetryMapping
-from mgeo_calibration.telemetry.quantization import LEAST, matters
+from mgeo_calibration.telemetry.quantization import MIN_VARIANCE_RATIO, is_quantization_relevant
 from mgeo_calibration.telemetry.reading import read_telemetry
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Probability of rejecting a valid reading.
-GATE = 1e-5
+GATE_PROBABILITY = 1e-5
 #: Factor of the gyro noise for a second attempt of a fit that does not converge.
-_NOISIER = 10.0
+_RETRY_NOISE_FACTOR = 10.0
 
 
 def calibrate(
@@ -63,7 +63,7 @@ def calibrate(
     telemetry: Telemetry | pd.DataFrame | Path | str,
     mapping: TelemetryMapping | None = None,
     *,
-    gate: float = GATE,
+    gate: float = GATE_PROBABILITY,
 ) -> Calibration:
     """Estimate attitude, gyro bias and sensor calibration parameters from telemetry.
 
@@ -106,7 +106,7 @@ def calibrate(
     """
     if not 0.0 < gate < 0.5:
         raise ValueError(f"gate = {gate!r}: expected a probability in (0, 0.5)")
-    if mapping is not None and mapping.gyro.holds == "unknown":
+    if mapping is not None and mapping.gyro.reference_axes == "unknown":
         raise InvalidValue("gyro.holds", "unknown", "expected none, or that of calibrate_alone")
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
@@ -119,16 +119,16 @@ def calibrate(
         assert data is not None
         calibration = _calibrate_without_fit(scenario, telemetry, data, belief, error)
     except ValueError as error:
-        raise CannotCalibrate(str(error), check(scenario, telemetry, data)) from error
-    if calibration.supported:
+        raise CalibrationError(str(error), run_checks(scenario, telemetry, data)) from error
+    if calibration.is_consistent:
         return calibration
-    checks = check(scenario, telemetry, None)
-    certain = {name: result for name, result in checks.items() if name in BEFORE_TESTS}
-    return dataclasses.replace(calibration, causes=causes(certain))
+    checks = run_checks(scenario, telemetry, None)
+    certain = {name: result for name, result in checks.items() if name in EXPLANATORY_CHECKS}
+    return dataclasses.replace(calibration, causes=list_data_faults(certain))
 
 
 def _calibrate_without_fit(
-    scenario: Scenario, telemetry: Telemetry, data: Batch, belief: Belief, error: FitError
+    scenario: Scenario, telemetry: Telemetry, data: Batch, prior: Belief, error: FitError
 ) -> Calibration:
     """Return an inconsistent calibration from all readings if no check finds a cause.
 
@@ -140,50 +140,50 @@ def _calibrate_without_fit(
     walk = _estimate_gyro_walk(scenario, telemetry) if telemetry.has_gyro else None
     if walk is not None:
         sample = walk / (60.0 * np.sqrt(np.median(data.durations)))
-        raise CannotCalibrate(
+        raise CalibrationError(
             f"gyro is noisier than declared, about {walk:.2g} deg/sqrt(h): declare "
             f"gyro.angle_random_walk_deg_per_sqrt_h, or gyro.sample_noise_deg_s = {sample:.2g} "
             f"({error})"
         )
-    checks = check(scenario, telemetry, data)
-    if not causes(checks):
+    checks = run_checks(scenario, telemetry, data)
+    if not list_data_faults(checks):
         with suppress(ValueError):
-            return _build_calibration(scenario, telemetry, belief, fit(data, belief, 0.0))
-    raise CannotCalibrate(str(error), checks) from error
+            return _build_calibration(scenario, telemetry, prior, fit(data, prior, 0.0))
+    raise CalibrationError(str(error), checks) from error
 
 
 def _estimate_gyro_walk(scenario: Scenario, telemetry: Telemetry) -> float | None:
     """Return an angle random walk [deg/sqrt(h)] that makes telemetry consistent, or None."""
-    noisy = dataclasses.replace(scenario, gyro=scale_noise(scenario.gyro, _NOISIER))
+    noisy = dataclasses.replace(scenario, gyro=scale_noise(scenario.gyro, _RETRY_NOISE_FACTOR))
     try:
         data, belief = add_step_noise(build_batch(noisy, telemetry), Belief.from_scenario(noisy))
-        result = fit(data, belief, GATE)
+        result = fit(data, belief, GATE_PROBABILITY)
     except ValueError:
         return None
-    if not _build_calibration(noisy, telemetry, belief, result).supported:
+    if not _build_calibration(noisy, telemetry, belief, result).is_consistent:
         return None
     return float(60.0 * np.degrees(estimate_angle_random_walk(result.solution)))
 
 
 def _build_calibration(
-    scenario: Scenario, telemetry: Telemetry, belief: Belief, found: Fit
+    scenario: Scenario, telemetry: Telemetry, prior: Belief, fit_result: Fit
 ) -> Calibration:
-    data, n = found.batch, len(found.batch.times)
-    last = found.solution.estimate
-    past = compute_filter_estimates(found.solution)
-    states, covariance = at_the_end(belief, found)
-    whole = _refit_all_readings(belief, found)
-    all_past = past if whole is found else compute_filter_estimates(whole.solution)
-    channels, left_out = channels_of(telemetry, data, all_past.innovations)
-    tested = hypotheses(whole.solution, channels, telemetry.has_gyro)
+    data, n = fit_result.batch, len(fit_result.batch.times)
+    last = fit_result.solution.estimate
+    past = compute_filter_estimates(fit_result.solution)
+    states, covariance = compute_final_estimate(prior, fit_result)
+    whole = _refit_all_readings(prior, fit_result)
+    all_past = past if whole is fit_result else compute_filter_estimates(whole.solution)
+    channels, left_out = select_correlated_channels(telemetry, data, all_past.innovations)
+    tested = build_hypotheses(whole.solution, channels, telemetry.has_gyro)
     before = Belief.from_scenario(scenario, data.pointing)
-    n_tests: float = number_of_tests(before) + left_out * (1 + len(past.innovations))
+    n_tests: float = count_prior_tests(before) + left_out * (1 + len(past.innovations))
     n_tests += sum(each.weight for each in tested.values())
     # The tests of NIS and correlation are one-sided: together they count as one test.
     n_tests += sum(len(each.samples) > 0 for each in past.innovations)
-    tests = sensor_tests(found, past, n_tests)
-    scatter = models.scatter_of(sensor_tests(whole, all_past, n_tests))
-    model_tests, doubts = models.model_tests(whole.solution, tested, n_tests, scatter)
+    tests = run_sensor_tests(fit_result, past, n_tests)
+    scatter = models.compute_variance_ratio(run_sensor_tests(whole, all_past, n_tests))
+    model_tests, doubts = models.run_model_tests(whole.solution, tested, n_tests, scatter)
     return Calibration(
         scenario=scenario,
         time=float(data.times[-1]),
@@ -194,8 +194,8 @@ def _build_calibration(
         states=states,
         covariance=covariance,
         tests=tests,
-        rejected=_list_rejected(found),
-        prior_tests=prior_tests(
+        outliers=_list_outliers(fit_result),
+        prior_tests=run_prior_tests(
             before,
             last.attitude[0],
             last.states[0, list_states_without_step_noise(data.suite)],
@@ -204,33 +204,35 @@ def _build_calibration(
         model_tests=model_tests,
         notes=(
             *_describe_readings(telemetry, data),
-            *(note for test in tests for note in test.notes()),
-            *caution_notes(found.solution, tests),
+            *(note for test in tests for note in test.describe_excess_noise()),
+            *describe_overestimated_errors(fit_result.solution, tests),
             *doubts,
         ),
-        history=_build_history(found, past),
+        history=_build_history(fit_result, past),
     )
 
 
-def _refit_all_readings(belief: Belief, found: Fit) -> Fit:
+def _refit_all_readings(prior: Belief, fit_result: Fit) -> Fit:
     """Return a fit without outlier rejection if a sensor has too many outliers."""
-    counts = found.solution.is_used.sum(axis=1) + found.is_rejected.sum(axis=1)
-    if not (found.is_rejected.sum(axis=1) > MOST_REJECTED * counts).any():
-        return found
-    whole = fit_from_trajectory(found.batch, belief, found.solution.estimate, 0.0)
-    return whole if whole.solution.is_converged() else found
+    counts = fit_result.solution.is_used.sum(axis=1) + fit_result.is_rejected.sum(axis=1)
+    if not (fit_result.is_rejected.sum(axis=1) > MAX_OUTLIER_FRACTION * counts).any():
+        return fit_result
+    whole = fit_from_trajectory(fit_result.batch, prior, fit_result.solution.estimate, 0.0)
+    return whole if whole.solution.is_converged() else fit_result
 
 
-def at_the_end(belief: Belief, found: Fit) -> tuple[Floats, Floats]:
+def compute_final_estimate(prior: Belief, fit_result: Fit) -> tuple[Floats, Floats]:
     """Return the states at the last sample, rotations as rotation vectors, and their covariance."""
-    solution, own = found.solution, list_states_without_step_noise(found.batch.suite)
+    solution, own = fit_result.solution, list_states_without_step_noise(fit_result.batch.suite)
     states = solution.estimate.states[-1]
-    states, covariance = as_believed(belief, solution, states, compute_last_covariance(solution))
+    states, covariance = reset_considered_states(
+        prior, solution, states, compute_last_covariance(solution)
+    )
     return states[own], covariance[np.ix_(own, own)]
 
 
-def as_believed(
-    belief: Belief, solution: Solution, states: Floats, covariance: Floats
+def reset_considered_states(
+    prior: Belief, solution: Solution, states: Floats, covariance: Floats
 ) -> tuple[Floats, Floats]:
     """Reset the considered states at the last sample to their prior.
 
@@ -253,22 +255,22 @@ def as_believed(
     states : array, shape (n_states,)
     covariance : array, shape (n_states, n_states)
     """
-    c = belief.suite.considered_indices
+    c = prior.suite.considered_indices
     if not c.size:
         return states, covariance
-    left, added = _propagate_prior(belief, solution)
+    left, added = _propagate_prior(prior, solution)
     states, covariance = states.copy(), covariance.copy()
-    states[c] = left[c] * belief.states[c]
-    sigma = left[c] * belief.sigma[c]
-    covariance[np.ix_(c, c)] = sigma[:, None] * belief.correlation[np.ix_(c, c)] * sigma
+    states[c] = left[c] * prior.states[c]
+    sigma = left[c] * prior.sigma[c]
+    covariance[np.ix_(c, c)] = sigma[:, None] * prior.correlation[np.ix_(c, c)] * sigma
     covariance[c, c] += added[c]
     return states, covariance
 
 
-def _propagate_prior(belief: Belief, solution: Solution) -> tuple[Floats, Floats]:
+def _propagate_prior(prior: Belief, solution: Solution) -> tuple[Floats, Floats]:
     """Propagate the prior to the last sample: decay factor and added variance of each state."""
     parts, batch = solution.partition, solution.batch
-    left, added = np.ones_like(belief.sigma), np.zeros_like(belief.sigma)
+    left, added = np.ones_like(prior.sigma), np.zeros_like(prior.sigma)
     left[parts.constant] = solution.constant_factors[-1]
     driven = parts.stochastic[3:]
     for low, high, _ in split_into_spans(len(batch.times)):
@@ -286,13 +288,13 @@ def _propagate_prior(belief: Belief, solution: Solution) -> tuple[Floats, Floats
     return left, added
 
 
-def _list_rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:
+def _list_outliers(fit_result: Fit) -> tuple[tuple[float, str, float], ...]:
     listed = [
-        (float(found.batch.times[k]), sensor.name, float(square[k]))
+        (float(fit_result.batch.times[k]), sensor.name, float(square[k]))
         for sensor, no, square in zip(
-            found.batch.suite.sensors,
-            found.is_rejected,
-            found.residuals.normalized_squares,
+            fit_result.batch.suite.sensors,
+            fit_result.is_rejected,
+            fit_result.residuals.normalized_squares,
             strict=True,
         )
         for k in np.flatnonzero(no)
@@ -302,20 +304,25 @@ def _list_rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:
 
 def _describe_readings(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
     """Describe quantization that adds to the noise, and spikes of the gyro."""
-    at, _ = reported(telemetry)
-    sigma = gyro_noise(data.suite, usual_step(at))
-    seen = {"gyro": (matters(np.radians(telemetry.step_of("gyro")), sigma), "deg/s")}
+    at, _ = select_gyro_samples(telemetry)
+    sigma = compute_rate_sigma(data.suite, compute_median_step(at))
+    seen = {
+        "gyro": (
+            is_quantization_relevant(np.radians(telemetry.find_quantization_steps("gyro")), sigma),
+            "deg/s",
+        )
+    }
     for sensor, noise in zip(data.suite.sensors, data.noise, strict=True):
         believed = sensor.noise_sigmas()
-        more = noise[: len(believed)] ** 2 >= (1.0 + LEAST) * np.square(believed)
+        more = noise[: len(believed)] ** 2 >= (1.0 + MIN_VARIANCE_RATIO) * np.square(believed)
         seen[sensor.name] = more, sensor.telemetry_unit.text
     notes = [
-        f"{name} counts in steps of {telemetry.step_of(name).max():.3g} {unit}".rstrip()
+        f"{name} counts in steps of {telemetry.find_quantization_steps(name).max():.3g} {unit}".rstrip()
         + ", which are part of its noise"
         for name, (some, unit) in seen.items()
         if some.any()
     ]
-    off = np.degrees(np.abs(gyro_spikes(data.suite, telemetry)).max(axis=1))
+    off = np.degrees(np.abs(find_gyro_spikes(data.suite, telemetry)).max(axis=1))
     if off.any():
         notes.append(
             f"gyro: {np.count_nonzero(off)} of {len(at)} samples stand apart from both neighbors, "
@@ -325,16 +332,16 @@ def _describe_readings(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _build_history(found: Fit, past: FilterEstimates) -> History:
-    attitude = found.solution.estimate.attitude
-    at_time = found.solution.trajectory.attitude @ np.moveaxis(
-        rotation_matrix(past.errors.T), -1, 0
+def _build_history(fit_result: Fit, filter_results: FilterEstimates) -> History:
+    attitude = fit_result.solution.estimate.attitude
+    at_time = fit_result.solution.trajectory.attitude @ np.moveaxis(
+        rotation_matrix(filter_results.errors.T), -1, 0
     )
     return History(
-        times=found.batch.times,
+        times=fit_result.batch.times,
         smoothed_attitude=attitude.swapaxes(1, 2),
-        smoothed_sigma=found.residuals.sigma,
+        smoothed_sigma=fit_result.residuals.sigma,
         filtered_attitude=at_time.swapaxes(1, 2),
-        filtered_sigma=np.sqrt(np.einsum("nii->ni", past.covariances)),
-        innovations=past.innovations,
+        filtered_sigma=np.sqrt(np.einsum("nii->ni", filter_results.covariances)),
+        innovations=filter_results.innovations,
     )

@@ -14,41 +14,43 @@ from mgeo_attitude.sensors.errors import expand_per_axis
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
 
-from mgeo_calibration.calibration.corrections import unit_of_innovations
+from mgeo_calibration.calibration.corrections import find_innovation_unit
 from mgeo_calibration.estimation import departures
 from mgeo_calibration.estimation.batch import RATE_MAGNITUDES, Batch
 from mgeo_calibration.estimation.residuals import Innovations
 from mgeo_calibration.estimation.score import ModelError, ModelErrorCombination, Score
 from mgeo_calibration.estimation.smoother import Solution
-from mgeo_calibration.telemetry.columns import channel_of
+from mgeo_calibration.telemetry.columns import find_channel
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Advice for errors that no state models.
-_SPLIT = "calibrate what is before and after on its own"
-_SAMPLED = 'rate = "instantaneous" under [gyro] of the mapping, or its times'
-_TAKEN_OUT = "no state models it, remove it from the readings"
+_SPLIT_ADVICE = "calibrate what is before and after on its own"
+_TIMING_ADVICE = 'rate = "instantaneous" under [gyro] of the mapping, or its times'
+_REMOVAL_ADVICE = "no state models it, remove it from the readings"
 #: Key of an error that is proportional to a column.
-_FOLLOWS = {"bias": "influences", "misalignment": 'influences with error = "misalignment"'}
+_SENSITIVITY_KEYS = {"bias": "influences", "misalignment": 'influences with error = "misalignment"'}
 #: Offset profiles: slow drifts, and a step within one part of the data. A step in the first part is
 #: covered by the prior test.
-_DRIFTS: tuple[departures.Profile, ...] = (
+_DRIFT_PROFILES: tuple[departures.Profile, ...] = (
     departures.compute_linear_profile,
     departures.compute_cosine_profiles,
 )
-_STEPS = tuple(departures.build_step_profile(number) for number in range(1, departures.N_PARTS))
-_SHARES = np.linspace(0.0, 1.0, 1001)
+_STEP_PROFILES = tuple(
+    departures.build_step_profile(number) for number in range(1, departures.N_PARTS)
+)
+_TIME_FRACTIONS = np.linspace(0.0, 1.0, 1001)
 #: Number of 1-sigmas by which a decay may be negative, and largest coefficient of an axes error for
 #: which the model is linear.
-_FAR, _LINEAR = 4.0, 5.0
+_MAX_NEGATIVE_DECAY, _MAX_COEFFICIENT = 4.0, 5.0
 #: Largest number of tested columns. Each column adds hypotheses for the gyro and every sensor.
-_MOST_CHANNELS = 4
-_RARE = 0.02
-_DEG = float(np.degrees(departures.LARGE_AXES_ERROR))
+_MAX_CHANNELS = 4
+_RARE_WEIGHT = 0.02
+_LARGE_AXES_ERROR_DEG = float(np.degrees(departures.LARGE_AXES_ERROR))
 #: Size of an axes error with a coefficient of one, its unit, and the key that models it.
-_AXES = {
+_AXES_ERRORS = {
     "scale_factor": (departures.LARGE_AXES_ERROR, "", "initial_scale_factor"),
-    "misalignment": (_DEG, "deg", "initial_misalignment_deg"),
-    "nonorthogonality": (_DEG, "deg", "initial_nonorthogonality_deg"),
+    "misalignment": (_LARGE_AXES_ERROR_DEG, "deg", "initial_misalignment_deg"),
+    "nonorthogonality": (_LARGE_AXES_ERROR_DEG, "deg", "initial_nonorthogonality_deg"),
     "scale_asymmetry": (
         departures.LARGE_AXES_ERROR,
         "",
@@ -86,16 +88,16 @@ class Hypothesis:
 
     name: str
     key: str
-    says: Callable[[Score], str]
+    describe: Callable[[Score], str]
     options: tuple[ModelError | ModelErrorCombination, ...]
-    applies: bool = True
-    possible: Callable[[Score], bool] = lambda score: True
-    shown_by: str = "telemetry"
-    instead: float | None = None
+    is_applicable: bool = True
+    is_possible: Callable[[Score], bool] = lambda score: True
+    observability_condition: str = "telemetry"
+    alternative_coefficient: float | None = None
     weight: float = 1.0
 
 
-def hypotheses(
+def build_hypotheses(
     solution: Solution, channels: Mapping[str, Floats], has_gyro: bool = True
 ) -> dict[str, Hypothesis]:
     """Return all hypotheses that a calibration can test, by name.
@@ -124,15 +126,15 @@ def hypotheses(
     says = partial(_format_delay, "the satellite is", f"behind {track}", f"ahead of {track}")
     has_field = any(isinstance(sensor, Magnetometer) for sensor in sensors)
     tested.append(Hypothesis("orbit.along_track", "orbit, epoch", says, (shifted,), has_field))
-    return {each.name: each for each in tested if each.applies}
+    return {each.name: each for each in tested if each.is_applicable}
 
 
-def channels_of(
+def select_correlated_channels(
     telemetry: Telemetry, data: Batch, innovations: Sequence[Innovations]
 ) -> tuple[dict[str, Floats], int]:
     """Return the columns that correlate most with the innovations, and the number of the rest."""
     result = {}
-    for name, values in telemetry.others.items():
+    for name, values in telemetry.housekeeping.items():
         channel = np.interp(data.times, telemetry.times, values)
         if np.ptp(channel) > 0.0:
             scaled = (channel - channel.mean()) / channel.std()
@@ -142,14 +144,14 @@ def channels_of(
                 for each in innovations
             )
             result[name] = followed, channel
-    most = sorted(result, key=lambda name: -result[name][0])[:_MOST_CHANNELS]
+    most = sorted(result, key=lambda name: -result[name][0])[:_MAX_CHANNELS]
     return {name: result[name][1] for name in most}, len(result) - len(most)
 
 
-def follows(owner: Gyro | Sensor, column: str, error: str = "bias") -> bool:
+def has_sensitivity(owner: Gyro | Sensor, column: str, error: str = "bias") -> bool:
     """Return whether the scenario models a bias sensitivity of an owner to a column."""
     return any(
-        channel_of([column], each.channel)
+        find_channel([column], each.channel)
         for each in owner.bias_sensitivities
         if each.error == error
     )
@@ -164,15 +166,15 @@ def _list_gyro_hypotheses(
 
     def decays(score: Score) -> str:
         result, sigma = score.estimate[0] / duration, score.sigma[0] / duration
-        decay = sized(gyro.bias_decay + result, sigma)
+        decay = format_with_sigma(gyro.bias_decay + result, sigma)
         return f"gyro.bias decays by {decay} 1/s, not {gyro.bias_decay:g}"
 
     def may_decay(score: Score) -> bool:
         total = gyro.bias_decay * duration + score.estimate[0]
-        return bool(total > -_FAR * score.sigma[0])
+        return bool(total > -_MAX_NEGATIVE_DECAY * score.sigma[0])
 
     def drifts(score: Score) -> str:
-        by = size * _compute_range(_DRIFTS, score)
+        by = size * _compute_range(_DRIFT_PROFILES, score)
         walk = math.radians(by) / math.sqrt(duration)
         return (
             f"gyro.bias drifts by {by:.2g} deg/s, as with a random walk of about {walk:.1g}, not "
@@ -195,31 +197,35 @@ def _list_gyro_hypotheses(
     )
     constant = -gyro.bias_decay * duration or None
     walk, name = "gyro.angle_random_walk_deg_per_sqrt_h", "gyro.bias_decay"
-    yield Hypothesis(name, name, decays, decay, possible=may_decay, instead=constant)
+    yield Hypothesis(
+        name, name, decays, decay, is_possible=may_decay, alternative_coefficient=constant
+    )
     yield Hypothesis(
         "gyro.drift",
         "gyro.rate_random_walk",
         drifts,
-        departures.build_profile_errors(rises, _DRIFTS),
+        departures.build_profile_errors(rises, _DRIFT_PROFILES),
     )
-    yield Hypothesis("gyro.step", _SPLIT, steps, departures.build_profile_errors(rises, _STEPS))
-    yield Hypothesis("gyro.noise", walk, is_noisy, noise, weight=_RARE)
+    yield Hypothesis(
+        "gyro.step", _SPLIT_ADVICE, steps, departures.build_profile_errors(rises, _STEP_PROFILES)
+    )
+    yield Hypothesis("gyro.noise", walk, is_noisy, noise, weight=_RARE_WEIGHT)
     modeled = {*gyro.states()} | (
-        {"scale_asymmetry"} if follows(gyro, RATE_MAGNITUDES[0]) else set()
+        {"scale_asymmetry"} if has_sensitivity(gyro, RATE_MAGNITUDES[0]) else set()
     )
-    for state in _AXES:
+    for state in _AXES_ERRORS:
         yield _build_axes_hypothesis(
             "gyro", state, departures.build_gyro_parameter_error(rates, state), state not in modeled
         )
     yield Hypothesis(
         "gyro.delay",
-        _SAMPLED,
+        _TIMING_ADVICE,
         partial(_format_delay, "gyro reports rates", "early", "late"),
         (departures.build_gyro_time_tag_error(rates, durations),),
         # With a single sensor, a delay of the gyro is equivalent to a delay of the sensor.
-        applies=int(solution.is_used.any(axis=1).sum()) > 1,
-        shown_by="rotation",
-        instead=0.5 * float(np.median(durations)) / departures.LARGE_DELAY_S,
+        is_applicable=int(solution.is_used.any(axis=1).sum()) > 1,
+        observability_condition="rotation",
+        alternative_coefficient=0.5 * float(np.median(durations)) / departures.LARGE_DELAY_S,
     )
     for column, channel in channels.items():
         departure = departures.build_gyro_channel_error(solution, _scale_channel(channel))
@@ -229,10 +235,10 @@ def _list_gyro_hypotheses(
 
 
 def _list_sensor_hypotheses(
-    solution: Solution, index: int, late: ModelError, channels: Mapping[str, Floats]
+    solution: Solution, index: int, latency: ModelError, channels: Mapping[str, Floats]
 ) -> Iterator[Hypothesis]:
     times, sensor = solution.batch.times, solution.batch.suite.sensors[index]
-    name, states, unit = sensor.name, sensor.states(), unit_of_innovations(sensor)
+    name, states, unit = sensor.name, sensor.states(), find_innovation_unit(sensor)
     size = departures.LARGE_OFFSET * float(np.max(sensor.noise_sigmas())) * unit.factor
     offset, rises = (
         f"{name}.{sensor.offset_state}",
@@ -240,23 +246,28 @@ def _list_sensor_hypotheses(
     )
 
     def wanders(score: Score) -> str:
-        by = f"{offset} changes by {size * _compute_range(_DRIFTS, score):.3g} {unit.text}"
+        by = f"{offset} changes by {size * _compute_range(_DRIFT_PROFILES, score):.3g} {unit.text}"
         if not score.alternative:
             return f"{by}, evenly"
-        return f"{by}, most about {_find_change_time(times, _DRIFTS, score):.0f} s"
+        return f"{by}, most about {_find_change_time(times, _DRIFT_PROFILES, score):.0f} s"
 
     steps = partial(_format_step, offset, size, unit.text, times)
     yield Hypothesis(
-        f"{name}.drift", _SPLIT, wanders, departures.build_profile_errors(rises, _DRIFTS)
+        f"{name}.drift",
+        _SPLIT_ADVICE,
+        wanders,
+        departures.build_profile_errors(rises, _DRIFT_PROFILES),
     )
-    yield Hypothesis(f"{name}.step", _SPLIT, steps, departures.build_profile_errors(rises, _STEPS))
+    yield Hypothesis(
+        f"{name}.step", _SPLIT_ADVICE, steps, departures.build_profile_errors(rises, _STEP_PROFILES)
+    )
     yield Hypothesis(
         f"{name}.delay",
         f"{name}.initial_delay_s",
         partial(_format_delay, f"{name} is", "late", "early"),
-        (late,),
-        applies="delay" not in states,
-        shown_by="rotation",
+        (latency,),
+        is_applicable="delay" not in states,
+        observability_condition="rotation",
     )
     for state in ("scale_factor", "nonorthogonality"):
         if isinstance(sensor, Magnetometer):
@@ -271,22 +282,24 @@ def _list_sensor_hypotheses(
         if "misalignment" in states and sensor.offset_state == "bias":
             turned = departures.build_misalignment_channel_error(index, channel)
             yield _build_channel_hypothesis(
-                name, sensor, "misalignment", each, turned, (_DEG, "deg")
+                name, sensor, "misalignment", each, turned, (_LARGE_AXES_ERROR_DEG, "deg")
             )
 
 
-def _build_axes_hypothesis(name: str, state: str, error: ModelError, applies: bool) -> Hypothesis:
-    size, unit, key = _AXES[state]
+def _build_axes_hypothesis(
+    name: str, state: str, error: ModelError, is_applicable: bool
+) -> Hypothesis:
+    size, unit, key = _AXES_ERRORS[state]
     says = partial(_format_worst_axis, f"{name}.{state} is", size, unit)
-    weight = _RARE if state == "scale_asymmetry" else 1.0
+    weight = _RARE_WEIGHT if state == "scale_asymmetry" else 1.0
     return Hypothesis(
         f"{name}.{state}",
         f"{name}.{key}",
         says,
         (error,),
-        applies,
-        possible=lambda score: bool(np.abs(score.estimate).max() < _LINEAR),
-        shown_by="rotation",
+        is_applicable,
+        is_possible=lambda score: bool(np.abs(score.estimate).max() < _MAX_COEFFICIENT),
+        observability_condition="rotation",
         weight=weight,
     )
 
@@ -296,25 +309,25 @@ def _build_channel_hypothesis(
     owner: Gyro | Sensor,
     error: str,
     column: tuple[str, Floats],
-    departure: ModelError,
+    model_error: ModelError,
     size: tuple[float, str],
 ) -> Hypothesis:
     (called, values), (large, unit) = column, size
     is_offset = error == (owner.offset_state if isinstance(owner, Sensor) else "bias")
-    key = f"{name}.{_FOLLOWS[error]}" if error in _FOLLOWS else _TAKEN_OUT
+    key = f"{name}.{_SENSITIVITY_KEYS[error]}" if error in _SENSITIVITY_KEYS else _REMOVAL_ADVICE
     return Hypothesis(
         f"{name}.{called}" if is_offset else f"{name}.{error}.{called}",
         key,
         partial(
             _format_worst_axis, f"{name}.{error} follows {called} by", large / np.ptp(values), unit
         ),
-        (departure,),
-        applies=not follows(owner, called, error),
-        weight=1.0 if is_offset else _RARE,
+        (model_error,),
+        is_applicable=not has_sensitivity(owner, called, error),
+        weight=1.0 if is_offset else _RARE_WEIGHT,
     )
 
 
-def sized(value: float, sigma: float) -> str:
+def format_with_sigma(value: float, sigma: float) -> str:
     """Format a value with its 1-sigma, rounded to the same digit."""
     if not 0.0 < sigma < np.inf:
         return f"{value:.2g} ± {sigma:.1g}"
@@ -325,21 +338,24 @@ def sized(value: float, sigma: float) -> str:
     return f"{text} ± {sigma:.1g}"
 
 
-def _format_worst_axis(words: str, factor: float, unit: str, score: Score) -> str:
+def _format_worst_axis(prefix: str, factor: float, unit: str, score: Score) -> str:
     axis = int(np.argmax(np.abs(score.estimate) / score.sigma))
-    value = sized(factor * score.estimate[axis], factor * score.sigma[axis])
-    return " ".join(filter(None, (words, value, unit, f"along {'xyz'[axis]}")))
+    value = format_with_sigma(factor * score.estimate[axis], factor * score.sigma[axis])
+    return " ".join(filter(None, (prefix, value, unit, f"along {'xyz'[axis]}")))
 
 
-def _format_delay(words: str, positive: str, negative: str, score: Score) -> str:
+def _format_delay(prefix: str, positive: str, negative: str, score: Score) -> str:
     (off,), (sigma,) = score.estimate.tolist(), score.sigma.tolist()
     side = positive if off >= 0.0 else negative
     large = departures.LARGE_DELAY_S
-    return f"{words} {sized(large * abs(off), large * sigma)} s {side}"
+    return f"{prefix} {format_with_sigma(large * abs(off), large * sigma)} s {side}"
 
 
 def _format_step(offset: str, size: float, unit: str, times: Floats, score: Score) -> str:
-    by, at = size * _compute_range(_STEPS, score), _find_change_time(times, _STEPS, score)
+    by, at = (
+        size * _compute_range(_STEP_PROFILES, score),
+        _find_change_time(times, _STEP_PROFILES, score),
+    )
     return f"{offset} changes by {by:.3g} {unit} at about {at:.0f} s"
 
 
@@ -349,19 +365,19 @@ def _scale_channel(channel: Floats) -> Floats:
     return scaled
 
 
-def _evaluate_offset(courses: Sequence[departures.Profile], score: Score) -> Floats:
+def _evaluate_offset(profiles: Sequence[departures.Profile], score: Score) -> Floats:
     """Return the estimated offset over the data, shape (1001, 3)."""
-    path: Floats = courses[score.alternative](_SHARES) @ score.estimate.reshape(-1, 3)
+    path: Floats = profiles[score.alternative](_TIME_FRACTIONS) @ score.estimate.reshape(-1, 3)
     return path
 
 
-def _compute_range(courses: Sequence[departures.Profile], score: Score) -> float:
-    return float(np.ptp(_evaluate_offset(courses, score), axis=0).max())
+def _compute_range(profiles: Sequence[departures.Profile], score: Score) -> float:
+    return float(np.ptp(_evaluate_offset(profiles, score), axis=0).max())
 
 
-def _find_change_time(times: Floats, courses: Sequence[departures.Profile], score: Score) -> float:
+def _find_change_time(times: Floats, profiles: Sequence[departures.Profile], score: Score) -> float:
     """Return the time of the fastest change of an offset; the middle for a constant slope."""
-    speed = np.linalg.norm(np.diff(_evaluate_offset(courses, score), axis=0), axis=1)
+    speed = np.linalg.norm(np.diff(_evaluate_offset(profiles, score), axis=0), axis=1)
     fastest = np.flatnonzero(speed >= 0.999 * speed.max())
-    share = 0.5 * (_SHARES[fastest[0]] + _SHARES[fastest[-1] + 1])
+    share = 0.5 * (_TIME_FRACTIONS[fastest[0]] + _TIME_FRACTIONS[fastest[-1] + 1])
     return float(times[0] + share * (times[-1] - times[0]))

@@ -8,17 +8,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mgeo_calibration.calibration.agreement import SIGNIFICANCE, SensorTest, beyond
+from mgeo_calibration.calibration.agreement import SIGNIFICANCE, SensorTest, format_chi_square
 from mgeo_calibration.calibration.hypotheses import Hypothesis
 from mgeo_calibration.estimation.score import Score, ScoreTests, compute_scores
 from mgeo_calibration.estimation.smoother import Solution, compute_last_covariance
 
 #: Hypotheses are indistinguishable if their p-values differ by less than this factor.
-_INDISTINCT = 1000.0
+_MAX_P_RATIO = 1000.0
 #: Smallest change of an estimate, in 1-sigmas, for a note on a doubtful convention.
-_MATTERS = 1.0
+_MIN_CHANGE_SIGMAS = 1.0
 #: Largest distance of a score from an alternative convention, in 1-sigmas, for a note.
-_COMPATIBLE = 3.0
+_MAX_DISTANCE_SIGMAS = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,24 +49,24 @@ class ModelTest:
     """
 
     name: str
-    says: str
+    description: str
     key: str
     chi_square: float
-    freedom: int
+    degrees_of_freedom: int
     p: float
-    p_least: float
-    named: bool
+    significance_level: float
+    is_selected: bool
     alternatives: str = ""
 
     @property
-    def words(self) -> str:
+    def summary(self) -> str:
         """Description of the error with its significance, key and alternatives."""
-        text = f"{self.says} {beyond(self.chi_square, self.freedom, self.p)}: {self.key}"
+        text = f"{self.description} {format_chi_square(self.chi_square, self.degrees_of_freedom, self.p)}: {self.key}"
         return f"either {text}, {self.alternatives}" if self.alternatives else text
 
 
-def model_tests(
-    solution: Solution, hypotheses: Mapping[str, Hypothesis], n_tests: float, scatter: float
+def run_model_tests(
+    solution: Solution, hypotheses: Mapping[str, Hypothesis], n_tests: float, variance_ratio: float
 ) -> tuple[tuple[ModelTest, ...], tuple[str, ...]]:
     """Test all hypotheses at a converged solution.
 
@@ -93,32 +93,32 @@ def model_tests(
         Notes on doubtful conventions, if no error is selected.
     """
     departures = {
-        _key(name, option): departure
+        _format_key(name, option): departure
         for name, hypothesis in hypotheses.items()
         for option, departure in enumerate(hypothesis.options)
     }
     result = compute_scores(solution, departures)
     alone = _score_hypotheses(result, hypotheses, ())
-    named = _select_errors(result, hypotheses, alone, n_tests, scatter)
+    named = _select_errors(result, hypotheses, alone, n_tests, variance_ratio)
     tests = []
     for name in (*named, *(name for name in hypotheses if name not in named)):
         hypothesis = hypotheses[name]
         score, alternatives = named.get(name, (alone[name], ""))
         says = (
-            hypothesis.says(score)
+            hypothesis.describe(score)
             if score.degrees_of_freedom
-            else (f"not tested: no {hypothesis.shown_by} that shows it")
+            else (f"not tested: no {hypothesis.observability_condition} that shows it")
         )
         tests.append(
             ModelTest(
                 name=name,
-                says=says,
+                description=says,
                 key=hypothesis.key,
-                chi_square=score.chi_square / scatter,
-                freedom=score.degrees_of_freedom,
-                p=score.compute_p_value(scatter),
-                p_least=hypothesis.weight * SIGNIFICANCE / n_tests,
-                named=name in named,
+                chi_square=score.chi_square / variance_ratio,
+                degrees_of_freedom=score.degrees_of_freedom,
+                p=score.compute_p_value(variance_ratio),
+                significance_level=hypothesis.weight * SIGNIFICANCE / n_tests,
+                is_selected=name in named,
                 alternatives=alternatives,
             )
         )
@@ -126,39 +126,39 @@ def model_tests(
     return tuple(tests), doubts
 
 
-def scatter_of(tests: Sequence[SensorTest]) -> float:
+def compute_variance_ratio(tests: Sequence[SensorTest]) -> float:
     """Return the largest ratio of actual to predicted variance of mean innovations, at least 1."""
-    return max([1.0, *(test.excess for test in tests)])
+    return max([1.0, *(test.variance_ratio for test in tests)])
 
 
 def _select_errors(
-    found: ScoreTests,
+    all_scores: ScoreTests,
     hypotheses: Mapping[str, Hypothesis],
-    alone: Mapping[str, Score],
+    single_scores: Mapping[str, Score],
     n_tests: float,
-    scatter: float,
+    variance_ratio: float,
 ) -> dict[str, tuple[Score, str]]:
     """Select the significant errors; return the score and the alternatives of each."""
     named: dict[str, tuple[Score, str]] = {}
-    beside, rest = alone, n_tests
+    beside, rest = single_scores, n_tests
 
     def is_significant(name: str, score: Score) -> bool:
-        return score.compute_p_value(scatter) < hypotheses[name].weight * SIGNIFICANCE / rest
+        return score.compute_p_value(variance_ratio) < hypotheses[name].weight * SIGNIFICANCE / rest
 
     while True:
         evidence = {
-            name: score.compute_evidence(scatter) + 2.0 * math.log(hypotheses[name].weight)
+            name: score.compute_evidence(variance_ratio) + 2.0 * math.log(hypotheses[name].weight)
             for name, score in beside.items()
-            if hypotheses[name].possible(score)
+            if hypotheses[name].is_possible(score)
         }
         best = max(evidence, key=lambda name: evidence[name], default=None)
         if best is None or not is_significant(best, beside[best]):
             return named
-        keys = [_key(name, score.alternative) for name, (score, _) in named.items()]
-        keys.append(_key(best, beside[best].alternative))
+        keys = [_format_key(name, score.alternative) for name, (score, _) in named.items()]
+        keys.append(_format_key(best, beside[best].alternative))
         others = {n: each for n, each in hypotheses.items() if n not in named and n != best}
-        left = _score_hypotheses(found, others, keys)
-        least = evidence[best] - 2.0 * math.log(_INDISTINCT)
+        left = _score_hypotheses(all_scores, others, keys)
+        least = evidence[best] - 2.0 * math.log(_MAX_P_RATIO)
         rivals = sorted(
             (
                 name
@@ -173,61 +173,65 @@ def _select_errors(
 
 def _describe_alternatives(
     hypotheses: Mapping[str, Hypothesis],
-    beside: Mapping[str, Score],
-    left: Mapping[str, Score],
-    rivals: Sequence[str],
+    current_scores: Mapping[str, Score],
+    remaining_scores: Mapping[str, Score],
+    alternatives: Sequence[str],
 ) -> str:
     words = []
-    for name in rivals:
-        unexplained = left[name].chi_square / beside[name].chi_square
+    for name in alternatives:
+        unexplained = remaining_scores[name].chi_square / current_scores[name].chi_square
         correlation = math.sqrt(max(0.0, 1.0 - unexplained))
         hypothesis = hypotheses[name]
         words.append(
-            f"or {hypothesis.says(beside[name])}: {hypothesis.key} (correlated {correlation:.2f})"
+            f"or {hypothesis.describe(current_scores[name])}: {hypothesis.key} (correlated {correlation:.2f})"
         )
     return ", ".join(words)
 
 
 def _score_hypotheses(
-    found: ScoreTests, hypotheses: Mapping[str, Hypothesis], keys: Sequence[str]
+    all_scores: ScoreTests, hypotheses: Mapping[str, Hypothesis], keys: Sequence[str]
 ) -> dict[str, Score]:
     """Return the score of the most significant option of each hypothesis, with others estimated."""
     best = {}
     for name, hypothesis in hypotheses.items():
         count = len(hypothesis.options)
         each = [
-            replace(found.compute_score(_key(name, option), keys), option=option, options=count)
+            replace(
+                all_scores.compute_score(_format_key(name, option), keys),
+                option=option,
+                options=count,
+            )
             for option in range(count)
         ]
         best[name] = max(each, key=lambda score: score.compute_evidence())
     return best
 
 
-def _key(name: str, option: int) -> str:
+def _format_key(name: str, option: int) -> str:
     return f"{name} {option}"
 
 
 def _describe_doubts(
     solution: Solution,
     hypotheses: Mapping[str, Hypothesis],
-    alone: Mapping[str, Score],
-    found: ScoreTests,
+    single_scores: Mapping[str, Score],
+    all_scores: ScoreTests,
 ) -> Iterator[str]:
     """Yield notes on alternative conventions that fit telemetry better, but not significantly."""
     order = np.concatenate([solution.partition.stochastic, solution.partition.constant])
     sigma = np.sqrt(np.diag(compute_last_covariance(solution)))[order]
     for name, hypothesis in hypotheses.items():
-        score, other = alone[name], hypothesis.instead
+        score, other = single_scores[name], hypothesis.alternative_coefficient
         if other is None or not score.degrees_of_freedom:
             continue
         off = abs(other - score.estimate[0])
-        if off > min(_COMPATIBLE * score.sigma[0], abs(score.estimate[0])):
+        if off > min(_MAX_DISTANCE_SIGMAS * score.sigma[0], abs(score.estimate[0])):
             continue
-        change = found.state_changes[:, found.slices[_key(name, 0)]][:, 0] * other
+        change = all_scores.state_changes[:, all_scores.slices[_format_key(name, 0)]][:, 0] * other
         moved = np.abs(change) / sigma
-        if (most := float(moved.max())) >= _MATTERS:
+        if (most := float(moved.max())) >= _MIN_CHANGE_SIGMAS:
             block = solution.batch.suite.blocks[int(order[moved.argmax()]) // 3]
             yield (
-                f"{hypothesis.says(score)}; if so, {block} would be {most:.2g} of its 1-sigmas "
+                f"{hypothesis.describe(score)}; if so, {block} would be {most:.2g} of its 1-sigmas "
                 f"elsewhere: {hypothesis.key}"
             )

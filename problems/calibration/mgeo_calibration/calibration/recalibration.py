@@ -18,27 +18,32 @@ from mgeo_attitude.settings.errors import InvalidValue, format_known_names
 from mgeo_attitude.settings.types import DEG
 
 from mgeo_calibration.calibration.calibration import Calibration
-from mgeo_calibration.calibration.corrections import unit_of_bias
+from mgeo_calibration.calibration.corrections import find_bias_unit
 from mgeo_calibration.calibration.from_telemetry import calibrate
-from mgeo_calibration.calibration.hypotheses import follows
+from mgeo_calibration.calibration.hypotheses import has_sensitivity
 from mgeo_calibration.estimation.batch import RATE_MAGNITUDES
-from mgeo_calibration.telemetry.columns import name_and_unit
+from mgeo_calibration.telemetry.columns import split_name_and_unit
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Key that requests noise estimation.
-NOISE = "noise"
-_INFLUENCES = "influences"
+NOISE_KEY = "noise"
+_SENSITIVITIES_FIELD = "influences"
 #: Ratio of the 1-sigma of an added bias variation to the initial 1-sigma of the bias. The initial
 #: 1-sigma of a measured bias is small, but its variation may be larger.
-_LARGE = 10.0
+_BIAS_VARIATION_FACTOR = 10.0
 #: Initial 1-sigma of each added state, in the unit of its key.
-SIZES = {"scale_factor": 0.02, "misalignment_deg": 1.0, "nonorthogonality_deg": 1.0, "delay_s": 1.0}
+INITIAL_SIGMAS = {
+    "scale_factor": 0.02,
+    "misalignment_deg": 1.0,
+    "nonorthogonality_deg": 1.0,
+    "delay_s": 1.0,
+}
 T = TypeVar("T", Gyro, Sensor)
-_ROUNDS = 3  # The set of outliers depends on the noise.
+_N_ROUNDS = 3  # The set of outliers depends on the noise.
 
 
-def calibrate_with(
-    found: Calibration,
+def recalibrate(
+    calibration: Calibration,
     telemetry: Telemetry,
     keys: Sequence[str],
 ) -> Calibration:
@@ -59,15 +64,17 @@ def calibrate_with(
     CannotCalibrate
         As `calibrate`.
     """
-    states = [key for key in keys if key != NOISE]
-    scenario = with_states(found.scenario, states, telemetry.others)
-    again = calibrate(scenario, telemetry) if scenario != found.scenario else found
-    for _ in range(_ROUNDS if NOISE in keys else 0):
-        again = calibrate(with_noise(again), telemetry)
+    states = [key for key in keys if key != NOISE_KEY]
+    scenario = add_states(calibration.scenario, states, telemetry.housekeeping)
+    again = calibrate(scenario, telemetry) if scenario != calibration.scenario else calibration
+    for _ in range(_N_ROUNDS if NOISE_KEY in keys else 0):
+        again = calibrate(update_noise(again), telemetry)
     return again
 
 
-def with_states(scenario: Scenario, keys: Sequence[str], others: Mapping[str, Floats]) -> Scenario:
+def add_states(
+    scenario: Scenario, keys: Sequence[str], housekeeping: Mapping[str, Floats]
+) -> Scenario:
     """Return a scenario with additional states of typical size.
 
     Parameters
@@ -78,13 +85,13 @@ def with_states(scenario: Scenario, keys: Sequence[str], others: Mapping[str, Fl
     others : mapping of str to array
         Other columns of telemetry.
     """
-    channels = followable(scenario, others)
-    options: dict[str, Any] = addable(scenario) | dict.fromkeys(channels, _INFLUENCES)
+    channels = list_addable_sensitivities(scenario, housekeeping)
+    options: dict[str, Any] = list_addable_states(scenario) | dict.fromkeys(
+        channels, _SENSITIVITIES_FIELD
+    )
     for key in keys:
         if key not in options:
-            expected = (
-                f"expected something that can be added{format_known_names(key, [*options, NOISE])}"
-            )
+            expected = f"expected something that can be added{format_known_names(key, [*options, NOISE_KEY])}"
             raise InvalidValue("fit", key, expected)
     if keys and scenario.prior is not None:
         raise InvalidValue("fit", keys[0], "expected no earlier calibration, which is without it")
@@ -93,13 +100,13 @@ def with_states(scenario: Scenario, keys: Sequence[str], others: Mapping[str, Fl
         name = getattr(owner, "name", "gyro")
         own = [key for key in keys if key.partition(".")[0] == name]
         more: dict[str, Any] = {
-            options[key]: SIZES[options[key].removeprefix("initial_")]
+            options[key]: INITIAL_SIGMAS[options[key].removeprefix("initial_")]
             for key in own
             if key not in channels
         }
         new: list[BiasSensitivity] = [each for key in own for each in channels.get(key, ())]
         if new:
-            more[_INFLUENCES] = (*getattr(owner, _INFLUENCES), *new)
+            more[_SENSITIVITIES_FIELD] = (*getattr(owner, _SENSITIVITIES_FIELD), *new)
         return dataclasses.replace(owner, **more)
 
     return dataclasses.replace(
@@ -109,21 +116,21 @@ def with_states(scenario: Scenario, keys: Sequence[str], others: Mapping[str, Fl
     )
 
 
-def addable(scenario: Scenario) -> dict[str, str]:
+def list_addable_states(scenario: Scenario) -> dict[str, str]:
     """Return the states that can be added to a scenario, with the field that adds each state."""
     result = {}
     owners: tuple[Any, ...] = (scenario.gyro, *scenario.sensors)
     for owner in owners:
         for field in dataclasses.fields(owner):
             size = field.name.removeprefix("initial_")
-            if size in SIZES and field.name != size and not getattr(owner, field.name):
+            if size in INITIAL_SIGMAS and field.name != size and not getattr(owner, field.name):
                 state = size.removesuffix("_deg").removesuffix("_s")
                 result[f"{getattr(owner, 'name', 'gyro')}.{state}"] = field.name
     return result
 
 
-def followable(
-    scenario: Scenario, others: Mapping[str, Floats]
+def list_addable_sensitivities(
+    scenario: Scenario, housekeeping: Mapping[str, Floats]
 ) -> dict[str, tuple[BiasSensitivity, ...]]:
     """Return the bias sensitivities that a scenario lacks, by the keys of `with_states`."""
     result: dict[str, tuple[BiasSensitivity, ...]] = {}
@@ -134,18 +141,24 @@ def followable(
         errors = {"bias": "", "misalignment": "misalignment."}
         if isinstance(owner, Gyro):
             del errors["misalignment"]
-            if not any(follows(owner, magnitude) for magnitude in RATE_MAGNITUDES):
+            if not any(has_sensitivity(owner, magnitude) for magnitude in RATE_MAGNITUDES):
                 result["gyro.scale_asymmetry"] = tuple(
-                    BiasSensitivity(magnitude, initial_sigma=SIZES["scale_factor"], unit="deg/s")
+                    BiasSensitivity(
+                        magnitude, initial_sigma=INITIAL_SIGMAS["scale_factor"], unit="deg/s"
+                    )
                     for magnitude in RATE_MAGNITUDES
                 )
         for error, prefix in errors.items():
-            for column, values in others.items():
-                if error not in states or follows(owner, column, error) or not np.ptp(values):
+            for column, values in housekeeping.items():
+                if (
+                    error not in states
+                    or has_sensitivity(owner, column, error)
+                    or not np.ptp(values)
+                ):
                     continue
-                channel, unit = name_and_unit(column)
-                sigma = _LARGE * np.max(get_initial_sigma(states[error]))
-                in_key = unit_of_bias(owner) if error == "bias" else DEG
+                channel, unit = split_name_and_unit(column)
+                sigma = _BIAS_VARIATION_FACTOR * np.max(get_initial_sigma(states[error]))
+                in_key = find_bias_unit(owner) if error == "bias" else DEG
                 influence = BiasSensitivity(
                     channel,
                     initial_sigma=float(in_key.factor * sigma / np.ptp(values)),
@@ -157,13 +170,14 @@ def followable(
     return result
 
 
-def with_noise(found: Calibration) -> Scenario:
+def update_noise(calibration: Calibration) -> Scenario:
     """Return the scenario of a calibration with sensor noise estimated from its innovations."""
-    factors = {test.sensor: float(np.sqrt(test.nis)) for test in found.tests}
+    factors = {test.sensor: float(np.sqrt(test.nis)) for test in calibration.tests}
     sensors = tuple(
-        scaled_noise(sensor, factors.get(sensor.name, 1.0)) for sensor in found.scenario.sensors
+        scaled_noise(sensor, factors.get(sensor.name, 1.0))
+        for sensor in calibration.scenario.sensors
     )
-    return dataclasses.replace(found.scenario, sensors=sensors)
+    return dataclasses.replace(calibration.scenario, sensors=sensors)
 
 
 def compare_calibrations(first: Calibration, second: Calibration) -> pd.DataFrame:
@@ -174,7 +188,7 @@ def compare_calibrations(first: Calibration, second: Calibration) -> pd.DataFram
     """
     columns = ["estimate", "sigma"]
     keys = ["block", "axis", "unit"]
-    old, new = (each.table().set_index(keys)[columns] for each in (first, second))
+    old, new = (each.build_table().set_index(keys)[columns] for each in (first, second))
     table = new.join(old.add_suffix(" before"))
     table["moved"] = (table["estimate"] - table["estimate before"].fillna(0.0)) / table["sigma"]
     return table.reset_index(["axis", "unit"])[

@@ -10,10 +10,10 @@ from mgeo.figures.page import render_report_page
 from mgeo_calibration.calibration.calibration import Calibration
 
 #: Largest number of listed outliers; the JSON file contains all.
-LISTED = 100
+MAX_OUTLIERS = 100
 
 
-def report_html(calibration: Calibration, promised: pd.DataFrame | None = None) -> str:
+def build_report(calibration: Calibration, predicted: pd.DataFrame | None = None) -> str:
     """Return the HTML report of a calibration, which loads no external resources.
 
     Parameters
@@ -27,33 +27,39 @@ def report_html(calibration: Calibration, promised: pd.DataFrame | None = None) 
         f"<p>At {calibration.time:.6f} s after the epoch, {escape(calibration.utc)} UTC: "
         f"{escape(calibration.conclusion)}.</p>",
         *(f"<p>{escape(note)}.</p>" for note in calibration.notes),
-        _format_table(calibration.table().set_index("block")),
+        _format_table(calibration.build_table().set_index("block")),
     ]
-    if promised is not None:
-        title = f"What the plan predicted for {promised.attrs['time_s']:.6g} s"
-        title += promised.attrs["flown"]
-        parts += [f"<h2>{title}</h2>", _format_table(promised.reset_index())]
-    figures = calibration.figures()
+    if predicted is not None:
+        title = f"What the plan predicted for {predicted.attrs['time_s']:.6g} s"
+        title += predicted.attrs["flown"]
+        parts += [f"<h2>{title}</h2>", _format_table(predicted.reset_index())]
+    figures = calibration.draw_figures()
     parts += [figures.pop("constants"), "<h2>Innovations</h2>"]
-    parts.append(_format_table(calibration.test_table().T.reset_index()))
-    parts += ["<h2>Estimate and prior</h2>", _format_table(calibration.prior_table().reset_index())]
+    parts.append(_format_table(calibration.build_sensor_test_table().T.reset_index()))
+    parts += [
+        "<h2>Estimate and prior</h2>",
+        _format_table(calibration.build_prior_test_table().reset_index()),
+    ]
     if calibration.model_tests:
         parts += [
             "<h2>Errors outside the scenario's model</h2>",
-            _format_table(calibration.model_table().reset_index(), classes="wrapped"),
+            _format_table(calibration.build_model_test_table().reset_index(), classes="wrapped"),
         ]
     parts += list(figures.values())
-    rejected = calibration.rejected_table()
+    rejected = calibration.build_outlier_table()
     if len(rejected):
-        more = f", the first {LISTED}" if len(rejected) > LISTED else ""
-        parts += [f"<h2>{len(rejected)} outliers{more}</h2>", _format_table(rejected[:LISTED])]
-    parts += ["<h2>Correction parameters</h2>", _format_uplink(calibration)]
+        more = f", the first {MAX_OUTLIERS}" if len(rejected) > MAX_OUTLIERS else ""
+        parts += [
+            f"<h2>{len(rejected)} outliers{more}</h2>",
+            _format_table(rejected[:MAX_OUTLIERS]),
+        ]
+    parts += ["<h2>Correction parameters</h2>", _format_corrections(calibration)]
     return render_report_page(title, parts)
 
 
-def _format_uplink(calibration: Calibration) -> str:
+def _format_corrections(calibration: Calibration) -> str:
     rows = []
-    for owner, entry in calibration.uplink().items():
+    for owner, entry in calibration.compute_corrections().items():
         for name, value in entry.items():
             lines = {name: value}
             if isinstance(value, list) and isinstance(value[0], list):

@@ -15,11 +15,11 @@ from mgeo_attitude.sensors.vector_sensors import Magnetometer
 from mgeo_calibration.calibration.agreement import (
     SIGNIFICANCE,
     SensorTest,
-    correlation_bound,
-    greatest_correlation,
-    nis_bounds,
-    number_of_tests,
-    prior_tests,
+    compute_correlation_bound,
+    compute_max_autocorrelation,
+    compute_nis_bounds,
+    count_prior_tests,
+    run_prior_tests,
 )
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.estimation.batch import Batch, build_batch
@@ -36,13 +36,13 @@ from mgeo_calibration.telemetry.reading import read_telemetry
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Note on the limits of the method in each calibration.
-ALONE = (
+METHOD_NOTE = (
     "magnetometers are calibrated by the field strength alone: misalignments and errors that vary "
     "keep their prior, attitude and rate are those of [initial]"
 )
 
 
-def calibrate_alone(
+def calibrate_magnetometers(
     scenario: Scenario,
     telemetry: Telemetry | pd.DataFrame | Path | str,
     mapping: TelemetryMapping | None = None,
@@ -94,7 +94,7 @@ def calibrate_alone(
         )
     states = belief.states.copy()
     covariance = belief.sigma[:, None] * belief.correlation * belief.sigma
-    n_tests = number_of_tests(belief) + 2 * len(magnetometers)
+    n_tests = count_prior_tests(belief) + 2 * len(magnetometers)
     tests = []
     for index in magnetometers:
         sensor = suite.sensors[index]
@@ -111,7 +111,9 @@ def calibrate_alone(
         covariance[np.ix_(own, own)] = result.covariance[np.ix_(here, here)]
         tests.append(_test_residuals(data, index, result, n_tests))
     time = float(data.times[-1])
-    last = Environment.from_times(scenario, data.times[-1:], telemetry.positions(data.times[-1:]))
+    last = Environment.from_times(
+        scenario, data.times[-1:], telemetry.interpolate_positions(data.times[-1:])
+    )
     covariance[:3], covariance[:, :3] = 0.0, 0.0
     covariance[:3, :3] = scenario.initial_attitude_covariance
     nothing = belief.reset_varying_states()
@@ -123,38 +125,38 @@ def calibrate_alone(
         states=states,
         covariance=covariance,
         tests=tuple(tests),
-        rejected=(),
-        prior_tests=prior_tests(nothing, np.eye(3), states, SIGNIFICANCE / n_tests),
-        notes=(ALONE, *(note for test in tests for note in test.notes())),
+        outliers=(),
+        prior_tests=run_prior_tests(nothing, np.eye(3), states, SIGNIFICANCE / n_tests),
+        notes=(METHOD_NOTE, *(note for test in tests for note in test.notes())),
     )
 
 
-def _test_residuals(data: Batch, index: int, found: FieldStrengthFit, n_tests: int) -> SensorTest:
-    sensor, residuals = data.suite.sensors[index], found.residuals
+def _test_residuals(data: Batch, index: int, fit: FieldStrengthFit, n_tests: int) -> SensorTest:
+    sensor, residuals = data.suite.sensors[index], fit.residuals
     measured = data.readings[index][:, 0]
     seen = np.isfinite(measured[:, 0])
     strength = np.linalg.norm(data.vectors[seen, index], axis=1)
-    unbiased = (measured[seen] - found.parameters[:3]) @ np.linalg.inv(
-        compute_response_matrix(found.parameters)
+    unbiased = (measured[seen] - fit.parameters[:3]) @ np.linalg.inv(
+        compute_response_matrix(fit.parameters)
     )
 
     def rms(values: Floats) -> float:
         return sensor.telemetry_unit.factor * float(np.sqrt((values**2).mean()))
 
-    low, high = nis_bounds(len(residuals), n_tests)
+    low, high = compute_nis_bounds(len(residuals), n_tests)
     return SensorTest(
         sensor=sensor.name,
-        readings=int(seen.sum()),
-        rejected=int(seen.sum()) - len(residuals),
+        n_readings=int(seen.sum()),
+        n_outliers=int(seen.sum()) - len(residuals),
         nis=float((residuals**2).mean()),
         nis_low=low,
         nis_high=high,
-        correlation=greatest_correlation(
+        correlation=compute_max_autocorrelation(
             Innovations(np.arange(len(residuals)), residuals[:, None])
         ),
-        correlation_bound=correlation_bound(len(residuals), n_tests),
+        correlation_bound=compute_correlation_bound(len(residuals), n_tests),
         unit=sensor.telemetry_unit.text,
-        noise=rms(data.noise[index]),
-        before=rms(np.linalg.norm(measured[seen], axis=1) - strength),
-        after=rms(np.linalg.norm(unbiased, axis=1) - strength),
+        rms_noise=rms(data.noise[index]),
+        rms_before=rms(np.linalg.norm(measured[seen], axis=1) - strength),
+        rms_after=rms(np.linalg.norm(unbiased, axis=1) - strength),
     )

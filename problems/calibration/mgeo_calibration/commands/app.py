@@ -78,13 +78,13 @@ def verify(
             result = verification.verify(picked.plan, monte_carlo, seed)
         for warning in caught:
             output.print_note(f"Note: {warning.message}")
-        document = command.verification_document(picked, result, seed)
+        document = command.build_verification_document(picked, result, seed)
         command.print_verification(picked, result, output)
         output.print_document(document)
-        if target := out or command.result_file(source, picked, seed):
+        if target := out or command.build_result_path(source, picked, seed):
             write_file(target, f"{format_json(document)}\n".encode())
             output.print(f"written: {target}")
-    holds = result.achieved and not document["violations"]
+    holds = result.is_achieved and not document["violations"]
     raise typer.Exit(ExitCode.SUCCESS if holds else ExitCode.INCOMPLETE)
 
 
@@ -136,8 +136,8 @@ def fly(
 
     from mgeo.store.atomic import encode_json, write_file
     from mgeo_calibration.commands import fly as command
-    from mgeo_calibration.flight.as_flown import as_flown
-    from mgeo_calibration.flight.truth import read_truth, truth_document
+    from mgeo_calibration.flight.as_flown import compare_with_plan
+    from mgeo_calibration.flight.truth import build_truth_document, read_truth
 
     with convert_input_errors(USER_ERRORS):
         check_targets([out], overwrite, (".csv",))
@@ -145,16 +145,16 @@ def fly(
         picked = load_plan(source, pick, time, solution)
         plan = picked.plan
         before = read_truth(after, plan) if after else None
-        telemetry = command.simulate_flight(plan, simulator, vehicle, seed, before)
-        telemetry = telemetry if until is None else telemetry.until(until)
-        document = truth_document(plan, telemetry, simulator, seed)
-        compared = as_flown(plan, telemetry)
+        telemetry = command.simulate_plan(plan, simulator, vehicle, seed, before)
+        telemetry = telemetry if until is None else telemetry.truncate(until)
+        document = build_truth_document(plan, telemetry, simulator, seed)
+        compared = compare_with_plan(plan, telemetry)
         telemetry.to_csv(out)
         if truth:
             write_file(truth, encode_json(document))
     files = [str(path) for path in (out, truth) if path]
     output = Output(quiet, json)
-    command.print_flight(picked, telemetry, compared, simulator, files, output)
+    command.print_simulation(picked, telemetry, compared, simulator, files, output)
     samples = len(telemetry.times)
     output.print_document(
         {"files": files, "samples": samples, "truth": document, "as_flown": to_records(compared)}
@@ -215,10 +215,10 @@ def calibrate(
     """
     from mgeo_attitude.scenario.validity import ImplausibleValue
 
-    from mgeo_calibration.calibration.diagnosis import CannotCalibrate
+    from mgeo_calibration.calibration.diagnosis import CalibrationError
     from mgeo_calibration.calibration.from_telemetry import calibrate as calibrated
-    from mgeo_calibration.calibration.recalibration import calibrate_with
-    from mgeo_calibration.calibration.strength_calibration import calibrate_alone
+    from mgeo_calibration.calibration.recalibration import recalibrate
+    from mgeo_calibration.calibration.strength_calibration import calibrate_magnetometers
     from mgeo_calibration.commands import calibrate as command
     from mgeo_calibration.telemetry.mapping import TelemetryMapping
     from mgeo_calibration.telemetry.reading import read_telemetry
@@ -226,16 +226,16 @@ def calibrate(
     output = Output(quiet, json)
     with convert_input_errors(USER_ERRORS):
         if out:
-            command.check_folder(out, overwrite)
+            command.validate_folder(out, overwrite)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", ImplausibleValue)
-            picked = command.flown_plan(plan, pick, time, solution)
+            picked = command.load_optional_plan(plan, pick, time, solution)
             flown = picked.plan if picked else None
-            of = command.scenario_of(scenario, flown)
+            of = command.select_scenario(scenario, flown)
         for line in dict.fromkeys(str(warning.message) for warning in caught):
             output.print_note(f"Note: {line}")
         read = TelemetryMapping.from_toml(mapping) if mapping else None
-        alone = read is not None and read.gyro.holds == "unknown"
+        alone = read is not None and read.gyro.reference_axes == "unknown"
         if alone and fit is not None:
             raise ValueError(
                 '--fit: expected none with holds = "unknown" in the mapping, which gives no '
@@ -243,15 +243,17 @@ def calibrate(
             )
         samples = read_telemetry(telemetry, of, read)
         try:
-            result = calibrate_alone(of, samples) if alone else calibrated(of, samples, read)
-        except CannotCalibrate as error:
+            result = (
+                calibrate_magnetometers(of, samples) if alone else calibrated(of, samples, read)
+            )
+        except CalibrationError as error:
             if diagnose:
-                command.report_refusal(error, output)
+                command.print_checks(error, output)
             raise
         predicted = result.compare(flown) if flown else None
         first = result
         if fit is not None:
-            result = calibrate_with(first, samples, [key.strip() for key in fit.split(",")])
+            result = recalibrate(first, samples, [key.strip() for key in fit.split(",")])
         command.print_calibration(result, predicted, picked, output)
         if diagnose:
             command.print_tests(result, output)
@@ -259,5 +261,5 @@ def calibrate(
             command.print_comparison(first, result, output)
         files = command.write_calibration(result, predicted, out) if out else []
     output.print(*(f"wrote {file}" for file in files))
-    output.print_document(command.calibration_document(result, predicted, files))
-    raise typer.Exit(ExitCode.SUCCESS if result.supported else ExitCode.INCOMPLETE)
+    output.print_document(command.build_calibration_document(result, predicted, files))
+    raise typer.Exit(ExitCode.SUCCESS if result.is_consistent else ExitCode.INCOMPLETE)

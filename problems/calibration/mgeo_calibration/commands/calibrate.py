@@ -14,15 +14,15 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo.store.atomic import check_writable, lock_folder, write_file
 from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
 from mgeo_calibration.calibration.calibration import Calibration
-from mgeo_calibration.calibration.diagnosis import CannotCalibrate
-from mgeo_calibration.calibration.document import document, to_json
+from mgeo_calibration.calibration.diagnosis import CalibrationError
+from mgeo_calibration.calibration.document import build_document, to_json
 from mgeo_calibration.calibration.recalibration import compare_calibrations, describe_noise
 
 #: Files of the output folder, in the order of writing.
 FILES = ("calibration.csv", "attitude.csv", "calibration.html", "calibration.json")
 
 
-def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
+def select_scenario(text: str | None, plan: ManeuverPlan | None) -> Scenario:
     """Return the scenario of the option --scenario, or the scenario of the plan.
 
     Raises
@@ -55,7 +55,7 @@ def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
     return scenario
 
 
-def flown_plan(
+def load_optional_plan(
     source: Path | None, pick: str | None, time: float | None, solution: int | None
 ) -> SelectedPlan | None:
     """Return the plan of the option --plan, if given.
@@ -73,7 +73,7 @@ def flown_plan(
     return None
 
 
-def check_folder(folder: Path, overwrite: bool) -> None:
+def validate_folder(folder: Path, overwrite: bool) -> None:
     """Raise OSError if the output files cannot be written to a folder."""
     if folder.exists() and not folder.is_dir():
         raise FileExistsError(f"{folder} is no folder: choose another name")
@@ -84,16 +84,16 @@ def check_folder(folder: Path, overwrite: bool) -> None:
 
 
 def write_calibration(
-    calibration: Calibration, promised: pd.DataFrame | None, folder: Path
+    calibration: Calibration, predicted: pd.DataFrame | None, folder: Path
 ) -> list[str]:
     """Write `FILES` to a folder and return the paths; attitude.csv only if there is a history."""
-    from mgeo_calibration.calibration.report import report_html
+    from mgeo_calibration.calibration.report import build_report
 
     attitude = calibration.attitude if calibration.history is not None else None
     texts = (
-        calibration.table().to_csv(index=False, lineterminator="\n"),
+        calibration.build_table().to_csv(index=False, lineterminator="\n"),
         attitude.to_csv(index=False, lineterminator="\n") if attitude is not None else None,
-        report_html(calibration, promised),
+        build_report(calibration, predicted),
         to_json(calibration),
     )
     folder.mkdir(parents=True, exist_ok=True)
@@ -106,34 +106,34 @@ def write_calibration(
 
 def print_calibration(
     calibration: Calibration,
-    promised: pd.DataFrame | None,
+    predicted: pd.DataFrame | None,
     picked: SelectedPlan | None,
     output: Output,
 ) -> None:
     """Print estimates, tests and conclusion of a calibration."""
-    table = calibration.table().set_index("block")
+    table = calibration.build_table().set_index("block")
     output.print(
         f"scenario {calibration.scenario.name}: calibrated at {calibration.time:.6g} s, "
         f"{calibration.utc} UTC",
         *build_titled_table("Calibration parameters", table),
-        *build_titled_table("Innovations", calibration.test_table().T),
+        *build_titled_table("Innovations", calibration.build_sensor_test_table().T),
         format_note("before, after: rms of the residuals without and with the calibration"),
     )
-    if promised is not None and picked is not None:
-        time = f"{promised.attrs['time_s']:.6g} s"
-        time += promised.attrs["flown"]
+    if predicted is not None and picked is not None:
+        time = f"{predicted.attrs['time_s']:.6g} s"
+        time += predicted.attrs["flown"]
         title = f"1-sigma at {time}, predicted by the plan and achieved: {picked.name}"
-        output.print(*build_titled_table(title, promised), *picked.list_warnings())
+        output.print(*build_titled_table(title, predicted), *picked.list_warnings())
     for text in calibration.notes:
         output.print(format_note(text))
     output.print("", escape_text(calibration.conclusion, "bold"))
 
 
-def report_refusal(refused: CannotCalibrate, output: Output) -> None:
+def print_checks(error: CalibrationError, output: Output) -> None:
     """Print the findings of attitude-independent checks if a calibration is not possible."""
-    table = refused.check_table()
+    table = error.build_check_table()
     output.print(*build_titled_table("Attitude-independent checks", table))
-    output.print_document({"refused": str(refused), "checks": to_records(table)})
+    output.print_document({"refused": str(error), "checks": to_records(table)})
 
 
 def print_tests(calibration: Calibration, output: Output) -> None:
@@ -141,11 +141,11 @@ def print_tests(calibration: Calibration, output: Output) -> None:
     columns = ["says", "chi_square", "freedom", "p", "named", "key"]
     output.print(
         *build_titled_table(
-            "Errors outside the scenario's model", calibration.model_table()[columns]
+            "Errors outside the scenario's model", calibration.build_model_test_table()[columns]
         )
     )
-    output.print(*build_titled_table("Estimate and prior", calibration.prior_table()))
-    for cause in calibration.causes:
+    output.print(*build_titled_table("Estimate and prior", calibration.build_prior_test_table()))
+    for cause in calibration.data_faults:
         output.print(f"found without an attitude: {cause}")
 
 
@@ -159,14 +159,14 @@ def print_comparison(first: Calibration, second: Calibration, output: Output) ->
     )
 
 
-def calibration_document(
-    calibration: Calibration, promised: pd.DataFrame | None, files: list[str]
+def build_calibration_document(
+    calibration: Calibration, predicted: pd.DataFrame | None, files: list[str]
 ) -> dict[str, Any]:
     """Return calibration.json with the comparison to a plan and the list of files."""
-    compared = [] if promised is None else to_records(promised)
+    compared = [] if predicted is None else to_records(predicted)
     return {
-        **document(calibration),
-        "supported": calibration.supported,
+        **build_document(calibration),
+        "supported": calibration.is_consistent,
         "promised": compared,
         "files": files,
     }

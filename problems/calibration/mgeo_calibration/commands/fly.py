@@ -10,12 +10,12 @@ from mgeo.terminal import Output, build_titled_table, escape_text, format_note
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 
-def simulate_flight(
+def simulate_plan(
     plan: ManeuverPlan,
     simulator: str,
     vehicle: str | None,
     seed: int,
-    after: Truth | None = None,
+    initial_truth: Truth | None = None,
 ) -> Telemetry:
     """Simulate one run of a plan with the selected simulator.
 
@@ -33,19 +33,23 @@ def simulate_flight(
 
         if vehicle is not None:
             raise ValueError("--vehicle: the own simulator has none. Use --simulator basilisk")
-        return fly(scenario, plan, seed, after=after, environment=environment)
-    from mgeo_calibration.flight.basilisk.fly import fly as fly_basilisk
+        return fly(scenario, plan, seed, after=initial_truth, environment=environment)
+    from mgeo_calibration.flight.basilisk.fly import simulate_telemetry as fly_basilisk
     from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 
-    chosen = Vehicle.of(scenario, vehicle) if vehicle else None
-    return fly_basilisk(scenario, plan, seed, vehicle=chosen, after=after, environment=environment)
+    chosen = Vehicle.from_scenario(scenario, vehicle) if vehicle else None
+    return fly_basilisk(
+        scenario, plan, seed, vehicle=chosen, initial_truth=initial_truth, environment=environment
+    )
 
 
 #: Note on simulated runs with magnetorquers.
-_COILS = format_note("magnetorquers act in the true attitude, which is not controlled to the plan")
+_MAGNETORQUER_NOTE = format_note(
+    "magnetorquers act in the true attitude, which is not controlled to the plan"
+)
 
 
-def limited(frame: pd.DataFrame) -> pd.DataFrame:
+def format_constraints(frame: pd.DataFrame) -> pd.DataFrame:
     """Return a constraint table for the terminal, with bound and limit in one column."""
     shown = frame.drop(columns="bound")
     limits = zip(frame["bound"], frame["limit"], strict=True)
@@ -56,10 +60,10 @@ def limited(frame: pd.DataFrame) -> pd.DataFrame:
     return shown
 
 
-def print_flight(
+def print_simulation(
     picked: SelectedPlan,
     telemetry: Telemetry,
-    came_to: pd.DataFrame,
+    comparison: pd.DataFrame,
     simulator: str,
     files: list[str],
     output: Output,
@@ -81,9 +85,10 @@ def print_flight(
         f"{len(telemetry.times)} samples to {telemetry.times[-1]:.6g} s of gyro, "
         f"{', '.join(telemetry.sensors)}, simulator {simulator}",
         *build_titled_table(
-            f"Plan and simulation until {came_to.attrs['time_s']:.6g} s", limited(came_to)
+            f"Plan and simulation until {comparison.attrs['time_s']:.6g} s",
+            format_constraints(comparison),
         ),
         format_note("values of plan and simulation without margin"),
-        *([_COILS] if picked.plan.scenario.is_magnetorquer_driven else []),
+        *([_MAGNETORQUER_NOTE] if picked.plan.scenario.is_magnetorquer_driven else []),
         *(f"wrote {file}" for file in files),
     )

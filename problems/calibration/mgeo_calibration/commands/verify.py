@@ -12,75 +12,80 @@ from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.tables import TABLES
 
 from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
-from mgeo_calibration.commands.fly import limited
-from mgeo_calibration.flight.as_flown import told
+from mgeo_calibration.commands.fly import format_constraints
+from mgeo_calibration.flight.as_flown import format_gyro_guidance
 from mgeo_calibration.verification import (
-    LEVEL,
+    SIGNIFICANCE_LEVEL,
     Verification,
-    conclusion,
-    findings,
-    power,
-    remedies,
+    describe_failures,
+    describe_power,
+    format_conclusion,
+    list_suggestions,
 )
 
 #: Short column names for the terminal.
-_SHORT = {"rms / predicted [-]": "/ predicted", "rms / claimed [-]": "/ claimed"}
+_SHORT_COLUMNS = {"rms / predicted [-]": "/ predicted", "rms / claimed [-]": "/ claimed"}
 
 
-def print_verification(picked: SelectedPlan, found: Verification, output: Output) -> None:
+def print_verification(picked: SelectedPlan, verification: Verification, output: Output) -> None:
     """Print the errors of Monte Carlo runs with their prediction, and suggestions."""
     plan = picked.plan
-    shown = found.table.iloc[:, :5].rename(columns=_SHORT)
+    shown = verification.table.iloc[:, :5].rename(columns=_SHORT_COLUMNS)
     output.print(
         escape_text(picked.summary, "bold"),
         *(escape_text(f"violated constraint: {line}", "bold") for line in plan.list_violations()),
-        escape_text(conclusion(found), "bold"),
+        escape_text(format_conclusion(verification), "bold"),
         *picked.list_warnings(),
     )
-    if ways := list(remedies(plan, found)):
+    if ways := list(list_suggestions(plan, verification)):
         output.print(escape_text("suggestions", "bold"), *(escape_text(f"  {way}") for way in ways))
     output.print(
         *build_titled_table(
-            f"{found.n_runs} Monte Carlo runs, errors at {plan.t_end:.6g} s", shown
+            f"{verification.n_runs} Monte Carlo runs, errors at {plan.t_end:.6g} s", shown
         ),
-        format_note(f"NEES per state {found.nees:.3f}; {power(found)}"),
+        format_note(f"NEES per state {verification.nees:.3f}; {describe_power(verification)}"),
     )
     output.print(*render_table(TABLES["promises"], plan))
-    if len(found.path_limits):
+    if len(verification.path_constraints):
         output.print(
-            *build_titled_table("path limits broken", found.path_limits),
+            *build_titled_table("path limits broken", verification.path_constraints),
             format_note(
                 "steered: attitude control with the estimate; open loop: exact rates of the plan"
             ),
         )
-    if len(found.ends):
+    if len(verification.gyro_guidance):
         output.print(
-            *build_titled_table("Monte Carlo runs with gyro-based guidance", limited(found.ends)),
-            *(format_note(line) for line in told(found.ends)),
+            *build_titled_table(
+                "Monte Carlo runs with gyro-based guidance",
+                format_constraints(verification.gyro_guidance),
+            ),
+            *(format_note(line) for line in format_gyro_guidance(verification.gyro_guidance)),
         )
 
 
-def verification_document(picked: SelectedPlan, found: Verification, seed: int) -> dict[str, Any]:
+def build_verification_document(
+    picked: SelectedPlan, verification: Verification, seed: int
+) -> dict[str, Any]:
     """Return the verification with problem and design as a JSON-compatible mapping."""
     plan = picked.plan
-    table = found.table.reset_index()
+    table = verification.table.reset_index()
     lines = [
         *(f"violated constraint: {line}" for line in plan.list_violations()),
-        conclusion(found),
-        f"NEES per state {found.nees:.3f}",
-        power(found),
-        *_describe_constraints(found),
-        *told(found.ends),
+        format_conclusion(verification),
+        f"NEES per state {verification.nees:.3f}",
+        describe_power(verification),
+        *_describe_constraints(verification),
+        *format_gyro_guidance(verification.gyro_guidance),
     ]
     return {
-        "title": f"{found.n_runs} Monte Carlo runs of the plan with t_end {plan.t_end:.6g} s and "
+        "title": f"{verification.n_runs} Monte Carlo runs of the plan with t_end {plan.t_end:.6g} s and "
         f"trace {plan.trace:.5g}, seed {seed}",
         "conclusion": "; ".join(lines),
         "seed": seed,
-        "findings": [] if found.achieved else findings(found),
-        "remedies": list(remedies(plan, found)),
-        "level": LEVEL,
-        "detectable": found.detectable,
+        "findings": [] if verification.is_achieved else describe_failures(verification),
+        "remedies": list(list_suggestions(plan, verification)),
+        "level": SIGNIFICANCE_LEVEL,
+        "detectable": verification.detectable_ratio,
         "columns": [str(name) for name in table.columns],
         "rows": table.to_numpy(object).tolist(),
         "solution": picked.solution,
@@ -88,22 +93,22 @@ def verification_document(picked: SelectedPlan, found: Verification, seed: int) 
         "problem": PROBLEM,
         "options": plan.problem.to_options(),
         "design": list(plan.design),
-        "achieved": bool(found.achieved),
+        "achieved": bool(verification.is_achieved),
         "violations": plan.list_violations(),
-        "path_limits": to_records(found.path_limits),
-        "ends": to_records(found.ends),
+        "path_limits": to_records(verification.path_constraints),
+        "ends": to_records(verification.gyro_guidance),
         "promises": to_records(plan.compare_with_monte_carlo()),
     }
 
 
-def result_file(source: Path, picked: SelectedPlan, seed: int) -> Path | None:
+def build_result_path(source: Path, picked: SelectedPlan, seed: int) -> Path | None:
     """Return the result file of a solution in its run folder, or None for a plan."""
     number = picked.solution
     return None if number is None else source / f"verification-solution{number}-seed{seed}.json"
 
 
-def _describe_constraints(found: Verification) -> Iterator[str]:
-    for name, row in found.path_limits.iterrows():
+def _describe_constraints(verification: Verification) -> Iterator[str]:
+    for name, row in verification.path_constraints.iterrows():
         ways = ", ".join(
             f"{row[f'{way}: flights [%]']:.3g} % of flights ({row[f'{way}: time [%]']:.3g} % of "
             f"the time) {way}"

@@ -16,20 +16,20 @@ from mgeo_attitude.sensors.readings import pad_to_three
 from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.belief import UNKNOWN_ATTITUDE_SIGMA
-from mgeo_calibration.telemetry.columns import followed
+from mgeo_calibration.telemetry.columns import find_sensitivity_channels
 from mgeo_calibration.telemetry.finding import Samples
 from mgeo_calibration.telemetry.gyro_samples import (
-    SILENT,
-    covered,
-    gyro_noise,
-    gyro_spikes,
-    rate_steps,
-    reported,
-    usual_step,
+    UNKNOWN_RATE_RATIO,
+    compute_averaging_durations,
+    compute_median_step,
+    compute_rate_sigma,
+    compute_step_rates,
+    find_gyro_spikes,
+    select_gyro_samples,
 )
-from mgeo_calibration.telemetry.held import Held
-from mgeo_calibration.telemetry.orbit_checks import norms
-from mgeo_calibration.telemetry.quantization import angle_variance
+from mgeo_calibration.telemetry.held import AssumedAttitude
+from mgeo_calibration.telemetry.orbit_checks import find_invalid_norms
+from mgeo_calibration.telemetry.quantization import compute_angle_variance_rate
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Channels of the magnitudes of the gyro's rates [deg/s]: a bias that follows them is a scale
@@ -76,7 +76,7 @@ class Batch:
     noise: Floats
     vectors: Floats
     channel_values: Floats
-    pointing: Held | None = None
+    pointing: AssumedAttitude | None = None
 
     def select_channel_values(self, owner: Gyro | Sensor, samples: slice | Ints) -> list[Floats]:
         """What influences of an owner are times at m samples, each of shape (m, 1)."""
@@ -129,24 +129,24 @@ def build_batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
         that a bias follows; nothing after the epoch of a scenario that goes on; or
         vectors of another unit.
     """
-    for finding in norms(Samples.of(scenario, telemetry)):
+    for finding in find_invalid_norms(Samples.from_telemetry(scenario, telemetry)):
         raise ValueError(str(finding))
     if scenario.prior is not None:
         telemetry = _select_after_epoch(scenario, telemetry)
-    at, rates = reported(telemetry)
-    usual = usual_step(at)
+    at, rates = select_gyro_samples(telemetry)
+    usual = compute_median_step(at)
     suite = replace(scenario.suite, gyro=scenario.gyro.convert_sample_noise(usual))
-    readings = telemetry.readings(suite)
+    readings = telemetry.build_readings(suite)
     there = np.isfinite(telemetry.gyro_deg_s[:, 0])
     there |= np.any([np.isfinite(rows[:, 0, 0]) for rows in readings], axis=0)
-    silent = (np.diff(at) > SILENT * usual).nonzero()[0]
+    silent = (np.diff(at) > UNKNOWN_RATE_RATIO * usual).nonzero()[0]
     for last, first in zip(at[silent], at[silent + 1], strict=True):
         there &= (telemetry.times <= last) | (telemetry.times >= first)
     there &= (telemetry.times >= at[0] - usual) & (telemetry.times <= at[-1] + usual)
     there[0] |= scenario.prior is not None
 
     times = telemetry.times[there]
-    position, hold = telemetry.positions(times), telemetry.hold
+    position, hold = telemetry.interpolate_positions(times), telemetry.attitude_hold
     environment = Environment.from_times(scenario, times, position)
     if not scenario.eclipse:
         environment = environment.without_eclipses()
@@ -157,15 +157,15 @@ def build_batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
         )
         for i, rows in enumerate(readings)
     )
-    off = gyro_spikes(suite, telemetry)
+    off = find_gyro_spikes(suite, telemetry)
     rates -= off
-    gyro, change, missing, breaks = rate_steps(times, at, rates, usual)
+    gyro, change, missing, breaks = compute_step_rates(times, at, rates, usual)
     declared = suite.gyro.quantization_deg_per_s or 0.0
-    step = np.radians(np.maximum(telemetry.step_of("gyro"), declared))
-    sigma = gyro_noise(suite, usual)
-    counted = angle_variance(rates, usual, step, sigma)
+    step = np.radians(np.maximum(telemetry.find_quantization_steps("gyro"), declared))
+    sigma = compute_rate_sigma(suite, usual)
+    counted = compute_angle_variance_rate(rates, usual, step, sigma)
     # vectors say whether the body has turned so: all parts of a sample are off together
-    stands = covered(at)[:, None]
+    stands = compute_averaging_durations(at)[:, None]
     wrong = (
         np.minimum(np.abs(off).max(axis=1, keepdims=True) * stands, UNKNOWN_ATTITUDE_SIGMA) ** 2
         / stands
@@ -184,11 +184,13 @@ def build_batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
         channel_values=suite.compute_channel_deviations(
             {
                 name: np.interp(times, telemetry.times, values)
-                for name, values in followed(suite, collect_channels(telemetry)).items()
+                for name, values in find_sensitivity_channels(
+                    suite, collect_channels(telemetry)
+                ).items()
             },
             len(times),
         ),
-        pointing=hold.at(scenario, times, position) if hold else None,
+        pointing=hold.compute_attitude(scenario, times, position) if hold else None,
     )
 
 
@@ -200,7 +202,7 @@ def collect_channels(telemetry: Telemetry) -> dict[str, Floats]:
         name: np.interp(telemetry.times, at, rates[:, axis])
         for axis, name in enumerate(RATE_MAGNITUDES)
     }
-    return {**magnitudes, **telemetry.others}
+    return {**magnitudes, **telemetry.housekeeping}
 
 
 def mask_dark_readings(sensor: Sensor, readings: Floats) -> Floats:
@@ -223,7 +225,7 @@ def mask_dark_readings(sensor: Sensor, readings: Floats) -> Floats:
 
 def _compute_noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
     """1-sigma of each number, with the variance of a number that is rounded."""
-    step, sigma = telemetry.step_of(sensor.name), np.array(sensor.noise_sigmas())
+    step, sigma = telemetry.find_quantization_steps(sensor.name), np.array(sensor.noise_sigmas())
     if sensor.has_unit_length:
         rows = telemetry.sensors[sensor.name]
         lengths = np.linalg.norm(rows[np.isfinite(rows[:, 0])], axis=1)
@@ -258,10 +260,12 @@ def _select_after_epoch(scenario: Scenario, telemetry: Telemetry) -> Telemetry:
         gyro_deg_s=empty_before(telemetry.gyro_deg_s),
         sensors={name: empty_before(rows) for name, rows in telemetry.sensors.items()},
         position=position,
-        others={
+        housekeeping={
             name: np.append(np.interp(0.0, telemetry.times, values), values[later])
-            for name, values in telemetry.others.items()
+            for name, values in telemetry.housekeeping.items()
         },
-        steps={name: telemetry.step_of(name) for name in ("gyro", *telemetry.sensors)},
-        hold=telemetry.hold,
+        quantization_steps={
+            name: telemetry.find_quantization_steps(name) for name in ("gyro", *telemetry.sensors)
+        },
+        attitude_hold=telemetry.attitude_hold,
     )

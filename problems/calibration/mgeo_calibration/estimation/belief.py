@@ -10,7 +10,7 @@ from mgeo_attitude.geometry.rotation import rotation_jacobian, rotation_matrix, 
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite
 
-from mgeo_calibration.telemetry.held import Held
+from mgeo_calibration.telemetry.held import AssumedAttitude
 
 #: 1-sigma of an unknown attitude [rad], about the spread of uniformly distributed rotations.
 UNKNOWN_ATTITUDE_SIGMA = 1.0
@@ -50,7 +50,9 @@ class PriorEstimate:
         return cls(suite, None, np.zeros_like(sigma), sigma, suite.initial_correlation)
 
     @classmethod
-    def from_scenario(cls, scenario: Scenario, pointing: Held | None = None) -> PriorEstimate:
+    def from_scenario(
+        cls, scenario: Scenario, pointing: AssumedAttitude | None = None
+    ) -> PriorEstimate:
         """Return the result of an earlier calibration, or `initial` if the scenario has none.
 
         Parameters
@@ -63,7 +65,7 @@ class PriorEstimate:
             initial = cls.from_suite(suite)
             if pointing is None:
                 return initial
-            initial.sigma[:3] = pointing.error.sigma
+            initial.sigma[:3] = pointing.pointing_error.sigma
             return replace(initial, attitude=pointing.attitude[0])
         return cls(suite, prior.attitude.T, prior.estimates, prior.sigma, prior.correlation)
 

@@ -24,7 +24,7 @@ from mgeo_calibration.estimation.belief import UNKNOWN_ATTITUDE_SIGMA
 from mgeo_calibration.estimation.kernels import load_compiled_module
 from mgeo_calibration.estimation.step_noise import correlate_step_noise
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory
-from mgeo_calibration.telemetry.held import Held
+from mgeo_calibration.telemetry.held import AssumedAttitude
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,14 +161,14 @@ def linearize_process(
 
 
 def _linearize_pointing(
-    pointing: Held, trajectory: Trajectory, durations: Floats
+    pointing: AssumedAttitude, trajectory: Trajectory, durations: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Return F, Q and defect of the attitude if its error is a process about the held attitude.
 
     The vectors p of the rotations from the held attitude satisfy p_{k+1} = φ p_k + w exactly. An
     error e of the attitude changes them by J e.
     """
-    decay, variance = pointing.error.discretize(durations)
+    decay, variance = pointing.pointing_error.discretize(durations)
     p = rotation_vector(np.moveaxis(pointing.attitude.swapaxes(1, 2) @ trajectory.attitude, 0, -1))
     J = np.moveaxis(rotation_jacobian(p), -1, 0)
     inverse = np.linalg.inv(J[1:])

@@ -24,7 +24,7 @@ from mgeo_attitude.settings.types import DEG_H, Unit
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.telemetry.gyro_samples import gyro_noise
+from mgeo_calibration.telemetry.gyro_samples import compute_rate_sigma
 
 #: Relative excess variance of the noise state over the process noise of the angle. Without an
 #: excess the two would be perfectly correlated and their covariance singular.
@@ -63,7 +63,7 @@ class StepNoiseSuite(Suite):
 
     @cached_property
     def error_sources(self) -> dict[str, Any]:
-        x, y, z = np.broadcast_to(gyro_noise(self, self.step), 3).tolist()
+        x, y, z = np.broadcast_to(compute_rate_sigma(self, self.step), 3).tolist()
         process = GaussMarkov((x, y, z), _RELATIVE_CORRELATION_TIME * self.step)
         return {**super().error_sources, "step": StepNoise(process)}
 

@@ -29,7 +29,7 @@ from scipy.signal import lfilter
 
 
 @dataclass(frozen=True)
-class Draws:
+class RandomErrors:
     """Random numbers of a run of n steps.
 
     Attributes
@@ -44,15 +44,15 @@ class Draws:
         Measurement noise of every sensor at every sample, padded to three components.
     """
 
-    errors: Floats
-    gyro_noise: Floats
-    noise: Floats
+    initial_errors: Floats
+    process_noise: Floats
+    measurement_noise: Floats
 
 
-def draw(model: FilterModel, n_steps: int, generator: np.random.Generator) -> Draws:
+def draw_errors(model: FilterModel, n_steps: int, generator: np.random.Generator) -> RandomErrors:
     """Draw the random numbers of a run from a model."""
     suite = model.suite
-    (_, Q), k = at_rest(model), suite.n_kinematic
+    (_, Q), k = discretize_at_rest(model), suite.n_kinematic
     # The covariance of a constant bias is singular and has no Cholesky factor.
     variances, axes = np.linalg.eigh(Q[:k, :k])
     root = block_diag(axes * np.sqrt(np.maximum(variances, 0.0)), np.sqrt(Q[k:, k:]))
@@ -60,14 +60,14 @@ def draw(model: FilterModel, n_steps: int, generator: np.random.Generator) -> Dr
     chance = np.linalg.cholesky(model.initial_correlation) @ generator.standard_normal(
         suite.n_states
     )
-    return Draws(
-        with_errors(suite, model.initial_states, model.initial_sigma * chance),
+    return RandomErrors(
+        add_errors(suite, model.initial_states, model.initial_sigma * chance),
         np.einsum("kj,ij->ki", generator.standard_normal((n_steps, suite.n_dynamic)), root),
         sigma * generator.standard_normal((n_steps + 1, *sigma.shape)),
     )
 
 
-def with_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
+def add_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
     """Return true states from estimates and their errors, shape (n_states,)."""
     true = states + errors
     for first in suite.rotation_indices[1:]:
@@ -79,7 +79,7 @@ def with_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
     return true
 
 
-def at_rest(model: FilterModel) -> tuple[Floats, Floats]:
+def discretize_at_rest(model: FilterModel) -> tuple[Floats, Floats]:
     """Return the exact transition and process noise matrices of one step without rotation.
 
     Returns
@@ -91,7 +91,7 @@ def at_rest(model: FilterModel) -> tuple[Floats, Floats]:
 
 
 @dataclass(frozen=True)
-class Flight:
+class SimulatedRun:
     """True motion, errors and readings of a run of n steps.
 
     Attributes
@@ -109,13 +109,13 @@ class Flight:
     """
 
     motion: Motion
-    start: Floats
-    errors: Floats
-    gyro: Floats
+    initial_rotation: Floats
+    initial_states: Floats
+    varying_states: Floats
     readings: Measurements
 
 
-def coning(begin: Floats, end: Floats, step: float) -> Floats:
+def compute_coning_correction(start_rates: Floats, end_rates: Floats, step: float) -> Floats:
     """Return the mean rate minus the rotation vector per unit time of steps, shape (n, 3) [rad/s].
 
     Third-order expansion for linearly varying rates (J. E. Bortz, A New Mathematical Formulation
@@ -129,11 +129,13 @@ def coning(begin: Floats, end: Floats, step: float) -> Floats:
     step : float
         Duration of a step [s].
     """
-    difference: Floats = -step / 12.0 * np.cross(begin, end)
+    difference: Floats = -step / 12.0 * np.cross(start_rates, end_rates)
     return difference
 
 
-def unsteady(planned: FilterModel, design: Floats, n_steps: int, start: Floats) -> Floats:
+def compute_design_coning(
+    nominal_model: FilterModel, design: Floats, n_steps: int, initial_rotation: Floats
+) -> Floats:
     """Return the `coning` of the first n steps of a design, shape (n, 3) [rad/s].
 
     Parameters
@@ -144,16 +146,18 @@ def unsteady(planned: FilterModel, design: Floats, n_steps: int, start: Floats) 
     start : array, shape (3, 3)
         See `Flight.start`.
     """
-    body = planned.rotate_initial_attitude(start.T)
+    body = nominal_model.rotate_initial_attitude(initial_rotation.T)
     if body.slew_limits is None:  # The rate is constant within each step.
         return np.zeros((n_steps, 3))
     plan = body.build_schedule(design[None], n_steps)
     stretch = np.searchsorted(plan.starts[0], np.arange(n_steps), side="right") - 1
     end = plan.end_rates[0][stretch]
-    return coning(np.vstack([body.initial_rate, end[:-1]]), end, body.step)
+    return compute_coning_correction(np.vstack([body.initial_rate, end[:-1]]), end, body.step)
 
 
-def moved(planned: FilterModel, design: Floats, n_steps: int, errors: Floats) -> Motion:
+def compute_true_motion(
+    nominal_model: FilterModel, design: Floats, n_steps: int, errors: Floats
+) -> Motion:
     """Return the motion of a design for an initial attitude with a drawn error.
 
     The motion is given relative to the planned attitude. Its rates are the planned rates, except
@@ -164,16 +168,18 @@ def moved(planned: FilterModel, design: Floats, n_steps: int, errors: Floats) ->
     errors : array, shape (n_states,)
         See `Draws.errors`.
     """
-    start = _build_start(planned.initial_attitude, errors)
-    return Motion.from_design(planned.rotate_initial_attitude(start.T), design, n_steps)
+    start = _build_initial_rotation(nominal_model.initial_attitude, errors)
+    return Motion.from_design(nominal_model.rotate_initial_attitude(start.T), design, n_steps)
 
 
-def _build_start(planned: Floats, errors: Floats) -> Floats:
+def _build_initial_rotation(nominal_attitude: Floats, errors: Floats) -> Floats:
     """Return `Flight.start` for a planned initial attitude and drawn errors."""
-    return rotation_matrix(-errors[:3] @ planned)
+    return rotation_matrix(-errors[:3] @ nominal_attitude)
 
 
-def gyro_of(model: FilterModel, rates: Floats, draws: Draws) -> tuple[Floats, Floats]:
+def simulate_gyro(
+    model: FilterModel, rates: Floats, random_errors: RandomErrors
+) -> tuple[Floats, Floats]:
     """Simulate the gyro of a body with given rates.
 
     Returns
@@ -183,8 +189,8 @@ def gyro_of(model: FilterModel, rates: Floats, draws: Draws) -> tuple[Floats, Fl
     reported : array, shape (n, 3)
         Reported rates [rad/s].
     """
-    suite, (F, _) = model.suite, at_rest(model)
-    gyro = np.vstack([draws.errors[3 : len(F)], draws.gyro_noise[:, 3:]])
+    suite, (F, _) = model.suite, discretize_at_rest(model)
+    gyro = np.vstack([random_errors.initial_errors[3 : len(F)], random_errors.process_noise[:, 3:]])
     for state, decay in zip(gyro.T, np.diag(F)[3:], strict=True):
         state[:] = lfilter([1.0], [1.0, -decay], state)  # Gauss-Markov process
     x = {
@@ -192,15 +198,20 @@ def gyro_of(model: FilterModel, rates: Floats, draws: Draws) -> tuple[Floats, Fl
         for name, first in suite.get_first_indices(suite.gyro).items()
     }
     # The gyro reports the mean rate error over the step.
-    x["bias"] = -(np.diag(F[:3, 3:6]) * x["bias"] + draws.gyro_noise[:, :3]) / model.step
+    x["bias"] = -(np.diag(F[:3, 3:6]) * x["bias"] + random_errors.process_noise[:, :3]) / model.step
     follows = model.sensitivity_factors[1 : len(rates) + 1]
-    apply_bias_sensitivities(suite.gyro.bias_sensitivities, x, columns(follows, suite, suite.gyro))
+    apply_bias_sensitivities(
+        suite.gyro.bias_sensitivities, x, select_sensitivity_channels(follows, suite, suite.gyro)
+    )
     return gyro, suite.gyro.predict_measurement(SimpleNamespace(**x), rates)
 
 
-def fly_run(
-    model: FilterModel, motion: Motion, draws: Draws, environment: Environment | None = None
-) -> Flight:
+def simulate_run(
+    model: FilterModel,
+    motion: Motion,
+    random_errors: RandomErrors,
+    environment: Environment | None = None,
+) -> SimulatedRun:
     """Simulate a plan with drawn errors.
 
     Parameters
@@ -214,25 +225,36 @@ def fly_run(
         orbit.
     """
     suite = model.suite
-    start, errors = _build_start(motion.attitude[0], draws.errors), draws.errors.copy()
+    start, errors = (
+        _build_initial_rotation(motion.attitude[0], random_errors.initial_errors),
+        random_errors.initial_errors.copy(),
+    )
     errors[:3] = 0.0
-    gyro, reported = gyro_of(model, motion.rates, draws)
+    gyro, reported = simulate_gyro(model, motion.rates, random_errors)
     attitude = motion.attitude @ start
-    seen = model if environment is None else in_true_shadow(model, environment, gyro)
+    seen = model if environment is None else apply_true_eclipses(model, environment, gyro)
     readings = Measurements(
         np.full(len(motion.rates), model.step),
         reported,
         tuple(
             _simulate_readings(
-                seen, index, attitude, motion.rates, errors, gyro, draws.noise[:, index]
+                seen,
+                index,
+                attitude,
+                motion.rates,
+                errors,
+                gyro,
+                random_errors.measurement_noise[:, index],
             )
             for index in range(len(suite.sensors))
         ),
     )
-    return Flight(motion, start, errors, gyro, readings)
+    return SimulatedRun(motion, start, errors, gyro, readings)
 
 
-def columns(influences: Floats, suite: Suite, owner: Gyro | Sensor) -> list[Floats]:
+def select_sensitivity_channels(
+    channel_deviations: Floats, suite: Suite, owner: Gyro | Sensor
+) -> list[Floats]:
     """Return the channels of an owner's bias sensitivities, each of shape (n, 1).
 
     Parameters
@@ -241,7 +263,7 @@ def columns(influences: Floats, suite: Suite, owner: Gyro | Sensor) -> list[Floa
         Channels of all owners.
     """
     own = suite.find_sensitivity_columns(owner)
-    return [influences[:, [k]] for k in range(own.start, own.stop)]
+    return [channel_deviations[:, [k]] for k in range(own.start, own.stop)]
 
 
 def _simulate_readings(
@@ -250,13 +272,13 @@ def _simulate_readings(
     attitude: Floats,
     rates: Floats,
     errors: Floats,
-    varying: Floats,
+    varying_states: Floats,
     noise: Floats,
 ) -> Floats:
     """Return the readings of a sensor at every sample; NaN at the start and without measurement."""
     sensor = model.suite.sensors[index]
     x = {
-        name: varying[:, first - 3 : first]
+        name: varying_states[:, first - 3 : first]
         if first < model.suite.n_dynamic
         else errors[first : first + 3]
         for name, first in model.suite.get_first_indices(sensor).items()
@@ -269,7 +291,9 @@ def _simulate_readings(
         return turned
 
     apply_bias_sensitivities(
-        sensor.bias_sensitivities, x, columns(model.sensitivity_factors, model.suite, sensor)
+        sensor.bias_sensitivities,
+        x,
+        select_sensitivity_channels(model.sensitivity_factors, model.suite, sensor),
     )
     looks = model.references[:, model.suite.list_vector_indices(index)].swapaxes(0, 1)
     rate = np.vstack([rates[:1], rates])  # rate of the step that ends at each sample
@@ -280,7 +304,9 @@ def _simulate_readings(
     return np.where(seen[:, None, None], reported, np.nan)
 
 
-def in_true_shadow(model: FilterModel, environment: Environment, varying: Floats) -> FilterModel:
+def apply_true_eclipses(
+    model: FilterModel, environment: Environment, varying_states: Floats
+) -> FilterModel:
     """Return a model whose sensors see the Sun according to the true orbit.
 
     Parameters
@@ -296,7 +322,9 @@ def in_true_shadow(model: FilterModel, environment: Environment, varying: Floats
     first = 3 * suite.blocks.index("world.orbit_error") - 3
     there = compute_availability(
         suite,
-        suite.environment_errors.displace_position(environment, varying[:, first : first + 3]),
+        suite.environment_errors.displace_position(
+            environment, varying_states[:, first : first + 3]
+        ),
     )
     for column, sensor in zip(there.T, suite.sensors, strict=True):
         column &= find_sample_instants(sensor, model.step, len(there))

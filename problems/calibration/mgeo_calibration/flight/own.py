@@ -18,21 +18,38 @@ from mgeo_attitude.sensors.readings import count_vectors, to_telemetry
 from mgeo_attitude.settings.base import get_fields, require_same
 from mgeo_attitude.trajectory.trajectory import Trajectory
 
-from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run, moved, unsteady
+from mgeo_calibration.flight.flight import (
+    RandomErrors,
+    SimulatedRun,
+    compute_design_coning,
+    compute_true_motion,
+    draw_errors,
+    simulate_run,
+)
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 #: Keys in which a truth may differ from the scenario, and keys without effect on a run. Of
 #: `initial`, only the attitude uncertainty may differ.
-FREE = ("epoch", "eclipse", "orbit", "gyro", "sensors", "world", "initial", "name", "objectives")
+FREE_KEYS = (
+    "epoch",
+    "eclipse",
+    "orbit",
+    "gyro",
+    "sensors",
+    "world",
+    "initial",
+    "name",
+    "objectives",
+)
 
 
-def fly(
+def simulate_telemetry(
     scenario: Scenario,
     plan: Any,
     seed: int | np.random.Generator | None = None,
     *,
     truth: Scenario | None = None,
-    after: Truth | None = None,
+    initial_truth: Truth | None = None,
     environment: Environment | None = None,
 ) -> Telemetry:
     """Simulate one run of a plan up to the end of the scenario.
@@ -78,32 +95,38 @@ def fly(
     """
     environment = environment or Environment.from_scenario(scenario)
     planned = FilterModel.from_scenario(scenario, environment)
-    design = commanded(scenario, plan, planned)
-    model = planned if truth is None else other_truth(truth, scenario, environment)
+    design = complete_design(scenario, plan, planned)
+    model = planned if truth is None else build_true_model(truth, scenario, environment)
     n = model.n_steps
-    draws = going_on(model, draw(model, n, np.random.default_rng(seed)), after)
-    motion = moved(planned, design, n, draws.errors)
-    flight = fly_run(model, motion, draws, surroundings(truth or scenario, scenario, environment))
-    mean = flight.readings.gyro + unsteady(planned, design, n, flight.start)
+    draws = continue_errors(
+        model, draw_errors(model, n, np.random.default_rng(seed)), initial_truth
+    )
+    motion = compute_true_motion(planned, design, n, draws.initial_errors)
+    flight = simulate_run(
+        model, motion, draws, build_true_environment(truth or scenario, scenario, environment)
+    )
+    mean = flight.readings.gyro + compute_design_coning(planned, design, n, flight.initial_rotation)
     readings = dataclasses.replace(flight.readings, gyro=mean)
-    return sent_down(model, dataclasses.replace(flight, readings=readings))
+    return build_telemetry(model, dataclasses.replace(flight, readings=readings))
 
 
-def going_on(model: FilterModel, draws: Draws, after: Truth | None) -> Draws:
+def continue_errors(
+    model: FilterModel, random_errors: RandomErrors, initial_truth: Truth | None
+) -> RandomErrors:
     """Replace the initial errors of a run by the final errors of an earlier run, if given."""
-    if after is None:
-        return draws
-    if after.states.shape[1] != model.suite.n_states:
+    if initial_truth is None:
+        return random_errors
+    if initial_truth.states.shape[1] != model.suite.n_states:
         raise ValueError(
-            f"after: truth of {after.states.shape[1]} states: expected the scenario's "
+            f"after: truth of {initial_truth.states.shape[1]} states: expected the scenario's "
             f"{model.suite.n_states}"
         )
-    errors = after.states[-1].copy()
-    errors[:3] = -rotation_vector(after.attitude[-1] @ model.initial_attitude.T)
-    return dataclasses.replace(draws, errors=errors)
+    errors = initial_truth.states[-1].copy()
+    errors[:3] = -rotation_vector(initial_truth.attitude[-1] @ model.initial_attitude.T)
+    return dataclasses.replace(random_errors, errors=errors)
 
 
-def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
+def complete_design(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
     """Return the design of a plan, including the slew back that the scenario requires."""
     design = np.asarray(getattr(plan, "design", plan), dtype=float)
     design = design if design.size else build_hold_design(model.initial_rate)
@@ -114,11 +137,11 @@ def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
     return Trajectory(scenario, model, design, t_end, held).commanded_design
 
 
-def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
+def build_telemetry(model: FilterModel, simulated_run: SimulatedRun) -> Telemetry:
     """Return the readings of a run as telemetry with its truth."""
-    suite, rates = model.suite, np.degrees(flight.readings.gyro)
-    states = np.tile(flight.errors, (len(flight.gyro), 1))
-    states[:, 3 : suite.n_dynamic] = flight.gyro
+    suite, rates = model.suite, np.degrees(simulated_run.readings.gyro)
+    states = np.tile(simulated_run.initial_states, (len(simulated_run.varying_states), 1))
+    states[:, 3 : suite.n_dynamic] = simulated_run.varying_states
     step = suite.gyro.quantization_deg_per_s
     if step is not None:
         rates = step * np.round(rates / step)
@@ -127,15 +150,17 @@ def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
         gyro_deg_s=np.vstack([np.full(3, np.nan), rates]),
         sensors={
             sensor.name: to_telemetry(sensor, vectors)
-            for sensor, vectors in zip(suite.sensors, flight.readings.sensors, strict=True)
+            for sensor, vectors in zip(suite.sensors, simulated_run.readings.sensors, strict=True)
         },
-        truth=Truth(attitude=flight.motion.attitude @ flight.start, states=states),
-        others=model.channels,
-        steps={} if step is None else {"gyro": np.full(3, step)},
+        truth=Truth(
+            attitude=simulated_run.motion.attitude @ simulated_run.initial_rotation, states=states
+        ),
+        housekeeping=model.channels,
+        quantization_steps={} if step is None else {"gyro": np.full(3, step)},
     )
 
 
-def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -> FilterModel:
+def build_true_model(truth: Scenario, scenario: Scenario, environment: Environment) -> FilterModel:
     """Return the model of a truth that differs from the scenario.
 
     Parameters
@@ -150,7 +175,9 @@ def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -
     ValueError
         With the differing key and both values, or if sensors or states differ.
     """
-    require_same("truth", truth, scenario, [key for key in get_fields(Scenario) if key not in FREE])
+    require_same(
+        "truth", truth, scenario, [key for key in get_fields(Scenario) if key not in FREE_KEYS]
+    )
     start = [key for key in get_fields(InitialConditions) if key != "attitude_deg"]
     require_same("truth.initial", truth.initial, scenario.initial, start)
     real, believed = (one.suite for one in (truth, scenario))
@@ -166,10 +193,12 @@ def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -
     ):
         if result != expected:
             raise ValueError(f"truth has the {what} {result}: expected the scenario's {expected}")
-    return FilterModel.from_scenario(truth, surroundings(truth, scenario, environment))
+    return FilterModel.from_scenario(truth, build_true_environment(truth, scenario, environment))
 
 
-def surroundings(truth: Scenario, scenario: Scenario, environment: Environment) -> Environment:
+def build_true_environment(
+    truth: Scenario, scenario: Scenario, environment: Environment
+) -> Environment:
     """Return the environment of a truth, without shadow if the truth has no eclipses."""
     if (truth.epoch, truth.orbit) != (scenario.epoch, scenario.orbit):
         environment = Environment.from_scenario(truth)

@@ -15,14 +15,14 @@ from mgeo_attitude.settings.errors import expect
 from scipy.spatial.transform import Rotation
 
 from mgeo.validation.entries import get_entry
-from mgeo_calibration.calibration.corrections import in_units, telemetry_units
+from mgeo_calibration.calibration.corrections import convert_block, list_telemetry_units
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 FORMAT = "mgeo-attitude-truth"
 VERSION = 1
 
 #: Largest difference between the end of a run and the epoch of a follow-up plan [s].
-_SAME_INSTANT = 1e-3
+_MAX_TIME_DIFFERENCE = 1e-3
 
 
 def read_truth(path: Path, plan: ManeuverPlan) -> Truth:
@@ -51,12 +51,12 @@ def _parse_truth(text: str, plan: ManeuverPlan) -> Truth:
     time = float(get_entry(table, "time_s", float))
     gap = seconds_between(before.epoch, plan.scenario.epoch) - time
     start = f"the epoch of the plan, {time + gap:.6f} s after {before.epoch.isoformat()}"
-    expect(abs(gap) < _SAME_INSTANT, "time_s", time, start)
+    expect(abs(gap) < _MAX_TIME_DIFFERENCE, "time_s", time, start)
     attitude = Rotation.from_quat(quaternion).as_matrix().T
     return Truth(attitude=attitude[None], states=np.concatenate([np.zeros(3), *rows])[None])
 
 
-def truth_document(
+def build_truth_document(
     plan: ManeuverPlan, telemetry: Telemetry, simulator: str, seed: int
 ) -> dict[str, Any]:
     """Return the truth at the last sample as a document with the keys of calibration.json.
@@ -78,7 +78,7 @@ def truth_document(
         "states": dict(zip(suite.blocks[1:], states.reshape(-1, 3)[1:].tolist(), strict=True)),
         "table": [
             {"block": block, "axis": axis, "unit": unit.text, "value": float(value)}
-            for block, unit in telemetry_units(suite).items()
-            for axis, value in zip("xyz", in_units(suite, states, block), strict=True)
+            for block, unit in list_telemetry_units(suite).items()
+            for axis, value in zip("xyz", convert_block(suite, states, block), strict=True)
         ],
     }

@@ -23,8 +23,13 @@ from mgeo_attitude.trajectory.trajectory import Trajectory
 from numpy.typing import ArrayLike
 
 from mgeo_calibration.estimation.innovation import Estimate
-from mgeo_calibration.flight.flight import Flight, draw, fly_run, moved
-from mgeo_calibration.flight.own import other_truth, surroundings
+from mgeo_calibration.flight.flight import (
+    SimulatedRun,
+    compute_true_motion,
+    draw_errors,
+    simulate_run,
+)
+from mgeo_calibration.flight.own import build_true_environment, build_true_model
 from mgeo_calibration.simulation.filter import ErrorStateFilter, FilterSettings
 from mgeo_calibration.simulation.monte_carlo import MonteCarloResult, RunStatistics
 
@@ -118,8 +123,8 @@ def simulate(
         warnings.warn(reason, OutsideValidity, stacklevel=2)
     environment = environment or Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
-    real = model if truth is None else other_truth(truth, scenario, environment)
-    around = surroundings(truth or scenario, scenario, environment)
+    real = model if truth is None else build_true_model(truth, scenario, environment)
+    around = build_true_environment(truth or scenario, scenario, environment)
     plan = plan if plan.size else build_hold_design(model.initial_rate)
     t_end = float(evaluate(model, plan).t_end[0])
     whole = Trajectory(scenario, model, plan, t_end).commanded_design
@@ -129,11 +134,11 @@ def simulate(
     if end_time is not None:
         samples = samples[model.times[samples] <= max(end_time, t_end)]
 
-    def flight(generator: np.random.Generator) -> Flight:
-        draws, motion = draw(real, model.n_steps, generator), planned
+    def flight(generator: np.random.Generator) -> SimulatedRun:
+        draws, motion = draw_errors(real, model.n_steps, generator), planned
         if isinstance(model.slew_limits, MagnetorquerDrive):
-            motion = moved(model, plan, model.n_steps, draws.errors)
-        return fly_run(real, motion, draws, around)
+            motion = compute_true_motion(model, plan, model.n_steps, draws.initial_errors)
+        return simulate_run(real, motion, draws, around)
 
     generators = np.random.default_rng(seed).spawn(n_runs)
     if n_runs == 1:
@@ -175,7 +180,7 @@ def _select_samples(model: FilterModel, t_end: float) -> Ints:
 
 def evaluate_filter(
     model: FilterModel,
-    runs: Sequence[Flight],
+    runs: Sequence[SimulatedRun],
     filter_settings: FilterSettings,
     samples: Ints,
     true_model: FilterModel | None = None,

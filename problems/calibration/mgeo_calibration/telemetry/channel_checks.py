@@ -9,34 +9,38 @@ from mgeo_attitude._typing import Floats, Ints
 
 from mgeo_calibration.telemetry.finding import Finding, Samples
 
-_FEWEST = 10  # smallest number of samples for a constant channel
-_DARK = 1e-9  # largest reading of a photodiode in the dark
-_CLIPPED = 5  # smallest number of consecutive equal extremes of a saturated rate
-_OFTEN = 5  # smallest count of a repeated value, also relative to the next frequent value
-_LONG = 10  # smallest number of consecutive equal samples of a frozen sensor
-_RARE = 0.01  # largest fraction of equal neighbors of a finely resolved channel
-_NEAR = 0.05  # largest gap next to a clipping limit, relative to the range of the channel
+_MIN_SAMPLES = 10  # smallest number of samples for a constant channel
+_MAX_DARK_READING = 1e-9  # largest reading of a photodiode in the dark
+_MIN_SATURATED_SAMPLES = 5  # smallest number of consecutive equal extremes of a saturated rate
+_MIN_REPETITIONS = 5  # smallest count of a repeated value, also relative to the next frequent value
+_MIN_FROZEN_SAMPLES = 10  # smallest number of consecutive equal samples of a frozen sensor
+_MAX_EQUAL_FRACTION = 0.01  # largest fraction of equal neighbors of a finely resolved channel
+_MAX_CLIPPING_GAP = (
+    0.05  # largest gap next to a clipping limit, relative to the range of the channel
+)
 
 
-def constant_channels(samples: Samples) -> Iterator[Finding]:
+def find_constant_channels(samples: Samples) -> Iterator[Finding]:
     """Find columns that never change: one of three components, or all columns of a sensor."""
     for name, (columns, rows) in samples.columns.items():
         seen = np.flatnonzero(np.isfinite(rows).all(axis=1))
         result = rows[seen]
         reported = samples.telemetry.sensors.get(name, rows)[seen]
-        in_the_dark = len(columns) == 1 and (np.abs(reported) < _DARK).all()  # a photodiode
-        if len(result) < _FEWEST or in_the_dark:
+        in_the_dark = (
+            len(columns) == 1 and (np.abs(reported) < _MAX_DARK_READING).all()
+        )  # a photodiode
+        if len(result) < _MIN_SAMPLES or in_the_dark:
             continue
         stuck = np.ptp(result, axis=0) == 0.0
         if stuck.all() or (stuck.any() and len(columns) == 3):
             k = int(np.argmax(stuck))
             value = f"{float(result[0, k])!r} in all {len(result)} samples"
             advice = f"check {name}.columns, or leave {name} out of the scenario"
-            place = samples.place(seen[0])
+            place = samples.format_place(seen[0])
             yield Finding(columns[k], place, value, "a channel that changes", advice)
 
 
-def saturated_rates(samples: Samples) -> Iterator[Finding]:
+def find_saturated_rates(samples: Samples) -> Iterator[Finding]:
     """Find gyro rates beyond the range, or at the same extreme in many consecutive samples."""
     if "gyro" not in samples.columns:
         return
@@ -44,64 +48,66 @@ def saturated_rates(samples: Samples) -> Iterator[Finding]:
     seen = np.flatnonzero(np.isfinite(rows).all(axis=1))
     advice = "leave these samples out, or correct gyro.range_deg_s"
     unit = gyro.unit or "deg/s"
-    limit = np.inf if gyro.range_deg_s is None else gyro.range_deg_s / gyro.factor("deg/s")
+    limit = np.inf if gyro.range_deg_s is None else gyro.range_deg_s / gyro.compute_factor("deg/s")
     for name, rate in zip(columns, np.abs(rows[seen].T), strict=True):
         if (rate >= limit).any():
             k = int(np.argmax(rate >= limit))
             expected = f"less than range_deg_s, {limit:.6g} {unit}"
             value = f"{rate[k]:.6g} {unit}"
-            yield Finding(name, samples.place(seen[k]), value, expected, advice)
+            yield Finding(name, samples.format_place(seen[k]), value, expected, advice)
     for name, rate in zip(columns, rows[seen].T, strict=True):
         same = np.diff(rate) == 0.0
         extreme = same & (np.abs(rate[1:]) == np.abs(rate).max(initial=0.0))
         lengths, starts = _find_runs(extreme)
         longest = int(lengths.max(initial=0)) + 1
-        if longest >= _CLIPPED and (same & ~extreme).sum() < _RARE * len(rate):
+        if longest >= _MIN_SATURATED_SAMPLES and (
+            same & ~extreme
+        ).sum() < _MAX_EQUAL_FRACTION * len(rate):
             k = starts[int(lengths.argmax())]
             value = f"{rate[k]:.6g} {unit} in {longest} samples in a row, and never beyond"
-            place = samples.place(seen[k])
+            place = samples.format_place(seen[k])
             yield Finding(name, place, value, "a gyro that does not saturate", advice)
 
 
-def repeated_samples(samples: Samples) -> Iterator[Finding]:
+def find_repeated_samples(samples: Samples) -> Iterator[Finding]:
     """Find sensors that repeat every sample, or freeze for a while."""
     for name, _, seen, rows in _select_readings(samples):
         lengths, starts = _find_runs((np.diff(rows, axis=0) == 0.0).all(axis=1))
         if not len(lengths):
             continue
-        longest, usual = int(lengths.argmax()), lengths[lengths < _LONG].sum()
-        rests = usual > _RARE * len(rows)
+        longest, usual = int(lengths.argmax()), lengths[lengths < _MIN_FROZEN_SAMPLES].sum()
+        rests = usual > _MAX_EQUAL_FRACTION * len(rows)
         if rests and (len(lengths) + lengths.sum()) > 0.9 * len(rows):
             value = f"each sample {np.median(lengths) + 1.0:g} times"
             expected, advice = "each sample once", "leave the cells between samples empty"
-            yield Finding(name, samples.place(seen[0]), value, expected, advice)
-        elif not rests and lengths[longest] + 1 >= _LONG:
+            yield Finding(name, samples.format_place(seen[0]), value, expected, advice)
+        elif not rests and lengths[longest] + 1 >= _MIN_FROZEN_SAMPLES:
             first, last = starts[longest], starts[longest] + lengths[longest]
-            value = f"{last - first + 1} equal samples, until {samples.place(seen[last])}"
+            value = f"{last - first + 1} equal samples, until {samples.format_place(seen[last])}"
             advice = "leave the cells of frozen samples empty"
-            yield Finding(name, samples.place(seen[first]), value, "noise", advice)
+            yield Finding(name, samples.format_place(seen[first]), value, "noise", advice)
 
 
-def repeated_numbers(samples: Samples) -> Iterator[Finding]:
+def find_repeated_numbers(samples: Samples) -> Iterator[Finding]:
     """Find values that occur far more often than others, such as fill values or clipped values."""
     for _, columns, seen, rows in _select_readings(samples):
         for column, values in zip(columns, rows.T, strict=True):
             numbers, counts = np.unique(values, return_counts=True)
-            if len(numbers) < _LONG:
+            if len(numbers) < _MIN_FROZEN_SAMPLES:
                 continue
             most = int(counts.argmax())
             others = np.delete(counts, sorted({0, most, len(counts) - 1}))
-            if counts[most] < max(_OFTEN, _OFTEN * others.max()):
+            if counts[most] < max(_MIN_REPETITIONS, _MIN_REPETITIONS * others.max()):
                 continue
             expected, advice = "a measured value", "leave cells without a measurement empty"
             value = f"{numbers[most]:.6g} in {counts[most]} of {len(values)} samples"
             if most in (0, len(numbers) - 1):
                 gap = abs(numbers[most] - numbers[1 if most == 0 else -2])
-                if gap < _NEAR * np.ptp(numbers[1:-1]):
+                if gap < _MAX_CLIPPING_GAP * np.ptp(numbers[1:-1]):
                     value += f", and never {'below' if most == 0 else 'above'}"
                     expected, advice = "a channel that is not clipped", "leave these samples out"
             k = int(np.argmax(values == numbers[most]))
-            yield Finding(column, samples.place(seen[k]), value, expected, advice)
+            yield Finding(column, samples.format_place(seen[k]), value, expected, advice)
 
 
 def _select_readings(samples: Samples) -> Iterator[tuple[str, list[str], Ints, Floats]]:
@@ -109,11 +115,11 @@ def _select_readings(samples: Samples) -> Iterator[tuple[str, list[str], Ints, F
         there = np.isfinite(rows).all(axis=1)
         if rows.shape[1] == 1:  # Photodiodes read zero in the dark.
             there &= rows[:, 0] != 0.0
-        if there.sum() >= 2 * _LONG:
+        if there.sum() >= 2 * _MIN_FROZEN_SAMPLES:
             yield name, list(columns), np.flatnonzero(there), rows[there]
 
 
-def _find_runs(true: np.ndarray) -> tuple[Ints, Ints]:
+def _find_runs(mask: np.ndarray) -> tuple[Ints, Ints]:
     """Return the lengths and the first indices of the runs of True values."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], true, [False]]).astype(int)))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
     return edges[1::2] - edges[::2], edges[::2]

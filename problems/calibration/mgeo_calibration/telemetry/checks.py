@@ -17,30 +17,30 @@ class Check(NamedTuple):
 
     name: str
     find: Callable[[Samples], Iterator[Finding]]
-    refuses: bool
+    is_fatal: bool
 
 
 CHECKS = (
-    Check("time range", orbit_checks.time_range, True),
-    Check("constant channels", channel_checks.constant_channels, True),
-    Check("saturated rates", channel_checks.saturated_rates, True),
-    Check("norms", orbit_checks.norms, True),
-    Check("positions against the orbit", orbit_checks.positions, True),
-    Check("repeated samples", channel_checks.repeated_samples, False),
-    Check("repeated numbers", channel_checks.repeated_numbers, False),
-    Check("rates against vectors", orbit_checks.rates, False),
-    Check("field strength against time", orbit_checks.field_strength, False),
+    Check("time range", orbit_checks.find_invalid_times, True),
+    Check("constant channels", channel_checks.find_constant_channels, True),
+    Check("saturated rates", channel_checks.find_saturated_rates, True),
+    Check("norms", orbit_checks.find_invalid_norms, True),
+    Check("positions against the orbit", orbit_checks.find_inconsistent_positions, True),
+    Check("repeated samples", channel_checks.find_repeated_samples, False),
+    Check("repeated numbers", channel_checks.find_repeated_numbers, False),
+    Check("rates against vectors", orbit_checks.find_inconsistent_rates, False),
+    Check("field strength against time", orbit_checks.find_inconsistent_field_strengths, False),
 )
 
 
-def refuse(samples: Samples) -> None:
+def reject_findings(samples: Samples) -> None:
     """Raise ValueError with the first finding of the checks that refuse telemetry."""
     for check in CHECKS:
-        for finding in check.find(samples) if check.refuses else ():
+        for finding in check.find(samples) if check.is_fatal else ():
             raise ValueError(str(finding))
 
 
-def find_all(scenario: Scenario, telemetry: Telemetry) -> dict[str, tuple[str, ...]]:
+def describe_findings(scenario: Scenario, telemetry: Telemetry) -> dict[str, tuple[str, ...]]:
     """Return the descriptions of all findings, by check name."""
-    samples = Samples.of(scenario, telemetry)
+    samples = Samples.from_telemetry(scenario, telemetry)
     return {check.name: tuple(map(str, check.find(samples))) for check in CHECKS}

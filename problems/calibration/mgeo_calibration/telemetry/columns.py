@@ -27,17 +27,19 @@ T = TypeVar("T", bound=Channels)
 class Column:
     """Position of a column in the table, sign of its values, and unit."""
 
-    place: int
+    index: int
     sign: float
     unit: str
 
 
-def has_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> bool:
+def has_columns(frame: pd.DataFrame, required: Sequence[str]) -> bool:
     """Return whether the table has at least one of the wanted columns."""
-    return not {_plain_name(name) for name in frame.columns}.isdisjoint(map(_plain_name, wanted))
+    return not {_normalize_name(name) for name in frame.columns}.isdisjoint(
+        map(_normalize_name, required)
+    )
 
 
-def find_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> dict[str, Column]:
+def find_columns(frame: pd.DataFrame, required: Sequence[str]) -> dict[str, Column]:
     """Find the wanted columns of a table.
 
     Names are compared without case and without a unit in brackets. A minus before a wanted name
@@ -49,20 +51,20 @@ def find_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> dict[str, Column
         If a column is missing or ambiguous, or the table is empty.
     """
     names = [str(name) for name in frame.columns]
-    plain = [_plain_name(name) for name in names]
+    plain = [_normalize_name(name) for name in names]
     result, missing = dict[str, Column](), []
-    for name in wanted:
+    for name in required:
         sign = -1.0 if name.startswith("-") and name not in names else 1.0
         bare = name[1:].strip() if sign < 0.0 else name
         places = [k for k, each in enumerate(names) if each == bare]
-        places = places or [k for k, each in enumerate(plain) if each == _plain_name(bare)]
-        if len(places) > 1 or any(k == other.place for k in places for other in result.values()):
+        places = places or [k for k, each in enumerate(plain) if each == _normalize_name(bare)]
+        if len(places) > 1 or any(k == other.index for k in places for other in result.values()):
             raise ValueError(
                 f"column {bare!r} occurs, or is declared, more than once: expected it once. "
                 "Rename or remove one of them"
             )
         for k in places:
-            result[name] = Column(k, sign, name_and_unit(names[k])[1])
+            result[name] = Column(k, sign, split_name_and_unit(names[k])[1])
         missing += [] if places else [bare]
     if missing:
         raise ValueError(f"missing columns {', '.join(missing)}: there are {', '.join(names)}")
@@ -71,18 +73,18 @@ def find_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> dict[str, Column
     return result
 
 
-def name_and_unit(name: object) -> tuple[str, str]:
+def split_name_and_unit(name: object) -> tuple[str, str]:
     """Split a column name into the bare name and the unit in trailing brackets."""
     text = str(name).strip()
     parts = _NAME_AND_UNIT.fullmatch(text)
     return (parts[1].strip(), parts[2].strip()) if parts else (text, "")
 
 
-def _plain_name(name: object) -> str:
-    return name_and_unit(name)[0].casefold()
+def _normalize_name(name: object) -> str:
+    return split_name_and_unit(name)[0].casefold()
 
 
-def with_unit(name: str, entry: T, columns: Sequence[Column]) -> T:
+def assign_unit(name: str, entry: T, columns: Sequence[Column]) -> T:
     """Return a mapping entry with the unit of its columns, unless the entry declares a unit.
 
     Raises
@@ -96,17 +98,17 @@ def with_unit(name: str, entry: T, columns: Sequence[Column]) -> T:
     if len(units) > 1:
         raise ValueError(f"{name}: columns in {', '.join(sorted(units))}: expected one unit")
     (unit,) = units
-    return replace(entry, unit=plain_unit(unit))
+    return replace(entry, unit=normalize_unit(unit))
 
 
-def plain_unit(unit: str) -> str:
+def normalize_unit(unit: str) -> str:
     """Return a unit in the spelling of `mapping.UNITS`."""
     for sign, known in _SPELLINGS.items():
         unit = unit.replace(sign, known)
     return _SYNONYMS.get(unit, unit)
 
 
-def numbers(column: pd.Series) -> Floats:
+def parse_numbers(column: pd.Series) -> Floats:
     """Return a column as floats; empty cells are NaN.
 
     Raises
@@ -114,25 +116,27 @@ def numbers(column: pd.Series) -> Floats:
     ValueError
         With row and column of a cell that is not a finite number.
     """
-    values: Floats = numeric(column).to_numpy(dtype=float, na_value=np.nan)
+    values: Floats = convert_to_numeric(column).to_numpy(dtype=float, na_value=np.nan)
     wrong = np.isinf(values)
     if column.dtype.kind not in "iuf":
         wrong |= np.isnan(values) & column.notna().to_numpy() & (column != "").to_numpy(bool)
     if wrong.any():
         row = int(np.argmax(wrong))
         raise ValueError(
-            f"row {row + 1}, {column.name} = {shown(column.iloc[row])}: expected a number, or "
+            f"row {row + 1}, {column.name} = {format_cell(column.iloc[row])}: expected a number, or "
             "an empty cell"
         )
     return values
 
 
-def channel_of(columns: Iterable[str], name: str) -> str | None:
+def find_channel(columns: Iterable[str], name: str) -> str | None:
     """Return the column with a name, ignoring case and unit, or None."""
-    return next((each for each in columns if _plain_name(each) == _plain_name(name)), None)
+    return next((each for each in columns if _normalize_name(each) == _normalize_name(name)), None)
 
 
-def followed(suite: Suite, others: Mapping[str, Floats]) -> dict[str, Floats]:
+def find_sensitivity_channels(
+    suite: Suite, housekeeping: Mapping[str, Floats]
+) -> dict[str, Floats]:
     """Return the columns of telemetry for the bias sensitivities of a suite, by channel name.
 
     Raises
@@ -142,47 +146,47 @@ def followed(suite: Suite, others: Mapping[str, Floats]) -> dict[str, Floats]:
     """
     result = {}
     for key, influence in suite.sensitivities_by_key.items():
-        name = channel_of(others, influence.channel)
+        name = find_channel(housekeeping, influence.channel)
         if name is None:
             hint = (
-                format_known_names(influence.channel, others)
-                if others
+                format_known_names(influence.channel, housekeeping)
+                if housekeeping
                 else ": it has no other columns"
             )
             way = "; give it a column of this name, or take the influence out of the scenario"
             expected = f"expected a column of the telemetry{hint}{way}"
             raise InvalidValue(f"{key}.channel", influence.channel, expected)
-        result[influence.channel] = others[name]
+        result[influence.channel] = housekeeping[name]
     return result
 
 
-def other_columns(
-    frame: pd.DataFrame, used: Collection[int], wanted: Collection[str] = ()
+def select_housekeeping(
+    frame: pd.DataFrame, used_indices: Collection[int], required: Collection[str] = ()
 ) -> dict[str, Floats]:
     """Return the unused numeric columns that vary and are mostly filled, by name.
 
     Wanted columns need only one value.
     """
-    asked = {_plain_name(name) for name in wanted}
+    asked = {_normalize_name(name) for name in required}
     result = {}
     for place, name in enumerate(frame.columns):
         column = frame.iloc[:, place]
-        if place in used or column.dtype.kind in "mM":
+        if place in used_indices or column.dtype.kind in "mM":
             continue
         try:
-            values = numbers(column)
+            values = parse_numbers(column)
         except ValueError:
             continue
         there = np.isfinite(values)
         varies = 2 * there.sum() > len(values) and np.ptp(values[there]) > 0.0
-        if there.any() if _plain_name(name) in asked else varies:
+        if there.any() if _normalize_name(name) in asked else varies:
             result[str(name)] = values
     return result
 
 
-def numeric(column: pd.Series) -> pd.Series:
+def convert_to_numeric(column: pd.Series) -> pd.Series:
     return pd.to_numeric(column, errors="coerce")
 
 
-def shown(cell: object) -> str:
+def format_cell(cell: object) -> str:
     return f"{cell.item() if isinstance(cell, np.generic) else cell!r:.40}"

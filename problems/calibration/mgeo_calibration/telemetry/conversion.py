@@ -9,21 +9,25 @@ from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.settings.errors import expect
 from scipy.spatial.transform import Rotation
 
-from mgeo_calibration.telemetry.held import frames_to_gcrs
+from mgeo_calibration.telemetry.held import compute_frame_rotations
 from mgeo_calibration.telemetry.mapping import (
     UNITS,
     MountedChannels,
     SensorChannels,
-    scalar_last,
+    convert_to_scalar_last,
 )
-from mgeo_calibration.telemetry.quantization import resolution
-from mgeo_calibration.telemetry.table import Table, Values
+from mgeo_calibration.telemetry.quantization import estimate_quantization_steps
+from mgeo_calibration.telemetry.table import ColumnValues, TelemetryTable
 
-_UNIT_LENGTH = 0.01  # largest deviation of a quaternion's norm from one
+_MAX_NORM_ERROR = 0.01  # largest deviation of a quaternion's norm from one
 
 
 def convert_readings(
-    sensor: Sensor, read: Values, table: Table, scenario: Scenario, position: Floats | None
+    sensor: Sensor,
+    values: ColumnValues,
+    table: TelemetryTable,
+    scenario: Scenario,
+    position: Floats | None,
 ) -> tuple[Floats, Floats]:
     """Convert the readings of a sensor to the body frame and the units of telemetry.
 
@@ -46,32 +50,36 @@ def convert_readings(
         If a declaration does not apply to the sensor, an angle is 90 deg or more, or a quaternion
         is not normalized.
     """
-    rows, entry, _ = read
+    rows, entry, _ = values
     assert isinstance(entry, SensorChannels)
     if len(sensor.telemetry_suffixes) == 4:
-        return _convert_attitudes(sensor, read, table, scenario, position), resolution(rows)
+        return _convert_attitudes(
+            sensor, values, table, scenario, position
+        ), estimate_quantization_steps(rows)
     for key in ("attitude", "frame"):
         value = getattr(entry, key)
         expect(value is None, key, value, f"none: {sensor.name} is no star tracker")
     if len(sensor.telemetry_suffixes) == 1:
         return _convert_diode(sensor, rows, entry)
     if rows.shape[1] == 2:
-        step = np.radians(entry.factor("deg") * resolution(rows).max())
-        return _convert_angles(sensor, read, table), np.full(3, step)
+        step = np.radians(entry.compute_factor("deg") * estimate_quantization_steps(rows).max())
+        return _convert_angles(sensor, values, table), np.full(3, step)
     rows[~rows.any(axis=1)] = np.nan  # Many sensors report zeros without a measurement.
     unit = sensor.telemetry_unit.text
-    return to_body_axes(rows * entry.factor(unit), entry), body_steps(rows, entry, unit)
+    return rotate_to_body(rows * entry.compute_factor(unit), entry), compute_body_steps(
+        rows, entry, unit
+    )
 
 
-def to_body_axes(rows: Floats, entry: MountedChannels) -> Floats:
+def rotate_to_body(rows: Floats, entry: MountedChannels) -> Floats:
     """Rotate vectors, shape (n, 3), from sensor to body axes in place and return them."""
     if entry.is_mounted:
         there = np.isfinite(rows).all(axis=1)
-        rows[there] = entry.to_body().apply(rows[there])
+        rows[there] = entry.build_body_rotation().apply(rows[there])
     return rows
 
 
-def body_steps(rows: Floats, entry: MountedChannels, unit: str) -> Floats:
+def compute_body_steps(rows: Floats, entry: MountedChannels, unit: str) -> Floats:
     """Return the quantization steps along the body axes, as the root sum square of the channels.
 
     Parameters
@@ -79,8 +87,8 @@ def body_steps(rows: Floats, entry: MountedChannels, unit: str) -> Floats:
     unit : str
         Unit of the result.
     """
-    step = resolution(rows) * entry.factor(unit)
-    steps: Floats = np.sqrt(entry.to_body().as_matrix() ** 2 @ step**2)
+    step = estimate_quantization_steps(rows) * entry.compute_factor(unit)
+    steps: Floats = np.sqrt(entry.build_body_rotation().as_matrix() ** 2 @ step**2)
     return steps
 
 
@@ -90,54 +98,60 @@ def _convert_diode(sensor: Sensor, rows: Floats, entry: SensorChannels) -> tuple
         mounted = f"none: sensors.normal of the scenario mounts {sensor.name}"
         expect(getattr(entry, key) is None, key, getattr(entry, key), mounted)
     if entry.unit not in UNITS["deg"]:
-        factor = entry.factor(sensor.telemetry_unit.text)
-        return rows * factor, resolution(rows) * factor
-    angles = np.radians(rows * entry.factor("deg"))
-    return np.cos(angles), np.radians(resolution(rows) * entry.factor("deg"))
+        factor = entry.compute_factor(sensor.telemetry_unit.text)
+        return rows * factor, estimate_quantization_steps(rows) * factor
+    angles = np.radians(rows * entry.compute_factor("deg"))
+    return np.cos(angles), np.radians(
+        estimate_quantization_steps(rows) * entry.compute_factor("deg")
+    )
 
 
-def _convert_angles(sensor: Sensor, read: Values, table: Table) -> Floats:
+def _convert_angles(sensor: Sensor, values: ColumnValues, table: TelemetryTable) -> Floats:
     """Return unit vectors in the body frame from the angles atan(x / z) and atan(y / z)."""
-    entry = read.entry
+    entry = values.entry
     assert isinstance(entry, SensorChannels)
-    angles = entry.factor("deg") * read.rows
+    angles = entry.compute_factor("deg") * values.rows
     if (beyond := np.abs(angles) >= 90.0).any():
         row, column = np.argwhere(beyond)[0]
         raise ValueError(
-            f"{read.columns[column]} at {table.place(row)} = {angles[row, column]:.6g} deg: "
+            f"{values.columns[column]} at {table.format_place(row)} = {angles[row, column]:.6g} deg: "
             f"expected less than 90 deg; declare unit or scale of {sensor.name}, or leave the cell "
             "empty"
         )
     x, y = np.tan(np.radians(angles.T))
     along = np.column_stack([x, y, np.ones_like(x)])
-    return to_body_axes(along / np.linalg.norm(along, axis=1, keepdims=True), entry)
+    return rotate_to_body(along / np.linalg.norm(along, axis=1, keepdims=True), entry)
 
 
 def _convert_attitudes(
-    sensor: Sensor, read: Values, table: Table, scenario: Scenario, position: Floats | None
+    sensor: Sensor,
+    values: ColumnValues,
+    table: TelemetryTable,
+    scenario: Scenario,
+    position: Floats | None,
 ) -> Floats:
     """Return the quaternions of a star tracker from GCRF to body, scalar last."""
-    rows, entry, _ = read
+    rows, entry, _ = values
     assert isinstance(entry, SensorChannels)
-    entry.factor("-")
+    entry.compute_factor("-")
     rows[~rows.any(axis=1)] = np.nan  # Many sensors report zeros without a measurement.
     there = np.flatnonzero(np.isfinite(rows).all(axis=1))
     lengths = np.linalg.norm(rows[there], axis=1)
-    if (np.abs(lengths - 1.0) > _UNIT_LENGTH).any():
+    if (np.abs(lengths - 1.0) > _MAX_NORM_ERROR).any():
         k = int(np.argmax(np.abs(lengths - 1.0)))
         raise ValueError(
-            f"{sensor.name} at {table.place(there[k])} = {rows[there[k]].tolist()}, of length "
+            f"{sensor.name} at {table.format_place(there[k])} = {rows[there[k]].tolist()}, of length "
             f"{lengths[k]:.6g}: expected a quaternion of length 1; declare columns and scale of "
             f"{sensor.name}, or leave the cells empty"
         )
-    q = scalar_last(rows, entry.scalar)
+    q = convert_to_scalar_last(rows, entry.scalar)
     inverse, frame = entry.attitude == "sensor-to-frame", entry.frame or "GCRF"
     if not (entry.is_mounted or inverse or frame != "GCRF") or not len(there):
         return q
     turned = Rotation.from_quat(q[there])  # sensor coordinates to frame coordinates
-    turned = (turned.inv() if inverse else turned) * entry.to_body().inv()
+    turned = (turned.inv() if inverse else turned) * entry.build_body_rotation().inv()
     if frame != "GCRF":
-        to_gcrs = frames_to_gcrs(frame, scenario, table.times, position)
+        to_gcrs = compute_frame_rotations(frame, scenario, table.times, position)
         turned = Rotation.from_matrix(to_gcrs[there]) * turned
     result = np.full_like(q, np.nan)
     result[there] = turned.as_quat(canonical=True)

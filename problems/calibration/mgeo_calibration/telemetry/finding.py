@@ -10,7 +10,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo_calibration.telemetry.mapping import TelemetryMapping
-from mgeo_calibration.telemetry.telemetry import Telemetry, channels, place
+from mgeo_calibration.telemetry.telemetry import Telemetry, format_place, list_column_names
 
 
 class Finding(NamedTuple):
@@ -61,13 +61,15 @@ class Samples:
     mapping: TelemetryMapping
 
     @classmethod
-    def of(cls, scenario: Scenario, telemetry: Telemetry) -> Samples:
+    def from_telemetry(cls, scenario: Scenario, telemetry: Telemetry) -> Samples:
         """Return the input of checks for telemetry in the body frame without declarations."""
         gyro = {"gyro": telemetry.gyro_deg_s} if telemetry.has_gyro else {}
         rows = gyro | dict(telemetry.sensors)
-        columns = {name: (channels(name, each.shape[1]), each) for name, each in rows.items()}
+        columns = {
+            name: (list_column_names(name, each.shape[1]), each) for name, each in rows.items()
+        }
         return cls(scenario, telemetry, columns, TelemetryMapping())
 
-    def place(self, k: int) -> str:
+    def format_place(self, k: int) -> str:
         """Return row and time of a sample as text."""
-        return place(k, self.telemetry.times, self.telemetry.rows)
+        return format_place(k, self.telemetry.times, self.telemetry.row_numbers)

@@ -12,15 +12,17 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Ratio of the time between two samples to the usual time above which samples are missing. A sample
 #: is otherwise the mean over the time since the previous sample.
-MISSING = 1.5
+MISSING_SAMPLE_RATIO = 1.5
 #: Ratio of the time between two samples to the usual time above which the rate is unknown.
-SILENT = 10.0
+UNKNOWN_RATE_RATIO = 10.0
 #: Smallest size of a spike relative to the scatter, and number of samples for the scatter.
-_FAR, _NEAR = 10.0, 11
-_NORMAL = 1.4826  # ratio of 1-sigma to the median absolute deviation of a normal distribution
+_MIN_SPIKE_RATIO, _N_NEIGHBORS = 10.0, 11
+_SIGMA_PER_MAD = (
+    1.4826  # ratio of 1-sigma to the median absolute deviation of a normal distribution
+)
 
 
-def covered(at: Floats) -> Floats:
+def compute_averaging_durations(sample_times: Floats) -> Floats:
     """Return the averaging duration of each gyro sample [s], shape (m,).
 
     Parameters
@@ -28,13 +30,13 @@ def covered(at: Floats) -> Floats:
     at : array, shape (m,)
         Times of the samples [s].
     """
-    usual = float(np.median(np.diff(at)))
-    since = np.diff(at, prepend=at[0] - usual)
-    stands: Floats = np.where(since > MISSING * usual, usual, since)
+    usual = float(np.median(np.diff(sample_times)))
+    since = np.diff(sample_times, prepend=sample_times[0] - usual)
+    stands: Floats = np.where(since > MISSING_SAMPLE_RATIO * usual, usual, since)
     return stands
 
 
-def turned(at: Floats, means: Floats) -> CubicSpline:
+def integrate_rates(sample_times: Floats, mean_rates: Floats) -> CubicSpline:
     """Return the integral of a smooth rate that has given means.
 
     Knots at missing samples have the mean of their neighbors. Derivatives of the spline at its
@@ -52,17 +54,19 @@ def turned(at: Floats, means: Floats) -> CubicSpline:
     CubicSpline
         Rotation angle about each axis [rad].
     """
-    begin = at - covered(at)
-    gap = np.flatnonzero(begin[1:] > at[:-1] + 1e-9 * np.diff(at)) + 1
-    knots = np.sort(np.concatenate([begin[:1], at, begin[gap]]))
-    j = np.searchsorted(at, knots[1:])
+    begin = sample_times - compute_averaging_durations(sample_times)
+    gap = np.flatnonzero(begin[1:] > sample_times[:-1] + 1e-9 * np.diff(sample_times)) + 1
+    knots = np.sort(np.concatenate([begin[:1], sample_times, begin[gap]]))
+    j = np.searchsorted(sample_times, knots[1:])
     middle = np.isin(knots[1:], begin[gap])[:, None]
-    rates = np.where(middle, 0.5 * (means[j] + means[np.maximum(j - 1, 0)]), means[j])
+    rates = np.where(
+        middle, 0.5 * (mean_rates[j] + mean_rates[np.maximum(j - 1, 0)]), mean_rates[j]
+    )
     angle = np.cumsum(rates * np.diff(knots)[:, None], axis=0)
     return CubicSpline(knots, np.vstack([np.zeros(3), angle]))
 
 
-def means(at: Floats, rates: Floats) -> Floats:
+def compute_mean_rates(sample_times: Floats, rates: Floats) -> Floats:
     """Return mean rates from instantaneous rates, shape (m, 3).
 
     The means follow from a cubic spline through the samples, with fourth-order accuracy in the time
@@ -75,15 +79,18 @@ def means(at: Floats, rates: Floats) -> Floats:
     rates : array, shape (m, 3)
         Rates at the samples.
     """
-    if len(at) < 2:
+    if len(sample_times) < 2:
         return rates
-    angle, stands = CubicSpline(at, rates).antiderivative(), covered(at)
-    result: Floats = (angle(at) - angle(at - stands)) / stands[:, None]
+    angle, stands = (
+        CubicSpline(sample_times, rates).antiderivative(),
+        compute_averaging_durations(sample_times),
+    )
+    result: Floats = (angle(sample_times) - angle(sample_times - stands)) / stands[:, None]
     result[0] = rates[0]
     return result
 
 
-def spikes(rates: Floats, least: Floats) -> Floats:
+def find_spikes(rates: Floats, min_scatter: Floats) -> Floats:
     """Return the deviation of spikes from both neighbors, zero for other samples, shape (m, 3).
 
     A spike returns after one or two samples, unlike a step of the rate. A spike on one axis is
@@ -96,24 +103,26 @@ def spikes(rates: Floats, least: Floats) -> Floats:
         Smallest scatter of the samples, 1-sigma.
     """
     result = np.zeros(rates.shape)
-    if len(rates) < _NEAR:
+    if len(rates) < _N_NEIGHBORS:
         return result
     for many in (1, 2):
         last, after = rates[: -many - 1], rates[many + 1 :]
         inner = [rates[1 + k : len(last) + 1 + k] for k in range(many)]
         off = np.stack(inner) - 0.5 * (last + after)
         size = np.abs(off).min(axis=0)
-        apart = (size > _FAR * np.sqrt(1.5) * least) & (size > np.abs(after - last))
+        apart = (size > _MIN_SPIKE_RATIO * np.sqrt(1.5) * min_scatter) & (
+            size > np.abs(after - last)
+        )
         if not apart.any():  # Skip the expensive median filter for data without spikes.
             continue
-        apart &= size > _FAR * _NORMAL * median_filter(size, (_NEAR, 1))
+        apart &= size > _MIN_SPIKE_RATIO * _SIGMA_PER_MAD * median_filter(size, (_N_NEIGHBORS, 1))
         (first,) = np.nonzero(apart.any(axis=1))
         for k in range(many):
             result[first + 1 + k] = off[k, first]
     return result
 
 
-def reported(telemetry: Telemetry) -> tuple[Floats, Floats]:
+def select_gyro_samples(telemetry: Telemetry) -> tuple[Floats, Floats]:
     """Return the times [s], shape (m,), and rates [rad/s], shape (m, 3), of the gyro samples.
 
     Raises
@@ -127,26 +136,26 @@ def reported(telemetry: Telemetry) -> tuple[Floats, Floats]:
     return telemetry.times[there], np.radians(telemetry.gyro_deg_s[there])
 
 
-def usual_step(at: Floats) -> float:
+def compute_median_step(sample_times: Floats) -> float:
     """Return the median time between gyro samples [s]."""
-    return float(np.median(np.diff(at)))
+    return float(np.median(np.diff(sample_times)))
 
 
-def gyro_noise(suite: Suite, duration: float) -> Floats:
+def compute_rate_sigma(suite: Suite, duration: float) -> Floats:
     """Return the 1-sigma of the mean rate over a duration [s], per axis [rad/s]."""
     noise: Floats = np.sqrt(np.array(suite.gyro.compute_noise_density()["theta"]) / duration)
     return noise
 
 
-def gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
+def find_gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
     """Return the `spikes` of gyro samples, shape (m, 3) [rad/s]."""
-    at, rates = reported(telemetry)
-    step = np.radians(telemetry.step_of("gyro"))
-    return spikes(rates, np.maximum(gyro_noise(suite, usual_step(at)), step))
+    at, rates = select_gyro_samples(telemetry)
+    step = np.radians(telemetry.find_quantization_steps("gyro"))
+    return find_spikes(rates, np.maximum(compute_rate_sigma(suite, compute_median_step(at)), step))
 
 
-def rate_steps(
-    times: Floats, at: Floats, rates: Floats, usual: float
+def compute_step_rates(
+    times: Floats, sample_times: Floats, rates: Floats, median_step: float
 ) -> tuple[Floats, Floats, Floats, Bools]:
     """Return mean rates of arbitrary steps from gyro samples.
 
@@ -176,21 +185,28 @@ def rate_steps(
         True if the rate is unknown.
     """
     start, end = times[:-1], times[1:]
-    j = np.minimum(np.searchsorted(at, end), len(at) - 1)
+    j = np.minimum(np.searchsorted(sample_times, end), len(sample_times) - 1)
     before = np.maximum(j - 1, 0)
-    since = np.where(j > before, at[j] - at[before], usual)
-    since[end > at[-1]] = usual
-    stands = covered(at)[j]
-    known = np.clip(np.minimum(end, at[j]) - np.maximum(start, at[j] - stands), 0.0, None)
+    since = np.where(j > before, sample_times[j] - sample_times[before], median_step)
+    since[end > sample_times[-1]] = median_step
+    stands = compute_averaging_durations(sample_times)[j]
+    known = np.clip(
+        np.minimum(end, sample_times[j]) - np.maximum(start, sample_times[j] - stands), 0.0, None
+    )
     missing = (end - start) - known
-    missing[missing < 1e-9 * usual] = 0.0
+    missing[missing < 1e-9 * median_step] = 0.0
     middle, half = 0.5 * (rates[j] + rates[before]), 0.5 * np.abs(rates[j] - rates[before])
     gyro = (known[:, None] * rates[j] + missing[:, None] * middle) / (end - start)[:, None]
     # All steps of a gap share one rate: their errors are fully correlated.
     variance = missing * np.maximum(since - stands, missing) * (half**2).max(axis=1)
-    angle, inside = turned(at, rates), missing == 0.0
+    angle, inside = integrate_rates(sample_times, rates), missing == 0.0
     part = inside & (known < (1.0 - 1e-9) * stands)
     if part.any():
         gyro[part] = (angle(end[part]) - angle(start[part])) / (end - start)[part, None]
     change = np.where(inside[:, None], np.diff(angle(times, 1), axis=0), 0.0)
-    return gyro, change, variance, (missing > 0.0) & ((since > SILENT * usual) | (j == 0))
+    return (
+        gyro,
+        change,
+        variance,
+        (missing > 0.0) & ((since > UNKNOWN_RATE_RATIO * median_step) | (j == 0)),
+    )

@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline
 from mgeo_calibration.telemetry.mapping import GyroChannels
 
 
-class Held(NamedTuple):
+class AssumedAttitude(NamedTuple):
     """Held attitude at n samples, and the pointing error about it.
 
     The true attitude is the held one times `rotation.matrix` of an error, body to GCRS.
@@ -31,11 +31,11 @@ class Held(NamedTuple):
     """
 
     attitude: Floats
-    error: GaussMarkov
+    pointing_error: GaussMarkov
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Hold:
+class AttitudeHold:
     """Axes that a satellite holds with a pointing error.
 
     Attributes
@@ -50,27 +50,29 @@ class Hold:
 
     axes: str
     to_body: Floats
-    error: GaussMarkov
+    pointing_error: GaussMarkov
 
     @staticmethod
-    def declared(gyro: GyroChannels) -> Hold | None:
+    def from_channels(gyro: GyroChannels) -> AttitudeHold | None:
         """Return the hold of a mapping that declares a pointing error."""
         sigma, time = gyro.pointing_error_deg, gyro.pointing_correlation_time
         if sigma is None or time is None:
             return None
-        return Hold(
-            axes="LVLH" if gyro.holds == "lvlh" else "GCRF",
-            to_body=gyro.to_body().as_matrix(),
-            error=GaussMarkov(math.radians(sigma), time),
+        return AttitudeHold(
+            axes="LVLH" if gyro.reference_axes == "lvlh" else "GCRF",
+            to_body=gyro.build_body_rotation().as_matrix(),
+            pointing_error=GaussMarkov(math.radians(sigma), time),
         )
 
-    def at(self, scenario: Scenario, times: Floats, position: Floats | None) -> Held:
+    def compute_attitude(
+        self, scenario: Scenario, times: Floats, position: Floats | None
+    ) -> AssumedAttitude:
         """Return the held attitude at times [s]; parameters as in `frames_to_gcrs`."""
-        axes = frames_to_gcrs(self.axes, scenario, times, position)
-        return Held(axes @ self.to_body.T, self.error)
+        axes = compute_frame_rotations(self.axes, scenario, times, position)
+        return AssumedAttitude(axes @ self.to_body.T, self.pointing_error)
 
 
-def held_rates(axes: str, scenario: Scenario, times: Floats) -> Floats:
+def compute_assumed_rates(axes: str, scenario: Scenario, times: Floats) -> Floats:
     """Return the rate of a satellite that holds LVLH or inertial axes, in those [deg/s], (n, 3).
 
     LVLH has x forward, y against the orbit's normal and z down. It rotates at |r × v| / r².
@@ -82,7 +84,7 @@ def held_rates(axes: str, scenario: Scenario, times: Floats) -> Floats:
     return np.degrees(rates)
 
 
-def frames_to_gcrs(
+def compute_frame_rotations(
     frame: str, scenario: Scenario, times: Floats, position: Floats | None
 ) -> Floats:
     """Return the matrices that take vectors of a frame to GCRS, shape (n, 3, 3).

@@ -44,7 +44,7 @@ EPOCHS = {
 }
 
 #: Largest deviation of a matrix or a quaternion from a rotation; allows rounding to five digits.
-_ROUNDING = 1e-4
+_MAX_ROUNDING_ERROR = 1e-4
 
 Row = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -57,7 +57,7 @@ def _format_date(value: object) -> object:
     return value.isoformat() if type(value) is date else value
 
 
-def factor(unit: str, given: str | None) -> float:
+def compute_conversion_factor(unit: str, given_unit: str | None) -> float:
     """Return the conversion factor from a given unit to a unit of telemetry.
 
     Parameters
@@ -72,13 +72,15 @@ def factor(unit: str, given: str | None) -> float:
     InvalidValue
         If the units belong to different quantities.
     """
-    given = unit if given is None else given
-    if given not in UNITS[unit]:
-        raise InvalidValue("unit", given, f"unknown unit{format_known_names(given, UNITS[unit])}")
-    return UNITS[unit][given]
+    given_unit = unit if given_unit is None else given_unit
+    if given_unit not in UNITS[unit]:
+        raise InvalidValue(
+            "unit", given_unit, f"unknown unit{format_known_names(given_unit, UNITS[unit])}"
+        )
+    return UNITS[unit][given_unit]
 
 
-def scalar_last(q: Floats, scalar: str) -> Floats:
+def convert_to_scalar_last(q: Floats, scalar: str) -> Floats:
     """Return quaternions, shape (..., 4), with the scalar last.
 
     Parameters
@@ -111,7 +113,7 @@ class Channels(Settings):
     def __post_init__(self) -> None:
         expect(np.all(self.scale), "scale", self.scale, "numbers other than zero")
 
-    def conversion(self, n: int) -> tuple[Floats, Floats]:
+    def expand_conversion(self, n: int) -> tuple[Floats, Floats]:
         """Return scale and offset of each of n columns, shape (n,) each.
 
         Raises
@@ -124,7 +126,7 @@ class Channels(Settings):
             expect(np.size(value) in (1, n), key, value, f"one number or {n}, one a column")
         return np.broadcast_to(self.scale, n), np.broadcast_to(self.offset, n)
 
-    def factor(self, unit: str) -> float:
+    def compute_factor(self, unit: str) -> float:
         """Return the conversion factor from `unit` of the values to a unit of telemetry.
 
         Raises
@@ -132,7 +134,7 @@ class Channels(Settings):
         InvalidValue
             If the units belong to different quantities.
         """
-        return factor(unit, self.unit)
+        return compute_conversion_factor(unit, self.unit)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,11 +160,14 @@ class MountedChannels(Channels):
         super().__post_init__()
         q, matrix = self.quaternion, self.dcm
         expect(q is None or matrix is None, "dcm", matrix, "no quaternion beside it")
-        if q is not None and abs(np.linalg.norm(q) - 1.0) > _ROUNDING:
+        if q is not None and abs(np.linalg.norm(q) - 1.0) > _MAX_ROUNDING_ERROR:
             raise InvalidValue("quaternion", q, "expected a quaternion of unit length")
         if matrix is not None:
             product = np.array(matrix) @ np.transpose(matrix)
-            if np.abs(product - np.eye(3)).max() > _ROUNDING or np.linalg.det(matrix) < 0.0:
+            if (
+                np.abs(product - np.eye(3)).max() > _MAX_ROUNDING_ERROR
+                or np.linalg.det(matrix) < 0.0
+            ):
                 raise InvalidValue("dcm", matrix, "expected a rotation matrix")
         if self.is_mounted and self.rotation is None:
             expected = "expected 'sensor-to-body' or 'body-to-sensor' with quaternion or dcm"
@@ -173,13 +178,15 @@ class MountedChannels(Channels):
         """True if a mounting other than the body axes is declared."""
         return self.quaternion is not None or self.dcm is not None
 
-    def to_body(self) -> Rotation:
+    def build_body_rotation(self) -> Rotation:
         """Return the rotation of coordinates from sensor to body axes."""
         if self.dcm is not None:
             result = Rotation.from_matrix(self.dcm)
         else:
             q = np.array(self.quaternion or (0.0, 0.0, 0.0, 1.0))
-            result = Rotation.from_quat(scalar_last(q, self.scalar if self.quaternion else "last"))
+            result = Rotation.from_quat(
+                convert_to_scalar_last(q, self.scalar if self.quaternion else "last")
+            )
             result = result.inv()  # Coordinates transform by the inverse of the axes.
         return result.inv() if self.rotation == "body-to-sensor" else result
 
@@ -192,7 +199,7 @@ class GyroChannels(MountedChannels):
     """mean rate since the previous sample, or rate at the sample"""
     range_deg_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
     """rate at which the gyro saturates"""
-    holds: Literal["lvlh", "inertial", "unknown"] | None = None
+    reference_axes: Literal["lvlh", "inertial", "unknown"] | None = None
     """reference axes that a satellite without gyro tracks; dcm or quaternion then gives the
     rotation from these axes to the body; lvlh has x forward and z down; with unknown, only
     magnetometers are calibrated"""
@@ -205,7 +212,7 @@ class GyroChannels(MountedChannels):
     def __post_init__(self) -> None:
         super().__post_init__()
         error, time = self.pointing_error_deg, self.pointing_correlation_time
-        if self.holds is not None:
+        if self.reference_axes is not None:
             for key in ("columns", "unit", "range_deg_s"):
                 expect(
                     getattr(self, key) is None,
@@ -213,9 +220,9 @@ class GyroChannels(MountedChannels):
                     getattr(self, key),
                     "none: holds says that there is no gyro",
                 )
-        held = self.holds in ("lvlh", "inertial") or error is None
+        held = self.reference_axes in ("lvlh", "inertial") or error is None
         expect(held, "pointing_error_deg", error, "holds = 'lvlh' or 'inertial' with it")
-        oriented = error is None or self.holds != "inertial" or self.is_mounted
+        oriented = error is None or self.reference_axes != "inertial" or self.is_mounted
         expect(oriented, "pointing_error_deg", error, "dcm or quaternion of GCRF with it")
         expect(
             (error is None) == (time is None),

@@ -24,32 +24,39 @@ from mgeo_attitude.sensors.world import FIELD_UNIT_NT
 from mgeo_calibration.telemetry.finding import Finding, Samples
 from mgeo_calibration.telemetry.mapping import UNITS
 
-_LONGEST_SILENCE = DAY  # longest time between samples [s]
-_SHORTEST_STEP = 3e-4  # shortest median time between samples [s]
-_SAMPLES = 200  # largest number of compared samples
-_FEWEST = 12  # smallest number of compared samples
-_OTHER_UNIT = 4.0  # factor of the field strength that indicates another unit
-_FARTHEST_TIME = 366.0 * DAY  # largest time from the epoch of the orbit [s]
-_FARTHEST = 1e9  # largest radius of a satellite [m]
+_MAX_GAP = DAY  # longest time between samples [s]
+_MIN_STEP = 3e-4  # shortest median time between samples [s]
+_MAX_SAMPLES = 200  # largest number of compared samples
+_MIN_SAMPLES = 12  # smallest number of compared samples
+_MIN_UNIT_FACTOR = 4.0  # factor of the field strength that indicates another unit
+_MAX_EPOCH_DISTANCE = 366.0 * DAY  # largest time from the epoch of the orbit [s]
+_MAX_RADIUS = 1e9  # largest radius of a satellite [m]
 _FRAMES = ("TOD", "TEME", "ITRF")  # EME2000 agrees with GCRF within a meter.
-_APART = 5e3  # smallest distance from the orbit that indicates another frame or time scale [m]
-_ALIKE = 1.5e3  # largest distance between TOD and TEME [m]
-_FRAME_LEAVES, _SCALE_LEAVES = 0.2, 0.06  # largest fraction of the distance that may remain
-_WELL = 3.0  # largest median misfit of the field strength, in 1-sigmas
-_FIELD_MODEL = 0.003  # relative error of the field model
-_LINEARIZED = 4  # number of iterations for the bias of a magnetometer
-_NORMAL = 0.6745  # median magnitude of a standard normal variable
-_FIELD_TURN = 0.15  # rotation rate of the field direction along a low orbit [deg/s]
+_MIN_ORBIT_DISTANCE = (
+    5e3  # smallest distance from the orbit that indicates another frame or time scale [m]
+)
+_MAX_FRAME_DISTANCE = 1.5e3  # largest distance between TOD and TEME [m]
+_MAX_FRAME_RESIDUAL, _MAX_SCALE_RESIDUAL = (
+    0.2,
+    0.06,
+)  # largest fraction of the distance that may remain
+_MAX_MEDIAN_MISFIT = 3.0  # largest median misfit of the field strength, in 1-sigmas
+_FIELD_MODEL_ERROR = 0.003  # relative error of the field model
+_N_ITERATIONS = 4  # number of iterations for the bias of a magnetometer
+_NORMAL_MEDIAN = 0.6745  # median magnitude of a standard normal variable
+_FIELD_ROTATION_RATE = 0.15  # rotation rate of the field direction along a low orbit [deg/s]
 _LAGS = (1, 2, 4, 8, 16, 32, 64)  # number of samples between compared vectors
-_LARGE = 0.1  # smallest bias, relative to the field strength, that corrupts field directions
-_TURN = 1.0  # largest rotation between compared vectors [rad]
+_MAX_BIAS_RATIO = (
+    0.1  # smallest bias, relative to the field strength, that corrupts field directions
+)
+_MAX_ROTATION = 1.0  # largest rotation between compared vectors [rad]
 
 
-def time_range(samples: Samples) -> Iterator[Finding]:
+def find_invalid_times(samples: Samples) -> Iterator[Finding]:
     """Find times far from the epoch, times outside the field model, wrong time units, and gaps."""
     times, epoch = samples.telemetry.times, samples.scenario.epoch
     start, end = ((limit - epoch).total_seconds() for limit in (FIELD_MODEL_START, FIELD_MODEL_END))
-    inside = (times >= start) & (times <= end) & (np.abs(times) < _FARTHEST_TIME)
+    inside = (times >= start) & (times <= end) & (np.abs(times) < _MAX_EPOCH_DISTANCE)
     steps = np.diff(times)
     years = f"{FIELD_MODEL_START:%Y-%m-%d} to {FIELD_MODEL_END:%Y-%m-%d}"
     result = []
@@ -57,33 +64,33 @@ def time_range(samples: Samples) -> Iterator[Finding]:
         k = int(np.argmin(inside))
         expected = f"a time within a year of it, and in the years of IGRF-14, {years}"
         result.append((k, f"{times[k] / DAY:.6g} days after the epoch", expected))
-    if (steps > _LONGEST_SILENCE).any():
-        k = int(np.argmax(steps > _LONGEST_SILENCE))
-        expected = f"a sample at least every {_LONGEST_SILENCE:g} s"
+    if (steps > _MAX_GAP).any():
+        k = int(np.argmax(steps > _MAX_GAP))
+        expected = f"a sample at least every {_MAX_GAP:g} s"
         result.append((k, f"{steps[k]:.6f} s until the next sample", expected))
-    if len(steps) and (step := np.median(steps)) < _SHORTEST_STEP:
+    if len(steps) and (step := np.median(steps)) < _MIN_STEP:
         value = f"{step:.3g} s until the next sample (median)"
-        result.append((0, value, f"{_SHORTEST_STEP:g} s or more"))
+        result.append((0, value, f"{_MIN_STEP:g} s or more"))
     advice = "declare time_epoch and time_unit, or correct the scenario's epoch"
     for k, value, expected in result:
-        yield Finding(samples.mapping.time, samples.place(k), value, expected, advice)
+        yield Finding(samples.mapping.time, samples.format_place(k), value, expected, advice)
 
 
-def norms(samples: Samples) -> Iterator[Finding]:
+def find_invalid_norms(samples: Samples) -> Iterator[Finding]:
     """Find positions and fields in another unit; a declared bias widens the range of a field."""
     position = samples.telemetry.position
     if position is not None:
         radius = _compute_length(position)
-        outside = (radius < EARTH_RADIUS) | (radius > _FARTHEST)
+        outside = (radius < EARTH_RADIUS) | (radius > _MAX_RADIUS)
         for row in np.flatnonzero(outside).tolist():
             value = f"a radius of {radius[row]:.6g} m"
-            expected = f"{EARTH_RADIUS:.6g} to {_FARTHEST:.6g} m"
+            expected = f"{EARTH_RADIUS:.6g} to {_MAX_RADIUS:.6g} m"
             advice = "declare position.unit and position.scale"
-            yield Finding("position", samples.place(row), value, expected, advice)
+            yield Finding("position", samples.format_place(row), value, expected, advice)
     for sensor, k, measured, strength in _select_vectors(samples):
         result, should = (float(np.median(each)) for each in (_compute_length(measured), strength))
         bias = np.sqrt(3.0) * sensor.initial_bias_nt if isinstance(sensor, Magnetometer) else 0.0
-        if not should / _OTHER_UNIT - bias < result < should * _OTHER_UNIT + 3.0 * bias:
+        if not should / _MIN_UNIT_FACTOR - bias < result < should * _MIN_UNIT_FACTOR + 3.0 * bias:
             ratio, unit = should / result if result else np.inf, sensor.telemetry_unit.text
             fits = [u for u, by in UNITS[unit].items() if 0.25 < ratio / by < 4.0]
             unit_key = f"unit = {fits[0]!r}" if fits else "unit or scale"
@@ -91,10 +98,10 @@ def norms(samples: Samples) -> Iterator[Finding]:
             advice += ", or a larger initial_bias_nt in the scenario" if bias else ""
             value = f"a length of {result:.3g} {unit} (median)"
             expected = f"about {should:.5g} {unit}"
-            yield Finding(sensor.name, samples.place(k[0]), value, expected, advice)
+            yield Finding(sensor.name, samples.format_place(k[0]), value, expected, advice)
 
 
-def positions(samples: Samples) -> Iterator[Finding]:
+def find_inconsistent_positions(samples: Samples) -> Iterator[Finding]:
     """Find positions in another frame or time scale, unless frame or time scale is declared.
 
     Positions that deviate from the scenario's orbit by more than `_APART` are compared with the
@@ -102,7 +109,7 @@ def positions(samples: Samples) -> Iterator[Finding]:
     deviation.
     """
     telemetry, mapping = samples.telemetry, samples.mapping
-    if telemetry.position is None or len(k := _select_samples(telemetry.position)) < _FEWEST:
+    if telemetry.position is None or len(k := _select_samples(telemetry.position)) < _MIN_SAMPLES:
         return
     times, position, epoch = telemetry.times[k], telemetry.position[k], samples.scenario.epoch
     utc = {"UTC": 0.0} | {s: tai_minus_utc(epoch) - behind for s, behind in TAI_OFFSETS.items()}
@@ -126,20 +133,24 @@ def positions(samples: Samples) -> Iterator[Finding]:
     now = apart["", mapping.time_scale]
     looks, keys = [], []
     if frame:
-        alike = [f for f in _FRAMES if apart[f, scale] < least + _ALIKE]
+        alike = [f for f in _FRAMES if apart[f, scale] < least + _MAX_FRAME_DISTANCE]
         looks.append(f"positions look like {' or '.join(alike)}")
         keys.append("position.frame")
     if scale != mapping.time_scale:
         looks.append(f"time tags look like {scale} time: {abs(shifts[scale]):.6g} s")
         keys.append("time_system")
-    if looks and now > _APART and least < now * (_FRAME_LEAVES if frame else _SCALE_LEAVES):
+    if (
+        looks
+        and now > _MIN_ORBIT_DISTANCE
+        and least < now * (_MAX_FRAME_RESIDUAL if frame else _MAX_SCALE_RESIDUAL)
+    ):
         value = f"{1e-3 * now:.4g} km from the scenario's orbit (median)"
         expected = f"{1e-3 * least:.1f} km: {' and '.join(looks)}"
         advice = f"declare {' and '.join(keys)}"
-        yield Finding("position", samples.place(k[0]), value, expected, advice)
+        yield Finding("position", samples.format_place(k[0]), value, expected, advice)
 
 
-def field_strength(samples: Samples) -> Iterator[Finding]:
+def find_inconsistent_field_strengths(samples: Samples) -> Iterator[Finding]:
     """Find field strengths that no magnetometer bias within its prior explains.
 
     The bias b minimizes the difference between |y - b|² and |B|² (R. Alonso, M. D. Shuster,
@@ -148,30 +159,30 @@ def field_strength(samples: Samples) -> Iterator[Finding]:
     for sensor, k, measured, strength in _select_vectors(samples):
         if not isinstance(sensor, Magnetometer):
             continue
-        share = np.hypot(_FIELD_MODEL, sensor.initial_scale_factor)
+        share = np.hypot(_FIELD_MODEL_ERROR, sensor.initial_scale_factor)
         noise = np.hypot(
             FIELD_UNIT_NT * max(sensor.noise_sigmas()),
             samples.scenario.environment_errors.field_error_nt,
         )
         sigma = np.hypot(noise, share * strength)
         weight, bias = 0.5 / (strength * sigma), np.zeros(3)
-        for _ in range(_LINEARIZED):
+        for _ in range(_N_ITERATIONS):
             left = measured - bias
             more = weight * ((left**2).sum(axis=1) - strength**2)
             slopes = np.vstack([2.0 * weight[:, None] * left, np.eye(3) / sensor.initial_bias_nt])
             target = np.append(more, -bias / sensor.initial_bias_nt)
             bias += np.linalg.lstsq(slopes, target, rcond=None)[0]
         misfit = np.abs(_compute_length(measured - bias) - strength) / sigma
-        if np.median(misfit) / _NORMAL > _WELL:
+        if np.median(misfit) / _NORMAL_MEDIAN > _MAX_MEDIAN_MISFIT:
             worst = int(misfit.argmax())
             value = f"{_compute_length(measured - bias)[worst]:.5g} nT without its bias"
             expected = f"{strength[worst]:.5g} ± {sigma[worst]:.2g} nT, the field on the orbit"
             advice = "declare time_epoch, time_unit and time_system, correct epoch and orbit, or "
             advice += f"add influences, such as a torquer's current, to {sensor.name}"
-            yield Finding(sensor.name, samples.place(k[worst]), value, expected, advice)
+            yield Finding(sensor.name, samples.format_place(k[worst]), value, expected, advice)
 
 
-def rates(samples: Samples) -> Iterator[Finding]:
+def find_inconsistent_rates(samples: Samples) -> Iterator[Finding]:
     """Find gyro rates that disagree with the rotation of observed vectors.
 
     Vectors are compared over the longest lag with a rotation below `_TURN`.
@@ -186,12 +197,12 @@ def rates(samples: Samples) -> Iterator[Finding]:
         times, noise, turning = telemetry.times[both], max(sensor.noise_sigmas()), 0.0
         if isinstance(sensor, Magnetometer):
             length = float(np.median(_compute_length(rows[both])))
-            noise, turning = noise * FIELD_UNIT_NT / length, _FIELD_TURN
-            if sensor.initial_bias_nt > _LARGE * length:
+            noise, turning = noise * FIELD_UNIT_NT / length, _FIELD_ROTATION_RATE
+            if sensor.initial_bias_nt > _MAX_BIAS_RATIO * length:
                 continue
         unit = rows[both] / _compute_length(rows[both])[:, None]
         chords = ((lag, _compute_length(unit[lag:] - unit[:-lag])) for lag in _LAGS)
-        small = list(takewhile(lambda each: np.median(each[1]) < _TURN, chords))
+        small = list(takewhile(lambda each: np.median(each[1]) < _MAX_ROTATION, chords))
         if not small:
             continue
         lag, chord = small[-1]
@@ -206,7 +217,7 @@ def rates(samples: Samples) -> Iterator[Finding]:
             value = f"{reported:.3g} deg/s across {sensor.name} (median)"
             expected = f"about {result:.3g} deg/s, as {sensor.name} rotates"
             advice = "declare gyro.unit, gyro.scale or time_unit, or a larger initial_bias_deg_s"
-            yield Finding("gyro", samples.place(both[1]), value, expected, advice)
+            yield Finding("gyro", samples.format_place(both[1]), value, expected, advice)
 
 
 def _select_vectors(samples: Samples) -> Iterator[tuple[Sensor, Ints, Floats, Floats]]:
@@ -214,11 +225,13 @@ def _select_vectors(samples: Samples) -> Iterator[tuple[Sensor, Ints, Floats, Fl
     telemetry = samples.telemetry
     for sensor in samples.scenario.sensors:
         k = _select_samples(telemetry.sensors.get(sensor.name, np.empty((0, 3))))
-        if len(sensor.telemetry_suffixes) != 3 or sensor.has_unit_length or len(k) < _FEWEST:
+        if len(sensor.telemetry_suffixes) != 3 or sensor.has_unit_length or len(k) < _MIN_SAMPLES:
             continue
         times = telemetry.times[k]
         try:
-            around = Environment.from_times(samples.scenario, times, telemetry.positions(times))
+            around = Environment.from_times(
+                samples.scenario, times, telemetry.interpolate_positions(times)
+            )
         except (ValueError, ArithmeticError):
             continue  # The orbit does not cover all times or positions.
         if isinstance(sensor, Magnetometer):
@@ -230,9 +243,9 @@ def _select_vectors(samples: Samples) -> Iterator[tuple[Sensor, Ints, Floats, Fl
 def _select_samples(rows: Floats) -> Ints:
     """Return the indices of at most `_SAMPLES` samples, evenly distributed over the data."""
     k = np.flatnonzero(np.isfinite(rows[:, 0]))
-    if len(k) <= _SAMPLES:
+    if len(k) <= _MAX_SAMPLES:
         return k
-    spread: Ints = k[np.linspace(0, len(k) - 1, _SAMPLES).astype(int)]
+    spread: Ints = k[np.linspace(0, len(k) - 1, _MAX_SAMPLES).astype(int)]
     return spread
 
 

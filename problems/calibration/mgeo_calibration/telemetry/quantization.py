@@ -7,19 +7,19 @@ import math
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
 
-_FEWEST = 20  # smallest number of samples for an estimate
-_SAME = 1e-7  # relative difference below which two values are equal up to rounding
-_MOST = 0.9  # quantile of the magnitudes to which the difference is relative
-_OFF = 0.05  # largest deviation of a difference from a multiple of the step, in steps
-_REGULAR = 0.99  # smallest fraction of differences within this deviation
-_COUNTED = 2.0**53  # largest number of steps that a float resolves; excludes outliers like 1e150
-_PARTS = 25  # largest number of steps in the smallest difference
-_RESTS = 5  # largest number of distinct values that do not determine a step
+_MIN_SAMPLES = 20  # smallest number of samples for an estimate
+_ROUNDING_TOLERANCE = 1e-7  # relative difference below which two values are equal up to rounding
+_MAGNITUDE_QUANTILE = 0.9  # quantile of the magnitudes to which the difference is relative
+_MAX_DEVIATION = 0.05  # largest deviation of a difference from a multiple of the step, in steps
+_MIN_REGULAR_FRACTION = 0.99  # smallest fraction of differences within this deviation
+_MAX_STEPS = 2.0**53  # largest number of steps that a float resolves; excludes outliers like 1e150
+_MAX_PARTS = 25  # largest number of steps in the smallest difference
+_MAX_REST_VALUES = 5  # largest number of distinct values that do not determine a step
 #: Smallest ratio of quantization variance to noise variance that matters.
-LEAST = 1e-2
+MIN_VARIANCE_RATIO = 1e-2
 
 
-def resolution(values: Floats) -> Floats:
+def estimate_quantization_steps(values: Floats) -> Floats:
     """Return the quantization step of each channel; zero without quantization.
 
     A channel with few distinct values does not determine its step and has the finest step of the
@@ -31,11 +31,11 @@ def resolution(values: Floats) -> Floats:
         Samples; rows of NaN are ignored.
     """
     rows = values[np.isfinite(values).all(axis=1)]
-    if len(rows) < _FEWEST:
+    if len(rows) < _MIN_SAMPLES:
         return np.zeros(values.shape[1])
     steps = np.array([_estimate_step(channel) for channel in rows.T])
     counted = steps > 0.0
-    rests = [len(np.unique(channel)) <= _RESTS for channel in rows.T]
+    rests = [len(np.unique(channel)) <= _MAX_REST_VALUES for channel in rows.T]
     steps[rests] = steps.min(where=counted, initial=np.inf) if counted.any() else 0.0
     return np.where(np.isfinite(steps), steps, 0.0)
 
@@ -44,24 +44,26 @@ def _estimate_step(channel: Floats) -> float:
     """Return the step of a channel; zero if values are not quantized, NaN if undetermined."""
     apart = np.diff(np.sort(channel))
     # The quantile ignores outliers.
-    apart = apart[apart > _SAME * np.quantile(np.abs(channel), _MOST)]
-    apart = apart[apart < _COUNTED * apart.min(initial=np.inf)]
+    apart = apart[apart > _ROUNDING_TOLERANCE * np.quantile(np.abs(channel), _MAGNITUDE_QUANTILE)]
+    apart = apart[apart < _MAX_STEPS * apart.min(initial=np.inf)]
     repeat = 2 * len(apart) <= len(channel)
-    for parts in range(1, _PARTS if repeat else 2) if len(apart) else ():
+    for parts in range(1, _MAX_PARTS if repeat else 2) if len(apart) else ():
         multiples = np.rint(apart / apart.min() * parts)
         step = float(apart @ multiples / (multiples @ multiples))
-        if (np.abs(apart / step - multiples) < _OFF).mean() > _REGULAR:
+        if (np.abs(apart / step - multiples) < _MAX_DEVIATION).mean() > _MIN_REGULAR_FRACTION:
             return step
     return np.nan if repeat else 0.0
 
 
-def matters(step: Floats, sigma: Floats) -> Bools:
+def is_quantization_relevant(step: Floats, sigma: Floats) -> Bools:
     """Return whether the quantization variance is relevant compared with the noise, per axis."""
-    result: Bools = step**2 / 12.0 >= LEAST * np.square(sigma)
+    result: Bools = step**2 / 12.0 >= MIN_VARIANCE_RATIO * np.square(sigma)
     return result
 
 
-def angle_variance(rates: Floats, duration: float, step: Floats, sigma: Floats) -> Floats:
+def compute_angle_variance_rate(
+    rates: Floats, duration: float, step: Floats, sigma: Floats
+) -> Floats:
     """Return the growth rate of the angle variance due to quantization, shape (m, 3) [rad²/s].
 
     The error of a rounded value has the variance step² / 12. Noise over several steps makes the
@@ -82,7 +84,7 @@ def angle_variance(rates: Floats, duration: float, step: Floats, sigma: Floats) 
         1-sigma of the noise of a sample before rounding [rad/s].
     """
     result = np.zeros(rates.shape)
-    for axis in np.flatnonzero(matters(step, sigma)):
+    for axis in np.flatnonzero(is_quantization_relevant(step, sigma)):
         q = step[axis]
         m = np.arange(1, 50)
         ratio = sigma[axis] / q

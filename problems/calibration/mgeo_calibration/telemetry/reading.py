@@ -11,14 +11,18 @@ from mgeo_attitude.environment.frames import rotate, rotation_to_gcrs
 from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.scenario.scenario import Scenario
 
-from mgeo_calibration.telemetry.checks import refuse
-from mgeo_calibration.telemetry.conversion import body_steps, convert_readings, to_body_axes
+from mgeo_calibration.telemetry.checks import reject_findings
+from mgeo_calibration.telemetry.conversion import (
+    compute_body_steps,
+    convert_readings,
+    rotate_to_body,
+)
 from mgeo_calibration.telemetry.files import read_table
 from mgeo_calibration.telemetry.finding import Samples
-from mgeo_calibration.telemetry.gyro_samples import means, reported
-from mgeo_calibration.telemetry.held import Hold, held_rates
+from mgeo_calibration.telemetry.gyro_samples import compute_mean_rates, select_gyro_samples
+from mgeo_calibration.telemetry.held import AttitudeHold, compute_assumed_rates
 from mgeo_calibration.telemetry.mapping import GyroChannels, TelemetryMapping
-from mgeo_calibration.telemetry.table import Values, named, read_values
+from mgeo_calibration.telemetry.table import ColumnValues, prefix_errors, read_values
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
 
@@ -80,20 +84,20 @@ def _build_telemetry(
     frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping
 ) -> Telemetry:
     table = read_values(frame, scenario, mapping)
-    times, result = table.times, table.found
-    with named("gyro"):
+    times, result = table.times, table.values
+    with prefix_errors("gyro"):
         rates, step = _convert_rates(times, result["gyro"], mapping.gyro, scenario)
     steps, position = {"gyro": step}, None
     if "position" in result:
-        with named("position"):
-            position = result["position"].rows * mapping.position.factor("m")
+        with prefix_errors("position"):
+            position = result["position"].rows * mapping.position.compute_factor("m")
             frames = rotation_to_gcrs(
                 mapping.position.frame or "GCRF", compute_julian_dates(scenario.epoch, times)
             )
             position = rotate(frames, position)
     sensors = {}
     for sensor in scenario.sensors:
-        with named(sensor.name):
+        with prefix_errors(sensor.name):
             sensors[sensor.name], steps[sensor.name] = convert_readings(
                 sensor, result[sensor.name], table, scenario, position
             )
@@ -102,33 +106,36 @@ def _build_telemetry(
         gyro_deg_s=rates,
         sensors=sensors,
         position=position,
-        steps=steps,
-        others=table.others,
-        rows=table.numbers,
-        has_gyro=not mapping.gyro.holds,
-        hold=Hold.declared(mapping.gyro),
+        quantization_steps=steps,
+        housekeeping=table.housekeeping,
+        row_numbers=table.row_numbers,
+        has_gyro=not mapping.gyro.reference_axes,
+        attitude_hold=AttitudeHold.from_channels(mapping.gyro),
     )
-    reported(telemetry)
+    select_gyro_samples(telemetry)
     if not any(np.isfinite(rows).any() for rows in sensors.values()):
         raise ValueError(f"{', '.join(sensors)}: expected a sample of one of them")
     names = [*(["gyro"] if telemetry.has_gyro else []), *sensors]
     columns = {name: (result[name].columns, result[name].rows) for name in names}
-    refuse(Samples(scenario, telemetry, columns, mapping))
+    reject_findings(Samples(scenario, telemetry, columns, mapping))
     return telemetry
 
 
 def _convert_rates(
-    times: Floats, read: Values, gyro: GyroChannels, scenario: Scenario
+    times: Floats, values: ColumnValues, gyro: GyroChannels, scenario: Scenario
 ) -> tuple[Floats, Floats]:
     """Return mean rates about the body axes and the quantization step of each axis [deg/s]."""
-    rows, entry, _ = read
+    rows, entry, _ = values
     assert isinstance(entry, GyroChannels)
-    if gyro.holds:
-        rates, step = to_body_axes(held_rates(gyro.holds, scenario, times), entry), np.zeros(3)
+    if gyro.reference_axes:
+        rates, step = (
+            rotate_to_body(compute_assumed_rates(gyro.reference_axes, scenario, times), entry),
+            np.zeros(3),
+        )
     else:
-        step = body_steps(rows, entry, "deg/s")
-        rates = to_body_axes(rows * entry.factor("deg/s"), entry)
-    if gyro.holds or gyro.rate == "instantaneous":
+        step = compute_body_steps(rows, entry, "deg/s")
+        rates = rotate_to_body(rows * entry.compute_factor("deg/s"), entry)
+    if gyro.reference_axes or gyro.rate == "instantaneous":
         there = np.isfinite(rates).all(axis=1)
-        rates[there] = means(times[there], rates[there])
+        rates[there] = compute_mean_rates(times[there], rates[there])
     return rates, step

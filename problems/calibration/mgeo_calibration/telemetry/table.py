@@ -13,19 +13,19 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue, format_known_names
 
 from mgeo_calibration.telemetry.columns import (
+    assign_unit,
     find_columns,
-    followed,
+    find_sensitivity_channels,
     has_columns,
-    numbers,
-    other_columns,
-    with_unit,
+    parse_numbers,
+    select_housekeeping,
 )
 from mgeo_calibration.telemetry.mapping import Channels, SensorChannels, TelemetryMapping
-from mgeo_calibration.telemetry.telemetry import channels, place
-from mgeo_calibration.telemetry.times import seconds
+from mgeo_calibration.telemetry.telemetry import format_place, list_column_names
+from mgeo_calibration.telemetry.times import convert_times
 
 
-class Values(NamedTuple):
+class ColumnValues(NamedTuple):
     """Values of gyro, position or a sensor, with declarations and column names."""
 
     rows: Floats
@@ -33,7 +33,7 @@ class Values(NamedTuple):
     columns: list[str]
 
 
-class Table(NamedTuple):
+class TelemetryTable(NamedTuple):
     """Values of a table by owner at increasing times.
 
     Attributes
@@ -49,16 +49,18 @@ class Table(NamedTuple):
     """
 
     times: Floats
-    numbers: Ints
-    found: dict[str, Values]
-    others: dict[str, Floats]
+    row_numbers: Ints
+    values: dict[str, ColumnValues]
+    housekeeping: dict[str, Floats]
 
-    def place(self, k: int) -> str:
+    def format_place(self, k: int) -> str:
         """Return row and time of sample k as text."""
-        return place(k, self.times, self.numbers)
+        return format_place(k, self.times, self.row_numbers)
 
 
-def read_values(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping) -> Table:
+def read_values(
+    frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping
+) -> TelemetryTable:
     """Read the values of gyro, sensors and position from a table.
 
     Raises
@@ -71,17 +73,17 @@ def read_values(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappi
     of_time = [mapping.time] + ([mapping.time_fraction] if mapping.time_fraction else [])
     names = [column for _, own in asked.values() for column in own]
     columns = find_columns(frame, [*of_time, *names])
-    series = {name: frame.iloc[:, column.place] for name, column in columns.items()}
-    times = seconds([series[name] for name in of_time], mapping, scenario.epoch)
+    series = {name: frame.iloc[:, column.index] for name, column in columns.items()}
+    times = convert_times([series[name] for name in of_time], mapping, scenario.epoch)
     values = []
     for owner, (entry, own) in asked.items():
-        with named(owner):
-            for name, scale, offset in zip(own, *entry.conversion(len(own)), strict=True):
-                values.append(columns[name].sign * (scale * numbers(series[name]) + offset))
+        with prefix_errors(owner):
+            for name, scale, offset in zip(own, *entry.expand_conversion(len(own)), strict=True):
+                values.append(columns[name].sign * (scale * parse_numbers(series[name]) + offset))
     followed_channels = {each.channel for each in scenario.suite.sensitivities_by_key.values()}
-    used = {column.place for column in columns.values()}
-    others = other_columns(frame, used, followed_channels)
-    followed(scenario.suite, others)
+    used = {column.index for column in columns.values()}
+    others = select_housekeeping(frame, used, followed_channels)
+    find_sensitivity_channels(scenario.suite, others)
     others = _merge_channels(times, others)
     table = np.column_stack(values)
     del values  # The columns take as much memory as the table.
@@ -89,12 +91,12 @@ def read_values(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappi
     first = np.unique(times, return_index=True)[1] + 1
     ends = np.cumsum([len(own) for _, own in asked.values()])
     result = {
-        name: Values(rows, with_unit(name, entry, [columns[column] for column in own]), own)
+        name: ColumnValues(rows, assign_unit(name, entry, [columns[column] for column in own]), own)
         for (name, (entry, own)), rows in zip(
             asked.items(), np.hsplit(table, ends[:-1]), strict=True
         )
     }
-    return Table(at, first, result, others)
+    return TelemetryTable(at, first, result, others)
 
 
 def _collect_entries(
@@ -110,7 +112,10 @@ def _collect_entries(
             raise InvalidValue(f"sensors[{i}].name", entry.name, "is named twice: expected it once")
         given[entry.name] = entry
     asked: dict[str, tuple[Channels, list[str]]] = {
-        "gyro": (mapping.gyro, [] if mapping.gyro.holds else _list_columns("gyro", mapping.gyro))
+        "gyro": (
+            mapping.gyro,
+            [] if mapping.gyro.reference_axes else _list_columns("gyro", mapping.gyro),
+        )
     }
     for sensor in scenario.sensors:
         channel = given.get(sensor.name, SensorChannels(name=sensor.name))
@@ -123,7 +128,7 @@ def _collect_entries(
 
 
 @contextmanager
-def named(name: str) -> Iterator[None]:
+def prefix_errors(name: str) -> Iterator[None]:
     """Prefix the key of an `InvalidValue` with the owner's name."""
     try:
         yield
@@ -131,10 +136,12 @@ def named(name: str) -> Iterator[None]:
         raise error.prefix_key(name) from None
 
 
-def _list_columns(name: str, entry: Channels, width: int = 3, *others: int) -> list[str]:
-    columns = channels(name, width) if entry.columns is None else list(entry.columns)
-    if len(columns) not in (width, *others):
-        expected = " or ".join(map(str, (width, *others)))
+def _list_columns(
+    name: str, entry: Channels, width: int = 3, *alternative_widths: int
+) -> list[str]:
+    columns = list_column_names(name, width) if entry.columns is None else list(entry.columns)
+    if len(columns) not in (width, *alternative_widths):
+        expected = " or ".join(map(str, (width, *alternative_widths)))
         raise ValueError(f"columns of {name} = {columns}: expected {expected} names")
     return columns
 

@@ -17,12 +17,12 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from mgeo.store.atomic import write_file
-from mgeo_calibration.telemetry.held import Hold
-from mgeo_calibration.telemetry.quantization import resolution
+from mgeo_calibration.telemetry.held import AttitudeHold
+from mgeo_calibration.telemetry.quantization import estimate_quantization_steps
 
 #: Longest time between positions for interpolation [s].
-LONGEST_STEP = 300.0
-_FEWEST_POSITIONS = 4
+MAX_POSITION_STEP = 300.0
+_MIN_POSITIONS = 4
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -44,7 +44,7 @@ class Truth:
     states: Floats
     wheel_momentum: Floats | None = None
 
-    def first(self, n: int) -> Truth:
+    def truncate(self, n: int) -> Truth:
         """Return the truth at the first n samples."""
         wheels = self.wheel_momentum
         return Truth(
@@ -105,12 +105,12 @@ class Telemetry:
     gyro_deg_s: Floats
     sensors: Mapping[str, Floats] = field(default_factory=dict)
     position: Floats | None = None
-    rows: Ints | None = None
+    row_numbers: Ints | None = None
     truth: Truth | None = None
-    others: Mapping[str, Floats] = field(default_factory=dict)
-    steps: Mapping[str, Floats] = field(default_factory=dict)
+    housekeeping: Mapping[str, Floats] = field(default_factory=dict)
+    quantization_steps: Mapping[str, Floats] = field(default_factory=dict)
     has_gyro: bool = True
-    hold: Hold | None = None
+    attitude_hold: AttitudeHold | None = None
 
     def __post_init__(self) -> None:
         times = np.array(self.times, dtype=float)
@@ -118,41 +118,50 @@ class Telemetry:
         if not one or (np.diff(times) <= 0.0).any():
             raise ValueError("times: expected one or more finite numbers in increasing order [s]")
         object.__setattr__(self, "times", times)
-        object.__setattr__(self, "gyro_deg_s", self._samples("gyro", self.gyro_deg_s, (3,)))
+        object.__setattr__(
+            self, "gyro_deg_s", self._validate_samples("gyro", self.gyro_deg_s, (3,))
+        )
         sensors = {
-            name: self._samples(name, rows, (3, 4, 1)) for name, rows in self.sensors.items()
+            name: self._validate_samples(name, rows, (3, 4, 1))
+            for name, rows in self.sensors.items()
         }
         object.__setattr__(self, "sensors", sensors)
         if self.position is not None:
-            object.__setattr__(self, "position", self._samples("position", self.position, (3,)))
-        others = {name: np.array(values, dtype=float) for name, values in self.others.items()}
+            object.__setattr__(
+                self, "position", self._validate_samples("position", self.position, (3,))
+            )
+        others = {name: np.array(values, dtype=float) for name, values in self.housekeeping.items()}
         for name, values in others.items():
             if values.shape != times.shape or not np.isfinite(values).all():
                 raise ValueError(f"{name}: expected {len(times)} finite numbers")
         object.__setattr__(self, "others", others)
 
-    def frame(self) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Return a table with ``time``, ``gyro_x``..., the channels of all sensors and `others`."""
-        columns = {"time": self.times} | _columns("gyro", self.gyro_deg_s)
+        columns = {"time": self.times} | _build_columns("gyro", self.gyro_deg_s)
         for name, rows in self.sensors.items():
-            columns |= _columns(name, rows)
+            columns |= _build_columns(name, rows)
         if self.position is not None:
-            columns |= _columns("position", self.position)
-        columns |= {name: values for name, values in self.others.items() if name not in columns}
+            columns |= _build_columns("position", self.position)
+        columns |= {
+            name: values for name, values in self.housekeeping.items() if name not in columns
+        }
         return pd.DataFrame(columns)
 
-    def step_of(self, name: str) -> Floats:
+    def find_quantization_steps(self, name: str) -> Floats:
         """Return the quantization step of each channel of ``gyro`` or a sensor; zero for none."""
-        return self._steps[name]
+        return self._effective_steps[name]
 
     @cached_property
-    def _steps(self) -> dict[str, Floats]:
+    def _effective_steps(self) -> dict[str, Floats]:
         rows = {"gyro": self.gyro_deg_s, **self.sensors}
-        return {**self.steps} | {
-            name: resolution(each) for name, each in rows.items() if name not in self.steps
+        return {**self.quantization_steps} | {
+            name: estimate_quantization_steps(each)
+            for name, each in rows.items()
+            if name not in self.quantization_steps
         }
 
-    def until(self, time: float) -> Telemetry:
+    def truncate(self, time: float) -> Telemetry:
         """Return the samples up to a time [s].
 
         Raises
@@ -169,12 +178,12 @@ class Telemetry:
             gyro_deg_s=self.gyro_deg_s[:n],
             sensors={name: rows[:n] for name, rows in self.sensors.items()},
             position=None if self.position is None else self.position[:n],
-            rows=None if self.rows is None else self.rows[:n],
-            others={name: values[:n] for name, values in self.others.items()},
-            steps=self.steps,
+            row_numbers=None if self.row_numbers is None else self.row_numbers[:n],
+            housekeeping={name: values[:n] for name, values in self.housekeeping.items()},
+            quantization_steps=self.quantization_steps,
             has_gyro=self.has_gyro,
-            hold=self.hold,
-            truth=truth and truth.first(n),
+            attitude_hold=self.attitude_hold,
+            truth=truth and truth.truncate(n),
         )
 
     def to_csv(self, path: Path | str) -> None:
@@ -185,9 +194,9 @@ class Telemetry:
         OSError
             If the file cannot be written.
         """
-        write_file(path, self.frame().to_csv(index=False, lineterminator="\n").encode())
+        write_file(path, self.to_frame().to_csv(index=False, lineterminator="\n").encode())
 
-    def positions(self, times: Floats) -> Floats | None:
+    def interpolate_positions(self, times: Floats) -> Floats | None:
         """Return the positions at m of the sample times, shape (m, 3) [m], or None.
 
         Missing positions are interpolated by a cubic spline. With positions 300 s apart, the
@@ -204,22 +213,24 @@ class Telemetry:
         if there.all():
             return self.position[np.searchsorted(self.times, times)]
         at = self.times[there]
-        if len(at) < _FEWEST_POSITIONS:
-            raise ValueError(f"position: {len(at)} samples: expected {_FEWEST_POSITIONS} or more")
+        if len(at) < _MIN_POSITIONS:
+            raise ValueError(f"position: {len(at)} samples: expected {_MIN_POSITIONS} or more")
         k = np.clip(np.searchsorted(at, times), 1, len(at) - 1)
-        usual = min(float(np.median(np.diff(at))), LONGEST_STEP)
-        far = np.where((times < at[0]) | (times > at[-1]), 0.0, at[k] - at[k - 1]) > LONGEST_STEP
+        usual = min(float(np.median(np.diff(at))), MAX_POSITION_STEP)
+        far = (
+            np.where((times < at[0]) | (times > at[-1]), 0.0, at[k] - at[k - 1]) > MAX_POSITION_STEP
+        )
         far &= ~np.isin(times, at)
         far |= (times < at[0] - usual) | (times > at[-1] + usual)
         if far.any():
             raise ValueError(
                 f"position: none near time {times[np.argmax(far)]:.6f} s: expected samples at most "
-                f"{LONGEST_STEP:g} s apart, from the start to the end"
+                f"{MAX_POSITION_STEP:g} s apart, from the start to the end"
             )
         result: Floats = CubicSpline(at, self.position[there])(times)
         return result
 
-    def readings(self, suite: Suite) -> tuple[Floats, ...]:
+    def build_readings(self, suite: Suite) -> tuple[Floats, ...]:
         """Return the readings of each sensor of a suite in the filter's units, shape (n, k, 3).
 
         Raises
@@ -232,7 +243,7 @@ class Telemetry:
             raise ValueError(f"telemetry of {list(self.sensors)}: expected that of {names}")
         return tuple(from_telemetry(sensor, self.sensors[sensor.name]) for sensor in suite.sensors)
 
-    def _samples(self, name: str, values: ArrayLike, widths: tuple[int, ...]) -> Floats:
+    def _validate_samples(self, name: str, values: ArrayLike, widths: tuple[int, ...]) -> Floats:
         rows: Floats = np.array(values, dtype=float)
         if rows.shape not in [(len(self.times), width) for width in widths]:
             raise ValueError(
@@ -247,23 +258,23 @@ class Telemetry:
             if wrong.any():
                 k = int(np.argmax(wrong))
                 raise ValueError(
-                    f"{name} at {place(k, self.times, self.rows)} = {rows[k].tolist()}: {what}"
+                    f"{name} at {format_place(k, self.times, self.row_numbers)} = {rows[k].tolist()}: {what}"
                 )
         return rows
 
 
-def place(k: int, times: Floats, rows: Ints | None = None) -> str:
+def format_place(k: int, times: Floats, row_numbers: Ints | None = None) -> str:
     """Return the time of sample k [s] and, if known, its row in the table as text."""
     time = f"time {times[k]:.6f} s"
-    return time if rows is None else f"row {rows[k]}, {time}"
+    return time if row_numbers is None else f"row {row_numbers[k]}, {time}"
 
 
-def channels(name: str, width: int = 3) -> list[str]:
+def list_column_names(name: str, width: int = 3) -> list[str]:
     """Return column names: ``mag_x``... for vectors, ``mag_q1``... for quaternions, or ``mag``."""
     if width == 1:
         return [name]
     return [f"{name}_{part}" for part in ("xyz" if width == 3 else ("q1", "q2", "q3", "q4"))]
 
 
-def _columns(name: str, rows: Floats) -> dict[str, Any]:
-    return dict(zip(channels(name, rows.shape[1]), rows.T, strict=True))
+def _build_columns(name: str, rows: Floats) -> dict[str, Any]:
+    return dict(zip(list_column_names(name, rows.shape[1]), rows.T, strict=True))

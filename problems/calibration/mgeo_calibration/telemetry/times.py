@@ -10,13 +10,21 @@ import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.times import convert_calendar_seconds, parse_time_stamps
 
-from mgeo_calibration.telemetry.columns import name_and_unit, numbers, numeric, plain_unit, shown
+from mgeo_calibration.telemetry.columns import (
+    convert_to_numeric,
+    format_cell,
+    normalize_unit,
+    parse_numbers,
+    split_name_and_unit,
+)
 from mgeo_calibration.telemetry.mapping import UNITS, TelemetryMapping
 
 _UTC_OFFSET = r"([+-])(\d\d):?(\d\d)$"
 
 
-def seconds(columns: Sequence[pd.Series], mapping: TelemetryMapping, epoch: datetime) -> Floats:
+def convert_times(
+    columns: Sequence[pd.Series], mapping: TelemetryMapping, epoch: datetime
+) -> Floats:
     """Return SI seconds since an epoch, shape (n,), from numbers, time stamps or ISO 8601 texts.
 
     Parameters
@@ -32,16 +40,16 @@ def seconds(columns: Sequence[pd.Series], mapping: TelemetryMapping, epoch: date
         With row and value of a cell that is not a time.
     """
     column, *fractions = columns
-    if column.dtype.kind == "O" and numeric(column.iloc[:1]).notna().all():
-        column = pd.Series(numbers(column), name=column.name)
+    if column.dtype.kind == "O" and convert_to_numeric(column.iloc[:1]).notna().all():
+        column = pd.Series(parse_numbers(column), name=column.name)
     more = np.zeros(len(column))
     for each in fractions:
-        more += UNITS["s"][mapping.time_fraction_unit] * numbers(each)
+        more += UNITS["s"][mapping.time_fraction_unit] * parse_numbers(each)
     if column.dtype.kind in "iuf":
         times = _convert_counts(column, more, mapping, epoch)
     elif mapping.time_epoch is not None:
         raise ValueError(
-            f"row 1, {column.name} = {shown(column.iloc[0])}: expected a number, since time_epoch "
+            f"row 1, {column.name} = {format_cell(column.iloc[0])}: expected a number, since time_epoch "
             "is declared; remove the key for ISO 8601 times"
         )
     elif column.dtype.kind == "M":
@@ -54,39 +62,39 @@ def seconds(columns: Sequence[pd.Series], mapping: TelemetryMapping, epoch: date
     if np.isnan(times).any():
         row = int(np.argmax(np.isnan(times)))
         raise ValueError(
-            f"row {row + 1}, {column.name} = {shown(column.iloc[row])}: expected seconds since "
+            f"row {row + 1}, {column.name} = {format_cell(column.iloc[row])}: expected seconds since "
             "the epoch or a time of ISO 8601; time_epoch declares another count"
         )
     return times
 
 
 def _convert_counts(
-    column: pd.Series, more: Floats, mapping: TelemetryMapping, epoch: datetime
+    column: pd.Series, fraction_seconds: Floats, mapping: TelemetryMapping, epoch: datetime
 ) -> Floats:
-    in_name = plain_unit(name_and_unit(column.name)[1])
+    in_name = normalize_unit(split_name_and_unit(column.name)[1])
     unit = mapping.time_unit or (in_name if in_name in UNITS["s"] else "s")
-    counted, start = UNITS["s"][unit] * numbers(column), mapping.count_start
+    counted, start = UNITS["s"][unit] * parse_numbers(column), mapping.count_start
     if start is None:
-        return counted + more
+        return counted + fraction_seconds
     clock = counted + (start - epoch).total_seconds()
-    return convert_calendar_seconds(epoch, clock + more, mapping.time_scale)
+    return convert_calendar_seconds(epoch, clock + fraction_seconds, mapping.time_scale)
 
 
-def _parse_stamps(stamps: pd.Series, epoch: datetime, system: str) -> Floats:
+def _parse_stamps(stamps: pd.Series, epoch: datetime, time_scale: str) -> Floats:
     """Return SI seconds since the epoch; NaN for text that is not ISO 8601."""
     offsets = stamps.str.extract(_UTC_OFFSET)
     ahead = 3600.0 * offsets[1].astype(float) + 60.0 * offsets[2].astype(float)
     ahead = ahead.where(offsets[0] != "-", -ahead).fillna(0.0)
     clocks = stamps.str.replace(_UTC_OFFSET, "", regex=True).tolist()
     try:
-        result = parse_time_stamps(epoch, clocks, system)
+        result = parse_time_stamps(epoch, clocks, time_scale)
     except ValueError:
-        result = np.array([_parse_stamp(clock, epoch, system) for clock in clocks])
+        result = np.array([_parse_stamp(clock, epoch, time_scale) for clock in clocks])
     return result - ahead.to_numpy()
 
 
-def _parse_stamp(stamp: str, epoch: datetime, system: str) -> float:
+def _parse_stamp(stamp: str, epoch: datetime, time_scale: str) -> float:
     try:
-        return float(parse_time_stamps(epoch, [stamp], system)[0])
+        return float(parse_time_stamps(epoch, [stamp], time_scale)[0])
     except ValueError:
         return np.nan

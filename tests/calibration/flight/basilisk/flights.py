@@ -16,8 +16,8 @@ pytest.importorskip(
     "Basilisk", reason='flights by Basilisk: pip install "./problems/calibration[basilisk]"'
 )
 
-from mgeo_calibration.flight.basilisk.fly import fly
-from mgeo_calibration.flight.basilisk.simulation import Drawn, simulate
+from mgeo_calibration.flight.basilisk.fly import simulate_telemetry
+from mgeo_calibration.flight.basilisk.simulation import SimulationInputs, simulate
 
 #: Three maneuvers, the second of them cut short by rounding up to a step.
 PLAN = np.array([0.5, 0.3, -0.2, 200.3, -0.3, 0.6, 0.2, 250.0, 0.2, -0.4, 0.7, 300.0])
@@ -30,19 +30,19 @@ def short(scenario: Scenario, duration: float, **changes) -> Scenario:
     return dataclasses.replace(scenario, duration=duration, convergence=window, **changes)
 
 
-def errorless(model) -> Drawn:
+def errorless(model) -> SimulationInputs:
     """No error at all, of a run of a model."""
     zero, bias = np.zeros(model.suite.n_states), np.zeros((model.n_steps, 3))
-    return Drawn(model.initial_attitude, model.initial_rate, zero, zero.copy(), bias)
+    return SimulationInputs(model.initial_attitude, model.initial_rate, zero, zero.copy(), bias)
 
 
 def check_calibrated(scenario, design, flights, supported=True):
     """Assert that calibrations of so many flights are as good as they claim, and supported."""
     environment, found = Environment.from_scenario(scenario), []
     for seed in range(flights):
-        telemetry = fly(scenario, design, seed, environment=environment)
+        telemetry = simulate_telemetry(scenario, design, seed, environment=environment)
         calibration = calibrate(scenario, telemetry)
-        assert calibration.supported or not supported, calibration.conclusion
+        assert calibration.is_consistent or not supported, calibration.conclusion
         found.append(normalized(calibration, telemetry))
     check_claimed(found, worst=np.inf)
     return telemetry

@@ -14,7 +14,7 @@ from mgeo_attitude.environment.sun_moon import sun_position, visible_sun_fractio
 from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import InitialConditions, ManeuverBounds, Orbit, Wheels
-from mgeo_calibration.flight.basilisk.fly import fly
+from mgeo_calibration.flight.basilisk.fly import simulate_telemetry
 from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 from mgeo_calibration.flight.own import fly as fly_exactly
 from scipy.spatial.transform import Rotation
@@ -114,7 +114,7 @@ def test_a_start_that_turns_is_flown_with_wheels_that_spin(wheels):
     model = FilterModel.from_scenario(scenario, environment)
     slow = PLAN * np.tile([0.5, 0.5, 0.5, 1.0], 3)
     motion = Motion.from_design(model, slow, model.n_steps)
-    found = seen(scenario, motion, errorless(model), Vehicle.of(scenario), environment)
+    found = seen(scenario, motion, errorless(model), Vehicle.from_scenario(scenario), environment)
     np.testing.assert_allclose(found.attitude[0], model.initial_attitude, rtol=0, atol=1e-12)
     off = Rotation.from_matrix(found.attitude @ motion.attitude.transpose(0, 2, 1)).magnitude()
     assert np.degrees(off.max()) < 0.05
@@ -126,7 +126,7 @@ def test_torque_and_momentum_stay_within_what_wheels_give():
     wheels = Wheels(inertia=(3.0, 2.0, 1.0), max_torque=2e-3, max_momentum=0.02)
     vehicle = Vehicle(wheels=wheels)
     scenario = short(Scenario.paper(), 900.0, step=0.5)
-    C = fly(scenario, PLAN, 1, vehicle=vehicle).truth.attitude
+    C = simulate_telemetry(scenario, PLAN, 1, vehicle=vehicle).truth.attitude
     rates = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec() / 0.5
     momentum = rates @ wheels.matrix()
     # a wheel is stopped at the first step beyond its limit
@@ -140,9 +140,9 @@ def test_torque_and_momentum_stay_within_what_wheels_give():
 
 def test_the_same_seed_gives_the_same_telemetry_and_the_own_simulation_s_errors():
     scenario = short(Scenario.cubesat_6u(), 120.0)
-    one, again, other = (fly(scenario, PLAN, seed) for seed in (5, 5, 6))
-    assert one.frame().equals(again.frame())
-    assert not one.frame().equals(other.frame())
+    one, again, other = (simulate_telemetry(scenario, PLAN, seed) for seed in (5, 5, 6))
+    assert one.to_frame().equals(again.to_frame())
+    assert not one.to_frame().equals(other.to_frame())
     exact = fly_exactly(scenario, PLAN, 5)
     np.testing.assert_array_equal(one.truth.states, exact.truth.states)
     np.testing.assert_allclose(one.truth.attitude[0], exact.truth.attitude[0], atol=1e-14)

@@ -29,7 +29,7 @@ def test_a_head_reads_the_cosine_to_its_normal_and_nothing_in_the_dark():
     drawn = errorless(model)
     first = 3 * model.suite.blocks.index("px.sensitivity")
     for k in range(6):
-        drawn.errors[first + 3 * k : first + 3 * k + 3] = [0.03, -0.02, 0.1]
+        drawn.true_states[first + 3 * k : first + 3 * k + 3] = [0.03, -0.02, 0.1]
     motion = Motion.from_design(model, PLAN, model.n_steps)
     found = seen(scenario, motion, drawn, Vehicle.amazonia(), environment)
     sun = np.einsum("kij,kj->ki", found.attitude, environment.sun)

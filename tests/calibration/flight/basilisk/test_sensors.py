@@ -16,7 +16,7 @@ from mgeo_attitude import (
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT
-from mgeo_calibration.flight.basilisk.fly import fly
+from mgeo_calibration.flight.basilisk.fly import simulate_telemetry
 from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
@@ -53,10 +53,10 @@ def reported(quiet, plan=(0.0,) * 12, start=None, **errors):
     drawn = errorless(model)
     for block, value in errors.items():
         first = 3 * model.suite.blocks.index(block.replace("__", "."))
-        drawn.errors[first : first + 3] = value
+        drawn.true_states[first : first + 3] = value
     if start is not None:
         drawn = dataclasses.replace(drawn, start=start)
-    bias = np.tile(drawn.errors[3:6], (model.n_steps, 1))
+    bias = np.tile(drawn.true_states[3:6], (model.n_steps, 1))
     drawn = dataclasses.replace(drawn, bias=bias)
     motion = Motion.from_design(model, plan, model.n_steps)
     return seen(scenario, motion, drawn, Vehicle.amazonia(), environment)
@@ -112,7 +112,7 @@ def test_a_gyro_reports_rates_turned_scaled_and_biased(quiet):
     axis = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0]])
     expected = (1.0 + scale) * (turns @ np.vstack([axis, [0, 0, 1]]).T) + bias - crossed
     assert turns[-1, 0] > np.radians(0.3)
-    np.testing.assert_allclose(found.gyro[whole], expected[whole], rtol=0, atol=1e-8)
+    np.testing.assert_allclose(found.mean_rates[whole], expected[whole], rtol=0, atol=1e-8)
 
 
 #: Large enough that a bias that comes a step late shows beside the gyro's noise.
@@ -133,7 +133,7 @@ def loud():
     )
     scenario = dataclasses.replace(Scenario.paper(), sensors=sensors, gyro=gyro)
     environment = Environment.from_scenario(scenario)
-    telemetry = fly(scenario, PLAN, 7, environment=environment)
+    telemetry = simulate_telemetry(scenario, PLAN, 7, environment=environment)
     C, states = telemetry.truth.attitude, telemetry.truth.states
     model = FilterModel.from_scenario(scenario, environment)
 

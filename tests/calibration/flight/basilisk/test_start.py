@@ -8,7 +8,7 @@ from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_calibration import calibrate
-from mgeo_calibration.flight.basilisk.fly import fly
+from mgeo_calibration.flight.basilisk.fly import simulate_telemetry
 from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 from scipy.spatial.transform import Rotation
 
@@ -34,8 +34,8 @@ def flown(scenario, design, vehicle=None):
     """The planned motion, and what Basilisk logs of a flight without errors."""
     environment = Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
-    vehicle = vehicle or Vehicle.of(scenario)
-    limits = vehicle.slew_limits(model.initial_rate)
+    vehicle = vehicle or Vehicle.from_scenario(scenario)
+    limits = vehicle.compute_slew_limits(model.initial_rate)
     ramped = dataclasses.replace(model, slew_limits=limits)
     motion = Motion.from_design(ramped, design, model.n_steps)
     return environment, motion, seen(scenario, motion, errorless(model), vehicle, environment)
@@ -64,11 +64,11 @@ def test_a_second_flight_is_that_of_the_same_satellite():
     """Attitude, rate and errors at its start are those at the end of the first, and it turns on at
     the rate that it has, by a gyro whose bias of 6e-5 rad/s is known by now."""
     scenario = starting({"pointing": "nadir"}, 900.0)
-    first = fly(scenario, PLAN, 5)
+    first = simulate_telemetry(scenario, PLAN, 5)
     found = calibrate(scenario, first)
-    after = found.scenario_after({"duration": 600.0})
+    after = found.build_followup_scenario({"duration": 600.0})
     design = [*after.prior.rate_deg_s, 50.0, *PLAN[:8]]  # turns on first
-    second = fly(after, design, 6, after=first.truth)
+    second = simulate_telemetry(after, design, 6, initial_truth=first.truth)
     np.testing.assert_allclose(second.truth.attitude[0], first.truth.attitude[-1], atol=1e-12)
     np.testing.assert_array_equal(second.truth.states[0], first.truth.states[-1])
     before, rates = (rates_of(one.truth.attitude) for one in (first, second))

@@ -7,7 +7,7 @@ import pytest
 from mgeo_attitude import EnvironmentErrors, Gyro, Magnetometer, Scenario, Suite, SunSensor
 from mgeo_attitude.scenario import Wheels
 from mgeo_attitude.settings.errors import InvalidValue
-from mgeo_calibration.flight.basilisk.fly import check_suite
+from mgeo_calibration.flight.basilisk.fly import validate_suite
 from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 
 WHEELS = Wheels(inertia=(3.0, 2.0, 1.0), max_torque=0.1, max_momentum=0.5)
@@ -26,14 +26,16 @@ def test_a_pyramid_of_wheels_gives_about_all_axes_at_once_what_its_worst_wheel_c
 
 def test_the_vehicle_is_the_scenario_s_wheels_or_a_known_one():
     paper = Scenario.paper()
-    assert Vehicle.of(paper) == Vehicle.amazonia()
-    assert Vehicle.of(dataclasses.replace(paper, wheels=WHEELS)) == Vehicle(wheels=WHEELS)
-    assert Vehicle.of(paper, "cubesat_6u") == Vehicle.cubesat_6u()
-    assert Vehicle.of(Scenario.cubesat_6u_full()) == Vehicle.cubesat_6u()
+    assert Vehicle.from_scenario(paper) == Vehicle.amazonia()
+    assert Vehicle.from_scenario(dataclasses.replace(paper, wheels=WHEELS)) == Vehicle(
+        wheels=WHEELS
+    )
+    assert Vehicle.from_scenario(paper, "cubesat_6u") == Vehicle.cubesat_6u()
+    assert Vehicle.from_scenario(Scenario.cubesat_6u_full()) == Vehicle.cubesat_6u()
     with pytest.raises(InvalidValue, match=r"vehicle = 'shuttle'.*cubesat_6u"):
-        Vehicle.of(paper, "shuttle")
+        Vehicle.from_scenario(paper, "shuttle")
     with pytest.raises(InvalidValue, match=r"wheels = None: expected wheels.*paper, cubesat_6u"):
-        Vehicle.of(dataclasses.replace(paper, name="mine"))
+        Vehicle.from_scenario(dataclasses.replace(paper, name="mine"))
 
 
 def test_wheels_spin_at_the_start_so_that_nothing_does_as_a_whole_unless_they_say_how():
@@ -63,4 +65,4 @@ def test_wheels_spin_at_the_start_so_that_nothing_does_as_a_whole_unless_they_sa
 )
 def test_errors_that_basilisk_has_not_are_refused_by_name(suite, message):
     with pytest.raises(InvalidValue, match=message):
-        check_suite(suite)
+        validate_suite(suite)

@@ -15,15 +15,15 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.maneuvers.motion import Motion
 from scipy.spatial.transform import Rotation
 
-from mgeo_calibration.flight.basilisk.vehicle import Coiled, Vehicle
+from mgeo_calibration.flight.basilisk.vehicle import MagnetorquerVehicle, Vehicle
 
 #: Speed of a wheel at its largest momentum [rpm], which defines the inertia of the wheel.
 WHEEL_SPEED = 6000.0
 
 #: Inertia of a wheel without momentum limit, relative to the satellite's smallest inertia.
-WHEEL_SHARE = 1e-3
+WHEEL_INERTIA_RATIO = 1e-3
 
-DAMPING = 0.7
+DAMPING_RATIO = 0.7
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,9 @@ class Reference:
     acceleration: Floats
 
     @classmethod
-    def of(cls, motion: Motion, initial_rate: Floats, step: float, parts: int) -> Reference:
+    def from_motion(
+        cls, motion: Motion, initial_rate: Floats, step: float, n_substeps: int
+    ) -> Reference:
         """Return the reference of a motion with constant rates in each step.
 
         The rate at the boundary of two steps is the mean of both rates, as on a linear ramp.
@@ -57,11 +59,11 @@ class Reference:
         parts : int
             Number of simulation steps per step of the motion.
         """
-        h, rates = step / parts, np.repeat(motion.rates, parts, axis=0)
-        turns = np.tile(h * np.arange(parts), len(motion.rates))[:, None] * rates
+        h, rates = step / n_substeps, np.repeat(motion.rates, n_substeps, axis=0)
+        turns = np.tile(h * np.arange(n_substeps), len(motion.rates))[:, None] * rates
         within = Rotation.from_rotvec(-turns).as_matrix()
         to_body = np.concatenate(
-            [within @ np.repeat(motion.attitude[:-1], parts, axis=0), motion.attitude[-1:]]
+            [within @ np.repeat(motion.attitude[:-1], n_substeps, axis=0), motion.attitude[-1:]]
         )
         before, after = np.vstack([initial_rate, rates]), np.vstack([rates, rates[-1:]])
         mean, change = 0.5 * (before + after), np.vstack([after[1:], after[-1:]]) - before
@@ -85,18 +87,18 @@ class Guidance(sysModel.SysModel):
         imu: Any,
         reference: Reference,
         initial_rate: Floats,
-        corrected: Callable[[Floats], Floats],
+        correct_rate: Callable[[Floats], Floats],
         bias: Floats,
-        nanoseconds: int,
+        step_ns: int,
     ) -> None:
         super().__init__()
         self.ModelTag = "guidance"
-        self.navigation, self.wanted = messaging.NavAttMsg(), messaging.AttRefMsg()
+        self.navigation, self.reference_message = messaging.NavAttMsg(), messaging.AttRefMsg()
         self._imu, self._reference, self._bias = imu, reference, bias
-        self._nanoseconds = nanoseconds
-        self._initial_rate, self._corrected = initial_rate, corrected
+        self._step_ns = step_ns
+        self._initial_rate, self._correct_rate = initial_rate, correct_rate
         self._attitude = reference.attitude[0]
-        self.kept: tuple[Any, ...] = ()
+        self.referenced_messages: tuple[Any, ...] = ()
 
     def Reset(self, nanoseconds: int) -> None:
         self._attitude = self._reference.attitude[0]
@@ -107,14 +109,14 @@ class Guidance(sysModel.SysModel):
             self._write(nanoseconds, self._initial_rate)
             return
         measured = self._imu.sensorOutMsg.read()
-        step = 1e-9 * self._nanoseconds
-        rate = self._corrected(np.array(measured.DRFramePlatform) / step)
+        step = 1e-9 * self._step_ns
+        rate = self._correct_rate(np.array(measured.DRFramePlatform) / step)
         turn = Rotation.from_rotvec(rate * step).as_mrp()
         self._attitude = RigidBodyKinematics.addMRP(self._attitude, turn)
-        self._write(nanoseconds, self._corrected(np.array(measured.AngVelPlatform)))
+        self._write(nanoseconds, self._correct_rate(np.array(measured.AngVelPlatform)))
 
     def _write(self, nanoseconds: int, rate: Any) -> None:
-        k = round(nanoseconds / self._nanoseconds)
+        k = round(nanoseconds / self._step_ns)
         self._imu.senRotBias = self._bias[min(k, len(self._bias) - 1)]  # valid until the next step
         now, wanted = messaging.NavAttMsgPayload(), messaging.AttRefMsgPayload()
         now.sigma_BN, now.omega_BN_B = self._attitude, rate
@@ -122,10 +124,10 @@ class Guidance(sysModel.SysModel):
         wanted.omega_RN_N = self._reference.rate[k]
         wanted.domega_RN_N = self._reference.acceleration[k]
         self.navigation.write(now, nanoseconds, self.moduleID)
-        self.wanted.write(wanted, nanoseconds, self.moduleID)
+        self.reference_message.write(wanted, nanoseconds, self.moduleID)
 
 
-def reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple[Any, Any]:
+def add_reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple[Any, Any]:
     """Attach Basilisk's reaction wheels to a satellite.
 
     Initial speeds follow `Vehicle.momentum`. A wheel at its momentum limit cannot accelerate
@@ -144,12 +146,17 @@ def reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple[Any
     factory, wheels = simIncludeRW.rwFactory(), vehicle.wheels
     rpm = 2.0 * np.pi / 60.0
     speed = WHEEL_SPEED * rpm
-    limits: dict[str, Any] = {"Js": WHEEL_SHARE * min(wheels.inertia), "useMaxTorque": False}
+    limits: dict[str, Any] = {
+        "Js": WHEEL_INERTIA_RATIO * min(wheels.inertia),
+        "useMaxTorque": False,
+    }
     if wheels.max_momentum is not None:
         limits |= {"Js": wheels.max_momentum / speed, "Omega_max": WHEEL_SPEED}
     if wheels.max_torque is not None:
         limits |= {"useMaxTorque": True, "u_max": wheels.max_torque}
-    for axis, momentum in zip(wheels.normalized_axes(), vehicle.momentum(rate), strict=True):
+    for axis, momentum in zip(
+        wheels.normalized_axes(), vehicle.compute_initial_momentum(rate), strict=True
+    ):
         spin = float(momentum / limits["Js"] / rpm)
         factory.create("custom", axis.tolist(), Omega=spin, **limits)
     effector = reactionWheelStateEffector.ReactionWheelStateEffector()
@@ -157,17 +164,17 @@ def reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple[Any
     return effector, factory.getConfigMessage()
 
 
-def control_loop(
+def build_control_loop(
     vehicle: Vehicle, guidance: Guidance, effector: Any, configuration: Any
 ) -> Sequence[Any]:
     """Return Basilisk's modules for attitude error, feedback and torque allocation, in order."""
     inertia = vehicle.wheels.inertia_matrix()
     error = attTrackingError.attTrackingError()
     error.attNavInMsg.subscribeTo(guidance.navigation)
-    error.attRefInMsg.subscribeTo(guidance.wanted)
+    error.attRefInMsg.subscribeTo(guidance.reference_message)
     feedback, largest = mrpFeedback.mrpFeedback(), float(np.linalg.eigvalsh(inertia)[-1])
     feedback.K = 4.0 * largest * vehicle.bandwidth**2  # An MRP is a quarter of the angle.
-    feedback.P = 2.0 * DAMPING * largest * vehicle.bandwidth
+    feedback.P = 2.0 * DAMPING_RATIO * largest * vehicle.bandwidth
     feedback.Ki = -1.0  # Negative values disable the integral term.
     body = messaging.VehicleConfigMsgPayload()
     body.ISCPntB_B = inertia.ravel().tolist()
@@ -181,16 +188,19 @@ def control_loop(
     motors.vehControlInMsg.subscribeTo(feedback.cmdTorqueOutMsg)
     motors.rwParamsInMsg.subscribeTo(configuration)
     effector.rwMotorCmdInMsg.subscribeTo(motors.rwMotorTorqueOutMsg)
-    guidance.kept = (configuration, satellite)  # Subscribers do not own their messages.
+    guidance.referenced_messages = (
+        configuration,
+        satellite,
+    )  # Subscribers do not own their messages.
     return error, feedback, motors
 
 
-def coil_control(
-    coiled: Coiled,
+def build_magnetorquer_control(
+    vehicle: MagnetorquerVehicle,
     satellite: Any,
     field: Any,
     imu: Any,
-    corrected: Callable[[Floats], Floats],
+    correct_rate: Callable[[Floats], Floats],
     bias: Floats,
     timing: tuple[int, int, Floats],
 ) -> tuple[Any, Sequence[Any]]:
@@ -206,7 +216,7 @@ def coil_control(
         Duration of a simulation step [ns], number of simulation steps per filter step, and initial
         body rate [rad/s].
     """
-    drive, (nanoseconds, parts, initial_rate) = coiled.drive, timing
+    drive, (nanoseconds, parts, initial_rate) = vehicle.drive, timing
 
     class Controller(sysModel.SysModel):
         """Cross-product control law with the gyro and the true field; also sets the gyro bias."""
@@ -224,15 +234,15 @@ def coil_control(
         def UpdateState(self, now: int) -> None:
             k = round(now / nanoseconds)
             imu.senRotBias = bias[min(k, len(bias) - 1)]  # valid until the next step
-            if k % parts or k // parts >= len(coiled.rates):
+            if k % parts or k // parts >= len(vehicle.rates):
                 return
             rate = initial_rate
             if k > 0:
-                rate = corrected(np.array(imu.sensorOutMsg.read().AngVelPlatform))
+                rate = correct_rate(np.array(imu.sensorOutMsg.read().AngVelPlatform))
             attitude = RigidBodyKinematics.MRP2C(satellite.scStateOutMsg.read().sigma_BN)
             b = attitude @ np.array(field.envOutMsgs[0].read().magField_N)
-            error = rate - coiled.rates[k // parts]
-            self.off = self.off and not coiled.begins[k // parts]
+            error = rate - vehicle.rates[k // parts]
+            self.off = self.off and not vehicle.maneuver_starts[k // parts]
             self.off = self.off or bool(np.linalg.norm(error) <= drive.rate_tolerance)
             torque = (
                 np.cross(rate, drive.inertia @ rate) - drive.inertia @ error / drive.time_constant

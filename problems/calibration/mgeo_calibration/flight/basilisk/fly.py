@@ -27,29 +27,29 @@ from mgeo_attitude.sensors.world import EnvironmentErrors
 from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
-from mgeo_calibration.flight.basilisk.vehicle import Coiled, Vehicle
-from mgeo_calibration.flight.flight import draw, fly_run
-from mgeo_calibration.flight.own import commanded, going_on, sent_down
+from mgeo_calibration.flight.basilisk.vehicle import MagnetorquerVehicle, Vehicle
+from mgeo_calibration.flight.flight import draw_errors, simulate_run
+from mgeo_calibration.flight.own import build_telemetry, complete_design, continue_errors
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 #: States that Basilisk models, by sensor class.
-MODELED: dict[type[Sensor], set[str]] = {
+SENSOR_STATES: dict[type[Sensor], set[str]] = {
     SunSensor: {"misalignment", "bias"},
     TwoAxisSunSensor: {"misalignment", "bias"},
     Photodiode: {"sensitivity"},
     Magnetometer: {"misalignment", "bias"},
     StarTracker: {"misalignment"},
 }
-GYRO = {"bias", "scale_factor", "misalignment"}
+GYRO_STATES = {"bias", "scale_factor", "misalignment"}
 
 
-def fly(
+def simulate_telemetry(
     scenario: Scenario,
     plan: Any,
     seed: int | np.random.Generator | None = None,
     *,
     vehicle: Vehicle | None = None,
-    after: Truth | None = None,
+    initial_truth: Truth | None = None,
     environment: Environment | None = None,
 ) -> Telemetry:
     """Simulate one run of a plan with Basilisk up to the end of the scenario.
@@ -91,29 +91,29 @@ def fly(
         environment belongs to another scenario.
     """
     require_basilisk()
-    from mgeo_calibration.flight.basilisk.simulation import Drawn, simulate
+    from mgeo_calibration.flight.basilisk.simulation import SimulationInputs, simulate
 
     if scenario.is_magnetorquer_driven and vehicle is not None:
         raise InvalidValue("vehicle", vehicle, "expected none with magnetorquers")
     environment = environment or Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
-    check_suite(model.suite)
+    validate_suite(model.suite)
     n, gyro, generator = model.n_steps, scenario.gyro, np.random.default_rng(seed)
-    design = commanded(scenario, plan, model)
+    design = complete_design(scenario, plan, model)
     drive = model.slew_limits
-    flying: Vehicle | Coiled
+    flying: Vehicle | MagnetorquerVehicle
     limits: RotationDynamics
     if isinstance(drive, MagnetorquerDrive):
-        flying, limits = Coiled.of(drive, design, model.step, n), drive
+        flying, limits = MagnetorquerVehicle.from_design(drive, design, model.step, n), drive
     else:
-        flying = vehicle or Vehicle.of(scenario)
-        limits = drive or flying.slew_limits(model.initial_rate)
-    drawn = fly_run(
+        flying = vehicle or Vehicle.from_scenario(scenario)
+        limits = drive or flying.compute_slew_limits(model.initial_rate)
+    drawn = simulate_run(
         model,
         Motion.from_design(model, design, n),
-        going_on(model, draw(model, n, generator), after),
+        continue_errors(model, draw_errors(model, n, generator), initial_truth),
     )
-    bias = drawn.gyro[:, :3]
+    bias = drawn.varying_states[:, :3]
     # Mean and 1-sigma of the average of a random walk between two known end points.
     spread = np.array(gyro.effective_rate_random_walk) * np.sqrt(model.step / 12.0)
     mean_bias = 0.5 * (bias[:-1] + bias[1:]) + spread * generator.standard_normal((n, 3))
@@ -121,11 +121,11 @@ def fly(
     seen = simulate(
         scenario,
         Motion.from_design(ramped, design, n),
-        Drawn(
-            model.initial_attitude @ drawn.start,
+        SimulationInputs(
+            model.initial_attitude @ drawn.initial_rotation,
             model.initial_rate,
             model.initial_states,
-            drawn.errors,
+            drawn.initial_states,
             mean_bias,
         ),
         flying,
@@ -133,12 +133,12 @@ def fly(
         generator,
     )
     turns = Rotation.from_matrix(seen.attitude[:-1] @ seen.attitude[1:].transpose(0, 2, 1))
-    motion = Motion(turns.as_rotvec() / model.step, seen.attitude @ drawn.start.T)
+    motion = Motion(turns.as_rotvec() / model.step, seen.attitude @ drawn.initial_rotation.T)
     sensors = _mask_readings(model, seen.attitude, motion.rates, seen.sensors)
-    readings = Measurements(np.full(n, model.step), seen.gyro, sensors)
-    sent = sent_down(model, dataclasses.replace(drawn, motion=motion, readings=readings))
+    readings = Measurements(np.full(n, model.step), seen.mean_rates, sensors)
+    sent = build_telemetry(model, dataclasses.replace(drawn, motion=motion, readings=readings))
     assert sent.truth is not None
-    wheels = seen.wheels if seen.wheels.size else None
+    wheels = seen.wheel_momentum if seen.wheel_momentum.size else None
     return dataclasses.replace(sent, truth=dataclasses.replace(sent.truth, wheel_momentum=wheels))
 
 
@@ -161,7 +161,7 @@ def require_basilisk() -> None:
         raise ImportError("a flight by Basilisk needs the package bsk: pip install bsk")
 
 
-def check_suite(suite: Suite) -> None:
+def validate_suite(suite: Suite) -> None:
     """Raise InvalidValue if Basilisk cannot model a suite.
 
     Raises
@@ -174,15 +174,15 @@ def check_suite(suite: Suite) -> None:
             "world", suite.environment_errors, "expected none: Basilisk flies without its errors"
         )
     for i, sensor in enumerate(suite.sensors):
-        states = MODELED.get(type(sensor))
+        states = SENSOR_STATES.get(type(sensor))
         if states is None:
-            kinds = ", ".join(kind.kind for kind in MODELED)
+            kinds = ", ".join(kind.kind for kind in SENSOR_STATES)
             raise InvalidValue(f"sensors[{i}].kind", sensor.kind, f"Basilisk flies with {kinds}")
-        _check_states(f"sensors[{i}]", f"Basilisk's {sensor.kind}", sensor, states)
-    _check_states("gyro", "Basilisk's gyro", suite.gyro, GYRO)
+        _validate_states(f"sensors[{i}]", f"Basilisk's {sensor.kind}", sensor, states)
+    _validate_states("gyro", "Basilisk's gyro", suite.gyro, GYRO_STATES)
 
 
-def _check_states(key: str, name: str, owner: Gyro | Sensor, modeled: set[str]) -> None:
-    for state in sorted(owner.states().keys() - modeled):
-        expected = f"{name} has {', '.join(sorted(modeled))} only"
+def _validate_states(key: str, name: str, owner: Gyro | Sensor, modeled_states: set[str]) -> None:
+    for state in sorted(owner.states().keys() - modeled_states):
+        expected = f"{name} has {', '.join(sorted(modeled_states))} only"
         raise InvalidValue(f"{key}.{state}", owner.states()[state], expected)

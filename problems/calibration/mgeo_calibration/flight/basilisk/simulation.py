@@ -28,28 +28,33 @@ from scipy.spatial.transform import Rotation
 from mgeo_calibration.flight.basilisk.control import (
     Guidance,
     Reference,
-    coil_control,
-    control_loop,
-    reaction_wheels,
+    add_reaction_wheels,
+    build_control_loop,
+    build_magnetorquer_control,
 )
-from mgeo_calibration.flight.basilisk.instruments import INSTRUMENTS, Log, Sources, rate_gyro
+from mgeo_calibration.flight.basilisk.instruments import (
+    SENSOR_BUILDERS,
+    Recorders,
+    SensorInputs,
+    build_gyro,
+)
 from mgeo_calibration.flight.basilisk.surroundings import (
-    Surroundings,
-    central_body,
-    field_coefficients,
-    field_model,
-    middle,
-    shadow_model,
+    EnvironmentMessages,
+    build_central_body,
+    build_eclipse_model,
+    build_field_model,
+    compute_middle_time,
+    format_field_coefficients,
 )
-from mgeo_calibration.flight.basilisk.vehicle import Coiled, Vehicle
-from mgeo_calibration.flight.flight import coning
+from mgeo_calibration.flight.basilisk.vehicle import MagnetorquerVehicle, Vehicle
+from mgeo_calibration.flight.flight import compute_coning_correction
 
 #: Longest simulation step [s]; the scenario's step is divided into equal parts.
-LONGEST_STEP = 1.0
+MAX_STEP = 1.0
 
 
 @dataclass(frozen=True)
-class Drawn:
+class SimulationInputs:
     """Initial conditions and true errors of a run of n steps.
 
     Attributes
@@ -66,15 +71,15 @@ class Drawn:
         Mean gyro bias in each step [rad/s].
     """
 
-    start: Floats
+    attitude: Floats
     rate: Floats
-    believed: Floats
-    errors: Floats
-    bias: Floats
+    estimates: Floats
+    true_states: Floats
+    mean_bias: Floats
 
 
 @dataclass(frozen=True)
-class Seen:
+class SimulationResult:
     """Logged results of Basilisk at n + 1 samples.
 
     Attributes
@@ -96,71 +101,75 @@ class Seen:
     attitude: Floats
     position: Floats
     field: Floats
-    gyro: Floats
+    mean_rates: Floats
     sensors: tuple[Floats, ...]
-    wheels: Floats
+    wheel_momentum: Floats
 
 
 def simulate(
     scenario: Scenario,
     motion: Motion,
-    drawn: Drawn,
-    vehicle: Vehicle | Coiled,
+    inputs: SimulationInputs,
+    vehicle: Vehicle | MagnetorquerVehicle,
     environment: Environment,
     generator: np.random.Generator,
-) -> Seen:
+) -> SimulationResult:
     """Run Basilisk and return the logged results; see `fly`.
 
     Magnetorquers ignore `motion`. The generator provides only the seeds of the noise.
     """
     bskLogging.setDefaultLogLevel(bskLogging.BSK_ERROR)
     suite, n = scenario.suite, scenario.n_steps
-    parts = math.ceil(scenario.step / LONGEST_STEP)
+    parts = math.ceil(scenario.step / MAX_STEP)
     h = scenario.step / parts
     nanoseconds = round(h * 1e9)
 
     def errors_of(owner: Any) -> dict[str, Floats]:
         places = suite.get_first_indices(owner).items()
-        return {name: drawn.errors[i : i + 3] for name, i in places if name in owner.states()}
+        return {name: inputs.true_states[i : i + 3] for name, i in places if name in owner.states()}
 
     def seed() -> int:
         return int(generator.integers(1, 2**31 - 1))
 
-    surroundings = Surroundings(environment, scenario.epoch, parts * nanoseconds)
-    satellite = _build_satellite(scenario, drawn, vehicle, environment, surroundings)
+    surroundings = EnvironmentMessages(environment, scenario.epoch, parts * nanoseconds)
+    satellite = _build_satellite(scenario, inputs, vehicle, environment, surroundings)
     modules: list[Any] = [surroundings, satellite]
     field = shadow = spins = None
     with tempfile.TemporaryDirectory() as folder:
-        if isinstance(vehicle, Coiled) or any(
+        if isinstance(vehicle, MagnetorquerVehicle) or any(
             isinstance(sensor, Magnetometer) for sensor in suite.sensors
         ):
             coefficients = Path(folder, "igrf.COF")
-            coefficients.write_text(field_coefficients(middle(environment, scenario.epoch)))
-            modules.append(field := field_model(satellite, surroundings, coefficients))
+            coefficients.write_text(
+                format_field_coefficients(compute_middle_time(environment, scenario.epoch))
+            )
+            modules.append(field := build_field_model(satellite, surroundings, coefficients))
         if scenario.eclipse:
-            modules.append(shadow := shadow_model(satellite, surroundings))
-        sources = Sources(satellite, surroundings, field, shadow)
+            modules.append(shadow := build_eclipse_model(satellite, surroundings))
+        sources = SensorInputs(satellite, surroundings, field, shadow)
         of_gyro = errors_of(suite.gyro)
-        imu = rate_gyro(suite.gyro, of_gyro, h, sources, seed())
+        imu = build_gyro(suite.gyro, of_gyro, h, sources, seed())
         instruments = [
-            INSTRUMENTS[type(sensor)](sensor, errors_of(sensor), sources, seed)
+            SENSOR_BUILDERS[type(sensor)](sensor, errors_of(sensor), sources, seed)
             for sensor in suite.sensors
         ]
-        bias = np.repeat(drawn.bias / (1.0 + of_gyro.get("scale_factor", 0.0)), parts, axis=0)
-        corrected = _build_rate_correction(suite, drawn.believed)
+        bias = np.repeat(inputs.mean_bias / (1.0 + of_gyro.get("scale_factor", 0.0)), parts, axis=0)
+        corrected = _build_rate_correction(suite, inputs.estimates)
         loop: Sequence[Any]
-        if isinstance(vehicle, Coiled):
-            timing = nanoseconds, parts, drawn.rate
-            effector, loop = coil_control(vehicle, satellite, field, imu, corrected, bias, timing)
+        if isinstance(vehicle, MagnetorquerVehicle):
+            timing = nanoseconds, parts, inputs.rate
+            effector, loop = build_magnetorquer_control(
+                vehicle, satellite, field, imu, corrected, bias, timing
+            )
         else:
-            effector, configuration = reaction_wheels(vehicle, satellite, drawn.rate)
-            reference = Reference.of(motion, drawn.rate, scenario.step, parts)
-            guidance = Guidance(imu, reference, drawn.rate, corrected, bias, nanoseconds)
-            loop = [guidance, *control_loop(vehicle, guidance, effector, configuration)]
+            effector, configuration = add_reaction_wheels(vehicle, satellite, inputs.rate)
+            reference = Reference.from_motion(motion, inputs.rate, scenario.step, parts)
+            guidance = Guidance(imu, reference, inputs.rate, corrected, bias, nanoseconds)
+            loop = [guidance, *build_control_loop(vehicle, guidance, effector, configuration)]
             spins = effector.rwSpeedOutMsg.recorder()
         modules.insert(1, effector)
         modules += [imu, *(each.module for each in instruments), *loop]
-        log = Log(
+        log = Recorders(
             satellite.scStateOutMsg.recorder(),
             surroundings.unit_sun.recorder(),
             shadow and shadow.eclipseOutMsgs[0].recorder(),
@@ -176,19 +185,20 @@ def simulate(
         count = len(vehicle.wheels.axes)
         wheels = spins.wheelSpeeds[::parts, :count] * configuration.read().JsList[:count]
     vectors = [
-        each.vectors(own, log)[::parts] for each, own in zip(instruments, reported, strict=True)
+        each.convert(own, log)[::parts] for each, own in zip(instruments, reported, strict=True)
     ]
     for each in vectors:
         each[0] = np.nan  # There are no readings at the start.
     rates = log.state.omega_BN_B[::parts]
     turned = _compose_rotations(turns.DRFramePlatform[1:].reshape(-1, parts, 3))
-    return Seen(
+    return SimulationResult(
         attitude=Rotation.from_mrp(log.state.sigma_BN[::parts]).inv().as_matrix(),
         position=log.state.r_BN_N[::parts],
         field=np.zeros((0, 3)) if around is None else 1e9 * around.magField_N[::parts],
-        gyro=turned / scenario.step + coning(rates[:-1], rates[1:], scenario.step),
+        mean_rates=turned / scenario.step
+        + compute_coning_correction(rates[:-1], rates[1:], scenario.step),
         sensors=tuple(vectors),
-        wheels=wheels,
+        wheel_momentum=wheels,
     )
 
 
@@ -216,26 +226,26 @@ def _build_rate_correction(suite: Suite, states: Floats) -> Callable[[Floats], F
 
 def _build_satellite(
     scenario: Scenario,
-    drawn: Drawn,
-    vehicle: Vehicle | Coiled,
+    inputs: SimulationInputs,
+    vehicle: Vehicle | MagnetorquerVehicle,
     environment: Environment,
-    surroundings: Surroundings,
+    messages: EnvironmentMessages,
 ) -> Any:
     satellite = spacecraft.Spacecraft()
     satellite.ModelTag = "satellite"
     satellite.hub.IHubPntBc_B = vehicle.inertia.tolist()
-    satellite.hub.sigma_BNInit = Rotation.from_matrix(drawn.start).inv().as_mrp().tolist()
-    satellite.hub.omega_BN_BInit = drawn.rate.tolist()
+    satellite.hub.sigma_BNInit = Rotation.from_matrix(inputs.attitude).inv().as_mrp().tolist()
+    satellite.hub.omega_BN_BInit = inputs.rate.tolist()
     satellite.hub.r_CN_NInit = environment.position[0].tolist()
     satellite.hub.v_CN_NInit = environment.velocity[0].tolist()
-    satellite.gravField.gravBodies = central_body(surroundings)
+    satellite.gravField.gravBodies = build_central_body(messages)
     orbit = scenario.orbit
     if not (isinstance(orbit, Orbit) and orbit.propagator == "two-body"):
-        satellite.transRefInMsg.subscribeTo(surroundings.place)
+        satellite.transRefInMsg.subscribeTo(messages.satellite_state)
     return satellite
 
 
-def _compose_rotations(turns: Floats) -> Floats:
+def _compose_rotations(rotations: Floats) -> Floats:
     """Compose successive rotation vectors, shape (n, m, 3), into one per step, shape (n, 3)."""
-    vectors: Floats = reduce(mul, map(Rotation.from_rotvec, turns.swapaxes(0, 1))).as_rotvec()
+    vectors: Floats = reduce(mul, map(Rotation.from_rotvec, rotations.swapaxes(0, 1))).as_rotvec()
     return vectors

@@ -26,7 +26,7 @@ FIELD_DEGREE = 12
 BASILISK_AU = 149597870.693e3
 
 
-def field_coefficients(date: datetime) -> str:
+def format_field_coefficients(date: datetime) -> str:
     """Return IGRF-14 at a date as a coefficient file of the World Magnetic Model, without drift."""
     result = load_gauss_coefficients(date)
     year = date.year + (date.timetuple().tm_yday - 1) / 365.25
@@ -38,7 +38,7 @@ def field_coefficients(date: datetime) -> str:
     return "\n".join([*lines, "9" * 48, "9" * 48, ""])
 
 
-class Surroundings(sysModel.SysModel):
+class EnvironmentMessages(sysModel.SysModel):
     """Module that publishes Sun, Earth and satellite position from tables, one row per step.
 
     Attributes
@@ -52,21 +52,21 @@ class Surroundings(sysModel.SysModel):
         Position and velocity of the satellite.
     """
 
-    def __init__(self, environment: Environment, epoch: datetime, nanoseconds: int) -> None:
+    def __init__(self, environment: Environment, epoch: datetime, step_ns: int) -> None:
         super().__init__()
         self.ModelTag = "surroundings"
         at = compute_julian_dates(epoch, environment.times)
-        self._nanoseconds = nanoseconds
+        self._step_ns = step_ns
         self._sun, self._to_itrs = sun_position(at), gcrs_to_itrs(at)
         self._environment = environment
         self.earth, self.sun, self.unit_sun = (messaging.SpicePlanetStateMsg() for _ in range(3))
-        self.place = messaging.TransRefMsg()
+        self.satellite_state = messaging.TransRefMsg()
 
     def Reset(self, nanoseconds: int) -> None:
         self.UpdateState(nanoseconds)
 
     def UpdateState(self, nanoseconds: int) -> None:
-        k = min(round(nanoseconds / self._nanoseconds), len(self._sun) - 1)
+        k = min(round(nanoseconds / self._step_ns), len(self._sun) - 1)
         tables = self._environment
         near = tables.position[k] + BASILISK_AU * tables.sun[k]
         turning = {"computeOrient": 1, "J20002Pfix": self._to_itrs[k].tolist()}
@@ -75,7 +75,7 @@ class Surroundings(sysModel.SysModel):
         self._write(self.unit_sun, nanoseconds, PlanetName="sun", PositionVector=near.tolist())
         place = messaging.TransRefMsgPayload()
         place.r_RN_N, place.v_RN_N = tables.position[k].tolist(), tables.velocity[k].tolist()
-        self.place.write(place, nanoseconds, self.moduleID)
+        self.satellite_state.write(place, nanoseconds, self.moduleID)
 
     def _write(self, message: Any, nanoseconds: int, **values: Any) -> None:
         payload = messaging.SpicePlanetStateMsgPayload()
@@ -84,15 +84,15 @@ class Surroundings(sysModel.SysModel):
         message.write(payload, nanoseconds, self.moduleID)
 
 
-def central_body(surroundings: Surroundings) -> Any:
+def build_central_body(messages: EnvironmentMessages) -> Any:
     """Return the Earth as a point mass for `Spacecraft.gravField`."""
     earth = gravityEffector.GravBodyData()
     earth.planetName, earth.mu, earth.isCentralBody = "earth", EARTH_MU, True
-    earth.planetBodyInMsg.subscribeTo(surroundings.earth)
+    earth.planetBodyInMsg.subscribeTo(messages.earth)
     return spacecraft.GravBodyVector([earth])
 
 
-def field_model(satellite: Any, surroundings: Surroundings, coefficients: Path) -> Any:
+def build_field_model(satellite: Any, messages: EnvironmentMessages, coefficients: Path) -> Any:
     """Return Basilisk's field model with coefficients from a file.
 
     The file must exist until the model is initialized.
@@ -100,22 +100,22 @@ def field_model(satellite: Any, surroundings: Surroundings, coefficients: Path) 
     model = magneticFieldWMM.MagneticFieldWMM()
     model.ModelTag, model.planetRadius = "field", FIELD_RADIUS
     model.addSpacecraftToModel(satellite.scStateOutMsg)
-    model.planetPosInMsg.subscribeTo(surroundings.earth)
+    model.planetPosInMsg.subscribeTo(messages.earth)
     model.configureWMMFile(str(coefficients))
     return model
 
 
-def shadow_model(satellite: Any, surroundings: Surroundings) -> Any:
+def build_eclipse_model(satellite: Any, messages: EnvironmentMessages) -> Any:
     """Return Basilisk's model of the Earth's shadow."""
     model = eclipse.Eclipse()
     model.ModelTag = "eclipse"
     model.addSpacecraftToModel(satellite.scStateOutMsg)
-    model.addPlanetToModel(surroundings.earth)
-    model.sunInMsg.subscribeTo(surroundings.sun)
+    model.addPlanetToModel(messages.earth)
+    model.sunInMsg.subscribeTo(messages.sun)
     return model
 
 
-def middle(environment: Environment, epoch: datetime) -> datetime:
+def compute_middle_time(environment: Environment, epoch: datetime) -> datetime:
     """Return the middle of a run, which is also the date of the field in `Environment`."""
     times = environment.times
     return epoch + timedelta(seconds=0.5 * float(times[0] + times[-1]))

@@ -18,11 +18,11 @@ from mgeo_attitude.settings.types import Unit
 from pydantic import Field
 
 #: Torque allocation among the wheels in Basilisk.
-SHARED_BY = "pseudo-inverse"
+ALLOCATION = "pseudo-inverse"
 
 
 @dataclass(frozen=True)
-class Coiled:
+class MagnetorquerVehicle:
     """Commands of a satellite with magnetorquers.
 
     Attributes
@@ -36,10 +36,12 @@ class Coiled:
 
     drive: MagnetorquerDrive
     rates: Floats
-    begins: Bools
+    maneuver_starts: Bools
 
     @classmethod
-    def of(cls, drive: MagnetorquerDrive, design: Floats, step: float, n_steps: int) -> Coiled:
+    def from_design(
+        cls, drive: MagnetorquerDrive, design: Floats, step: float, n_steps: int
+    ) -> MagnetorquerVehicle:
         """Return the commands of a design, shape (4 m,), for n steps."""
         rates, durations = decode_designs(design)
         starts, _ = compute_maneuver_steps(durations, step)
@@ -71,8 +73,8 @@ class Vehicle(Settings):
 
     def __post_init__(self) -> None:
         allocation = self.wheels.allocation
-        expected = f"{SHARED_BY!r}: Basilisk shares a torque so"
-        expect(allocation == SHARED_BY, "wheels.allocation", allocation, expected)
+        expected = f"{ALLOCATION!r}: Basilisk shares a torque so"
+        expect(allocation == ALLOCATION, "wheels.allocation", allocation, expected)
 
     @staticmethod
     def amazonia() -> Vehicle:
@@ -99,7 +101,7 @@ class Vehicle(Settings):
         return Vehicle(wheels=wheels)
 
     @staticmethod
-    def of(scenario: Scenario, name: str | None = None) -> Vehicle:
+    def from_scenario(scenario: Scenario, name: str | None = None) -> Vehicle:
         """Return the vehicle of a name, or of a scenario.
 
         Without a name, the vehicle has the wheels of the scenario. Without wheels, the name of the
@@ -129,7 +131,7 @@ class Vehicle(Settings):
         """Inertia matrix J, shape (3, 3) [kg m²]."""
         return self.wheels.inertia_matrix()
 
-    def momentum(self, rate: Floats) -> Floats:
+    def compute_initial_momentum(self, rate: Floats) -> Floats:
         """Return the initial momentum of each wheel [N m s], shape (n,), for a body rate.
 
         Parameters
@@ -145,7 +147,7 @@ class Vehicle(Settings):
         )
         return zero
 
-    def slew_limits(self, initial_rate: Floats) -> SlewLimits | None:
+    def compute_slew_limits(self, initial_rate: Floats) -> SlewLimits | None:
         """Return the largest acceleration about all axes at once, or None without a torque limit.
 
         Torque is allocated by the pseudo-inverse of the wheel axes.
