@@ -10,10 +10,10 @@ if TYPE_CHECKING:
     from mgeo.algorithms.binary import MGEOCanonical as MGEOCanonical
     from mgeo.algorithms.binary import MGEOVar as MGEOVar
     from mgeo.algorithms.directed import MGEODirected as MGEODirected
+    from mgeo.algorithms.initial_designs import SuggestedSampling as SuggestedSampling
     from mgeo.algorithms.real import MGEOReal as MGEOReal
     from mgeo.algorithms.real import MGEOReal2 as MGEOReal2
     from mgeo.algorithms.staged import MGEOStaged as MGEOStaged
-    from mgeo.algorithms.starting import SuggestedSampling as SuggestedSampling
     from mgeo.evaluation.evaluator import (
         EvaluationError as EvaluationError,
     )
@@ -37,7 +37,7 @@ _NAMES = {
     "mgeo.algorithms.directed": ["MGEODirected"],
     "mgeo.algorithms.real": ["MGEOReal", "MGEOReal2"],
     "mgeo.algorithms.staged": ["MGEOStaged"],
-    "mgeo.algorithms.starting": ["SuggestedSampling"],
+    "mgeo.algorithms.initial_designs": ["SuggestedSampling"],
     "mgeo.evaluation.evaluator": ["EvaluationError", "TolerantEvaluator"],
     "mgeo.plugins.protocol": ["ProblemMixin"],
     "mgeo.plugins.view": ["View", "view_of"],

@@ -9,7 +9,7 @@ import re
 from typing import Any
 
 from mgeo_attitude.settings.base import Settings, build_schema, get_fields
-from mgeo_attitude.settings.words import describe_schema
+from mgeo_attitude.settings.schema_description import describe_schema
 from sphinx.application import Sphinx
 from sphinx.domains.python import PyObject
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from docutils import nodes
-from mgeo_attitude.settings.words import describe_schema
+from mgeo_attitude.settings.schema_description import describe_schema
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 

@@ -14,9 +14,9 @@ import cocoex
 import joblib
 
 from mgeo.benchmarks.coco import CocoProblem
-from mgeo.studies.file import read_study
+from mgeo.studies.comparison_files import format_folder_name
 from mgeo.studies.run import Task, record_run
-from mgeo.studies.stored import format_folder_name
+from mgeo.studies.study_file import read_study
 
 
 class ObservedProblem(CocoProblem):

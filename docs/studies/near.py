@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.refine.at_time import build_fixed_time_evaluator, set_end_times
 from mgeo_attitude.refine.descent import descend
+from mgeo_attitude.refine.evaluators import build_fixed_time_evaluator, set_end_times
+from mgeo_attitude.refine.initial_designs import append_converging_rate, beam_search
 from mgeo_attitude.refine.splitting import split_maneuvers
-from mgeo_attitude.refine.starts import append_converging_rate, beam_search
 from mgeo_attitude.refine.thinned_samples import ThinnedSamples
 
 from mgeo.runs.prepare import prepare_run

@@ -14,11 +14,11 @@ from unittest.mock import patch
 
 import pandas as pd
 from mgeo_attitude import AttitudeManeuverProblem
-from mgeo_attitude.refine.at_time import FixedTimeEvaluator
+from mgeo_attitude.refine.evaluators import FixedTimeEvaluator
 
 from mgeo.runs.prepare import prepare_run
-from mgeo.studies.file import read_study
 from mgeo.studies.indicators import build_indicator_space, build_part_indicators
+from mgeo.studies.study_file import read_study
 
 HERE = Path(__file__).parent
 DATA = HERE / "data" / "polished.csv"

@@ -9,12 +9,16 @@ import pandas as pd
 from IPython.display import Markdown
 
 from mgeo.studies import Comparison, Study, read_comparison, read_study
+from mgeo.studies.aggregation import (
+    compute_average_ranks,
+    compute_friedman_test,
+    compute_problem_values,
+)
+from mgeo.studies.comparison_files import PROVENANCE_FILE, format_folder_name
 from mgeo.studies.conclusions import compare_with_rivals, format_control_table
 from mgeo.studies.indicators import build_indicator_space, build_part_indicators
-from mgeo.studies.pooled import compute_average_ranks, compute_friedman_test, compute_problem_values
 from mgeo.studies.report import format_average_ranks
 from mgeo.studies.statistics import SIGNIFICANCE_LEVEL
-from mgeo.studies.stored import PROVENANCE_FILE, format_folder_name
 from mgeo.studies.tables import format_markdown
 
 HERE = Path(__file__).parent

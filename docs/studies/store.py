@@ -24,7 +24,7 @@ import pandas as pd
 from mgeo.algorithms.archive import truncate
 from mgeo.store.atomic import write_files
 from mgeo.studies import Comparison, read_comparison
-from mgeo.studies.stored import FRONTS_FILE, PROVENANCE_FILE, RUNS_FILE, TABLE_FILE
+from mgeo.studies.comparison_files import FRONTS_FILE, PROVENANCE_FILE, RUNS_FILE, TABLE_FILE
 from mgeo.studies.study import RANKS_FILE, TARGETS_FILE, VALUES_FILE
 
 DATA = Path(__file__).parent / "data"

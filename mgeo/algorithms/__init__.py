@@ -7,8 +7,8 @@ runs. The names exported here, other than MGEO..., are the building blocks of ne
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.binary import BitStrings, MGEOCanonical, MGEOVar
-from mgeo.algorithms.coding import BitEncoding, RealEncoding
 from mgeo.algorithms.directed import MGEODirected
+from mgeo.algorithms.encoding import BitEncoding, RealEncoding
 from mgeo.algorithms.real import MGEOReal, MGEOReal2
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.staged import MGEOStaged

@@ -15,13 +15,13 @@ from pymoo.problems.dyn import DynamicProblem
 
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.archive import ParetoArchive
-from mgeo.algorithms.coding import BitEncoding, RealEncoding
-from mgeo.algorithms.run_state import ArchiveOutput, RunState
-from mgeo.algorithms.starting import (
+from mgeo.algorithms.encoding import BitEncoding, RealEncoding
+from mgeo.algorithms.initial_designs import (
     build_initial_designs,
     count_allowed_evaluations,
     find_evaluated,
 )
+from mgeo.algorithms.run_state import ArchiveOutput, RunState
 from mgeo.algorithms.variables import Variables
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import build_population, get_values

@@ -8,7 +8,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray, IntArray
-from mgeo.algorithms.coding import MAX_BITS, BitEncoding
+from mgeo.algorithms.encoding import MAX_BITS, BitEncoding
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.algorithms.walkers import IndependentWalkers
 from mgeo.validation.arguments import validate_choice, validate_each, validate_integer

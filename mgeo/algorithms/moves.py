@@ -11,7 +11,7 @@ from pymoo.core.problem import Problem
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.algorithms.coding import RealEncoding
+from mgeo.algorithms.encoding import RealEncoding
 from mgeo.algorithms.matrix_adaptation import SearchDistributions
 from mgeo.algorithms.recombination import Credit, recombine
 from mgeo.algorithms.run_state import RunState

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray, IntArray
-from mgeo.algorithms.coding import RealEncoding
+from mgeo.algorithms.encoding import RealEncoding
 from mgeo.algorithms.steps import BOUNDS, NORMAL, SCALES, StepLaw, perturb
 from mgeo.algorithms.variables import Variables
 from mgeo.algorithms.walkers import IndependentWalkers

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from mgeo.cli import explore, installed, report, solve, study
+from mgeo.cli import explore, listing, report, solve, study
 from mgeo.cli.errors import (
     EXIT_CODES,
     ExitCode,
@@ -196,8 +196,8 @@ for _command in (
     solve.resume,
     report.report,
     explore.explore,
-    installed.problems,
-    installed.algorithms,
+    listing.problems,
+    listing.algorithms,
     study.study,
     study.schema,
 ):

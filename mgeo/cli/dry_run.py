@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.cli.running import format_run_title
+from mgeo.cli.execution import format_run_title
 from mgeo.figures.front import MAX_OBJECTIVES
 from mgeo.plugins.protocol import call_optional, describe_size, has_override
 from mgeo.plugins.view import View, build_view
@@ -18,7 +18,7 @@ from mgeo.terminal import Output, build_key_value_table
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
-    from mgeo.studies.file import Study
+    from mgeo.studies.study_file import Study
 
 
 def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:

@@ -87,8 +87,8 @@ def report(
     )
     from mgeo.store.atomic import write_file, write_files
     from mgeo.store.run_folder import REPORT_FILE, STUDY_FILE
+    from mgeo.studies.comparison_files import read_comparisons
     from mgeo.studies.report import draw_study_figures
-    from mgeo.studies.stored import read_comparisons
 
     output = Output(quiet, json)
     formats = [kind for kind, wanted in (("png", png), ("pdf", pdf or paper)) if wanted]

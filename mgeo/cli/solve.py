@@ -163,7 +163,7 @@ def solve(
 
         print_run_size(run, folder, output)
     else:
-        from mgeo.cli.running import execute_run
+        from mgeo.cli.execution import execute_run
 
         raise typer.Exit(execute_run(run, folder, output, max_time))
 
@@ -199,7 +199,7 @@ def resume(
     The run continues from run.checkpoint in the folder exactly as if it had not stopped, and writes
     the same files. Runs of another problem or of other software versions are refused.
     """
-    from mgeo.cli.running import execute_run
+    from mgeo.cli.execution import execute_run
     from mgeo.runs.prepare import resume_run
 
     with convert_input_errors():

@@ -17,7 +17,7 @@ from mgeo.terminal import Output, build_table, escape_text
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
-    from mgeo.studies.file import Study
+    from mgeo.studies.study_file import Study
 
 
 def study(
@@ -49,8 +49,8 @@ def study(
     Each run is stored in the folder as it finishes; --resume continues an interrupted study.
     """
     from mgeo.studies.comparison import ComparisonWarning
-    from mgeo.studies.file import read_study
     from mgeo.studies.study import run_study
+    from mgeo.studies.study_file import read_study
 
     folder, output = out or Path("studies", file.stem), Output(quiet, json)
     with convert_input_errors((ValueError, TypeError, OSError, BrokenProcessPool)):

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from mgeo.plugins.protocol import call_optional
 from mgeo.plugins.view import View
-from mgeo.runs.answer import (
+from mgeo.runs.summary import (
     explain_infeasibility,
     select_representative_solutions,
     summarize_default_solution,

@@ -13,7 +13,7 @@ from dash.development.base_component import Component
 from mgeo._text import join_lines
 from mgeo.explore import figures, layout
 from mgeo.explore.explorer import Explorer, extract_row
-from mgeo.plugins.shown import format_cells
+from mgeo.plugins.review import format_cells
 
 MAX_ROWS = 200  # maximum number of rows of the table
 MAX_EVALUATION_TIME = (

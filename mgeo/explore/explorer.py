@@ -16,9 +16,9 @@ from mgeo.figures.front import MAX_HOVER_TEXTS
 from mgeo.figures.motion import get_motion
 from mgeo.plugins.protocol import call_optional, get_column_names
 from mgeo.plugins.view import View, build_view
-from mgeo.report.shown_run import load_run
+from mgeo.report.loaded_run import load_run
 from mgeo.report.solutions import select_figure_rows
-from mgeo.runs.answer import ConstraintMargin, list_constraint_margins
+from mgeo.runs.summary import ConstraintMargin, list_constraint_margins
 from mgeo.store.atomic import encode_json, write_file
 from mgeo.store.solution_file import build_solution_document
 

@@ -9,7 +9,7 @@ from dash import dcc, html
 from dash.development.base_component import Component
 
 from mgeo.explore.explorer import Explorer, extract_row
-from mgeo.plugins.shown import find_column_kinds
+from mgeo.plugins.review import find_column_kinds
 
 N_INITIAL_AXES = 8  # initial number of axes of the parallel coordinates
 DESIGN_COLUMNS = ["", "solution", "changed", "change"]

@@ -17,7 +17,7 @@ from mgeo.plugins.discovery import (
     list_plugins,
 )
 from mgeo.plugins.protocol import ProblemMixin, has_override
-from mgeo.store.reading import read_json, read_text
+from mgeo.store.readers import read_json, read_text
 from mgeo.validation.constructors import reject_unknown_options
 from mgeo.validation.entries import convert_file_errors
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
     from pymoo.core.problem import Problem
 
-    from mgeo.plugins.shown import Review
+    from mgeo.plugins.review import Review
 
 #: Tolerance of equality constraints, as in pymoo.
 EQUALITY_TOLERANCE = 1e-4
@@ -190,7 +190,7 @@ class View:
 
         The view must have exactly one solution.
         """
-        from mgeo.plugins.shown import Review, Section
+        from mgeo.plugins.review import Review, Section
 
         described, (limits,) = self.describe(), self.constraints()
         facts = tuple(f"{name}: {text}" for name, text in self.facts().items())

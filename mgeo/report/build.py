@@ -30,13 +30,13 @@ from pymoo.core.problem import Problem
 from mgeo.figures.page import render
 from mgeo.plugins import protocol
 from mgeo.plugins.protocol import call_optional, has_override
-from mgeo.plugins.shown import find_column_kinds, format_cells
+from mgeo.plugins.review import find_column_kinds, format_cells
 from mgeo.plugins.view import View
 from mgeo.report.history import draw_hypervolume_history
-from mgeo.report.shown_run import load_run
+from mgeo.report.loaded_run import load_run
 from mgeo.report.solutions import Json, build_figure_json, build_solutions_json, format_script_json
-from mgeo.runs.answer import explain_infeasibility, summarize_default_solution
-from mgeo.store.reading import read_json
+from mgeo.runs.summary import explain_infeasibility, summarize_default_solution
+from mgeo.store.readers import read_json
 from mgeo.store.run import Run
 from mgeo.store.run_folder import VERIFICATION_FILES, check_verification
 from mgeo.validation.entries import convert_file_errors

@@ -17,10 +17,10 @@ from mgeo.figures.front import build_axis_layout
 from mgeo.figures.page import render, render_figure
 from mgeo.figures.style import COLORS, SYMBOLS, apply_style, escape_markup
 from mgeo.plugins.protocol import call_optional, get_column_names
-from mgeo.plugins.shown import Review, find_column_kinds, format_cells
+from mgeo.plugins.review import Review, find_column_kinds, format_cells
 from mgeo.plugins.view import View, build_view
-from mgeo.report.shown_run import load_run
-from mgeo.store.reading import read_json
+from mgeo.report.loaded_run import load_run
+from mgeo.store.readers import read_json
 from mgeo.store.run import Run
 from mgeo.store.solution_file import parse_solution
 from mgeo.validation.entries import convert_file_errors

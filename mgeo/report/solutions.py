@@ -20,8 +20,8 @@ from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.figures.front import MAX_HOVER_TEXTS
 from mgeo.plugins.protocol import call_optional, get_column_names, has_override
 from mgeo.plugins.view import View
-from mgeo.report.shown_run import LoadedRun
-from mgeo.runs.answer import RepresentativeSolution, list_constraint_margins
+from mgeo.report.loaded_run import LoadedRun
+from mgeo.runs.summary import RepresentativeSolution, list_constraint_margins
 
 #: Key of a placeholder for a value that differs between solutions.
 PLACEHOLDER = "$differs"

@@ -15,7 +15,7 @@ from mgeo.figures.style import CLICK_HINT, HOVER_HINT, format_for_print
 from mgeo.plugins.protocol import call_optional
 from mgeo.plugins.view import View
 from mgeo.report.history import draw_hypervolume_history
-from mgeo.report.shown_run import load_run
+from mgeo.report.loaded_run import load_run
 from mgeo.report.solutions import draw_front
 from mgeo.validation.arguments import validate_choice
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pymoo.core.sampling import Sampling
 
 from mgeo.algorithms.base import DEFAULT_WALKER_GENERATIONS, ExtremalOptimization
-from mgeo.algorithms.starting import SuggestedSampling
+from mgeo.algorithms.initial_designs import SuggestedSampling
 from mgeo.algorithms.variables import KINDS, Variables, get_kind
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.plugins import discovery

@@ -17,8 +17,8 @@ from mgeo.evaluation.individuals import convert_designs_to_numbers, find_success
 from mgeo.plugins.protocol import get_column_names, get_constraint_names
 from mgeo.runs.algorithms import MAX_IDLE_GENERATIONS
 from mgeo.runs.hypervolume import compute_hypervolume
-from mgeo.runs.nearest import select_nearest_solutions
-from mgeo.runs.refine import Refinement
+from mgeo.runs.nearest_solutions import select_nearest_solutions
+from mgeo.runs.refinement import Refinement
 from mgeo.store.recorder import Recorder
 from mgeo.store.run import CheckpointMetadata, NearestSolutions, Outcome, StopReason
 

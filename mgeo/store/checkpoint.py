@@ -24,7 +24,7 @@ from mgeo.algorithms.state import SavedState, capture, get_qualified_name, resto
 from mgeo.evaluation.evaluator import describe_changed_value
 from mgeo.store.atomic import encode_npz, write_file
 from mgeo.store.provenance import describe_difference, identify_problem, list_versions
-from mgeo.store.reading import decode_npz, parse_json
+from mgeo.store.readers import decode_npz, parse_json
 from mgeo.store.recorder import Recorder
 from mgeo.validation.arguments import validate_number
 from mgeo.validation.entries import convert_file_errors, get_entry

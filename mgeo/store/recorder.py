@@ -15,7 +15,7 @@ from mgeo._typing import FloatArray
 from mgeo.evaluation.individuals import convert_designs_to_numbers, find_successful
 from mgeo.plugins.protocol import get_column_names
 from mgeo.store.atomic import encode_npz, write_file
-from mgeo.store.reading import decode_npz
+from mgeo.store.readers import decode_npz
 from mgeo.validation.arguments import validate_number
 from mgeo.validation.entries import FileError, convert_file_errors
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict
 
 from mgeo.store.atomic import LOCK_FILE, encode_json, encode_npz, write_file, write_files
-from mgeo.store.reading import decode_npz, encode_csv, read_json, read_numeric_table
+from mgeo.store.readers import decode_npz, encode_csv, read_json, read_numeric_table
 from mgeo.store.recorder import remove_record
 from mgeo.store.run import NearestSolutions, Outcome, Run, RunConfiguration
 from mgeo.validation.entries import convert_file_errors, get_entry

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from mgeo.studies.comparison import ComparisonWarning as ComparisonWarning
     from mgeo.studies.comparison import FailedRunsWarning as FailedRunsWarning
     from mgeo.studies.comparison import SignificanceTests as SignificanceTests
+    from mgeo.studies.comparison_files import read_comparison as read_comparison
+    from mgeo.studies.comparison_files import read_comparisons as read_comparisons
     from mgeo.studies.execute import compare as compare
-    from mgeo.studies.file import Study as Study
-    from mgeo.studies.file import read_study as read_study
     from mgeo.studies.indicators import NoFeasibleSolutionError as NoFeasibleSolutionError
-    from mgeo.studies.stored import read_comparison as read_comparison
-    from mgeo.studies.stored import read_comparisons as read_comparisons
     from mgeo.studies.study import run_study as run_study
+    from mgeo.studies.study_file import Study as Study
+    from mgeo.studies.study_file import read_study as read_study
 
 #: Module of each public name. Modules are imported at first use, because `compare` must work
 #: without the packages of the command line.

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from mgeo._typing import FloatArray
     from mgeo.studies.indicators import IndicatorSpace
-    from mgeo.studies.record import StudyRun
+    from mgeo.studies.study_run import StudyRun
 
 _LINE_WIDTH = 80  # characters
 

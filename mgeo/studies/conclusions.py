@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import pandas as pd
 
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.file import Study
 from mgeo.studies.indicators import Indicator
 from mgeo.studies.statistics import SIGNIFICANCE_LEVEL, holm_correction
+from mgeo.studies.study_file import Study
 
 
 def format_conclusions(comparison: Comparison, control: str | None = None) -> list[str]:

@@ -24,6 +24,7 @@ from mgeo.studies.arguments import (
     label_algorithms,
 )
 from mgeo.studies.comparison import Comparison, ComparisonWarning, FailedRunsWarning
+from mgeo.studies.comparison_files import format_folder_name, write_comparison
 from mgeo.studies.indicators import (
     NoFeasibleSolutionError,
     build_indicator_rows,
@@ -32,10 +33,9 @@ from mgeo.studies.indicators import (
 )
 from mgeo.studies.plan import describe_algorithm, describe_problem, list_study_versions, lock_study
 from mgeo.studies.progress import show_progress
-from mgeo.studies.record import StudyRun
 from mgeo.studies.run import Task, run_task
-from mgeo.studies.stored import format_folder_name, write_comparison
-from mgeo.studies.trial import (
+from mgeo.studies.study_run import StudyRun
+from mgeo.studies.trial_runs import (
     TrialResult,
     describe_limitations,
     make_trial_runs,

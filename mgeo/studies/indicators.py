@@ -22,7 +22,7 @@ from mgeo.plugins import protocol
 from mgeo.plugins.protocol import call_optional
 from mgeo.plugins.view import View, build_view
 from mgeo.runs.hypervolume import MAX_OBJECTIVES, scale_objectives
-from mgeo.studies.record import StudyRun
+from mgeo.studies.study_run import StudyRun
 from mgeo.validation.arguments import validate_list, validate_number
 
 REFERENCE_COORDINATE = 1.1  # reference point if the space is scaled to the union of fronts

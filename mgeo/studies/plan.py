@@ -22,7 +22,7 @@ from mgeo.plugins import protocol
 from mgeo.plugins.discovery import list_plugin_versions
 from mgeo.store.atomic import encode_json, lock_folder, write_file
 from mgeo.store.provenance import describe_difference
-from mgeo.store.reading import read_json
+from mgeo.store.readers import read_json
 
 PLAN_FILE = "study.json"
 

@@ -8,7 +8,13 @@ import pandas as pd
 import plotly.graph_objects as go
 
 from mgeo.figures.page import LIBRARY_FILE, render, render_report_page
+from mgeo.studies.aggregation import (
+    compute_friedman_test,
+    compute_problem_values,
+    compute_runtime_distribution,
+)
 from mgeo.studies.comparison import Comparison
+from mgeo.studies.comparison_files import format_folder_name
 from mgeo.studies.conclusions import (
     format_conclusions,
     format_control_table,
@@ -19,14 +25,8 @@ from mgeo.studies.figures.indicators import (
     draw_critical_difference_diagram,
     draw_runtime_distribution,
 )
-from mgeo.studies.file import Study
-from mgeo.studies.pooled import (
-    compute_friedman_test,
-    compute_problem_values,
-    compute_runtime_distribution,
-)
 from mgeo.studies.statistics import SIGNIFICANCE_LEVEL
-from mgeo.studies.stored import format_folder_name
+from mgeo.studies.study_file import Study
 from mgeo.studies.tables import build_study_table
 from mgeo.validation.arguments import format_suggestion
 
@@ -78,7 +78,7 @@ def render_study_page(
     ----------
     study : the study.
     comparisons : finished comparisons by problem.
-    standings : table of `mgeo.studies.pooled.ranks_over_problems`.
+    standings : table of `mgeo.studies.aggregation.ranks_over_problems`.
     remarks : sentences on failures, and the notes of the comparisons.
     """
     problems = render(

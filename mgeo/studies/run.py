@@ -28,7 +28,7 @@ from mgeo.evaluation.dominance import find_not_weakly_dominated
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import find_successful
 from mgeo.runs.algorithms import MAX_IDLE_GENERATIONS, set_up
-from mgeo.studies.record import StudyRun
+from mgeo.studies.study_run import StudyRun
 
 #: Callback for each evaluated batch, with problem, population and algorithm.
 BatchCallback = Callable[[Any, Population, Any], object]

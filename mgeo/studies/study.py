@@ -11,22 +11,22 @@ from plotly.offline import get_plotlyjs
 
 from mgeo.figures.page import LIBRARY_FILE
 from mgeo.store.atomic import write_file, write_files
-from mgeo.store.reading import encode_csv
+from mgeo.store.readers import encode_csv
 from mgeo.store.run_folder import REPORT_FILE
-from mgeo.studies.arguments import expand_grid
-from mgeo.studies.comparison import Comparison
-from mgeo.studies.conclusions import format_published_table
-from mgeo.studies.execute import RUNS_FOLDER, Experiment
-from mgeo.studies.file import Study
-from mgeo.studies.indicators import NoFeasibleSolutionError, validate_space_arguments
-from mgeo.studies.plan import list_study_versions, lock_study
-from mgeo.studies.pooled import (
+from mgeo.studies.aggregation import (
     compute_average_ranks,
     compute_problem_values,
     compute_runtime_distribution,
 )
+from mgeo.studies.arguments import expand_grid
+from mgeo.studies.comparison import Comparison
+from mgeo.studies.comparison_files import select_problem_folder, write_comparison
+from mgeo.studies.conclusions import format_published_table
+from mgeo.studies.execute import RUNS_FOLDER, Experiment
+from mgeo.studies.indicators import NoFeasibleSolutionError, validate_space_arguments
+from mgeo.studies.plan import list_study_versions, lock_study
 from mgeo.studies.report import render_problem_page, render_study_page
-from mgeo.studies.stored import select_problem_folder, write_comparison
+from mgeo.studies.study_file import Study
 from mgeo.studies.tables import build_study_table, format_markdown
 
 STUDY_TOML_FILE = "study.toml"
@@ -49,7 +49,7 @@ def run_study(
     evaluations), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,
     ``report.html`` and ``provenance.json``. They are in `folder`, or in one subfolder per problem
     if there are several. In this case, `folder` also contains ``report.html``, ``summary.md``,
-    ``summary.tex``, ``values.csv``, ``ranks.csv`` and ``targets.csv`` (see `mgeo.studies.pooled`),
+    ``summary.tex``, ``values.csv``, ``ranks.csv`` and ``targets.csv`` (see `mgeo.studies.aggregation`),
     and the plotting library of all pages. Each run is stored in ``runs/`` as it finishes.
 
     Parameters

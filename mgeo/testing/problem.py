@@ -9,7 +9,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
-from mgeo.algorithms.coding import RealEncoding
+from mgeo.algorithms.encoding import RealEncoding
 from mgeo.algorithms.staged import MGEOStaged
 from mgeo.algorithms.variables import KINDS, Variables, convert_numbers_to_designs
 from mgeo.evaluation.dominance import find_nondominated

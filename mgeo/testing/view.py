@@ -8,7 +8,7 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
 from mgeo.figures.motion import validate_motion
-from mgeo.plugins.shown import Review
+from mgeo.plugins.review import Review
 from mgeo.plugins.view import View, build_view
 from mgeo.testing.check import convert_to_check_error, require, require_equal
 

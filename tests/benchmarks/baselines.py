@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem, evaluate
 from mgeo_attitude.plan import Front
-from mgeo_attitude.view.observability.alternatives import build_baselines
+from mgeo_attitude.view.observability.improvements import build_baselines
 
 from mgeo.runs.prepare import prepare_run
 from mgeo.runs.registry import DEFAULT_ALGORITHM

@@ -23,9 +23,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from mgeo_attitude import AttitudeManeuverProblem, run_reference_filter
 from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
+from mgeo_calibration.calibration.calibrate import calibrate
 from mgeo_calibration.calibration.calibration import Calibration
-from mgeo_calibration.calibration.from_telemetry import calibrate
-from mgeo_calibration.flight.basilisk.fly import simulate_telemetry
+from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry
 from mgeo_calibration.telemetry.telemetry import Truth
 from scipy.stats import chi2, norm
 

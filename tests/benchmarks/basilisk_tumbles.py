@@ -20,9 +20,9 @@ import numpy as np
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.scenario import Convergence, InitialConditions, Magnetorquers
 from mgeo_attitude.sensors import TwoAxisSunSensor
-from mgeo_calibration.calibration.from_telemetry import calibrate
-from mgeo_calibration.flight.basilisk.fly import simulate_telemetry
-from mgeo_calibration.flight.basilisk.vehicle import Vehicle
+from mgeo_calibration.calibration.calibrate import calibrate
+from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry
+from mgeo_calibration.simulators.basilisk.vehicle import Vehicle
 
 from .basilisk import PLANS, band, errors
 from .pages import DOCS, add_result, read_results

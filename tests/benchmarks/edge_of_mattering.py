@@ -21,11 +21,11 @@ import numpy as np
 from mgeo_attitude import Scenario
 from mgeo_attitude.sensors.base import scale_noise
 from mgeo_calibration import Telemetry, calibrate
-from mgeo_calibration.calibration.agreement import SIGNIFICANCE
-from mgeo_calibration.calibration.from_telemetry import compute_final_estimate
+from mgeo_calibration.calibration.calibrate import compute_final_estimate
+from mgeo_calibration.calibration.consistency_tests import SIGNIFICANCE
 from mgeo_calibration.estimation.batch import build_batch
-from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import fit
+from mgeo_calibration.estimation.prior import Belief
 from mgeo_calibration.estimation.smoother import solve
 from mgeo_calibration.estimation.trajectory import Trajectory
 from scipy.stats import norm

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from mgeo_attitude import EnvironmentErrors, FilterModel, Scenario, evaluate
 from mgeo_attitude.sensors.suite import list_block_units
-from mgeo_attitude.view.observability.alternatives import build_baselines
+from mgeo_attitude.view.observability.improvements import build_baselines
 from numpy.typing import NDArray
 
 from .pages import DOCS, markdown, write_table

@@ -6,9 +6,9 @@ from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_calibration import FilterSettings, calibrate
 from mgeo_calibration.estimation.innovation import Estimate
-from mgeo_calibration.flight.flight import draw_errors, simulate_run
-from mgeo_calibration.flight.own import build_telemetry
 from mgeo_calibration.simulation.filter import ErrorStateFilter
+from mgeo_calibration.simulators.kinematic import build_telemetry
+from mgeo_calibration.simulators.simulated_run import draw_errors, simulate_run
 
 from ..calibration.calibration.flights import PLAN, short
 from .measure import interleaved

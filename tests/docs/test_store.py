@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mgeo.studies.file import parse_study, read_study
-from mgeo.studies.stored import read_comparison
+from mgeo.studies.comparison_files import read_comparison
 from mgeo.studies.study import run_study
+from mgeo.studies.study_file import parse_study, read_study
 
 from .pages import DOCS, blocks
 

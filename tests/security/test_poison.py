@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
-from mgeo.studies.record import StudyRun
+from mgeo.studies.study_run import StudyRun
 
 
 class Poison:

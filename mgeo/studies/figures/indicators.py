@@ -10,6 +10,7 @@ from plotly.subplots import make_subplots
 from mgeo._typing import FloatArray
 from mgeo.figures.front import build_axis_layout
 from mgeo.figures.style import CLICK_HINT, escape_markup
+from mgeo.studies.aggregation import TARGET_DISTANCES
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.figures.style import (
     TraceStyle,
@@ -17,7 +18,6 @@ from mgeo.studies.figures.style import (
     assign_trace_styles,
     compute_height,
 )
-from mgeo.studies.pooled import TARGET_DISTANCES
 from mgeo.studies.statistics import FriedmanResult, bootstrap_band
 
 
@@ -207,7 +207,7 @@ def draw_runtime_distribution(distribution: pd.DataFrame, n_problems: int) -> go
 
     Parameters
     ----------
-    reached : table of `mgeo.studies.pooled.targets_reached`.
+    reached : table of `mgeo.studies.aggregation.targets_reached`.
     n_problems : number of problems, for the title.
     """
     figure = go.Figure()

@@ -5,9 +5,6 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mgeo_attitude.bound.assembly import limit as limit
-    from mgeo_attitude.bound.curves import LowerBound as LowerBound
-    from mgeo_attitude.bound.samples import NoLowerBoundError as NoLowerBoundError
     from mgeo_attitude.environment.environment import Environment as Environment
     from mgeo_attitude.filter.evaluator import Evaluation as Evaluation
     from mgeo_attitude.filter.evaluator import evaluate as evaluate
@@ -16,8 +13,11 @@ if TYPE_CHECKING:
     from mgeo_attitude.filter.model import FilterModel as FilterModel
     from mgeo_attitude.filter.reference import compare_filters as compare_filters
     from mgeo_attitude.filter.reference import run_reference_filter as run_reference_filter
+    from mgeo_attitude.lower_bound.assembly import limit as limit
+    from mgeo_attitude.lower_bound.curves import LowerBound as LowerBound
+    from mgeo_attitude.lower_bound.samples import NoLowerBoundError as NoLowerBoundError
     from mgeo_attitude.problem import AttitudeManeuverProblem as AttitudeManeuverProblem
-    from mgeo_attitude.refine.polish import refine_plans as refine_plans
+    from mgeo_attitude.refine.local_refinement import refine_plans as refine_plans
     from mgeo_attitude.refine.splitting import (
         remove_ineffective_maneuvers as remove_ineffective_maneuvers,
     )
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
     from mgeo_attitude.sensors.base import Sensor as Sensor
     from mgeo_attitude.sensors.direction_sensors import HorizonSensor as HorizonSensor
     from mgeo_attitude.sensors.direction_sensors import TwoAxisSunSensor as TwoAxisSunSensor
-    from mgeo_attitude.sensors.errors import BiasSensitivity as BiasSensitivity
-    from mgeo_attitude.sensors.errors import GaussMarkov as GaussMarkov
+    from mgeo_attitude.sensors.environment_errors import EnvironmentErrors as EnvironmentErrors
+    from mgeo_attitude.sensors.error_models import BiasSensitivity as BiasSensitivity
+    from mgeo_attitude.sensors.error_models import GaussMarkov as GaussMarkov
     from mgeo_attitude.sensors.gyro import Gyro as Gyro
     from mgeo_attitude.sensors.photodiode import Photodiode as Photodiode
     from mgeo_attitude.sensors.star_tracker import StarTracker as StarTracker
     from mgeo_attitude.sensors.suite import Suite as Suite
     from mgeo_attitude.sensors.vector_sensors import Magnetometer as Magnetometer
     from mgeo_attitude.sensors.vector_sensors import SunSensor as SunSensor
-    from mgeo_attitude.sensors.world import EnvironmentErrors as EnvironmentErrors
 
 #: Public names by module. A name is imported when it is first used, so that the command line
 #: starts quickly.

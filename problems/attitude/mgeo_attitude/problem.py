@@ -16,8 +16,6 @@ from pymoo.core.problem import Problem
 
 from mgeo.plugins.protocol import ProblemMixin
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.bound.assembly import limit
-from mgeo_attitude.bound.curves import LowerBound
 from mgeo_attitude.criteria.constraints import list_constraints, validate_initial_state
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import (
@@ -35,11 +33,13 @@ from mgeo_attitude.criteria.robustness import (
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.evaluator import Evaluation, evaluate
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.lower_bound.assembly import limit
+from mgeo_attitude.lower_bound.curves import LowerBound
 from mgeo_attitude.maneuvers.schedule import decode_designs
-from mgeo_attitude.refine.polish import iterate_refinement
-from mgeo_attitude.refine.starts import build_initial_designs
-from mgeo_attitude.scenario.channels import check_channels
-from mgeo_attitude.scenario.goals import FlightErrors
+from mgeo_attitude.refine.initial_designs import build_initial_designs
+from mgeo_attitude.refine.local_refinement import iterate_refinement
+from mgeo_attitude.scenario.criteria import FlightErrors
+from mgeo_attitude.scenario.housekeeping import check_channels
 from mgeo_attitude.scenario.scenario import Scenario
 
 if TYPE_CHECKING:

@@ -5,14 +5,14 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from mgeo_calibration.calibration.calibrate import calibrate
     from mgeo_calibration.calibration.calibration import Calibration
     from mgeo_calibration.calibration.diagnosis import CalibrationError
-    from mgeo_calibration.calibration.from_telemetry import calibrate
-    from mgeo_calibration.calibration.strength_calibration import calibrate_magnetometers
-    from mgeo_calibration.flight.own import fly
+    from mgeo_calibration.calibration.magnetometer_calibration import calibrate_magnetometers
     from mgeo_calibration.simulation.filter import FilterSettings
-    from mgeo_calibration.simulation.flights import simulate
     from mgeo_calibration.simulation.monte_carlo import MonteCarloResult, evaluate_consistency
+    from mgeo_calibration.simulation.simulate import simulate
+    from mgeo_calibration.simulators.kinematic import fly
     from mgeo_calibration.telemetry.mapping import TelemetryMapping
     from mgeo_calibration.telemetry.reading import read_telemetry
     from mgeo_calibration.telemetry.telemetry import Telemetry
@@ -45,12 +45,12 @@ _MODULES = {
     "Telemetry": "mgeo_calibration.telemetry.telemetry",
     "TelemetryMapping": "mgeo_calibration.telemetry.mapping",
     "Verification": "mgeo_calibration.verification",
-    "calibrate": "mgeo_calibration.calibration.from_telemetry",
-    "calibrate_alone": "mgeo_calibration.calibration.strength_calibration",
+    "calibrate": "mgeo_calibration.calibration.calibrate",
+    "calibrate_alone": "mgeo_calibration.calibration.magnetometer_calibration",
     "consistency": "mgeo_calibration.simulation.monte_carlo",
-    "fly": "mgeo_calibration.flight.own",
+    "fly": "mgeo_calibration.simulators.kinematic",
     "read_telemetry": "mgeo_calibration.telemetry.reading",
-    "simulate": "mgeo_calibration.simulation.flights",
+    "simulate": "mgeo_calibration.simulation.simulate",
     "verify": "mgeo_calibration.verification",
 }
 

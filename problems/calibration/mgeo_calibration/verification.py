@@ -13,14 +13,14 @@ from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.validity import find_validity_violations
-from mgeo_attitude.view.describe import format_duration
 from mgeo_attitude.view.observability.covariance import StateLabels
+from mgeo_attitude.view.summaries import format_duration
 from scipy.stats import chi2
 
 from mgeo.studies.statistics import holm_correction
-from mgeo_calibration.flight.as_flown import summarize_gyro_guidance
-from mgeo_calibration.simulation.flights import simulate
 from mgeo_calibration.simulation.monte_carlo import MonteCarloResult
+from mgeo_calibration.simulation.simulate import simulate
+from mgeo_calibration.simulators.plan_comparison import summarize_gyro_guidance
 
 #: Probability that at least one of all tests rejects a valid plan and filter.
 SIGNIFICANCE_LEVEL = 0.01

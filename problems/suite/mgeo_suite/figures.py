@@ -8,8 +8,8 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.filter.evaluator import Evaluation
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.view.describe import format_maneuvers
 from mgeo_attitude.view.figures.style import build_line_style, build_small_layout
+from mgeo_attitude.view.summaries import format_maneuvers
 
 from mgeo.figures.style import COLORS, SYMBOLS, apply_style, build_log_axis_layout, escape_markup
 from mgeo_suite.catalog import NONE

@@ -11,8 +11,8 @@ from mgeo_attitude import Evaluation
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
-from mgeo_attitude.view.describe import format_duration, format_maneuvers, format_two_digits
 from mgeo_attitude.view.margins import build_constraint_tables
+from mgeo_attitude.view.summaries import format_duration, format_maneuvers, format_two_digits
 from numpy.typing import ArrayLike
 
 from mgeo.plugins.view import View

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 from mgeo_attitude import FilterModel, Scenario, evaluate
-from mgeo_attitude.bound.curves import LowerBound
 from mgeo_attitude.criteria.objectives import OBJECTIVES
+from mgeo_attitude.lower_bound.curves import LowerBound
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.toml import PRESETS
 from numpy.typing import NDArray

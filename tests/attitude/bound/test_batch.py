@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario, evaluate
-from mgeo_attitude.bound.assembly import limit
+from mgeo_attitude.lower_bound.assembly import limit
 from scipy.spatial.transform import Rotation
 
 from ..filter.suites import SUITES
@@ -41,7 +41,7 @@ def of_suite(name):
 @pytest.fixture
 def any_attitude(monkeypatch):
     """Without what is known of one history's rates: a mean over attitudes belongs to none."""
-    monkeypatch.setattr("mgeo_attitude.bound.assembly._bound_common_modes", lambda *_: ())
+    monkeypatch.setattr("mgeo_attitude.lower_bound.assembly._bound_common_modes", lambda *_: ())
 
 
 def totals(covariance):

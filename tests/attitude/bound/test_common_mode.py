@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario, evaluate, limit
-from mgeo_attitude.bound.common_mode import Carrier, compute_following_cost
-from mgeo_attitude.bound.samples import NoLowerBoundError
+from mgeo_attitude.lower_bound.common_mode import Carrier, compute_following_cost
+from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from scipy.spatial.transform import Rotation
 
 from .batch import mean_covariance

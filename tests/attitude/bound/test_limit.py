@@ -6,14 +6,14 @@ import numpy as np
 import pydantic.dataclasses
 import pytest
 from mgeo_attitude import FilterModel, Scenario, evaluate, limit
-from mgeo_attitude.bound.curves import apply_water_filling
-from mgeo_attitude.bound.gyro import (
+from mgeo_attitude.geometry.vector import Vec3
+from mgeo_attitude.lower_bound.curves import apply_water_filling
+from mgeo_attitude.lower_bound.gyro import (
     GyroErrorDynamics,
     bound_through_attitude,
     bound_with_known_attitude,
 )
-from mgeo_attitude.bound.samples import NoLowerBoundError
-from mgeo_attitude.geometry.vector import Vec3
+from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from mgeo_attitude.sensors.vector_sensors import VectorSensor
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel
-from mgeo_attitude.bound.assembly import limit
+from mgeo_attitude.lower_bound.assembly import limit
 
 from .plans import documented, hard, least_ratios, random_plans, without_albedo
 

@@ -7,8 +7,8 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, run_reference_filter
 from mgeo_attitude.maneuvers.motion import list_phases
 from mgeo_attitude.scenario.actuators import Wheels
-from mgeo_attitude.scenario.goals import Convergence
-from mgeo_attitude.scenario.limits import ManeuverBounds, PathConstraint
+from mgeo_attitude.scenario.constraints import ManeuverBounds, PathConstraint
+from mgeo_attitude.scenario.criteria import Convergence
 
 DURATION = 900.0
 

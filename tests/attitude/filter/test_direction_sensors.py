@@ -16,7 +16,7 @@ from mgeo_attitude import (
 )
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.geometry.rotation import skew, tangent_vectors
-from mgeo_attitude.sensors.world import POSITION_UNIT
+from mgeo_attitude.sensors.environment_errors import POSITION_UNIT
 from scipy.spatial.transform import Rotation
 
 V = Rotation.random(20, random_state=1).as_matrix()[:, 0]

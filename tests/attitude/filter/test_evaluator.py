@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Scenario, Sensor, evaluate
 from mgeo_attitude.filter.evaluator import count_available_threads
 from mgeo_attitude.geometry import vector
-from mgeo_attitude.maneuvers.drives import SlewLimits
+from mgeo_attitude.maneuvers.actuation import SlewLimits
 
 from .agreement import assert_agrees, designs, special_designs
 

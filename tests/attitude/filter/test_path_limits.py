@@ -13,7 +13,7 @@ from mgeo_attitude import (
 )
 from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.environment.directions import DIRECTIONS, Cone, DirectionMotion, SatelliteState
-from mgeo_attitude.filter.path_limits import compute_violation
+from mgeo_attitude.filter.path_constraints import compute_violation
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence, InitialConditions, PathConstraint
 from scipy.spatial.transform import Rotation

@@ -15,7 +15,7 @@ from mgeo_attitude import (
     Suite,
     limit,
 )
-from mgeo_attitude.bound.faces import bound_joint_information
+from mgeo_attitude.lower_bound.faces import bound_joint_information
 from scipy.spatial.transform import Rotation
 
 V = Rotation.random(20, random_state=1).as_matrix()[:, 0]

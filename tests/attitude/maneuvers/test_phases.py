@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.maneuvers.drives import SlewLimits
+from mgeo_attitude.maneuvers.actuation import SlewLimits
 from mgeo_attitude.maneuvers.motion import HOLD_LABEL, list_phases
 
 

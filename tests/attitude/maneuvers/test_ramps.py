@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.maneuvers.drives import SlewLimits
+from mgeo_attitude.maneuvers.actuation import SlewLimits
 from mgeo_attitude.maneuvers.motion import compute_attitudes
 from mgeo_attitude.maneuvers.schedule import build_rate_intervals, build_schedule
 from scipy.spatial.transform import Rotation

@@ -10,7 +10,7 @@ from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan.aem import format_aem
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario import FlightErrors
-from mgeo_attitude.view.describe import format_two_digits
+from mgeo_attitude.view.summaries import format_two_digits
 from scipy.spatial.transform import Rotation
 
 DESIGN = (0.1, -0.2, 1.5, 300.0, 0.0, 0.0, 0.0, 200.0, 1.0, 0.0, 0.2, 250.0)

@@ -6,7 +6,7 @@ from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import Scenario
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.plan import ManeuverPlan, format_aem, list_commands, to_csv
-from mgeo_calibration.flight.own import fly
+from mgeo_calibration.simulators.kinematic import fly
 from scipy.spatial.transform import Rotation
 
 from .test_aem import instant, matrix, read_2

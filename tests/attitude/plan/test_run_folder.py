@@ -10,7 +10,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, read_front, to_json
 
 from mgeo.evaluation.dominance import find_front_rows
-from mgeo.runs.answer import select_representative_solutions
+from mgeo.runs.summary import select_representative_solutions
 from mgeo.store.run_folder import write_arrays, write_run
 
 from ..small_run import small_run

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.maneuvers.schedule import compute_maneuver_steps, decode_designs
-from mgeo_attitude.refine.at_time import (
+from mgeo_attitude.refine.evaluators import (
     build_fixed_time_evaluator,
     merge_partial_steps,
     round_to_steps,

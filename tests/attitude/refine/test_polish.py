@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit, refine_plans
-from mgeo_attitude.refine.at_time import FixedTimeEvaluator
 from mgeo_attitude.refine.descent import DescentProblem, descend, descend_from_best
-from mgeo_attitude.refine.polish import iterate_refinement
-from mgeo_attitude.refine.starts import build_receding_horizon_plan
+from mgeo_attitude.refine.evaluators import FixedTimeEvaluator
+from mgeo_attitude.refine.initial_designs import build_receding_horizon_plan
+from mgeo_attitude.refine.local_refinement import iterate_refinement
 from mgeo_attitude.scenario import FlightErrors, PathConstraint
 
 from .conftest import by_each_rule, short

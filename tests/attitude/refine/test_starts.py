@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit
-from mgeo_attitude.refine.at_time import FixedTimeEvaluator
-from mgeo_attitude.refine.starts import (
+from mgeo_attitude.refine.evaluators import FixedTimeEvaluator
+from mgeo_attitude.refine.initial_designs import (
     append_converging_rate,
     beam_search,
     build_rate_grid,

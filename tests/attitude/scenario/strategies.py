@@ -10,9 +10,9 @@ from mgeo_attitude import Suite
 from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.scenario import Orbit
-from mgeo_attitude.scenario.goals import Convergence
-from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.limits import ManeuverBounds
+from mgeo_attitude.scenario.constraints import ManeuverBounds
+from mgeo_attitude.scenario.criteria import Convergence
+from mgeo_attitude.scenario.initial_conditions import InitialConditions
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors import SENSORS
 from mgeo_attitude.sensors.gyro import Gyro

@@ -20,7 +20,7 @@ from mgeo_attitude import (
 from mgeo_attitude.environment.sun_moon import sun_position, visible_sun_fraction
 from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.scenario import Convergence
-from mgeo_attitude.sensors.world import FIELD_UNIT_NT, POSITION_UNIT
+from mgeo_attitude.sensors.environment_errors import FIELD_UNIT_NT, POSITION_UNIT
 from mgeo_attitude.settings.errors import InvalidValue
 
 WORLD = EnvironmentErrors(albedo=0.05, field_error_nt=150.0, orbit_error_m=(2000.0, 100.0, 300.0))

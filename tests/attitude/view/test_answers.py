@@ -2,7 +2,7 @@
 
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.view.describe import format_two_digits
+from mgeo_attitude.view.summaries import format_two_digits
 
 
 @pytest.mark.parametrize("objectives", [["t_end", "trace"], ["t_end", "trace", "rate_change"]])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, run_reference_filter
-from mgeo_attitude.view.describe import BOUND_RATIO_COLUMN, count_front_points
+from mgeo_attitude.view.summaries import BOUND_RATIO_COLUMN, count_front_points
 
 from mgeo.plugins.view import build_view
 

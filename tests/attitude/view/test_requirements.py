@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 
-from mgeo.runs.answer import explain_infeasibility
+from mgeo.runs.summary import explain_infeasibility
 
 SHORT = {"preset": "cubesat_6u", "duration": 2400.0, "step": 4.0}
 SHORT |= {"maneuvers": {"count": 3}, "convergence": {"rule": "trace"}}

@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy as np
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.sensors.errors import get_initial_sigma
+from mgeo_attitude.sensors.error_models import get_initial_sigma
 from mgeo_calibration import Telemetry
 from mgeo_calibration.telemetry.telemetry import Truth
 from scipy.integrate import solve_ivp

@@ -12,7 +12,7 @@ from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
 from mgeo_calibration import calibrate, fly, simulate
 from mgeo_calibration.calibration.document import from_json, to_json
-from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.prior import Belief
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 

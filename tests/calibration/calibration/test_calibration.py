@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_calibration import calibrate
-from mgeo_calibration.calibration.agreement import (
+from mgeo_calibration.calibration.consistency_tests import (
     SIGNIFICANCE,
     compute_correlation_bound,
     compute_max_autocorrelation,

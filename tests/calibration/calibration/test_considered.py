@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import Gyro, Magnetometer, Suite, SunSensor
 from mgeo_attitude.filter.reference import update_with_considered_states
-from mgeo_calibration.calibration.from_telemetry import reset_considered_states
-from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.calibration.calibrate import reset_considered_states
+from mgeo_calibration.estimation.prior import Belief
 from mgeo_calibration.estimation.smoother import compute_last_covariance, solve_linearized
 from mgeo_calibration.estimation.trajectory import Partition
 

@@ -7,7 +7,7 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
 from mgeo_calibration.estimation.batch import build_batch
-from mgeo_calibration.estimation.start import estimate_initial_attitude
+from mgeo_calibration.estimation.initial_attitude import estimate_initial_attitude
 from mgeo_calibration.telemetry.gyro_samples import compute_step_rates
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2

@@ -8,9 +8,9 @@ from mgeo_attitude import EnvironmentErrors, Scenario
 from mgeo_calibration import calibrate
 from mgeo_calibration import fly as fly_own
 from mgeo_calibration.estimation.batch import build_batch
-from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.departures import build_bias_decay_error, build_bias_drift_error
 from mgeo_calibration.estimation.fit import fit
+from mgeo_calibration.estimation.model_errors import build_bias_decay_error, build_bias_drift_error
+from mgeo_calibration.estimation.prior import Belief
 from mgeo_calibration.estimation.score import compute_scores
 
 from .faults import says

@@ -7,7 +7,7 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import Telemetry, calibrate
 from mgeo_calibration.estimation.batch import build_batch
-from mgeo_calibration.estimation.start import accumulate_rotations
+from mgeo_calibration.estimation.initial_attitude import accumulate_rotations
 from mgeo_calibration.telemetry.gyro_samples import compute_mean_rates
 from scipy.spatial.transform import Rotation
 

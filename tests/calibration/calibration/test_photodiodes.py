@@ -7,7 +7,7 @@ import pytest
 from mgeo_attitude import EnvironmentErrors, FilterModel, Magnetometer, Photodiode, Scenario
 from mgeo_calibration import calibrate, fly
 from mgeo_calibration.estimation.batch import build_batch
-from mgeo_calibration.estimation.start import compute_sun_directions
+from mgeo_calibration.estimation.initial_attitude import compute_sun_directions
 from mgeo_calibration.telemetry.checks import describe_findings
 
 from .flights import PLAN, check_claimed, normalized, short

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.calibration.agreement import ALL_STATES
+from mgeo_calibration.calibration.consistency_tests import ALL_STATES
 
 from .flights import PLAN, short
 from .independent import Craft, fly, steady

@@ -11,9 +11,9 @@ from mgeo_attitude.filter.reference import discretize_van_loan
 from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.maneuvers.motion import compute_attitudes
 from mgeo_calibration.estimation.batch import Batch, build_batch
-from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.kinematics import linearize_process
 from mgeo_calibration.estimation.linearization import linearize_sensor
+from mgeo_calibration.estimation.prior import Belief
 from mgeo_calibration.estimation.residuals import compute_filter_estimates, compute_residuals
 from mgeo_calibration.estimation.smoother import (
     SmoothedCovariance,
@@ -344,7 +344,7 @@ def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
 
 
 def near_start(data, of):
-    from mgeo_calibration.estimation.start import estimate_initial_attitude
+    from mgeo_calibration.estimation.initial_attitude import estimate_initial_attitude
 
     zero = np.zeros((len(data.times), data.suite.n_states))
     return Trajectory(estimate_initial_attitude(data, zero)[0], zero)

@@ -9,9 +9,9 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.scenario import Convergence
-from mgeo_calibration.calibration.from_telemetry import calibrate
-from mgeo_calibration.flight.as_flown import END_ERROR, compare_with_plan
-from mgeo_calibration.flight.own import fly
+from mgeo_calibration.calibration.calibrate import calibrate
+from mgeo_calibration.simulators.kinematic import fly
+from mgeo_calibration.simulators.plan_comparison import END_ERROR, compare_with_plan
 from mgeo_calibration.telemetry.reading import read_telemetry
 
 

@@ -7,9 +7,9 @@ import shutil
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, write_plan
-from mgeo_attitude.scenario.limits import PathConstraint
+from mgeo_attitude.scenario.constraints import PathConstraint
 from mgeo_calibration import verify
-from mgeo_calibration.flight.as_flown import format_gyro_guidance
+from mgeo_calibration.simulators.plan_comparison import format_gyro_guidance
 
 from mgeo.report.build import build_report_html, read_verifications
 from mgeo.store.run_folder import read_run

@@ -5,7 +5,7 @@ import pytest
 from mgeo_attitude import Gyro, Suite, SunSensor
 from mgeo_attitude.geometry.rotation import dot, rotate, rotation_matrix, tangent_vectors
 from mgeo_attitude.sensors.direction_sensors import rotate_tangents
-from mgeo_attitude.sensors.readings import apply_latency, stack_measurement, unstack_measurement
+from mgeo_attitude.sensors.measurements import apply_latency, stack_measurement, unstack_measurement
 from mgeo_calibration.estimation.innovation import (
     Estimate,
     compute_innovation,

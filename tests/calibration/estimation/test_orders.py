@@ -6,8 +6,8 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.sensors import StarTracker
 from mgeo_calibration import fly
-from mgeo_calibration.calibration.from_telemetry import calibrate
-from mgeo_calibration.estimation.axes import QUATERNION_CONVENTIONS, find_axis_mistakes
+from mgeo_calibration.calibration.calibrate import calibrate
+from mgeo_calibration.estimation.axis_mistakes import QUATERNION_CONVENTIONS, find_axis_mistakes
 from mgeo_calibration.estimation.batch import build_batch
 
 DESIGN = (0.3, -0.2, 0.1, 200.0, -0.2, 0.3, 0.2, 200.0, 0.1, 0.2, -0.3, 200.0)

@@ -3,8 +3,8 @@
 import numpy as np
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_calibration import FilterSettings
-from mgeo_calibration.flight.flight import RandomErrors, simulate_run
-from mgeo_calibration.simulation.flights import evaluate_filter
+from mgeo_calibration.simulation.simulate import evaluate_filter
+from mgeo_calibration.simulators.simulated_run import RandomErrors, simulate_run
 
 
 def none(model, n_steps):

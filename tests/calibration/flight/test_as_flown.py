@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_calibration import fly
-from mgeo_calibration.flight.as_flown import (
+from mgeo_calibration.simulators.plan_comparison import (
     END_ERROR,
     MAX_ERROR,
     MEDIAN_COLUMN,
@@ -21,7 +21,7 @@ from mgeo_calibration.flight.as_flown import (
     simulate_gyro_guidance,
     summarize_gyro_guidance,
 )
-from mgeo_calibration.flight.flight import draw_errors
+from mgeo_calibration.simulators.simulated_run import draw_errors
 from mgeo_calibration.telemetry.telemetry import Telemetry
 from scipy.spatial.transform import Rotation
 
@@ -106,7 +106,7 @@ def test_flights_by_their_gyros_are_told(plan):
 @pytest.mark.skipif(importlib.util.find_spec("Basilisk") is None, reason="needs bsk")
 def test_basilisk_ends_where_the_gyro_leads():
     """Of 5 to 20 deg, though the plan keeps all; the same errors, but noise of its own."""
-    from mgeo_calibration.flight.basilisk.fly import simulate_telemetry
+    from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry
 
     plan, off = planned(0.02), []
     assert plan.violations() == []

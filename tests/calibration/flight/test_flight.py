@@ -17,8 +17,8 @@ from mgeo_attitude.environment.sun_moon import sun_position, visible_sun_fractio
 from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverBounds
 from mgeo_calibration import calibrate
-from mgeo_calibration.flight.flight import discretize_at_rest, draw_errors
-from mgeo_calibration.flight.own import fly
+from mgeo_calibration.simulators.kinematic import fly
+from mgeo_calibration.simulators.simulated_run import discretize_at_rest, draw_errors
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation

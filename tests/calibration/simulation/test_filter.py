@@ -9,8 +9,8 @@ from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence
 from mgeo_calibration import FilterSettings
 from mgeo_calibration.estimation.innovation import Estimate
-from mgeo_calibration.flight.flight import draw_errors
 from mgeo_calibration.simulation.filter import ErrorStateFilter
+from mgeo_calibration.simulators.simulated_run import draw_errors
 
 from ..flight import runs
 from . import naive

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario, evaluate
-from mgeo_attitude.maneuvers.drives import SlewLimits
+from mgeo_attitude.maneuvers.actuation import SlewLimits
 from mgeo_attitude.scenario import Convergence
 from mgeo_calibration import FilterSettings
 

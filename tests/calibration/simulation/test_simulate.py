@@ -11,9 +11,9 @@ from mgeo_attitude import (
     Scenario,
     SunSensor,
 )
-from mgeo_attitude.scenario.goals import Convergence
+from mgeo_attitude.scenario.criteria import Convergence
 from mgeo_calibration import evaluate_consistency, simulate
-from mgeo_calibration.simulation.flights import RUNS_PER_BATCH
+from mgeo_calibration.simulation.simulate import RUNS_PER_BATCH
 
 PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
 

@@ -6,7 +6,7 @@ from pymoo.problems.multi import ZDT1
 from rich.console import Console
 
 from mgeo.cli.errors import StopRequest
-from mgeo.cli.running import Progress
+from mgeo.cli.execution import Progress
 from tests.mgeo.solved import solve
 
 

@@ -11,10 +11,10 @@ import pytest
 from mgeo import read_record
 from mgeo.explore import Explorer
 from mgeo.plugins.problems import load_problem
-from mgeo.plugins.shown import Review, Section
+from mgeo.plugins.review import Review, Section
 from mgeo.report.build import build_report_html
 from mgeo.report.history import compute_hypervolume_history
-from mgeo.runs.answer import summarize_default_solution
+from mgeo.runs.summary import summarize_default_solution
 from mgeo.store.run_folder import read_run, write_run
 
 from .conftest import Page, mgeo

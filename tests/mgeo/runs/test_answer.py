@@ -5,7 +5,7 @@ from pymoo.problems import get_problem
 
 from mgeo.algorithms import MGEODirected
 from mgeo.plugins.view import build_view
-from mgeo.runs.answer import summarize_default_solution
+from mgeo.runs.summary import summarize_default_solution
 from tests.mgeo.solved import solve
 
 from .test_limits import Told

@@ -8,7 +8,7 @@ from pymoo.problems.multi import OSY
 
 from mgeo import View, build_view
 from mgeo.plugins.view import EQUALITY_TOLERANCE
-from mgeo.runs.answer import list_constraint_margins as limits_of
+from mgeo.runs.summary import list_constraint_margins as limits_of
 
 
 def limits(problem, X):

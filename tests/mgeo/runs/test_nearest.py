@@ -10,9 +10,9 @@ from pymoo.core.problem import Problem
 from mgeo import MGEOReal, build_view
 from mgeo.evaluation.dominance import find_nondominated
 from mgeo.plugins.view import EQUALITY_TOLERANCE
-from mgeo.runs.answer import explain_infeasibility
-from mgeo.runs.nearest import MAX_SOLUTIONS
+from mgeo.runs.nearest_solutions import MAX_SOLUTIONS
 from mgeo.runs.prepare import prepare_run
+from mgeo.runs.summary import explain_infeasibility
 from mgeo.store.run import Run
 from mgeo.store.run_folder import read_run, write_run
 from mgeo.validation.entries import FileError

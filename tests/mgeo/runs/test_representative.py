@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from pymoo.core.problem import Problem
 
-from mgeo.runs.answer import (
+from mgeo.runs.summary import (
     RepresentativeSolution,
     find_extremes,
     find_knee,

@@ -6,7 +6,7 @@ from pymoo.problems.multi import ZDT1
 
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.indicators import build_indicator_space
-from mgeo.studies.record import StudyRun
+from mgeo.studies.study_run import StudyRun
 
 VALUES = {"A_1": [0.5, 0.6, 0.7], "B": [0.1, 0.2, 0.3], "C": [0.5, 0.65, 0.2]}
 FRONTS = {

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from mgeo.studies.file import parse_study, read_study
+from mgeo.studies.study_file import parse_study, read_study
 
 STUDIES = Path(__file__).parents[3] / "docs" / "studies"
 SMALL = """

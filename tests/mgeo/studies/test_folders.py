@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mgeo.studies.stored import format_folder_name
+from mgeo.studies.comparison_files import format_folder_name
 
 ALIKE = ["a b", "a-b", "a.b", "a  b", "A b", "a b ", "a/b", "a, b", "a_b", "ab", "a\nb"]
 

@@ -17,7 +17,7 @@ from mgeo.studies.indicators import (
     build_part_indicators,
     select_indicators,
 )
-from mgeo.studies.record import StudyRun
+from mgeo.studies.study_run import StudyRun
 
 HV, IGD, EPS = INDICATORS
 unit = st.floats(0, 1, width=32)

@@ -8,8 +8,8 @@ from pymoo.core.population import Population
 from pymoo.problems.multi import ZDT1
 
 from mgeo.runs.algorithms import set_up
-from mgeo.studies.record import StudyRun
 from mgeo.studies.run import EvaluationLog, ReportingEvaluator
+from mgeo.studies.study_run import StudyRun
 
 from ..naive import nondominated_rows
 

@@ -9,8 +9,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from mgeo.studies.indicators import BEST_VALUE, INDICATORS
-from mgeo.studies.pooled import (
+from mgeo.studies.aggregation import (
     TARGET_DISTANCES,
     compute_average_ranks,
     compute_friedman_test,
@@ -18,6 +17,7 @@ from mgeo.studies.pooled import (
     compute_runtime_distribution,
     compute_runtimes,
 )
+from mgeo.studies.indicators import BEST_VALUE, INDICATORS
 
 NAMES = ("one", "two", "three")
 

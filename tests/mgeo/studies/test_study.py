@@ -19,10 +19,10 @@ from typer.testing import CliRunner
 from mgeo import MGEOReal
 from mgeo.cli.app import app
 from mgeo.studies import read_comparison, read_comparisons, read_study, run_study
-from mgeo.studies.file import parse_study
+from mgeo.studies.aggregation import compute_average_ranks, compute_friedman_test
 from mgeo.studies.indicators import NoFeasibleSolutionError
-from mgeo.studies.pooled import compute_average_ranks, compute_friedman_test
 from mgeo.studies.run import record_run
+from mgeo.studies.study_file import parse_study
 from mgeo.studies.tables import build_study_table
 
 from .test_file import STUDIES

@@ -11,7 +11,7 @@ from mgeo.store.atomic import check_writable
 from mgeo_attitude.plan.files import read_json
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import CHOICES, read_front
-from mgeo_attitude.view.describe import format_convergence_time, format_duration
+from mgeo_attitude.view.summaries import format_convergence_time, format_duration
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from rich.console import RenderableType
 from mgeo.figures.page import render_report_page
 from mgeo.store.atomic import write_file
 from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
-from mgeo_attitude.bound.samples import NoLowerBoundError
 from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
+from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from mgeo_attitude.plan.figures import build_plan_figures
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.tables import TABLES, PlanTable

@@ -11,9 +11,9 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import DIRECTIONS, SatelliteState
 from mgeo_attitude.filter.evaluator import Evaluation
-from mgeo_attitude.filter.path_limits import compute_violation_on_orbit
-from mgeo_attitude.scenario.goals import RequiredSigma
-from mgeo_attitude.scenario.limits import PathConstraint
+from mgeo_attitude.filter.path_constraints import compute_violation_on_orbit
+from mgeo_attitude.scenario.constraints import PathConstraint
+from mgeo_attitude.scenario.criteria import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.settings.errors import InvalidValue, expect

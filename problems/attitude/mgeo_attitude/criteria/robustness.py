@@ -25,7 +25,7 @@ from mgeo_attitude.filter.evaluator import Evaluation, count_available_threads, 
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
-from mgeo_attitude.scenario.goals import FlightErrors
+from mgeo_attitude.scenario.criteria import FlightErrors
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import scale_noise
 from mgeo_attitude.sensors.suite import Suite

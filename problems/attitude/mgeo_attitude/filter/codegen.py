@@ -24,7 +24,7 @@ from mgeo_attitude.filter.layout import (
     compute_transition_pattern,
     list_path_directions,
 )
-from mgeo_attitude.filter.path_limits import (
+from mgeo_attitude.filter.path_constraints import (
     StepRotation,
     build_violation,
     find_extreme_point,
@@ -32,7 +32,7 @@ from mgeo_attitude.filter.path_limits import (
 )
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_index
 from mgeo_attitude.geometry.vector import Vec3, dot, maximum
-from mgeo_attitude.scenario.limits import PathConstraint
+from mgeo_attitude.scenario.constraints import PathConstraint
 from mgeo_attitude.sensors.suite import Suite
 
 CHECK_PART = "check"

@@ -11,11 +11,11 @@ import numpy as np
 
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.filter.symbols import count_slots
-from mgeo_attitude.scenario.limits import PathConstraint
+from mgeo_attitude.scenario.constraints import PathConstraint
 from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.environment_errors import EnvironmentErrors
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite
-from mgeo_attitude.sensors.world import EnvironmentErrors
 
 
 class PathMonitor(NamedTuple):

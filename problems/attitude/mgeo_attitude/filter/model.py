@@ -32,11 +32,11 @@ from mgeo_attitude.filter.layout import (
     serialize_measurement_matrix,
 )
 from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.maneuvers.drives import MagnetorquerDrive
+from mgeo_attitude.maneuvers.actuation import MagnetorquerDrive
 from mgeo_attitude.maneuvers.schedule import RotationDynamics, Schedule, build_schedule
-from mgeo_attitude.scenario.channels import compute_channel_values
-from mgeo_attitude.scenario.goals import RequiredSigma, TraceWeights
-from mgeo_attitude.scenario.limits import PathConstraint
+from mgeo_attitude.scenario.constraints import PathConstraint
+from mgeo_attitude.scenario.criteria import RequiredSigma, TraceWeights
+from mgeo_attitude.scenario.housekeeping import compute_channel_values
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.suite import Suite

@@ -16,9 +16,9 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.layout import KernelTraits
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.path_limits import compute_violation
+from mgeo_attitude.filter.path_constraints import compute_violation
 from mgeo_attitude.filter.symbols import triangle_indices
-from mgeo_attitude.maneuvers.drives import MagnetorquerDrive
+from mgeo_attitude.maneuvers.actuation import MagnetorquerDrive
 from mgeo_attitude.sensors.base import scale_noise
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.maneuvers.drives import MagnetorquerDrive
+from mgeo_attitude.maneuvers.actuation import MagnetorquerDrive
 from mgeo_attitude.maneuvers.schedule import (
     VARIABLES_PER_MANEUVER,
     RateIntervals,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.maneuvers.drives import MagnetorquerDrive, SlewLimits
+from mgeo_attitude.maneuvers.actuation import MagnetorquerDrive, SlewLimits
 
 #: Limits on rate changes, or magnetorquer control; None for instantaneous changes.
 RotationDynamics = SlewLimits | MagnetorquerDrive | None

@@ -9,9 +9,9 @@ import plotly.graph_objects as go
 from mgeo.figures.style import COLORS, apply_style, build_log_axis_layout, select_symbol
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.sensors.suite import list_block_units
-from mgeo_attitude.view.describe import format_nominal_suffix
-from mgeo_attitude.view.figures.against_time import draw_maneuvers
 from mgeo_attitude.view.figures.style import PlottedSolutions, build_line_style
+from mgeo_attitude.view.figures.time_series import draw_maneuvers
+from mgeo_attitude.view.summaries import format_nominal_suffix
 
 
 def build_plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:

@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.bound.samples import NoLowerBoundError
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.filter.history import FilterHistory, run_filter
 from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
+from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from mgeo_attitude.maneuvers.motion import Phase
 from mgeo_attitude.maneuvers.schedule import build_hold_design
 from mgeo_attitude.problem import AttitudeManeuverProblem
@@ -26,9 +26,9 @@ from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.settings.types import DEG
 from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 from mgeo_attitude.view import lower_bound
-from mgeo_attitude.view.describe import format_duration
 from mgeo_attitude.view.maneuver_view import ManeuverView
-from mgeo_attitude.view.observability import alternatives, budget, covariance
+from mgeo_attitude.view.observability import covariance, error_budget, improvements
+from mgeo_attitude.view.summaries import format_duration
 
 #: Remaining share of an initial 1-sigma above which an error counts as not calibrated.
 UNCALIBRATED_SHARE = 0.5
@@ -346,16 +346,18 @@ class ManeuverPlan(Settings):
 
     def compute_uncertainty_by_phase(self) -> pd.DataFrame:
         """Return the uncertainty reduction by phase; see `budget.contributions`."""
-        return budget.compute_uncertainty_by_phase(self.problem.model, self.design, self.history)
+        return error_budget.compute_uncertainty_by_phase(
+            self.problem.model, self.design, self.history
+        )
 
     @cached_property
     def _error_budget(self) -> pd.DataFrame:
-        return budget.compute_error_budget(self.problem.model, self.design, self.history)
+        return error_budget.compute_error_budget(self.problem.model, self.design, self.history)
 
     @cached_property
     def _improvements(self) -> pd.DataFrame:
         rate = self.scenario.maneuvers.max_rate_deg_s
-        return alternatives.evaluate_improvements(self.problem.model, self.design, self.t_end, rate)
+        return improvements.evaluate_improvements(self.problem.model, self.design, self.t_end, rate)
 
     def compute_error_budget(self) -> pd.DataFrame:
         """Return the error budget of the 1-sigmas at `t_end`; see `budget.budget`."""
@@ -367,14 +369,14 @@ class ManeuverPlan(Settings):
 
     def describe_error_drivers(self) -> list[str]:
         """Return a line on the error drivers of each required 1-sigma; see `budget.reasons`."""
-        return budget.describe_error_drivers(
+        return error_budget.describe_error_drivers(
             self.problem.model, self._error_budget, self._improvements, self.history
         )
 
     def compute_measurement_times(self) -> pd.DataFrame:
         """Return the time during which each sensor measured in each phase until `t_end` [s]."""
         arguments = self._calibration_phases, self.design, self.history
-        return budget.compute_measurement_times(self.problem.model, *arguments)
+        return error_budget.compute_measurement_times(self.problem.model, *arguments)
 
     def compute_correlations(self) -> pd.DataFrame:
         """Return the correlations of the errors at `t_end`; see `covariance.correlations`."""
@@ -399,8 +401,8 @@ class ManeuverPlan(Settings):
             See `alternatives.compare`.
         """
         if designs is None:
-            designs = alternatives.build_matching_baselines(self.scenario, self._calibration_phases)
-        return alternatives.compare_designs(
+            designs = improvements.build_matching_baselines(self.scenario, self._calibration_phases)
+        return improvements.compare_designs(
             self.problem, {"plan": self.design, **designs}, self.t_end
         )
 

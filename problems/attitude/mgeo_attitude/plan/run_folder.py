@@ -11,7 +11,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from mgeo.evaluation.dominance import find_front_rows
-from mgeo.runs.answer import select_default_solution
+from mgeo.runs.summary import select_default_solution
 from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
 from mgeo.validation.entries import convert_file_errors
 from mgeo_attitude._typing import Floats, Ints

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from mgeo.plugins.shown import Review, Section
-from mgeo_attitude.bound.samples import NoLowerBoundError
+from mgeo.plugins.review import Review, Section
 from mgeo_attitude.environment.times import format_time_stamps
+from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.view.describe import format_nominal_suffix
 from mgeo_attitude.view.plans import MONTE_CARLO_SHARE_TEXT
 from mgeo_attitude.view.satellite import build_instrument_table, describe_satellite
+from mgeo_attitude.view.summaries import format_nominal_suffix
 
 _SECONDS = 19  # length of a date and time in seconds precision
 

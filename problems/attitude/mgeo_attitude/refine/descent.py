@@ -11,7 +11,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
-from mgeo_attitude.refine.at_time import FixedTimeEvaluator
+from mgeo_attitude.refine.evaluators import FixedTimeEvaluator
 from mgeo_attitude.refine.minimizers import minimize_bounded, minimize_constrained
 
 #: Finite-difference steps: of a rate, relative to the maximum; of a duration, in filter steps.

@@ -6,7 +6,7 @@ import numpy as np
 
 from mgeo.evaluation.dominance import find_front_rows
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.refine.at_time import DesignEvaluator
+from mgeo_attitude.refine.evaluators import DesignEvaluator
 
 #: Least time of a plan that replaces a row, relative to the time of the row.
 _MIN_TIME_RATIO = 0.98

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode_designs
-from mgeo_attitude.refine.at_time import PlanProblem, build_design_evaluator
+from mgeo_attitude.refine.evaluators import PlanProblem, build_design_evaluator
 
 #: Largest difference in rotation to a neighbor's rate at which a maneuver may be removed [deg].
 _MAX_ROTATION_CHANGE_DEG = 20.0

@@ -10,8 +10,8 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.variants import coarsen_model
-from mgeo_attitude.refine.at_time import FixedTimeEvaluator
 from mgeo_attitude.refine.descent import descend, descend_from_best
+from mgeo_attitude.refine.evaluators import FixedTimeEvaluator
 
 #: Candidate numbers of samples to merge, the least number of merged samples in a plan, and the
 #: largest rotation in a merged step [deg].

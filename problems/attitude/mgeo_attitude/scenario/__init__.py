@@ -4,10 +4,10 @@ from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit
 from mgeo_attitude.environment.ephemeris import EphemerisOrbit
 from mgeo_attitude.environment.orbit import Orbit, OrbitFile
 from mgeo_attitude.scenario.actuators import Magnetorquers, Wheels
-from mgeo_attitude.scenario.channels import HousekeepingChannel
-from mgeo_attitude.scenario.goals import Convergence, FlightErrors, RequiredSigma, TraceWeights
-from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.limits import ManeuverBounds, PathConstraint, Window
+from mgeo_attitude.scenario.constraints import ManeuverBounds, PathConstraint, Window
+from mgeo_attitude.scenario.criteria import Convergence, FlightErrors, RequiredSigma, TraceWeights
+from mgeo_attitude.scenario.housekeeping import HousekeepingChannel
+from mgeo_attitude.scenario.initial_conditions import InitialConditions
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.schema import build_scenario_schema

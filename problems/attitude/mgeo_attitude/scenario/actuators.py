@@ -18,8 +18,8 @@ from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.vector import unit_vector
-from mgeo_attitude.maneuvers.drives import MagnetorquerDrive, SlewLimits
-from mgeo_attitude.scenario.limits import ManeuverBounds
+from mgeo_attitude.maneuvers.actuation import MagnetorquerDrive, SlewLimits
+from mgeo_attitude.scenario.constraints import ManeuverBounds
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
 from mgeo_attitude.settings.types import (

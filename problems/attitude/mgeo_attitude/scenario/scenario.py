@@ -27,9 +27,14 @@ from mgeo_attitude.scenario.actuators import (
     build_slew_limits,
     list_assumptions,
 )
-from mgeo_attitude.scenario.after import continue_scenario
-from mgeo_attitude.scenario.channels import HousekeepingChannel
-from mgeo_attitude.scenario.goals import (
+from mgeo_attitude.scenario.constraints import (
+    ManeuverBounds,
+    PathConstraint,
+    Window,
+    compute_deadline,
+)
+from mgeo_attitude.scenario.continuation import continue_scenario
+from mgeo_attitude.scenario.criteria import (
     Convergence,
     FlightErrors,
     RequiredSigma,
@@ -37,8 +42,8 @@ from mgeo_attitude.scenario.goals import (
     check_blocks,
     check_objectives,
 )
-from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.limits import ManeuverBounds, PathConstraint, Window, compute_deadline
+from mgeo_attitude.scenario.housekeeping import HousekeepingChannel
+from mgeo_attitude.scenario.initial_conditions import InitialConditions
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.toml import ScenarioFileError, merge_preset, read_toml, to_toml
 from mgeo_attitude.scenario.validity import (
@@ -48,9 +53,9 @@ from mgeo_attitude.scenario.validity import (
 )
 from mgeo_attitude.sensors import SENSORS
 from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.environment_errors import EnvironmentErrors
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite
-from mgeo_attitude.sensors.world import EnvironmentErrors
 from mgeo_attitude.settings.base import Settings, TableClasses, to_table
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.settings.types import DisplayName, Instant, Seconds

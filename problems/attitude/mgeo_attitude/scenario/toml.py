@@ -14,7 +14,7 @@ import tomlkit
 from mgeo_attitude.environment.orbit import ORBITS
 from mgeo_attitude.settings.base import Settings, build_schema
 from mgeo_attitude.settings.errors import InvalidValue, format_known_names
-from mgeo_attitude.settings.words import describe_schema
+from mgeo_attitude.settings.schema_description import describe_schema
 
 Table = dict[str, Any]
 

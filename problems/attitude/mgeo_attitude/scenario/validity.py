@@ -12,8 +12,8 @@ import numpy as np
 from mgeo_attitude.environment.constants import EARTH_RADIUS, FIELD_MODEL_END, FIELD_MODEL_START
 from mgeo_attitude.environment.element_set import MAX_AGE, ElementSet
 from mgeo_attitude.scenario.actuators import check_magnetorquers
-from mgeo_attitude.scenario.goals import TraceWeights
-from mgeo_attitude.scenario.limits import check_windows
+from mgeo_attitude.scenario.constraints import check_windows
+from mgeo_attitude.scenario.criteria import TraceWeights
 from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.vector_sensors import Magnetometer

@@ -2,12 +2,12 @@
 
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.direction_sensors import HorizonSensor, TwoAxisSunSensor
-from mgeo_attitude.sensors.errors import BiasSensitivity, GaussMarkov
+from mgeo_attitude.sensors.environment_errors import EnvironmentErrors
+from mgeo_attitude.sensors.error_models import BiasSensitivity, GaussMarkov
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.star_tracker import StarTracker
 from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
-from mgeo_attitude.sensors.world import EnvironmentErrors
 
 #: Sensor classes by the ``kind`` that names them in a scenario file.
 SENSORS: dict[str, type[Sensor]] = {

@@ -15,7 +15,7 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.geometry.vector import Vec3
-from mgeo_attitude.sensors.errors import (
+from mgeo_attitude.sensors.error_models import (
     BiasSensitivity,
     ScalarConstant,
     State,

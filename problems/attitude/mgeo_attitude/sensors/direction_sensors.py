@@ -23,9 +23,9 @@ from mgeo_attitude.geometry.rotation import (
 from mgeo_attitude.geometry.vector import Vec3, unit_vector
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Boresight, Exclusion
-from mgeo_attitude.sensors.errors import Misalignment, State, select_nonzero
+from mgeo_attitude.sensors.environment_errors import POSITION_UNIT
+from mgeo_attitude.sensors.error_models import Misalignment, State, select_nonzero
 from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor, apply_orbit_error
-from mgeo_attitude.sensors.world import POSITION_UNIT
 from mgeo_attitude.settings.errors import expect
 from mgeo_attitude.settings.types import Degrees, Identifier, Unit, UsualRange
 

@@ -15,7 +15,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import rotate, shear, unrotate
 from mgeo_attitude.geometry.vector import Vec3, componentwise_product, cross
 from mgeo_attitude.geometry.vector import shear as shear_components
-from mgeo_attitude.sensors.errors import (
+from mgeo_attitude.sensors.error_models import (
     BiasSensitivity,
     Nonorthogonality,
     ScaleFactor,

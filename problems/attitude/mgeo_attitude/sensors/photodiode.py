@@ -17,7 +17,7 @@ from mgeo_attitude.geometry.rotation import build_frame, dot
 from mgeo_attitude.geometry.vector import Vec3, choose, componentwise_product, cross, unit_vector
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Sensor
-from mgeo_attitude.sensors.errors import State
+from mgeo_attitude.sensors.error_models import State
 from mgeo_attitude.settings.types import Degrees, Direction, Identifier, UsualRange
 
 

@@ -16,7 +16,7 @@ from mgeo_attitude.geometry.rotation import build_frame, cross, dot, rotate, unr
 from mgeo_attitude.geometry.vector import Vec3, unit_vector
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Boresight, Exclusion, Sensor
-from mgeo_attitude.sensors.errors import Misalignment, State, select_nonzero
+from mgeo_attitude.sensors.error_models import Misalignment, State, select_nonzero
 from mgeo_attitude.settings.types import DegreesPerSecond, Identifier, Unit, UsualRange
 
 _ARCSEC_PER_DEG = 3600.0

@@ -14,7 +14,8 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.geometry.vector import Vec3, componentwise_product
 from mgeo_attitude.sensors.base import Sensor
-from mgeo_attitude.sensors.errors import (
+from mgeo_attitude.sensors.environment_errors import EnvironmentErrors
+from mgeo_attitude.sensors.error_models import (
     BiasSensitivity,
     GaussMarkov,
     ScalarConstant,
@@ -23,7 +24,6 @@ from mgeo_attitude.sensors.errors import (
     get_initial_sigma,
 )
 from mgeo_attitude.sensors.gyro import Gyro
-from mgeo_attitude.sensors.world import EnvironmentErrors
 from mgeo_attitude.settings.types import DEG, DIMENSIONLESS, Unit
 
 ErrorSource = Gyro | Sensor | EnvironmentErrors

@@ -15,7 +15,8 @@ from mgeo_attitude.geometry.rotation import rotate, shear
 from mgeo_attitude.geometry.vector import Vec3, componentwise_product, cross, unit_vector
 from mgeo_attitude.geometry.vector import shear as shear_components
 from mgeo_attitude.sensors.base import Boresight, Sensor
-from mgeo_attitude.sensors.errors import (
+from mgeo_attitude.sensors.environment_errors import FIELD_UNIT_NT, NT, POSITION_UNIT
+from mgeo_attitude.sensors.error_models import (
     Misalignment,
     Nonorthogonality,
     ScaleFactor,
@@ -23,7 +24,6 @@ from mgeo_attitude.sensors.errors import (
     expand_per_axis,
     select_nonzero,
 )
-from mgeo_attitude.sensors.world import FIELD_UNIT_NT, NT, POSITION_UNIT
 from mgeo_attitude.settings.types import (
     ARCMIN,
     DEG,

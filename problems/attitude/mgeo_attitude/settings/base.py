@@ -30,8 +30,8 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ArgsKwargs, CoreSchema, core_schema
 
 from mgeo_attitude.settings.errors import InvalidKey, InvalidValue, format_known_names
+from mgeo_attitude.settings.schema_description import describe_schema
 from mgeo_attitude.settings.types import Schema
-from mgeo_attitude.settings.words import describe_schema
 
 T = TypeVar("T")
 

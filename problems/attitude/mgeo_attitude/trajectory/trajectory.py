@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.maneuvers.drives import MagnetorquerDrive, SlewLimits
+from mgeo_attitude.maneuvers.actuation import MagnetorquerDrive, SlewLimits
 from mgeo_attitude.maneuvers.motion import Body, Motion, Phase, list_phases, split_phases
 from mgeo_attitude.maneuvers.schedule import (
     VARIABLES_PER_MANEUVER,

@@ -1,4 +1,4 @@
-"""Comparison of plans with the lower bound of trace and 1-sigmas; see `mgeo_attitude.bound`."""
+"""Comparison of plans with the lower bound of trace and 1-sigmas; see `mgeo_attitude.lower_bound`."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import numpy as np
 import pandas as pd
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.bound.curves import LowerBound
-from mgeo_attitude.bound.samples import NoLowerBoundError
 from mgeo_attitude.filter.history import FilterHistory
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.lower_bound.curves import LowerBound
+from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from mgeo_attitude.problem import AttitudeManeuverProblem
-from mgeo_attitude.scenario.goals import RequiredSigma
+from mgeo_attitude.scenario.criteria import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import list_block_units
-from mgeo_attitude.view.describe import format_duration
 from mgeo_attitude.view.plans import Plans
+from mgeo_attitude.view.summaries import format_duration
 
 #: Relative tolerance for the filter's rounding errors, which the bound does not include.
 _ROUNDING = 1e-9
@@ -77,7 +77,7 @@ def summarize_lower_bound(plans: Plans, sample: Plans, sample_label: str) -> lis
 
     The line covers the default solution of the front and the median of the plans `some`.
     """
-    from mgeo.runs.answer import select_default_solution
+    from mgeo.runs.summary import select_default_solution
 
     problem = plans.problem
     try:

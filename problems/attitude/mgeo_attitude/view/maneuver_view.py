@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from mgeo.plugins.shown import Review
+from mgeo.plugins.review import Review
 from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER_OBJECTIVES
 from mgeo_attitude.scenario.validity import find_implausible_values, find_validity_violations
-from mgeo_attitude.view import describe, lower_bound, margins, requirements, satellite
+from mgeo_attitude.view import lower_bound, margins, satellite, suggestions, summaries
 from mgeo_attitude.view.plans import (
     MONTE_CARLO_SHARE_TEXT,
     Plans,
@@ -34,13 +34,13 @@ class ManeuverView(Plans):
     """
 
     def describe(self) -> pd.DataFrame:
-        return describe.build_plan_table(self)
+        return summaries.build_plan_table(self)
 
     def quick_metrics(self) -> pd.DataFrame:
-        return describe.compute_quick_metrics(self)
+        return summaries.compute_quick_metrics(self)
 
     def summaries(self) -> list[str]:
-        return describe.summarize_plans(self)
+        return summaries.summarize_plans(self)
 
     def constraints(self) -> list[pd.DataFrame]:
         """Return constraints and margins, one table per plan; see `margins.tables`.
@@ -78,11 +78,11 @@ class ManeuverView(Plans):
 
     def suggestions(self) -> list[str]:
         """Return suggestions for required 1-sigmas that no plan reaches."""
-        return requirements.suggest_changes(self)
+        return suggestions.suggest_changes(self)
 
     def figures(self) -> dict[str, go.Figure]:
         """Return figures of all plans; ``front`` exists only for the paper's objectives."""
-        from mgeo_attitude.view.figures.against_time import build_figures
+        from mgeo_attitude.view.figures.time_series import build_figures
 
         return build_figures(self)
 
@@ -97,7 +97,7 @@ class ManeuverView(Plans):
 
     def figure_dicts(self) -> list[dict[str, dict[str, Any]]]:
         """Return the figures of `solution_figures` as plotly dictionaries."""
-        from mgeo_attitude.view.figures.single import draw_plans
+        from mgeo_attitude.view.figures.plan_drawings import draw_plans
 
         return list(draw_plans(self))
 
@@ -132,7 +132,7 @@ class ManeuverView(Plans):
         """
         if self.problem.objectives != PAPER_OBJECTIVES:
             return {}
-        return describe.count_front_points(self.problem.scenario, np.atleast_2d(F))
+        return summaries.count_front_points(self.problem.scenario, np.atleast_2d(F))
 
 
 def _summarize_robustness(plans: Plans, sample_label: str) -> str:

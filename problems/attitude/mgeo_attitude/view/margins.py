@@ -20,7 +20,7 @@ from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.filter.path_limits import compute_violation_on_orbit
+from mgeo_attitude.filter.path_constraints import compute_violation_on_orbit
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import Trajectory

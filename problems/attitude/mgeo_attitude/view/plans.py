@@ -20,7 +20,7 @@ from mgeo_attitude.criteria.robustness import MonteCarloRuns, compute_quantile, 
 from mgeo_attitude.filter.evaluator import Evaluation
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.problem import AttitudeManeuverProblem
-from mgeo_attitude.scenario.goals import FlightErrors
+from mgeo_attitude.scenario.criteria import FlightErrors
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 

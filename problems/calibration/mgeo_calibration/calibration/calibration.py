@@ -11,11 +11,11 @@ import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
-from mgeo_attitude.scenario.after import CONSISTENT
+from mgeo_attitude.scenario.continuation import CONSISTENT
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite
 
-from mgeo_calibration.calibration.agreement import (
+from mgeo_calibration.calibration.consistency_tests import (
     PriorTest,
     SensorTest,
     list_prior_contradictions,
@@ -295,8 +295,8 @@ class Calibration:
             If the plan has other states or another epoch.
         """
         from mgeo_attitude.filter.history import run_filter
-        from mgeo_attitude.view.describe import format_nominal_suffix
         from mgeo_attitude.view.observability.covariance import StateLabels
+        from mgeo_attitude.view.summaries import format_nominal_suffix
 
         model, suite = plan.problem.model, self.suite
         if model.suite.blocks != suite.blocks:

@@ -10,11 +10,11 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
 from mgeo_attitude.geometry.rotation import rotation_matrix, shear
 from mgeo_attitude.sensors.base import Sensor
-from mgeo_attitude.sensors.errors import BiasSensitivity
+from mgeo_attitude.sensors.environment_errors import EnvironmentErrors
+from mgeo_attitude.sensors.error_models import BiasSensitivity
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.suite import Suite
-from mgeo_attitude.sensors.world import EnvironmentErrors
 from mgeo_attitude.settings.types import DEG, Unit
 from scipy.spatial.transform import Rotation
 

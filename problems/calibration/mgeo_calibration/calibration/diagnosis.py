@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import pandas as pd
 from mgeo_attitude.scenario.scenario import Scenario
 
-from mgeo_calibration.estimation.axes import find_axis_mistakes
+from mgeo_calibration.estimation.axis_mistakes import find_axis_mistakes
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.telemetry.checks import describe_findings
 from mgeo_calibration.telemetry.telemetry import Telemetry

@@ -18,8 +18,8 @@ from mgeo_attitude.scenario.prior import read_prior
 from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo.validation.entries import get_entry
-from mgeo_calibration.calibration.agreement import PriorTest, SensorTest
 from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.consistency_tests import PriorTest, SensorTest
 from mgeo_calibration.calibration.model_tests import ModelTest
 
 T = TypeVar("T", SensorTest, PriorTest, ModelTest)

@@ -10,12 +10,12 @@ from functools import partial
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors.base import Sensor
-from mgeo_attitude.sensors.errors import expand_per_axis
+from mgeo_attitude.sensors.error_models import expand_per_axis
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
 
 from mgeo_calibration.calibration.corrections import find_innovation_unit
-from mgeo_calibration.estimation import departures
+from mgeo_calibration.estimation import model_errors
 from mgeo_calibration.estimation.batch import RATE_MAGNITUDES, Batch
 from mgeo_calibration.estimation.residuals import Innovations
 from mgeo_calibration.estimation.score import ModelError, ModelErrorCombination, Score
@@ -31,12 +31,12 @@ _REMOVAL_ADVICE = "no state models it, remove it from the readings"
 _SENSITIVITY_KEYS = {"bias": "influences", "misalignment": 'influences with error = "misalignment"'}
 #: Offset profiles: slow drifts, and a step within one part of the data. A step in the first part is
 #: covered by the prior test.
-_DRIFT_PROFILES: tuple[departures.Profile, ...] = (
-    departures.compute_linear_profile,
-    departures.compute_cosine_profiles,
+_DRIFT_PROFILES: tuple[model_errors.Profile, ...] = (
+    model_errors.compute_linear_profile,
+    model_errors.compute_cosine_profiles,
 )
 _STEP_PROFILES = tuple(
-    departures.build_step_profile(number) for number in range(1, departures.N_PARTS)
+    model_errors.build_step_profile(number) for number in range(1, model_errors.N_PARTS)
 )
 _TIME_FRACTIONS = np.linspace(0.0, 1.0, 1001)
 #: Number of 1-sigmas by which a decay may be negative, and largest coefficient of an axes error for
@@ -45,14 +45,14 @@ _MAX_NEGATIVE_DECAY, _MAX_COEFFICIENT = 4.0, 5.0
 #: Largest number of tested columns. Each column adds hypotheses for the gyro and every sensor.
 _MAX_CHANNELS = 4
 _RARE_WEIGHT = 0.02
-_LARGE_AXES_ERROR_DEG = float(np.degrees(departures.LARGE_AXES_ERROR))
+_LARGE_AXES_ERROR_DEG = float(np.degrees(model_errors.LARGE_AXES_ERROR))
 #: Size of an axes error with a coefficient of one, its unit, and the key that models it.
 _AXES_ERRORS = {
-    "scale_factor": (departures.LARGE_AXES_ERROR, "", "initial_scale_factor"),
+    "scale_factor": (model_errors.LARGE_AXES_ERROR, "", "initial_scale_factor"),
     "misalignment": (_LARGE_AXES_ERROR_DEG, "deg", "initial_misalignment_deg"),
     "nonorthogonality": (_LARGE_AXES_ERROR_DEG, "deg", "initial_nonorthogonality_deg"),
     "scale_asymmetry": (
-        departures.LARGE_AXES_ERROR,
+        model_errors.LARGE_AXES_ERROR,
         "",
         f"influences of {', '.join(RATE_MAGNITUDES)}",
     ),
@@ -110,18 +110,18 @@ def build_hypotheses(
         False for a satellite without gyro, which has no gyro errors.
     """
     rates, changes = (
-        departures.compute_smoothed_rates(solution),
-        departures.build_vector_rates(solution),
+        model_errors.compute_smoothed_rates(solution),
+        model_errors.build_vector_rates(solution),
     )
     tested = [*_list_gyro_hypotheses(solution, rates, channels)] if has_gyro else []
     for index in range(len(solution.batch.suite.sensors)):
         if solution.is_used[index].any():
-            late = departures.build_latency_error(index, rates, changes)
+            late = model_errors.build_latency_error(index, rates, changes)
             tested += _list_sensor_hypotheses(solution, index, late, channels)
     sensors = solution.batch.suite.sensors
     track, shifted = (
         "its orbit along the track",
-        departures.build_along_track_error(len(sensors), changes),
+        model_errors.build_along_track_error(len(sensors), changes),
     )
     says = partial(_format_delay, "the satellite is", f"behind {track}", f"ahead of {track}")
     has_field = any(isinstance(sensor, Magnetometer) for sensor in sensors)
@@ -188,12 +188,12 @@ def _list_gyro_hypotheses(
         return f"gyro is noisier than declared, about {walk:.2g} deg/sqrt(h)"
 
     rises, steps = (
-        departures.build_bias_drift_error(solution),
+        model_errors.build_bias_drift_error(solution),
         partial(_format_step, "gyro.bias", size, "deg/s", times),
     )
     noise, decay = (
-        (departures.build_gyro_noise_error(solution),),
-        (departures.build_bias_decay_error(solution),),
+        (model_errors.build_gyro_noise_error(solution),),
+        (model_errors.build_bias_decay_error(solution),),
     )
     constant = -gyro.bias_decay * duration or None
     walk, name = "gyro.angle_random_walk_deg_per_sqrt_h", "gyro.bias_decay"
@@ -204,10 +204,10 @@ def _list_gyro_hypotheses(
         "gyro.drift",
         "gyro.rate_random_walk",
         drifts,
-        departures.build_profile_errors(rises, _DRIFT_PROFILES),
+        model_errors.build_profile_errors(rises, _DRIFT_PROFILES),
     )
     yield Hypothesis(
-        "gyro.step", _SPLIT_ADVICE, steps, departures.build_profile_errors(rises, _STEP_PROFILES)
+        "gyro.step", _SPLIT_ADVICE, steps, model_errors.build_profile_errors(rises, _STEP_PROFILES)
     )
     yield Hypothesis("gyro.noise", walk, is_noisy, noise, weight=_RARE_WEIGHT)
     modeled = {*gyro.states()} | (
@@ -215,20 +215,23 @@ def _list_gyro_hypotheses(
     )
     for state in _AXES_ERRORS:
         yield _build_axes_hypothesis(
-            "gyro", state, departures.build_gyro_parameter_error(rates, state), state not in modeled
+            "gyro",
+            state,
+            model_errors.build_gyro_parameter_error(rates, state),
+            state not in modeled,
         )
     yield Hypothesis(
         "gyro.delay",
         _TIMING_ADVICE,
         partial(_format_delay, "gyro reports rates", "early", "late"),
-        (departures.build_gyro_time_tag_error(rates, durations),),
+        (model_errors.build_gyro_time_tag_error(rates, durations),),
         # With a single sensor, a delay of the gyro is equivalent to a delay of the sensor.
         is_applicable=int(solution.is_used.any(axis=1).sum()) > 1,
         observability_condition="rotation",
-        alternative_coefficient=0.5 * float(np.median(durations)) / departures.LARGE_DELAY_S,
+        alternative_coefficient=0.5 * float(np.median(durations)) / model_errors.LARGE_DELAY_S,
     )
     for column, channel in channels.items():
-        departure = departures.build_gyro_channel_error(solution, _scale_channel(channel))
+        departure = model_errors.build_gyro_channel_error(solution, _scale_channel(channel))
         yield _build_channel_hypothesis(
             "gyro", gyro, "bias", (column, channel), departure, (size, "deg/s")
         )
@@ -239,10 +242,10 @@ def _list_sensor_hypotheses(
 ) -> Iterator[Hypothesis]:
     times, sensor = solution.batch.times, solution.batch.suite.sensors[index]
     name, states, unit = sensor.name, sensor.states(), find_innovation_unit(sensor)
-    size = departures.LARGE_OFFSET * float(np.max(sensor.noise_sigmas())) * unit.factor
+    size = model_errors.LARGE_OFFSET * float(np.max(sensor.noise_sigmas())) * unit.factor
     offset, rises = (
         f"{name}.{sensor.offset_state}",
-        departures.build_offset_drift_error(solution, index),
+        model_errors.build_offset_drift_error(solution, index),
     )
 
     def wanders(score: Score) -> str:
@@ -256,10 +259,13 @@ def _list_sensor_hypotheses(
         f"{name}.drift",
         _SPLIT_ADVICE,
         wanders,
-        departures.build_profile_errors(rises, _DRIFT_PROFILES),
+        model_errors.build_profile_errors(rises, _DRIFT_PROFILES),
     )
     yield Hypothesis(
-        f"{name}.step", _SPLIT_ADVICE, steps, departures.build_profile_errors(rises, _STEP_PROFILES)
+        f"{name}.step",
+        _SPLIT_ADVICE,
+        steps,
+        model_errors.build_profile_errors(rises, _STEP_PROFILES),
     )
     yield Hypothesis(
         f"{name}.delay",
@@ -271,16 +277,16 @@ def _list_sensor_hypotheses(
     )
     for state in ("scale_factor", "nonorthogonality"):
         if isinstance(sensor, Magnetometer):
-            error = departures.build_vector_error(index, state)
+            error = model_errors.build_vector_error(index, state)
             yield _build_axes_hypothesis(name, state, error, state not in states)
     for each in channels.items():
         channel = _scale_channel(each[1])
-        departure = departures.build_offset_channel_error(index, channel)
+        departure = model_errors.build_offset_channel_error(index, channel)
         yield _build_channel_hypothesis(
             name, sensor, sensor.offset_state, each, departure, (size, unit.text)
         )
         if "misalignment" in states and sensor.offset_state == "bias":
-            turned = departures.build_misalignment_channel_error(index, channel)
+            turned = model_errors.build_misalignment_channel_error(index, channel)
             yield _build_channel_hypothesis(
                 name, sensor, "misalignment", each, turned, (_LARGE_AXES_ERROR_DEG, "deg")
             )
@@ -347,7 +353,7 @@ def _format_worst_axis(prefix: str, factor: float, unit: str, score: Score) -> s
 def _format_delay(prefix: str, positive: str, negative: str, score: Score) -> str:
     (off,), (sigma,) = score.estimate.tolist(), score.sigma.tolist()
     side = positive if off >= 0.0 else negative
-    large = departures.LARGE_DELAY_S
+    large = model_errors.LARGE_DELAY_S
     return f"{prefix} {format_with_sigma(large * abs(off), large * sigma)} s {side}"
 
 
@@ -365,17 +371,19 @@ def _scale_channel(channel: Floats) -> Floats:
     return scaled
 
 
-def _evaluate_offset(profiles: Sequence[departures.Profile], score: Score) -> Floats:
+def _evaluate_offset(profiles: Sequence[model_errors.Profile], score: Score) -> Floats:
     """Return the estimated offset over the data, shape (1001, 3)."""
     path: Floats = profiles[score.alternative](_TIME_FRACTIONS) @ score.estimate.reshape(-1, 3)
     return path
 
 
-def _compute_range(profiles: Sequence[departures.Profile], score: Score) -> float:
+def _compute_range(profiles: Sequence[model_errors.Profile], score: Score) -> float:
     return float(np.ptp(_evaluate_offset(profiles, score), axis=0).max())
 
 
-def _find_change_time(times: Floats, profiles: Sequence[departures.Profile], score: Score) -> float:
+def _find_change_time(
+    times: Floats, profiles: Sequence[model_errors.Profile], score: Score
+) -> float:
     """Return the time of the fastest change of an offset; the middle for a constant slope."""
     speed = np.linalg.norm(np.diff(_evaluate_offset(profiles, score), axis=0), axis=1)
     fastest = np.flatnonzero(speed >= 0.999 * speed.max())

@@ -8,7 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mgeo_calibration.calibration.agreement import SIGNIFICANCE, SensorTest, format_chi_square
+from mgeo_calibration.calibration.consistency_tests import (
+    SIGNIFICANCE,
+    SensorTest,
+    format_chi_square,
+)
 from mgeo_calibration.calibration.hypotheses import Hypothesis
 from mgeo_calibration.estimation.score import Score, ScoreTests, compute_scores
 from mgeo_calibration.estimation.smoother import Solution, compute_last_covariance

@@ -12,14 +12,14 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.base import scale_noise as scaled_noise
-from mgeo_attitude.sensors.errors import BiasSensitivity, get_initial_sigma
+from mgeo_attitude.sensors.error_models import BiasSensitivity, get_initial_sigma
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.settings.errors import InvalidValue, format_known_names
 from mgeo_attitude.settings.types import DEG
 
+from mgeo_calibration.calibration.calibrate import calibrate
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.corrections import find_bias_unit
-from mgeo_calibration.calibration.from_telemetry import calibrate
 from mgeo_calibration.calibration.hypotheses import has_sensitivity
 from mgeo_calibration.estimation.batch import RATE_MAGNITUDES
 from mgeo_calibration.telemetry.columns import split_name_and_unit

@@ -136,8 +136,8 @@ def fly(
 
     from mgeo.store.atomic import encode_json, write_file
     from mgeo_calibration.commands import fly as command
-    from mgeo_calibration.flight.as_flown import compare_with_plan
-    from mgeo_calibration.flight.truth import build_truth_document, read_truth
+    from mgeo_calibration.simulators.plan_comparison import compare_with_plan
+    from mgeo_calibration.simulators.truth import build_truth_document, read_truth
 
     with convert_input_errors(USER_ERRORS):
         check_targets([out], overwrite, (".csv",))
@@ -215,10 +215,10 @@ def calibrate(
     """
     from mgeo_attitude.scenario.validity import ImplausibleValue
 
+    from mgeo_calibration.calibration.calibrate import calibrate as calibrated
     from mgeo_calibration.calibration.diagnosis import CalibrationError
-    from mgeo_calibration.calibration.from_telemetry import calibrate as calibrated
+    from mgeo_calibration.calibration.magnetometer_calibration import calibrate_magnetometers
     from mgeo_calibration.calibration.recalibration import recalibrate
-    from mgeo_calibration.calibration.strength_calibration import calibrate_magnetometers
     from mgeo_calibration.commands import calibrate as command
     from mgeo_calibration.telemetry.mapping import TelemetryMapping
     from mgeo_calibration.telemetry.reading import read_telemetry

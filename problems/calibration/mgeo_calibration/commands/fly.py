@@ -29,13 +29,13 @@ def simulate_plan(
     """
     scenario, environment = plan.scenario, plan.problem.environment
     if simulator == "own":
-        from mgeo_calibration.flight.own import fly
+        from mgeo_calibration.simulators.kinematic import fly
 
         if vehicle is not None:
             raise ValueError("--vehicle: the own simulator has none. Use --simulator basilisk")
         return fly(scenario, plan, seed, after=initial_truth, environment=environment)
-    from mgeo_calibration.flight.basilisk.fly import simulate_telemetry as fly_basilisk
-    from mgeo_calibration.flight.basilisk.vehicle import Vehicle
+    from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry as fly_basilisk
+    from mgeo_calibration.simulators.basilisk.vehicle import Vehicle
 
     chosen = Vehicle.from_scenario(scenario, vehicle) if vehicle else None
     return fly_basilisk(

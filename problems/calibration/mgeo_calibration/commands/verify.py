@@ -13,7 +13,7 @@ from mgeo_attitude.plan.tables import TABLES
 
 from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
 from mgeo_calibration.commands.fly import format_constraints
-from mgeo_calibration.flight.as_flown import format_gyro_guidance
+from mgeo_calibration.simulators.plan_comparison import format_gyro_guidance
 from mgeo_calibration.verification import (
     SIGNIFICANCE_LEVEL,
     Verification,

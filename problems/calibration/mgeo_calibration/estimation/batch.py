@@ -11,13 +11,14 @@ from mgeo_attitude.filter.model import compute_references
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.sensors.measurements import pad_to_three
 from mgeo_attitude.sensors.photodiode import Photodiode
-from mgeo_attitude.sensors.readings import pad_to_three
 from mgeo_attitude.sensors.suite import Suite
 
-from mgeo_calibration.estimation.belief import UNKNOWN_ATTITUDE_SIGMA
+from mgeo_calibration.estimation.prior import UNKNOWN_ATTITUDE_SIGMA
+from mgeo_calibration.telemetry.attitude_hold import AssumedAttitude
 from mgeo_calibration.telemetry.columns import find_sensitivity_channels
-from mgeo_calibration.telemetry.finding import Samples
+from mgeo_calibration.telemetry.findings import Samples
 from mgeo_calibration.telemetry.gyro_samples import (
     UNKNOWN_RATE_RATIO,
     compute_averaging_durations,
@@ -27,7 +28,6 @@ from mgeo_calibration.telemetry.gyro_samples import (
     find_gyro_spikes,
     select_gyro_samples,
 )
-from mgeo_calibration.telemetry.held import AssumedAttitude
 from mgeo_calibration.telemetry.orbit_checks import find_invalid_norms
 from mgeo_calibration.telemetry.quantization import compute_angle_variance_rate
 from mgeo_calibration.telemetry.telemetry import Telemetry

@@ -19,8 +19,8 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
 
 from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.lengths import find_outlying_lengths
+from mgeo_calibration.estimation.prior import Belief
+from mgeo_calibration.estimation.vector_lengths import find_outlying_lengths
 
 #: Smallest number of readings for nine unknowns.
 MIN_READINGS = 20

@@ -15,22 +15,22 @@ from mgeo_attitude.sensors.suite import Suite
 from scipy.special import chdtri
 
 from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.field_strength import compute_initial_states
-from mgeo_calibration.estimation.lengths import (
-    find_outlying_lengths,
-    validate_vector_lengths,
-)
-from mgeo_calibration.estimation.residuals import Residuals, compute_residuals
-from mgeo_calibration.estimation.smoother import TOLERANCES, Solution, solve
-from mgeo_calibration.estimation.start import (
+from mgeo_calibration.estimation.initial_attitude import (
     accumulate_rotations,
     collect_directions,
     count_propagated_samples,
     estimate_initial_attitude,
     find_interval,
 )
+from mgeo_calibration.estimation.prior import Belief
+from mgeo_calibration.estimation.residuals import Residuals, compute_residuals
+from mgeo_calibration.estimation.smoother import TOLERANCES, Solution, solve
 from mgeo_calibration.estimation.trajectory import Trajectory
+from mgeo_calibration.estimation.vector_lengths import (
+    find_outlying_lengths,
+    validate_vector_lengths,
+)
 
 #: Largest number of samples that the first extension adds to each side, and the factor by which
 #: each extension lengthens the interval.

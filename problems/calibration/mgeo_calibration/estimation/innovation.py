@@ -14,8 +14,8 @@ import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import multiply, rotation_matrix, rotation_vector, skew
-from mgeo_attitude.sensors.errors import apply_bias_sensitivities
-from mgeo_attitude.sensors.readings import apply_latency
+from mgeo_attitude.sensors.error_models import apply_bias_sensitivities
+from mgeo_attitude.sensors.measurements import apply_latency
 from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.taylor import (

@@ -15,16 +15,16 @@ from mgeo_attitude.geometry.rotation import (
     rotation_jacobian,
     rotation_vector,
 )
-from mgeo_attitude.sensors.errors import apply_bias_sensitivities
+from mgeo_attitude.sensors.error_models import apply_bias_sensitivities
 from mgeo_attitude.sensors.gyro import has_axis_dependent_noise
 from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.estimation.belief import UNKNOWN_ATTITUDE_SIGMA
 from mgeo_calibration.estimation.kernels import load_compiled_module
+from mgeo_calibration.estimation.prior import UNKNOWN_ATTITUDE_SIGMA
 from mgeo_calibration.estimation.step_noise import correlate_step_noise
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory
-from mgeo_calibration.telemetry.held import AssumedAttitude
+from mgeo_calibration.telemetry.attitude_hold import AssumedAttitude
 
 
 @dataclass(frozen=True, eq=False)

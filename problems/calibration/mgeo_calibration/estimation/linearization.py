@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.sensors.readings import unstack_measurement
+from mgeo_attitude.sensors.measurements import unstack_measurement
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.innovation import (

@@ -19,10 +19,10 @@ from mgeo_attitude._typing import Bools, Floats
 from scipy.linalg.lapack import dtrtri
 
 from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.kernels import load_compiled_module
 from mgeo_calibration.estimation.kinematics import compute_constant_factors
 from mgeo_calibration.estimation.linearization import Equations, linearize_equations
+from mgeo_calibration.estimation.prior import Belief
 from mgeo_calibration.estimation.trajectory import (
     MAX_SPAN_MEMORY,
     Partition,

@@ -16,14 +16,14 @@ from typing import Any, ClassVar
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.sensors.base import Sensor
-from mgeo_attitude.sensors.errors import GaussMarkov
+from mgeo_attitude.sensors.error_models import GaussMarkov
 from mgeo_attitude.sensors.gyro import Gyro
-from mgeo_attitude.sensors.readings import RATE_NOISE
+from mgeo_attitude.sensors.measurements import RATE_NOISE
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.types import DEG_H, Unit
 
 from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.prior import Belief
 from mgeo_calibration.telemetry.gyro_samples import compute_rate_sigma
 
 #: Relative excess variance of the noise state over the process noise of the angle. Without an

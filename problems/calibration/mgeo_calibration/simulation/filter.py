@@ -17,8 +17,8 @@ import pydantic.dataclasses
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.kernel import compute_transition
 from mgeo_attitude.geometry.rotation import exponential_map, multiply, rotation_vector
-from mgeo_attitude.sensors.errors import apply_bias_sensitivities
-from mgeo_attitude.sensors.readings import Measurements, unstack_measurement
+from mgeo_attitude.sensors.error_models import apply_bias_sensitivities
+from mgeo_attitude.sensors.measurements import Measurements, unstack_measurement
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.base import Settings
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 
-from mgeo_calibration.telemetry.finding import Finding, Samples
+from mgeo_calibration.telemetry.findings import Finding, Samples
 
 _MIN_SAMPLES = 10  # smallest number of samples for a constant channel
 _MAX_DARK_READING = 1e-9  # largest reading of a photodiode in the dark

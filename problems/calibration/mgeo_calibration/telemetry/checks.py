@@ -8,7 +8,7 @@ from typing import NamedTuple
 from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo_calibration.telemetry import channel_checks, orbit_checks
-from mgeo_calibration.telemetry.finding import Finding, Samples
+from mgeo_calibration.telemetry.findings import Finding, Samples
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
 

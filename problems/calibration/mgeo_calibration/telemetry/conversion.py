@@ -9,7 +9,7 @@ from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.settings.errors import expect
 from scipy.spatial.transform import Rotation
 
-from mgeo_calibration.telemetry.held import compute_frame_rotations
+from mgeo_calibration.telemetry.attitude_hold import compute_frame_rotations
 from mgeo_calibration.telemetry.mapping import (
     UNITS,
     MountedChannels,

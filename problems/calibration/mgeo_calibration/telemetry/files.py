@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from mgeo.store.reading import build_exact_float_options
+from mgeo.store.readers import build_exact_float_options
 
 _SEPARATORS = ";\t,"  # The first separator in the header is used.
 _NUMBER = re.compile(r"\s*[-+.,]?\d")

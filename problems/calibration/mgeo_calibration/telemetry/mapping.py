@@ -319,7 +319,7 @@ class TelemetryMapping(Settings):
         ValueError
             With the file and the invalid key.
         """
-        from mgeo.store.reading import read_text
+        from mgeo.store.readers import read_text
 
         text = read_text(path)
         try:

@@ -18,10 +18,10 @@ from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.frames import rotate, rotation_to_gcrs
 from mgeo_attitude.environment.times import TAI_OFFSETS, compute_julian_dates, tai_minus_utc
 from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.environment_errors import FIELD_UNIT_NT
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
-from mgeo_attitude.sensors.world import FIELD_UNIT_NT
 
-from mgeo_calibration.telemetry.finding import Finding, Samples
+from mgeo_calibration.telemetry.findings import Finding, Samples
 from mgeo_calibration.telemetry.mapping import UNITS
 
 _MAX_GAP = DAY  # longest time between samples [s]

@@ -11,6 +11,7 @@ from mgeo_attitude.environment.frames import rotate, rotation_to_gcrs
 from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.scenario.scenario import Scenario
 
+from mgeo_calibration.telemetry.attitude_hold import AttitudeHold, compute_assumed_rates
 from mgeo_calibration.telemetry.checks import reject_findings
 from mgeo_calibration.telemetry.conversion import (
     compute_body_steps,
@@ -18,9 +19,8 @@ from mgeo_calibration.telemetry.conversion import (
     rotate_to_body,
 )
 from mgeo_calibration.telemetry.files import read_table
-from mgeo_calibration.telemetry.finding import Samples
+from mgeo_calibration.telemetry.findings import Samples
 from mgeo_calibration.telemetry.gyro_samples import compute_mean_rates, select_gyro_samples
-from mgeo_calibration.telemetry.held import AttitudeHold, compute_assumed_rates
 from mgeo_calibration.telemetry.mapping import GyroChannels, TelemetryMapping
 from mgeo_calibration.telemetry.table import ColumnValues, prefix_errors, read_values
 from mgeo_calibration.telemetry.telemetry import Telemetry

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.sensors.readings import from_telemetry
+from mgeo_attitude.sensors.measurements import from_telemetry
 from mgeo_attitude.sensors.suite import Suite
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from mgeo.store.atomic import write_file
-from mgeo_calibration.telemetry.held import AttitudeHold
+from mgeo_calibration.telemetry.attitude_hold import AttitudeHold
 from mgeo_calibration.telemetry.quantization import estimate_quantization_steps
 
 #: Longest time between positions for interpolation [s].

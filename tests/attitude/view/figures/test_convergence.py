@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from mgeo_attitude import run_reference_filter
-from mgeo_attitude.view.figures.against_time import compute_convergence_curves
 from mgeo_attitude.view.figures.style import PlottedSolutions
+from mgeo_attitude.view.figures.time_series import compute_convergence_curves
 
 DEG = 180.0 / np.pi
 FACTORS = [DEG, DEG * 3600.0, DEG, DEG * 60.0, DEG, 50e3]

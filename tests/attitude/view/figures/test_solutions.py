@@ -7,7 +7,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem
 from mgeo_attitude.view.figures.style import PlottedSolutions
 
-from mgeo.runs.answer import find_knee
+from mgeo.runs.summary import find_knee
 
 
 def made_up(F):

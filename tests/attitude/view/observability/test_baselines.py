@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario, run_reference_filter
-from mgeo_attitude.view.observability.alternatives import build_baselines, compare_designs
+from mgeo_attitude.view.observability.improvements import build_baselines, compare_designs
 
 
 def test_designs_by_hand():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.view.observability.budget import compute_uncertainty_by_phase
+from mgeo_attitude.view.observability.error_budget import compute_uncertainty_by_phase
 
 
 def test_rows_are_the_ends_of_the_phases(problem, design, history):

@@ -16,8 +16,8 @@ pytest.importorskip(
     "Basilisk", reason='flights by Basilisk: pip install "./problems/calibration[basilisk]"'
 )
 
-from mgeo_calibration.flight.basilisk.fly import simulate_telemetry
-from mgeo_calibration.flight.basilisk.simulation import SimulationInputs, simulate
+from mgeo_calibration.simulators.basilisk.simulation import SimulationInputs, simulate
+from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry
 
 #: Three maneuvers, the second of them cut short by rounding up to a step.
 PLAN = np.array([0.5, 0.3, -0.2, 200.3, -0.3, 0.6, 0.2, 250.0, 0.2, -0.4, 0.7, 300.0])

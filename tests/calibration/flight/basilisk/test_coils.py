@@ -9,9 +9,9 @@ from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.maneuvers.schedule import build_hold_design
 from mgeo_attitude.scenario import InitialConditions, Magnetorquers, Scenario
-from mgeo_calibration.flight.basilisk.fly import simulate_telemetry
-from mgeo_calibration.flight.basilisk.vehicle import MagnetorquerVehicle, Vehicle
-from mgeo_calibration.flight.own import fly as fly_exactly
+from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry
+from mgeo_calibration.simulators.basilisk.vehicle import MagnetorquerVehicle, Vehicle
+from mgeo_calibration.simulators.kinematic import fly as fly_exactly
 from scipy.spatial.transform import Rotation
 
 from ...calibration.independent import tumble, turned

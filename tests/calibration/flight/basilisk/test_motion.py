@@ -14,9 +14,9 @@ from mgeo_attitude.environment.sun_moon import sun_position, visible_sun_fractio
 from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import InitialConditions, ManeuverBounds, Orbit, Wheels
-from mgeo_calibration.flight.basilisk.fly import simulate_telemetry
-from mgeo_calibration.flight.basilisk.vehicle import Vehicle
-from mgeo_calibration.flight.own import fly as fly_exactly
+from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry
+from mgeo_calibration.simulators.basilisk.vehicle import Vehicle
+from mgeo_calibration.simulators.kinematic import fly as fly_exactly
 from scipy.spatial.transform import Rotation
 
 from .flights import PLAN, errorless, seen, short
@@ -160,7 +160,7 @@ socket.socket.connect = socket.create_connection = socket.getaddrinfo = refused
 import sys
 import numpy as np
 from mgeo_attitude import Scenario
-from mgeo_calibration.flight.basilisk.fly import fly
+from mgeo_calibration.simulators.basilisk.telemetry import fly
 from mgeo_attitude.scenario import Convergence
 import dataclasses
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Environment, FilterModel, Magnetometer, Photodiode, Scenario
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_calibration.flight.basilisk.vehicle import Vehicle
+from mgeo_calibration.simulators.basilisk.vehicle import Vehicle
 
 from .flights import PLAN, errorless, seen, short
 

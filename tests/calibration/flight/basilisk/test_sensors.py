@@ -15,9 +15,9 @@ from mgeo_attitude import (
 )
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.sensors.world import FIELD_UNIT_NT
-from mgeo_calibration.flight.basilisk.fly import simulate_telemetry
-from mgeo_calibration.flight.basilisk.vehicle import Vehicle
+from mgeo_attitude.sensors.environment_errors import FIELD_UNIT_NT
+from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry
+from mgeo_calibration.simulators.basilisk.vehicle import Vehicle
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 

@@ -8,8 +8,8 @@ from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_calibration import calibrate
-from mgeo_calibration.flight.basilisk.fly import simulate_telemetry
-from mgeo_calibration.flight.basilisk.vehicle import Vehicle
+from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry
+from mgeo_calibration.simulators.basilisk.vehicle import Vehicle
 from scipy.spatial.transform import Rotation
 
 from ...calibration.flights import check_claimed, normalized

@@ -7,8 +7,8 @@ import pytest
 from mgeo_attitude import EnvironmentErrors, Gyro, Magnetometer, Scenario, Suite, SunSensor
 from mgeo_attitude.scenario import Wheels
 from mgeo_attitude.settings.errors import InvalidValue
-from mgeo_calibration.flight.basilisk.fly import validate_suite
-from mgeo_calibration.flight.basilisk.vehicle import Vehicle
+from mgeo_calibration.simulators.basilisk.telemetry import validate_suite
+from mgeo_calibration.simulators.basilisk.vehicle import Vehicle
 
 WHEELS = Wheels(inertia=(3.0, 2.0, 1.0), max_torque=0.1, max_momentum=0.5)
 PYRAMID = ((1, 1, 1), (-1, 1, 1), (-1, -1, 1), (1, -1, 1))

@@ -21,9 +21,9 @@ from mgeo.figures.style import (
 )
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.view.describe import format_maneuvers, format_nominal_suffix
 from mgeo_attitude.view.figures.style import PlottedSolutions
 from mgeo_attitude.view.plans import MONTE_CARLO_SHARE_TEXT
+from mgeo_attitude.view.summaries import format_maneuvers, format_nominal_suffix
 
 #: Relative margin on both sides of the time axis.
 _TIME_MARGIN = 0.04

@@ -1,0 +1,260 @@
+"""Files of a finished comparison: tables in CSV and provenance in JSON, written and read back."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Collection, Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from pymoo.core.problem import Problem
+
+from mgeo.plugins import protocol
+from mgeo.plugins.problems import load_problem
+from mgeo.store.atomic import encode_json, write_files
+from mgeo.store.readers import build_exact_float_options, encode_csv, read_json
+from mgeo.studies.comparison import Comparison
+from mgeo.studies.indicators import (
+    POINT_KEYS,
+    SINGLE_OBJECTIVE_SPACE,
+    IndicatorSpace,
+    select_indicators,
+)
+from mgeo.studies.plan import PLAN_FILE
+from mgeo.studies.study_run import StudyRun
+from mgeo.validation.entries import convert_file_errors
+
+TABLE_FILE, RUNS_FILE, FRONTS_FILE = "table.csv", "runs.csv", "fronts.csv"
+PROVENANCE_FILE = "provenance.json"
+
+_MAX_NAME_LENGTH = 60  # maximum length of a folder name without the unique suffix
+_RESERVED_NAMES = ("runs",)  # names that a study's folder uses for other content
+
+
+def write_comparison(
+    folder: Path,
+    comparison: Comparison,
+    plan: Mapping[str, Any],
+    extra_files: Mapping[str, bytes] = {},
+) -> None:
+    """Write the files that `read_comparison` reads, and further files.
+
+    The provenance is written last and marks the comparison as complete.
+
+    Parameters
+    ----------
+    folder : folder of the problem.
+    comparison : the finished comparison.
+    plan : provenance without indicator space, notes and run statistics, which are added.
+    more : contents of further files by name.
+    """
+    columns = list(comparison.objectives)
+    parts = {
+        key: pd.DataFrame(r.front_F, columns=columns) for key, r in comparison.finished_runs.items()
+    }
+    fronts = pd.concat(parts, names=["algorithm", "seed"]).reset_index(["algorithm", "seed"])
+    tables = {TABLE_FILE: comparison.table, RUNS_FILE: comparison.runs, FRONTS_FILE: fronts}
+    runs = comparison.runs
+    about = {
+        **plan,
+        "space": comparison.space.describe(),
+        "notes": comparison.notes,
+        **{f"runs_{key}": int((runs["status"] == key).sum()) for key in ("finished", "failed")},
+        "hours_of_runs": round(float(runs["wall_time"].sum()) / 3600.0, 3),
+        "written": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+    contents = {name: encode_csv(table) for name, table in tables.items()}
+    write_files(folder, {**contents, **extra_files, PROVENANCE_FILE: encode_json(about)})
+
+
+def read_comparison(
+    folder: Path | str, *, problem: Problem | None = None, trusted_classes: Collection[str] = ()
+) -> Comparison:
+    """Read a finished comparison from its folder, without running anything.
+
+    Tables, tests and figures equal the original ones. The records contain only the final fronts,
+    and the indicator space has no reference front. Without ``fronts.csv``, there are no records and
+    no figures of fronts.
+
+    Parameters
+    ----------
+    folder : folder of one problem, which contains ``table.csv``.
+    problem : the compared problem, if `mgeo.compare` was called from Python; None to load the
+        problem specified in the study file.
+    named : problems ``module:Class`` whose modules may be imported; no other modules are imported
+        on behalf of a file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder holds no finished comparison; see `read_comparisons` for several problems.
+    ValueError, TypeError
+        If the problem is not installed, or a file is damaged.
+
+    Examples
+    --------
+    >>> from pymoo.algorithms.moo.nsga2 import NSGA2
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import MGEODirected, compare
+    >>> from mgeo.studies import read_comparison
+    >>> algorithms = {"directed": MGEODirected(), "nsga2": NSGA2(20)}
+    >>> problem = ZDT1(n_var=4)
+    >>> _ = compare(problem, algorithms, n_eval=500, seeds=3, folder="zdt1", progress=False)
+    >>> read_comparison("zdt1", problem=problem).algorithms
+    ('directed', 'nsga2')
+    """
+    folder = Path(folder)
+    path = folder / PROVENANCE_FILE
+    if not path.is_file():
+        several = " of one problem: see read_comparisons" if (folder / PLAN_FILE).is_file() else ""
+        raise FileNotFoundError(
+            f"{folder} holds no comparison{several}: there is no {PROVENANCE_FILE}"
+        )
+    about = read_json(path)
+    with convert_file_errors(path):
+        try:
+            if problem is None:
+                problem = _load_problem(about["problem"], trusted_classes)
+            space = _read_space(problem, about["space"])
+            algorithms, n_eval = tuple(about["algorithms"]), int(about["evaluations"])
+        except KeyError as error:
+            raise ValueError(f"{error} is missing") from error
+    indicators = [indicator.name for indicator in select_indicators(problem.n_obj)]
+    table = _read_table(folder / TABLE_FILE, ["evaluations", "points", *indicators])
+    runs = _read_table(folder / RUNS_FILE, ["status", "wall_time", "failed_evaluations", "error"])
+    records = {}
+    if (folder / FRONTS_FILE).exists():
+        fronts = _read_table(folder / FRONTS_FILE, protocol.get_column_names(problem)[1])
+        records = {
+            (str(row["algorithm"]), int(row["seed"])): _build_study_run(row, fronts, n_eval)
+            for row in runs.to_dict("records")
+            if row["status"] == "finished"
+        }
+    notes = tuple(about.get("notes", ()))
+    return Comparison(problem, algorithms, n_eval, table, runs, records, space, notes)
+
+
+def read_comparisons(
+    folder: Path | str, *, trusted_classes: Collection[str] = ()
+) -> dict[str, Comparison]:
+    """Read the finished comparisons in the folder of a study, by problem in the order of the study.
+
+    Parameters
+    ----------
+    folder : folder of `run_study`.
+    named : problems ``module:Class`` whose modules may be imported, see `read_comparison`.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder holds no finished comparison.
+    ValueError, TypeError
+        If a problem is not installed, or a file is damaged.
+
+    Examples
+    --------
+    >>> from mgeo.studies import read_comparisons
+    >>> comparisons = read_comparisons("studies/benchmarks")  # doctest: +SKIP
+    >>> comparisons["zdt1"].order()  # doctest: +SKIP
+    """
+    folder = Path(folder)
+    path = folder / PLAN_FILE
+    if not path.is_file():
+        raise FileNotFoundError(f"{folder} holds no study: there is no {PLAN_FILE}")
+    plan = read_json(path)
+    labels = list(plan.get("problems", ())) if isinstance(plan, dict) else []
+    places = {label: select_problem_folder(folder, label, len(labels)) for label in labels}
+    done = {label: place for label, place in places.items() if (place / PROVENANCE_FILE).is_file()}
+    if not done:
+        raise FileNotFoundError(f"{folder} holds no finished comparison of a study file")
+    return {
+        label: read_comparison(place, trusted_classes=trusted_classes)
+        for label, place in done.items()
+    }
+
+
+def select_problem_folder(folder: Path, label: str, n_problems: int) -> Path:
+    """Return the folder of a problem: the study's folder, or its subfolder for several problems."""
+    return folder if n_problems == 1 else folder / format_folder_name(label)
+
+
+def format_folder_name(label: str) -> str:
+    """Return a unique folder name for a label.
+
+    Labels of lower-case words, digits and underscores only have their spaces replaced by hyphens.
+    In other labels, further characters are replaced as well, and the name ends in ``~`` and eight
+    hexadecimal digits of a hash.
+    """
+    plain = re.fullmatch(r"[a-z0-9_]+( [a-z0-9_]+)*", label) and len(label) <= _MAX_NAME_LENGTH
+    if plain and label not in _RESERVED_NAMES:
+        return label.replace(" ", "-")
+    readable = re.sub(r"[\W-]+", "-", label.lower())[:_MAX_NAME_LENGTH].strip("-") or "problem"
+    return f"{readable}~{hashlib.sha256(label.encode()).hexdigest()[:8]}"
+
+
+def _load_problem(description: Mapping[str, Any], trusted_classes: Collection[str]) -> Problem:
+    if "name" not in description:
+        raise ValueError(
+            "the comparison was made in Python: pass the compared problem as problem=..."
+        )
+    return load_problem(
+        description["name"], description["options"], trusted_classes=trusted_classes
+    )
+
+
+def _read_space(problem: Problem, description: Mapping[str, Any]) -> IndicatorSpace:
+    origin, n_obj = description["origin"], problem.n_obj
+    if (origin == "objective") != (n_obj == 1):
+        raise ValueError(f"space.origin = {origin!r} with {n_obj} objective(s)")
+    if n_obj == 1:
+        return SINGLE_OBJECTIVE_SPACE
+    points = {key: np.array(description[key], float) for key in POINT_KEYS}
+    return IndicatorSpace(
+        **points,
+        reference_front=np.empty((0, n_obj)),
+        origin=origin,
+        transform=protocol.get_indicator_map(problem) if origin == "problem" else None,
+        parts=tuple(map(float, description.get("parts", ()))),
+        cuts=tuple(map(float, description.get("cuts", ()))),
+    )
+
+
+_TEXT_COLUMNS = ("algorithm", "status", "error", "versions")  # columns of text
+_COLUMN_TYPES: dict[str, Any] = dict.fromkeys(_TEXT_COLUMNS, str)
+
+
+def _read_table(path: Path, columns: Collection[str]) -> pd.DataFrame:
+    with convert_file_errors(path):
+        table: pd.DataFrame = pd.read_csv(
+            path,
+            **build_exact_float_options(),
+            dtype=_COLUMN_TYPES,
+            keep_default_na=False,
+            na_values=["nan"],
+            index_col=False,
+        )
+        for name in ("algorithm", "seed", *columns):
+            if name not in table:
+                raise ValueError(f"there is no column {name!r}")
+        for name in set(table.columns) - {*_TEXT_COLUMNS, *table.select_dtypes("number")}:
+            raise ValueError(f"column {name}: expected numbers")
+    return table
+
+
+def _build_study_run(row: Mapping[Any, Any], fronts: pd.DataFrame, n_eval: int) -> StudyRun:
+    is_own_row = (fronts["algorithm"] == row["algorithm"]) & (fronts["seed"] == row["seed"])
+    F = fronts[is_own_row].drop(columns=["algorithm", "seed"]).to_numpy(float)
+    return StudyRun(
+        evaluation_numbers=np.full(len(F), n_eval),
+        F=F,
+        front_rows=np.arange(len(F)),
+        X=np.empty((len(F), 0)),
+        n_eval=n_eval,
+        n_evaluations=n_eval,
+        n_failed=int(row["failed_evaluations"]),
+        wall_time=float(row["wall_time"]),
+    )

@@ -1,0 +1,256 @@
+"""Lower bounds of covariances as curves over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.scenario.criteria import RequiredSigma
+from mgeo_attitude.scenario.scenario import Scenario
+
+
+class BlockBounds(NamedTuple):
+    """Lower bounds for one 3-vector of the state at n times, valid for every plan.
+
+    Attributes
+    ----------
+    total : array, shape (n,)
+        Bound of the sum of the three variances.
+    worst : array, shape (n,)
+        Bound of the largest variance.
+    log_det : array, shape (n,)
+        Bound of the natural logarithm of the determinant if all other states are known.
+    """
+
+    variance_sum: Floats
+    max_variance: Floats
+    log_det: Floats
+
+    def combine_with(self, other: BlockBounds) -> BlockBounds:
+        """Return the larger of two proved bounds."""
+        return BlockBounds(*map(np.maximum, self, other))
+
+    def raise_to_sum(self, total: Floats) -> BlockBounds:
+        """Return the bounds raised to a bound of the sum of variances, shape (n,).
+
+        The determinant stays: the bound of the sum does not assume that other states are known.
+        """
+        return self._replace(
+            total=np.maximum(self.variance_sum, total),
+            worst=np.maximum(self.max_variance, total / 3.0),
+        )
+
+
+def bounds_from_eigenvalues(variances: Floats) -> BlockBounds:
+    """Build bounds from the eigenvalues, shape (n, 3), of a covariance with unknown axes."""
+    total = variances.sum(axis=1)
+    return BlockBounds(total, total / 3.0, np.log(variances).sum(axis=1))
+
+
+def bounds_from_covariances(covariances: Floats) -> BlockBounds:
+    """Build bounds from a covariance, shape (n, 3, 3), that no plan can undercut."""
+    diagonals = np.diagonal(covariances, axis1=1, axis2=2)
+    log_det = np.linalg.slogdet(covariances)[1]
+    return BlockBounds(diagonals.sum(axis=1), diagonals.max(axis=1), log_det)
+
+
+def bounds_from_information(initial_information: Floats, max_trace: Floats) -> BlockBounds:
+    """Return the bounds of P = (Y + K)⁻¹ if only the trace of K is bounded.
+
+    By equation (21) the best K has the eigenvectors of Y and raises its smallest eigenvalues to a
+    common level (water filling), because the bounds are convex and decreasing functions of the
+    eigenvalues.
+
+    Parameters
+    ----------
+    known : array, shape (3, 3)
+        Y, positive definite.
+    gained : array, shape (n,)
+        Largest trace of the positive semidefinite K.
+    """
+    return bounds_from_eigenvalues(apply_water_filling(initial_information, max_trace))
+
+
+def apply_water_filling(initial_information: Floats, max_trace: Floats) -> Floats:
+    """Return the eigenvalues of the best P of `least`, shape (n, 3)."""
+    eigenvalues = np.linalg.eigvalsh(initial_information)
+    counts = np.arange(1, len(eigenvalues) + 1)
+    level = ((max_trace[:, None] + np.cumsum(eigenvalues)) / counts).min(axis=1)
+    variances: Floats = 1.0 / np.maximum(eigenvalues, level[:, None])
+    return variances
+
+
+def propagate_unobserved(
+    initial_covariance: Floats, decay: float, noise_density: Floats, times: Floats
+) -> Floats:
+    """Return the covariance of an unobserved error with e' = -λ e + noise.
+
+    Parameters
+    ----------
+    start : array, shape (3, 3)
+        Initial covariance.
+    decay : float
+        λ [1/s].
+    walk : array, shape (3,)
+        Noise density of each axis.
+    times : array, shape (n,)
+        Times [s].
+
+    Returns
+    -------
+    array, shape (n, 3, 3)
+    """
+    twice = 2.0 * decay * times
+    # This is (1 - exp(-2 λ t)) / 2 λ, whose limit for λ = 0 is t.
+    grown = times if decay == 0.0 else -np.expm1(-twice) / (2.0 * decay)
+    return np.exp(-twice)[:, None, None] * initial_covariance + noise_density * grown[
+        :, None, None
+    ] * np.eye(3)
+
+
+@dataclass(frozen=True)
+class LowerBound:
+    """Lower bounds over all plans at n times.
+
+    Attributes
+    ----------
+    times : array, shape (n,)
+        Times [s].
+    trace : array, shape (n,)
+        Bound of the weighted trace of the covariance.
+    ending : array, shape (n,)
+        Bound of the weighted trace for a plan that ends at the time. The rule "trace" also requires
+        a small decrease over the window before. Infinite while no plan can have ended.
+    blocks : dict of array, shape (n,)
+        Bound of the sum of the variances of each 3-vector of the state, squared filter units.
+    worst : dict of array, shape (n,)
+        Bound of the largest variance of each 3-vector.
+    criteria : dict of array, shape (n,)
+        Bounds of the objectives "normalized_trace", "log_det" and "max_eigenvalue".
+    earliest : dict of float
+        Earliest time [s] at which a plan can satisfy each key of ``required_sigma``; infinite if
+        that is impossible within the duration.
+    given_away : tuple of str
+        Relaxations of the bound. The bound of each 3-vector also assumes that all other states are
+        known.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario, limit
+    >>> scenario = Scenario.from_dict({"preset": "paper", "required_sigma": {"attitude_deg": 0.1}})
+    >>> limit(scenario).earliest
+    {'attitude_deg': 278.0}
+    """
+
+    times: Floats
+    trace: Floats
+    trace_at_end: Floats
+    variance_sum: Mapping[str, Floats]
+    max_variance: Mapping[str, Floats]
+    criteria: Mapping[str, Floats]
+    earliest_times: Mapping[str, float]
+    relaxations: tuple[str, ...]
+
+    def compute_sigma(self, block: str) -> Floats:
+        """Return the bound of the worst-axis 1-sigma of a 3-vector, filter units, shape (n,).
+
+        Raises
+        ------
+        KeyError
+            If the block is not in the state.
+        """
+        return np.sqrt(self.max_variance[block])
+
+    def evaluate_trace(self, times: Floats) -> Floats:
+        """Return the bound of the trace at sample times [s], shape (m,); NaN for a NaN time."""
+        is_finite = np.isfinite(times)
+        steps = np.rint(times[is_finite] / self.times[1]).astype(np.int64)
+        least = np.full(len(times), np.nan)
+        least[is_finite] = self.trace[steps]
+        return least
+
+
+def assemble_bounds(
+    scenario: Scenario,
+    model: FilterModel,
+    block_bounds: Mapping[str, BlockBounds],
+    relaxations: tuple[str, ...],
+) -> LowerBound:
+    """Assemble the lower bounds of a scenario from the bounds of each 3-vector of the state.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    model : FilterModel
+    found : mapping of str to Block
+        Bounds of each block of the suite.
+    given_away : tuple of str
+        Relaxations.
+    """
+    suite, names = model.suite, model.suite.blocks
+    blocks = {name: block_bounds[name].variance_sum for name in names}
+    worst = {name: block_bounds[name].max_variance for name in names}
+    trace = _sum([weight * blocks[n] for n, weight in zip(names, model.weights[::3], strict=True)])
+    required = RequiredSigma(scenario.required_sigma).list_sigmas(suite.units)
+    times = model.times
+    earliest = {
+        unit.build_key(name): _find_first_time(times, worst[name] <= sigma**2)
+        for (name, unit), sigma in zip(suite.units.items(), required, strict=True)
+        if sigma < np.inf
+    }
+    return LowerBound(
+        times=times,
+        trace=trace,
+        trace_at_end=_bound_trace_at_end(model, trace),
+        variance_sum=blocks,
+        max_variance=worst,
+        criteria=_bound_criteria(model, block_bounds),
+        earliest_times=earliest,
+        relaxations=relaxations,
+    )
+
+
+def _bound_trace_at_end(model: FilterModel, trace: Floats) -> Floats:
+    """Return the bound of the trace of a plan that ends, equation (27)."""
+    if model.rule != "trace":
+        return trace
+    window = model.window_steps
+    before = np.concatenate([np.full(window, np.inf), trace[: len(trace) - window]])
+    ending = np.maximum(trace, (1.0 - model.relative_decrease) * before)
+    ending[-1] = trace[-1]  # At the end of the scenario a plan may end without convergence.
+    return ending
+
+
+def _bound_criteria(model: FilterModel, bounds: Mapping[str, BlockBounds]) -> dict[str, Floats]:
+    """Return the bounds of the objectives of equation (13), over the calibrated states."""
+    suite = model.suite
+    states = suite.calibrated_indices
+    names = [suite.blocks[state // 3] for state in states[::3]]
+    if not names:
+        return {}
+    sigma = model.initial_sigma[states]
+    widest = sigma.reshape(-1, 3).max(axis=1) ** 2
+    shares = [
+        bounds[name].variance_sum / square for name, square in zip(names, widest, strict=True)
+    ]
+    start = np.linalg.slogdet(model.initial_correlation[np.ix_(states, states)])[1]
+    log_det = _sum([bounds[name].log_det for name in names]) - 2.0 * np.log(sigma).sum() - start
+    return {
+        "normalized_trace": _sum(shares) / len(states),
+        "log_det": log_det / np.log(10.0) / len(states),
+        "max_eigenvalue": np.max(shares, axis=0) / 3.0,
+    }
+
+
+def _find_first_time(times: Floats, is_satisfied: np.ndarray) -> float:
+    return float(times[is_satisfied.argmax()]) if is_satisfied.any() else float("inf")
+
+
+def _sum(values: list[Floats]) -> Floats:
+    total: Floats = np.sum(values, axis=0)
+    return total

@@ -1,0 +1,203 @@
+"""Scenarios that continue after a calibration, from its time, attitude and covariance."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping
+from datetime import datetime
+from typing import Any
+
+import numpy as np
+
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.environment.times import as_utc, instant_after, seconds_between
+from mgeo_attitude.scenario.prior import Prior, read_prior
+from mgeo_attitude.scenario.toml import Table, merge_table
+from mgeo_attitude.sensors.error_models import expand_per_axis
+from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.settings.base import to_table
+from mgeo_attitude.settings.errors import InvalidKey, InvalidValue, expect
+
+#: Entries of a calibration document from which a run continues, with their types.
+ENTRIES: Mapping[str, Any] = {
+    "scenario": Mapping,
+    "time_s": int | float,
+    "quaternion": list,
+    "rate_deg_s": list,
+    "states": Mapping,
+    "covariance": list,
+}
+
+#: Keys that are determined by the calibration or its scenario.
+DETERMINED_KEYS = ("preset", "prior")
+#: Tolerance for an epoch that equals the time of the calibration [s].
+_SAME_INSTANT = 1e-3
+
+#: Conclusion of a statistically consistent calibration.
+CONSISTENT = "the innovations support it"
+
+#: Key that permits to continue after a statistically inconsistent calibration.
+ACCEPT_INCONSISTENT = "accept_unsupported"
+
+#: Latest time of a calibration [s].
+_MAX_TIME = 1e9
+#: Number of 1-sigmas by which a measured rate may exceed its bound because of noise.
+_N_SIGMAS = 6.0
+
+
+def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], Any]) -> Table:
+    """Return the table of a scenario that continues after a calibration.
+
+    The calibration document is the entry ``after`` of the table. Without an ``epoch``, the scenario
+    starts at the time, attitude and covariance of the calibration. With a later ``epoch``,
+    time-varying errors are propagated to it (see `carried`), and attitude and rate follow from
+    ``initial``, since the calibration does not determine them at that time.
+
+    Parameters
+    ----------
+    table : mapping
+        Table of a scenario with the entry ``after``.
+    read : function
+        Return the scenario of a table.
+
+    Raises
+    ------
+    InvalidValue
+        If the document is not that of a calibration, if the calibration is statistically
+        inconsistent and `ACCEPT` is not true, or if the table has a key that the calibration
+        determines.
+    """
+    overrides = dict(table)
+    document = _check_document(overrides.pop("after"))
+    _check_consistency(document, overrides.pop(ACCEPT_INCONSISTENT, False))
+    for key in DETERMINED_KEYS:
+        if key in overrides:
+            expected = f"expected no {key} with 'after': the calibration determines it"
+            raise InvalidValue(key, overrides[key], expected)
+    try:
+        before = build_scenario(document["scenario"])
+        prior = read_prior(document, before.suite)
+    except InvalidValue as error:
+        raise error.prefix_key("after") from None
+    time = float(document["time_s"])
+    base = before.to_dict()
+    if "epoch" not in overrides:
+        base["epoch"] = instant_after(before.epoch, time).isoformat()
+        base["orbit"] |= to_table(before.orbit.later(time))
+        base |= _shift_channels(base, time)
+        base["prior"] = to_table(_clip_rate(prior, before))
+        return merge_table(base, overrides)
+    later = seconds_between(before.epoch, _parse_epoch(overrides["epoch"]))
+    at_end = f"an instant after that of the calibration, {document.get('utc', f'{time} s')}"
+    expect(later > time - _SAME_INSTANT, "epoch", overrides["epoch"], at_end)
+    base["orbit"] |= to_table(before.orbit.later(later))
+    base |= _shift_channels(base, later)
+    base["prior"] = None
+    table = merge_table(base, overrides)
+    table["prior"] = to_table(
+        propagate_prior(prior, before.suite, max(0.0, later - time), build_scenario(table))
+    )
+    return table
+
+
+def _shift_channels(base: Mapping[str, Any], time: float) -> dict[str, Any]:
+    """Return the channels of a scenario that starts later, without their initial values."""
+    later = []
+    for channel in base.get("channels", []):
+        times = {"times": [at - time for at in channel["times"]]} if "times" in channel else {}
+        rest = {key: value for key, value in channel.items() if key != "initial"}
+        later.append(rest | times)
+    return {"channels": later} if later else {}
+
+
+def propagate_prior(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior:
+    """Propagate a prior over a duration without measurements.
+
+    The gyro's bias and the Gauss-Markov errors decay and accumulate noise; constants keep their
+    uncertainty. Attitude and rate are the initial values of the new scenario, uncorrelated with all
+    other states.
+
+    Parameters
+    ----------
+    prior : Prior
+    suite : Suite
+    duration : float
+        [s].
+    scenario : Scenario
+        Scenario that starts at the end of the duration.
+    """
+    from mgeo_attitude.geometry.quaternion import quaternions_from_matrices  # imports scipy
+
+    decay, new = np.ones(suite.n_states), np.zeros(suite.n_states)
+    rate, density = suite.gyro.bias_decay, suite.compute_noise_density()[3:6]
+    decay[3:6] = math.exp(-rate * duration)
+    new[3:6] = density * (-math.expm1(-2.0 * rate * duration) / (2.0 * rate) if rate else duration)
+    for process, first in zip(
+        suite.processes.values(), range(suite.n_kinematic, suite.n_dynamic, 3), strict=True
+    ):
+        decay[first : first + 3], new[first : first + 3] = process.discretize(duration)
+    covariance = decay[:, None] * np.array(prior.covariance) * decay + np.diag(new)
+    covariance[:3], covariance[:, :3] = 0.0, 0.0
+    covariance[:3, :3] = scenario.initial_attitude_covariance
+    at = Environment.from_times(scenario, np.zeros(1))
+    quaternion = quaternions_from_matrices(scenario.initial_attitude(at)[None])[0]
+    table = {
+        "quaternion": quaternion.tolist(),
+        "rate_deg_s": np.degrees(scenario.initial_rate(at)).tolist(),
+        "states": (decay * prior.estimates)[3:].reshape(-1, 3).tolist(),
+        "covariance": covariance.tolist(),
+    }
+    return Prior(**table)
+
+
+def _parse_epoch(value: Any) -> datetime:
+    try:
+        epoch = datetime.fromisoformat(value) if isinstance(value, str) else value
+        return as_utc(epoch)
+    except (ValueError, AttributeError):
+        expected = "expected a date and time with a UTC offset, after that of the calibration"
+        raise InvalidValue("epoch", value, expected) from None
+
+
+def _check_document(document: Any) -> Mapping[str, Any]:
+    """Check that a document has the `ENTRIES`, and return it."""
+    if not isinstance(document, Mapping):
+        raise InvalidValue("after", document, "expected a calibration's document")
+    for key, kind in ENTRIES.items():
+        if key not in document:
+            raise InvalidKey(f"after.{key}", None, "missing; expected a calibration's document")
+        entry = document[key]
+        if not isinstance(entry, kind) or isinstance(entry, bool):
+            names = " or ".join(each.__name__ for each in getattr(kind, "__args__", (kind,)))
+            raise InvalidValue(f"after.{key}", entry, f"expected {names}")
+    time = document["time_s"]
+    expect(0.0 <= time <= _MAX_TIME, "after.time_s", time, f"a number in [0, {_MAX_TIME:g}] s")
+    return document
+
+
+def _check_consistency(document: Mapping[str, Any], accept: Any) -> None:
+    """Raise InvalidValue for a statistically inconsistent calibration unless it is accepted."""
+    if not isinstance(accept, bool):
+        raise InvalidValue(ACCEPT_INCONSISTENT, accept, "expected true or false")
+    conclusion = document.get("conclusion", CONSISTENT)
+    if conclusion != CONSISTENT and not accept:
+        expected = (
+            f"expected {CONSISTENT!r}; set {ACCEPT_INCONSISTENT} = true to continue nevertheless"
+        )
+        raise InvalidValue("after.conclusion", conclusion, expected)
+
+
+def _clip_rate(prior: Prior, scenario: Any) -> Prior:
+    """Reduce the rate of a prior to its bound if noise alone makes it exceed the bound."""
+    rate, wheels = np.array(prior.rate_deg_s), scenario.wheels
+    shares = [np.abs(rate).max() / scenario.maneuvers.max_rate_deg_s]
+    if wheels is not None and wheels.max_momentum is not None and not wheels.initial_momentum:
+        momentum = wheels.greatest_share(np.radians(rate) @ wheels.matrix())
+        shares.append(momentum / wheels.max_momentum)
+    share = max(shares)
+    walk = max(expand_per_axis(scenario.suite.gyro.angle_random_walk_deg_per_sqrt_h))
+    noise = walk / 60.0 / math.sqrt(scenario.step)
+    if not 1.0 < share <= 1.0 + _N_SIGMAS * noise / np.abs(rate).max():
+        return prior
+    return dataclasses.replace(prior, rate_deg_s=tuple((rate / share).tolist()))

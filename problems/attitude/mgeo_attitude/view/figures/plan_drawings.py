@@ -1,0 +1,207 @@
+"""Small figures of single plans for pages that show a whole front."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from mgeo.figures.style import COLORS, GRAY, build_log_axis_layout, escape_markup
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.maneuvers.schedule import RateIntervals
+from mgeo_attitude.problem import AttitudeManeuverProblem
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.suite import list_block_units
+from mgeo_attitude.view.figures.attitude_animation import compute_sun_field_rotations, draw_attitude
+from mgeo_attitude.view.figures.curves import (
+    MAP_HALF_SIZE,
+    draw_graticule,
+    project_circle,
+    project_directions,
+    simplify_curves,
+)
+from mgeo_attitude.view.figures.style import build_line_style, build_small_layout
+from mgeo_attitude.view.figures.time_series import select_sample_steps
+from mgeo_attitude.view.plans import Plans
+from mgeo_attitude.view.summaries import format_nominal_suffix
+
+Intervals = list[tuple[float, float]]
+
+#: Number of samples of each curve, and of each path on the body sphere.
+_N_SAMPLES, _N_DIRECTIONS = 48, 180
+_ECLIPSE_COLOR = "rgba(128,128,128,0.22)"
+
+
+def draw_plans(plans: Plans) -> Iterator[dict[str, dict[str, Any]]]:
+    """Yield the figures of each plan: rates, directions of Sun and field, attitude, 1-sigmas.
+
+    Eclipses are shaded. A plan whose covariance was lost yields an empty dictionary.
+    """
+    problem = plans.problem
+    shadow, inertial = _list_eclipses(problem), compute_sun_field_rotations(problem.environment)
+    for row, t_end in enumerate(plans.nominal.t_end.tolist()):
+        if not np.isfinite(t_end):
+            yield {}
+            continue
+        trajectory = plans.compute_trajectory(row)
+        (variances,) = problem.evaluate_nominal(plans.X[[row]], history=True).variances
+        rates = _draw_rates(problem, trajectory.intervals)
+        errors = _draw_errors(problem, t_end, variances)
+        _set_time_axis(rates["layout"], trajectory.intervals.times[-1], shadow)
+        for figure in errors.values():
+            _set_time_axis(figure["layout"], t_end, shadow)
+        yield {
+            "rates": rates,
+            "motion": draw_attitude(problem, trajectory, inertial, shadow),
+            "directions": _draw_directions(problem, trajectory.attitude, t_end),
+            **errors,
+        }
+
+
+def _set_time_axis(layout: dict[str, Any], t_end: float, shadow: Intervals) -> None:
+    layout["xaxis"] = {
+        "title": {"text": "time [s]"},
+        "range": [0.0, float(t_end)],
+        "tickformat": "d",
+    }
+    band = {"type": "rect", "xref": "x", "yref": "paper", "y0": 0, "y1": 1, "layer": "below"}
+    band |= {"fillcolor": _ECLIPSE_COLOR, "line": {"width": 0}}
+    layout["shapes"] = [{**band, "x0": start, "x1": end} for start, end in shadow]
+
+
+def _draw_rates(problem: AttitudeManeuverProblem, intervals: RateIntervals) -> dict[str, Any]:
+    model, limit = problem.model, problem.scenario.maneuvers.max_rate_deg_s
+    times, rates = _build_rate_polyline(intervals, model)
+    rows = simplify_curves(times, rates, _N_SAMPLES)
+    lines = [_draw_line(times[rows], rates[rows, i], i) for i in range(3)]
+    bound = {"showlegend": False, "hoverinfo": "skip", "name": "limit"}
+    bound["line"] = {"color": GRAY, "dash": "dash", "width": 1}
+    span = np.array([0.0, max(problem.scenario.duration, intervals.times[-1])])
+    lines += [_draw_line(span, np.full(2, end), 0) | bound for end in (-limit, limit)]
+    axis = {"title": {"text": "deg/s"}, "range": [-1.15 * limit, 1.15 * limit]}
+    return {"data": lines, "layout": _build_layout("Body rates", axis)}
+
+
+def _build_rate_polyline(intervals: RateIntervals, model: FilterModel) -> tuple[Floats, Floats]:
+    """Return the body rates as polylines: times [s] and rates [deg/s].
+
+    The intervals of a ramp, one step each, are drawn as a straight line through their midpoints.
+    """
+    starts, ends = intervals.times[:-1], intervals.times[1:]
+    in_ramp = (ends - starts < 1.5 * model.step) & (model.slew_limits is not None)
+    first = np.where(in_ramp, 0.5 * (starts + ends), starts)
+    line = np.column_stack([first, np.where(in_ramp, np.nan, ends)]).ravel()
+    is_point = ~np.isnan(line)
+    return line[is_point], np.degrees(np.repeat(intervals.rates, 2, axis=0)[is_point])
+
+
+def _draw_errors(
+    problem: AttitudeManeuverProblem, t_end: float, variances: Floats
+) -> dict[str, dict[str, Any]]:
+    """Return figures of the trace and of each state block, with a line for each axis."""
+    model = problem.model
+    steps = select_sample_steps(round(t_end / model.step))
+    trace, sigma = variances[steps] @ model.weights, np.sqrt(variances[steps])
+    rows = simplify_curves(
+        steps.astype(np.float64), np.log10(np.column_stack([trace, sigma])), _N_SAMPLES
+    )
+    times: Floats = steps[rows].astype(np.float64) * model.step
+    trace, sigma = trace[rows], sigma[rows]
+    figures = {
+        "trace": {
+            "data": [_draw_line(times, trace, 0) | {"name": "trace", "showlegend": False}],
+            "layout": _build_layout("Trace of the covariance", build_log_axis_layout(trace)),
+        }
+    }
+    for b, block in enumerate(list_block_units(model.suite)):
+        own = sigma[:, 3 * b : 3 * b + 3] * block.factor
+        unit = block.unit if block.unit != "-" else ""
+        figures[block.label] = {
+            "data": [_draw_line(times, own[:, axis], axis) for axis in range(3)],
+            "layout": _build_layout(
+                f"{block.label}, 1-sigma{format_nominal_suffix(problem.scenario)}",
+                {"title": {"text": unit}, **build_log_axis_layout(own)},
+            ),
+        }
+    return figures
+
+
+def _draw_directions(
+    problem: AttitudeManeuverProblem, attitude: Floats, t_end: float
+) -> dict[str, Any]:
+    """Draw the directions of Sun and field in body axes on an equal-area map."""
+    environment = problem.environment
+    last = round(t_end / problem.model.step)
+    steps = np.rint(np.linspace(0, last, min(_N_DIRECTIONS, last + 1))).astype(np.int64)
+    seen = steps[environment.sunlit[steps]] if problem.scenario.eclipse else steps
+    traces = draw_graticule()
+    for index, (name, inertial, at) in enumerate(
+        (("Sun", environment.sun, seen), ("field", environment.field, steps))
+    ):
+        look = {"marker": {"color": COLORS[4 + index], "size": 4 + index * 0.5}}
+        place = project_directions(np.einsum("kij,kj->ki", attitude[at], inertial[at]))
+        traces.append(_build_map_trace(name, *place, mode="markers", **look))
+    traces += _draw_cones(problem.scenario)
+    width, height = MAP_HALF_SIZE
+    hidden = {"visible": False, "fixedrange": True}
+    axis = {**hidden, "range": [-height, height], "scaleanchor": "x"}
+    layout = _build_layout("Sun and field seen from the body", axis)
+    layout["xaxis"] = {**hidden, "range": [-width, width]}
+    layout["margin"] |= {"l": 15, "t": 35, "b": 15}
+    # The legend has a line for each cone and would cover the title if it were above the map.
+    layout["legend"] |= {"x": 0.5, "xanchor": "center", "y": -0.02, "yanchor": "top"}
+    return {"data": traces, "layout": layout}
+
+
+def _draw_cones(scenario: Scenario) -> list[dict[str, Any]]:
+    """Draw the cones of path constraints (solid) and of sensors (dotted or dashed) on the map."""
+    cones = [
+        (escape_markup(limit.label), limit.build_cone(), "solid")
+        for limit in scenario.path_constraints
+    ]
+    for sensor in scenario.sensors:
+        for view in sensor.list_visibility_cones():
+            seen = "view of" if view.keep_in else f"{view.direction.capitalize()} off"
+            cones.append((f"{seen} {sensor.name}", view, "dot" if view.keep_in else "dash"))
+    traces = []
+    for index, (name, cone, dash) in enumerate(cones):
+        look = {"line": {"color": COLORS[(1 + index) % 4], "dash": dash, "width": 1.5}}
+        place = project_circle(cone.axis, cone.half_angle)
+        traces.append(_build_map_trace(name, *place, mode="lines", **look))
+    return traces
+
+
+def _build_map_trace(name: str, across: Any, up: Any, **style: Any) -> dict[str, Any]:
+    return {"type": "scatter", "name": name, "x": across, "y": up, "hoverinfo": "name", **style}
+
+
+def _draw_line(times: Floats, values: Floats, index: int) -> dict[str, Any]:
+    return {
+        "type": "scatter",
+        "name": "xyz"[index],
+        "x": times,
+        "y": values,
+        "mode": "lines",
+        "line": build_line_style(index),
+        "hovertemplate": "%{x:.6g} s: %{y:.4g}",
+    }
+
+
+def _build_layout(text: str, axis: dict[str, Any]) -> dict[str, Any]:
+    return {
+        **build_small_layout(text),
+        "legend": {"orientation": "h", "x": 1, "xanchor": "right", "y": 1.02, "yanchor": "bottom"},
+        "yaxis": axis,
+    }
+
+
+def _list_eclipses(problem: AttitudeManeuverProblem) -> Intervals:
+    """Return start and end [s] of each eclipse of the run."""
+    if not problem.scenario.eclipse:
+        return []
+    times, dark = problem.environment.times, ~problem.environment.sunlit
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], dark, [False]])))
+    intervals = np.append(times, times[-1])[edges].reshape(-1, 2)
+    return [(start, end) for start, end in intervals.tolist()]

@@ -1,0 +1,158 @@
+"""Error budget of a plan, use of its sensors, and uncertainty reduction by phase."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from mgeo_attitude.filter.error_budget import compute_error_budget
+from mgeo_attitude.filter.history import FilterHistory, can_measure
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.maneuvers.motion import Motion, Phase, list_phases
+from mgeo_attitude.sensors.suite import list_block_units
+from mgeo_attitude.view.observability.covariance import StateLabels
+from mgeo_attitude.view.observability.improvements import select_most_effective
+
+#: Number of the largest contributions that `reasons` lists.
+_N_CONTRIBUTIONS = 3
+
+
+def compute_error_budget(
+    model: FilterModel, design: ArrayLike, history: FilterHistory
+) -> pd.DataFrame:
+    """Return the error budget of the worst body axis at the end of a plan.
+
+    Parameters
+    ----------
+    model : FilterModel
+    design : array_like, shape (4 m,)
+    history : FilterHistory
+        Filter run of the design.
+
+    Returns
+    -------
+    DataFrame
+        One row per error source and a last row ``all``; one column per 3-vector of the state, in
+        the unit given in the column's name. The squares of the rows add up to the square of
+        ``all``; see `filter.error_budget`.
+    """
+    parts_by_source = compute_error_budget(model, design, history.t_end)
+    columns = {}
+    for block, unit in enumerate(list_block_units(model.suite)):
+        axis = _find_worst_axis(history, block)
+        parts = np.append(
+            parts_by_source.variances[:, axis], parts_by_source.variances[:, axis].sum()
+        )
+        columns[f"{unit.label} [{unit.unit}]"] = np.sqrt(parts) * unit.factor
+    return pd.DataFrame(columns, index=pd.Index([*parts_by_source.sources, "all"], name="source"))
+
+
+def describe_error_drivers(
+    model: FilterModel,
+    budget_table: pd.DataFrame,
+    improvements: pd.DataFrame,
+    history: FilterHistory,
+) -> list[str]:
+    """Return one line on the error drivers of each required 1-sigma, or of the attitude's.
+
+    Each line lists the largest contributions, the remaining share of an initial error that
+    dominates, and the most effective remedies.
+
+    Parameters
+    ----------
+    model : FilterModel
+    table : DataFrame
+        The `budget`.
+    changes : DataFrame
+        The `remedies`.
+    history : FilterHistory
+        Filter run of the design.
+    """
+    units, lines = list_block_units(model.suite), []
+    left = (history.sigma[-1] / model.initial_sigma).reshape(-1, 3).max(axis=1)
+    initial = {f"initial {unit.label}": share for unit, share in zip(units, left, strict=True)}
+    required = [b for b in range(len(units)) if np.isfinite(model.required_sigma[3 * b])]
+    for block in required or [0]:
+        unit, column = units[block], budget_table.iloc[:, block]
+        parts = column.drop("all").nlargest(_N_CONTRIBUTIONS)
+        named = ", ".join(f"{sigma:.3g} {source}" for source, sigma in parts.items())
+        axis = "xyz"[_find_worst_axis(history, block) % 3]
+        line = f"{unit.label} {axis} {column['all']:.3g} {unit.unit}: {named}"
+        share = initial.get(str(parts.index[0]))
+        if share is not None:
+            line += f"; {share:.0%} of its initial 1-sigma is left"
+        better = select_most_effective(improvements.iloc[:, block])
+        helps = [f"{value:.3g} {unit.unit} with {name}" for name, value in better.items()]
+        lines.append(line + (f"; it would be {', '.join(helps)}" if helps else ""))
+    return lines
+
+
+def compute_measurement_times(
+    model: FilterModel, phases: Sequence[Phase], design: ArrayLike, history: FilterHistory
+) -> pd.DataFrame:
+    """Return the time during which each sensor measured, for each phase of a plan [s].
+
+    Parameters
+    ----------
+    model : FilterModel
+    phases : sequence of Phase
+        Phases until the end of the `history`.
+    design : array_like, shape (4 m,)
+    history : FilterHistory
+        Filter run of the design.
+
+    Returns
+    -------
+    DataFrame
+        One row per phase: its ``duration [s]``, and a column ``NAME [s]`` for each sensor, the
+        number of its measurements times its sample interval.
+    """
+    omega = Motion.from_design(model, design, len(history.times) - 1).rates
+    edges = [(round(p.start / model.step), round(p.end / model.step)) for p in phases]
+    columns: dict[str, object] = {"duration [s]": [phase.duration for phase in phases]}
+    for index, sensor in enumerate(model.suite.sensors):
+        seen = can_measure(model, index, history.attitude, omega)
+        every = sensor.sample_interval or model.step
+        columns[f"{sensor.name} [s]"] = [
+            every * int(seen[first + 1 : last + 1].sum()) for first, last in edges
+        ]
+    return pd.DataFrame(columns, index=[phase.label for phase in phases])
+
+
+def _find_worst_axis(history: FilterHistory, block: int) -> int:
+    return 3 * block + int(history.sigma[-1, 3 * block : 3 * block + 3].argmax())
+
+
+def compute_uncertainty_by_phase(
+    model: FilterModel, design: ArrayLike, history: FilterHistory
+) -> pd.DataFrame:
+    """Return trace and 1-sigmas at the start and at the end of each phase of a plan.
+
+    Parameters
+    ----------
+    model : FilterModel
+    design : array_like, shape (4 m,)
+    history : FilterHistory
+        Filter run of the design; see `filter_history`.
+
+    Returns
+    -------
+    DataFrame
+        Index: ``start``, ``maneuver 1``, ..., ``rate held``. Columns: ``time [s]``; ``trace [-]``;
+        ``contribution [%]``, the share of the phase in the total decrease of the logarithm of the
+        trace; and the 1-sigma of every state in the unit given in the column's name.
+    """
+    flown = list_phases(design, history.t_end, model.step, model.slew_limits)
+    times = np.array([0.0, *(phase.end for phase in flown)])
+    steps = np.rint(times / model.step).astype(np.int64)
+    trace = history.trace[steps]
+    fall = np.append(0.0, -np.diff(np.log(trace)))
+    columns = {"time [s]": times, "trace [-]": trace, "contribution [%]": 100.0 * fall / fall.sum()}
+    states = StateLabels.from_suite(model.suite)
+    sigma = (history.sigma[steps] * states.factors).T
+    for name, unit, values in zip(states.names, states.units, sigma, strict=True):
+        columns[f"{name} [{unit}]"] = values
+    return pd.DataFrame(columns, index=["start", *(phase.label for phase in flown)])

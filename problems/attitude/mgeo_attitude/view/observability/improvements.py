@@ -1,0 +1,224 @@
+"""Alternatives to a plan: simpler maneuvers, and changes that would reduce its 1-sigmas."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.maneuvers.actuation import MagnetorquerDrive
+from mgeo_attitude.maneuvers.motion import HOLD_LABEL, Phase
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
+from mgeo_attitude.problem import AttitudeManeuverProblem
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.base import scale_noise
+from mgeo_attitude.sensors.suite import Suite, list_block_units
+from mgeo_attitude.view.summaries import compute_worst_axes
+
+_AXES = np.eye(3)
+
+
+def build_baselines(
+    scenario: Scenario, duration: float, rate_deg_s: float | None = None
+) -> dict[str, tuple[float, ...]]:
+    """Return simple designs that need no optimizer.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    duration : float
+        Total duration of the maneuvers of each design [s]. The last rate is held afterwards.
+    rate_deg_s : float, optional
+        Body rate about each axis [deg/s]; default: the scenario's maximum.
+
+    Returns
+    -------
+    dict
+        Design vectors by name: ``no maneuver``; ``x only``, ``y only`` and ``z only``;
+        ``x, y, z in turn``, a third of the duration about each axis; and ``x, y, z in turn,
+        there and back``, with a positive and then a negative rate about each axis.
+    """
+    rate = scenario.maneuvers.max_rate_deg_s if rate_deg_s is None else rate_deg_s
+    forward = rate * _AXES
+    there_and_back = np.stack([forward, -forward], axis=1).reshape(-1, 3)
+    return {
+        "no maneuver": _divide_equally(np.zeros((1, 3)), duration),
+        **{f"{axis} only": _divide_equally(forward[[i]], duration) for i, axis in enumerate("xyz")},
+        "x, y, z in turn": _divide_equally(forward, duration),
+        "x, y, z in turn, there and back": _divide_equally(there_and_back, duration),
+    }
+
+
+def build_matching_baselines(
+    scenario: Scenario, phases: Iterable[Phase]
+) -> dict[str, tuple[float, ...]]:
+    """Return the `baselines` whose total maneuver time equals that of the phases of a plan."""
+    maneuvers = (phase.duration for phase in phases if phase.label != HOLD_LABEL)
+    return build_baselines(scenario, max(sum(maneuvers), scenario.step))
+
+
+def compare_designs(
+    problem: AttitudeManeuverProblem, designs: Mapping[str, ArrayLike], time: float
+) -> pd.DataFrame:
+    """Compare designs at a common time, whether or not the filter has converged.
+
+    Parameters
+    ----------
+    problem : AttitudeManeuverProblem
+    designs : mapping of str to array_like, shape (4 m,)
+        The number m of maneuvers may differ between designs.
+    at : float
+        Time of the comparison [s], a step of the filter; usually the t_end of a plan.
+
+    Returns
+    -------
+    DataFrame
+        One row per design. ``t_end [s]`` and ``trace at t_end [-]`` belong to the convergence of
+        the design; ``trace [-]`` is taken at the common time; ``times the first [-]`` is the ratio
+        to the trace of the first design. One column per 3-vector of the state holds the 1-sigma of
+        the worst body axis at the common time.
+
+    Raises
+    ------
+    ValueError
+        If the length of a design is not a multiple of 4.
+    """
+    model = problem.model
+    step = round(time / model.step)
+    X = _stack_designs([np.asarray(design, dtype=float) for design in designs.values()])
+    own = evaluate(model, X, problem.threads)
+    variances = evaluate(model.full_duration_model, X, problem.threads, history=True).variances[
+        :, step
+    ]
+    trace = variances @ model.weights
+    columns: dict[str, object] = {
+        "t_end [s]": own.t_end,
+        "trace at t_end [-]": own.trace,
+        "trace [-]": trace,
+        "times the first [-]": trace / trace[0],
+    }
+    columns |= compute_worst_axes(model.suite, np.sqrt(variances))
+    return pd.DataFrame(columns, index=list(designs))
+
+
+def _divide_equally(rates_deg_s: np.ndarray, duration: float) -> tuple[float, ...]:
+    share = np.full((len(rates_deg_s), 1), duration / len(rates_deg_s))
+    return tuple(np.hstack([rates_deg_s, share]).ravel().tolist())
+
+
+def _stack_designs(designs: list[np.ndarray]) -> np.ndarray:
+    """Return designs as rows of equal length, padded in front with maneuvers of zero duration."""
+    longest = max(design.size for design in designs)
+    if any(design.size % VARIABLES_PER_MANEUVER or design.ndim != 1 for design in designs):
+        raise ValueError(
+            f"designs of shapes {[design.shape for design in designs]}: expected 4 variables for "
+            "each maneuver"
+        )
+    return np.array([np.append(np.zeros(longest - design.size), design) for design in designs])
+
+
+#: Factor on initial errors and noise.
+_IMPROVEMENT_FACTOR = 0.5
+#: Additional duration [s].
+_EXTRA_DURATION = 300.0
+
+UNCHANGED = "as it is"
+
+
+def evaluate_improvements(
+    model: FilterModel, design: ArrayLike, t_end: float, rate_deg_s: float
+) -> pd.DataFrame:
+    """Return the 1-sigma of the worst body axis after improving one input at a time.
+
+    The changes are: half of an initial 1-sigma, half of the noise of the gyro or of a sensor, 300 s
+    more at the last rate, and 300 s more with a rotation about a body axis at `rate_deg_s`, after
+    holding the last rate until `t_end`. Each change is one run of the filter. Constraints are not
+    evaluated. Changes of duration are omitted if the run ends earlier; rotations are omitted for
+    magnetorquers.
+
+    Parameters
+    ----------
+    model : FilterModel
+    design : array_like, shape (4 m,)
+    t_end : float
+        Time at which the unchanged design is evaluated [s].
+    rate_deg_s : float
+        Rate of the additional rotation [deg/s].
+
+    Returns
+    -------
+    DataFrame
+        One row per change, the first named ``as it is``; one column per 3-vector of the state, in
+        the unit given in the column's name.
+    """
+    units, step = list_block_units(model.suite), round(t_end / model.step)
+    rows = {UNCHANGED: _compute_sigma(model, design, step)}
+    for block, unit in enumerate(units):
+        sigma = model.initial_sigma.copy()
+        sigma[3 * block : 3 * block + 3] *= _IMPROVEMENT_FACTOR
+        better = dataclasses.replace(model, initial_sigma=sigma)
+        rows[f"half the initial {unit.label}"] = _compute_sigma(better, design, step)
+    for name, suite in _halve_noise(model.suite):
+        better = dataclasses.replace(model, suite=suite)
+        rows[f"half the noise of {name}"] = _compute_sigma(better, design, step)
+    longer = step + round(_EXTRA_DURATION / model.step)
+    if longer <= model.n_steps:
+        rows[f"{_EXTRA_DURATION:g} s more at the last rate"] = _compute_sigma(model, design, longer)
+        for name, turned in _add_rotations(model, design, t_end, rate_deg_s):
+            rows[f"{_EXTRA_DURATION:g} s more about body {name}"] = _compute_sigma(
+                model, turned, longer
+            )
+    columns = [f"{unit.label} [{unit.unit}]" for unit in units]
+    factors = np.array([unit.factor for unit in units])
+    table = pd.DataFrame(np.array(list(rows.values())) * factors, columns=columns)
+    return table.set_index(pd.Index(rows, name="change"))
+
+
+def select_most_effective(values: pd.Series, min_reduction: float = 0.02) -> pd.Series:
+    """Return the two most effective changes of a column of `remedies`.
+
+    Changes that reduce the 1-sigma by less than the share `least` are omitted.
+    """
+    worth = values[values < (1.0 - min_reduction) * values[UNCHANGED]]
+    two: pd.Series = worth.sort_values(kind="stable")[:2]
+    return two
+
+
+def _compute_sigma(model: FilterModel, design: ArrayLike, step: int) -> Floats:
+    """Return the 1-sigma of the worst axis of each state block, in the filter's units."""
+    ran = evaluate(
+        model.full_duration_model, np.atleast_2d(np.asarray(design, dtype=float)), 1, history=True
+    )
+    worst: Floats = np.sqrt(ran.variances[0, step].reshape(-1, 3).max(axis=1))
+    return worst
+
+
+def _halve_noise(suite: Suite) -> Iterator[tuple[str, Suite]]:
+    parts: list[Any] = [suite.gyro, *suite.sensors]
+    for i, part in enumerate(parts):
+        if not part.noise_parameters:
+            continue
+        better = [*parts[:i], scale_noise(part, _IMPROVEMENT_FACTOR), *parts[i + 1 :]]
+        yield (
+            "gyro" if i == 0 else part.name,
+            Suite(better[0], tuple(better[1:]), suite.environment_errors),
+        )
+
+
+def _add_rotations(
+    model: FilterModel, design: ArrayLike, t_end: float, rate_deg_s: float
+) -> Iterator[tuple[str, Floats]]:
+    """Yield the design with its last rate held until `t_end`, then a rotation about each axis."""
+    if isinstance(model.slew_limits, MagnetorquerDrive):
+        return
+    held = np.array(design, dtype=float).reshape(-1, VARIABLES_PER_MANEUVER)
+    held[-1, 3] = max(t_end - held[:-1, 3].sum(), 0.0)
+    for axis, direction in zip("xyz", rate_deg_s * np.eye(3), strict=True):
+        yield axis, np.append(held, [*direction, _EXTRA_DURATION])

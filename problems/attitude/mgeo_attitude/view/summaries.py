@@ -1,0 +1,219 @@
+"""Summaries of plans in the terms of an engineer: one line each, and tables."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from mgeo.evaluation.dominance import find_nondominated
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER_OBJECTIVES
+from mgeo_attitude.lower_bound.samples import NoLowerBoundError
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, get_durations
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.suite import Suite, list_block_units
+from mgeo_attitude.view.plans import MONTE_CARLO_SHARE_TEXT, Plans
+
+#: Summary of a plan whose covariance was lost.
+COVARIANCE_LOST = "the filter's covariance lost positivity"
+#: Name of the column with the ratio of the trace to its lower bound.
+BOUND_RATIO_COLUMN = "trace / limit [-]"
+
+
+def summarize_plans(plans: Plans) -> list[str]:
+    """Return a one-line summary of each plan.
+
+    The line has the time of convergence and the 1-sigma of the attitude and of each bias about the
+    worst body axis. A robust time comes first. If the design fixes t_end, the line has the 1-sigma
+    of the attitude that most Monte Carlo runs satisfy.
+    """
+    model = plans.problem.model
+    kept_sigma = (
+        plans.monte_carlo_sigma_deg
+        if model.ends_with_last_maneuver
+        else np.full(len(plans.X), np.nan)
+    )
+    times = plans.nominal.t_end, plans.robust_t_end, plans.monte_carlo_t_end, kept_sigma
+    return [_summarize_plan(plans, *row) for row in zip(plans.sigma, *times, strict=True)]
+
+
+def _summarize_plan(
+    plans: Plans,
+    sigma: Floats,
+    t_end: float,
+    robust_t_end: float,
+    monte_carlo_t_end: float,
+    monte_carlo_sigma: float,
+) -> str:
+    if not math.isfinite(t_end):
+        return COVARIANCE_LOST
+    by_coils = plans.problem.scenario.is_magnetorquer_driven
+    sigmas = _describe_sigma(plans.problem.model.suite, sigma, by_coils)
+    late = None if math.isnan(monte_carlo_t_end) else format_convergence_time(monte_carlo_t_end)
+    if math.isfinite(monte_carlo_sigma):
+        late = f"attitude {format_two_digits(monte_carlo_sigma)} deg in {MONTE_CARLO_SHARE_TEXT}"
+    converged, after = t_end < plans.problem.model.nonconvergence_time, format_duration(t_end)
+    if math.isnan(robust_t_end):
+        nominal = (
+            f"{after}; then {sigmas}" if converged else f"not converged; after {after} {sigmas}"
+        )
+        return "; ".join(filter(None, [nominal, late]))
+    own = (
+        f"robust time {format_duration(robust_t_end)}"
+        if robust_t_end < math.inf
+        else "no robust time"
+    )
+    nominal = f"{after}, then {sigmas}" if converged else f"not converged, after {after} {sigmas}"
+    return "; ".join(filter(None, [own, late, nominal if by_coils else f"nominal {nominal}"]))
+
+
+def _describe_sigma(suite: Suite, sigma: Floats, is_monte_carlo: bool) -> str:
+    if not np.isfinite(sigma).all():  # a run with a lost covariance makes the mean undefined
+        return f"{COVARIANCE_LOST} in Monte Carlo runs"
+    parts, worsts = [], sigma.reshape(-1, 3).max(axis=1)
+    for block, name, worst in zip(list_block_units(suite), suite.blocks, worsts, strict=True):
+        if name == "attitude" or name.endswith(".bias"):
+            parts.append(f"{block.label} {format_two_digits(worst * block.factor)} {block.unit}")
+    flights = " of Monte Carlo runs" if is_monte_carlo else ""
+    return f"{', '.join(parts)} (1-sigma{flights}, worst body axis)"
+
+
+def format_nominal_suffix(scenario: Scenario) -> str:
+    """Return a suffix that marks titles as nominal if the scenario also has Monte Carlo results."""
+    return ", nominal" if scenario.monte_carlo or scenario.is_magnetorquer_driven else ""
+
+
+def format_convergence_time(t_end: float) -> str:
+    """Return a phrase with the time within which most Monte Carlo runs converge [s]."""
+    if t_end == math.inf:
+        return f"fewer than {MONTE_CARLO_SHARE_TEXT} converge"
+    return f"{MONTE_CARLO_SHARE_TEXT} converge within {format_duration(t_end)}"
+
+
+def format_duration(seconds: float) -> str:
+    """Format a duration in hours, minutes and seconds, such as 1 h 40 min 5 s."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    parts = [(hours, "h"), (minutes, "min"), (rest, "s")]
+    return " ".join(f"{value} {unit}" for value, unit in parts if value) or "0 s"
+
+
+def format_two_digits(value: float) -> str:
+    """Format a positive number with two significant digits, without rounding its integer part."""
+    digits = 1 - math.floor(math.log10(float(f"{value:.1e}")))
+    return f"{value:.{max(digits, 0)}f}"
+
+
+def build_plan_table(plans: Plans) -> pd.DataFrame:
+    """Return a table of plans with objectives in the nominal run and in Monte Carlo runs.
+
+    The columns are those of `glance` and, for each objective, the value that 9 of 10 Monte Carlo
+    runs satisfy (see `Plans.promises`). If the scenario has Monte Carlo runs, the predicted values
+    and the values in the runs come first. For magnetorquers, 1-sigmas are those of `Plans.sigma`.
+    """
+    table, promises = compute_quick_metrics(plans), plans.compare_with_monte_carlo()
+    if plans.problem.scenario.is_magnetorquer_driven:  # the nominal run is not representative
+        table = table.assign(**compute_worst_axes(plans.problem.model.suite, plans.sigma))
+    if not plans.problem.scenario.monte_carlo:  # predicted values equal the nominal ones
+        return table.join(promises.filter(regex="^kept (?!/)"))
+    return promises.filter(regex="^(promised|kept) (?!/)").join(table)
+
+
+def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
+    """Return quick metrics of plans that need one run of the filter, one row per plan.
+
+    If the scenario has Monte Carlo runs, the names of the paper's objectives mark them as nominal.
+    A design whose covariance lost positivity has NaN in objectives and 1-sigmas.
+
+    Returns
+    -------
+    DataFrame
+        The paper's objectives; ``t_end [orbits]``; ``trace / limit [-]``, the ratio of the trace to
+        its lower bound, if a bound is proved; ``maneuver time [s]``, the sum of all durations;
+        ``slew back until [s]``, if there is a slew back, possibly after the scenario's duration;
+        ``start UTC``, if the start is free; one text per maneuver with rates about body x / y / z
+        [deg/s] and duration [s]; and the predicted 1-sigma at t_end of the worst body axis of each
+        3-vector of the error state.
+
+    Raises
+    ------
+    ValueError
+        If a design is invalid.
+    """
+    problem, designs, result = plans.problem, plans.X, plans.nominal
+    variances = np.diagonal(result.covariance, axis1=1, axis2=2)
+    sigma = np.sqrt(np.where(np.isnan(result.t_end)[:, None], np.nan, variances))
+    t_end_name, trace_name = (OBJECTIVES[name].label for name in PAPER_OBJECTIVES)
+    durations = get_durations(designs)
+    columns: dict[str, Any] = {
+        t_end_name: result.t_end,
+        "t_end [orbits]": result.t_end / problem.scenario.orbit.period,
+        trace_name: result.trace,
+    }
+    with suppress(NoLowerBoundError):
+        columns[BOUND_RATIO_COLUMN] = result.trace / problem.lower_bound.evaluate_trace(
+            result.t_end
+        )
+    columns["maneuver time [s]"] = durations.sum(axis=1)
+    if problem.scenario.maneuvers.slew_back:
+        columns["slew back until [s]"] = plans.end_times
+    texts = [format_maneuvers(x) for x in designs]
+    for m in range(durations.shape[1]):
+        name = f"maneuver {m + 1}: x / y / z [deg/s] for d [s]"
+        columns[name] = [text[m] for text in texts]
+    table = pd.DataFrame(columns | compute_worst_axes(problem.model.suite, sigma))
+    if not problem.scenario.monte_carlo:
+        return table
+    exactly = {
+        name: f"{name} flown exactly" for name in (t_end_name, trace_name, BOUND_RATIO_COLUMN)
+    }
+    return table.rename(columns=exactly)
+
+
+def compute_worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
+    """Return the largest of three 1-sigmas of each state block by column name.
+
+    Parameters
+    ----------
+    suite : Suite
+    sigma : array, shape (n, n_states)
+        1-sigmas in the filter's units.
+    """
+    blocks = list_block_units(suite)
+    worst = sigma.reshape(len(sigma), len(blocks), 3).max(axis=2)
+    return {
+        f"{block.label} 1-sigma [{block.unit}]": values * block.factor
+        for block, values in zip(blocks, worst.T, strict=True)
+    }
+
+
+def count_front_points(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
+    """Count the distinct nondominated points that converge within one orbital period, and later.
+
+    The paper's Table 3 lists these counts for runs of two orbits. In a longer run, the second count
+    includes all later orbits.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    F : array_like, shape (n, 2)
+        t_end [s] and trace.
+    """
+    table = np.asarray(F, dtype=float)
+    t_end = table[find_nondominated(table), 0]
+    first = int((t_end <= scenario.orbit.period).sum())
+    return {"points, first orbit": first, "points, second orbit": len(t_end) - first}
+
+
+def format_maneuvers(x: Floats) -> list[str]:
+    """Format each maneuver of a design as ``x / y / z for duration``, in deg/s and s."""
+    maneuvers = x[: len(x) - len(x) % VARIABLES_PER_MANEUVER]
+    return [
+        f"{' / '.join(f'{rate:+.3f}' for rate in rates)} for {duration:.1f}"
+        for *rates, duration in maneuvers.reshape(-1, VARIABLES_PER_MANEUVER)
+    ]

@@ -1,0 +1,347 @@
+"""Calibration of a scenario from telemetry."""
+
+from __future__ import annotations
+
+import dataclasses
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
+from mgeo_attitude.geometry.rotation import rotation_matrix
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.base import scale_noise
+from mgeo_attitude.settings.errors import InvalidValue
+
+from mgeo_calibration.calibration import model_tests as models
+from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.consistency_tests import (
+    MAX_OUTLIER_FRACTION,
+    SIGNIFICANCE,
+    count_prior_tests,
+    describe_overestimated_errors,
+    run_prior_tests,
+    run_sensor_tests,
+)
+from mgeo_calibration.calibration.diagnosis import (
+    EXPLANATORY_CHECKS,
+    CalibrationError,
+    list_data_faults,
+    run_checks,
+)
+from mgeo_calibration.calibration.hypotheses import build_hypotheses, select_correlated_channels
+from mgeo_calibration.estimation.batch import Batch, build_batch
+from mgeo_calibration.estimation.fit import Fit, FitError, fit, fit_from_trajectory
+from mgeo_calibration.estimation.kinematics import compute_rates_and_rotations, discretize_dynamics
+from mgeo_calibration.estimation.model_errors import estimate_angle_random_walk
+from mgeo_calibration.estimation.prior import Belief
+from mgeo_calibration.estimation.residuals import FilterEstimates, History, compute_filter_estimates
+from mgeo_calibration.estimation.smoother import Solution, compute_last_covariance
+from mgeo_calibration.estimation.step_noise import add_step_noise, list_states_without_step_noise
+from mgeo_calibration.estimation.trajectory import split_into_spans
+from mgeo_calibration.telemetry.gyro_samples import (
+    compute_median_step,
+    compute_rate_sigma,
+    find_gyro_spikes,
+    select_gyro_samples,
+)
+from mgeo_calibration.telemetry.mapping import TelemetryMapping
+from mgeo_calibration.telemetry.quantization import MIN_VARIANCE_RATIO, is_quantization_relevant
+from mgeo_calibration.telemetry.reading import read_telemetry
+from mgeo_calibration.telemetry.telemetry import Telemetry
+
+#: Probability of rejecting a valid reading.
+GATE_PROBABILITY = 1e-5
+#: Factor of the gyro noise for a second attempt of a fit that does not converge.
+_RETRY_NOISE_FACTOR = 10.0
+
+
+def calibrate(
+    scenario: Scenario,
+    telemetry: Telemetry | pd.DataFrame | Path | str,
+    mapping: TelemetryMapping | None = None,
+    *,
+    gate: float = GATE_PROBABILITY,
+) -> Calibration:
+    """Estimate attitude, gyro bias and sensor calibration parameters from telemetry.
+
+    No prior attitude is needed. The initial 1-sigmas of the parameters, noise, orbit and eclipses
+    come from the scenario; a scenario that continues a calibration provides its estimates as the
+    prior. An iterated smoother estimates all samples at once, and a chi-square test rejects
+    readings that contradict all other readings. Considered states keep their prior estimate and
+    uncertainty.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    telemetry : Telemetry, DataFrame or path
+        See `read_telemetry`.
+    mapping : TelemetryMapping, optional
+        Interpretation of the columns of a table or a file.
+    gate : float
+        Probability of rejecting a valid reading.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    ValueError, OSError, ImportError
+        From `read_telemetry`.
+    CannotCalibrate
+        (ValueError) If readings have another unit or belong to other sensors, if they do not
+        determine the attitude, or if the fit does not converge.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_calibration import calibrate, fly
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
+    >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
+    >>> calibrate(scenario, fly(scenario, design, seed=1)).supported
+    True
+    """
+    if not 0.0 < gate < 0.5:
+        raise ValueError(f"gate = {gate!r}: expected a probability in (0, 0.5)")
+    if mapping is not None and mapping.gyro.reference_axes == "unknown":
+        raise InvalidValue("gyro.holds", "unknown", "expected none, or that of calibrate_alone")
+    if not isinstance(telemetry, Telemetry):
+        telemetry = read_telemetry(telemetry, scenario, mapping)
+    data = None
+    try:
+        data = build_batch(scenario, telemetry)
+        data, belief = add_step_noise(data, Belief.from_scenario(scenario, data.pointing))
+        calibration = _build_calibration(scenario, telemetry, belief, fit(data, belief, gate))
+    except FitError as error:
+        assert data is not None
+        calibration = _calibrate_without_fit(scenario, telemetry, data, belief, error)
+    except ValueError as error:
+        raise CalibrationError(str(error), run_checks(scenario, telemetry, data)) from error
+    if calibration.is_consistent:
+        return calibration
+    checks = run_checks(scenario, telemetry, None)
+    certain = {name: result for name, result in checks.items() if name in EXPLANATORY_CHECKS}
+    return dataclasses.replace(calibration, causes=list_data_faults(certain))
+
+
+def _calibrate_without_fit(
+    scenario: Scenario, telemetry: Telemetry, data: Batch, prior: Belief, error: FitError
+) -> Calibration:
+    """Return an inconsistent calibration from all readings if no check finds a cause.
+
+    Raises
+    ------
+    CannotCalibrate
+        With the gyro noise of a consistent fit, or with the cause that a check found.
+    """
+    walk = _estimate_gyro_walk(scenario, telemetry) if telemetry.has_gyro else None
+    if walk is not None:
+        sample = walk / (60.0 * np.sqrt(np.median(data.durations)))
+        raise CalibrationError(
+            f"gyro is noisier than declared, about {walk:.2g} deg/sqrt(h): declare "
+            f"gyro.angle_random_walk_deg_per_sqrt_h, or gyro.sample_noise_deg_s = {sample:.2g} "
+            f"({error})"
+        )
+    checks = run_checks(scenario, telemetry, data)
+    if not list_data_faults(checks):
+        with suppress(ValueError):
+            return _build_calibration(scenario, telemetry, prior, fit(data, prior, 0.0))
+    raise CalibrationError(str(error), checks) from error
+
+
+def _estimate_gyro_walk(scenario: Scenario, telemetry: Telemetry) -> float | None:
+    """Return an angle random walk [deg/sqrt(h)] that makes telemetry consistent, or None."""
+    noisy = dataclasses.replace(scenario, gyro=scale_noise(scenario.gyro, _RETRY_NOISE_FACTOR))
+    try:
+        data, belief = add_step_noise(build_batch(noisy, telemetry), Belief.from_scenario(noisy))
+        result = fit(data, belief, GATE_PROBABILITY)
+    except ValueError:
+        return None
+    if not _build_calibration(noisy, telemetry, belief, result).is_consistent:
+        return None
+    return float(60.0 * np.degrees(estimate_angle_random_walk(result.solution)))
+
+
+def _build_calibration(
+    scenario: Scenario, telemetry: Telemetry, prior: Belief, fit_result: Fit
+) -> Calibration:
+    data, n = fit_result.batch, len(fit_result.batch.times)
+    last = fit_result.solution.estimate
+    past = compute_filter_estimates(fit_result.solution)
+    states, covariance = compute_final_estimate(prior, fit_result)
+    whole = _refit_all_readings(prior, fit_result)
+    all_past = past if whole is fit_result else compute_filter_estimates(whole.solution)
+    channels, left_out = select_correlated_channels(telemetry, data, all_past.innovations)
+    tested = build_hypotheses(whole.solution, channels, telemetry.has_gyro)
+    before = Belief.from_scenario(scenario, data.pointing)
+    n_tests: float = count_prior_tests(before) + left_out * (1 + len(past.innovations))
+    n_tests += sum(each.weight for each in tested.values())
+    # The tests of NIS and correlation are one-sided: together they count as one test.
+    n_tests += sum(len(each.samples) > 0 for each in past.innovations)
+    tests = run_sensor_tests(fit_result, past, n_tests)
+    scatter = models.compute_variance_ratio(run_sensor_tests(whole, all_past, n_tests))
+    model_tests, doubts = models.run_model_tests(whole.solution, tested, n_tests, scatter)
+    return Calibration(
+        scenario=scenario,
+        time=float(data.times[-1]),
+        quaternion=quaternions_from_matrices(last.attitude[-1:].swapaxes(1, 2))[0],
+        rate_deg_s=np.degrees(
+            compute_rates_and_rotations(data.select_samples(n - 2, n), last.states[-2:])[0][-1]
+        ),
+        states=states,
+        covariance=covariance,
+        tests=tests,
+        outliers=_list_outliers(fit_result),
+        prior_tests=run_prior_tests(
+            before,
+            last.attitude[0],
+            last.states[0, list_states_without_step_noise(data.suite)],
+            SIGNIFICANCE / n_tests,
+        ),
+        model_tests=model_tests,
+        notes=(
+            *_describe_readings(telemetry, data),
+            *(note for test in tests for note in test.describe_excess_noise()),
+            *describe_overestimated_errors(fit_result.solution, tests),
+            *doubts,
+        ),
+        history=_build_history(fit_result, past),
+    )
+
+
+def _refit_all_readings(prior: Belief, fit_result: Fit) -> Fit:
+    """Return a fit without outlier rejection if a sensor has too many outliers."""
+    counts = fit_result.solution.is_used.sum(axis=1) + fit_result.is_rejected.sum(axis=1)
+    if not (fit_result.is_rejected.sum(axis=1) > MAX_OUTLIER_FRACTION * counts).any():
+        return fit_result
+    whole = fit_from_trajectory(fit_result.batch, prior, fit_result.solution.estimate, 0.0)
+    return whole if whole.solution.is_converged() else fit_result
+
+
+def compute_final_estimate(prior: Belief, fit_result: Fit) -> tuple[Floats, Floats]:
+    """Return the states at the last sample, rotations as rotation vectors, and their covariance."""
+    solution, own = fit_result.solution, list_states_without_step_noise(fit_result.batch.suite)
+    states = solution.estimate.states[-1]
+    states, covariance = reset_considered_states(
+        prior, solution, states, compute_last_covariance(solution)
+    )
+    return states[own], covariance[np.ix_(own, own)]
+
+
+def reset_considered_states(
+    prior: Belief, solution: Solution, states: Floats, covariance: Floats
+) -> tuple[Floats, Floats]:
+    """Reset the considered states at the last sample to their prior.
+
+    The smoother weights all readings at once. Errors of the best estimate are independent of the
+    readings, so that estimating the considered states does not degrade the other states or their
+    correlations. A sequential filter would not have this property.
+
+    Parameters
+    ----------
+    belief : Belief
+        Prior at the first sample.
+    solution : Solution
+    states : array, shape (n_states,)
+        States at the last sample, with the considered states estimated.
+    covariance : array, shape (n_states, n_states)
+        Covariance of these states.
+
+    Returns
+    -------
+    states : array, shape (n_states,)
+    covariance : array, shape (n_states, n_states)
+    """
+    c = prior.suite.considered_indices
+    if not c.size:
+        return states, covariance
+    left, added = _propagate_prior(prior, solution)
+    states, covariance = states.copy(), covariance.copy()
+    states[c] = left[c] * prior.states[c]
+    sigma = left[c] * prior.sigma[c]
+    covariance[np.ix_(c, c)] = sigma[:, None] * prior.correlation[np.ix_(c, c)] * sigma
+    covariance[c, c] += added[c]
+    return states, covariance
+
+
+def _propagate_prior(prior: Belief, solution: Solution) -> tuple[Floats, Floats]:
+    """Propagate the prior to the last sample: decay factor and added variance of each state."""
+    parts, batch = solution.partition, solution.batch
+    left, added = np.ones_like(prior.sigma), np.zeros_like(prior.sigma)
+    left[parts.constant] = solution.constant_factors[-1]
+    driven = parts.stochastic[3:]
+    for low, high, _ in split_into_spans(len(batch.times)):
+        own = batch.select_samples(low, high)
+        durations, follows = (
+            own.durations,
+            own.select_channel_values(own.suite.gyro, slice(1, None)),
+        )
+        F, Q = discretize_dynamics(own.suite, np.zeros((len(durations), 3)), durations, follows)
+        decay, new = (np.einsum("nii->ni", matrix)[:, driven] for matrix in (F, Q))
+        later = np.cumprod(decay[::-1], axis=0)[::-1]  # from the start of each step to the end
+        after = np.vstack([later[1:], np.ones_like(later[:1])])
+        left[driven] *= later[0]
+        added[driven] = later[0] ** 2 * added[driven] + (after**2 * new).sum(axis=0)
+    return left, added
+
+
+def _list_outliers(fit_result: Fit) -> tuple[tuple[float, str, float], ...]:
+    listed = [
+        (float(fit_result.batch.times[k]), sensor.name, float(square[k]))
+        for sensor, no, square in zip(
+            fit_result.batch.suite.sensors,
+            fit_result.is_rejected,
+            fit_result.residuals.normalized_squares,
+            strict=True,
+        )
+        for k in np.flatnonzero(no)
+    ]
+    return tuple(sorted(listed))
+
+
+def _describe_readings(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
+    """Describe quantization that adds to the noise, and spikes of the gyro."""
+    at, _ = select_gyro_samples(telemetry)
+    sigma = compute_rate_sigma(data.suite, compute_median_step(at))
+    seen = {
+        "gyro": (
+            is_quantization_relevant(np.radians(telemetry.find_quantization_steps("gyro")), sigma),
+            "deg/s",
+        )
+    }
+    for sensor, noise in zip(data.suite.sensors, data.noise, strict=True):
+        believed = sensor.noise_sigmas()
+        more = noise[: len(believed)] ** 2 >= (1.0 + MIN_VARIANCE_RATIO) * np.square(believed)
+        seen[sensor.name] = more, sensor.telemetry_unit.text
+    notes = [
+        f"{name} counts in steps of {telemetry.find_quantization_steps(name).max():.3g} {unit}".rstrip()
+        + ", which are part of its noise"
+        for name, (some, unit) in seen.items()
+        if some.any()
+    ]
+    off = np.degrees(np.abs(find_gyro_spikes(data.suite, telemetry)).max(axis=1))
+    if off.any():
+        notes.append(
+            f"gyro: {np.count_nonzero(off)} of {len(at)} samples stand apart from both neighbors, "
+            f"by {off.max():.3g} deg/s at {at[off.argmax()]:.6f} s: taken half way between these, "
+            "with that as 1-sigma"
+        )
+    return tuple(notes)
+
+
+def _build_history(fit_result: Fit, filter_results: FilterEstimates) -> History:
+    attitude = fit_result.solution.estimate.attitude
+    at_time = fit_result.solution.trajectory.attitude @ np.moveaxis(
+        rotation_matrix(filter_results.errors.T), -1, 0
+    )
+    return History(
+        times=fit_result.batch.times,
+        smoothed_attitude=attitude.swapaxes(1, 2),
+        smoothed_sigma=fit_result.residuals.sigma,
+        filtered_attitude=at_time.swapaxes(1, 2),
+        filtered_sigma=np.sqrt(np.einsum("nii->ni", filter_results.covariances)),
+        innovations=filter_results.innovations,
+    )

@@ -1,0 +1,340 @@
+"""Consistency tests of an estimate with the readings and with the prior."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from mgeo_attitude._typing import Floats
+from scipy.special import chdtrc, gammaincinv, ndtri
+
+from mgeo_calibration.calibration.corrections import find_innovation_unit
+from mgeo_calibration.estimation.fit import Fit
+from mgeo_calibration.estimation.linearization import compute_innovations
+from mgeo_calibration.estimation.prior import Belief
+from mgeo_calibration.estimation.residuals import FilterEstimates, Innovations
+from mgeo_calibration.estimation.smoother import Solution
+from mgeo_calibration.estimation.trajectory import Trajectory
+
+#: Probability that at least one test of a healthy calibration fails.
+SIGNIFICANCE = 0.01
+#: Lags, in readings of a sensor, at which innovations are tested for correlation.
+N_LAGS = 5
+#: Largest fraction of a sensor's readings that may be outliers.
+MAX_OUTLIER_FRACTION = 0.05
+#: Ratio of the rms of a varying error to its declared 1-sigma below which the declared 1-sigma is
+#: reported as too large.
+_MIN_RMS_RATIO = 0.5
+#: Block name of the test of all states together.
+ALL_STATES = "all"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorTest:
+    """Tests of the innovations of a sensor.
+
+    Attributes
+    ----------
+    sensor : str
+        Name of the sensor.
+    readings : int
+        Number of readings, rejected readings included.
+    rejected : int
+        Number of outliers.
+    nis, nis_low, nis_high : float
+        Mean normalized innovation squared per component, and its acceptance interval about 1.
+    correlation, correlation_bound : float
+        Autocorrelation of largest magnitude within `LAGS` lags, and the bound of its magnitude.
+        Innovations of a correct model are white. They correlate positively if declared errors are
+        too small and negatively if declared errors are too large.
+    unit : str
+        Unit of the three rms values.
+    noise, before, after : float
+        Root mean square per component: declared noise, and residuals of the used readings without
+        and with the estimated calibration parameters of the sensor.
+    """
+
+    sensor: str
+    n_readings: int
+    n_outliers: int
+    nis: float
+    nis_low: float
+    nis_high: float
+    correlation: float
+    correlation_bound: float
+    unit: str
+    rms_noise: float
+    rms_before: float
+    rms_after: float
+
+    @property
+    def variance_ratio(self) -> float:
+        """Ratio of actual to predicted variance of the mean of neighboring innovations."""
+        correlated = self.correlation if self.correlation > self.correlation_bound else 0.0
+        return self.nis * (1.0 + 2.0 * N_LAGS * correlated)
+
+    @property
+    def has_negative_correlation(self) -> bool:
+        """True if varying errors are declared larger than the innovations show."""
+        return self.correlation < -self.correlation_bound
+
+    def describe_failures(self) -> list[str]:
+        """Describe the tests that fail."""
+        result = []
+        if not self.nis <= self.nis_high:
+            result.append(
+                f"{self.sensor} scatters more than its noise (NIS {self.nis:.3f}, expected "
+                f"{self.nis_low:.3f} to {self.nis_high:.3f})"
+            )
+        if not self.correlation <= self.correlation_bound and not self.variance_ratio <= 1.0:
+            result.append(
+                f"innovations of {self.sensor} are not white (correlation {self.correlation:.3f}, "
+                f"expected at most {self.correlation_bound:.3f})"
+            )
+        if self.n_outliers > MAX_OUTLIER_FRACTION * self.n_readings:
+            share = 100.0 * self.n_outliers / self.n_readings
+            result.append(f"{share:.2g} % of {self.sensor} are outliers")
+        return result
+
+    def describe_excess_noise(self) -> list[str]:
+        """Describe noise declared too large, which inflates the 1-sigmas of the estimates."""
+        if self.nis >= self.nis_low or self.has_negative_correlation:
+            return []
+        less = float(np.sqrt(self.nis))
+        angle = self.unit == "-"  # of a unit vector
+        unit, said = ("deg", np.degrees(self.rms_noise)) if angle else (self.unit, self.rms_noise)
+        return [
+            f"{self.sensor}: sigmas are too large by {1.0 / less:.3g}; measured {less * said:.3g} "
+            f"{unit}, the scenario says {said:.3g}"
+        ]
+
+
+def describe_overestimated_errors(
+    solution: Solution, tests: Iterable[SensorTest]
+) -> tuple[str, ...]:
+    """Describe varying errors that are declared larger than telemetry shows."""
+    cautious = [test for test in tests if test.has_negative_correlation]
+    if not cautious:
+        return ()
+    suite, states = solution.batch.suite, solution.estimate.states
+    result = []
+    for block, process in suite.processes.items():
+        first, unit = 3 * suite.blocks.index(block), suite.units[block]
+        declared, rms = (
+            _compute_rms(np.array(process.sigma)),
+            _compute_rms(states[:, first : first + 3]),
+        )
+        if rms < _MIN_RMS_RATIO * declared:
+            result.append(
+                f"{block} is declared with {unit.factor * declared:.3g} {unit.text}; telemetry "
+                f"shows at most {unit.factor * rms:.2g}"
+            )
+    names = ", ".join(f"{test.sensor} ({test.correlation:.3f})" for test in cautious)
+    causes = "; ".join(result) or "noise or steps of the gyro are declared larger than they are"
+    return (f"innovations of {names} correlate negatively, sigmas are too large: {causes}",)
+
+
+def compute_nis_bounds(n_values: int, n_tests: float) -> tuple[float, float]:
+    """Return the acceptance interval of the mean of squared standard normal numbers.
+
+    Parameters
+    ----------
+    count : int
+        Number of squared values.
+    tests : float
+        Number of tests that share the significance level.
+    """
+    tail = 0.5 * SIGNIFICANCE / n_tests
+    low, high = 2.0 * gammaincinv(0.5 * n_values, [tail, 1.0 - tail]) / n_values
+    return float(low), float(high)
+
+
+def compute_correlation_bound(n_values: int, n_tests: float) -> float:
+    """Return the bound of the largest of `LAGS` autocorrelations of white noise.
+
+    Parameters
+    ----------
+    count : int
+        Number of values.
+    tests : float
+        Number of tests that share the significance level.
+    """
+    return float(-ndtri(0.5 * SIGNIFICANCE / n_tests / N_LAGS) / np.sqrt(n_values))
+
+
+def compute_max_autocorrelation(innovations: Innovations) -> float:
+    """Return the autocorrelation of largest magnitude over all lags, averaged over components."""
+    w: Floats = innovations.whitened_values
+    variance = (w * w).mean() if len(w) else 1.0
+    result = [
+        float((w[lag:] * w[:-lag]).mean() / variance)
+        for lag in range(1, N_LAGS + 1)
+        if len(w) > lag
+    ]
+    return max(result, key=abs, default=0.0)
+
+
+def run_sensor_tests(
+    fit_result: Fit, filter_results: FilterEstimates, n_tests: float
+) -> tuple[SensorTest, ...]:
+    """Return the tests of all sensors with readings.
+
+    Parameters
+    ----------
+    found : Fit
+    past : Filtered
+        Innovations of the fit.
+    n_tests : float
+        Number of tests that share the significance level.
+    """
+    suite, tests = fit_result.batch.suite, []
+    at = fit_result.solution.estimate
+    aligned = Trajectory(at.attitude, np.zeros_like(at.states))
+    for index, (sensor, each) in enumerate(
+        zip(suite.sensors, filter_results.innovations, strict=True)
+    ):
+        if not len(each.samples):
+            continue
+        unit = find_innovation_unit(sensor)
+        count, rejected = each.whitened_values.size, int(fit_result.is_rejected[index].sum())
+        low, high = compute_nis_bounds(count, n_tests)
+        before = compute_innovations(fit_result.batch, index, aligned)
+        tests.append(
+            SensorTest(
+                sensor=sensor.name,
+                n_readings=len(each.samples) + rejected,
+                n_outliers=rejected,
+                nis=float((each.whitened_values**2).mean()),
+                nis_low=low,
+                nis_high=high,
+                correlation=compute_max_autocorrelation(each),
+                correlation_bound=compute_correlation_bound(count, n_tests),
+                unit=unit.text,
+                rms_noise=unit.factor
+                * _compute_rms(fit_result.batch.noise[index, : before.shape[1]]),
+                rms_before=unit.factor * _compute_rms(before[each.samples]),
+                rms_after=unit.factor
+                * _compute_rms(fit_result.residuals.values[index, each.samples, : before.shape[1]]),
+            )
+        )
+    return tuple(tests)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PriorTest:
+    """Test of an estimate x against the prior estimate x0 with covariance P0.
+
+    Attributes
+    ----------
+    block : str
+        Block of states, or `ALL`.
+    chi_square : float
+        (x - x0)ᵀ P0⁻¹ (x - x0) at the first sample. Without readings it is zero; the test therefore
+        fails less often than its significance level.
+    freedom : int
+        Degrees of freedom.
+    sigmas : float
+        Largest difference of a state in units of its prior 1-sigma.
+    p : float
+        Upper bound of the p-value.
+    p_least : float
+        Significance level.
+    """
+
+    block: str
+    chi_square: float
+    degrees_of_freedom: int
+    max_deviation_sigmas: float
+    p: float
+    significance_level: float
+
+    @property
+    def is_failed(self) -> bool:
+        """True if the estimate contradicts the prior."""
+        return self.p < self.significance_level
+
+    @property
+    def description(self) -> str:
+        """Description of the difference from the prior."""
+        off = format_chi_square(self.chi_square, self.degrees_of_freedom, self.p)
+        if self.block == ALL_STATES:
+            return f"the estimate contradicts the prior {off}"
+        return f"{self.block} is {self.max_deviation_sigmas:.3g} prior sigmas from its prior {off}"
+
+
+def format_chi_square(chi_square: float, degrees_of_freedom: int, p: float) -> str:
+    """Format a chi-square with its degrees of freedom and p-value."""
+    chance = f"p = {p:.1g}" if p > 1e-300 else "p < 1e-300"
+    return f"(chi-square {chi_square:.4g} of {degrees_of_freedom}, {chance})"
+
+
+def tabulate_tests(test_class: type[Any], tests: Sequence[Any], index: str) -> pd.DataFrame:
+    """Return a table with one row per test, indexed by one of the fields."""
+    columns = [field.name for field in fields(test_class)]
+    rows = [vars(test) for test in tests]
+    frame = pd.DataFrame(rows, columns=columns).set_index(index)
+    return frame.drop(columns="p_least", errors="ignore")
+
+
+def list_prior_contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, str]]:
+    """Return the chi-square and the description of each failed prior test.
+
+    The test of all states is included only if no block fails.
+    """
+    failed = [test for test in tests if test.is_failed]
+    blocks = [test for test in failed if test.block != ALL_STATES]
+    return [(test.chi_square, test.description) for test in blocks or failed]
+
+
+def count_prior_tests(prior: Belief) -> int:
+    """Return the number of prior tests: one per block with a prior, and one of all blocks."""
+    return len(_list_blocks(prior)) + 1
+
+
+def run_prior_tests(
+    prior: Belief, attitude: Floats, states: Floats, significance_level: float
+) -> tuple[PriorTest, ...]:
+    """Test the estimate at the first sample against the prior, for all states and for each block.
+
+    Parameters
+    ----------
+    attitude : array, shape (3, 3)
+        Estimated rotation matrix from body to GCRS.
+    states : array, shape (n_states,)
+        Estimated states.
+    p_least : float
+        Significance level of each test.
+    """
+    off = prior.compute_difference(attitude, states)
+    tests = []
+    for name, block in {ALL_STATES: slice(None), **_list_blocks(prior)}.items():
+        x = off[block] / prior.sigma[block]
+        square = float(x @ np.linalg.solve(prior.correlation[block, block], x))
+        freedom = (
+            len(x) if name != ALL_STATES else sum(len(off[b]) for b in _list_blocks(prior).values())
+        )
+        tests.append(
+            PriorTest(
+                block=name,
+                chi_square=square,
+                degrees_of_freedom=freedom,
+                max_deviation_sigmas=float(np.abs(x).max()),
+                p=float(chdtrc(freedom, square)),
+                significance_level=significance_level,
+            )
+        )
+    return tuple(tests)
+
+
+def _list_blocks(prior: Belief) -> dict[str, slice]:
+    named = {name: slice(3 * i, 3 * i + 3) for i, name in enumerate(prior.suite.blocks)}
+    if prior.attitude is None:
+        del named["attitude"]
+    return named
+
+
+def _compute_rms(values: Floats) -> float:
+    return float(np.sqrt((values * values).mean()))

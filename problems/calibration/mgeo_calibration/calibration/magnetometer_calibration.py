@@ -1,0 +1,162 @@
+"""Attitude-independent calibration of magnetometers from the field strength."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.vector_sensors import Magnetometer
+
+from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.consistency_tests import (
+    SIGNIFICANCE,
+    SensorTest,
+    compute_correlation_bound,
+    compute_max_autocorrelation,
+    compute_nis_bounds,
+    count_prior_tests,
+    run_prior_tests,
+)
+from mgeo_calibration.estimation.batch import Batch, build_batch
+from mgeo_calibration.estimation.field_strength import (
+    BLOCKS,
+    FieldStrengthFit,
+    compute_response_matrix,
+    fit_magnetometer,
+)
+from mgeo_calibration.estimation.prior import Belief
+from mgeo_calibration.estimation.residuals import Innovations
+from mgeo_calibration.telemetry.mapping import TelemetryMapping
+from mgeo_calibration.telemetry.reading import read_telemetry
+from mgeo_calibration.telemetry.telemetry import Telemetry
+
+#: Note on the limits of the method in each calibration.
+METHOD_NOTE = (
+    "magnetometers are calibrated by the field strength alone: misalignments and errors that vary "
+    "keep their prior, attitude and rate are those of [initial]"
+)
+
+
+def calibrate_magnetometers(
+    scenario: Scenario,
+    telemetry: Telemetry | pd.DataFrame | Path | str,
+    mapping: TelemetryMapping | None = None,
+) -> Calibration:
+    """Calibrate the magnetometers of a scenario from the field strength alone.
+
+    Bias, scale factor and non-orthogonality are estimated if the scenario contains them. All other
+    states, the attitude and the rate keep their prior, so that a scenario can continue from the
+    result as from any calibration.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    telemetry, mapping
+        As in `calibrate`. A mapping with ``holds = "unknown"`` under ``gyro`` needs no gyro.
+
+    Returns
+    -------
+    Calibration
+        Calibration without history.
+
+    Raises
+    ------
+    ValueError, OSError, ImportError
+        From `read_telemetry`; or if the scenario has no magnetometer, or the readings do not
+        determine the parameters.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_calibration import calibrate_alone, fly
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
+    >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
+    >>> found = calibrate_alone(scenario, fly(scenario, design, seed=1))
+    >>> found.uplink()["mag"]["unit"], found.supported
+    ('nT', True)
+    """
+    if not isinstance(telemetry, Telemetry):
+        telemetry = read_telemetry(telemetry, scenario, mapping)
+    data, belief, suite = (
+        build_batch(scenario, telemetry),
+        Belief.from_scenario(scenario),
+        scenario.suite,
+    )
+    magnetometers = [k for k, s in enumerate(suite.sensors) if isinstance(s, Magnetometer)]
+    if not magnetometers:
+        raise ValueError(
+            "sensors: expected at least one magnetometer to calibrate by the field strength"
+        )
+    states = belief.states.copy()
+    covariance = belief.sigma[:, None] * belief.correlation * belief.sigma
+    n_tests = count_prior_tests(belief) + 2 * len(magnetometers)
+    tests = []
+    for index in magnetometers:
+        sensor = suite.sensors[index]
+        try:
+            result = fit_magnetometer(data, index, belief)
+        except ValueError as error:
+            raise ValueError(f"{sensor.name}: {error}") from None
+        places = suite.get_first_indices(sensor)
+        numbers = [i for i, block in enumerate(BLOCKS) if block in places]
+        own = np.concatenate([places[BLOCKS[i]] + np.arange(3) for i in numbers])
+        here = np.concatenate([3 * i + np.arange(3) for i in numbers])
+        states[own] = result.parameters[here]
+        covariance[own], covariance[:, own] = 0.0, 0.0
+        covariance[np.ix_(own, own)] = result.covariance[np.ix_(here, here)]
+        tests.append(_test_residuals(data, index, result, n_tests))
+    time = float(data.times[-1])
+    last = Environment.from_times(
+        scenario, data.times[-1:], telemetry.interpolate_positions(data.times[-1:])
+    )
+    covariance[:3], covariance[:, :3] = 0.0, 0.0
+    covariance[:3, :3] = scenario.initial_attitude_covariance
+    nothing = belief.reset_varying_states()
+    return Calibration(
+        scenario=scenario,
+        time=time,
+        quaternion=quaternions_from_matrices(scenario.compute_initial_attitude(last)[None])[0],
+        rate_deg_s=np.degrees(scenario.compute_initial_rate(last)),
+        states=states,
+        covariance=covariance,
+        tests=tuple(tests),
+        outliers=(),
+        prior_tests=run_prior_tests(nothing, np.eye(3), states, SIGNIFICANCE / n_tests),
+        notes=(METHOD_NOTE, *(note for test in tests for note in test.notes())),
+    )
+
+
+def _test_residuals(data: Batch, index: int, fit: FieldStrengthFit, n_tests: int) -> SensorTest:
+    sensor, residuals = data.suite.sensors[index], fit.residuals
+    measured = data.readings[index][:, 0]
+    seen = np.isfinite(measured[:, 0])
+    strength = np.linalg.norm(data.vectors[seen, index], axis=1)
+    unbiased = (measured[seen] - fit.parameters[:3]) @ np.linalg.inv(
+        compute_response_matrix(fit.parameters)
+    )
+
+    def rms(values: Floats) -> float:
+        return sensor.telemetry_unit.factor * float(np.sqrt((values**2).mean()))
+
+    low, high = compute_nis_bounds(len(residuals), n_tests)
+    return SensorTest(
+        sensor=sensor.name,
+        n_readings=int(seen.sum()),
+        n_outliers=int(seen.sum()) - len(residuals),
+        nis=float((residuals**2).mean()),
+        nis_low=low,
+        nis_high=high,
+        correlation=compute_max_autocorrelation(
+            Innovations(np.arange(len(residuals)), residuals[:, None])
+        ),
+        correlation_bound=compute_correlation_bound(len(residuals), n_tests),
+        unit=sensor.telemetry_unit.text,
+        rms_noise=rms(data.noise[index]),
+        rms_before=rms(np.linalg.norm(measured[seen], axis=1) - strength),
+        rms_after=rms(np.linalg.norm(unbiased, axis=1) - strength),
+    )

@@ -1,0 +1,201 @@
+"""Search for permuted axes and other quaternion conventions.
+
+Short windows of samples are checked with Wahba's problem, for the readings as declared and for each
+possible mistake. Used to suggest a cause when a calibration fails.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import permutations, product
+
+import numpy as np
+from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.geometry.rotation import exponential_map
+from scipy.spatial.transform import Rotation
+
+from mgeo_calibration.estimation.batch import Batch
+from mgeo_calibration.estimation.initial_attitude import count_propagated_samples
+from mgeo_calibration.estimation.prior import Belief
+
+#: Number of windows, compared samples in each window, and desired rotation within a window [rad].
+_N_WINDOWS, _N_SAMPLES, _WINDOW_ROTATION = 24, 60, 0.5
+_MAX_WINDOW_LENGTH, _MIN_SAMPLES = 600, 5
+_MAX_BIAS_ROTATION = 0.5  # largest rotation of a window by the gyro bias, 1-sigma [rad]
+_MAX_STEP_ROTATION = 3.0  # largest rotation in a step [rad]
+#: Largest misfit after a correction relative to the original misfit, and largest misfit relative to
+#: the best correction. Among the corrections within both bounds, the simplest is reported.
+_MAX_MISFIT_RATIO, _MAX_RATIO_TO_BEST = 0.2, 1.5
+_MAX_RATIO_TO_EXPECTED = (
+    5.0  # largest misfit after a correction relative to the misfit expected from the prior
+)
+
+#: Quaternion conventions: description, positions of (x, y, z, scalar), and whether the rotation is
+#: the inverse.
+QUATERNION_CONVENTIONS = (
+    ("scalar first", (1, 2, 3, 0), False),
+    ("from the body to GCRF", (0, 1, 2, 3), True),
+    ("scalar first, from the body to GCRF", (1, 2, 3, 0), True),
+)
+
+#: Body and inertial unit vectors, shape (w, k, m, 3), and weights, shape (w, k, m). A star tracker
+#: observes the axes of GCRS.
+WindowVectors = tuple[Floats, Floats, Floats]
+
+
+def find_axis_mistakes(batch: Batch) -> Iterator[str]:
+    """Yield a description of the axis or quaternion mistake that explains the misfit, if any."""
+    bias = np.full(3, batch.suite.gyro.states()["bias"])
+    windows = _select_windows(batch, count_propagated_samples(batch, bias, _MAX_BIAS_ROTATION))
+    sensors = [i for i in range(len(batch.readings)) if _has_directions(batch.readings[i])]
+    if not len(windows) or not sensors:
+        return
+    picked = windows[:, _select_samples(windows)]
+    seen = [_normalize_vectors(batch, i, batch.readings[i][picked], picked) for i in sensors]
+    rates = (batch.gyro_rates * batch.durations[:, None])[windows[:, :-1]]
+    turned = _accumulate_rotations(rates)
+    now = _compute_misfit(seen, turned)
+    result: list[tuple[float, int, str]] = []
+    for k, i in enumerate(sensors):
+        for changes, words, rows in _correct_mistakes(batch.readings[i][picked]):
+            other = [*seen[:k], _normalize_vectors(batch, i, rows, picked), *seen[k + 1 :]]
+            words = f"{batch.suite.sensors[i].name}{words}"
+            result.append((_compute_misfit(other, turned), changes, words))
+    for P, changes, words in _permute_axes():
+        result.append(
+            (_compute_misfit(seen, _accumulate_rotations(rates @ P.T)), changes, f"gyro{words}")
+        )
+    least = min(misfit for misfit, _, _ in result)
+    lasts = batch.times[windows[:, -1]] - batch.times[windows[:, 0]]
+    astray = float(np.median(bias[0] * lasts) ** 2) / 6.0  # of two numbers, about their mean
+    well = _MAX_RATIO_TO_EXPECTED * float(
+        np.mean([_predict_misfit(batch, i) for i in sensors]) + astray
+    )
+    if least < min(_MAX_MISFIT_RATIO * now, well):
+        yield min(
+            (n, misfit, words) for misfit, n, words in result if misfit < _MAX_RATIO_TO_BEST * least
+        )[2]
+
+
+def _permute_axes() -> Iterator[tuple[Floats, int, str]]:
+    """Yield the 47 signed axis permutations with the number of changed axes and a description."""
+    for order in permutations(range(3)):
+        for signs in product((1.0, -1.0), repeat=3):
+            P = np.zeros((3, 3))
+            P[range(3), order] = signs
+            changes = int((np.diag(P) != 1.0).sum())
+            if changes:
+                axes = ", ".join(
+                    f"{'-' if sign < 0.0 else ''}{'xyz'[axis]}"
+                    for sign, axis in zip(signs, order, strict=True)
+                )
+                yield P, changes, f" agrees with all else if its axes are ({axes}), not (x, y, z)"
+
+
+def _select_windows(batch: Batch, max_length: int) -> Ints:
+    """Return the samples of each window, shape (w, k); no window spans a break of the gyro."""
+    n, rate = len(batch.times), np.linalg.norm(batch.gyro_rates * batch.durations[:, None], axis=1)
+    length = int(
+        np.clip(
+            _WINDOW_ROTATION / max(float(np.median(rate)), 1e-9), _N_SAMPLES, _MAX_WINDOW_LENGTH
+        )
+    )
+    length = max(_MIN_SAMPLES, min(length, n, max_length))
+    first = np.unique(np.linspace(0, n - length, _N_WINDOWS).astype(int))
+    result: Ints = first[:, None] + np.arange(length)
+    silent = np.append(batch.breaks, False)[result[:, :-1]].any(axis=1)
+    return result[~silent]
+
+
+def _correct_mistakes(rows: Floats) -> Iterator[tuple[int, str, Floats]]:
+    """Yield the number of changed axes, a description and the corrected rows for each mistake."""
+    if rows.shape[-2] == 1:
+        yield from ((changes, words, rows @ P.T) for P, changes, words in _permute_axes())
+        return
+    for words, order, inverse in QUATERNION_CONVENTIONS:
+        says = f": its quaternions agree with all else if they are read as {words}: expected "
+        says += "scalar last, from GCRF to the body"
+        yield 1, says, _convert_quaternions(rows, order, inverse)
+
+
+def _convert_quaternions(axes: Floats, order: tuple[int, ...], inverse: bool) -> Floats:
+    """Return star tracker axes, shape (w, k, 3, 3), with the quaternions in another convention."""
+    result = np.full_like(axes, np.nan)
+    there = np.isfinite(axes).all(axis=(-2, -1))
+    if there.any():
+        rotations = Rotation.from_quat(Rotation.from_matrix(axes[there]).as_quat()[:, order])
+        result[there] = (rotations.inv() if inverse else rotations).as_matrix()
+    return result
+
+
+def _has_directions(rows: Floats) -> bool:
+    return rows.shape[2] == 3 and bool(np.isfinite(rows[:, 0, 0]).sum() > 3 * _N_WINDOWS)
+
+
+def _normalize_vectors(batch: Batch, index: int, body: Floats, samples: Ints) -> WindowVectors:
+    known = batch.vectors[samples, index][:, :, None] if body.shape[2] == 1 else np.eye(3)
+    with np.errstate(over="ignore", invalid="ignore"):
+        body = np.nan_to_num(body / np.linalg.norm(body, axis=-1, keepdims=True))
+    known = np.broadcast_to(known / np.linalg.norm(known, axis=-1, keepdims=True), body.shape)
+    there = body.any(axis=-1)
+    count = there.sum(axis=(1, 2), keepdims=True)
+    return body, known, np.where(count < _MIN_SAMPLES, 0.0, there / np.maximum(count, 1))
+
+
+def _predict_misfit(batch: Batch, index: int) -> float:
+    """Return the expected mean squared error of a unit vector from the prior [rad²]."""
+    places = batch.suite.get_first_indices(batch.suite.sensors[index])
+    sigma = Belief.from_suite(batch.suite).sigma
+    bias, turned = (
+        float((sigma[k : k + 3] ** 2).mean()) if (k := places.get(state)) else 0.0
+        for state in ("bias", "misalignment")
+    )
+    tracker = batch.readings[index].shape[1] == 3  # The noise of a star tracker is an angle.
+    square = 1.0 if tracker else float(np.median((batch.vectors[:, index] ** 2).sum(axis=1)))
+    # Two of the three components are perpendicular to the vector.
+    return 2.0 * ((float((batch.noise[index] ** 2).mean()) + bias) / square + turned)
+
+
+def _select_samples(windows: Ints) -> Ints:
+    picks: Ints = np.unique(np.linspace(0, windows.shape[1] - 1, _N_SAMPLES).astype(int))
+    return picks
+
+
+def _accumulate_rotations(angles: Floats) -> Floats:
+    """Return the rotations from the body frame of the compared samples to that of the first sample.
+
+    Parameters
+    ----------
+    angles : array, shape (w, n - 1, 3)
+        Rotation vector of the body in each step [rad].
+
+    Returns
+    -------
+    array, shape (w, k, 3, 3)
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        angles = np.clip(angles, -_MAX_STEP_ROTATION, _MAX_STEP_ROTATION)
+    step = np.moveaxis(exponential_map(np.moveaxis(angles, -1, 0)), (0, 1), (-2, -1))
+    w, n = angles.shape[:2]
+    R = np.concatenate([np.broadcast_to(np.eye(3), (w, 1, 3, 3)), step], axis=1)
+    reach = 1
+    while reach <= n:  # products of 2, 4, 8... steps
+        R[:, reach:] = R[:, :-reach] @ R[:, reach:]
+        reach *= 2
+    result: Floats = R[:, _select_samples(R)]
+    return result
+
+
+def _compute_misfit(vectors: Sequence[WindowVectors], rotations: Floats) -> float:
+    """Return the mean squared residual of Wahba's problem over all windows [rad²]."""
+    profile, total = np.zeros((len(rotations), 3, 3)), np.zeros(len(rotations))
+    for body, known, weight in vectors:
+        there = np.einsum("wkij,wkmj->wkmi", rotations, body)
+        profile += np.einsum("wkm,wkmi,wkmj->wij", weight, known, there)
+        total += weight.sum(axis=(1, 2))
+    sizes = np.linalg.svd(profile, compute_uv=False)
+    sizes[:, 2] *= np.sign(np.linalg.det(profile))
+    some = total > 0.0
+    return (
+        float((2.0 * (1.0 - sizes[some].sum(axis=1) / total[some])).mean()) if some.any() else 0.0
+    )

@@ -1,0 +1,279 @@
+"""Monte Carlo simulation of a plan with the on-board filter."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from mgeo_attitude._typing import Bools, Floats, Ints
+from mgeo_attitude.environment.directions import Cone, DirectionMotion
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.path_constraints import compute_violation
+from mgeo_attitude.geometry.rotation import multiply
+from mgeo_attitude.maneuvers.actuation import MagnetorquerDrive
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers.schedule import build_hold_design
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.validity import OutsideValidity, find_validity_violations
+from mgeo_attitude.trajectory.trajectory import Trajectory
+from numpy.typing import ArrayLike
+
+from mgeo_calibration.estimation.innovation import Estimate
+from mgeo_calibration.simulation.filter import ErrorStateFilter, FilterSettings
+from mgeo_calibration.simulation.monte_carlo import MonteCarloResult, RunStatistics
+from mgeo_calibration.simulators.kinematic import build_true_environment, build_true_model
+from mgeo_calibration.simulators.simulated_run import (
+    SimulatedRun,
+    compute_true_motion,
+    draw_errors,
+    simulate_run,
+)
+
+#: Number of runs per batch. Threads would not help: each step consists of some hundred short NumPy
+#: operations that hold the interpreter lock.
+RUNS_PER_BATCH = 200
+
+#: Approximate number of recorded samples.
+N_RECORDED_SAMPLES = 600
+
+
+def simulate(
+    scenario: Scenario,
+    design: ArrayLike,
+    n_runs: int = 200,
+    seed: int | np.random.Generator | None = None,
+    *,
+    filter_settings: FilterSettings | None = None,
+    truth: Scenario | None = None,
+    environment: Environment | None = None,
+    end_time: float | None = None,
+) -> MonteCarloResult:
+    """Simulate a plan in Monte Carlo runs with the on-board filter.
+
+    The truth is nonlinear: exact rotations at the rates of the plan, misalignments as rotations, a
+    Markov process as gyro bias, measurement noise, eclipses and fields of view. The filter starts
+    from the scenario's attitude and zero errors, and the true initial errors are drawn from the
+    scenario. The estimator is an error-state filter. After `t_end`, the last rate is held; if the
+    scenario requires a slew back, the slew back follows and then the rate of the attitude law.
+
+    The rates of magnetorquers depend on the attitude, so that each run has its own motion, as in
+    `flight.fly`. The filter then propagates its covariance with the rates of the plan.
+
+    Each run has its own random stream and does not depend on `n_runs`.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Model of the filter. The truth is drawn from the scenario unless `truth` is given.
+    design : array_like, shape (4 m,)
+        Rates [deg/s] and duration [s] of each maneuver, as in `AttitudeManeuverProblem`; ``[]`` for
+        none.
+    n_runs : int
+    seed : int or Generator, optional
+        Seed of the random streams. None draws fresh entropy.
+    estimator : Estimator, optional
+    truth : Scenario, optional
+        True scenario, if it differs from `scenario` in epoch, orbit, eclipse, gyro, sensors or
+        initial uncertainty. All other keys must be equal. The filter uses every reading; with an
+        orbit error, only readings at samples at which its own orbit predicts a measurement.
+    environment : Environment, optional
+        Precomputed environment of the scenario.
+    until : float, optional
+        Time of the last estimate [s], at least `t_end`; default: duration of the scenario. Earlier
+        results do not depend on it.
+
+    Returns
+    -------
+    MonteCarlo
+
+    Warns
+    -----
+    OutsideValidity
+        If the initial errors exceed the range in which the linear covariance is valid; see
+        `validity`.
+
+    Raises
+    ------
+    ValueError
+        If there are no runs, `design` has more than one dimension or is invalid, `truth` is
+        incompatible, or the environment belongs to another scenario.
+    NotImplementedError
+        If a sensor does not define `measured`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_calibration import simulate
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 400.0})
+    >>> design = [0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]
+    >>> result = simulate(scenario, design, n_runs=4, seed=1)
+    >>> result.errors.shape
+    (4, 401, 18)
+    """
+    if n_runs < 1:
+        raise ValueError(f"n_runs = {n_runs!r}: expected at least 1")
+    plan = np.asarray(design, dtype=float)
+    if plan.ndim != 1:
+        raise ValueError(f"design of shape {plan.shape}: expected one plan, shape (4 m,)")
+    for reason in find_validity_violations(scenario):
+        warnings.warn(reason, OutsideValidity, stacklevel=2)
+    environment = environment or Environment.from_scenario(scenario)
+    model = FilterModel.from_scenario(scenario, environment)
+    real = model if truth is None else build_true_model(truth, scenario, environment)
+    around = build_true_environment(truth or scenario, scenario, environment)
+    plan = plan if plan.size else build_hold_design(model.initial_rate)
+    t_end = float(evaluate(model, plan).t_end[0])
+    whole = Trajectory(scenario, model, plan, t_end).commanded_design
+    (variances,) = evaluate(model.full_duration_model, whole, history=True).variances
+    planned = Motion.from_design(model, whole, model.n_steps)
+    samples, n_watched = _select_samples(model, t_end), round(t_end / model.step) + 1
+    if end_time is not None:
+        samples = samples[model.times[samples] <= max(end_time, t_end)]
+
+    def flight(generator: np.random.Generator) -> SimulatedRun:
+        draws, motion = draw_errors(real, model.n_steps, generator), planned
+        if isinstance(model.slew_limits, MagnetorquerDrive):
+            motion = compute_true_motion(model, plan, model.n_steps, draws.initial_errors)
+        return simulate_run(real, motion, draws, around)
+
+    generators = np.random.default_rng(seed).spawn(n_runs)
+    if n_runs == 1:
+        generators *= 2  # NumPy would sum a single run in another order than many runs.
+    n_parts = -(-n_runs // RUNS_PER_BATCH)
+    ends = [len(generators) * part // n_parts for part in range(n_parts + 1)]
+    result = []
+    for first, last in pairwise(ends):
+        flights = [flight(generator) for generator in generators[first:last]]
+        estimated = evaluate_filter(
+            model,
+            flights,
+            filter_settings or FilterSettings(),
+            samples,
+            real,
+            n_watched,
+            planned.rates,
+        )
+        result.append(vars(estimated))
+    return MonteCarloResult(
+        blocks=model.suite.blocks,
+        sensors=tuple(sensor.name for sensor in model.suite.sensors),
+        n_components=tuple(len(sensor.noise_sigmas()) for sensor in model.suite.sensors),
+        design=plan,
+        t_end=t_end,
+        times=model.times[samples],
+        predicted_sigma=np.sqrt(variances[samples]),
+        path_constraints=tuple(limit.label for limit in scenario.path_constraints),
+        **{key: np.concatenate([part[key] for part in result])[:n_runs] for key in result[0]},
+    )
+
+
+def _select_samples(model: FilterModel, t_end: float) -> Ints:
+    """Return the recorded steps: first, last, `t_end`, and about N_RECORDS equidistant steps."""
+    stride = -(-model.n_steps // N_RECORDED_SAMPLES)
+    steps = [*range(0, model.n_steps, stride), round(t_end / model.step), model.n_steps]
+    return np.unique(np.array(steps, dtype=np.int64))
+
+
+def evaluate_filter(
+    model: FilterModel,
+    runs: Sequence[SimulatedRun],
+    filter_settings: FilterSettings,
+    samples: Ints,
+    true_model: FilterModel | None = None,
+    n_constraint_samples: int = 0,
+    planned_rates: Floats | None = None,
+) -> RunStatistics:
+    """Run the filter on simulated flights of one plan and compare the estimates with the truth.
+
+    Parameters
+    ----------
+    model : FilterModel
+        Model of the filter.
+    flights : sequence of Flight
+    estimator : Estimator
+    samples : array of int
+        Samples to record, in increasing order. The filter stops at the last.
+    real : FilterModel, optional
+        True model, with the path constraints to check at the first `n_watched` samples.
+    n_watched : int
+    planned_rates : array, shape (n, 3), optional
+        Rates for the covariance propagation [rad/s]. Default: rates of the first flight.
+    """
+    n_runs, m, suite, motion = len(runs), len(samples), model.suite, runs[0].motion
+    rates = motion.rates if planned_rates is None else planned_rates
+    watched = true_model or model
+    start, states, gyro = (
+        np.stack([getattr(flight, name) for flight in runs], axis=-1)
+        for name in ("start", "errors", "gyro")
+    )
+    result = RunStatistics(
+        errors=np.empty((n_runs, m, suite.n_states)),
+        sigma=np.empty((n_runs, m, suite.n_states)),
+        nees=np.empty((n_runs, m)),
+        nis=np.zeros((n_runs, m, len(suite.sensors))),
+        n_innovations=np.zeros((n_runs, m, len(suite.sensors)), dtype=np.int64),
+        violated_fractions=np.zeros((n_runs, 2, len(watched.path_constraints))),
+    )
+    readings = [flight.readings for flight in runs]
+    if suite.environment_errors.has_orbit_error:  # An orbit error changes the eclipses.
+        readings = [each.mask(model.available) for each in readings]
+    estimates = ErrorStateFilter(suite, filter_settings).run(
+        Estimate.from_model(model, n_runs),
+        readings,
+        rates,
+        model.references,
+        model.sensitivity_factors,
+    )
+    cones = [limit.build_cone() for limit in watched.path_constraints]
+    passages = [
+        watched.compute_direction_motion(cone.direction, slice(n_constraint_samples))
+        for cone in cones
+    ]
+    turns = np.vstack([np.zeros(3), model.step * rates])
+    d, row = 3 + gyro.shape[1], 0
+    flown = motion.attitude[..., None]
+    if any(flight.motion is not motion for flight in runs):  # magnetorquers
+        flown = np.stack([flight.motion.attitude for flight in runs], axis=-1)
+    for k, (before, after, nis) in enumerate(estimates):
+        attitude = multiply(flown[k], start)
+        if k < n_constraint_samples:
+            off = multiply(attitude, before.rotations[:, :, 0])
+            steered = multiply(off, flown[k])
+            for index, (cone, passage) in enumerate(zip(cones, passages, strict=True)):
+                now = passage.select_steps(slice(k, k + 1))
+                # A controller keeps the estimate on the plan; the truth is off by the error.
+                ways = [_is_violated(cone, turns[k], now, each) for each in (steered, attitude)]
+                result.violated_fractions[:, :, index] += np.stack(ways, axis=1)
+        seen = ~np.isnan(nis.T)
+        result.nis[:, row] += np.where(seen, nis.T, 0.0)
+        result.n_innovations[:, row] += seen
+        if k == samples[row]:
+            states[3:d] = gyro[k]
+            e, P = after.compute_errors(attitude, states).T, after.covariance
+            result.errors[:, row], result.sigma[:, row] = e, np.sqrt(np.einsum("iir->ri", P))
+            solved = np.linalg.solve(P.transpose(2, 0, 1), e[..., None])[..., 0]
+            result.nees[:, row] = (e * solved).sum(axis=1)
+            row += 1
+            if row == m:
+                break
+    result.violated_fractions[:] /= max(n_constraint_samples, 1)
+    return result
+
+
+def _is_violated(cone: Cone, rotation: Floats, passage: DirectionMotion, attitude: Floats) -> Bools:
+    """Return whether a path constraint is violated in a step, shape (r,).
+
+    Parameters
+    ----------
+    attitude : array, shape (3, 3, r)
+        Attitudes at the end of the step.
+    """
+    attitudes = np.moveaxis(attitude, -1, 0)
+    seen = passage.select_steps(np.zeros(len(attitudes), dtype=np.int64)).rotate_to_body(attitudes)
+    turns, known = np.broadcast_to(rotation, seen.end.shape), np.zeros((len(attitudes), 3, 3))
+    bound = cone.half_angle if cone.keep_in else -cone.half_angle
+    return compute_violation(cone, 0.0, turns, seen, known) > bound

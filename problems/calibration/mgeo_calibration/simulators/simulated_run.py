@@ -1,0 +1,331 @@
+"""Random errors, true motion and readings of a simulated run."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.filter.history import can_measure
+from mgeo_attitude.filter.kernel import compute_transition
+from mgeo_attitude.filter.model import FilterModel, compute_availability, find_sample_instants
+from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.error_models import apply_bias_sensitivities
+from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.sensors.measurements import (
+    Measurements,
+    apply_latency,
+    pad_to_three,
+    stack_measurement,
+)
+from mgeo_attitude.sensors.suite import Suite
+from scipy.linalg import block_diag
+from scipy.signal import lfilter
+
+
+@dataclass(frozen=True)
+class RandomErrors:
+    """Random numbers of a run of n steps.
+
+    Attributes
+    ----------
+    errors : array, shape (n_states,)
+        True attitude error θ, and true gyro and sensor states at the start. Rotations are vectors
+        of `rotation.rotate`. The true attitude is R(-θ) times the attitude of the model.
+    gyro_noise : array, shape (n, n_dynamic)
+        Increments of the attitude error, the gyro states and the sensor processes in each step, for
+        a body at rest.
+    noise : array, shape (n + 1, n_sensors, 3)
+        Measurement noise of every sensor at every sample, padded to three components.
+    """
+
+    initial_errors: Floats
+    process_noise: Floats
+    measurement_noise: Floats
+
+
+def draw_errors(model: FilterModel, n_steps: int, generator: np.random.Generator) -> RandomErrors:
+    """Draw the random numbers of a run from a model."""
+    suite = model.suite
+    (_, Q), k = discretize_at_rest(model), suite.n_kinematic
+    # The covariance of a constant bias is singular and has no Cholesky factor.
+    variances, axes = np.linalg.eigh(Q[:k, :k])
+    root = block_diag(axes * np.sqrt(np.maximum(variances, 0.0)), np.sqrt(Q[k:, k:]))
+    sigma = pad_to_three(sensor.noise_sigmas() for sensor in suite.sensors)
+    chance = np.linalg.cholesky(model.initial_correlation) @ generator.standard_normal(
+        suite.n_states
+    )
+    return RandomErrors(
+        add_errors(suite, model.initial_states, model.initial_sigma * chance),
+        np.einsum("kj,ij->ki", generator.standard_normal((n_steps, suite.n_dynamic)), root),
+        sigma * generator.standard_normal((n_steps + 1, *sigma.shape)),
+    )
+
+
+def add_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
+    """Return true states from estimates and their errors, shape (n_states,)."""
+    true = states + errors
+    for first in suite.rotation_indices[1:]:
+        block = slice(first, first + 3)
+        if states[block].any():
+            true[block] = rotation_vector(
+                rotation_matrix(states[block]) @ rotation_matrix(errors[block])
+            )
+    return true
+
+
+def discretize_at_rest(model: FilterModel) -> tuple[Floats, Floats]:
+    """Return the exact transition and process noise matrices of one step without rotation.
+
+    Returns
+    -------
+    F, Q : arrays, shape (n_dynamic, n_dynamic)
+        Discretization of the Markov process of equation (2) and its integral over the step.
+    """
+    return compute_transition(model.suite, (0.0, 0.0, 0.0), model.step)
+
+
+@dataclass(frozen=True)
+class SimulatedRun:
+    """True motion, errors and readings of a run of n steps.
+
+    Attributes
+    ----------
+    motion : Motion
+        Motion of the plan, executed exactly.
+    start : array, shape (3, 3)
+        Rotation of the true attitude from the planned attitude, in GCRS axes. The true attitude is
+        ``motion.attitude @ start``.
+    errors : array, shape (n_states,)
+        True gyro and sensor states at the start; the attitude block is zero.
+    gyro : array, shape (n + 1, n_dynamic - 3)
+        True gyro states and varying sensor states at every sample.
+    readings : Readings
+    """
+
+    motion: Motion
+    initial_rotation: Floats
+    initial_states: Floats
+    varying_states: Floats
+    readings: Measurements
+
+
+def compute_coning_correction(start_rates: Floats, end_rates: Floats, step: float) -> Floats:
+    """Return the mean rate minus the rotation vector per unit time of steps, shape (n, 3) [rad/s].
+
+    Third-order expansion for linearly varying rates (J. E. Bortz, A New Mathematical Formulation
+    for Strapdown Inertial Navigation, IEEE Transactions on Aerospace and Electronic Systems AES-7
+    (1971) 61-66).
+
+    Parameters
+    ----------
+    begin, end : arrays, shape (n, 3)
+        Rates at the start and at the end of each step [rad/s].
+    step : float
+        Duration of a step [s].
+    """
+    difference: Floats = -step / 12.0 * np.cross(start_rates, end_rates)
+    return difference
+
+
+def compute_design_coning(
+    nominal_model: FilterModel, design: Floats, n_steps: int, initial_rotation: Floats
+) -> Floats:
+    """Return the `coning` of the first n steps of a design, shape (n, 3) [rad/s].
+
+    Parameters
+    ----------
+    planned : FilterModel
+    design : array, shape (4 m,)
+    n_steps : int
+    start : array, shape (3, 3)
+        See `Flight.start`.
+    """
+    body = nominal_model.rotate_initial_attitude(initial_rotation.T)
+    if body.slew_limits is None:  # The rate is constant within each step.
+        return np.zeros((n_steps, 3))
+    plan = body.build_schedule(design[None], n_steps)
+    stretch = np.searchsorted(plan.starts[0], np.arange(n_steps), side="right") - 1
+    end = plan.end_rates[0][stretch]
+    return compute_coning_correction(np.vstack([body.initial_rate, end[:-1]]), end, body.step)
+
+
+def compute_true_motion(
+    nominal_model: FilterModel, design: Floats, n_steps: int, errors: Floats
+) -> Motion:
+    """Return the motion of a design for an initial attitude with a drawn error.
+
+    The motion is given relative to the planned attitude. Its rates are the planned rates, except
+    for magnetorquers, whose torque depends on the field in the body frame.
+
+    Parameters
+    ----------
+    errors : array, shape (n_states,)
+        See `Draws.errors`.
+    """
+    start = _build_initial_rotation(nominal_model.initial_attitude, errors)
+    return Motion.from_design(nominal_model.rotate_initial_attitude(start.T), design, n_steps)
+
+
+def _build_initial_rotation(nominal_attitude: Floats, errors: Floats) -> Floats:
+    """Return `Flight.start` for a planned initial attitude and drawn errors."""
+    return rotation_matrix(-errors[:3] @ nominal_attitude)
+
+
+def simulate_gyro(
+    model: FilterModel, rates: Floats, random_errors: RandomErrors
+) -> tuple[Floats, Floats]:
+    """Simulate the gyro of a body with given rates.
+
+    Returns
+    -------
+    gyro : array, shape (n + 1, n_dynamic - 3)
+        See `Flight.gyro`.
+    reported : array, shape (n, 3)
+        Reported rates [rad/s].
+    """
+    suite, (F, _) = model.suite, discretize_at_rest(model)
+    gyro = np.vstack([random_errors.initial_errors[3 : len(F)], random_errors.process_noise[:, 3:]])
+    for state, decay in zip(gyro.T, np.diag(F)[3:], strict=True):
+        state[:] = lfilter([1.0], [1.0, -decay], state)  # Gauss-Markov process
+    x = {
+        name: gyro[:-1, first - 3 : first]
+        for name, first in suite.get_first_indices(suite.gyro).items()
+    }
+    # The gyro reports the mean rate error over the step.
+    x["bias"] = -(np.diag(F[:3, 3:6]) * x["bias"] + random_errors.process_noise[:, :3]) / model.step
+    follows = model.sensitivity_factors[1 : len(rates) + 1]
+    apply_bias_sensitivities(
+        suite.gyro.bias_sensitivities, x, select_sensitivity_channels(follows, suite, suite.gyro)
+    )
+    return gyro, suite.gyro.predict_measurement(SimpleNamespace(**x), rates)
+
+
+def simulate_run(
+    model: FilterModel,
+    motion: Motion,
+    random_errors: RandomErrors,
+    environment: Environment | None = None,
+) -> SimulatedRun:
+    """Simulate a plan with drawn errors.
+
+    Parameters
+    ----------
+    model : FilterModel
+        True model.
+    motion : Motion
+    draws : Draws
+    environment : Environment, optional
+        Environment of the model. If given, eclipses follow the true orbit, otherwise the estimated
+        orbit.
+    """
+    suite = model.suite
+    start, errors = (
+        _build_initial_rotation(motion.attitude[0], random_errors.initial_errors),
+        random_errors.initial_errors.copy(),
+    )
+    errors[:3] = 0.0
+    gyro, reported = simulate_gyro(model, motion.rates, random_errors)
+    attitude = motion.attitude @ start
+    seen = model if environment is None else apply_true_eclipses(model, environment, gyro)
+    readings = Measurements(
+        np.full(len(motion.rates), model.step),
+        reported,
+        tuple(
+            _simulate_readings(
+                seen,
+                index,
+                attitude,
+                motion.rates,
+                errors,
+                gyro,
+                random_errors.measurement_noise[:, index],
+            )
+            for index in range(len(suite.sensors))
+        ),
+    )
+    return SimulatedRun(motion, start, errors, gyro, readings)
+
+
+def select_sensitivity_channels(
+    channel_deviations: Floats, suite: Suite, owner: Gyro | Sensor
+) -> list[Floats]:
+    """Return the channels of an owner's bias sensitivities, each of shape (n, 1).
+
+    Parameters
+    ----------
+    influences : array, shape (n, m)
+        Channels of all owners.
+    """
+    own = suite.find_sensitivity_columns(owner)
+    return [channel_deviations[:, [k]] for k in range(own.start, own.stop)]
+
+
+def _simulate_readings(
+    model: FilterModel,
+    index: int,
+    attitude: Floats,
+    rates: Floats,
+    errors: Floats,
+    varying_states: Floats,
+    noise: Floats,
+) -> Floats:
+    """Return the readings of a sensor at every sample; NaN at the start and without measurement."""
+    sensor = model.suite.sensors[index]
+    x = {
+        name: varying_states[:, first - 3 : first]
+        if first < model.suite.n_dynamic
+        else errors[first : first + 3]
+        for name, first in model.suite.get_first_indices(sensor).items()
+    }
+
+    def to_body(vector: Floats) -> Floats:
+        turned: Floats = np.einsum(
+            "kij,kj->ki", attitude, np.broadcast_to(vector, (len(attitude), 3))
+        )
+        return turned
+
+    apply_bias_sensitivities(
+        sensor.bias_sensitivities,
+        x,
+        select_sensitivity_channels(model.sensitivity_factors, model.suite, sensor),
+    )
+    looks = model.references[:, model.suite.list_vector_indices(index)].swapaxes(0, 1)
+    rate = np.vstack([rates[:1], rates])  # rate of the step that ends at each sample
+    report = sensor.predict_measurement(*apply_latency(sensor, x, list(looks), to_body, rate))
+    seen = can_measure(model, index, attitude, rates)
+    seen[0] = False  # The prior describes the start.
+    reported = stack_measurement(sensor.add_noise(report, noise[:, : len(sensor.noise_sigmas())]))
+    return np.where(seen[:, None, None], reported, np.nan)
+
+
+def apply_true_eclipses(
+    model: FilterModel, environment: Environment, varying_states: Floats
+) -> FilterModel:
+    """Return a model whose sensors see the Sun according to the true orbit.
+
+    Parameters
+    ----------
+    environment : Environment
+        Environment of the estimated orbit.
+    varying : array, shape (n + 1, n_dynamic - 3)
+        See `Flight.gyro`.
+    """
+    suite = model.suite
+    if not suite.environment_errors.has_orbit_error or not environment.has_eclipses:
+        return model
+    first = 3 * suite.blocks.index("world.orbit_error") - 3
+    there = compute_availability(
+        suite,
+        suite.environment_errors.displace_position(
+            environment, varying_states[:, first : first + 3]
+        ),
+    )
+    for column, sensor in zip(there.T, suite.sensors, strict=True):
+        column &= find_sample_instants(sensor, model.step, len(there))
+    return dataclasses.replace(model, available=there)
