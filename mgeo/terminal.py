@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _PIPE_WIDTH = 400  # Columns of tables in pipes and files, unless COLUMNS is set.
-_stdout_stack: list[TextIO] = []  # The real stdout while `stdout_for_documents` is active.
+_stdout_stack: list[TextIO] = []  # The real stdout while `reserve_stdout` is active.
 
 
 @dataclass(frozen=True)

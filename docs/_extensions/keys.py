@@ -100,7 +100,7 @@ def _default(value: Schema) -> str:
 
 
 def _words(name: str) -> str:
-    """`ManeuverLimits` as maneuver limits, `TLEOrbit` as TLE orbit."""
+    """`ManeuverBounds` as maneuver limits, `TLEOrbit` as TLE orbit."""
     parts = re.findall(r"[A-Z]+(?=[A-Z][a-z])|[A-Z][a-z]+|[A-Z]+|\d+", name)
     return " ".join(part if part.isupper() else part.lower() for part in parts)
 

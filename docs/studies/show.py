@@ -108,7 +108,7 @@ def ranked(columns: Mapping[str, pd.DataFrame]) -> Markdown:
 
     Parameters
     ----------
-    columns : by title, rows of `ranks_over_problems` of one size and budget.
+    columns : by title, rows of `compute_average_ranks` of one size and budget.
     """
     texts = {}
     for title, rows in columns.items():

@@ -52,9 +52,9 @@ class ExtremalOptimization(Algorithm, ABC):
     probability proportional to k^-tau, where k is the rank of the candidate. The walker moves even
     if the candidate is worse than its current point.
 
-    A subclass implements `representation`, `candidates`, `accept` and `restart_idle`, and extends
-    `new_state` and `forget` if it has additional state. It can call `restart_walkers` and
-    `archived`. It must store each constructor parameter as an attribute of the same name, and all
+    A subclass implements `build_encoding`, `generate_candidates`, `accept` and `restart_idle_walkers`, and extends
+    `create_state` and `reset_walkers` if it has additional state. It can call `restart_walkers` and
+    `get_archived_points`. It must store each constructor parameter as an attribute of the same name, and all
     data that persist between generations in a `mgeo.algorithms.run_state.RunState`.
     `docs/your-algorithm.md` has an example.
 
@@ -248,9 +248,9 @@ class ExtremalOptimization(Algorithm, ABC):
 
         Parameters
         ----------
-        progress : array of bool, shape (n_walkers,)
+        has_progress : array of bool, shape (n_walkers,)
             Return value of `accept`.
-        entered : array of bool, shape (n_walkers,)
+        has_archived_candidate : array of bool, shape (n_walkers,)
             True for each walker with a candidate that entered the archive.
         """
 
@@ -342,7 +342,7 @@ class ExtremalOptimization(Algorithm, ABC):
         ----------
         rows : array of int, shape (n,)
             Indices of the walkers.
-        starts : array, shape (n, n_var), optional
+        new_points : array, shape (n, n_var), optional
             New points; random points by default.
         """
         streams = [self.streams[walker] for walker in rows]

@@ -60,7 +60,7 @@ class MGEODirected(DirectedMoves):
         recombination, in [0, 1]. Of this pair and others, the first is for walkers between the
         extremes, the second for those at them.
     momentum : shares of the candidates with momentum, of those without recombination, in [0, 1]
-        (`momentum_steps`); at the extremes only where the point that they are drawn to is within
+        (`draw_momentum_steps`); at the extremes only where the point that they are drawn to is within
         a step.
     max_candidates : largest number of candidates a walker; of more variables they are drawn.
     bounds : treatment of a step that leaves them: "clip" to the bound, "reflect" from it, or

@@ -55,7 +55,7 @@ class BitEncoding:
         Number of bits of each variable; 0 for an integer with a single level.
     gray : bool
         True if m is encoded as a reflected Gray code, where neighboring numbers differ in one bit.
-    places : array of int, shape (n_var, max(bits))
+    positions : array of int, shape (n_var, max(bits))
         Position of each bit in the string. Rows of shorter variables begin with -1.
     """
 
@@ -82,7 +82,7 @@ class BitEncoding:
         Raises
         ------
         ValueError
-            If `bits` has another length, an integer needs more than `MOST_BITS` bits, or the bounds
+            If `bits` has another length, an integer needs more than `MAX_BITS` bits, or the bounds
             fix all variables.
         """
         n_var = len(variables.kinds)

@@ -34,7 +34,7 @@ class SuggestedSampling(Sampling):
     ----------
     n : int
         Number of suggested designs, at least 1.
-    others : Sampling, optional
+    fallback : Sampling, optional
         pymoo `Sampling` for the remaining designs; uniform within the bounds by default.
 
     Raises
@@ -66,14 +66,14 @@ class SuggestedSampling(Sampling):
         Parameters
         ----------
         problem : Problem
-        most : int
+        n_max : int
             Number of initial designs of the algorithm.
         random_state : numpy.random.Generator
 
         Raises
         ------
         ValueError
-            If `n` exceeds `most`, or the problem suggests no designs.
+            If `n` exceeds `n_max`, or the problem suggests no designs.
         """
         if self.n > n_max:
             raise ValueError(
@@ -104,7 +104,7 @@ def find_evaluated(population: Population, problem: Problem) -> BoolArray:
 
     Parameters
     ----------
-    given : Population
+    population : Population
         n individuals.
     problem : Problem
 
@@ -202,15 +202,15 @@ def count_allowed_evaluations(algorithm: Algorithm, n_initial_designs: int, n_po
     ----------
     algorithm : Algorithm
         Algorithm after `setup`.
-    n_starts : int
+    n_initial_designs : int
         Number of starting points, which are always evaluated.
-    n : int
+    n_points : int
         Number of starting points and candidates.
 
     Returns
     -------
     int
-        `n`, or fewer if the budget would be exceeded by more than 10 %.
+        `n_points`, or fewer if the budget would be exceeded by more than 10 %.
 
     Warns
     -----

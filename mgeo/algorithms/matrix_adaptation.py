@@ -24,7 +24,7 @@ class SearchDistributions:
     matrix : (k, n_var, n_var) M; the covariance is sigma^2 M M^T.
     path : (k, n_var) which way the means have gone of late.
     z, F, violation : (k, size, ...) the sample: steps, objectives, constraint violations.
-    drawn : how many of each sample are evaluated.
+    n_drawn : how many of each sample are evaluated.
     """
 
     sigma: FloatArray
@@ -37,7 +37,7 @@ class SearchDistributions:
 
     @classmethod
     def create(cls, n_distributions: int, n_var: int, n_obj: int, n_candidates: int) -> Self:
-        """None has begun; samples are of 4 + 3 ln n_var at least, `together` at a time."""
+        """None has begun; samples are of 4 + 3 ln n_var at least, `n_candidates` at a time."""
         size = n_candidates * int(np.ceil((4 + int(3 * np.log(n_var))) / n_candidates))
         return cls(
             sigma=np.zeros(n_distributions),
@@ -46,7 +46,7 @@ class SearchDistributions:
             z=np.zeros((n_distributions, size, n_var)),
             F=np.zeros((n_distributions, size, n_obj)),
             violation=np.zeros((n_distributions, size)),
-            drawn=0,
+            n_drawn=0,
         )
 
     def reset(self, rows: IntArray, sigma: FloatArray) -> None:

@@ -33,7 +33,7 @@ class Attraction(NamedTuple):
     ----------
     share : of the steps that are differences, those that are pulled as well.
     coupling : mean probability that such a step changes another variable.
-    x : (..., n_var) where steps begin.
+    start : (..., n_var) where steps begin.
     target : (..., n_var) what they are pulled to.
     """
 
@@ -64,7 +64,7 @@ def draw_momentum_steps(
     Parameters
     ----------
     x : (..., n_var) where steps begin.
-    before : (..., n_var) the steps before; they broadcast.
+    previous_steps : (..., n_var) the steps before; they broadcast.
     targets : (..., n_var) what they are drawn to; they broadcast.
     extent : (n_var,) width of the bounds.
     rng : stream of random numbers.
@@ -97,14 +97,14 @@ def draw_joint_steps(
 
     Parameters
     ----------
-    own : (...) the variable of each step.
+    primary : (...) the variable of each step.
     extent : (n_var,) width of the bounds.
-    widths : smallest and largest standard deviation of a normal step, as a fraction of `extent`;
+    sigma_range : smallest and largest standard deviation of a normal step, as a fraction of `extent`;
         that of each step is log-uniform between them.
     coupling : mean probability that another variable changes: of normal steps, and of
         differences. Each step has its own, u^(1/mean - 1) with u uniform in [0, 1): some steps
         change hardly any other variable, some nearly all, whatever the problem may need.
-    difference : share, or shares that broadcast with `own`, of the steps that are a fraction,
+    difference_share : share, or shares that broadcast with `primary`, of the steps that are a fraction,
         uniform in [0, 1), of the difference between two points (differential evolution's move;
         Storn & Price 1997).
     donors : gives as many pairs of points, (..., n_var) each, as it is asked for; None for normal
@@ -156,9 +156,9 @@ class DirectedState(RunState):
     momentum : (n_walkers, n_var) the step that led to it; 0 while there is none.
     incumbent_F, incumbent_violation : its objectives, (n_walkers, n_obj), and constraint
         violation, (n_walkers,), infinite while there is none.
-    marked_F : (n_walkers, n_obj) objectives of the incumbent at its last progress, likewise;
+    reference_F : (n_walkers, n_obj) objectives of the incumbent at its last progress, likewise;
         `idle` counts the generations since then.
-    normals : the distributions of the walkers that learn a covariance.
+    distributions : the distributions of the walkers that learn a covariance.
     credit : the recent gains by recombination and by all other candidates.
     """
 
@@ -182,7 +182,7 @@ class DirectedMoves(ExtremalOptimization):
     """
 
     #: Mean probabilities that a normal step, and that a difference, changes also each of the other
-    #: variables (`joint_steps`): half of a difference, lest it is a copy of what it comes from.
+    #: variables (`draw_joint_steps`): half of a difference, lest it is a copy of what it comes from.
     coupling: ClassVar[Pair] = (0.05, 0.5)
     #: Smallest and largest standard deviation of normal steps, of the bounds' width: no scale is
     #: preferred, as none is known.
@@ -282,7 +282,7 @@ class DirectedMoves(ExtremalOptimization):
     def _apply_momentum(
         self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest_points: FloatArray
     ) -> None:
-        """Put steps with momentum in the place of some; `aims` are the nearest archived points."""
+        """Put steps with momentum in the place of some; `nearest_points` are the nearest archived points."""
         rng, state = self.random_state, self.state
         made = rng.random(steps.shape[:2]) < self._select_by_weights(self.momentum)[:, None]
         rows, columns = np.nonzero(made)
@@ -310,7 +310,7 @@ class DirectedMoves(ExtremalOptimization):
     def _recombine(
         self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest_points: FloatArray
     ) -> None:
-        """Replace some steps by those to recombined points; `aims` are the nearest archived points.
+        """Replace some steps by those to recombined points; `nearest_points` are the nearest archived points.
 
         Between the extremes the first parent is the walker's incumbent or its nearest archived
         point, the second one the nearest of sqrt(n) random ones of the n archived points. At the

@@ -84,7 +84,7 @@ def unpack(
     ----------
     name : str
         Name that was passed to `pack`.
-    fresh : object
+    template : object
         Value of the same type and shape, from an algorithm after `setup`.
     packed : JSON value
         Return value of `pack`.
@@ -96,7 +96,7 @@ def unpack(
     Raises
     ------
     KeyError, TypeError, ValueError
-        If a part is missing, or has another type or shape than in `fresh`.
+        If a part is missing, or has another type or shape than in `template`.
     """
     if isinstance(template, np.ndarray):
         if arrays[name].shape != template.shape:

@@ -26,7 +26,7 @@ SCHEDULES = ("factorial", "geometric")
 class RealVectors(IndependentWalkers, ABC):
     """Base class of algorithms whose walkers are vectors of real variables.
 
-    A subclass implements `deviations`, and can replace the normal law of the steps by setting the
+    A subclass implements `compute_step_sigmas`, and can replace the normal law of the steps by setting the
     class attribute ``law``. The parameters are described in `MGEOReal`.
     """
 

@@ -36,7 +36,7 @@ def recombine(
     ----------
     first, second : (n, n_var) pairs of points.
     xl, xu : (n_var,) bounds.
-    choice : (n_var,) mask of the variables without order, which take the value of either parent.
+    is_choice : (n_var,) mask of the variables without order, which take the value of either parent.
     rng : stream of random numbers.
 
     Returns
@@ -66,7 +66,7 @@ class Credit:
     ----------
     gains : (2,) gains of the other candidates, and of the recombined ones. The gains of a
         generation are scaled to a sum of 1, and those of earlier generations fade.
-    made : (2,) numbers of such candidates, which fade as the gains do.
+    n_candidates : (2,) numbers of such candidates, which fade as the gains do.
     """
 
     gains: FloatArray
@@ -75,7 +75,7 @@ class Credit:
     @classmethod
     def create(cls, n: int) -> Self:
         """Return the credit after a generation of n candidates, half of each kind, equally good."""
-        return cls(gains=np.full(2, 0.5), made=np.full(2, n / 2))
+        return cls(gains=np.full(2, 0.5), n_candidates=np.full(2, n / 2))
 
     def compute_share(self, low: float, high: float) -> float:
         """Return the share of the candidates to recombine, between two limits.
@@ -93,7 +93,7 @@ class Credit:
         Parameters
         ----------
         gains : (...) decrease of the distance along the walker's weights, 0 without progress.
-        recombined : (...) mask of the recombined candidates.
+        is_recombined : (...) mask of the recombined candidates.
         """
         total, number = gains.sum(), np.count_nonzero(is_recombined)
         if not total or not 0 < number < gains.size:

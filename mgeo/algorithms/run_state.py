@@ -17,7 +17,7 @@ class RunState:
 
     A checkpoint contains every field (see `mgeo.algorithms.state`); other attributes cannot be set.
     An algorithm with additional state declares a subclass, also a dataclass with slots, and creates
-    it in `new_state`. Allowed field types are arrays of numbers of constant shape, random streams,
+    it in `create_state`. Allowed field types are arrays of numbers of constant shape, random streams,
     archives, numbers, strings, and lists or dataclasses of these. Candidates, counters, evaluator
     and the random stream of the algorithm are attributes of pymoo's `Algorithm`.
 
@@ -31,14 +31,14 @@ class RunState:
         Number of completed generations.
     walkers : array, shape (n_walkers, n_coordinates)
         Current points.
-    taus, chances : array, shape (n_walkers, n_obj)
+    taus, improvement_chances : array, shape (n_walkers, n_obj)
         For an adaptive tau, its current value and the last chance of improvement.
     current_fitness, incumbent_fitness : array, shape (n_walkers, 1 + n_obj)
         Fitness of the current point and best fitness so far of each walker, see
-        `selection.fitness`. Updated only if tau is adaptive or walkers restart.
-    idle : array of int, shape (n_walkers,)
+        `selection.compute_fitness`. Updated only if tau is adaptive or walkers restart.
+    n_idle_generations : array of int, shape (n_walkers,)
         Generations since the last progress of each walker. Updated only if walkers restart.
-    starts : array, shape (n_walkers, n_var)
+    initial_designs : array, shape (n_walkers, n_var)
         Starting points that the first generation evaluates. Rows are NaN for walkers that start at
         random or at a point that is already evaluated.
     """
@@ -65,7 +65,7 @@ class RunState:
         """Create the state before the first generation.
 
         Per-walker arrays other than `walkers` are not initialized; `ExtremalOptimization.forget`
-        sets them. The keywords `more` are the additional fields of a subclass.
+        sets them. The keywords `extra_fields` are the additional fields of a subclass.
         """
         n, n_obj = len(walkers), front.F.shape[1]
         return cls(
@@ -74,11 +74,11 @@ class RunState:
             n_generations=0,
             walkers=walkers,
             taus=np.empty((n, n_obj)),
-            chances=np.empty((n, n_obj)),
+            improvement_chances=np.empty((n, n_obj)),
             current_fitness=np.empty((n, 1 + n_obj)),
             incumbent_fitness=np.empty((n, 1 + n_obj)),
-            idle=np.empty(n, dtype=np.intp),
-            starts=np.empty((n, 0)),
+            n_idle_generations=np.empty(n, dtype=np.intp),
+            initial_designs=np.empty((n, 0)),
             **extra_fields,
         )
 

@@ -33,7 +33,7 @@ def rank(f: FloatArray, violation: FloatArray, tie_breakers: FloatArray) -> IntA
     ----------
     f : (..., n) the chosen objective, minimized; NaN or infinite where the evaluation failed.
     violation : (..., n) constraint violation, 0 where feasible; NaN counts as failed.
-    ties : (..., n) distinct random numbers that put equal candidates in order.
+    tie_breakers : (..., n) distinct random numbers that put equal candidates in order.
 
     Returns
     -------
@@ -97,7 +97,7 @@ def is_better(a: FloatArray, b: FloatArray) -> BoolArray:
 
 
 def find_best_fitness(values: FloatArray) -> FloatArray:
-    """(..., 1 + n_obj) the best `fitness` along the second axis from last, for each objective."""
+    """(..., 1 + n_obj) the best `compute_fitness` along the second axis from last, for each objective."""
     least = values[..., :1].min(axis=-2, keepdims=True)
     objectives = np.where(values[..., :1] == least, values[..., 1:], np.inf).min(axis=-2)
     return np.concatenate([least[..., 0, :], objectives], axis=-1)
@@ -116,7 +116,7 @@ def compute_next_tau(
     Parameters
     ----------
     tau : (n_walkers,) the last ones.
-    chance, previous : (n_walkers,) chance of improvement, now and the time before.
+    chance, previous_chance : (n_walkers,) chance of improvement, now and the time before.
     normal, uniform : (n_walkers,) a standard normal and a uniform draw each.
     n : length of the string that a walker is: variables, or bits.
 
@@ -141,7 +141,7 @@ _SUM_WEIGHT = (
 def build_weight_vectors(n: int, n_obj: int, extreme_share: float) -> FloatArray:
     """(n, n_obj) weights of n walkers, >= 0, that sum to 1.
 
-    A share of them is `extreme`, of a single objective, each objective in turn. The others are all
+    A share of them is `extreme_share`, of a single objective, each objective in turn. The others are all
     above 0, and at even distances: with two objectives a grid, with more a low-discrepancy
     sequence (`_even`).
     """
@@ -249,12 +249,12 @@ def find_nearest_in_sample(
 
     Parameters
     ----------
-    drawn : (n_weights, k) rows of F for each weight vector, k >= 1.
+    sample : (n_weights, k) rows of F for each weight vector, k >= 1.
     F, weights, ideal, nadir : as of `nearest`.
 
     Returns
     -------
-    (n_weights,) rows of F, one of each row of `drawn`.
+    (n_weights,) rows of F, one of each row of `sample`.
     """
     if sample.shape[1] == 1:
         return sample[:, 0]

@@ -23,7 +23,7 @@ class StagedState(DirectedState):
 
     Attributes
     ----------
-    stage : int
+    fidelity : int
         Current fidelity level, 0 being the lowest.
     """
 
@@ -45,7 +45,7 @@ class MGEOStaged(MGEODirected):
 
     Parameters
     ----------
-    stages : fractions of the run at which the second and each later stage begin, ascending in [0,
+    fidelity_schedule : fractions of the run at which the second and each later stage begin, ascending in [0,
         1]. A last value of 1 evaluates the final archive at full fidelity without further search.
     options : parameters of `MGEODirected`.
 

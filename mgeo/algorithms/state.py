@@ -130,7 +130,7 @@ def restore(
 
     Parameters
     ----------
-    saved : SavedState
+    saved_state : SavedState
         Return value of `capture`.
     problem : Problem
         Problem of the run.

@@ -18,7 +18,7 @@ class StepLaw(ABC):
     """Probability law of a step of unit scale.
 
     Base class for other laws than the normal one. Set the class attribute ``law`` of a subclass of
-    `RealSteps` to use it.
+    `RealVectors` to use it.
     """
 
     @abstractmethod
@@ -237,13 +237,13 @@ def round_steps(
     ----------
     x : array, shape (..., n)
         Whole numbers at the start of the steps; broadcasts with the other arrays.
-    moved : array, shape (..., n)
+    end_points : array, shape (..., n)
         End points of the real steps, within the bounds.
-    own : array of int, shape (...)
+    primary : array of int, shape (...)
         Primary variable of each step, which changes unless its bounds coincide.
     donor : array, shape (..., n)
         Points whose options are copied; NaN for steps without a donor.
-    choice : array of bool, shape (n,)
+    is_choice : array of bool, shape (n,)
         Mask of the choices.
     xl, xu : array, shape (n,)
         Bounds, whole numbers.

@@ -49,8 +49,8 @@ class Variables:
     kinds : tuple of str, length n_var
         "real", "integer", "binary" (0 or 1) or "choice" (index of the option).
     xl, xu : array, shape (n_var,)
-        Bounds: absolute values up to `MOST_REAL` for real variables, and whole numbers up to
-        `MOST_WHOLE` for all others.
+        Bounds: absolute values up to `MAX_REAL_BOUND` for real variables, and whole numbers up to
+        `MAX_INTEGER_BOUND` for all others.
     names : tuple of str, length n_var, or None
         Keys of a design if designs are dicts, as in ``Problem(vars=...)``, else None.
     options : mapping of str to tuple
@@ -70,7 +70,7 @@ class Variables:
         Parameters
         ----------
         problem : Problem
-        allowed : sequence of str
+        allowed_kinds : sequence of str
             Supported kinds of variables.
 
         Raises

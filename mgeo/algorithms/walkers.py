@@ -29,7 +29,7 @@ class IndependentWalkers(ExtremalOptimization, ABC):
 
     Each candidate differs from its walker in one coordinate. In each generation, a walker draws an
     objective, ranks its candidates by this objective, and accepts one candidate per group. A
-    subclass implements `representation`, `layout` and `propose`, and sets `evaluates_walkers`.
+    subclass implements `build_encoding`, `build_layout` and `propose`, and sets `evaluates_walkers`.
 
     Walkers do not interact, except in restarts from the archive. Each walker has its own random
     stream (child i of the seed), so that parallel and sequential execution give the same result. A

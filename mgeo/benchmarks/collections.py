@@ -18,7 +18,7 @@ COCO_DISTRIBUTION = "coco-experiment"  # Distribution that the extra ``coco`` in
 
 
 def is_benchmark(name: str) -> bool:
-    """Return whether the name of a problem has one of the prefixes in `PREFIXES`."""
+    """Return whether the name of a problem has one of the prefixes in `EXAMPLES_BY_PREFIX`."""
     prefix, colon, _ = name.partition(":")
     return bool(colon) and prefix in EXAMPLES_BY_PREFIX
 
@@ -29,7 +29,7 @@ def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
     Parameters
     ----------
     name : str
-        Name with one of the prefixes in `PREFIXES`.
+        Name with one of the prefixes in `EXAMPLES_BY_PREFIX`.
     options : mapping
         Keywords of the constructor, such as ``n_var``. COCO functions have no options.
 

@@ -71,7 +71,7 @@ def collect_stop_requests() -> Iterator[StopRequest]:
 
 
 def raise_on_sigterm() -> None:
-    """Raise `Terminated` on SIGTERM, so that workers are stopped and temporary files removed."""
+    """Raise `TerminationInterrupt` on SIGTERM, so that workers are stopped and temporary files removed."""
 
     def terminate(number: int, frame: FrameType | None) -> None:
         raise TerminationInterrupt
@@ -111,7 +111,7 @@ class InputError(Exception):
 def convert_input_errors(
     error_types: tuple[type[Exception], ...] = (ValueError, TypeError, OSError),
 ) -> Iterator[None]:
-    """Raise `Refused` for errors of the given kinds.
+    """Raise `InputError` for errors of the given kinds.
 
     Use it around code that reads input or writes files. Errors of other kinds, or in other code,
     are bugs of mgeo or of a plugin.

@@ -29,7 +29,7 @@ def complete_problems() -> list[str]:
 
 def complete_algorithms() -> list[str]:
     """Return the names of the algorithms, for completion."""
-    names: list[str] = resolve_name("mgeo.runs.algorithms:algorithm_names")()
+    names: list[str] = resolve_name("mgeo.runs.algorithms:list_algorithms")()
     return names
 
 

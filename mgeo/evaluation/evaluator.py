@@ -66,7 +66,7 @@ class TolerantEvaluator(Evaluator):
         Number of failed evaluations.
     causes : dict of str to int
         Number of failures by cause, in the order of first occurrence.
-    n_in_a_row : int
+    n_consecutive_failures : int
         Number of failures since the last batch in which a candidate succeeded.
 
     Raises
@@ -236,14 +236,14 @@ def describe_changed_value(
 ) -> str:
     """Evaluate a few individuals again and describe the first value that changed.
 
-    The check detects that a problem has changed since `known` was evaluated. The new evaluations
+    The check detects that a problem has changed since `population` was evaluated. The new evaluations
     are not counted by any evaluator, and the callback of the problem is not called.
 
     Parameters
     ----------
     problem : Problem
         A deterministic pymoo problem.
-    known : Population
+    population : Population
         Evaluated individuals. The first, the middle and the last one are evaluated again.
     options : mapping
         Further keywords for `Problem.evaluate`.

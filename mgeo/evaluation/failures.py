@@ -1,6 +1,6 @@
 """Evaluation of a batch of candidates, with the cause of each failure.
 
-`mgeo.evaluation.evaluator` builds on `attempt`.
+`mgeo.evaluation.evaluator` builds on `evaluate_batch`.
 """
 
 from __future__ import annotations

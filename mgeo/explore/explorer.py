@@ -54,7 +54,7 @@ class Explorer:
         Numbers of the shown solutions on the front, at most 2,000.
     X : array, shape (n, n_var)
         Designs of these solutions.
-    default : int
+    default_position : int
         Position in `rows` of the solution to show first: the knee.
     folder, file_name : Path, str
         Folder into which `save` writes, and default file name.
@@ -99,7 +99,7 @@ class Explorer:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """Objectives and further quick metrics (``View.glance``) of each solution, one row each."""
+        """Objectives and further quick metrics (``View.quick_metrics``) of each solution, one row each."""
         with self._lock:
             return self._compute_metrics(self._view).set_axis(pd.Index(self.rows, name="solution"))
 
@@ -164,7 +164,7 @@ class Explorer:
 
     def _compute_metrics(self, view: View) -> pd.DataFrame:
         table, objectives = (
-            call_optional(view, View.glance).select_dtypes("number"),
+            call_optional(view, View.quick_metrics).select_dtypes("number"),
             list(self.objectives),
         )
         if not set(objectives) <= set(table.columns):

@@ -71,11 +71,11 @@ def draw_front(
         Numbers of the solutions.
     x, y
         Columns of the axes.
-    kept
+    visible_rows
         Positions of the solutions that pass the filter; other solutions are drawn faint.
-    selected
+    selected_row
         Position of the selected solution.
-    changed
+    design_metrics
         Numbers of the design set by the sliders.
     """
     rest = np.setdiff1d(np.arange(len(table)), visible_rows)

@@ -38,7 +38,7 @@ def draw_front(
     """Draw a front whose points describe their solution in a hover text.
 
     One objective is drawn over the number of the solution, two objectives with the boundary of the
-    dominated region, and three objectives in space. Axes are logarithmic if `logarithmic` is true.
+    dominated region, and three objectives in space. Axes are logarithmic if `needs_log_axis` is true.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def draw_front(
         Names of the variables and objectives, with units.
     title
         Title of the figure.
-    described
+    descriptions
         Description of each solution by its problem, one row each, to show instead of the variables.
 
     Raises
@@ -120,7 +120,7 @@ def _format_value(value: object) -> str:
 def build_axis_layout(
     name: str, values: NDArray[np.float64], *, is_3d: bool = False
 ) -> dict[str, object]:
-    """Return the layout of the axis of an objective, logarithmic if `logarithmic` is true.
+    """Return the layout of the axis of an objective, logarithmic if `needs_log_axis` is true.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def build_axis_layout(
         Name of the objective, with its unit.
     values
         Values to draw, shape (n,).
-    in_space
+    is_3d
         Whether the axis belongs to a three-dimensional figure.
     """
     log = needs_log_axis(values)

@@ -72,7 +72,7 @@ def render_report_page(
     parts
         Figures, and texts in HTML.
     library
-        Path from the page to the file `LIBRARY`, for pages that share the library; True to include
+        Path from the page to the file `LIBRARY_FILE`, for pages that share the library; True to include
         the library in the page.
     """
     written: list[Markup] = []

@@ -48,7 +48,7 @@ def escape_markup(text: object, *, is_3d: bool = False) -> str:
     ----------
     text
         Text that may contain HTML tags or ``%{`` templates.
-    in_space
+    is_3d
         Whether the text is a title of a three-dimensional axis, where plotly interprets tags but
         not entities. A zero-width character then breaks the tags.
     """

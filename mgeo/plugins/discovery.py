@@ -55,9 +55,9 @@ def convert_plugin_errors(prefix: str, *allowed: type[Exception]) -> Iterator[No
 
     Parameters
     ----------
-    what : str
+    prefix : str
         Beginning of the message; the type and the text of the error follow.
-    *own : exception classes
+    *allowed : exception classes
         Errors that pass unchanged.
     """
     try:

@@ -38,7 +38,7 @@ def load_problem(
     options : mapping, optional
         Options of the problem. They are passed to the class method ``from_options(options)`` if the
         class defines one, otherwise to the constructor as keywords.
-    named : collection of str
+    trusted_classes : collection of str
         Names ``module:Class`` that the user specified. Other modules are not imported, because
         `name` may come from an untrusted file.
 
@@ -82,7 +82,7 @@ def read_scenario(
         Folder of relative scenario paths.
     after : Path, optional
         JSON file with an earlier result, whose content becomes the option ``after``.
-    named : collection of str
+    trusted_classes : collection of str
         Names ``module:Class`` that the user specified, see `load_problem`.
 
     Returns

@@ -38,7 +38,7 @@ class ProblemMixin:
     var_names, obj_names, constraint_names : sequence of str, optional
         Names, with units, of variables, objectives and inequality constraints. Default: ``x1``...,
         ``f1``... and ``g1``....
-    instance_of : str
+    function_name : str
         Name of the test function of which the problem is one instance or size. Studies average over
         the instances of a function before they compare algorithms.
 
@@ -353,9 +353,9 @@ class RecommendedSettings(NamedTuple):
 
     Attributes
     ----------
-    starts : int
+    initial_designs : int
         Number of initial designs that the problem suggests.
-    polish : bool
+    refine : bool
         True to refine the front at the end.
     evaluations : int or None
         Number of evaluations of a run that ends with a refinement.

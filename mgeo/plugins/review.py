@@ -39,7 +39,7 @@ class Review:
     ----------
     title : str
         Title, for example the name of the maneuver that a reviewer approves.
-    answer : str
+    summary : str
         Summary of the solution in one line.
     sections : tuple of Section
     """

@@ -37,7 +37,7 @@ class View:
 
     A problem customizes its presentation by returning a subclass from its method ``view(X)``. mgeo
     calls several methods of the same view; share expensive results between methods by a cached
-    property. The methods `impossible`, `facts`, `notes` and `front_summary` describe the problem
+    property. The methods `infeasibility_reasons`, `facts`, `notes` and `front_summary` describe the problem
     and are also called on a view without solutions.
 
     Parameters
@@ -79,7 +79,7 @@ class View:
 
     @cached_property
     def F(self) -> FloatArray:
-        """Objectives, shape (n, n_obj): the values passed to `view_of`, or else evaluated."""
+        """Objectives, shape (n, n_obj): the values passed to `build_view`, or else evaluated."""
         return self._values[0]
 
     def select(self, rows: ArrayLike) -> View:
@@ -152,7 +152,7 @@ class View:
         return []
 
     def figures(self) -> dict[str, go.Figure]:
-        """Return figures of the set of solutions by name; by default ``front``, `plain_front`.
+        """Return figures of the set of solutions by name; by default ``front``, `default_front_figure`.
 
         Points of the figure ``front`` are clickable in reports if their ``customdata`` is the row
         of the solution.
@@ -258,8 +258,8 @@ def build_view(problem: Problem, X: ArrayLike | None = None, F: FloatArray | Non
     Examples
     --------
     >>> from pymoo.problems.multi import ZDT1
-    >>> from mgeo import view_of
-    >>> type(view_of(ZDT1(n_var=2), [[0.25, 0.0]])).__name__
+    >>> from mgeo import build_view
+    >>> type(build_view(ZDT1(n_var=2), [[0.25, 0.0]])).__name__
     'View'
     """
     designs = np.empty((0, problem.n_var)) if X is None else _convert_to_numbers(problem, X)

@@ -97,7 +97,7 @@ def build_report_html(
         Run folder of ``mgeo solve``.
     solution
         Number of the reviewed solution, which the page shows first. Default: the knee.
-    named
+    trusted_classes
         Problems ``module:Class`` whose modules may be imported; no other modules are imported on
         behalf of a file.
 

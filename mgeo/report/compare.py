@@ -57,9 +57,9 @@ def build_comparison_html(
 
     Parameters
     ----------
-    one, other
+    first, second
         Run folders of ``mgeo solve``, or JSON files of an installed problem with ``solution_of``.
-    named
+    trusted_classes
         Problems ``module:Class`` whose modules may be imported; no other modules are imported on
         behalf of a file.
 
@@ -72,8 +72,8 @@ def build_comparison_html(
 
     Examples
     --------
-    >>> from mgeo.report import compare_html
-    >>> page = compare_html("runs/first", "runs/second")  # doctest: +SKIP
+    >>> from mgeo.report import build_comparison_html
+    >>> page = build_comparison_html("runs/first", "runs/second")  # doctest: +SKIP
     """
     paths = Path(first), Path(second)
     if paths[0].resolve() == paths[1].resolve():
@@ -106,7 +106,7 @@ def read_compared_solution(path: Path, trusted_classes: Collection[str] = ()) ->
     Raises
     ------
     FileNotFoundError, ValueError, TypeError
-        See `compare_html`.
+        See `build_comparison_html`.
     """
     if path.is_dir():
         shown = load_run(path, trusted_classes)

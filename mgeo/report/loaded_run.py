@@ -56,7 +56,7 @@ def load_run(folder: Path, trusted_classes: Collection[str] = ()) -> LoadedRun:
     ----------
     folder
         Run folder.
-    named
+    trusted_classes
         Problems ``module:Class`` whose modules may be imported.
 
     Raises

@@ -38,7 +38,7 @@ def build_figure_json(
     ----------
     figure
         Figure, or dict of its ``data`` and ``layout`` that is not validated.
-    lists
+    use_lists
         Whether to convert arrays to lists of numbers, for pages that read them. Otherwise, floats
         are encoded as arrays of 4 bytes each, which plotly.js decodes.
     """
@@ -150,18 +150,18 @@ def select_figure_rows(
     n: int,
     n_max: int = MAX_SOLUTIONS_WITH_FIGURES,
 ) -> NDArray[np.int64]:
-    """Return the ascending rows of the solutions that have figures: at most `most` of n.
+    """Return the ascending rows of the solutions that have figures: at most `n_max` of n.
 
     In a large front, these are the representative solutions and evenly spaced solutions between
     them.
 
     Parameters
     ----------
-    chosen
+    representatives
         Representative solutions.
     n
         Number of solutions, sorted by the first objective.
-    most
+    n_max
         Maximum number of rows.
     """
     if n <= n_max:

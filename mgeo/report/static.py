@@ -42,9 +42,9 @@ def draw_run_figures(
     ----------
     folder
         Run folder.
-    only
+    names
         Names of figures. Default: all.
-    named
+    trusted_classes
         Problems ``module:Class`` whose modules may be imported, see `mgeo.report.report_html`.
 
     Raises

@@ -106,7 +106,7 @@ def set_up(
         Budget of evaluations.
     seed
         Seed of all random numbers.
-    starts
+    initial_designs
         Number of initial designs suggested by the problem.
 
     Raises

@@ -39,7 +39,7 @@ class PreparedRun:
 
     Attributes
     ----------
-    notes : Notes or None
+    metadata : Notes or None
         Notes of the checkpoint of a resumed run.
     record : bool
         Whether every evaluation is recorded if the run is saved in a folder.
@@ -158,17 +158,17 @@ def prepare_run(
     problem, options
         As for `mgeo.plugins.problems.load_problem`.
     algorithm, parameters
-        As for `mgeo.runs.algorithms.build_algorithm`. Default: `default_algorithm`.
+        As for `mgeo.runs.algorithms.build_algorithm`. Default: `select_default_algorithm`.
     evaluations
-        Budget of evaluations. Default: the problem's recommendation if `polish` is None, otherwise
-        `default_evaluations`.
+        Budget of evaluations. Default: the problem's recommendation if `refine` is None, otherwise
+        `compute_default_budget`.
     seed
         Seed of all random numbers.
     robust
         Whether to solve the robust version of the problem, from its method ``robust()``.
-    starts
+    initial_designs
         Number of initial designs suggested by the problem; None for the problem's recommendation.
-    polish
+    refine
         Whether the problem refines the front locally; None for the problem's recommendation.
     record
         Whether to record every evaluation.

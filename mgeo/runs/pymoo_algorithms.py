@@ -96,7 +96,7 @@ class SeededComparison:
 
     Parameters
     ----------
-    inner : comparison function of pymoo's `TournamentSelection`.
+    comparison : comparison function of pymoo's `TournamentSelection`.
     """
 
     def __init__(self, comparison: Any) -> None:

@@ -41,7 +41,7 @@ class Refinement:
 
     Attributes
     ----------
-    changed : (n,) mask of the solutions of the front that were replaced.
+    is_replaced : (n,) mask of the solutions of the front that were replaced.
     error : reason for an early end, otherwise empty.
     """
 

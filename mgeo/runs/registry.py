@@ -22,10 +22,10 @@ class AlgorithmRecord:
         Description in one line.
     path : str
         ``module:Class``, imported when the algorithm is built.
-    population : tuple of str
-        Keyword arguments of a pymoo constructor that the parameter ``population`` sets. Empty if
+    population_arguments : tuple of str
+        Keyword arguments of a pymoo constructor that the parameter ``population_arguments`` sets. Empty if
         the parameters are those of the constructor.
-    constraints : bool
+    supports_constraints : bool
         Whether the algorithm supports constraints.
     """
 

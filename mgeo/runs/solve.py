@@ -37,16 +37,16 @@ class SolveState(Callback):
         Budget of evaluations, equal to that of the algorithm's termination.
     callback : function, optional
         Function called with the state after every update. It may call ``state.stop()``.
-    notes : Notes, optional
+    metadata : Notes, optional
         Notes of the checkpoint of a resumed run.
     max_time : float, optional
         Time from now after which the run ends [s].
 
     Attributes
     ----------
-    evaluations, rough : int
+    n_evaluations, n_low_fidelity : int
         Numbers of all evaluations and of low-fidelity evaluations.
-    stopped : StopReason or None
+    stop_reason : StopReason or None
         Reason for ending the run before its budget is used.
     refinement : Refinement or None
         Local refinement after the search, None before.
@@ -169,7 +169,7 @@ def solve(state: SolveState, *, refine: bool = False) -> Outcome:
     ----------
     state
         State of the run.
-    polish
+    refine
         Whether the problem refines the front locally when the budget is used. The checkpoint
         contains the state before the refinement.
 
@@ -244,7 +244,7 @@ def stack_values(solutions: Population, key: str, n_columns: int) -> FloatArray:
         Population, which may be empty.
     key
         "F", "G" or "H".
-    width
+    n_columns
         Number of columns.
 
     Returns

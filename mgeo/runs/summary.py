@@ -30,13 +30,13 @@ class SolutionSummary:
 
     Attributes
     ----------
-    solution, count
+    row, n_solutions
         Row of the solution, and number of solutions.
     label
         Reason for the choice, such as "knee".
     text
         Summary by the problem.
-    exceeded
+    violations
         Constraints that the problem reports as violated although the solution is feasible.
     """
 
@@ -52,7 +52,7 @@ class SolutionSummary:
 
 
 def summarize_default_solution(view: View) -> SolutionSummary:
-    """Return the summary of the `default_solution` of a front with at least one solution."""
+    """Return the summary of the `select_default_solution` of a front with at least one solution."""
     shown = select_default_solution(view.problem, view.F)
     chosen = view.select([shown.row])
     (line,) = call_optional(chosen, View.summaries)
@@ -87,7 +87,7 @@ def select_representative_solutions(
         Problem of the front.
     F
         Objectives of the front, shape (n, n_obj).
-    names
+    objective_names
         Names of the objectives, for the labels.
     """
     front = np.asarray(F, dtype=float)
@@ -183,7 +183,7 @@ class ConstraintMargin:
         Name of the constraint.
     margin
         Distance to the bound, negative if the constraint is violated; NaN if unknown.
-    unit, value, bound, limit
+    unit, value, bound, bound_value
         Unit, value of the constrained quantity, type of the bound ("at most" or "at least"), and
         bound. Value and bound are NaN if the problem defines no ``limits``; the margin is then in
         the units of the constraint function.
@@ -243,10 +243,10 @@ class InfeasibilityReport:
 
     Attributes
     ----------
-    exceeded
+    violations
         Each constraint that a nearest solution violates, with the least violation and the number of
         these solutions.
-    ways
+    suggestions
         Suggestions of the problem, followed by sets of constraints to relax, smallest sets first.
     """
 

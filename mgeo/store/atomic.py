@@ -115,7 +115,7 @@ def lock_folder(folder: Path, timeout: float = 0.0) -> Iterator[None]:
     ----------
     folder
         Existing folder.
-    patience
+    timeout
         Maximum time to wait for another process [s].
 
     Raises

@@ -42,7 +42,7 @@ class Checkpoint(Callback):
     ----------
     path : file to write; its folder must exist.
     every_seconds : minimum time between two checkpoints [s]; 0 saves every generation.
-    notes : function that returns further JSON values to save, see `read_notes`.
+    build_metadata : function that returns further JSON values to save, see `read_checkpoint_metadata`.
     warn : whether to warn if a checkpoint cannot be written.
 
     Attributes

@@ -47,7 +47,7 @@ def describe_difference(expected: Any, actual: Any, name: str = "") -> str:
 
     Parameters
     ----------
-    expected, found : JSON values.
+    expected, actual : JSON values.
     name : name of the values in the text.
     """
     if isinstance(expected, Mapping) and isinstance(actual, Mapping):
@@ -60,7 +60,7 @@ def describe_difference(expected: Any, actual: Any, name: str = "") -> str:
 
 
 def list_versions(*extra_distributions: str) -> dict[str, str]:
-    """Return the installed versions of mgeo, pymoo, numpy and the distributions in `more`."""
+    """Return the installed versions of mgeo, pymoo, numpy and the distributions in `extra_distributions`."""
     return {name: version(name) for name in ("mgeo", "pymoo", "numpy", *extra_distributions)}
 
 

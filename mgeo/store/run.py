@@ -41,9 +41,9 @@ class RunConfiguration(Table):
         Budget of evaluations.
     seed
         Seed of all random numbers.
-    starts
+    initial_designs
         Number of initial designs suggested by the problem.
-    polish
+    refine
         Whether the problem refines the front locally after the search.
     """
 
@@ -100,12 +100,12 @@ class Outcome(Table):
         Solutions nearest to feasibility if no solution is feasible.
     stop_reason : StopReason
     failures : number of failed evaluations by cause.
-    rough : number of initial low-fidelity evaluations (see `mgeo.MGEOStaged`).
-    refined, added : numbers of solutions that the local refinement replaced and added.
-    unrefined : reason for an early end of the local refinement, otherwise empty.
+    n_low_fidelity : number of initial low-fidelity evaluations (see `mgeo.MGEOStaged`).
+    n_refined, n_added : numbers of solutions that the local refinement replaced and added.
+    refinement_error : reason for an early end of the local refinement, otherwise empty.
     checkpoint_error : error of the last checkpoint, None if it was written.
     hypervolume : hypervolume in the indicator space of the problem, None if it has none.
-    started : start time (UTC).
+    start_time : start time (UTC).
     wall_time_s : duration [s].
     """
 
@@ -144,7 +144,7 @@ class CheckpointMetadata(Table):
     Attributes
     ----------
     record : whether every evaluation is recorded.
-    started, wall_time_s, rough : as in `Outcome`.
+    start_time, wall_time_s, n_low_fidelity : as in `Outcome`.
     """
 
     configuration: RunConfiguration

@@ -21,7 +21,7 @@ FORMAT_NAME = "mgeo-solution"
 def build_solution_document(problem: Problem, name: str, x: FloatArray) -> dict[str, Any]:
     """Return the content of the file of one solution as JSON values.
 
-    The content comes from ``document_of(x)`` of the problem, or otherwise consists of its name, its
+    The content comes from ``build_document(x)`` of the problem, or otherwise consists of its name, its
     options and the design.
 
     Parameters
@@ -33,7 +33,7 @@ def build_solution_document(problem: Problem, name: str, x: FloatArray) -> dict[
     Raises
     ------
     PluginError
-        If ``document_of`` raises an error.
+        If ``build_document`` raises an error.
     """
     document = protocol.call_optional(problem, protocol.ProblemMixin.build_document, x.copy())
     if document is not None:
@@ -53,7 +53,7 @@ def parse_solution(
     ----------
     document
         Content of a JSON file.
-    named
+    trusted_classes
         Problems ``module:Class`` that may be imported.
 
     Raises

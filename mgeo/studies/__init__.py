@@ -3,8 +3,8 @@
 ::
 
     result = mgeo.compare(problem, {"MGEO": MGEOReal(), "NSGA-II": NSGA2()}, 20_000, seeds=20)
-    print(result.overview())
-    result.figures()["anytime"].show()
+    print(result.format_overview())
+    result.draw_figures()["anytime"].show()
 """
 
 from importlib import import_module
@@ -29,13 +29,13 @@ _MODULES = {
     "Comparison": "comparison",
     "ComparisonWarning": "comparison",
     "FailedRunsWarning": "comparison",
-    "NothingToCompareError": "indicators",
-    "Study": "file",
-    "Tests": "comparison",
+    "NoFeasibleSolutionError": "indicators",
+    "SignificanceTests": "comparison",
+    "Study": "study_file",
     "compare": "execute",
-    "read_comparison": "stored",
-    "read_comparisons": "stored",
-    "read_study": "file",
+    "read_comparison": "comparison_files",
+    "read_comparisons": "comparison_files",
+    "read_study": "study_file",
     "run_study": "study",
 }
 __all__ = list(_MODULES)

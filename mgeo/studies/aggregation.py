@@ -61,7 +61,7 @@ def compute_average_ranks(values: pd.DataFrame, control: str | None = None) -> p
 
     Parameters
     ----------
-    values : table of `problem_values`. Algorithms with a missing value (NaN) are left out.
+    values : table of `compute_problem_values`. Algorithms with a missing value (NaN) are left out.
     control : label of the algorithm that is tested against each other algorithm; None, or an
         algorithm that is left out, for the best algorithm of each evaluation count. Choose it
         before results are available.
@@ -107,7 +107,7 @@ def compute_friedman_test(values: pd.DataFrame) -> FriedmanResult | None:
 
     Parameters
     ----------
-    values : table of `problem_values`.
+    values : table of `compute_problem_values`.
     """
     last = values.loc[values.groupby("problem", sort=False)["evaluations"].idxmax()]
     table = last.drop(columns=list(KEY_COLUMNS)).dropna(axis="columns")
@@ -119,7 +119,7 @@ def compute_friedman_test(values: pd.DataFrame) -> FriedmanResult | None:
 def compute_runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]:
     """Return the evaluations per variable needed to reach each target, by algorithm.
 
-    The targets of a problem are `SHORTFALLS` below the best final hypervolume of all runs. Runtimes
+    The targets of a problem are `TARGET_DISTANCES` below the best final hypervolume of all runs. Runtimes
     are resolved to the evaluation counts of the study. Failed runs reach no target, and no run
     reaches a target if the best hypervolume is zero.
 
@@ -151,7 +151,7 @@ def compute_runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]
 
 
 def compute_runtime_distribution(results: Mapping[str, Comparison]) -> pd.DataFrame:
-    """Return the empirical runtime distribution of each algorithm, see `runtimes`.
+    """Return the empirical runtime distribution of each algorithm, see `compute_runtimes`.
 
     Returns
     -------
@@ -192,7 +192,7 @@ def _build_problem_rows(
 def _rank_algorithms(
     values: pd.DataFrame, functions: pd.Series[str], control: str | None
 ) -> list[dict[str, object]]:
-    """Return the rows of `ranks_over_problems` for values of shape (problems, algorithms)."""
+    """Return the rows of `compute_average_ranks` for values of shape (problems, algorithms)."""
     table, blocks = values.to_numpy(float), functions.to_numpy()
     ranks = mean_block_ranks(table, blocks).mean(axis=0)
     order = np.argsort(ranks, kind="stable")

@@ -68,7 +68,7 @@ class SignificanceTests:
 class Comparison:
     """Runs of several algorithms on one problem, measured in one indicator space.
 
-    The representation is the `overview` after `n_eval` evaluations.
+    The representation is the `format_overview` after `n_eval` evaluations.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Comparison:
         table.
     runs : one row per run, with its status, wall time [s], number of failed evaluations, and error
         message if the whole run failed.
-    records : finished runs by (algorithm, seed).
+    finished_runs : finished runs by (algorithm, seed).
     space : indicator space in which all fronts were measured.
     notes : conditions that limit the validity of the comparison, such as a noisy problem or an
         algorithm whose runs do not repeat; one sentence each.
@@ -162,7 +162,7 @@ class Comparison:
         Parameters
         ----------
         label : name of the problem in the sentences.
-        everywhere : whether to report only algorithms whose runs all failed.
+        all_failed_only : whether to report only algorithms whose runs all failed.
         """
         sentences = []
         for name, runs in self.runs.groupby("algorithm", sort=False):

@@ -50,7 +50,7 @@ def write_comparison(
     folder : folder of the problem.
     comparison : the finished comparison.
     plan : provenance without indicator space, notes and run statistics, which are added.
-    more : contents of further files by name.
+    extra_files : contents of further files by name.
     """
     columns = list(comparison.objectives)
     parts = {
@@ -85,7 +85,7 @@ def read_comparison(
     folder : folder of one problem, which contains ``table.csv``.
     problem : the compared problem, if `mgeo.compare` was called from Python; None to load the
         problem specified in the study file.
-    named : problems ``module:Class`` whose modules may be imported; no other modules are imported
+    trusted_classes : problems ``module:Class`` whose modules may be imported; no other modules are imported
         on behalf of a file.
 
     Raises
@@ -146,7 +146,7 @@ def read_comparisons(
     Parameters
     ----------
     folder : folder of `run_study`.
-    named : problems ``module:Class`` whose modules may be imported, see `read_comparison`.
+    trusted_classes : problems ``module:Class`` whose modules may be imported, see `read_comparison`.
 
     Raises
     ------

@@ -73,7 +73,7 @@ def compare_with_rivals(
     ----------
     name : label of the algorithm.
     indicator : name of the indicator, None for the first.
-    control : whether to correct p values only for the pairs of this algorithm, which is valid for
+    is_control : whether to correct p values only for the pairs of this algorithm, which is valid for
         an algorithm chosen before the results were available (Demsar 2006, section 3.2.2).
 
     Returns

@@ -116,7 +116,7 @@ def compare(
         evaluates fractional values of integer variables, or a dynamic problem.
     FileExistsError
         If the folder holds a study and `resume` is false.
-    NothingToCompareError
+    NoFeasibleSolutionError
         If every run failed, or no run found a feasible solution.
 
     Examples
@@ -158,13 +158,13 @@ def compare(
 
 @dataclass(frozen=True)
 class Experiment:
-    """Validated arguments of `compare` for one problem.
+    """Validated arguments of `run` for one problem.
 
     Attributes
     ----------
-    steps : ascending evaluation counts at which fronts are measured.
-    space : keyword arguments `bounds`, `reference_front` and `parts` of `indicator_space`.
-    runs : folder in which each run is stored as it finishes; None to store nothing.
+    grid : ascending evaluation counts at which fronts are measured.
+    space_options : keyword arguments `bounds`, `reference_front` and `parts` of `indicator_space`.
+    runs_folder : folder in which each run is stored as it finishes; None to store nothing.
     resume : whether to reuse the runs in this folder.
     """
 
@@ -230,7 +230,7 @@ class Experiment:
 
         Parameters
         ----------
-        reusable : runs that may be read from the folder if the study is resumed.
+        reusable_keys : runs that may be read from the folder if the study is resumed.
         """
         folder = self.runs_folder
         files: dict[RunKey, Path] = {}
@@ -244,7 +244,7 @@ class Experiment:
             with suppress(FileNotFoundError):
                 results[key] = StudyRun.read(files[key])
         reused = len(results) if self.resume else None
-        with show_progress(self.title, len(tasks), reused, shown=self.progress) as done:
+        with show_progress(self.title, len(tasks), reused, enabled=self.progress) as done:
             missing = {key: task for key, task in tasks.items() if key not in results}
             calls = [joblib.delayed(_run_with_key)(key, task) for key, task in missing.items()]
             pool: Any = joblib.Parallel(self.n_jobs, return_as="generator_unordered", batch_size=1)

@@ -100,10 +100,10 @@ def build_indicator_space(
     The scaling comes from `bounds` if given, otherwise from the problem's `indicator_space` if it
     has one; the reference point is then (1, ..., 1). Otherwise, the nondominated union of all
     fronts and of the given reference front is scaled to [0, 1], and each coordinate of the
-    reference point is `BEYOND_NADIR`.
+    reference point is `REFERENCE_COORDINATE`.
 
     The default reference front is the nondominated union of all fronts, truncated to
-    `REFERENCE_SIZE` evenly spaced points, so that an algorithm with crowded points does not
+    `MAX_REFERENCE_POINTS` evenly spaced points, so that an algorithm with crowded points does not
     determine the weight of each region. The problem's ``pareto_front()`` is not used, because pymoo
     samples some of these fronts at random and downloads others; pass it as `reference_front` if it
     is suitable.
@@ -121,7 +121,7 @@ def build_indicator_space(
 
     Raises
     ------
-    NothingToCompareError
+    NoFeasibleSolutionError
         If no front has a point.
     ValueError
         If an argument is invalid, is given for a single objective, or the problem is dynamic.
@@ -235,7 +235,7 @@ class Indicator:
     ----------
     name : name of the table column.
     title : name in texts and figures.
-    larger : whether larger values are better.
+    is_maximized : whether larger values are better.
     measure : function that returns the value of a front that is not empty.
     """
 

@@ -116,7 +116,7 @@ _distributions = cache(packages_distributions)  # reads the metadata of all pack
 
 
 def list_study_versions(*objects: Any) -> dict[str, str]:
-    """Return the versions of Python, mgeo's dependencies, and the packages that define `parts`."""
+    """Return the versions of Python, mgeo's dependencies, and the packages that define `objects`."""
     modules = {cls.__module__ for part in objects for cls in type(part).__mro__}
     owners = _distributions()
     names = {name for module in modules for name in owners.get(module.partition(".")[0], ())}

@@ -21,9 +21,9 @@ def show_progress(
     Parameters
     ----------
     title : name of the problem.
-    total : number of runs.
-    reused : number of runs read from the folder; None for a new study.
-    shown : whether to show anything.
+    n_runs : number of runs.
+    n_reused : number of runs read from the folder; None for a new study.
+    enabled : whether to show anything.
 
     Yields
     ------

@@ -78,7 +78,7 @@ def render_study_page(
     ----------
     study : the study.
     comparisons : finished comparisons by problem.
-    standings : table of `mgeo.studies.aggregation.ranks_over_problems`.
+    ranks : table of `mgeo.studies.aggregation.ranks_over_problems`.
     remarks : sentences on failures, and the notes of the comparisons.
     """
     problems = render(
@@ -129,7 +129,7 @@ def draw_study_figures(
     Parameters
     ----------
     comparisons : finished comparisons by problem.
-    only : names of figures to return; a name without the problem selects the figure of all
+    names : names of figures to return; a name without the problem selects the figure of all
         problems. Empty for all figures.
 
     Raises

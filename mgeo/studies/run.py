@@ -95,7 +95,7 @@ def iterate_generations(task: Task, problem: Problem, on_batch: BatchCallback) -
     ----------
     task : the run to be made.
     problem : copy of the problem of the task.
-    watch : function called with each evaluated batch, see `WatchedEvaluator`.
+    on_batch : function called with each evaluated batch, see `ReportingEvaluator`.
 
     Raises
     ------
@@ -133,8 +133,8 @@ class EvaluationLog:
 
     Attributes
     ----------
-    seen : number of evaluations so far, including those beyond `n_eval`.
-    failed : number of failures among the first `n_eval` evaluations.
+    n_evaluations : number of evaluations so far, including those beyond `n_eval`.
+    n_failed : number of failures among the first `n_eval` evaluations.
     """
 
     def __init__(self, n_obj: int, n_eval: int) -> None:
@@ -196,11 +196,11 @@ class ReportingEvaluator(Evaluator):
     Parameters
     ----------
     inner : evaluator that evaluates the batch.
-    watch : function called with problem, population and algorithm after each batch.
+    on_batch : function called with problem, population and algorithm after each batch.
 
     Attributes
     ----------
-    seen : number of evaluations so far.
+    n_evaluations : number of evaluations so far.
     """
 
     def __init__(self, inner: Evaluator, on_batch: BatchCallback) -> None:

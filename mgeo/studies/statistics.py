@@ -27,7 +27,7 @@ class KruskalWallisResult:
     Attributes
     ----------
     statistic : chi-square with k - 1 degrees of freedom, corrected for ties.
-    p : p value of the statistic.
+    p_value : p value of the statistic.
     ranks : mean rank of each sample, see `mean_ranks`.
     """
 
@@ -47,9 +47,9 @@ class FriedmanResult:
     Attributes
     ----------
     statistic : chi-square with k - 1 degrees of freedom, corrected for ties.
-    p : p value of the statistic.
+    p_value : p value of the statistic.
     ranks : average rank of each algorithm, best first.
-    problems, blocks : number of problems and of blocks.
+    n_problems, n_blocks : number of problems and of blocks.
     critical_difference : critical difference of average ranks at 5 %, for all pairs (Nemenyi's
         test, Demsar 2006).
     """
@@ -120,7 +120,7 @@ def mean_ranks(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.Series
     """Return the mean rank of each sample among all values, best first.
 
     The largest value has rank 1; equal values share the mean of their ranks. For two samples, the
-    one with the better mean rank has `vargha_delaney` above one half.
+    one with the better mean rank has `vargha_delaney_effect_size` above one half.
     """
     names = np.repeat(list(samples), [len(values) for values in samples.values()])
     values = np.concatenate([np.empty(0), *samples.values()])
@@ -201,7 +201,7 @@ def friedman_test(
 def nemenyi_critical_difference(
     n_algorithms: int, n_blocks: int, alpha: float = SIGNIFICANCE_LEVEL
 ) -> float:
-    """Return Nemenyi's critical difference of the average ranks of `k` algorithms."""
+    """Return Nemenyi's critical difference of the average ranks of `n_algorithms` algorithms."""
     q = scipy.stats.studentized_range.ppf(1.0 - alpha, n_algorithms, np.inf) / np.sqrt(2.0)
     return float(q * np.sqrt(n_algorithms * (n_algorithms + 1) / (6.0 * n_blocks)))
 
@@ -215,7 +215,7 @@ def bootstrap_band(
     ----------
     samples : (runs, points). Whole runs are resampled, so that the band applies to whole curves.
     level : confidence level.
-    resamples : number of bootstrap samples.
+    n_resamples : number of bootstrap samples.
     seed : seed of the random generator.
 
     Returns

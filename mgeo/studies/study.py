@@ -72,7 +72,7 @@ def run_study(
         If a problem or an algorithm cannot be built, or the folder holds another study.
     OSError
         If a file cannot be written.
-    NothingToCompareError
+    NoFeasibleSolutionError
         If all runs of a problem failed, or none found a feasible solution. The error is raised
         after the other problems are finished.
 

@@ -165,7 +165,7 @@ def read_study(path: Path | str, *, allow_imports: bool = True) -> Study:
     Parameters
     ----------
     path : path of the TOML file.
-    imports : whether modules of algorithms and problems ``module:Class`` may be imported, so that
+    allow_imports : whether modules of algorithms and problems ``module:Class`` may be imported, so that
         their parameters are validated.
 
     Raises

@@ -23,14 +23,14 @@ class StudyRun:
 
     Attributes
     ----------
-    numbers : (k,) evaluation numbers of the points in `F`, counted from 1, ascending.
+    evaluation_numbers : (k,) evaluation numbers of the points in `F`, counted from 1, ascending.
     F : (k, n_obj) objectives of the feasible points that no earlier batch weakly dominates; every
         front of the run is a subset.
-    front : (n,) rows of `F` that form the front after `n_eval` evaluations.
+    front_rows : (n,) rows of `F` that form the front after `n_eval` evaluations.
     X : (n, n_var) variables of the front; (n, 0) if the variables are not numbers.
     n_eval : budget of evaluations.
-    evaluations : number of evaluations made; the last generation may exceed `n_eval`.
-    failed : number of failures among the first `n_eval` evaluations.
+    n_evaluations : number of evaluations made; the last generation may exceed `n_eval`.
+    n_failed : number of failures among the first `n_eval` evaluations.
     wall_time : duration of the run [s].
     """
 

@@ -46,7 +46,7 @@ Cells = Collection[tuple[str, str]]
 
 @dataclass(frozen=True, eq=False)
 class MarkedTable:
-    """Table of text in which the `best` cells are bold and the `alike` cells are marked.
+    """Table of text in which the `best` cells are bold and the `equivalent` cells are marked.
 
     Row names and column names are unique.
     """

@@ -33,10 +33,10 @@ class TrialResult:
 
     Attributes
     ----------
-    repeats : whether both runs proposed the same candidates.
+    is_reproducible : whether both runs proposed the same candidates.
     noise : largest difference between two evaluations of the same points.
-    first_generation : number of evaluations of the first generation.
-    fraction : a fractional value that the algorithm proposed for an integer or binary variable, or
+    first_generation_size : number of evaluations of the first generation.
+    fractional_value : a fractional value that the algorithm proposed for an integer or binary variable, or
         None.
     """
 

@@ -235,7 +235,7 @@ class Bowls(Problem):
 
     Attributes
     ----------
-    seen : list of arrays, shape (n, n_var)
+    batches : list of arrays, shape (n, n_var)
         Evaluated points, one array per batch.
     """
 

@@ -25,7 +25,7 @@ def require_equal(actual: ArrayLike, expected: ArrayLike, rule: str, rtol: float
 
     Parameters
     ----------
-    found, expected : array_like
+    actual, expected : array_like
         Numbers; NaN equals NaN.
     rule : str
         Beginning of the message.

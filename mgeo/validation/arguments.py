@@ -137,14 +137,14 @@ def reject_unknown_keywords(
 
     Parameters
     ----------
-    given : iterable of str
+    keywords : iterable of str
         Keywords to check.
     known : collection of str
         Allowed keywords.
     where : str
         Callable that received the keywords, for the message.
-    others : collection of str
-        Further keywords of the callable. They appear in the message, but not in `given`.
+    other_keywords : collection of str
+        Further keywords of the callable. They appear in the message, but not in `keywords`.
     """
     for name in keywords:
         if name not in known:

@@ -98,7 +98,7 @@ def get_parameter_values(
         Instance that stores each parameter as an attribute of the same name.
     root : type
         Base class, see `parameters`.
-    leave_out : collection of str
+    exclude : collection of str
         Parameters to omit.
 
     Raises

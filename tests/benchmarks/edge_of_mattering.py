@@ -25,7 +25,6 @@ from mgeo_calibration.calibration.calibrate import compute_final_estimate
 from mgeo_calibration.calibration.consistency_tests import SIGNIFICANCE
 from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.estimation.fit import fit
-from mgeo_calibration.estimation.prior import Belief
 from mgeo_calibration.estimation.smoother import solve
 from mgeo_calibration.estimation.trajectory import Trajectory
 from scipy.stats import norm

@@ -183,7 +183,7 @@ class Outcome:
     Attributes
     ----------
     verdict : str
-        ``consistent``, ``inconsistent``, ``not converged`` or ``refused``.
+        ``consistent``, ``inconsistent``, ``not converged`` or ``error``.
     reason : str
         Beginning of the conclusion or refusal, without numbers.
     worst, nees : float
@@ -258,7 +258,7 @@ def disturbed(
 def run_flight(name: str, simulator: str, number: int) -> Outcome:
     """Fly one satellite of a class and calibrate from its telemetry."""
     each = CLASSES[name]
-    true, declared = each.scenarios(DURATIONS[number % len(DURATIONS)])
+    true, declared = each.complete_scenarios(DURATIONS[number % len(DURATIONS)])
     rng = np.random.default_rng([zlib.crc32(f"{name}, {simulator}".encode()), number])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutsideValidity)

@@ -18,7 +18,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from mgeo_attitude import AttitudeManeuverProblem
-from mgeo_attitude.scenario import FlightErrors
+from mgeo_attitude.scenario import MonteCarloSettings
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.algorithm import Algorithm
 from pymoo.indicators.hv import HV
@@ -37,7 +37,7 @@ PRESETS = ("paper", "cubesat_6u")
 #: Seed of the flights that judge, which no search has.
 JUDGES = 999
 #: The flights of a front that is screened; with more the search had to be shorter.
-SCREENING = FlightErrors(n_runs=256, quantile=0.95)
+SCREENING = MonteCarloSettings(n_runs=256, quantile=0.95)
 #: Evaluations of an exact search that takes as long as the robust one, and designs of one in which
 #: each is flown 16 times.
 EXACT = {"paper": 105_000, "cubesat_6u": 140_000}

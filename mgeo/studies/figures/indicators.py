@@ -136,7 +136,7 @@ def draw_critical_difference_diagram(
 
     Parameters
     ----------
-    ranked : Friedman's test over problems.
+    test_result : Friedman's test over problems.
     algorithms : labels in the order that determines their colors.
     """
     names, ranks = list(test_result.ranks.index), test_result.ranks.to_numpy(float)
@@ -192,7 +192,7 @@ def find_equivalent_groups(ranks: list[float], critical_difference: float) -> li
     Parameters
     ----------
     ranks : average ranks, ascending.
-    difference : critical difference.
+    critical_difference : critical difference.
     """
     groups: list[tuple[int, int]] = []
     for low, rank in enumerate(ranks):
@@ -207,7 +207,7 @@ def draw_runtime_distribution(distribution: pd.DataFrame, n_problems: int) -> go
 
     Parameters
     ----------
-    reached : table of `mgeo.studies.aggregation.targets_reached`.
+    distribution : table of `mgeo.studies.aggregation.targets_reached`.
     n_problems : number of problems, for the title.
     """
     figure = go.Figure()

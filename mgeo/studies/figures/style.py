@@ -45,7 +45,7 @@ def assign_trace_styles(algorithms: tuple[str, ...]) -> dict[str, TraceStyle]:
 
 
 def validate_n_objectives(problem: Problem, *allowed: int) -> None:
-    """Raise ValueError if the number of objectives is not one of `numbers`."""
+    """Raise ValueError if the number of objectives is not one of `allowed`."""
     if problem.n_obj not in allowed:
         expected = " or ".join(map(str, allowed))
         raise ValueError(f"{problem.n_obj} objectives: expected {expected} to draw fronts")
@@ -58,7 +58,7 @@ def set_axes(figure: go.Figure, names: tuple[str, ...], points: FloatArray) -> N
 
 
 def compute_height(n_rows: int) -> int:
-    """Return the height [px] of a figure with `rows` lines of text."""
+    """Return the height [px] of a figure with `n_rows` lines of text."""
     return max(480, 220 + 26 * n_rows)
 
 

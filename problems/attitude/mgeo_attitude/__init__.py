@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from mgeo_attitude.filter.model import FilterModel as FilterModel
     from mgeo_attitude.filter.reference import compare_filters as compare_filters
     from mgeo_attitude.filter.reference import run_reference_filter as run_reference_filter
-    from mgeo_attitude.lower_bound.assembly import limit as limit
+    from mgeo_attitude.lower_bound.assembly import compute_lower_bound as compute_lower_bound
     from mgeo_attitude.lower_bound.curves import LowerBound as LowerBound
     from mgeo_attitude.lower_bound.samples import NoLowerBoundError as NoLowerBoundError
     from mgeo_attitude.problem import AttitudeManeuverProblem as AttitudeManeuverProblem
@@ -41,29 +41,29 @@ if TYPE_CHECKING:
 #: Public names by module. A name is imported when it is first used, so that the command line
 #: starts quickly.
 _NAMES = {
-    "bound.assembly": "limit",
-    "bound.curves": "LimitCurves",
-    "bound.samples": "NoLimit",
     "environment.environment": "Environment",
     "filter.evaluator": "Evaluation evaluate",
-    "filter.history": "FilterHistory filter_history",
+    "filter.history": "FilterHistory run_filter",
     "filter.model": "FilterModel",
-    "filter.reference": "agreement reference_run",
+    "filter.reference": "compare_filters run_reference_filter",
+    "lower_bound.assembly": "compute_lower_bound",
+    "lower_bound.curves": "LowerBound",
+    "lower_bound.samples": "NoLowerBoundError",
     "problem": "AttitudeManeuverProblem",
-    "refine.polish": "polish",
-    "refine.splitting": "split without_unneeded",
+    "refine.local_refinement": "refine_plans",
+    "refine.splitting": "remove_ineffective_maneuvers split_maneuvers",
     "scenario.scenario": "Scenario",
-    "scenario.schema": "scenario_schema",
-    "scenario.validity": "validity",
+    "scenario.schema": "build_scenario_schema",
+    "scenario.validity": "find_validity_violations",
     "sensors.base": "Sensor",
     "sensors.direction_sensors": "HorizonSensor TwoAxisSunSensor",
-    "sensors.errors": "GaussMarkov Influence",
+    "sensors.environment_errors": "EnvironmentErrors",
+    "sensors.error_models": "BiasSensitivity GaussMarkov",
     "sensors.gyro": "Gyro",
     "sensors.photodiode": "Photodiode",
     "sensors.star_tracker": "StarTracker",
     "sensors.suite": "Suite",
     "sensors.vector_sensors": "Magnetometer SunSensor",
-    "sensors.world": "World",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 __all__ = sorted(_MODULES)

@@ -62,13 +62,16 @@ FORMATS = (
     ),
     ExportFormat("timeline", ".csv", "timeline with attitudes", "files:to_csv"),
     ExportFormat(
-        "CCSDS AEM", ".aem", "Attitude Ephemeris Message, version 1.0 or 2.0 (KVN)", "aem:aem_text"
+        "CCSDS AEM",
+        ".aem",
+        "Attitude Ephemeris Message, version 1.0 or 2.0 (KVN)",
+        "aem:format_aem",
     ),
     ExportFormat(
-        "SPICE C-kernel", ".bc", "attitudes and rates for SPICE", "spice:ck_bytes", "spiceypy"
+        "SPICE C-kernel", ".bc", "attitudes and rates for SPICE", "spice:build_ck", "spiceypy"
     ),
-    ExportFormat("SPICE clock", ".tsc", "clock kernel of the C-kernel", "spice:sclk_text"),
-    ExportFormat("STK", ".a", "STK attitude file", "attitudes:stk_text"),
+    ExportFormat("SPICE clock", ".tsc", "clock kernel of the C-kernel", "spice:format_sclk"),
+    ExportFormat("STK", ".a", "STK attitude file", "attitudes:format_stk"),
 )
 
 

@@ -33,12 +33,12 @@ from mgeo_attitude.criteria.robustness import (
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.evaluator import Evaluation, evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.lower_bound.assembly import limit
+from mgeo_attitude.lower_bound.assembly import compute_lower_bound
 from mgeo_attitude.lower_bound.curves import LowerBound
 from mgeo_attitude.maneuvers.schedule import decode_designs
 from mgeo_attitude.refine.initial_designs import build_initial_designs
 from mgeo_attitude.refine.local_refinement import iterate_refinement
-from mgeo_attitude.scenario.criteria import FlightErrors
+from mgeo_attitude.scenario.criteria import MonteCarloSettings
 from mgeo_attitude.scenario.housekeeping import check_channels
 from mgeo_attitude.scenario.scenario import Scenario
 
@@ -89,7 +89,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
     ------
     TypeError, ValueError
         If the scenario has another type, a count is invalid, an objective is unknown, or the
-        initial state violates a constraint; see `constraints.check_start`.
+        initial state violates a constraint; see `constraints.validate_initial_state`.
 
     Examples
     --------
@@ -129,7 +129,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         if n_runs == 0:
             changes["flight"] = None
         elif asked:
-            changes["flight"] = dataclasses.replace(scenario.monte_carlo or FlightErrors(), **asked)
+            changes["flight"] = dataclasses.replace(
+                scenario.monte_carlo or MonteCarloSettings(), **asked
+            )
         self.scenario = scenario = dataclasses.replace(scenario, **changes)
         validate_initial_state(scenario)
         check_channels(scenario.housekeeping_channels, scenario.suite)
@@ -176,9 +178,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         ----------
         X : array, shape (n, n_var)
             Designs.
-        vary : function, optional
+        modify_model : function, optional
             Returns the model to use instead of the problem's model.
-        **asked
+        **options
             Further arguments of `evaluate`.
         """
         model = self.model if modify_model is None else modify_model(self.model)
@@ -190,10 +192,10 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
         Raises
         ------
-        NoLimit
+        NoLowerBoundError
             If no lower bound can be proved for the scenario.
         """
-        return limit(self.scenario, self.model)
+        return compute_lower_bound(self.scenario, self.model)
 
     @cached_property
     def monte_carlo_runs(self) -> MonteCarloRuns | None:
@@ -243,7 +245,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return reduce_runs(values, self.n_obj, self.monte_carlo_runs.settings)
 
     def evaluate_runs(self, runs: Iterable[MonteCarloRun], X: Floats) -> Floats:
-        """Return the values of `valued` in each of f Monte Carlo runs, shape (f, n, k)."""
+        """Return the values of `compute_values` in each of f Monte Carlo runs, shape (f, n, k)."""
         return evaluate_runs(runs, X, self.compute_values, self.threads, self._needs_covariance)
 
     def compute_values(self, model: FilterModel, result: Evaluation) -> Floats:
@@ -322,10 +324,10 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         runs. Searches with fidelity levels start with nominal runs, then use 16 and 64 of the Monte
         Carlo runs; see `mgeo.MGEOStaged`.
         """
-        errors = self.scenario.monte_carlo or FlightErrors(n_runs=_N_RUNS, quantile=_QUANTILE)
+        errors = self.scenario.monte_carlo or MonteCarloSettings(n_runs=_N_RUNS, quantile=_QUANTILE)
         fewer = tuple(count for count in _FIDELITIES if count < errors.n_runs)
-        flight = dataclasses.replace(errors, grow=errors.fidelities or fewer)
-        scenario = dataclasses.replace(self.scenario, flight=flight)
+        flight = dataclasses.replace(errors, fidelities=errors.fidelities or fewer)
+        scenario = dataclasses.replace(self.scenario, monte_carlo=flight)
         return AttitudeManeuverProblem(scenario, threads=self.threads)
 
     def recommend_settings(self) -> dict[str, Any]:

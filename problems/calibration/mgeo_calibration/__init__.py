@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from mgeo_calibration.simulation.filter import FilterSettings
     from mgeo_calibration.simulation.monte_carlo import MonteCarloResult, evaluate_consistency
     from mgeo_calibration.simulation.simulate import simulate
-    from mgeo_calibration.simulators.kinematic import fly
+    from mgeo_calibration.simulators.kinematic import simulate_telemetry
     from mgeo_calibration.telemetry.mapping import TelemetryMapping
     from mgeo_calibration.telemetry.reading import read_telemetry
     from mgeo_calibration.telemetry.telemetry import Telemetry
@@ -29,9 +29,9 @@ __all__ = [
     "calibrate",
     "calibrate_magnetometers",
     "evaluate_consistency",
-    "fly",
     "read_telemetry",
     "simulate",
+    "simulate_telemetry",
     "verify",
 ]
 
@@ -39,18 +39,18 @@ __all__ = [
 #: starts quickly.
 _MODULES = {
     "Calibration": "mgeo_calibration.calibration.calibration",
-    "CannotCalibrate": "mgeo_calibration.calibration.diagnosis",
-    "Estimator": "mgeo_calibration.simulation.filter",
-    "MonteCarlo": "mgeo_calibration.simulation.monte_carlo",
+    "CalibrationError": "mgeo_calibration.calibration.diagnosis",
+    "FilterSettings": "mgeo_calibration.simulation.filter",
+    "MonteCarloResult": "mgeo_calibration.simulation.monte_carlo",
     "Telemetry": "mgeo_calibration.telemetry.telemetry",
     "TelemetryMapping": "mgeo_calibration.telemetry.mapping",
     "Verification": "mgeo_calibration.verification",
     "calibrate": "mgeo_calibration.calibration.calibrate",
-    "calibrate_alone": "mgeo_calibration.calibration.magnetometer_calibration",
-    "consistency": "mgeo_calibration.simulation.monte_carlo",
-    "fly": "mgeo_calibration.simulators.kinematic",
+    "calibrate_magnetometers": "mgeo_calibration.calibration.magnetometer_calibration",
+    "evaluate_consistency": "mgeo_calibration.simulation.monte_carlo",
     "read_telemetry": "mgeo_calibration.telemetry.reading",
     "simulate": "mgeo_calibration.simulation.simulate",
+    "simulate_telemetry": "mgeo_calibration.simulators.kinematic",
     "verify": "mgeo_calibration.verification",
 }
 

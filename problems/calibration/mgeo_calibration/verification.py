@@ -24,7 +24,7 @@ from mgeo_calibration.simulators.plan_comparison import summarize_gyro_guidance
 
 #: Probability that at least one of all tests rejects a valid plan and filter.
 SIGNIFICANCE_LEVEL = 0.01
-#: Power at which `Verification.detectable` is stated.
+#: Power at which `Verification.detectable_ratio` is stated.
 DETECTION_POWER = 0.9
 
 PREDICTED_RATIO, FILTER_RATIO = "rms / predicted [-]", "rms / claimed [-]"
@@ -36,7 +36,7 @@ class Verification:
     """Comparison of the errors of Monte Carlo runs with prediction and filter covariance at
     `t_end`.
 
-    The verification is one test at the level `LEVEL`. The test requires that no state error exceeds
+    The verification is one test at the level `SIGNIFICANCE_LEVEL`. The test requires that no state error exceeds
     the prediction, that no state error exceeds the filter's 1-sigma, and that the filter covariance
     as a whole, including its correlations, is not too small (NEES). The chi-square p-values are
     corrected by Holm's method over all tests.
@@ -45,7 +45,7 @@ class Verification:
     ----------
     n_runs : int
     table : DataFrame
-        One row per state: ``unit``; ``predicted`` 1-sigma, see `predictions`, and ``rms`` error,
+        One row per state: ``unit``; ``predicted`` 1-sigma, see `compute_predictions`, and ``rms`` error,
         both root mean squares over the runs; ratio of the error to the prediction and to the
         filter's 1-sigma, root mean squares; ``within 3 sigma [%]`` of the filter's 1-sigma; and the
         corrected p-values of both ratios.
@@ -54,10 +54,10 @@ class Verification:
         filter.
     nees_p : float
         Corrected p-value of `nees`.
-    path_limits : DataFrame
-        Violations of path constraints; see `MonteCarlo.broken_limits`.
-    ends : DataFrame
-        Pointing errors and constraints with gyro-based guidance; see `ends`.
+    path_constraints : DataFrame
+        Violations of path constraints; see `MonteCarlo.build_violation_table`.
+    gyro_guidance : DataFrame
+        Pointing errors and constraints with gyro-based guidance; see `gyro_guidance`.
 
     Examples
     --------
@@ -98,7 +98,7 @@ class Verification:
 
     @property
     def detectable_ratio(self) -> float:
-        """Ratio of error to 1-sigma that the number of runs detects with the power `POWER`."""
+        """Ratio of error to 1-sigma that the number of runs detects with the power `DETECTION_POWER`."""
         tests = 2 * len(self.table) + 1
         smallest = chi2.isf(SIGNIFICANCE_LEVEL / tests, self.n_runs) / chi2.isf(
             DETECTION_POWER, self.n_runs

@@ -38,7 +38,7 @@ class MountingPlace:
         Names of grades, preceded by "none" if the instrument is optional.
     instruments : tuple
         Gyro or sensor of each option; None for "none".
-    on_face : bool
+    is_on_face : bool
         Whether the place is for a Sun sensor on a face. These places come last.
     resources : array, shape (n_options, 3)
         Price [kEUR], mass [g] and power [mW] of each option.
@@ -176,7 +176,7 @@ def list_places(catalog: Catalog) -> Iterator[MountingPlace]:
             name = f"sun_{face.replace('+', 'p').replace('-', 'n')}"
             where = {"name": name, "boresight": FACES[face]}
             place = _build_place(f"Sun sensor {face}", catalog.sun_sensors, optional=True, **where)
-            yield dataclasses.replace(place, on_face=True)
+            yield dataclasses.replace(place, is_on_face=True)
 
 
 def _build_place(

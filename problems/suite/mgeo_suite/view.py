@@ -123,7 +123,7 @@ class SuiteView(View):
         return [draw_solution_figures(model, each) for each in results]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
-        """Return the least price at which a front reaches each of `BUDGETED_DEG`, if it does."""
+        """Return the least price at which a front reaches each of `ACCURACY_LEVELS_DEG`, if it does."""
         objectives = self.problem.objectives
         if not {"price", "attitude"} <= set(objectives):
             return {}
@@ -151,7 +151,7 @@ def summarize_front(
     Returns
     -------
     list of str
-        The most accurate suite within each budget; then, for each accuracy of `BUDGETED_DEG`, the
+        The most accurate suite within each budget; then, for each accuracy of `ACCURACY_LEVELS_DEG`, the
         least price, with and without a star tracker.
     """
     choices, _ = problem.split_designs(X)

@@ -34,7 +34,7 @@ def evaluated(problem, X):
 LIMITED = scenario(
     maneuvers=ManeuverBounds(max_acceleration_deg_s2=0.02),
     wheels=Wheels(inertia=(0.02, 0.03, 0.04), max_momentum=5e-4, max_torque=1e-5),
-    path_limits=(
+    path_constraints=(
         PathConstraint(boresight=(0.0, 0.0, 3.0), half_angle_deg=30.0, attitude_sigmas=0.0),
         PathConstraint(
             name="second", boresight=(1.0, -1.0, 0.0), half_angle_deg=60.0, attitude_sigmas=0.0

@@ -17,7 +17,7 @@ from mgeo_attitude.criteria.robustness import (
     evaluate_runs,
     reduce_runs,
 )
-from mgeo_attitude.scenario import FlightErrors, PathConstraint, Prior, Wheels
+from mgeo_attitude.scenario import MonteCarloSettings, PathConstraint, Prior, Wheels
 from scipy.spatial.transform import Rotation
 
 
@@ -30,7 +30,7 @@ def scenario(**errors) -> Scenario:
     paper = Scenario.paper()
     convergence = dataclasses.replace(paper.convergence, window=60.0)
     return dataclasses.replace(
-        paper, duration=900.0, convergence=convergence, flight=FlightErrors(**errors)
+        paper, duration=900.0, convergence=convergence, flight=MonteCarloSettings(**errors)
     )
 
 
@@ -149,7 +149,9 @@ def test_constraints_are_the_worst_of_the_share_of_runs_that_keeps_them():
     wheels = Wheels(inertia=(0.1, 0.2, 0.1), initial_momentum=(1e-3, 0.0, 0.0), max_momentum=0.01)
     limit = PathConstraint(boresight=(0.0, 1.0, 0.0), half_angle_deg=20.0, attitude_sigmas=1.0)
     of = dataclasses.replace(
-        scenario(count=4, attitude_deg=20.0, start_delay=600.0), wheels=wheels, path_limits=(limit,)
+        scenario(count=4, attitude_deg=20.0, start_delay=600.0),
+        wheels=wheels,
+        path_constraints=(limit,),
     )
     problem, X = AttitudeManeuverProblem(of), designs(2)
     ran = [evaluate(each.model, each.apply_errors(X)) for each in problem.monte_carlo_runs]
@@ -175,7 +177,7 @@ def test_a_lost_covariance_is_above_every_number():
 
 def test_objectives_may_be_means_and_limits_be_kept_by_some():
     values = np.arange(12.0).reshape(4, 1, 3)
-    errors = FlightErrors(mean=True, constraint_share=0.5)
+    errors = MonteCarloSettings(mean=True, constraint_share=0.5)
     np.testing.assert_array_equal(reduce_runs(values, 2, errors), [[4.5, 5.5, 5.0]])
 
 
@@ -184,7 +186,7 @@ def test_promises_are_those_of_the_plan_and_of_other_flights():
     problem, X = AttitudeManeuverProblem(of), designs(3)
     table = problem.view(X).compare_with_monte_carlo(n_runs=11, seed=5)
     own = problem.evaluate(X, return_values_of=["F"])
-    others = dataclasses.replace(of, flight=FlightErrors(n_runs=11, seed=5))
+    others = dataclasses.replace(of, flight=MonteCarloSettings(n_runs=11, seed=5))
     kept = AttitudeManeuverProblem(others).evaluate(X, return_values_of=["F"])
     np.testing.assert_array_equal(table.filter(regex="^promised"), own)
     np.testing.assert_array_equal(table.filter(regex="^kept (?!/)"), kept)

@@ -47,7 +47,7 @@ def assert_agrees(model, X):
 
 
 def assert_same_history(model, x):
-    """`filter_history` is `reference_run`'s, but for rounding."""
+    """`run_filter` is `run_reference_filter`'s, but for rounding."""
     found, expected = run_filter(model, x), run_reference_filter(model, x)
     assert found.converged == expected.converged
     assert found.blocks == expected.blocks

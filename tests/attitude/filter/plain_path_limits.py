@@ -59,9 +59,11 @@ def path_angles(model, run, x):
     turn = np.vstack(
         [np.zeros(3), model.step * Motion.from_design(model, x, model.n_steps).rates[: n - 1]]
     )
-    for limit in model.path_limits:
+    for limit in model.path_constraints:
         cone = limit.cone()
         passage = model.passage(cone.direction, slice(n)).seen(run.attitude)
-        worst = excess(cone, limit.attitude_sigmas, turn, passage, run.predicted_attitude).max()
+        worst = excess(
+            cone, limit.attitude_sigmas, turn, passage, run.predicted_attitude_covariance
+        ).max()
         found.append(worst if limit.keep_in else -worst)
     return found

@@ -86,7 +86,7 @@ def test_gravity_gradient_is_that_of_the_masses():
 
 def unloaded(coils, C, B, momentum, step):
     """What coils have given at each step, GCRS, and their torque before and after it, body axes."""
-    most = coils.duty * np.array(coils.max_dipole)
+    most = coils.duty_cycle * np.array(coils.max_dipole)
     total, held = np.zeros(3), np.zeros(3)
     for attitude, b, without in zip(C, B, momentum, strict=True):
         before = np.cross(held, b)
@@ -109,7 +109,7 @@ def by_hand(given, x, end_steps):
     C = compute_attitudes(plan.rates[0], plan.starts[0], model.n_steps, model.step, C0)[
         : end_steps + 1
     ]
-    J, A = wheels.matrix(), wheels.spin_axes().T
+    J, A = wheels.matrix(), wheels.normalized_axes().T
     h0 = np.array(wheels.initial_momentum or np.zeros(A.shape[1]))
     r = np.einsum("kij,kj->ki", C, problem.environment.position[: end_steps + 1])
     B = np.einsum("kij,kj->ki", C, 1e-9 * problem.environment.field[: end_steps + 1])
@@ -156,7 +156,7 @@ def by_hand(given, x, end_steps):
 def loads(given, x, end_steps):
     """Greatest momentum and torque of a wheel, with the pseudo-inverse of the wheels' axes."""
     wheels = given.wheels
-    A = wheels.spin_axes().T
+    A = wheels.normalized_axes().T
     h0 = np.array(wheels.initial_momentum or np.zeros(A.shape[1]))
     W = np.linalg.pinv(A)
     circulating = h0 - W @ A @ h0

@@ -24,12 +24,12 @@ from . import plain_path_limits as plain
 CAMERA = PathConstraint(name="camera", boresight=(0.0, 0.2, -1.0), half_angle_deg=50.0)
 
 
-def scenario(*path_limits, **changes):
+def scenario(*path_constraints, **changes):
     short = dataclasses.replace(
         Scenario.cubesat_6u(),
         duration=900.0,
         convergence=Convergence(window=60.0),
-        path_limits=path_limits,
+        path_constraints=path_constraints,
     )
     return dataclasses.replace(short, **changes)
 
@@ -149,10 +149,10 @@ def test_kernel_keeps_the_limits_that_the_reference_keeps(watched):
     expected = np.array([plain.path_angles(model, run_reference_filter(model, x), x) for x in X])
     np.testing.assert_allclose(result.path_angle, expected, rtol=0, atol=1e-9)
     assert (result.path_angle[:, 1] < result.path_angle[:, 2] - 1e-3).any()
-    asked = list_constraints(scenario(*model.path_limits))
+    asked = list_constraints(scenario(*model.path_constraints))
     G = np.column_stack([entry.compute_violations(result).max(axis=0) for entry in asked])
-    keep_in = np.array([limit.keep_in for limit in model.path_limits])
-    half = np.radians([limit.half_angle_deg for limit in model.path_limits])
+    keep_in = np.array([limit.keep_in for limit in model.path_constraints])
+    half = np.radians([limit.half_angle_deg for limit in model.path_constraints])
     share = result.path_angle / half
     np.testing.assert_allclose(G, np.where(keep_in, share - 1.0, 1.0 - share), rtol=0, atol=1e-12)
     assert ((G > 0.0).any(axis=0) & (G < 0.0).any(axis=0)).sum() > 8
@@ -219,7 +219,7 @@ def test_limits_hold_between_filter_steps(step):
     )
     usual = problem.scenario
     fast = dataclasses.replace(usual.maneuvers, max_rate_deg_s=5.0)
-    problem.scenario = dataclasses.replace(usual, maneuvers=fast, path_limits=limits)
+    problem.scenario = dataclasses.replace(usual, maneuvers=fast, path_constraints=limits)
     problem.model = FilterModel.from_scenario(problem.scenario)
     rng, blind = np.random.default_rng(8), []
     for _ in range(4):

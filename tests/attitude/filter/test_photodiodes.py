@@ -63,7 +63,7 @@ def test_light_from_behind_does_not_reach_it():
     diode, light = Photodiode(normal=(1.0, 0.0, 0.0)), np.array([[0.2, 0.1, 0.0], [-0.2, 0.1, 0.0]])
     found = diode.measured(looked(np.zeros(3), light, albedo=np.array([0.01, 0.0, 0.0])), V[:2])
     np.testing.assert_allclose(found[:, 0], V[:2, 0] + [0.21, 0.0], atol=1e-15)
-    blind = dataclasses.replace(diode, sees_albedo=False)
+    blind = dataclasses.replace(diode, includes_albedo=False)
     np.testing.assert_array_equal(blind.measured(looked(np.zeros(3), light), V)[:, 0], V[:, 0])
 
 
@@ -130,7 +130,7 @@ def test_all_faces_together_tell_no_more_than_the_bound_says():
 @pytest.mark.parametrize(
     ("keys", "world", "message"),
     [
-        ({}, EnvironmentErrors(earth_albedo=0.3), "px: no lower bound .* sees_albedo = false"),
+        ({}, EnvironmentErrors(earth_albedo=0.3), "px: no lower bound .* includes_albedo = false"),
         ({"initial_delay_s": 0.1}, EnvironmentErrors(), "px.delay depends on the attitude"),
     ],
 )

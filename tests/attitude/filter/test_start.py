@@ -112,7 +112,7 @@ def test_a_start_that_breaks_a_limit_is_refused(initial, changes, message):
 def test_the_attitude_at_the_start_decides_about_a_cone():
     """A camera that looks away from the Sun while z points at it, and only then."""
     camera = {"name": "eye", "boresight": [0.0, 0.0, -1.0], "half_angle_deg": 60.0}
-    day = scenario({"pointing": "sun"}, eclipse=False, path_limits=[camera])
+    day = scenario({"pointing": "sun"}, eclipse=False, path_constraints=[camera])
     kept = AttitudeManeuverProblem(day)
     assert [limit.build_cone().axis for limit in kept.model.path_constraints] == [(0.0, 0.0, -1.0)]
     at_rest = np.tile([0.0, 0.0, 0.0, 100.0], 3)
@@ -120,4 +120,4 @@ def test_the_attitude_at_the_start_decides_about_a_cone():
     assert angle == pytest.approx(np.pi - 3.0 * np.radians(8.0), abs=1e-6)
     opposite = PathConstraint(name="eye", boresight=(0.0, 0.0, 1.0), half_angle_deg=60.0)
     with pytest.raises(InvalidValue, match=r"expected another attitude.* boresight of 'eye'"):
-        AttitudeManeuverProblem(dataclasses.replace(day, path_limits=(opposite,)))
+        AttitudeManeuverProblem(dataclasses.replace(day, path_constraints=(opposite,)))

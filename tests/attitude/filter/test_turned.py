@@ -48,7 +48,7 @@ def satellite(renamed):
         eclipse=False,
         convergence=Convergence(window=60.0),
         sensors=(tracker, Magnetometer()),
-        path_limits=tuple(limits),
+        path_constraints=tuple(limits),
         wheels=wheels,
     )
 

@@ -101,7 +101,7 @@ def test_trackers_and_path_limits_may_differ_in_numbers_but_not_in_what_they_loo
     tracker = StarTracker(max_rate_deg_s=0.5, sun_exclusion_deg=40.0)
     limit = PathConstraint(boresight=(1.0, 0.0, 0.0), half_angle_deg=20.0)
     scenario = dataclasses.replace(
-        short, sensors=(tracker, Magnetometer()), path_limits=(limit,), eclipse=False
+        short, sensors=(tracker, Magnetometer()), path_constraints=(limit,), eclipse=False
     )
     model = FilterModel.from_scenario(scenario)
     other = dataclasses.replace(
@@ -109,7 +109,7 @@ def test_trackers_and_path_limits_may_differ_in_numbers_but_not_in_what_they_loo
     )
     aside = dataclasses.replace(limit, boresight=(0.0, 0.3, 1.0), attitude_sigmas=1.0)
     second = dataclasses.replace(
-        variant(model, Suite(Gyro(), (other, Magnetometer()))), path_limits=(aside,)
+        variant(model, Suite(Gyro(), (other, Magnetometer()))), path_constraints=(aside,)
     )
     X, which = designs(np.random.default_rng(5), 16, max_duration=300.0), np.arange(16) % 2
     X[:, np.arange(12) % 4 != 3] *= 0.6

@@ -41,7 +41,7 @@ def read_2(plan, **keywords):
 
 @pytest.fixture(scope="module")
 def message(plan):
-    return read_2(plan, created=CREATED, **NAMES)
+    return read_2(plan, creation_time=CREATED, **NAMES)
 
 
 def test_metadata_read_back(plan, message):

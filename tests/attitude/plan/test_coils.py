@@ -9,7 +9,7 @@ from mgeo_attitude.criteria.robustness import draw_runs
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan.aem import format_aem
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.scenario import FlightErrors
+from mgeo_attitude.scenario import MonteCarloSettings
 from mgeo_attitude.view.summaries import format_two_digits
 from scipy.spatial.transform import Rotation
 
@@ -52,7 +52,7 @@ def test_path_limits_are_of_the_motion(plan):
 
 def test_what_it_promises_is_what_flights_of_it_know(plan):
     """Against one flight after another, each by itself: no flight is turned as the plan is."""
-    errors = dataclasses.replace(FlightErrors(), count=20, seed=FlightErrors().seed + 1)
+    errors = dataclasses.replace(MonteCarloSettings(), count=20, seed=MonteCarloSettings().seed + 1)
     problem, X = plan.problem, np.array([plan.design])
     variances = [
         np.diag(evaluate(each.model, each.apply_errors(X), 1, covariance=True).covariance[0])

@@ -11,11 +11,11 @@ def test_numbers(plan):
     np.testing.assert_array_equal(rates.x, [0.0, 100.0, plan.t_end])
     np.testing.assert_allclose(rates.y, [0.5, 0.3, 0.3])
     heat = figures["correlation"].data[0]
-    np.testing.assert_array_equal(heat.z, plan.correlations())
+    np.testing.assert_array_equal(heat.z, plan.compute_correlations())
     assert heat.x[0] == heat.y[0] == "attitude x"
     lines = {line.name: line for line in figures["contributions"].data}
     assert list(lines)[-1] == "mag bias"
-    table = plan.contributions()
+    table = plan.compute_uncertainty_by_phase()
     worst = table[[f"mag bias {axis} [nT]" for axis in "xyz"]].max(axis=1)
     np.testing.assert_allclose(lines["mag bias"].customdata, worst)
     np.testing.assert_allclose(lines["mag bias"].y, worst / 2000.0)

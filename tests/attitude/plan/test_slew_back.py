@@ -117,7 +117,7 @@ def test_path_limits_are_looked_at_until_the_end(plan):
             attitude_sigmas=0.0,
         ),
     )
-    watched = ManeuverPlan(dataclasses.replace(plan.scenario, path_limits=limits), DESIGN)
+    watched = ManeuverPlan(dataclasses.replace(plan.scenario, path_constraints=limits), DESIGN)
     scenario, first, last = watched.scenario, round(plan.t_end), round(plan.duration)
     long = Environment.from_scenario(dataclasses.replace(scenario, duration=float(last)))
     distance = np.linalg.norm(long.position, axis=1)[first:]

@@ -9,7 +9,7 @@ from mgeo_attitude.refine.descent import DescentProblem, descend, descend_from_b
 from mgeo_attitude.refine.evaluators import FixedTimeEvaluator
 from mgeo_attitude.refine.initial_designs import build_receding_horizon_plan
 from mgeo_attitude.refine.local_refinement import iterate_refinement
-from mgeo_attitude.scenario import FlightErrors, PathConstraint
+from mgeo_attitude.scenario import MonteCarloSettings, PathConstraint
 
 from .conftest import by_each_rule, short
 
@@ -39,8 +39,8 @@ def test_slopes_are_those_of_the_trace(problem):
     z[9:] += [0.0011, 0.0, -0.0007]
     found, slopes = descent.evaluate_gradients(z[None])
     assert slopes.shape == (1, 1, 12)
-    (on_steps,), _ = at.evaluate_at_steps(descent.to_designs(z), 200)
-    assert found[0, 0] == pytest.approx(on_steps, abs=0.01)
+    (round_to_steps,), _ = at.evaluate_at_steps(descent.to_designs(z), 200)
+    assert found[0, 0] == pytest.approx(round_to_steps, abs=0.01)
     for k in range(12):
         ahead, behind = z.copy(), z.copy()
         ahead[k] += 1e-4
@@ -120,7 +120,7 @@ def test_plans_for_other_times_are_added(problem):
 @pytest.mark.slow
 @pytest.mark.parametrize("rule", ["trace", "end"])
 def test_limits_are_kept(rule):
-    problem = short(3, rule, path_limits=CAMERA)
+    problem = short(3, rule, path_constraints=CAMERA)
     X = np.vstack([some(problem), problem.suggest_initial_designs(4, np.random.default_rng(1))])
     before, violation = values(problem, X)
     assert 0 < (violation > 0.0).sum() < len(X)
@@ -152,7 +152,7 @@ def test_what_else_tells_how_much_is_known_is_polished(name):
 
 
 def test_flights_tell_whether_a_polished_plan_is_better():
-    problem = short(3, "end", flight=FlightErrors(n_runs=8, quantile=0.75))
+    problem = short(3, "end", flight=MonteCarloSettings(n_runs=8, quantile=0.75))
     X = some(problem, 4)
     before, after = values(problem, X)[0], values(problem, refine_plans(problem, X, **FEW))[0]
     assert (after <= before).all()

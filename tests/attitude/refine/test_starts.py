@@ -97,7 +97,7 @@ def test_starts_keep_off_what_must_not_be_seen(rule):
         ),
     )
     free = short(4, rule).suggest_initial_designs(5, np.random.default_rng(1))
-    problem = short(4, rule, path_limits=limits)
+    problem = short(4, rule, path_constraints=limits)
     found = problem.suggest_initial_designs(5, np.random.default_rng(1))
     assert (problem.evaluate(free, return_values_of=["G"]) > 0.0).any()
     assert (problem.evaluate(found, return_values_of=["G"]) <= 0.0).all()

@@ -82,8 +82,8 @@ def test_scenarios_keep_to_it(scenario: Scenario) -> None:
         "trace_weights.mag.bias = '1'",
         "[[sensors]]\nkind = 'sunsensor'",
         "[[sensors]]\nkind = 'sun-sensor'\nnoise_nt = 1.0",
-        "[[path_limits]]\nhalf_angle_deg = 180.0",
-        "[[path_limits]]\nboresight = [1, 0, 0]\nhalf_angle_deg = 9.0\nsense = 'keep'",
+        "[[path_constraints]]\nhalf_angle_deg = 180.0",
+        "[[path_constraints]]\nboresight = [1, 0, 0]\nhalf_angle_deg = 9.0\nsense = 'keep'",
     ],
 )
 def test_what_the_reader_refuses_by_itself_it_refuses_too(text: str) -> None:

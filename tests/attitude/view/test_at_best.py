@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
-from mgeo_attitude.scenario import FlightErrors
+from mgeo_attitude.scenario import MonteCarloSettings
 from mgeo_attitude.view.lower_bound import compute_bound_curves, is_valid_for_monte_carlo
 
 from mgeo.plugins.view import build_view
@@ -54,7 +54,7 @@ def test_what_one_may_reach_is_left_to_the_search():
 )
 def test_over_which_flights_the_limit_holds(flight, gyro, holds):
     scenario = dataclasses.replace(
-        asking(sun__misalignment_deg=0.05), flight=FlightErrors(n_runs=4, **flight)
+        asking(sun__misalignment_deg=0.05), flight=MonteCarloSettings(n_runs=4, **flight)
     )
     scenario = dataclasses.replace(scenario, gyro=dataclasses.replace(scenario.gyro, **gyro))
     assert is_valid_for_monte_carlo(scenario) == holds
@@ -70,7 +70,7 @@ def test_over_which_flights_the_limit_holds(flight, gyro, holds):
 
 
 def test_no_flight_is_below_the_limit_that_is_shown_under_its_front():
-    scenario = dataclasses.replace(asking(mag__bias_nt=1e4), flight=FlightErrors(n_runs=8))
+    scenario = dataclasses.replace(asking(mag__bias_nt=1e4), flight=MonteCarloSettings(n_runs=8))
     problem = AttitudeManeuverProblem(scenario)
     times, trace, _ = compute_bound_curves(problem, np.array([304.0, 11984.0])).T
     for flight in problem.monte_carlo_runs:

@@ -48,7 +48,7 @@ def test_numbers_are_those_of_the_reference_filter(problem, table):
 
 
 def test_the_trace_stands_beside_what_no_maneuver_can_beat(problem, table):
-    limit = problem.limit_curves
+    limit = problem.lower_bound
     least = np.interp(table["t_end [s]"], limit.times, limit.trace)
     np.testing.assert_allclose(table[BOUND_RATIO_COLUMN], table["trace [-]"] / least, rtol=1e-12)
     assert (table[BOUND_RATIO_COLUMN] > 1.0).all()

@@ -38,6 +38,9 @@ def test_tables_are_those_of_the_plan(plan, sections, key):
 
 
 def test_the_worst_axis_stands_for_all_three(plan, sections):
-    shown, own = sections["Uncertainty reduction by phase"].table, plan.contributions()
+    shown, own = (
+        sections["Uncertainty reduction by phase"].table,
+        plan.compute_uncertainty_by_phase(),
+    )
     axes = [f"attitude {axis} [deg]" for axis in "xyz"]
     np.testing.assert_array_equal(shown["attitude [deg]"], own[axes].max(axis=1))

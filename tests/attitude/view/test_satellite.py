@@ -39,7 +39,7 @@ def test_a_cone_at_rest_has_the_margin_of_its_axis_and_the_unknown_attitude():
         dataclasses.replace(
             Scenario.paper(),
             duration=600.0,
-            path_limits=(
+            path_constraints=(
                 PathConstraint(name="eye", boresight=(0.0, 0.0, 1.0), half_angle_deg=20.0),
             ),
         )

@@ -59,7 +59,7 @@ def normalized(calibration, telemetry):
 
 
 def check_claimed(found, chance=0.99, worst=4.0):
-    """Assert that errors are as large as is claimed, of `normalized` ones.
+    """Assert that errors are as large as is claimed, of `normalize_covariance` ones.
 
     NEES per state in the mean within what has this probability, and none of so many 1-sigmas.
     """

@@ -134,7 +134,7 @@ class Craft:
     @property
     def gyro(self) -> dict[str, np.ndarray]:
         """Constants of the gyro that are given, in the filter's units."""
-        return in_units(bias=(self.gyro_bias_deg_s, np.pi / 180.0))
+        return convert_block(bias=(self.gyro_bias_deg_s, np.pi / 180.0))
 
     def of(self, sensor) -> dict[str, np.ndarray]:
         """Constants of a sensor that are given, in the filter's units."""
@@ -143,10 +143,12 @@ class Craft:
             "magnetometer": (self.mag_turn_deg, self.mag_bias_nt, 1.0 / FIELD_UNIT),
         }.get(sensor.kind, (None, None, 1.0))
         late = np.full(3, self.late.get(sensor.name, 0.0))
-        return in_units(misalignment=(turn, np.pi / 180.0), bias=(bias, unit), delay=(late, 1.0))
+        return convert_block(
+            misalignment=(turn, np.pi / 180.0), bias=(bias, unit), delay=(late, 1.0)
+        )
 
 
-def in_units(**given) -> dict[str, np.ndarray]:
+def convert_block(**given) -> dict[str, np.ndarray]:
     """Return the values that are there, times their units."""
     return {
         state: unit * np.asarray(value, dtype=float)

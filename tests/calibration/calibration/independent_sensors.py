@@ -117,15 +117,15 @@ def is_near(vectors, axis, angle_deg) -> np.ndarray:
 
 def to_sun(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndarray:
     """Vectors to Sun and Earthlight, normalized if the sensor reports two angles."""
-    seen = at.sun + at.all_light if sensor.sees_albedo else at.sun
+    seen = at.sun + at.all_light if sensor.includes_albedo else at.sun
     y = own["turn"].apply(to_body.apply(seen)) + own["bias"]
-    if sensor.unit_length:
+    if sensor.has_unit_length:
         y = normalized(y)
     y += np.resize(sensor.noise(), 3) * rng.standard_normal(y.shape)
     y[~at.sunlit] = np.nan
     if sensor.half_angle_deg < 180.0:
         y[~is_near(to_body.apply(at.sun), sensor.boresight, sensor.half_angle_deg)] = np.nan
-    return normalized(y) if sensor.unit_length else y
+    return normalized(y) if sensor.has_unit_length else y
 
 
 def magnetometer(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndarray:
@@ -140,7 +140,7 @@ def photodiode(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndar
     sensitivity = normal + own["sensitivity"] @ frame(normal)
     sun = to_body.apply(at.sun)
     before = to_body.apply(at.light) @ normal >= 0.0
-    light = to_body.apply(at.all_light) * (before & sensor.sees_albedo)[:, None]
+    light = to_body.apply(at.all_light) * (before & sensor.includes_albedo)[:, None]
     y = (sun + light) @ sensitivity + sensor.relative_noise * rng.standard_normal(len(sun))
     y[~(at.sunlit & is_near(sun, normal, sensor.half_angle_deg))] = np.nan
     return y[:, None]

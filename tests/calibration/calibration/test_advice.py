@@ -27,8 +27,8 @@ pytestmark = pytest.mark.slow
 
 #: What is wrong: the flight, how its telemetry is spoiled, the key, and the state that is added.
 ADDED = {
-    "magnetometer late": ({"late": {"mag": 0.4}}, None, "mag.initial_delay_s", "mag.delay"),
-    "Sun sensor late": ({"late": {"sun": 0.5}}, None, "sun.initial_delay_s", "sun.delay"),
+    "magnetometer late": ({"late": {"mag": 0.4}}, None, "mag.initial_latency_s", "mag.delay"),
+    "Sun sensor late": ({"late": {"sun": 0.5}}, None, "sun.initial_latency_s", "sun.delay"),
     "scale of the magnetometer": (
         {},
         sensor("mag", scaled(0.01)),

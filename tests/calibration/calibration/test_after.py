@@ -12,7 +12,6 @@ from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
 from mgeo_calibration import calibrate, fly, simulate
 from mgeo_calibration.calibration.document import from_json, to_json
-from mgeo_calibration.estimation.prior import Belief
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
@@ -31,7 +30,7 @@ def first():
 
 def test_the_scenario_starts_where_the_calibration_ends(first):
     found, telemetry = first
-    after = found.scenario_after({"maneuvers": {"count": 2}, "duration": 600.0})
+    after = found.build_followup_scenario({"maneuvers": {"count": 2}, "duration": 600.0})
     assert after.epoch == found.scenario.epoch + timedelta(seconds=900)
     assert (after.maneuvers.count, after.duration) == (2, 600.0)
     assert after.sensors == found.scenario.sensors
@@ -72,7 +71,7 @@ def test_the_file_is_enough(first):
     found, _ = first
     text = to_json(found)
     table = {"after": json.loads(text), "duration": 600.0}
-    after = found.scenario_after({"duration": 600.0})
+    after = found.build_followup_scenario({"duration": 600.0})
     assert Scenario.from_dict(table) == after
     assert from_json(text).build_followup_scenario({"duration": 600.0}) == after
     assert AttitudeManeuverProblem.from_options(table).to_options() == after.to_dict()
@@ -87,7 +86,7 @@ def test_a_later_epoch_carries_what_is_known_until_then(first):
         "duration": 600.0,
         "initial": {"attitude_deg": 2.0, "pointing": "nadir"},
     }
-    after = found.scenario_after(changes)
+    after = found.build_followup_scenario(changes)
     gap = (after.epoch - found.scenario.epoch).total_seconds() - found.time
     assert gap > 3600.0
     gyro, P, x = after.gyro, found.covariance[3:, 3:].copy(), found.states[3:].copy()
@@ -113,13 +112,13 @@ def test_a_later_epoch_carries_what_is_known_until_then(first):
     np.testing.assert_allclose(after.prior.attitude, expected, atol=1e-12)
     AttitudeManeuverProblem(after)
     from_toml = changes | {"epoch": after.epoch}
-    assert found.scenario_after(from_toml) == after
+    assert found.build_followup_scenario(from_toml) == after
 
 
 def test_what_was_sent_before_is_read_once(first):
     """Telemetry of both flights in one table gives what that of the second one alone gives."""
     found, telemetry = first
-    after = found.scenario_after({"duration": 600.0})
+    after = found.build_followup_scenario({"duration": 600.0})
     second = fly(after, SECOND, 2, after=telemetry.truth)
     np.testing.assert_allclose(second.truth.attitude[0], telemetry.truth.attitude[-1], atol=1e-12)
     np.testing.assert_array_equal(second.truth.states[0], telemetry.truth.states[-1])
@@ -136,7 +135,7 @@ def test_what_was_sent_before_is_read_once(first):
 def test_two_calibrations_are_one_of_both_flights(first):
     """A linear world would make them equal; here by less than a 1-sigma, with its covariance."""
     found, telemetry = first
-    after = found.scenario_after({"duration": 600.0})
+    after = found.build_followup_scenario({"duration": 600.0})
     second = fly(after, SECOND, 2, after=telemetry.truth)
     earlier, later = telemetry.frame(), second.to_frame()[1:]
     later["time"] += 900.0
@@ -154,7 +153,7 @@ def test_two_calibrations_are_one_of_both_flights(first):
 
 def test_a_belief_is_what_remains_of_the_truth(first):
     """r and -J, by differences of scipy's rotations."""
-    belief = Belief.from_scenario(first[0].scenario_after())
+    belief = Belief.from_scenario(first[0].build_followup_scenario())
     rng, n = np.random.default_rng(1), 18
     e = belief.sigma * rng.standard_normal(n)
     states = belief.states.copy()
@@ -190,7 +189,7 @@ def test_a_belief_is_what_remains_of_the_truth(first):
 def test_the_simulation_draws_from_what_is_known(first):
     """Errors at the start have the whole covariance, and NEES of the filter is 1 ever after."""
     found, _ = first
-    after = found.scenario_after({"duration": 600.0})
+    after = found.build_followup_scenario({"duration": 600.0})
     result = simulate(after, SECOND, 200, 5)
     start = result.errors[:, 0]
     P = found.covariance

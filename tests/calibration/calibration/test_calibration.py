@@ -55,8 +55,12 @@ def test_innovations_support_it_or_say_why_not(scenario, telemetry, calibration)
     assert calibration.conclusion == "the innovations support it"
     none = dataclasses.replace(calibration, tests=(), prior_tests=(), model_tests=())
     assert none.supported  # of a few readings, all of which may be outliers
-    assert not len(none.test_table()) + len(none.prior_table()) + len(none.model_table())
-    table = calibration.test_table()
+    assert (
+        not len(none.build_sensor_test_table())
+        + len(none.build_prior_test_table())
+        + len(none.build_model_test_table())
+    )
+    table = calibration.build_sensor_test_table()
     assert (table["before"] > 1.05 * table["after"]).all()
     np.testing.assert_allclose(table["after"], table["noise"], rtol=0.05)
     quiet = dataclasses.replace(scenario.sensors[0], noise_deg=1.2)

@@ -5,7 +5,7 @@ import pytest
 from mgeo_attitude import Gyro, Magnetometer, Suite, SunSensor
 from mgeo_attitude.filter.reference import update_with_considered_states
 from mgeo_calibration.calibration.calibrate import reset_considered_states
-from mgeo_calibration.estimation.prior import Belief
+from mgeo_calibration.estimation.prior import PriorEstimate
 from mgeo_calibration.estimation.smoother import compute_last_covariance, solve_linearized
 from mgeo_calibration.estimation.trajectory import Partition
 
@@ -35,7 +35,7 @@ def known_before(suite, at):
     states = 0.3 * sigma * rng.standard_normal(n)
     for first in suite.rotations:
         states[first : first + 3] = 0.0
-    return Belief(suite, at.attitude[0], states, sigma, P / np.outer(spread, spread))
+    return PriorEstimate(suite, at.attitude[0], states, sigma, P / np.outer(spread, spread))
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -17,7 +17,7 @@ SCENARIOS = {
 
 
 def with_delays(scenario, sigma=0.5):
-    sensors = tuple(dataclasses.replace(each, initial_delay_s=sigma) for each in scenario.sensors)
+    sensors = tuple(dataclasses.replace(each, initial_latency_s=sigma) for each in scenario.sensors)
     return dataclasses.replace(scenario, sensors=sensors)
 
 

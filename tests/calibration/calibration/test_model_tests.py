@@ -10,7 +10,6 @@ from mgeo_calibration import fly as fly_own
 from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.estimation.fit import fit
 from mgeo_calibration.estimation.model_errors import build_bias_decay_error, build_bias_drift_error
-from mgeo_calibration.estimation.prior import Belief
 from mgeo_calibration.estimation.score import compute_scores
 
 from .faults import says
@@ -78,10 +77,10 @@ def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
     tracker, *others, _ = satellite.sensors  # of two magnetometers one
     scenario = short(satellite, 2400.0, world=EnvironmentErrors())
     sees = {"sun_exclusion_deg": None, "earth_exclusion_deg": None}
-    tracker = dataclasses.replace(tracker, initial_delay_s=late, **sees)
+    tracker = dataclasses.replace(tracker, initial_latency_s=late, **sees)
     true = dataclasses.replace(scenario, sensors=(tracker, *others))
     scenario = dataclasses.replace(
-        true, sensors=(dataclasses.replace(tracker, initial_delay_s=0.0), *others)
+        true, sensors=(dataclasses.replace(tracker, initial_latency_s=0.0), *others)
     )
     telemetry = fly_own(true, TURNS, seed=4)
     found = calibrate(scenario, telemetry)

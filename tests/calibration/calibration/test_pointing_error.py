@@ -12,7 +12,6 @@ from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import TelemetryMapping, calibrate, read_telemetry
 from mgeo_calibration.calibration.diagnosis import CalibrationError
 from mgeo_calibration.estimation.batch import build_batch
-from mgeo_calibration.estimation.prior import Belief
 from mgeo_calibration.estimation.smoother import solve, solve_linearized
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory
 from mgeo_calibration.telemetry.mapping import GyroChannels

@@ -13,7 +13,6 @@ from mgeo_attitude.maneuvers.motion import compute_attitudes
 from mgeo_calibration.estimation.batch import Batch, build_batch
 from mgeo_calibration.estimation.kinematics import linearize_process
 from mgeo_calibration.estimation.linearization import linearize_sensor
-from mgeo_calibration.estimation.prior import Belief
 from mgeo_calibration.estimation.residuals import compute_filter_estimates, compute_residuals
 from mgeo_calibration.estimation.smoother import (
     SmoothedCovariance,

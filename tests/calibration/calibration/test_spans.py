@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_calibration.calibration.hypotheses import build_hypotheses
-from mgeo_calibration.estimation.prior import Belief
 from mgeo_calibration.estimation.residuals import compute_filter_estimates, compute_residuals
 from mgeo_calibration.estimation.score import compute_scores
 from mgeo_calibration.estimation.smoother import compute_last_covariance, solve_linearized

@@ -158,6 +158,6 @@ def test_all_that_is_tested_and_what_is_added_is_printed(run, flight):
         "With and without the additions",
     )
     assert all(title in printed for title in titles)
-    assert "orbit.along_track" in printed
+    assert "orbit.build_along_track_error" in printed
     refused = run(*command, "--fit", "mag.gain", code=2)
     assert "fit = 'mag.gain': " in refused.stderr

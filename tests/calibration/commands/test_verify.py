@@ -72,7 +72,7 @@ def test_a_broken_path_limit_is_told(run, tmp_path):
         Scenario.paper(),
         duration=400.0,
         step=2.0,
-        path_limits=(
+        path_constraints=(
             PathConstraint(name="camera", boresight=(1.0, -1.0, 0.0), half_angle_deg=60.0),
         ),
     )

@@ -49,7 +49,7 @@ CASES = [
 def look(suite, sensor):
     """What a sensor looks at, GCRS: the vector, and what else `Suite.looks` has."""
     change = CHANGE[: len(sensor.delay())]
-    if sensor.unit_length:
+    if sensor.has_unit_length:
         v = V / np.linalg.norm(V)
         by_orbit = GRADIENT[: suite.n_gradient(sensor) - 2 - len(change)]
         return v, np.vstack([*tangent_vectors(v), *by_orbit, *change])
@@ -120,10 +120,10 @@ def expanded(suite, index, y, C, x):
     return r.value[:, 0], dense, second
 
 
-def in_space(suite, index, y, C, x):
+def is_3d(suite, index, y, C, x):
     """The same along three axes that do not change with the estimate."""
     sensor, found = suite.sensors[index], expanded(suite, index, y, C, x)
-    if not sensor.unit_length:
+    if not sensor.has_unit_length:
         return found
     axes = rotate_tangents(measured(suite, sensor, C, x)[:, 0], y[:, 0])[0]
     return tuple(np.tensordot(axes, each, 1) for each in found)
@@ -137,7 +137,7 @@ def test_derivatives_of_the_innovation_are_those_of_finite_differences(suite, in
     y = measured(suite, sensor, *perturbed(suite, C, x, e))
 
     def at(errors):
-        return in_space(suite, index, y, *perturbed(suite, C, x, errors))
+        return is_3d(suite, index, y, *perturbed(suite, C, x, errors))
 
     def unit(j, size):
         error = np.zeros(suite.n_states)
@@ -192,7 +192,7 @@ def test_at_zero_the_derivative_is_the_declared_H(name):
     for index, sensor in enumerate(suite.sensors):
         for C in (np.eye(3), Rotation.random(random_state=6).as_matrix()):
             y = measured(suite, sensor, C, x)
-            H = in_space(suite, index, y, C, x)[1]
+            H = is_3d(suite, index, y, C, x)[1]
             v, gradient = look(suite, sensor)
             declared = suite.measurement_matrix(
                 sensor, C @ v, C, gradient @ C.T, RATE, channels(sensor)

@@ -95,7 +95,7 @@ def test_flights_by_their_gyros_are_told(plan):
     (line,) = format_gyro_guidance(found)
     assert f"9 of 10 less than {found.loc[END_ERROR, QUANTILE_COLUMN]:.3g} deg" in line
     nearer = LIMITS[0] | {"half_angle_deg": camera["plan"] - 0.5}
-    tight = planned(path_limits=[nearer, LIMITS[1]])
+    tight = planned(path_constraints=[nearer, LIMITS[1]])
     assert tight.violations() == []
     (line,) = format_gyro_guidance(summarize_gyro_guidance(tight, 12, 2))
     assert "; Sun off camera broken in " in line

@@ -44,7 +44,7 @@ def model():
     return FilterModel.from_scenario(short(Scenario.paper()))
 
 
-def body_rates(t):
+def interpolate_body_rates(t):
     """The plan by hand: the second maneuver starts at the first step after 80.3 s, the third
     after 140.3 s."""
     return np.radians(PLAN[0:3] if t < 81 else PLAN[4:7] if t < 141 else PLAN[8:11])
@@ -76,8 +76,8 @@ def test_attitudes_of_truth_and_dead_reckoning_are_integrated_kinematics(model):
     record = estimated(blind, PLAN, np.array([0, DURATION]), draws)
 
     np.testing.assert_allclose(record.errors[0, 0, :6], [*theta, *bias], rtol=1e-14)
-    truth = attitude(body_rates, as_scipy(-theta).as_matrix(), DURATION)
-    estimate = attitude(lambda t: body_rates(t) + bias, np.eye(3), DURATION)
+    truth = attitude(interpolate_body_rates, as_scipy(-theta).as_matrix(), DURATION)
+    estimate = attitude(lambda t: interpolate_body_rates(t) + bias, np.eye(3), DURATION)
     quaternion = Rotation.from_matrix(estimate @ truth.T).as_quat()
     expected = 2.0 * quaternion[:3] / quaternion[3]
     np.testing.assert_allclose(record.errors[0, 1, :3], expected, rtol=0, atol=1e-9)
@@ -194,7 +194,7 @@ def test_readings_are_those_of_rotated_vectors(pointing):
     model = FilterModel.from_scenario(short(Scenario.paper(), initial=initial))
     begun = model.initial_attitude
     assert (begun == np.eye(3)).all() == (pointing == "inertial")
-    plan = [attitude(body_rates, np.eye(3), t) for t in (1, 100, DURATION)]
+    plan = [attitude(interpolate_body_rates, np.eye(3), t) for t in (1, 100, DURATION)]
     for generator in np.random.default_rng(5).spawn(2):
         draws = draw_errors(model, DURATION, generator)
         flight, x = flown(model, PLAN, draws), draws.initial_errors

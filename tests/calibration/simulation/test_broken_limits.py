@@ -16,7 +16,7 @@ STEPS = 300
 PLAN = np.array([0.3, -0.1, 0.2, 80.3, -0.1, 0.3, 0.1, 60.0, 0.2, 0.1, -0.3, 160.0])
 
 
-def scenario(*path_limits):
+def scenario(*path_constraints):
     preset = Scenario.cubesat_6u()
     return dataclasses.replace(
         preset,
@@ -24,7 +24,7 @@ def scenario(*path_limits):
         duration=float(STEPS),
         eclipse=False,
         convergence=Convergence(window=float(STEPS)),
-        path_limits=path_limits,
+        path_constraints=path_constraints,
     )
 
 

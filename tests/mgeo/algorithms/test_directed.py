@@ -246,9 +246,9 @@ def test_memory_is_the_best_point_of_each_walker():
 
 
 def test_walkers_go_back_to_their_memory_or_to_the_archive():
-    run = begun(directed(n_walkers=5, return_to_best=1.0, migrate=(0.0, 0.0)), ZDT1(n_var=4), 6)
+    run = begun(directed(n_walkers=5, return_probability=1.0, migrate=(0.0, 0.0)), ZDT1(n_var=4), 6)
     assert np.array_equal(run.walkers, run.state.incumbents)
-    run = begun(directed(n_walkers=5, return_to_best=0.0, migrate=(1.0, 0.0)), ZDT1(n_var=4), 6)
+    run = begun(directed(n_walkers=5, return_probability=0.0, migrate=(1.0, 0.0)), ZDT1(n_var=4), 6)
     ideal, nadir = run.front.F.min(axis=0), run.front.F.max(axis=0)
     between = run.state.weights.max(axis=1) < 1
     assert between.tolist() == [False, False, True, True, True]
@@ -298,7 +298,7 @@ class Creep(Problem):
 def test_less_violation_is_progress():
     run = begun(
         directed(
-            n_walkers=4, extreme_weights=1.0, restart=(1, 1), return_to_best=1.0, migrate=(0, 0)
+            n_walkers=4, extreme_weights=1.0, restart=(1, 1), return_probability=1.0, migrate=(0, 0)
         ),
         Creep(),
     )

@@ -122,7 +122,7 @@ def test_points_drawn_take_every_level_as_often_as_the_others():
 
 @st.composite
 def steps(draw):
-    """Arguments of `whole_steps` for 6 variables."""
+    """Arguments of `round_steps` for 6 variables."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     xl = rng.integers(-3, 3, 6).astype(float)
     xu = xl + rng.integers(0, 5, 6)

@@ -100,7 +100,7 @@ def test_stages_are_shares_in_order():
     with pytest.raises(ValueError, match=r"stages = \(\): expected one or more"):
         MGEOStaged(())
     with pytest.raises(TypeError, match="stages"):
-        MGEODirected(stages=(0.5, 0.6))
+        MGEODirected(fidelity_schedule=(0.5, 0.6))
 
 
 class Rough(Estimated):

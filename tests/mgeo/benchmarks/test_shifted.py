@@ -77,7 +77,7 @@ def test_no_new_bound_is_near_an_optimum(name):
     plain, shifted = pair(name)
     optimum = 0.5 if name == "zdt4" else DISTANCE.get(name, 0.35)
     for bound in (shifted.xl, shifted.xu):
-        share = (shifted.mirrored(bound[None])[0] - plain.xl) / (plain.xu - plain.xl)
+        share = (shifted.mirror(bound[None])[0] - plain.xl) / (plain.xu - plain.xl)
         assert (np.abs(share - optimum) > 0.19).all()
     middle = 0.5 * (shifted.xl + shifted.xu)
     share = (middle - plain.xl) / (plain.xu - plain.xl)

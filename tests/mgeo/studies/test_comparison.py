@@ -70,7 +70,7 @@ def test_an_algorithm_without_a_finished_run_stays_in_the_summary(comparison):
 
 def test_the_order_and_the_typical_runs(comparison):
     assert comparison.order() == ["A_1", "C", "B"]
-    assert [comparison.median_seed(name) for name in VALUES] == [2, 2, 1]
+    assert [comparison.find_median_seed(name) for name in VALUES] == [2, 2, 1]
     table = comparison.table.query("algorithm == 'A_1' and seed != 1")
     two = Comparison(**{**vars(comparison), "table": table})
     assert (two.find_median_seed("A_1"), two.find_median_seed("B")) == (3, None)

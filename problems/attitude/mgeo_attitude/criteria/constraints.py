@@ -32,15 +32,15 @@ class Bound:
     Attributes
     ----------
     label : str
-    measured : function
+    quantity : function
         Returns the quantity of each design, shape (n,); NaN without a result.
-    bound : float
+    value : float
         Positive bound, in the unit of the quantity.
     unit : str
         Unit for display.
     factor : float
         Factor from the unit of the quantity to the unit for display.
-    least : bool
+    is_lower : bool
         Whether the bound is a lower bound.
     """
 
@@ -67,7 +67,7 @@ class Constraint:
     Attributes
     ----------
     label : str
-    limits : tuple of Limit
+    bounds : tuple of Limit
     needs_covariance : bool
         Whether the evaluation must contain the covariances at the end.
     """

@@ -17,7 +17,7 @@ class EvaluationCache:
 
     Parameters
     ----------
-    forget : bool
+    last_batch_only : bool
         Whether to keep only the last batch.
     """
 
@@ -31,7 +31,7 @@ class EvaluationCache:
         Parameters
         ----------
         designs : array, shape (n, n_var)
-        run : function
+        function : function
             Evaluates designs, shape (k, n_var), to values, shape (k, n_values), each of which
             depends on its design alone. Receives an empty batch unchanged.
 

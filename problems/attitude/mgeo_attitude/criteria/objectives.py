@@ -119,7 +119,7 @@ def find_smooth_objective(keys: Sequence[str]) -> str:
     Raises
     ------
     ValueError
-        If the objectives are others; see `can_be_polished`.
+        If the objectives are others; see `is_refinable`.
     """
     if not is_refinable(keys):
         smooth = ", ".join(key for key, each in OBJECTIVES.items() if each.is_smooth)
@@ -229,7 +229,7 @@ def _build_scaling(reference: Callable[[Scenario], float]) -> Callable[[Floats, 
     return lambda values, scenario: values / reference(scenario)
 
 
-#: Description of the objective with the prefix `TRACE_OF`.
+#: Description of the objective with the prefix `TRACE_PREFIX`.
 TRACE_DESCRIPTION = "trace over some blocks of the state, such as `trace:attitude,gyro.bias`"
 
 #: Objectives by key.

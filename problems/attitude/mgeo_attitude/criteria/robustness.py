@@ -25,7 +25,7 @@ from mgeo_attitude.filter.evaluator import Evaluation, count_available_threads, 
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
-from mgeo_attitude.scenario.criteria import FlightErrors
+from mgeo_attitude.scenario.criteria import MonteCarloSettings
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import scale_noise
 from mgeo_attitude.sensors.suite import Suite
@@ -42,11 +42,11 @@ class MonteCarloRun:
     ----------
     model : FilterModel
         Tables for the true initial attitude and the true start time.
-    rates : array, shape (m, 3)
+    rate_errors : array, shape (m, 3)
         Rate error of each maneuver [deg/s].
-    durations : array, shape (m,)
+    duration_errors : array, shape (m,)
         Duration error of each maneuver [s].
-    delay : float
+    start_delay : float
         Delay of the start [s].
     variants : tuple of FilterModel
         Model with the sensor noise of the run, which the filter uses too; empty for nominal noise.
@@ -74,7 +74,7 @@ class MonteCarloRun:
 def draw_runs(
     scenario: Scenario,
     model: FilterModel,
-    settings: FlightErrors,
+    settings: MonteCarloSettings,
     run_numbers: Iterable[int] | None = None,
 ) -> list[MonteCarloRun]:
     """Draw Monte Carlo runs of a scenario.
@@ -84,8 +84,8 @@ def draw_runs(
     scenario : Scenario
     model : FilterModel
         Model of the nominal run.
-    errors : FlightErrors
-    numbers : iterable of int, optional
+    settings : MonteCarloSettings
+    run_numbers : iterable of int, optional
         Numbers of the runs, which seed them. Default: all runs.
 
     Raises
@@ -132,11 +132,11 @@ class MonteCarloRuns:
 
     Attributes
     ----------
-    errors : FlightErrors
+    errors : MonteCarloSettings
         Error model of the runs.
     """
 
-    def __init__(self, scenario: Scenario, model: FilterModel, errors: FlightErrors) -> None:
+    def __init__(self, scenario: Scenario, model: FilterModel, errors: MonteCarloSettings) -> None:
         self._draw = partial(draw_runs, scenario, model, errors)
         self.settings = errors
 
@@ -151,7 +151,7 @@ class MonteCarloRuns:
         return self.iterate_runs(len(self))
 
     def iterate_runs(self, n_runs: int) -> Iterator[MonteCarloRun]:
-        """Yield the first `count` runs."""
+        """Yield the first `n_runs` runs."""
         yield from self._stored_runs[:n_runs]
         for number in range(MAX_STORED_RUNS, n_runs):
             yield from self._draw([number])
@@ -171,9 +171,9 @@ def evaluate_runs(
 
     Parameters
     ----------
-    flights : iterable of FlightSample
+    runs : iterable of MonteCarloRun
     designs : array, shape (n, 4 m)
-    values : function
+    compute_values : function
         Returns the values, shape (n, k), for a model and an evaluation.
     threads : int, optional
         Default: the number of available processors.
@@ -203,11 +203,11 @@ def compute_quantile(values: Floats, probability: float) -> Floats:
 
 
 def _compute_quantile_rank(n_values: int, probability: float) -> int:
-    """Return the rank, from 1, of the quantile `share` in `count` ascending values."""
+    """Return the rank, from 1, of the quantile `probability` in `n_values` ascending values."""
     return max(int(np.ceil(probability * n_values - 1e-9)), 1)
 
 
-def reduce_runs(values: Floats, n_objectives: int, settings: FlightErrors) -> Floats:
+def reduce_runs(values: Floats, n_objectives: int, settings: MonteCarloSettings) -> Floats:
     """Reduce values of Monte Carlo runs, shape (f, n, k), to one value each, shape (n, k).
 
     Objectives are reduced to their mean or quantile, constraints to their quantile.
@@ -217,7 +217,7 @@ def reduce_runs(values: Floats, n_objectives: int, settings: FlightErrors) -> Fl
     values : array, shape (f, n, k)
         Objectives, then constraints.
     n_objectives : int
-    errors : FlightErrors
+    settings : MonteCarloSettings
         Specifies mean or quantiles.
     """
     objectives, limits = np.split(values, [n_objectives], axis=2)

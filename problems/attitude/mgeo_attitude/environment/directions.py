@@ -84,15 +84,15 @@ def compute_pointing_attitudes(
         Pointing axis, unit vector in body axes.
     target : array, shape (n, 3)
         Target direction, GCRS, any length.
-    toward : array, shape (n, 3)
+    clock_reference : array, shape (n, 3)
         Direction closest to the second body vector at a clock angle of zero, GCRS, any length.
-    clock : float
+    clock_angle : float
         Rotation of the body about `axis` [rad].
 
     Raises
     ------
     ValueError
-        If `target` and `toward` are parallel within 0.06 degrees.
+        If `target` and `clock_reference` are parallel within 0.06 degrees.
     """
     from scipy.spatial.transform import Rotation
 
@@ -148,7 +148,7 @@ class Cone:
         Unit vector, body axes.
     half_angle : float
         [rad], measured from the limb of a disc.
-    inside : bool
+    keep_in : bool
         Whether the cone must contain the direction.
     """
 
@@ -170,11 +170,11 @@ class DirectionMotion(NamedTuple):
 
     Attributes
     ----------
-    before, after : arrays, shape (n, 3)
+    start, end : arrays, shape (n, 3)
         Unit vectors at the start and at the end of each step; zero if not visible. A direction that
         is visible at one end only, such as the Sun at the edge of an eclipse, counts for the whole
         step.
-    radius_before, radius_after : arrays, shape (n,)
+    start_radius, end_radius : arrays, shape (n,)
         Apparent radius of a disc [rad].
     appears : array of bool, shape (n,)
         Whether the direction is visible at the end of the step only, so that the previous step does
@@ -211,7 +211,7 @@ class DirectionMotion(NamedTuple):
     def rotate_to_body(self, attitude: Floats) -> DirectionMotion:
         """Rotate the passage to body axes by the attitudes at the samples, shape (n, 3, 3)."""
         before, after = (np.einsum("kij,kj->ki", attitude, v) for v in (self.start, self.end))
-        return self._replace(before=before, after=after)
+        return self._replace(start=before, end=after)
 
 
 def _compute_sun_direction(at: Environment | SatelliteState, epoch: datetime) -> Floats:

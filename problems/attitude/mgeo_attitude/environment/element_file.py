@@ -68,7 +68,7 @@ def read_element_set(
     Parameters
     ----------
     text : str
-    wanted : str
+    object_name : str
         Name, international designator or catalog number of the object; empty for a file of one
         object.
     epoch : datetime with UTC offset

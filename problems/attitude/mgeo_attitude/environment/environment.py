@@ -58,9 +58,9 @@ class Environment:
         False where the Earth covers more than half of the Sun (umbra and half the penumbra).
     origin : Course, optional
         Object from which the tables were computed; None for user-defined tables.
-    earthlight : array (n, 3), optional
+    albedo : array (n, 3), optional
         Albedo as an addition to the Sun's unit vector; see `World.around`.
-    shadow : bool
+    has_eclipses : bool
         Whether eclipses are modeled. Without them, all samples are sunlit.
     epoch : datetime, optional
         Epoch of `times` if the field is that of IGRF; None for a user-defined field.
@@ -183,7 +183,7 @@ class Environment:
 
     def without_eclipses(self) -> Self:
         """Return the environment without eclipses."""
-        return dataclasses.replace(self, sunlit=np.ones_like(self.sunlit), shadow=False)
+        return dataclasses.replace(self, sunlit=np.ones_like(self.sunlit), has_eclipses=False)
 
     def validate_scenario(self, scenario: OrbitSource) -> None:
         """Check that the tables belong to a scenario.

@@ -91,10 +91,10 @@ def parse_frame_name(text: str) -> str:
 def convert_to_gcrs(
     frame: str, at: JulianDates, position: Floats, velocity: Floats | None
 ) -> tuple[Floats, Floats | None]:
-    """Convert position [m] and velocity [m/s], shape (n, 3), from a frame of `frame_name` to GCRS.
+    """Convert position [m] and velocity [m/s], shape (n, 3), from a frame of `parse_frame_name` to GCRS.
 
     The velocity is relative to the frame. ITRF rotates; TEME is treated as inertial, as in
-    `gcrs_of`.
+    `compute_gcrs_states`.
     """
     rotation = rotation_to_gcrs(frame, at)
     if velocity is not None:
@@ -106,7 +106,7 @@ def convert_to_gcrs(
 
 
 def rotation_to_gcrs(frame: str, at: JulianDates) -> Floats:
-    """Return the matrices from a frame of `frame_name` to GCRS, shape (n, 3, 3)."""
+    """Return the matrices from a frame of `parse_frame_name` to GCRS, shape (n, 3, 3)."""
     if frame == "TEME":
         return teme_to_gcrs(at)
     if frame == "ITRF":

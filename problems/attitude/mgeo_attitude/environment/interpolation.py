@@ -30,7 +30,7 @@ def interpolate(
     values : array, shape (n, 3)
     slopes : array, shape (n, 3), optional
         Derivatives of the values.
-    count : int
+    n_samples : int
         Number of samples per polynomial, at most n. The degree is count - 1, or 2 count - 1 with
         slopes.
     at : array, shape (k,)
@@ -61,7 +61,7 @@ def interpolate(
 
 
 def _find_first_samples(times: Floats, output_times: Floats, n_samples: int) -> Ints:
-    """Return the first of the `count` samples around each instant."""
+    """Return the first of the `n_samples` samples around each instant."""
     if n_samples % 2:  # around the nearest sample
         middle = np.searchsorted(0.5 * (times[1:] + times[:-1]), output_times)
     else:  # around the interval

@@ -50,7 +50,7 @@ def propagate_two_body(elements: Elements, times: ArrayLike) -> tuple[Floats, Fl
 
 
 def propagate_j2_secular(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
-    """Propagate mean elements with the secular drift by J2; parameters as in `two_body`.
+    """Propagate mean elements with the secular drift by J2; parameters as in `propagate_two_body`.
 
     The velocity is the Keplerian velocity of the drifting elements, which neglects the motion of
     node and perigee (of relative size J2). The symmetry axis of J2 is the z axis of the elements.
@@ -108,7 +108,7 @@ def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Floats:
 def propagate_elements(
     elements: Elements, time: float, rates: tuple[float, float, float]
 ) -> Elements:
-    """Return the elements at a later time, with drift rates as those of `secular_rates`.
+    """Return the elements at a later time, with drift rates as those of `j2_secular_rates`.
 
     Parameters
     ----------

@@ -53,7 +53,7 @@ def read_oem(
     ----------
     path : Path
         May end in ``.gz``.
-    wanted : str
+    object_name : str
         Name or designator of the object; empty for any.
     run : Run
     interpolation : {"hermite", "lagrange"}, optional
@@ -112,7 +112,7 @@ def read_oem(
         position=position[selection].tolist(),
         velocity=velocity[selection].tolist() if method == "hermite" else (),
     )
-    return orbit.for_run(run.epoch, run.duration)
+    return orbit.prepare_for_run(run.epoch, run.duration)
 
 
 def _read_segments(path: Path) -> list[Any]:

@@ -116,7 +116,7 @@ class Orbit(Settings):
 class OrbitFile(Settings):
     """File of element sets (OMM or two-line), or an orbit ephemeris message (OEM).
 
-    Files may be compressed (``.gz``). A scenario stores the elements or samples from `for_run` and
+    Files may be compressed (``.gz``). A scenario stores the elements or samples from `prepare_for_run` and
     does not refer to the file, which may change.
 
     Raises

@@ -89,7 +89,7 @@ def visible_sun_fraction(position: Floats, sun: Floats) -> Floats:
 def sun_limb_angle(position: Floats, sun: Floats) -> Floats:
     """Return the angle of the Sun's center above the Earth's limb [rad], shape (n,).
 
-    The angle is negative behind the Earth. Where it is zero, `lit_fraction` is one half, to within
+    The angle is negative behind the Earth. Where it is zero, `visible_sun_fraction` is one half, to within
     3e-6 rad.
 
     Parameters

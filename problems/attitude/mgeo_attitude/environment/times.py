@@ -88,7 +88,7 @@ def format_instant(epoch: datetime, seconds: float) -> str:
 
 
 def tai_minus_utc(utc: datetime) -> float:
-    """Return TAI minus UTC [s] at an instant; see `instants`."""
+    """Return TAI minus UTC [s] at an instant; see `compute_julian_dates`."""
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
     # erfa.dat warns for some years; a warning filter would affect all threads.
     fraction = (utc - midnight).total_seconds() / DAY
@@ -105,8 +105,8 @@ def parse_time_stamps(epoch: datetime, stamps: Sequence[str], time_scale: str = 
     epoch : datetime
     stamps : sequence of str
         ISO 8601, with a calendar date or a day of year.
-    system : str
-        Time scale of the stamps: UTC or one of `TAI_MINUS`.
+    time_scale : str
+        Time scale of the stamps: UTC or one of `TAI_OFFSETS`.
 
     Raises
     ------
@@ -134,8 +134,8 @@ def convert_calendar_seconds(
     seconds : array_like, shape (n,)
         Calendar seconds from the epoch to dates of a time scale, without leap seconds, like Unix
         time. NaN is preserved.
-    system : str
-        Time scale of the dates: UTC or one of `TAI_MINUS`.
+    time_scale : str
+        Time scale of the dates: UTC or one of `TAI_OFFSETS`.
     """
     utc, clock = as_utc(epoch), np.asarray(seconds, dtype=float)
     is_finite = np.isfinite(clock)
@@ -154,7 +154,7 @@ def _compute_tai_offsets(time_scale: str, dates: Ints, fractions: Floats) -> Flo
 
     Parameters
     ----------
-    system : str
+    time_scale : str
     dates : array, shape (n, 3)
         Year, month and day.
     fractions : array, shape (n,)

@@ -43,10 +43,10 @@ def build_step_parts(
     gated: tuple[bool, ...],
     monitors: Monitors = NO_MONITORS,
 ) -> dict[str, str]:
-    """Return the source of each part of a filter step, in execution order, and of `CHECK`.
+    """Return the source of each part of a filter step, in execution order, and of `CHECK_PART`.
 
     The source describes one candidate: assignments to names and to workspace values ``W[k]``, and
-    loops over such assignments. `CHECK` is not part of the step; it computes the last Cholesky
+    loops over such assignments. `CHECK_PART` is not part of the step; it computes the last Cholesky
     pivot of the covariance. A step is split into parts because compile time grows faster than
     linearly with the size of a function.
 
@@ -97,7 +97,7 @@ class _StepBuilder:
         return Triangle(code, self.slots.scratch)
 
     def take_constants(self, code: Code, n_constants: int) -> list[Symbol]:
-        """Return the next `number` constants, in the order of `variants.constants_of`."""
+        """Return the next `n_constants` constants, in the order of `variants.stack_constants`."""
         return [code.slot(k) for k in islice(self._constants, n_constants)]
 
     def select_table_values(
@@ -231,7 +231,7 @@ def compute_instrument_constants(
     """Return the step constants that depend on sensors, processes and path constraints.
 
     The constants are, in order: decay and process-noise variances of each Gauss-Markov process; the
-    constants of the path constraints (`path_limits.cone_constants`); and for each sensor its noise
+    constants of the path constraints (`path_limits.list_cone_constants`); and for each sensor its noise
     variances, the axis and the cosine of the half-angle of each view (followed by the sine if the
     view refers to a disc), and the square of its maximum rate if it has one.
 
@@ -240,7 +240,7 @@ def compute_instrument_constants(
     suite : Suite
     step : float
         Filter step [s].
-    limits : sequence of PathLimit, optional
+    path_constraints : sequence of PathConstraint, optional
 
     Returns
     -------
@@ -269,8 +269,8 @@ def build_module_source(
     Parameters
     ----------
     suite, gated, monitors
-        See `step_parts`.
-    lanes : int
+        See `build_step_parts`.
+    n_lanes : int
         Candidates per vector register.
     """
     parts = build_step_parts(suite, gated, monitors)

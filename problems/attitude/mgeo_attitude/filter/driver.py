@@ -194,7 +194,7 @@ def run(
         Addresses of the compiled ``step`` and ``check`` functions of the suite; number of lanes.
     layout : tuple of int
         See `layout.Layout`.
-    shared : arrays of int, shapes (1,) and (n_jobs,)
+    queue : arrays of int, shapes (1,) and (n_jobs,)
         State shared by all threads: number of jobs taken; and the status of each job, 0 until its
         final state is stored, then 1, or 2 if the covariance had lost positivity.
     jobs : five arrays of int, shape (n_jobs,)
@@ -212,17 +212,17 @@ def run(
     table : array, shape (n_samples, n_given)
         Orbit table, see `FilterModel.table`.
     constants : array, shape (n_variants, n_constants)
-        See `variants.constants_of`.
+        See `variants.stack_constants`.
     convergence : int, float, bool, float
         Window [steps], least relative decrease of the trace over the window, whether a rise counts
         as converged, and the factor of a settled trace, or 0 to skip it. With a factor, the window
         must be longer than the run.
-    steps : three arrays of int, shape (n,)
+    step_limits : three arrays of int, shape (n,)
         Last allowed step of each design; and, written, the end step and the step from which on the
         trace was settled.
     trace : array, shape (n,), written
         Weighted trace at the end; NaN if the covariance lost positivity.
-    at_end : arrays, shapes (n, n_monitors) and (n or 0, n_states (n_states + 1) / 2), written
+    final_values : arrays, shapes (n, n_monitors) and (n or 0, n_states (n_states + 1) / 2), written
         Monitors at the end and, unless empty, the lower triangle of the covariance, row by row.
     record : array, shape (n or 0, n_steps + 1, n_states), written
         Variance of each state at each step, unless empty.

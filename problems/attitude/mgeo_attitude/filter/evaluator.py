@@ -103,16 +103,16 @@ def evaluate(
         Whether to return the covariances at the end.
     variants : sequence of FilterModel, optional
         Default: the model alone.
-    which : array of int, shape (n,), optional
+    variant_index : array of int, shape (n,), optional
         Index of the variant of each design. Default: the first variant.
-    until : array_like of int, shape (n,) or (), optional
+    end_steps : array_like of int, shape (n,) or (), optional
         Steps at which to end the runs, from 1 to n_steps, instead of the convergence rule. A longer
         maneuver is cut short; after the last maneuver its rate is held.
 
     Raises
     ------
     ValueError
-        If a variant needs another kernel than the model; see `check_variants`.
+        If a variant needs another kernel than the model; see `validate_variants`.
 
     Warns
     -----
@@ -145,7 +145,7 @@ def evaluate(
     if end_steps is not None:
         last[:] = end_steps
         # The end becomes part of the plan, so that equal plans with different ends are distinct.
-        batch_with_ends = batch._replace(plan=dataclasses.replace(plan, over=last))
+        batch_with_ends = batch._replace(plan=dataclasses.replace(plan, maneuver_end_steps=last))
         ran = run_batch(model.nonconverging_model, batch_with_ends, last, history, covariance)
     elif model.rule != "trace":
         full_run = run_batch(

@@ -36,9 +36,9 @@ class FilterHistory:
 
     Examples
     --------
-    >>> from mgeo_attitude import FilterModel, Scenario, filter_history
+    >>> from mgeo_attitude import FilterModel, Scenario, run_filter
     >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
-    >>> history = filter_history(FilterModel.from_scenario(Scenario.paper()), design)
+    >>> history = run_filter(FilterModel.from_scenario(Scenario.paper()), design)
     >>> history.converged, float(history.times[-1]), history.blocks[:2]
     (True, 2337.0, ('attitude', 'gyro.bias'))
     """
@@ -60,7 +60,7 @@ class FilterHistory:
 def run_filter(model: FilterModel, design: ArrayLike) -> FilterHistory:
     """Run the compiled filter of equations (2) to (4) over one design and return all samples.
 
-    `reference_run` computes the same history with filterpy and takes about a hundred times as long.
+    `run_reference_filter` computes the same history with filterpy and takes about a hundred times as long.
 
     Parameters
     ----------
@@ -75,9 +75,9 @@ def run_filter(model: FilterModel, design: ArrayLike) -> FilterHistory:
 
     Examples
     --------
-    >>> from mgeo_attitude import FilterModel, Scenario, filter_history
+    >>> from mgeo_attitude import FilterModel, Scenario, run_filter
     >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
-    >>> history = filter_history(FilterModel.from_scenario(Scenario.paper()), design)
+    >>> history = run_filter(FilterModel.from_scenario(Scenario.paper()), design)
     >>> bool(history.trace[-1] < history.trace[0])
     True
     """

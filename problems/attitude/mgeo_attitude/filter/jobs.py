@@ -44,7 +44,7 @@ class Jobs(NamedTuple):
         variant k of the model.
     snapshot : array, shape (n,)
         Slot in which the final state is stored; -1 if no other job needs it.
-    twin : array, shape (n_designs,)
+    representative : array, shape (n_designs,)
         For each design, the equal design that is run in its place.
     """
 
@@ -61,7 +61,7 @@ def build_separate_jobs(variant_index: Ints) -> Jobs:
 
     Parameters
     ----------
-    variants : array, shape (n,)
+    variant_index : array, shape (n,)
         Model variant of each design.
     """
     n = len(variant_index)
@@ -84,7 +84,7 @@ def build_shared_jobs(
         See `maneuvers.schedule.Schedule`.
     n_steps : int
         Length of the longest run.
-    variants : array, shape (n,)
+    variant_index : array, shape (n,)
         Model variant of each design.
     """
     if len(rates) == 0:
@@ -205,13 +205,13 @@ def run_batch(
     ----------
     model : FilterModel
     batch : Batch
-    stops : array of int, shape (n,)
+    last_steps : array of int, shape (n,)
         Last allowed step of each design.
     history : bool
         Whether to record the variances at every step.
     covariance : bool
         Whether to return the covariances at the end.
-    factor : float
+    settling_factor : float
         Factor of a settled trace; 0 to skip the settling step.
     """
     variants, flown_by, plan, threads = batch

@@ -92,7 +92,7 @@ def load_module(
         Kind of the module, which is also the name of its folder in the cache.
     source : str
         Text of the module.
-    ingredients : modules, or a function for all of its module
+    dependencies : modules, or a function for all of its module
         Modules whose compiled functions the module calls. A change there recompiles the module.
     part : str
         Name of the module among those of its kind, for the log.

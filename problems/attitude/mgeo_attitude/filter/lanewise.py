@@ -38,7 +38,7 @@ def lanewise(text: str, n_lanes: int) -> Any:
         ``sqrt(x)`` and ``a if x >= y else b``; and loops ``for i in range(start, stop, step)`` of
         assignments to new names or ``W[k]``. The integers k, start and stop are expressions of
         ``+``, ``*``, ``// 2`` and ``a if i >= j else b`` without negative values.
-    lanes : int
+    n_lanes : int
         Number of candidates.
 
     Raises

@@ -25,11 +25,11 @@ class PathMonitor(NamedTuple):
     ----------
     direction : str
         Name of the direction.
-    inside : bool
+    keep_in : bool
         Whether the direction must stay inside the cone.
-    disc : bool
+    is_disc : bool
         Whether the angle is measured from the limb of a disc.
-    margin : bool
+    has_margin : bool
         Whether a margin for the attitude uncertainty applies.
     """
 
@@ -50,7 +50,7 @@ class Monitors:
 
     Attributes
     ----------
-    limits : tuple of Watch
+    paths : tuple of Watch
         Path constraints.
     states : tuple of int
         States with a required 1-sigma. If there are any, one more value counts the consecutive
@@ -84,18 +84,18 @@ class Layout(NamedTuple):
         Rotation matrix, transition and process noise of one step of the current maneuver.
     turn : int
         Unit axis, angle, sine and cosine of the rotation in one step; only with path constraints.
-    rate : int
+    squared_rate : int
         Squared body rate [rad²/s²]; only if a sensor has a maximum rate.
-    omega : int
+    body_rate : int
         Body rate [rad/s]; only if a sensor has a measurement latency.
     trace, pivot : int
         Results of ``step`` and ``check``.
     scratch : int
         Intermediate values of loops.
-    given : int
-        Row of the orbit table, see `given_columns`.
+    table : int
+        Row of the orbit table, see `compute_table_columns`.
     constants : int
-        Constants of the model variant, see `variants.constants_of`.
+        Constants of the model variant, see `variants.stack_constants`.
     """
 
     attitude: int

@@ -75,31 +75,31 @@ class FilterModel:
         Whether the trace has also converged when it rose.
     rule : {"trace", "required", "settling", "end"}
         End of a run: when the trace has converged; when all required 1-sigmas are satisfied for the
-        rest of the scenario; when the trace stays within `factor` of its final value; or with the
+        rest of the scenario; when the trace stays within `settling_factor` of its final value; or with the
         last maneuver.
-    factor : float
+    settling_factor : float
         Factor of the rule "settling".
     initial_attitude : array, shape (3, 3)
         GCRS-to-body matrix at the start.
     initial_rate : array, shape (3,)
         Body rate before the first maneuver [rad/s], from which the first ramp starts.
-    slew_limits : SlewLimits or CoilDrive, optional
+    slew_limits : SlewLimits or MagnetorquerDrive, optional
         Limits on rate changes, or a model of magnetorquer control. Rates change instantly without
         it.
-    path_limits : tuple of PathLimit
+    path_constraints : tuple of PathConstraint
         Path constraints.
     directions : array, shape (n_steps + 1, n_directions, 3)
         Unit vectors of path constraints and fields of view in GCRS, in the order of
-        `layout.directions_of`; zero if not visible, such as the Sun in eclipse.
+        `layout.list_directions`; zero if not visible, such as the Sun in eclipse.
     radii : array, shape (n_steps + 1, n_directions)
         Apparent radii of the directions [rad]; zero if not a disc.
-    budget : MomentumBudget, optional
+    momentum_budget : MomentumBudget, optional
         Present if the wheel loads do not follow from the rates alone.
     required_sigma : array, shape (n_states,)
         1-sigma that a plan must reach; infinite for a state without requirement.
     channels : mapping of str to array, shape (n_steps + 1,)
         Values of the housekeeping channels that biases depend on.
-    by_polynomials : bool
+    use_polynomials : bool
         Whether to discretize with `polynomials` where applicable, which is nine times as fast and
         differs by rounding.
 
@@ -194,14 +194,14 @@ class FilterModel:
             relative_decrease=scenario.convergence.relative_decrease,
             allow_rise=scenario.convergence.allow_rise,
             rule=scenario.convergence.rule,
-            factor=scenario.convergence.factor,
+            settling_factor=scenario.convergence.factor,
             initial_attitude=attitude,
             initial_rate=rate,
             slew_limits=scenario.build_rotation_dynamics(environment.field_tesla, attitude, rate),
-            path_limits=scenario.path_constraints,
+            path_constraints=scenario.path_constraints,
             directions=compute_directions(names, environment, epoch or scenario.epoch),
             radii=compute_radii(names, environment),
-            budget=MomentumBudget.from_scenario(scenario, environment, attitude, rate),
+            momentum_budget=MomentumBudget.from_scenario(scenario, environment, attitude, rate),
             required_sigma=np.repeat(required.list_sigmas(suite.units), 3),
             channels=compute_channel_values(
                 scenario.housekeeping_channels, suite, environment.times, environment.sunlit
@@ -209,7 +209,7 @@ class FilterModel:
         )
 
     def rotate_initial_attitude(self, rotation: Floats) -> FilterModel:
-        """Return the model for an initial attitude rotated by `turn`, shape (3, 3).
+        """Return the model for an initial attitude rotated by `rotation`, shape (3, 3).
 
         `initial_attitude` stays unchanged; all GCRS vectors are rotated by the inverse instead. In
         GCRS the new initial body axes are the columns of ``turn @ initial_attitude.T``.
@@ -222,7 +222,8 @@ class FilterModel:
             else limits,
             references=self.references @ rotation,
             directions=(self.directions.reshape(-1, 3) @ rotation).reshape(self.directions.shape),
-            budget=self.momentum_budget and self.momentum_budget.rotate_initial_attitude(rotation),
+            momentum_budget=self.momentum_budget
+            and self.momentum_budget.rotate_initial_attitude(rotation),
         )
 
     @property
@@ -285,7 +286,7 @@ class FilterModel:
 
     @cached_property
     def sensitivity_factors(self) -> Floats:
-        """Factors of the bias sensitivities at every sample; see `Suite.influence_values`."""
+        """Factors of the bias sensitivities at every sample; see `Suite.compute_channel_deviations`."""
         return self.suite.compute_channel_deviations(self.channels, len(self.references))
 
     @cached_property
@@ -309,7 +310,7 @@ class FilterModel:
 
     @cached_property
     def orbit_table(self) -> Floats:
-        """Orbit table of the kernel, one row per sample; see `layout.given_columns`."""
+        """Orbit table of the kernel, one row per sample; see `layout.compute_table_columns`."""
         parts = [self.references.reshape(len(self.references), -1)]
         for name in list_path_directions(self.monitors):
             passage = self.compute_direction_motion(name)

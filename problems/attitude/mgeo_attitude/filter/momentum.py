@@ -23,7 +23,7 @@ class MomentumBudget:
         Inertia of the satellite [kg m²].
     allocation : array, shape (k, 3)
         See `Wheels.shares`.
-    circulating : array, shape (k,)
+    null_space_momentum : array, shape (k,)
         Initial wheel momenta in the null space of the allocation, with zero sum [N m s].
     attitude : array, shape (3, 3)
         GCRS-to-body matrix at the start.
@@ -33,15 +33,15 @@ class MomentumBudget:
         Angular momentum of the satellite at the start, GCRS [N m s].
     position, field : arrays, shape (n_steps + 1, 3)
         Position of the satellite [m] and geomagnetic field [T], GCRS.
-    dipole : array, shape (3,)
+    residual_dipole : array, shape (3,)
         Residual dipole, body axes [A m²].
-    gradient : float
+    gravity_gradient : float
         1 to include the gravity-gradient torque, else 0.
-    margin : float
+    disturbance_margin : float
         Factor on the disturbance torques.
-    coils : array, shape (3,)
+    magnetorquer_dipole : array, shape (3,)
         Maximum mean magnetorquer dipole of a step for unloading [A m²]; zero without unloading.
-    response : float
+    unloading_time_constant : float
         Time constant of unloading without saturation [s].
     """
 
@@ -94,21 +94,21 @@ class MomentumBudget:
         return cls(
             inertia=inertia,
             allocation=np.ascontiguousarray(allocation),
-            circulating=circulating,
+            null_space_momentum=circulating,
             attitude=np.ascontiguousarray(attitude),
             rate=rate,
             momentum=attitude.T @ momentum,
             position=np.ascontiguousarray(environment.position),
             field=environment.field_tesla,
-            dipole=np.array(wheels.residual_dipole),
-            gradient=float(wheels.gravity_gradient),
-            margin=wheels.disturbance_margin,
-            coils=unloading,
-            response=response,
+            residual_dipole=np.array(wheels.residual_dipole),
+            gravity_gradient=float(wheels.gravity_gradient),
+            disturbance_margin=wheels.disturbance_margin,
+            magnetorquer_dipole=unloading,
+            unloading_time_constant=response,
         )
 
     def rotate_initial_attitude(self, rotation: Floats) -> MomentumBudget:
-        """Return the budget for an initial attitude rotated by `turn`; see `FilterModel.turned`."""
+        """Return the budget for an initial attitude rotated by `rotation`; see `FilterModel.turned`."""
         return dataclasses.replace(
             self, position=self.position @ rotation, field=self.field @ rotation
         )

@@ -62,11 +62,11 @@ class ExtremePoint(NamedTuple):
 
     Attributes
     ----------
-    turn : Turn
+    rotation : Turn
         Rotation of the body in the step.
     cosine, sine : scalars
         Of the rotation angle that remains from the point to the end of the step.
-    share : scalar
+    remaining_fraction : scalar
         Share of the step that remains.
     """
 
@@ -87,7 +87,7 @@ class ExtremePoint(NamedTuple):
 
         Parameters
         ----------
-        v, moved : Vec3
+        v, change : Vec3
             Direction at the end of the step, and its change in the step. The interpolated chord is
             corrected to the arc.
         """
@@ -101,7 +101,7 @@ class ExtremePoint(NamedTuple):
 def find_extreme_point(
     axis: Vec3, keep_in: bool, rotation: StepRotation, v: Vec3, change: Vec3, appears: Any
 ) -> ExtremePoint:
-    """Return the point of a step with the smallest angle to an axis, or the largest if `inside`.
+    """Return the point of a step with the smallest angle to an axis, or the largest if `keep_in`.
 
     If there is no extreme within the step, the point is the end of the step; the start is the end
     of the step before. In a step in which the direction appears, the point is the worse of both
@@ -111,11 +111,11 @@ def find_extreme_point(
     ----------
     axis : Vec3
         Body axis.
-    inside : bool
+    keep_in : bool
         Whether the direction must stay inside the cone about the axis.
-    turn : Turn
+    rotation : Turn
         Rotation of the body, by less than 180 degrees.
-    v, moved : Vec3
+    v, change : Vec3
         Direction at the end of the step, and its change in the step, body axes at the end.
     appears : symbol or array
         1 for a direction that appears in the step, with zero change; else 0.
@@ -172,7 +172,7 @@ def compute_violation(
         Axis and kind of the constraint.
     sigmas : float
         Margin, in 1-sigmas of the angle.
-    turn : array, shape (n, 3)
+    rotation_vectors : array, shape (n, 3)
         Rotation vectors of the body [rad].
     passage : Passage
         Motion of the direction, in body axes at the end of each step.
@@ -220,13 +220,13 @@ def compute_violation_on_orbit(
     ----------
     cone, sigmas
         See `excess`.
-    at : Place
+    states : Place
         Places of the orbit.
     epoch : datetime
         Time from which the times of the places count.
     attitude : array, shape (n, 3, 3)
         GCRS-to-body matrices at the places.
-    turn : array, shape (n, 3)
+    rotation_vectors : array, shape (n, 3)
         Rotation vectors since the place before [rad], body axes; zero for the first place.
     covariance : array, shape (n, 3, 3)
         Covariance of the attitude error [rad²], body axes.
@@ -257,7 +257,7 @@ def build_violation(
     keep_in: bool,
     running_maximum: Any,
 ) -> Any:
-    """Return `excess` over symbols or arrays, or `until_now` if that is larger.
+    """Return `excess` over symbols or arrays, or `running_maximum` if that is larger.
 
     To first order only a rotation about the common normal of axis and direction changes the angle.
     If axis and direction are parallel, the margin uses the most uncertain rotation across the
@@ -265,18 +265,18 @@ def build_violation(
 
     Parameters
     ----------
-    there, end : pairs of Vec3
+    extreme_pair, end_pair : pairs of Vec3
         Axis and direction at the extreme angle and at the end of the step, body axes at the end.
-        Unit vectors; a direction that is not visible is zero, and the result is then `until_now`.
+        Unit vectors; a direction that is not visible is zero, and the result is then `running_maximum`.
     sigmas : symbol or float, optional
         Margin, in 1-sigmas of the angle.
     radius : symbol or array, optional
         Apparent radius [rad] of a disc from whose limb the angle is measured.
     P : Triangle or array, shape (3, 3, n)
         Covariance whose first three states are the attitude error.
-    inside : bool
+    keep_in : bool
         Whether the direction must stay inside the cone.
-    until_now : symbol or float
+    running_maximum : symbol or float
         Largest value so far.
     """
     normal, cosine = cross(*extreme_pair), dot(*extreme_pair)

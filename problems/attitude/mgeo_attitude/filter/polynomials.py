@@ -67,7 +67,7 @@ def compute_coefficients(square, decay, densities, duration):
     square : float
         |ω|² [rad²/s²].
     decay, densities, duration
-        See `discretize_alike`.
+        See `discretize_isotropic`.
 
     Returns
     -------

@@ -29,7 +29,7 @@ class ReferenceHistory(FilterHistory):
 
     Attributes
     ----------
-    predicted_attitude : array, shape (n, 3, 3)
+    predicted_attitude_covariance : array, shape (n, 3, 3)
         Covariance of the attitude error [rad²] before the measurements of each sample.
     """
 
@@ -42,13 +42,13 @@ class Agreement:
 
     Attributes
     ----------
-    designs : int
+    n_designs : int
         Number of designs.
-    samples : int
+    n_samples : int
         Number of samples at which the variances were compared.
-    same_end : bool
+    has_equal_ends : bool
         Whether t_end is equal for every design.
-    difference : float
+    max_difference : float
         Largest relative difference of a variance.
     """
 
@@ -70,7 +70,7 @@ class Agreement:
 
 
 def compare_filters(model: FilterModel, designs: ArrayLike) -> Agreement:
-    """Compare `evaluate` with `reference_run` over some designs.
+    """Compare `evaluate` with `run_reference_filter` over some designs.
 
     Parameters
     ----------
@@ -110,10 +110,10 @@ def run_reference_filter(model: FilterModel, design: ArrayLike) -> ReferenceHist
 
     Examples
     --------
-    >>> from mgeo_attitude import FilterModel, Scenario, reference_run
+    >>> from mgeo_attitude import FilterModel, Scenario, run_reference_filter
     >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 600.0})
     >>> design = [0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]
-    >>> history = reference_run(FilterModel.from_scenario(scenario), design)
+    >>> history = run_reference_filter(FilterModel.from_scenario(scenario), design)
     >>> history.t_end
     600.0
     """
@@ -209,7 +209,7 @@ def has_converged(
 
     Parameters
     ----------
-    before, now : float
+    start_trace, end_trace : float
         Trace at the start and the end of the window.
     relative_decrease : float
         Least fraction by which the trace falls while the run has not converged.
@@ -233,7 +233,7 @@ def discretize_van_loan(
     model : FilterModel
     omega : array, shape (3,)
         Body rate [rad/s].
-    influences : sequence of float
+    sensitivity_factors : sequence of float
         Factors of the gyro's bias sensitivities, constant in the step; see `Suite.dynamics_matrix`.
 
     Returns

@@ -52,7 +52,7 @@ def stack_constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floa
 
 
 def stack_dynamics(variants: Sequence[FilterModel]) -> tuple[Floats, Floats]:
-    """Return `gyro_dynamics` of each variant, stacked along the first axis."""
+    """Return `compute_gyro_dynamics` of each variant, stacked along the first axis."""
     gyros = {id(each.suite.gyro): each.suite.gyro for each in variants}  # Few gyros are distinct.
     dynamics = {key: compute_gyro_dynamics(gyro) for key, gyro in gyros.items()}
     matrices, densities = zip(*(dynamics[id(each.suite.gyro)] for each in variants), strict=True)
@@ -112,7 +112,7 @@ def _compute_initial_monitors(model: FilterModel, has_required_sigma: bool) -> l
 
 
 def coarsen_model(model: FilterModel, n_merged: int) -> FilterModel:
-    """Return a model with a step `every` times as long and equivalent measurement noise.
+    """Return a model with a step `n_merged` times as long and equivalent measurement noise.
 
     The 1-sigmas of a sensor are divided by the root of its mean number of available samples in a
     long step. Steps that remain at the end are dropped. The model itself is returned if it has
@@ -122,7 +122,7 @@ def coarsen_model(model: FilterModel, n_merged: int) -> FilterModel:
     Parameters
     ----------
     model : FilterModel
-    every : int
+    n_merged : int
         Number of steps to merge, at least 1.
     """
     coarse = not (

@@ -190,7 +190,7 @@ def _apply_dipole(dipole, b, C, time, torque, unloaded):  # type: ignore[no-unty
 
 
 @helper
-def _update_maxima(
+def _update_maxima(  # type: ignore[no-untyped-def]
     rate,
     acceleration,
     body_momentum,
@@ -201,12 +201,12 @@ def _update_maxima(
     margin,
     scratch,
     maxima,
-):  # type: ignore[no-untyped-def]
+):
     """Raise `maxima` to the momentum and torque of the most loaded wheel, if those are larger.
 
-    `own` is the satellite's momentum in body axes and `modeled` the modeled torque. `extra` and
+    `body_momentum` is the satellite's momentum in body axes and `modeled_torque` the modeled torque. `extra_momentum` and
     `torque` are the momentum and torque of the disturbances, which count with their magnitude.
-    `room`, shape (4, 3), is scratch space, because an allocation would double the run time.
+    `scratch`, shape (4, 3), is scratch space, because an allocation would double the run time.
     """
     inertia, allocation, circulating = wheels
     spin, inertial_torque, gyroscopic, gyroscopic_extra = (

@@ -44,7 +44,7 @@ def interpolate_quaternions(times: Floats, matrices: Floats, output_times: Float
     Returns
     -------
     array, shape (k, 4)
-        Quaternions, vector part first; see `quaternions`.
+        Quaternions, vector part first; see `quaternions_from_matrices`.
     """
     rotations = Rotation.from_matrix(np.swapaxes(matrices, -1, -2))
     q: Floats = Slerp(times, rotations)(output_times).as_quat()
@@ -61,7 +61,7 @@ def interpolate_body_rates(times: Floats, matrices: Floats, output_times: Floats
     Parameters
     ----------
     times, matrices, at
-        See `sampled_quaternions`.
+        See `interpolate_quaternions`.
     """
     from scipy.interpolate import make_interp_spline  # This import takes long.
 
@@ -80,7 +80,7 @@ def quaternion_derivatives(q: Floats, rates: Floats) -> Floats:
     Parameters
     ----------
     q : array, shape (k, 4)
-        Quaternions, vector part first; see `quaternions`.
+        Quaternions, vector part first; see `quaternions_from_matrices`.
     rates : array, shape (k, 3)
         Body rates [rad/s].
     """

@@ -50,7 +50,7 @@ def compute_lower_bound(scenario: Scenario, model: FilterModel | None = None) ->
 
     Raises
     ------
-    NoLimit
+    NoLowerBoundError
         If no lower bound can be proved for the scenario.
 
     Examples
@@ -100,7 +100,7 @@ def _bound_inertial(
         own = slice(3 * i, 3 * i + 3)
         block = bounds_from_covariances(covariances[:, own, own])
         if name == "attitude":  # Body axes may share the variance evenly.
-            block = block._replace(worst=block.variance_sum / 3.0)
+            block = block._replace(max_variance=block.variance_sum / 3.0)
             if information.anisotropic_sensors or np.ptp(walks):
                 block = block.combine_with(
                     _bound_by_mean(

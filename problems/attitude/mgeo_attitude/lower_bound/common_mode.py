@@ -26,9 +26,9 @@ class CarrierInformation:
     ----------
     carrier : str
         Block of the inertial error c, which is fixed in GCRS.
-    told : array, shape (n,)
+    trace : array, shape (n,)
         Trace of the information about c in each sample.
-    turned : dict of Turned
+    body_fixed_errors : dict of Turned
         Body-fixed errors e of the sensor whose readings equal those of c = G Cᵀ e.
     """
 
@@ -42,7 +42,7 @@ class BodyFixedError(NamedTuple):
 
     Attributes
     ----------
-    told : array, shape (n,)
+    trace : array, shape (n,)
         Trace of the information in each sample.
     v : array, shape (n, 3), or None
         G = [v×] in GCRS, for a misalignment, which looks like an error of the vector v; else G = 1.
@@ -65,7 +65,7 @@ class Carrier(NamedTuple):
     ----------
     decay, noise : float
         Decay factor and least noise variance of a step.
-    known : array, shape (3, 3)
+    initial_information : array, shape (3, 3)
         Initial information.
     """
 
@@ -82,11 +82,11 @@ def compute_following_cost(
     Parameters
     ----------
     carrier : Carrier
-    angle : float
+    max_angle : float
         Largest rotation of the body in a step [rad].
     v : array, shape (n, 3), or None
-        See `Turned`.
-    n : int
+        See `BodyFixedError`.
+    n_samples : int
         Number of samples.
 
     Returns
@@ -126,11 +126,11 @@ def bound_common_modes(
     name : str
         Block of the carrier.
     carrier : Carrier
-    looks : sequence of Look
+    observations : sequence of Look
         Information of all sensors that observe the carrier.
-    known : dict of array, shape (3, 3)
+    initial_information : dict of array, shape (3, 3)
         Initial information about each block; blocks are not correlated.
-    angle : float
+    max_angle : float
         Largest rotation of the body in a step [rad].
 
     Yields

@@ -19,9 +19,9 @@ class BlockBounds(NamedTuple):
 
     Attributes
     ----------
-    total : array, shape (n,)
+    variance_sum : array, shape (n,)
         Bound of the sum of the three variances.
-    worst : array, shape (n,)
+    max_variance : array, shape (n,)
         Bound of the largest variance.
     log_det : array, shape (n,)
         Bound of the natural logarithm of the determinant if all other states are known.
@@ -41,8 +41,8 @@ class BlockBounds(NamedTuple):
         The determinant stays: the bound of the sum does not assume that other states are known.
         """
         return self._replace(
-            total=np.maximum(self.variance_sum, total),
-            worst=np.maximum(self.max_variance, total / 3.0),
+            variance_sum=np.maximum(self.variance_sum, total),
+            max_variance=np.maximum(self.max_variance, total / 3.0),
         )
 
 
@@ -68,9 +68,9 @@ def bounds_from_information(initial_information: Floats, max_trace: Floats) -> B
 
     Parameters
     ----------
-    known : array, shape (3, 3)
+    initial_information : array, shape (3, 3)
         Y, positive definite.
-    gained : array, shape (n,)
+    max_trace : array, shape (n,)
         Largest trace of the positive semidefinite K.
     """
     return bounds_from_eigenvalues(apply_water_filling(initial_information, max_trace))
@@ -92,11 +92,11 @@ def propagate_unobserved(
 
     Parameters
     ----------
-    start : array, shape (3, 3)
+    initial_covariance : array, shape (3, 3)
         Initial covariance.
     decay : float
         λ [1/s].
-    walk : array, shape (3,)
+    noise_density : array, shape (3,)
         Noise density of each axis.
     times : array, shape (n,)
         Times [s].
@@ -123,19 +123,19 @@ class LowerBound:
         Times [s].
     trace : array, shape (n,)
         Bound of the weighted trace of the covariance.
-    ending : array, shape (n,)
+    trace_at_end : array, shape (n,)
         Bound of the weighted trace for a plan that ends at the time. The rule "trace" also requires
         a small decrease over the window before. Infinite while no plan can have ended.
-    blocks : dict of array, shape (n,)
+    variance_sum : dict of array, shape (n,)
         Bound of the sum of the variances of each 3-vector of the state, squared filter units.
-    worst : dict of array, shape (n,)
+    max_variance : dict of array, shape (n,)
         Bound of the largest variance of each 3-vector.
     criteria : dict of array, shape (n,)
         Bounds of the objectives "normalized_trace", "log_det" and "max_eigenvalue".
-    earliest : dict of float
+    earliest_times : dict of float
         Earliest time [s] at which a plan can satisfy each key of ``required_sigma``; infinite if
         that is impossible within the duration.
-    given_away : tuple of str
+    relaxations : tuple of str
         Relaxations of the bound. The bound of each 3-vector also assumes that all other states are
         known.
 
@@ -187,9 +187,9 @@ def assemble_bounds(
     ----------
     scenario : Scenario
     model : FilterModel
-    found : mapping of str to Block
+    block_bounds : mapping of str to Block
         Bounds of each block of the suite.
-    given_away : tuple of str
+    relaxations : tuple of str
         Relaxations.
     """
     suite, names = model.suite, model.suite.blocks

@@ -20,7 +20,7 @@ class GyroErrorDynamics(NamedTuple):
         Largest spectral norm of M in θ' = -[ω×]θ + M e.
     decay : float
         λ in e' = -λ e [1/s].
-    walk : float
+    noise_density : float
         Noise density of e.
     """
 
@@ -30,7 +30,7 @@ class GyroErrorDynamics(NamedTuple):
 
 
 def rate_box_corners(max_rates: Floats) -> Floats:
-    """Return the corners of the box of rates up to `greatest` about each axis, shape (8, 3).
+    """Return the corners of the box of rates up to `max_rates` about each axis, shape (8, 3).
 
     The norm of a matrix that is linear in the rate is largest at a corner.
     """
@@ -52,13 +52,13 @@ def bound_through_attitude(
     times : array, shape (n,)
         Times [s].
     drift : Drift
-    known : array, shape (3, 3)
+    initial_information : array, shape (3, 3)
         Initial information about the error.
-    told : array, shape (n,)
+    attitude_information : array, shape (n,)
         Trace of the attitude information in each sample.
-    start : float
+    initial_attitude_information : float
         Trace of the initial attitude information; infinite to assume a known attitude.
-    walk : float
+    angle_random_walk : float
         Density of the angle random walk.
 
     Returns
@@ -92,8 +92,8 @@ def bound_with_known_attitude(
 
     Parameters
     ----------
-    times, drift, known, walk
-        See `through_attitude`.
+    times, drift, initial_information, angle_random_walk
+        See `bound_through_attitude`.
     """
     start = 1.0 / np.linalg.eigvalsh(initial_information)
     rate = np.sqrt(drift.decay**2 + drift.noise_density / angle_random_walk)
@@ -111,7 +111,7 @@ def run_covariance_recursion(
 
     Parameters
     ----------
-    start : array, shape (k, k)
+    initial_covariance : array, shape (k, k)
         P at the first sample.
     decay, noise : arrays, shape (k,)
         Diagonals of F and Q of a step.

@@ -54,19 +54,19 @@ class SampleInformation:
 
     Attributes
     ----------
-    inertial : tuple of str
+    inertial_blocks : tuple of str
         The attitude, and Gauss-Markov errors fixed in GCRS: blocks whose information in GCRS does
         not depend on the attitude.
-    together : array, shape (n_steps + 1, 3 m, 3 m)
+    joint : array, shape (n_steps + 1, 3 m, 3 m)
         Upper bound on the joint information about these m blocks in GCRS.
-    attitude : array, shape (n_steps + 1,)
+    attitude_trace : array, shape (n_steps + 1,)
         Upper bound on the trace of the attitude information.
-    own : dict of Told
+    blocks : dict of Told
         Information about each other block of the sensors and of the environment.
-    looks : tuple of Look
+    carriers : tuple of Look
         Information of each sensor about each inertial block, with the errors that it may confuse
         with the block.
-    uneven : tuple of str
+    anisotropic_sensors : tuple of str
         Sensors whose noise differs between axes, so that the bound is a relaxation.
     """
 
@@ -83,7 +83,7 @@ def collect_information(model: FilterModel) -> SampleInformation:
 
     Raises
     ------
-    NoLimit
+    NoLowerBoundError
         If the information of a sensor depends on the attitude and no bound for it is known.
     """
     for influence in model.suite.gyro.bias_sensitivities:
@@ -205,7 +205,7 @@ def _collect_diodes(model: FilterModel, indices: Sequence[int]) -> SampleInforma
         if sensor.includes_albedo and (world.earth_albedo or world.albedo):
             raise NoLowerBoundError(
                 f"{sensor.name}: no lower bound is known, because the albedo depends on the "
-                "attitude. Set sees_albedo = false"
+                "attitude. Set includes_albedo = false"
             )
     seen = model.available[:, indices].copy()
     seen[0] = False

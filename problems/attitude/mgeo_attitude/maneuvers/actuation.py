@@ -40,7 +40,7 @@ class SlewLimits:
         Maximum torque of a wheel for ramps [N m]; may be infinite.
     inertia : array, shape (3, 3)
         Inertia of the satellite [kg m²].
-    allocation : array, shape (k, 3)
+    load_matrix : array, shape (k, 3)
         Distribution of a torque to the wheels; see `Wheels.shares`.
     initial_rate : array, shape (3,)
         Body rate before the first ramp [rad/s].
@@ -59,7 +59,7 @@ class SlewLimits:
 
         Parameters
         ----------
-        change : array, shape (..., 3)
+        rate_change : array, shape (..., 3)
             Changes of the body rate [rad/s].
         """
         acceleration = np.abs(rate_change).max(axis=-1) / self.max_acceleration
@@ -82,9 +82,9 @@ class MagnetorquerDrive:
         Maximum mean dipole of a step about each body axis [A m²].
     residual_dipole : array, shape (3,)
         Constant residual dipole, body axes [A m²].
-    near : float
+    rate_tolerance : float
         Distance to the rate of the plan at which the coils switch off [rad/s].
-    response : float
+    time_constant : float
         Time constant T of the control law [s].
     field : array, shape (n_steps + 1, 3)
         Geomagnetic field [T], GCRS.
@@ -104,7 +104,7 @@ class MagnetorquerDrive:
     initial_rate: Floats
 
     def rotate(self, rotation: Floats) -> MagnetorquerDrive:
-        """Return the drive for an initial attitude rotated by `turn`; see `FilterModel.turned`."""
+        """Return the drive for an initial attitude rotated by `rotation`; see `FilterModel.turned`."""
         return dataclasses.replace(self, field=self.field @ rotation)
 
     def compute_rates(

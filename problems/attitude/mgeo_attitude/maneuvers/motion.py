@@ -113,14 +113,14 @@ class Phase:
     ----------
     label : str
         ``maneuver 2``, numbered as in the design, ``ramp to maneuver 2`` or ``rate held``. After
-        the time of `divided`, the label ends with `LATE`.
+        the time of `split_phases`, the label ends with `LATE_CONVERGENCE_SUFFIX`.
     start, end : float
         Start and end [s] after the epoch.
     rates_deg_s : tuple of three floats
         Body rate about x, y and z [deg/s]; the mean of a ramp or of free motion.
     commanded_deg_s : tuple of three floats
         Rate of the maneuver [deg/s], to which a ramp leads.
-    swept_deg : float
+    rotation_deg : float
         Accumulated rotation angle [deg].
     """
 
@@ -156,7 +156,7 @@ def list_phases(
         End of the run [s].
     step : float
         Filter step [s].
-    limits : SlewLimits or CoilDrive, optional
+    limits : SlewLimits or MagnetorquerDrive, optional
         See `schedule`.
     names : mapping of int to str
         Names of maneuvers, by number from 0, in place of ``maneuver N``.
@@ -206,7 +206,7 @@ def _compute_mean_rate_and_angle(
 
 
 def split_phases(plan_phases: tuple[Phase, ...], time: float) -> tuple[Phase, ...]:
-    """Split the phase of constant rate at a time [s], and mark all later phases with `LATE`."""
+    """Split the phase of constant rate at a time [s], and mark all later phases with `LATE_CONVERGENCE_SUFFIX`."""
     result: list[Phase] = []
     for phase in plan_phases:
         if phase.end <= time:
@@ -215,7 +215,7 @@ def split_phases(plan_phases: tuple[Phase, ...], time: float) -> tuple[Phase, ..
         since = phase.start
         if phase.start < time and not phase.label.startswith(RAMP_PREFIX):
             before = replace(
-                phase, end=time, swept_deg=_compute_angle_share(phase, time - phase.start)
+                phase, end=time, rotation_deg=_compute_angle_share(phase, time - phase.start)
             )
             result.append(before)
             since = time
@@ -223,7 +223,7 @@ def split_phases(plan_phases: tuple[Phase, ...], time: float) -> tuple[Phase, ..
             f"{phase.label}{LATE_CONVERGENCE_SUFFIX}",
             _compute_angle_share(phase, phase.end - since),
         )
-        result.append(replace(phase, label=late, start=since, swept_deg=swept))
+        result.append(replace(phase, label=late, start=since, rotation_deg=swept))
     return tuple(result)
 
 

@@ -110,13 +110,13 @@ class Schedule:
     starts : array, shape (n, k)
         First step of each interval, ascending. An interval with the same start as the next one is
         skipped.
-    over : array, shape (n,)
+    maneuver_end_steps : array, shape (n,)
         Step at which the last maneuver ends; its rate is held afterwards.
-    maneuver : array, shape (n, k)
+    maneuver_numbers : array, shape (n, k)
         Number of the maneuver, from 0, that contains each interval.
     free : array of bool, shape (n, k), optional
         With magnetorquers, whether the coils are off.
-    asked : arrays, shapes (n, m, 3) and (n, m), optional
+    commands : arrays, shapes (n, m, 3) and (n, m), optional
         With magnetorquers, commanded rates and first steps of the maneuvers. Designs with equal
         commands up to a step have equal motion up to that step.
     """
@@ -167,7 +167,7 @@ def build_schedule(
     designs : array_like, shape (n, 4 m)
     step : float
         Filter step [s].
-    limits : SlewLimits or CoilDrive, optional
+    limits : SlewLimits or MagnetorquerDrive, optional
     n_steps : int
         Intervals that would start here or later start at `NEVER` or are missing.
 
@@ -226,16 +226,16 @@ class RateIntervals:
 
     Attributes
     ----------
-    numbers : array, shape (k,)
+    maneuver_numbers : array, shape (k,)
         Number of the maneuver, from 0, of each interval.
     times : array, shape (k + 1,)
         Starts of the intervals, then the end of the run [s].
     rates : array, shape (k, 3)
         Body rates [rad/s].
-    steady : array of bool, shape (k,)
+    is_constant : array of bool, shape (k,)
         Whether the interval has the rate of its maneuver, not of a ramp; with magnetorquers,
         whether the coils are off.
-    over : float
+    maneuver_end : float
         End of the last maneuver [s], or of the run if earlier; the last rate is held afterwards.
     """
 
@@ -285,7 +285,7 @@ def _compute_group_indices(counts: Ints) -> Ints:
 def _compute_ramp_shares(start: Floats, step: float, time: Floats) -> tuple[Floats, Floats]:
     """Return the completed share of a rate change, as the mean over a step and at its end.
 
-    A step begins `begin` seconds after the start of a ramp that takes `time` seconds. The ramp may
+    A step begins `start` seconds after the start of a ramp that takes `time` seconds. The ramp may
     end within the step.
     """
     part = np.clip((time - start) / step, 0.0, 1.0)  # The ramp covers this part of the step.
@@ -294,6 +294,6 @@ def _compute_ramp_shares(start: Floats, step: float, time: Floats) -> tuple[Floa
 
 
 def _compute_completed_share(elapsed: Floats, time: Floats) -> Floats:
-    """Return the completed share of a rate change at a time `after` the start of its ramp [s]."""
+    """Return the completed share of a rate change at a time `elapsed` the start of its ramp [s]."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(time > 0.0, np.clip(elapsed / time, 0.0, 1.0), 1.0)

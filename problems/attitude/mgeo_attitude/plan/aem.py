@@ -52,7 +52,7 @@ def format_aem(
     plan : ManeuverPlan
     object_name, object_id, originator : str
         OBJECT_NAME, OBJECT_ID (international designator) and ORIGINATOR, in upper or lower case.
-    created : datetime with UTC offset, optional
+    creation_time : datetime with UTC offset, optional
         CREATION_DATE; default: now.
     version : {"1.0", "2.0"}
         CCSDS_AEM_VERS.
@@ -73,10 +73,10 @@ def format_aem(
     Examples
     --------
     >>> from mgeo_attitude import Scenario
-    >>> from mgeo_attitude.plan import ManeuverPlan, aem_text
+    >>> from mgeo_attitude.plan import ManeuverPlan, format_aem
     >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
     >>> plan = ManeuverPlan(Scenario.paper(), design)
-    >>> print(aem_text(plan, object_name="MYSAT").splitlines()[0])
+    >>> print(format_aem(plan, object_name="MYSAT").splitlines()[0])
     CCSDS_AEM_VERS = 1.0
     """
     for key, given, choices in (("version", version, Version), ("rates", rates, Rates)):

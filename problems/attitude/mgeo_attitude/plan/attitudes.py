@@ -128,10 +128,10 @@ def format_stk(plan: ManeuverPlan, *, spacing: float = 1.0) -> str:
     Examples
     --------
     >>> from mgeo_attitude import Scenario
-    >>> from mgeo_attitude.plan import ManeuverPlan, stk_text
+    >>> from mgeo_attitude.plan import ManeuverPlan, format_stk
     >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
     >>> plan = ManeuverPlan(Scenario.paper(), design)
-    >>> print(stk_text(plan).splitlines()[5])
+    >>> print(format_stk(plan).splitlines()[5])
     CoordinateAxes ICRF
     """
     times, q = join_attitudes(plan, spacing)

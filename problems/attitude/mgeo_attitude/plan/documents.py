@@ -29,11 +29,11 @@ class DocumentFormat(Generic[T]):
         Value of the entry ``format``.
     version : int
         Value of the entry ``version``.
-    keys : function
+    defining_entries : function
         Return the entries that define an object, the scenario first.
-    made : function
+    build : function
         Construct an object from a table with these entries and from their scenario.
-    consequences : function
+    derived_entries : function
         Return the entries that follow from the others.
     """
 

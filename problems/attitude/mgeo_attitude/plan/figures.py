@@ -15,7 +15,7 @@ from mgeo_attitude.view.summaries import format_nominal_suffix
 
 
 def build_plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
-    """Return the figures ``rates``, ``contributions``, ``budget`` and ``correlation``."""
+    """Return the figures ``rates``, ``compute_uncertainty_by_phase``, ``budget`` and ``correlation``."""
     own = dataclasses.replace(PlottedSolutions.from_plans(plan.view), labels=("plan",))
     return {
         "rates": draw_maneuvers(plan.problem, own),

@@ -31,7 +31,7 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
     path : path
         File with a suffix of `mgeo_attitude.export_formats.FORMATS`, such as ``.json``.
     options
-        Keyword arguments of the format's function, such as `aem_text`. Arguments of other formats
+        Keyword arguments of the format's function, such as `format_aem`. Arguments of other formats
         are ignored.
 
     Raises

@@ -42,7 +42,7 @@ class ManeuverPlan(Settings):
     attitude law follows if the scenario requests it.
 
     Plans are equal if their scenarios and designs are equal; results are computed on first access.
-    A plan may violate constraints of the scenario, see `violations`.
+    A plan may violate constraints of the scenario, see `list_violations`.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ class ManeuverPlan(Settings):
     def compare_with_monte_carlo(self) -> pd.DataFrame:
         """Compare the objectives with those in 9 of 10 Monte Carlo runs, one row per objective.
 
-        Columns: ``promised``, ``kept``, ``kept / promised [-]``; see `Plans.promises`.
+        Columns: ``predicted``, ``kept``, ``kept / promised [-]``; see `Plans.promises`.
         """
         values = self.view.compare_with_monte_carlo().to_numpy(float).reshape(-1, 3)
         names = pd.Index(self.problem.obj_names, name="objective")
@@ -251,7 +251,7 @@ class ManeuverPlan(Settings):
     def build_timeline(self) -> pd.DataFrame:
         """Return times, rates and attitudes of the plan, one row per phase.
 
-        Attitudes are quaternions from GCRF to body, scalar last (see `quaternions`). The swept
+        Attitudes are quaternions from GCRF to body, scalar last (see `quaternions_from_matrices`). The swept
         angle is the integral of the rate, not the angle between the attitudes.
         """
         edges = np.array([*(phase.start for phase in self.phases), self.duration])
@@ -289,11 +289,11 @@ class ManeuverPlan(Settings):
     def compare_with_lower_bound(self) -> pd.DataFrame:
         """Compare the worst axes at `t_end` with the lower bound.
 
-        The table is that of `lower_bound.compare_with_bound`.
+        The table is that of `lower_bound.compare_with_lower_bound`.
 
         Raises
         ------
-        NoLimit
+        NoLowerBoundError
             If no lower bound is proved.
         """
         return lower_bound.compare_with_lower_bound(
@@ -345,7 +345,7 @@ class ManeuverPlan(Settings):
         ]
 
     def compute_uncertainty_by_phase(self) -> pd.DataFrame:
-        """Return the uncertainty reduction by phase; see `budget.contributions`."""
+        """Return the uncertainty reduction by phase; see `budget.compute_uncertainty_by_phase`."""
         return error_budget.compute_uncertainty_by_phase(
             self.problem.model, self.design, self.history
         )
@@ -368,7 +368,7 @@ class ManeuverPlan(Settings):
         return self._improvements.copy()
 
     def describe_error_drivers(self) -> list[str]:
-        """Return a line on the error drivers of each required 1-sigma; see `budget.reasons`."""
+        """Return a line on the error drivers of each required 1-sigma; see `budget.describe_error_drivers`."""
         return error_budget.describe_error_drivers(
             self.problem.model, self._error_budget, self._improvements, self.history
         )
@@ -379,11 +379,11 @@ class ManeuverPlan(Settings):
         return error_budget.compute_measurement_times(self.problem.model, *arguments)
 
     def compute_correlations(self) -> pd.DataFrame:
-        """Return the correlations of the errors at `t_end`; see `covariance.correlations`."""
+        """Return the correlations of the errors at `t_end`; see `covariance.compute_correlations`."""
         return covariance.compute_correlations(self.problem.model, self.covariance)
 
     def find_least_observable(self, n_directions: int = 3) -> pd.DataFrame:
-        """Return the least observable directions; see `covariance.least_observable`."""
+        """Return the least observable directions; see `covariance.find_least_observable`."""
         return covariance.find_least_observable(self.problem.model, self.covariance, n_directions)
 
     def compare_with_designs(self, designs: Mapping[str, ArrayLike] | None = None) -> pd.DataFrame:

@@ -42,7 +42,7 @@ class Front:
         Designs and objectives as stored in the file, n >= 1.
     nominal : Nominal, optional
         Results of the nominal runs, if the run has stored them.
-    feasible : bool
+    is_feasible : bool
         Whether the solutions satisfy the constraints. If not, they are the solutions of
         ``nearest.csv``, in ascending order of violation.
 

@@ -28,7 +28,7 @@ def build_ck(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID
     """Return a C-kernel of type 3 with attitudes and angular velocities, one segment per phase.
 
     The structure is ``1000 naif_id``, the base frame is J2000, and the clock is that of
-    `sclk_text`.
+    `format_sclk`.
 
     Parameters
     ----------
@@ -48,10 +48,10 @@ def build_ck(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID
     Examples
     --------
     >>> from mgeo_attitude import Scenario
-    >>> from mgeo_attitude.plan import ManeuverPlan, ck_bytes
+    >>> from mgeo_attitude.plan import ManeuverPlan, build_ck
     >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
     >>> plan = ManeuverPlan(Scenario.paper(), design)
-    >>> ck_bytes(plan, naif_id=-123)[:7]  # doctest: +SKIP
+    >>> build_ck(plan, naif_id=-123)[:7]  # doctest: +SKIP
     b'DAF/CK '
     """
     _check_naif_id(naif_id)
@@ -88,7 +88,7 @@ def build_ck(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID
 
 
 def format_sclk(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
-    """Return the clock kernel of `ck_bytes`, which counts microseconds from the plan's epoch.
+    """Return the clock kernel of `build_ck`, which counts microseconds from the plan's epoch.
 
     Parameters
     ----------
@@ -104,10 +104,10 @@ def format_sclk(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
     Examples
     --------
     >>> from mgeo_attitude import Scenario
-    >>> from mgeo_attitude.plan import ManeuverPlan, sclk_text
+    >>> from mgeo_attitude.plan import ManeuverPlan, format_sclk
     >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
     >>> plan = ManeuverPlan(Scenario.paper(), design)
-    >>> sclk_text(plan, naif_id=-123).splitlines()[0]
+    >>> format_sclk(plan, naif_id=-123).splitlines()[0]
     'KPL/SCLK'
     """
     _check_naif_id(naif_id)

@@ -37,10 +37,10 @@ class DescentProblem:
 
     Attributes
     ----------
-    at : AtTime
+    at : FixedTimeEvaluator
     times : float or array, shape (n,)
         Time of each plan [s].
-    count : int
+    n_maneuvers : int
         Number of maneuvers.
     """
 
@@ -137,12 +137,12 @@ def descend(
 
     Parameters
     ----------
-    at : AtTime
+    at : FixedTimeEvaluator
     designs : array, shape (n, 4 m)
         Designs that end by their time.
     times : float or array, shape (n,)
         Time of each design [s].
-    iterations : int
+    max_iterations : int
         Largest number of iterations.
     """
     count = designs.shape[1] // VARIABLES_PER_MANEUVER
@@ -170,13 +170,13 @@ def descend_from_best(
 
     Parameters
     ----------
-    at : AtTime
+    at : FixedTimeEvaluator
     designs : array, shape (n, 4 m)
     times : array, shape (k,)
         Times [s].
-    which : array of int, shape (n,)
+    time_indices : array of int, shape (n,)
         Index of the time of each design, ascending; every time has a design.
-    iterations : int
+    max_iterations : int
         Largest number of iterations.
 
     Returns

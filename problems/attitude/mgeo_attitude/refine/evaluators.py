@@ -44,7 +44,7 @@ class FixedTimeEvaluator:
     scenario : Scenario
     model : FilterModel
         Model of the scenario, possibly with thinned samples.
-    name : str
+    objective_name : str
         Key of the objective. The value is its logarithm ("log_det" is one already).
     threads : int, optional
         Threads of one evaluation.
@@ -79,9 +79,9 @@ class FixedTimeEvaluator:
         designs : array, shape (n, 4 m)
         steps : array of int, shape (n,), or int
             Step at which each design is evaluated.
-        required : bool
+        include_covariance_constraints : bool
             Whether to include the constraints on the covariance at the end.
-        within_steps : bool
+        allow_partial_steps : bool
             Whether maneuvers may end within a step, if rates change instantly; the values are then
             smooth functions of the durations.
 
@@ -113,7 +113,7 @@ class FixedTimeEvaluator:
     def select_best(
         self, designs: Floats, steps: int, n_max: int, allow_partial_steps: bool = False
     ) -> Floats:
-        """Return the `most` best designs, best first.
+        """Return the `n_max` best designs, best first.
 
         The order is by the largest violation of a motion constraint, then by value.
         """
@@ -165,14 +165,14 @@ def build_design_evaluator(problem: PlanProblem) -> DesignEvaluator:
 def set_end_times(designs: Floats, times: Floats | float, max_duration: float) -> Floats:
     """Return designs that end at given times, with the last maneuvers cut short or extended.
 
-    No maneuver becomes longer than `longest`, so that a plan may also end earlier.
+    No maneuver becomes longer than `max_duration`, so that a plan may also end earlier.
 
     Parameters
     ----------
     designs : array, shape (n, 4 m)
     times : array, shape (n,), or float
         End of each design [s].
-    longest : float
+    max_duration : float
         Longest duration of a maneuver [s].
     """
     result = designs.copy()
@@ -185,7 +185,7 @@ def set_end_times(designs: Floats, times: Floats | float, max_duration: float) -
 
 
 def stretch_durations(designs: Floats, factors: Floats | float, max_duration: float) -> Floats:
-    """Return designs with all durations multiplied by `factors`, up to `longest` [s]."""
+    """Return designs with all durations multiplied by `factors`, up to `max_duration` [s]."""
     result = designs.copy()
     durations = get_durations(result)
     by = np.broadcast_to(factors, len(designs))[:, None]
@@ -204,9 +204,9 @@ def scale_time(
     ----------
     designs : array, shape (n, 4 m)
     factors : array, shape (n,), or float
-    longest : float
+    max_duration : float
         Longest duration of a maneuver [s].
-    greatest : float
+    max_rate_deg_s : float
         Maximum rate about each axis [deg/s].
     """
     result = stretch_durations(designs, factors, max_duration)

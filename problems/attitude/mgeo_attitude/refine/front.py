@@ -19,11 +19,11 @@ class RefinementFront:
 
     Parameters
     ----------
-    judge : function
+    evaluate_designs : function
         Returns time and value of designs, shape (n, 2), and violations, shape (n,).
     X : array, shape (n, n_var)
         Initial plans.
-    ratio : float
+    max_time_ratio : float
         Ratio of neighboring times above which rows are added between them.
 
     Attributes

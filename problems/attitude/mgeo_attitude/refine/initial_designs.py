@@ -38,17 +38,17 @@ def append_converging_rate(
 ) -> Floats:
     """Append a final rate with which a design converges, and return one design per suitable rate.
 
-    The candidate rates are those of `rate_grid`. The result contains the candidates that no other
+    The candidate rates are those of `build_rate_grid`. The result contains the candidates that no other
     candidate dominates in time and value, at least one. The first one converges about one window
     after the design, when the trace falls as little as the rule allows.
 
     Parameters
     ----------
-    at : AtTime
+    evaluator : FixedTimeEvaluator
     design : array, shape (4 m,)
-    judge : function, optional
-        Returns time and value of designs, and violations. Default: time and trace of `at`.
-    few : AtTime, optional
+    evaluate_designs : function, optional
+        Returns time and value of designs, and violations. Default: time and trace of `evaluator`.
+    thinned_evaluator : FixedTimeEvaluator, optional
         Evaluation on thinned samples that discards most candidates first.
 
     Returns
@@ -75,7 +75,7 @@ def append_converging_rate(
 def build_receding_horizon_plan(
     evaluator: FixedTimeEvaluator, n_stages: int, end_time: float
 ) -> Floats:
-    """Return a plan of `count` stages of equal length until a time [s], shape (4 count,).
+    """Return a plan of `n_stages` stages of equal length until a time [s], shape (4 count,).
 
     Each stage takes the rate with the least value at its end, on a grid of seven rates about each
     axis, among the rates with the least violation of constraints.
@@ -99,16 +99,16 @@ def beam_search(
 
     Parameters
     ----------
-    at : AtTime
-    count : int
+    evaluator : FixedTimeEvaluator
+    n_stages : int
         Number of stages.
-    time : float
+    end_time : float
         Approximate end of the plan [s].
     n_levels : int
         Number of rates about each axis.
     width : int
         Largest number of partial plans.
-    shorter : float
+    length_ratio : float
         Ratio of the lengths of consecutive stages. The final value depends most on the last stages.
     """
     limits, step = evaluator.scenario.maneuvers, evaluator.model.step
@@ -137,7 +137,7 @@ def build_initial_designs(
     Parameters
     ----------
     problem : AttitudeManeuverProblem
-    n : int
+    n_designs : int
         Number of designs, at least 0.
     random_state : numpy Generator
         Draws the end times.
@@ -145,7 +145,7 @@ def build_initial_designs(
     Raises
     ------
     ValueError
-        If `n` is negative.
+        If `n_designs` is negative.
     """
     if n_designs < 0:
         raise ValueError(f"n = {n_designs}: expected a number of designs >= 0")
@@ -173,7 +173,7 @@ def build_initial_designs(
 def _remove_magnetorquers(evaluator: FixedTimeEvaluator) -> FixedTimeEvaluator:
     if not evaluator.scenario.is_magnetorquer_driven:
         return evaluator
-    scenario = dataclasses.replace(evaluator.scenario, coils=None)
+    scenario = dataclasses.replace(evaluator.scenario, magnetorquers=None)
     limits = build_slew_limits(scenario.maneuvers, scenario.wheels, evaluator.model.initial_rate)
     model = dataclasses.replace(evaluator.model, slew_limits=limits)
     return dataclasses.replace(evaluator, scenario=scenario, model=model)

@@ -65,9 +65,9 @@ def refine_plans(
 ) -> Floats:
     """Return plans that end no later than the given ones and have no higher value, row by row.
 
-    Up to `most` plans of the front, at approximately equal ratios of their times, are refined. The
+    Up to `max_plans` plans of the front, at approximately equal ratios of their times, are refined. The
     initial designs of a refinement are the plan, other refined plans and beam searches
-    (`starts.beam`). The plans between them follow, with fewer iterations and without beam searches.
+    (`starts.beam_search`). The plans between them follow, with fewer iterations and without beam searches.
     All results are also tried at the times of the other plans, and maneuvers without effect are
     removed. A row without a better feasible plan stays unchanged.
 
@@ -81,9 +81,9 @@ def refine_plans(
         Its objectives are the time and one smooth objective of the covariance.
     designs : array_like, shape (n, n_var)
         Plans within the bounds of the problem.
-    most : int
+    max_plans : int
         Largest number of plans to refine in each round.
-    iterations : int
+    max_iterations : int
         Largest number of iterations for each plan.
 
     Returns
@@ -125,9 +125,9 @@ def iterate_refinement(
 
     Parameters
     ----------
-    problem, designs, most, iterations
+    problem, designs, max_plans, max_iterations
         See `polish`.
-    more : bool
+    add_plans : bool
         Whether to append plans for times between those of the rows.
 
     Raises
@@ -219,9 +219,9 @@ def _group_rows(
 def _select_rows(
     evaluator: FixedTimeEvaluator, front: RefinementFront, n_max: int, between: bool
 ) -> list[int]:
-    """Return up to `most` rows at approximately equal ratios of their times, earliest first.
+    """Return up to `n_max` rows at approximately equal ratios of their times, earliest first.
 
-    With `between`, return up to `most` - 1 rows between them.
+    With `between`, return up to `n_max` - 1 rows between them.
     """
     rows = front.rows
     times = front.times[rows]
@@ -295,7 +295,7 @@ def _adapt_to_times(evaluator: FixedTimeEvaluator, plans: Floats, times: Floats 
 def _find_nearest_rows(
     evaluator: FixedTimeEvaluator, plans: Floats, time: float, n_max: int
 ) -> Ints:
-    """Return the rows of the `most` plans whose total duration is closest to a time [s]."""
+    """Return the rows of the `n_max` plans whose total duration is closest to a time [s]."""
     total = _sum_durations(plans)
     nonzero = np.flatnonzero(total >= evaluator.model.step)
     far = np.abs(np.log(total[nonzero] / time))

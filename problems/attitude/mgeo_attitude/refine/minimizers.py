@@ -40,12 +40,12 @@ def minimize_bounded(
 
     Parameters
     ----------
-    start : array, shape (k,)
+    initial : array, shape (k,)
     bounds : array, shape (k, 2)
         Lower and upper bounds.
-    iterations : int
+    max_iterations : int
         Largest number of iterations.
-    enough : float
+    tolerance : float
         Decrease of the value at which the minimizer stops.
     """
     low, high = bounds.T
@@ -117,7 +117,7 @@ def minimize_constrained(
 
     Parameters
     ----------
-    start, bounds, iterations, enough
+    initial, bounds, max_iterations, tolerance
         See `minimize_bounded`.
     """
     requests: SimpleQueue[Any] = SimpleQueue()

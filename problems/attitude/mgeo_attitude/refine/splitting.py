@@ -14,13 +14,13 @@ _MAX_ROTATION_CHANGE_DEG = 20.0
 
 
 def split_maneuvers(designs: ArrayLike, n_maneuvers: int) -> Floats:
-    """Divide plans into `count` maneuvers without changing them, by halving the longest maneuver.
+    """Divide plans into `n_maneuvers` maneuvers without changing them, by halving the longest maneuver.
 
     Parameters
     ----------
     designs : array_like, shape (n, 4 m)
-        Plans with at most `count` maneuvers.
-    count : int
+        Plans with at most `n_maneuvers` maneuvers.
+    n_maneuvers : int
         Number of maneuvers of the result.
 
     Returns
@@ -30,7 +30,7 @@ def split_maneuvers(designs: ArrayLike, n_maneuvers: int) -> Floats:
     Raises
     ------
     ValueError
-        If the designs have more than `count` maneuvers or are invalid; see `decode`.
+        If the designs have more than `n_maneuvers` maneuvers or are invalid; see `decode`.
 
     Examples
     --------
@@ -76,10 +76,10 @@ def remove_ineffective_maneuvers(problem: PlanProblem, designs: ArrayLike) -> Fl
     Examples
     --------
     >>> import numpy as np
-    >>> from mgeo_attitude import AttitudeManeuverProblem, without_unneeded
+    >>> from mgeo_attitude import AttitudeManeuverProblem, remove_ineffective_maneuvers
     >>> problem = AttitudeManeuverProblem()
     >>> twice = np.array([[0.5, 0.3, -0.2, 400.0, 0.5, 0.3, -0.2, 500.0, 0.2, -0.4, 0.7, 600.0]])
-    >>> without_unneeded(problem, twice)[0, 3::4]
+    >>> remove_ineffective_maneuvers(problem, twice)[0, 3::4]
     array([  0., 900., 600.])
     """
     table = np.atleast_2d(np.array(designs, dtype=float))
@@ -121,7 +121,7 @@ def _has_effect(durations: Floats) -> Bools:
 def _remove_single_maneuvers(designs: Floats, max_duration: float) -> tuple[Floats, Ints]:
     """Return copies of designs that each lack one maneuver, and the row of the original of each.
 
-    A copy is missing if a maneuver would exceed `longest` [s] or the rotation would change too
+    A copy is missing if a maneuver would exceed `max_duration` [s] or the rotation would change too
     much.
     """
     maneuvers = designs.reshape(len(designs), -1, VARIABLES_PER_MANEUVER)

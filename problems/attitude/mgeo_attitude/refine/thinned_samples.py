@@ -29,7 +29,7 @@ class ThinnedSamples:
 
     Attributes
     ----------
-    exact : AtTime
+    full_evaluator : FixedTimeEvaluator
         Evaluation on all samples.
     """
 
@@ -73,7 +73,7 @@ class ThinnedSamples:
         return value, worst
 
     def select_best_per_time(self, designs: Floats, times: Floats, n_max: int) -> Ints:
-        """Return the indices of the best designs for each time [s], at most `most` per time.
+        """Return the indices of the best designs for each time [s], at most `n_max` per time.
 
         The order is that of `AtTime.best`.
         """
@@ -91,13 +91,13 @@ class ThinnedSamples:
 
         Parameters
         ----------
-        begins : sequence of n arrays, shape (k, 4 m)
+        initial_designs : sequence of n arrays, shape (k, 4 m)
             Initial designs for each time.
         times : array, shape (n,)
             Times [s], with the same number of merged samples (see `every`).
-        iterations : int
+        max_iterations : int
             Largest number of iterations of a descent.
-        most : int
+        n_max : int
             Largest number of initial designs for each time.
         """
         at = self.get_evaluator(times[0])

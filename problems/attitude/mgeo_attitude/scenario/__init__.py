@@ -5,7 +5,12 @@ from mgeo_attitude.environment.ephemeris import EphemerisOrbit
 from mgeo_attitude.environment.orbit import Orbit, OrbitFile
 from mgeo_attitude.scenario.actuators import Magnetorquers, Wheels
 from mgeo_attitude.scenario.constraints import ManeuverBounds, PathConstraint, Window
-from mgeo_attitude.scenario.criteria import Convergence, FlightErrors, RequiredSigma, TraceWeights
+from mgeo_attitude.scenario.criteria import (
+    Convergence,
+    MonteCarloSettings,
+    RequiredSigma,
+    TraceWeights,
+)
 from mgeo_attitude.scenario.housekeeping import HousekeepingChannel
 from mgeo_attitude.scenario.initial_conditions import InitialConditions
 from mgeo_attitude.scenario.prior import Prior
@@ -15,13 +20,13 @@ from mgeo_attitude.scenario.toml import ScenarioFileError
 from mgeo_attitude.settings.errors import InvalidKey
 
 __all__ = [
-    "HousekeepingChannel",
-    "Magnetorquers",
     "Convergence",
     "EphemerisOrbit",
     "FlightErrors",
+    "HousekeepingChannel",
     "InitialConditions",
     "InvalidKey",
+    "Magnetorquers",
     "ManeuverBounds",
     "MeanElements",
     "Orbit",

@@ -63,7 +63,7 @@ def minimax_allocation(axes: Floats) -> Floats:
     Parameters
     ----------
     axes : array, shape (n, 3)
-        As in `pseudo_inverse`.
+        As in `pseudo_inverse_allocation`.
     """
     normals = np.array([np.cross(a, b) for a, b in combinations(axes, 2)])
     normals = normals[np.linalg.norm(normals, axis=1) > _MIN_SINE]
@@ -208,7 +208,7 @@ class Magnetorquers(Settings):
     Examples
     --------
     >>> from mgeo_attitude.scenario import Coils
-    >>> Coils(max_dipole=(0.2, 0.2, 0.2), inertia=(0.002, 0.002, 0.002)).duty
+    >>> Coils(max_dipole=(0.2, 0.2, 0.2), inertia=(0.002, 0.002, 0.002)).duty_cycle
     0.8
     """
 
@@ -239,7 +239,7 @@ class Magnetorquers(Settings):
 
     def inertia_matrix(self) -> Floats:
         """Return the inertia matrix J of a satellite without wheels [kg m²], shape (3, 3)."""
-        assert self.inertia is not None  # ensured by `check_coils`
+        assert self.inertia is not None  # ensured by `check_magnetorquers`
         return inertia_matrix(self.inertia, self.products_of_inertia)
 
     def build_drive(self, field: Floats, attitude: Floats, rate: Floats) -> MagnetorquerDrive:
@@ -343,7 +343,7 @@ def build_slew_limits(
 
     Parameters
     ----------
-    limits : ManeuverLimits
+    maneuvers : ManeuverBounds
     wheels : Wheels or None
     initial_rate : array, shape (3,)
         Body rate at the start [rad/s].

@@ -38,8 +38,8 @@ class ManeuverBounds(Settings):
 
     Examples
     --------
-    >>> from mgeo_attitude.scenario import ManeuverLimits
-    >>> ManeuverLimits(count=6, max_rate_deg_s=0.5, max_duration=900.0, slew_back=True).count
+    >>> from mgeo_attitude.scenario import ManeuverBounds
+    >>> ManeuverBounds(count=6, max_rate_deg_s=0.5, max_duration=900.0, slew_back=True).count
     6
     """
 
@@ -73,8 +73,8 @@ class PathConstraint(Settings):
 
     Examples
     --------
-    >>> from mgeo_attitude.scenario import PathLimit
-    >>> PathLimit(name="camera", boresight=(0.0, 0.0, 1.0), half_angle_deg=20.0).sense
+    >>> from mgeo_attitude.scenario import PathConstraint
+    >>> PathConstraint(name="camera", boresight=(0.0, 0.0, 1.0), half_angle_deg=20.0).sense
     'keep-out'
     """
 

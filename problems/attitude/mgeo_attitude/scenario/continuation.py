@@ -58,14 +58,14 @@ def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], 
     ----------
     table : mapping
         Table of a scenario with the entry ``after``.
-    read : function
+    build_scenario : function
         Return the scenario of a table.
 
     Raises
     ------
     InvalidValue
         If the document is not that of a calibration, if the calibration is statistically
-        inconsistent and `ACCEPT` is not true, or if the table has a key that the calibration
+        inconsistent and `ACCEPT_INCONSISTENT` is not true, or if the table has a key that the calibration
         determines.
     """
     overrides = dict(table)

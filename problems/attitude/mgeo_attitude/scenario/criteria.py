@@ -65,8 +65,8 @@ class MonteCarloSettings(Settings):
 
     Examples
     --------
-    >>> from mgeo_attitude.scenario import FlightErrors
-    >>> FlightErrors(count=32, attitude_deg=5.0, rate_error_deg_s=0.01).quantile
+    >>> from mgeo_attitude.scenario import MonteCarloSettings
+    >>> MonteCarloSettings(count=32, attitude_deg=5.0, rate_error_deg_s=0.01).quantile
     0.9
     """
 

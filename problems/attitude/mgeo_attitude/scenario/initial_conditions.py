@@ -144,7 +144,7 @@ class InitialConditions(Settings):
 
         Parameters
         ----------
-        course : Course
+        orbit_source : Course
         time : float
             Time after the epoch [s], possibly after the end of the scenario's run.
         """

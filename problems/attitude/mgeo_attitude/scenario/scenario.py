@@ -36,7 +36,7 @@ from mgeo_attitude.scenario.constraints import (
 from mgeo_attitude.scenario.continuation import continue_scenario
 from mgeo_attitude.scenario.criteria import (
     Convergence,
-    FlightErrors,
+    MonteCarloSettings,
     RequiredSigma,
     TraceWeights,
     check_blocks,
@@ -134,7 +134,7 @@ class Scenario(Settings):
     """cones that must contain or exclude a direction during the plan"""
     windows: tuple[Window, ...] = ()
     """time windows that contain a plan from start to end; default: any time"""
-    monte_carlo: FlightErrors | None = None
+    monte_carlo: MonteCarloSettings | None = None
     """Monte Carlo runs in which plans are evaluated; default: the nominal run alone"""
     prior: Prior | None = None
     """result of a calibration that replaces initial attitude, rate and 1-sigmas"""
@@ -229,7 +229,7 @@ class Scenario(Settings):
 
         Parameters
         ----------
-        at : Environment or Place
+        orbit_state : Environment or Place
             State of the satellite at the epoch.
         """
         return (
@@ -298,7 +298,7 @@ class Scenario(Settings):
 
         With ``preset``, the table overrides the preset key by key. With ``after``, the document of
         a calibration, the table overrides the scenario that continues from its time, attitude and
-        covariance, see `Calibration.scenario_after`.
+        covariance, see `Calibration.build_followup_scenario`.
 
         A list of sensors replaces that of the preset. A sensor inherits missing keys from the
         preset's sensor of its name and kind, or from the only one of its kind, or uses defaults.

@@ -18,8 +18,8 @@ def build_scenario_schema() -> dict[str, Any]:
 
     Examples
     --------
-    >>> from mgeo_attitude import scenario_schema
-    >>> step = scenario_schema()["properties"]["step"]
+    >>> from mgeo_attitude import build_scenario_schema
+    >>> step = build_scenario_schema()["properties"]["step"]
     >>> step["description"], step["unit"]
     ('time step of the filter', 's')
     """

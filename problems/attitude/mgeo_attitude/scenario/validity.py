@@ -163,7 +163,7 @@ def find_implausible_values(scenario: Scenario) -> tuple[str, ...]:
 
 
 def _find_unusual_values(settings: Any, place: str = "") -> Iterator[str]:
-    """Yield a warning for each nonzero number outside of its `Usual` range."""
+    """Yield a warning for each nonzero number outside of its `UsualRange` range."""
     for name in get_fields(type(settings)):
         value, key = getattr(settings, name), f"{place}{name}"
         values = value if isinstance(value, tuple) else (value,)

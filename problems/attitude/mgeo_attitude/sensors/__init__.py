@@ -17,15 +17,15 @@ SENSORS: dict[str, type[Sensor]] = {
 
 __all__ = [
     "SENSORS",
+    "BiasSensitivity",
+    "EnvironmentErrors",
     "GaussMarkov",
     "Gyro",
     "HorizonSensor",
-    "BiasSensitivity",
     "Magnetometer",
     "Photodiode",
     "Sensor",
     "StarTracker",
     "SunSensor",
     "TwoAxisSunSensor",
-    "EnvironmentErrors",
 ]

@@ -36,7 +36,7 @@ from mgeo_attitude.settings.types import (
 )
 
 #: Gyro or sensor.
-Instrument = TypeVar("Noisy")
+Instrument = TypeVar("Instrument")
 
 Boresight = Annotated[Direction, Field(description="boresight, body axes (any length)")]
 #: Least angle between the boresight and a body that blinds a sensor.
@@ -47,9 +47,9 @@ Exclusion = Annotated[Degrees | None, Field(ge=0.0, lt=90.0)]
 class Sensor(Settings, ABC):
     """A sensor that measures a 3-vector or up to three numbers.
 
-    A subclass is a frozen dataclass of parameters. The filter requires `states`, `measure` and
-    `noise`; its kernel is generated from `measure`. Simulation and calibration also require the
-    exact model `measured`.
+    A subclass is a frozen dataclass of parameters. The filter requires `states`, `linearize_measurement` and
+    `noise_sigmas`; its kernel is generated from `linearize_measurement`. Simulation and calibration also require the
+    exact model `predict_measurement`.
 
     Examples
     --------
@@ -112,7 +112,7 @@ class Sensor(Settings, ABC):
         )
 
     def latency_states(self) -> dict[str, State]:
-        """Return the state of `initial_delay_s`, if any, for use in `states`."""
+        """Return the state of `initial_latency_s`, if any, for use in `states`."""
         return {"delay": ScalarConstant(self.initial_latency_s)} if self.initial_latency_s else {}
 
     def sensitivity_states(self) -> dict[str, State]:
@@ -150,7 +150,7 @@ class Sensor(Settings, ABC):
         ----------
         x : namespace of Vec3
             ``x.theta`` is the attitude error [rad]. Further attributes are the sensor's `states`
-            and the modeled errors of `sees`. ``x.moved`` is the change of `v` in body axes.
+            and the modeled errors of `list_environment_errors`. ``x.moved`` is the change of `v` in body axes.
             ``x.to_body`` rotates a vector from GCRS to body axes. ``x.gradient`` holds the columns
             of `gradient` in body axes, followed by those of the derivative with respect to the
             orbit error, if the sensor is affected by it.
@@ -172,7 +172,7 @@ class Sensor(Settings, ABC):
         Parameters
         ----------
         x : namespace
-            The sensor's `states` and the modeled errors of `sees`, shape (..., 3); a state of
+            The sensor's `states` and the modeled errors of `list_environment_errors`, shape (..., 3); a state of
             `rotations` is an argument of `rotate`. ``x.to_body`` and ``x.gradient`` are as in
             `measure`.
         v : array, shape (..., 3)
@@ -192,8 +192,8 @@ class Sensor(Settings, ABC):
 
         Parameters
         ----------
-        measured : array or tuple
-            Result of `measured`.
+        measurement : array or tuple
+            Result of `measurement`.
         noise : array, shape (..., m)
             Noise in the axes and unit of `measure`.
         """
@@ -268,6 +268,5 @@ def scale_noise(instrument: Instrument, factor: float) -> Instrument:
         return tuple(map(times, sigma)) if isinstance(sigma, tuple) else factor * sigma
 
     names = instrument.noise_parameters  # type: ignore[attr-defined]
-    return dataclasses.replace(
-        instrument, **{name: times(getattr(instrument, name)) for name in names}
-    )  # type: ignore[type-var]
+    changes = {name: times(getattr(instrument, name)) for name in names}
+    return dataclasses.replace(instrument, **changes)  # type: ignore[type-var]

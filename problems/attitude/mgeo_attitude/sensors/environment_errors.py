@@ -100,7 +100,7 @@ class EnvironmentErrors(Settings):
     def apply_to_environment(self, environment: Environment) -> Environment:
         """Return the environment as the sensor models use it.
 
-        With an orbit error, samples within `SURE` 1-sigmas of an eclipse count as eclipse. With a
+        With an orbit error, samples within `ECLIPSE_MARGIN_SIGMAS` 1-sigmas of an eclipse count as eclipse. With a
         reflectivity of the Earth, the mean albedo is added.
         """
         changes: dict[str, Any] = {}

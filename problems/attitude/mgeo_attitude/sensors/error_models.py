@@ -139,11 +139,11 @@ def apply_bias_sensitivities(
     Parameters
     ----------
     influences : sequence of Influence
-    own : mapping
+    errors : mapping
         States by name. The coefficients are removed, and the errors that depend on them change.
-    values : sequence
+    channel_deviations : sequence
         u - u₀ of each influence, in a shape that broadcasts with the states.
-    times : function
+    multiply : function
         Product of a value and a state.
     """
     for influence, value in zip(sensitivities, channel_deviations, strict=True):

@@ -45,7 +45,7 @@ _ALLAN_PEAK = 0.437
 class Gyro(Settings):
     """Three-axis gyro with the model ω_m = ω + b + v_g.
 
-    Errors of scale factor, misalignment and non-orthogonality are optional; see `measured`.
+    Errors of scale factor, misalignment and non-orthogonality are optional; see `predict_measurement`.
 
     Examples
     --------
@@ -242,7 +242,7 @@ def has_axis_dependent_noise(noise_density: Floats) -> bool:
 
     Parameters
     ----------
-    diffusion : array, shape (..., n), n >= 6
+    noise_density : array, shape (..., n), n >= 6
         Diagonal of the process noise density, attitude and bias first; see `Suite.diffusion`.
     """
     walks = noise_density[..., :6].reshape(*noise_density.shape[:-1], 2, 3)

@@ -57,7 +57,7 @@ def stack_measurement(measurement: Any) -> Floats:
 
 
 def unstack_measurement(array: Floats) -> Any:
-    """Split an array into the form of `Sensor.measured`; the inverse of `as_array`."""
+    """Split an array into the form of `Sensor.measured`; the inverse of `stack_measurement`."""
     vectors = tuple(np.moveaxis(array, -2, 0))
     return vectors if len(vectors) > 1 else vectors[0]
 
@@ -95,14 +95,14 @@ def apply_latency(
 
     The latency rotates the body back by its rate, and moves the reference vector back by its
     derivative. The three components of the latency, one for each body axis, are nearly equal
-    (`Alike`). If the rate error `NOISE` is a state, it is added to the rate.
+    (`ScalarConstant`). If the rate error `NOISE` is a state, it is added to the rate.
 
     Parameters
     ----------
     sensor : Sensor
     states : mapping
         States for `Sensor.measured`, and ``delay``.
-    looks : sequence of arrays, shape (..., 3)
+    reference_vectors : sequence of arrays, shape (..., 3)
         Reference vectors in GCRS; see `Suite.looks`.
     to_body : function
         Rotation from GCRS to body axes at the time stamp.
@@ -145,7 +145,7 @@ def to_telemetry(sensor: Sensor, vectors: Floats) -> Floats:
     Returns
     -------
     array, shape (n, len(channels))
-        Vector components in the channel's unit, or a quaternion as in `quaternions`.
+        Vector components in the channel's unit, or a quaternion as in `quaternions_from_matrices`.
     """
     if len(sensor.telemetry_suffixes) < 4:
         return vectors[:, 0] * sensor.telemetry_unit.factor
@@ -153,9 +153,9 @@ def to_telemetry(sensor: Sensor, vectors: Floats) -> Floats:
 
 
 def from_telemetry(sensor: Sensor, values: Floats) -> Floats:
-    """Convert telemetry columns to measurements; the inverse of `to_channels`.
+    """Convert telemetry columns to measurements; the inverse of `to_telemetry`.
 
-    Vectors of sensors with `unit_length` are normalized.
+    Vectors of sensors with `has_unit_length` are normalized.
     """
     if len(sensor.telemetry_suffixes) < 4:
         length = np.linalg.norm(values, axis=1, keepdims=True) if sensor.has_unit_length else 1.0

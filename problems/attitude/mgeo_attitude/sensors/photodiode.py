@@ -31,7 +31,7 @@ class Photodiode(Sensor):
     Photodiodes for Attitude Determination, Journal of Guidance, Control, and Dynamics 37 (2014)
     1808-1823).
 
-    The diode measures while the Sun is within a half-angle of the normal. With `sees_albedo`,
+    The diode measures while the Sun is within a half-angle of the normal. With `includes_albedo`,
     albedo that arrives in front of the face adds to sunlight.
 
     Examples
@@ -123,5 +123,5 @@ class Photodiode(Sensor):
 
 
 def _select_front_light(cosine: Any) -> Any:
-    """Return 1 for light in front of a face and 0 otherwise; also for symbols and `Taylor`."""
+    """Return 1 for light in front of a face and 0 otherwise; also for symbols and `TaylorPolynomial`."""
     return choose(cosine.value.T if hasattr(cosine, "value") else cosine, 0.0, 1.0, 0.0)

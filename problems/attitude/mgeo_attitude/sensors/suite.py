@@ -44,7 +44,7 @@ class Suite:
     gyro : Gyro
     sensors : tuple of Sensor
         Sensors with unique names.
-    world : World, optional
+    environment_errors : World, optional
         Environment model errors.
 
     Examples
@@ -296,8 +296,8 @@ class Suite:
             Vectors of `gradient` in body axes.
         rate : Vec3
             Body rate [rad/s], for sensors with latency; see `readings.taken`.
-        influences : sequence
-            The sensor's columns of `influence_values`.
+        channel_deviations : sequence
+            The sensor's columns of `compute_channel_deviations`.
         """
         own = {
             s: self._select_block(column, block) for s, block in self.list_blocks(sensor).items()
@@ -333,8 +333,8 @@ class Suite:
         ----------
         omega : array, shape (3,)
             Body rate [rad/s].
-        influences : sequence of float
-            The gyro's columns of `influence_values`; default: ones.
+        channel_deviations : sequence of float
+            The gyro's columns of `compute_channel_deviations`; default: ones.
         """
         A, k = np.zeros((self.n_dynamic, self.n_dynamic)), self.n_kinematic
         for j, unit in enumerate(np.eye(k)):
@@ -369,8 +369,8 @@ class Suite:
             Vectors of `gradient` in body axes.
         rate : array, shape (..., 3), optional
             Body rate [rad/s]; default: zero.
-        influences : sequence of floats or arrays, shape (...)
-            The sensor's columns of `influence_values`.
+        channel_deviations : sequence of floats or arrays, shape (...)
+            The sensor's columns of `compute_channel_deviations`.
 
         Returns
         -------

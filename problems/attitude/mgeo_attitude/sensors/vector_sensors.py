@@ -72,7 +72,7 @@ def apply_orbit_error(x: Any, v: Any) -> Any:
 class SunSensor(VectorSensor):
     """Sun sensor, y_s = [s×]θ - [s×]φ + δs + w_s (equation 2), without measurements in eclipse.
 
-    Albedo adds to the vector of a coarse sensor; see `World`.
+    Albedo adds to the vector of a coarse sensor; see `EnvironmentErrors`.
 
     Examples
     --------
@@ -138,7 +138,7 @@ class Magnetometer(VectorSensor):
     """Magnetometer, y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2), with B in units of 50 µT.
 
     Errors of scale factor and non-orthogonality, as caused by soft iron, are optional. Field model
-    errors and orbit errors affect the magnetometer if the `World` models them; see `measured`.
+    errors and orbit errors affect the magnetometer if the `EnvironmentErrors` models them; see `predict_measurement`.
 
     Examples
     --------

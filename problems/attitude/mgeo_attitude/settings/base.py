@@ -182,7 +182,7 @@ Table = dict[str, Any]
 class TableClasses:
     """Annotation of a field that accepts one of several classes of settings.
 
-    The entry `key` of a table selects the class. Without this entry, a key of `telling` selects the
+    The entry `key` of a table selects the class. Without this entry, a key of `identifying_keys` selects the
     class, or else the class is `default`.
     """
 
@@ -254,7 +254,7 @@ def require_same(name: str, settings: Any, expected_settings: Any, keys: Iterabl
     ----------
     name : str
         Name of the settings in the message.
-    one, other : Settings
+    settings, expected_settings : Settings
         Settings to check, and those of the scenario.
     keys : iterable of str
         Fields to compare. The message names the first difference, such as ``orbit.eccentricity``,

@@ -205,7 +205,7 @@ class SlewSearch:
     ) -> Floats | None:
         """Find the rate of a slew to the target attitude, or None.
 
-        The last `leaving` of the n steps change the rate to `final`.
+        The last `n_ramp_steps` of the n steps change the rate to `final_rate`.
         """
         from scipy.optimize import root  # This import takes long.
 
@@ -265,7 +265,7 @@ class Trajectory:
     design : array, shape (n_var,)
     t_end : float
         End of the filter run [s].
-    held : float
+    hold_until : float
         Time until which the last rate is held before a slew back [s], if later than `t_end`.
     """
 

@@ -75,7 +75,7 @@ def list_infeasible_requirements(problem: AttitudeManeuverProblem) -> list[str]:
 def summarize_lower_bound(plans: Plans, sample: Plans, sample_label: str) -> list[str]:
     """Return a line that compares the traces of nominal plans with the lower bound.
 
-    The line covers the default solution of the front and the median of the plans `some`.
+    The line covers the default solution of the front and the median of the plans `sample`.
     """
     from mgeo.runs.summary import select_default_solution
 

@@ -46,11 +46,11 @@ def build_constraint_tables(
 
     Parameters
     ----------
-    limits : sequence of Limit
-    excesses : array, shape (n, n_limits)
+    bounds : sequence of Limit
+    violations : array, shape (n, n_limits)
         Relative violations, positive if violated.
-    after : sequence of mapping, optional
-        Additional rows of each design for the time after convergence; see `all_after`.
+    margins_after : sequence of mapping, optional
+        Additional rows of each design for the time after convergence; see `compute_margins_after_convergence`.
 
     Returns
     -------
@@ -180,7 +180,7 @@ def compute_interval_margins(
         Interval [s] after the epoch, both on a step of the filter.
     covariance : array, shape (3, 3)
         Attitude covariance, body axes [rad²], assumed constant over the interval.
-    while_ : str
+    interval_name : str
         Name of the interval, for the labels.
     """
     scenario = trajectory.scenario

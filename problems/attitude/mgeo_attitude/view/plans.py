@@ -20,7 +20,7 @@ from mgeo_attitude.criteria.robustness import MonteCarloRuns, compute_quantile, 
 from mgeo_attitude.filter.evaluator import Evaluation
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.problem import AttitudeManeuverProblem
-from mgeo_attitude.scenario.criteria import FlightErrors
+from mgeo_attitude.scenario.criteria import MonteCarloSettings
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 
@@ -50,7 +50,7 @@ class NominalResults(NamedTuple):
 class Plans(View):
     """Maneuver plans, shape (n, n_var), with cached results.
 
-    Views created by `take` share the caches of their source.
+    Views created by `select` share the caches of their source.
     """
 
     problem: AttitudeManeuverProblem
@@ -82,7 +82,7 @@ class Plans(View):
         )
 
     def arrays(self) -> dict[str, Floats]:
-        """Return the results of the nominal runs by the field names of `Nominal`."""
+        """Return the results of the nominal runs by the field names of `NominalResults`."""
         return self.nominal._asdict()
 
     @cached_property
@@ -140,10 +140,10 @@ class Plans(View):
         the root mean square of the 1-sigma of each state.
         """
         problem = self.problem
-        errors = problem.scenario.monte_carlo or FlightErrors()
+        errors = problem.scenario.monte_carlo or MonteCarloSettings()
         errors = dataclasses.replace(
             errors,
-            count=n_runs or self.n_monte_carlo_runs,
+            n_runs=n_runs or self.n_monte_carlo_runs,
             seed=errors.seed + 1 if seed is None else seed,
         )
 
@@ -171,7 +171,7 @@ class Plans(View):
 
         Parameters
         ----------
-        flights : int, optional
+        n_runs : int, optional
             Number of runs; default: 200.
         seed : int, optional
             Seed of the runs; default: the seed of the problem's own runs plus one.

@@ -36,7 +36,7 @@ from mgeo_calibration.estimation.batch import Batch, build_batch
 from mgeo_calibration.estimation.fit import Fit, FitError, fit, fit_from_trajectory
 from mgeo_calibration.estimation.kinematics import compute_rates_and_rotations, discretize_dynamics
 from mgeo_calibration.estimation.model_errors import estimate_angle_random_walk
-from mgeo_calibration.estimation.prior import Belief
+from mgeo_calibration.estimation.prior import PriorEstimate
 from mgeo_calibration.estimation.residuals import FilterEstimates, History, compute_filter_estimates
 from mgeo_calibration.estimation.smoother import Solution, compute_last_covariance
 from mgeo_calibration.estimation.step_noise import add_step_noise, list_states_without_step_noise
@@ -91,7 +91,7 @@ def calibrate(
     ------
     ValueError, OSError, ImportError
         From `read_telemetry`.
-    CannotCalibrate
+    CalibrationError
         (ValueError) If readings have another unit or belong to other sensors, if they do not
         determine the attitude, or if the fit does not converge.
 
@@ -107,13 +107,15 @@ def calibrate(
     if not 0.0 < gate < 0.5:
         raise ValueError(f"gate = {gate!r}: expected a probability in (0, 0.5)")
     if mapping is not None and mapping.gyro.reference_axes == "unknown":
-        raise InvalidValue("gyro.holds", "unknown", "expected none, or that of calibrate_alone")
+        raise InvalidValue(
+            "gyro.holds", "unknown", "expected none, or that of calibrate_magnetometers"
+        )
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
     data = None
     try:
         data = build_batch(scenario, telemetry)
-        data, belief = add_step_noise(data, Belief.from_scenario(scenario, data.pointing))
+        data, belief = add_step_noise(data, PriorEstimate.from_scenario(scenario, data.pointing))
         calibration = _build_calibration(scenario, telemetry, belief, fit(data, belief, gate))
     except FitError as error:
         assert data is not None
@@ -124,17 +126,17 @@ def calibrate(
         return calibration
     checks = run_checks(scenario, telemetry, None)
     certain = {name: result for name, result in checks.items() if name in EXPLANATORY_CHECKS}
-    return dataclasses.replace(calibration, causes=list_data_faults(certain))
+    return dataclasses.replace(calibration, data_faults=list_data_faults(certain))
 
 
 def _calibrate_without_fit(
-    scenario: Scenario, telemetry: Telemetry, data: Batch, prior: Belief, error: FitError
+    scenario: Scenario, telemetry: Telemetry, data: Batch, prior: PriorEstimate, error: FitError
 ) -> Calibration:
     """Return an inconsistent calibration from all readings if no check finds a cause.
 
     Raises
     ------
-    CannotCalibrate
+    CalibrationError
         With the gyro noise of a consistent fit, or with the cause that a check found.
     """
     walk = _estimate_gyro_walk(scenario, telemetry) if telemetry.has_gyro else None
@@ -156,7 +158,9 @@ def _estimate_gyro_walk(scenario: Scenario, telemetry: Telemetry) -> float | Non
     """Return an angle random walk [deg/sqrt(h)] that makes telemetry consistent, or None."""
     noisy = dataclasses.replace(scenario, gyro=scale_noise(scenario.gyro, _RETRY_NOISE_FACTOR))
     try:
-        data, belief = add_step_noise(build_batch(noisy, telemetry), Belief.from_scenario(noisy))
+        data, belief = add_step_noise(
+            build_batch(noisy, telemetry), PriorEstimate.from_scenario(noisy)
+        )
         result = fit(data, belief, GATE_PROBABILITY)
     except ValueError:
         return None
@@ -166,7 +170,7 @@ def _estimate_gyro_walk(scenario: Scenario, telemetry: Telemetry) -> float | Non
 
 
 def _build_calibration(
-    scenario: Scenario, telemetry: Telemetry, prior: Belief, fit_result: Fit
+    scenario: Scenario, telemetry: Telemetry, prior: PriorEstimate, fit_result: Fit
 ) -> Calibration:
     data, n = fit_result.batch, len(fit_result.batch.times)
     last = fit_result.solution.estimate
@@ -176,7 +180,7 @@ def _build_calibration(
     all_past = past if whole is fit_result else compute_filter_estimates(whole.solution)
     channels, left_out = select_correlated_channels(telemetry, data, all_past.innovations)
     tested = build_hypotheses(whole.solution, channels, telemetry.has_gyro)
-    before = Belief.from_scenario(scenario, data.pointing)
+    before = PriorEstimate.from_scenario(scenario, data.pointing)
     n_tests: float = count_prior_tests(before) + left_out * (1 + len(past.innovations))
     n_tests += sum(each.weight for each in tested.values())
     # The tests of NIS and correlation are one-sided: together they count as one test.
@@ -212,7 +216,7 @@ def _build_calibration(
     )
 
 
-def _refit_all_readings(prior: Belief, fit_result: Fit) -> Fit:
+def _refit_all_readings(prior: PriorEstimate, fit_result: Fit) -> Fit:
     """Return a fit without outlier rejection if a sensor has too many outliers."""
     counts = fit_result.solution.is_used.sum(axis=1) + fit_result.is_rejected.sum(axis=1)
     if not (fit_result.is_rejected.sum(axis=1) > MAX_OUTLIER_FRACTION * counts).any():
@@ -221,7 +225,7 @@ def _refit_all_readings(prior: Belief, fit_result: Fit) -> Fit:
     return whole if whole.solution.is_converged() else fit_result
 
 
-def compute_final_estimate(prior: Belief, fit_result: Fit) -> tuple[Floats, Floats]:
+def compute_final_estimate(prior: PriorEstimate, fit_result: Fit) -> tuple[Floats, Floats]:
     """Return the states at the last sample, rotations as rotation vectors, and their covariance."""
     solution, own = fit_result.solution, list_states_without_step_noise(fit_result.batch.suite)
     states = solution.estimate.states[-1]
@@ -232,7 +236,7 @@ def compute_final_estimate(prior: Belief, fit_result: Fit) -> tuple[Floats, Floa
 
 
 def reset_considered_states(
-    prior: Belief, solution: Solution, states: Floats, covariance: Floats
+    prior: PriorEstimate, solution: Solution, states: Floats, covariance: Floats
 ) -> tuple[Floats, Floats]:
     """Reset the considered states at the last sample to their prior.
 
@@ -242,7 +246,7 @@ def reset_considered_states(
 
     Parameters
     ----------
-    belief : Belief
+    prior : PriorEstimate
         Prior at the first sample.
     solution : Solution
     states : array, shape (n_states,)
@@ -267,7 +271,7 @@ def reset_considered_states(
     return states, covariance
 
 
-def _propagate_prior(prior: Belief, solution: Solution) -> tuple[Floats, Floats]:
+def _propagate_prior(prior: PriorEstimate, solution: Solution) -> tuple[Floats, Floats]:
     """Propagate the prior to the last sample: decay factor and added variance of each state."""
     parts, batch = solution.partition, solution.batch
     left, added = np.ones_like(prior.sigma), np.zeros_like(prior.sigma)

@@ -44,7 +44,7 @@ class Calibration:
     time : float
         Time of the last sample [s].
     quaternion : array, shape (4,)
-        Attitude at the last sample, from GCRF to body, scalar last; see `quaternions`.
+        Attitude at the last sample, from GCRF to body, scalar last; see `quaternions_from_matrices`.
     rate_deg_s : array, shape (3,)
         Body rate in the last step from the corrected gyro [deg/s].
     states : array, shape (n_states,)
@@ -58,12 +58,12 @@ class Calibration:
         Tests of the estimate against the prior; empty in files of earlier versions.
     model_tests : tuple of ModelTest
         Tests for errors that the scenario does not model; empty in files of earlier versions.
-    causes : tuple of str
+    data_faults : tuple of str
         Causes of an inconsistency that attitude-independent checks found; empty in files of earlier
         versions.
     notes : tuple of str
         Further findings.
-    rejected : tuple of (time [s], name of sensor, chi-square)
+    outliers : tuple of (time [s], name of sensor, chi-square)
         Outliers.
     history : History, optional
         Attitude at every sample; not stored in files.

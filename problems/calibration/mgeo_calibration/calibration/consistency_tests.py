@@ -14,7 +14,7 @@ from scipy.special import chdtrc, gammaincinv, ndtri
 from mgeo_calibration.calibration.corrections import find_innovation_unit
 from mgeo_calibration.estimation.fit import Fit
 from mgeo_calibration.estimation.linearization import compute_innovations
-from mgeo_calibration.estimation.prior import Belief
+from mgeo_calibration.estimation.prior import PriorEstimate
 from mgeo_calibration.estimation.residuals import FilterEstimates, Innovations
 from mgeo_calibration.estimation.smoother import Solution
 from mgeo_calibration.estimation.trajectory import Trajectory
@@ -40,19 +40,19 @@ class SensorTest:
     ----------
     sensor : str
         Name of the sensor.
-    readings : int
+    n_readings : int
         Number of readings, rejected readings included.
-    rejected : int
+    n_outliers : int
         Number of outliers.
     nis, nis_low, nis_high : float
         Mean normalized innovation squared per component, and its acceptance interval about 1.
     correlation, correlation_bound : float
-        Autocorrelation of largest magnitude within `LAGS` lags, and the bound of its magnitude.
+        Autocorrelation of largest magnitude within `N_LAGS` lags, and the bound of its magnitude.
         Innovations of a correct model are white. They correlate positively if declared errors are
         too small and negatively if declared errors are too large.
     unit : str
         Unit of the three rms values.
-    noise, before, after : float
+    rms_noise, rms_before, rms_after : float
         Root mean square per component: declared noise, and residuals of the used readings without
         and with the estimated calibration parameters of the sensor.
     """
@@ -142,9 +142,9 @@ def compute_nis_bounds(n_values: int, n_tests: float) -> tuple[float, float]:
 
     Parameters
     ----------
-    count : int
+    n_values : int
         Number of squared values.
-    tests : float
+    n_tests : float
         Number of tests that share the significance level.
     """
     tail = 0.5 * SIGNIFICANCE / n_tests
@@ -153,13 +153,13 @@ def compute_nis_bounds(n_values: int, n_tests: float) -> tuple[float, float]:
 
 
 def compute_correlation_bound(n_values: int, n_tests: float) -> float:
-    """Return the bound of the largest of `LAGS` autocorrelations of white noise.
+    """Return the bound of the largest of `N_LAGS` autocorrelations of white noise.
 
     Parameters
     ----------
-    count : int
+    n_values : int
         Number of values.
-    tests : float
+    n_tests : float
         Number of tests that share the significance level.
     """
     return float(-ndtri(0.5 * SIGNIFICANCE / n_tests / N_LAGS) / np.sqrt(n_values))
@@ -184,8 +184,8 @@ def run_sensor_tests(
 
     Parameters
     ----------
-    found : Fit
-    past : Filtered
+    fit_result : Fit
+    filter_results : Filtered
         Innovations of the fit.
     n_tests : float
         Number of tests that share the significance level.
@@ -234,13 +234,13 @@ class PriorTest:
     chi_square : float
         (x - x0)ᵀ P0⁻¹ (x - x0) at the first sample. Without readings it is zero; the test therefore
         fails less often than its significance level.
-    freedom : int
+    degrees_of_freedom : int
         Degrees of freedom.
-    sigmas : float
+    max_deviation_sigmas : float
         Largest difference of a state in units of its prior 1-sigma.
     p : float
         Upper bound of the p-value.
-    p_least : float
+    significance_level : float
         Significance level.
     """
 
@@ -289,13 +289,13 @@ def list_prior_contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, s
     return [(test.chi_square, test.description) for test in blocks or failed]
 
 
-def count_prior_tests(prior: Belief) -> int:
+def count_prior_tests(prior: PriorEstimate) -> int:
     """Return the number of prior tests: one per block with a prior, and one of all blocks."""
     return len(_list_blocks(prior)) + 1
 
 
 def run_prior_tests(
-    prior: Belief, attitude: Floats, states: Floats, significance_level: float
+    prior: PriorEstimate, attitude: Floats, states: Floats, significance_level: float
 ) -> tuple[PriorTest, ...]:
     """Test the estimate at the first sample against the prior, for all states and for each block.
 
@@ -305,7 +305,7 @@ def run_prior_tests(
         Estimated rotation matrix from body to GCRS.
     states : array, shape (n_states,)
         Estimated states.
-    p_least : float
+    significance_level : float
         Significance level of each test.
     """
     off = prior.compute_difference(attitude, states)
@@ -329,7 +329,7 @@ def run_prior_tests(
     return tuple(tests)
 
 
-def _list_blocks(prior: Belief) -> dict[str, slice]:
+def _list_blocks(prior: PriorEstimate) -> dict[str, slice]:
     named = {name: slice(3 * i, 3 * i + 3) for i, name in enumerate(prior.suite.blocks)}
     if prior.attitude is None:
         del named["attitude"]

@@ -26,7 +26,7 @@ def draw_calibration_figures(
     ----------
     table : DataFrame
         `Calibration.table`.
-    believed : array, shape (n,)
+    prior : array, shape (n,)
         Prior value of each row of the table.
     sensors : sequence of str
         Sensor names in the order of the history's innovations.

@@ -69,17 +69,17 @@ class Hypothesis:
         Owner and error, for example ``mag.delay``.
     key : str
         Key of the scenario that models the error, or advice.
-    says : function
+    describe : function
         Formats the estimate of a score with its 1-sigma and unit.
     options : tuple of Departure or Combined
         Alternative forms of the error; the most significant form counts.
-    applies : bool
+    is_applicable : bool
         False if the scenario already models the error.
-    possible : function
+    is_possible : function
         Returns whether a score is physically possible.
-    shown_by : str
+    observability_condition : str
         Condition that makes the error observable.
-    instead : float, optional
+    alternative_coefficient : float, optional
         Coefficient of an alternative convention that the user may have overlooked.
     weight : float
         Share of the significance level relative to other tests. Rare errors, and errors that are
@@ -125,7 +125,9 @@ def build_hypotheses(
     )
     says = partial(_format_delay, "the satellite is", f"behind {track}", f"ahead of {track}")
     has_field = any(isinstance(sensor, Magnetometer) for sensor in sensors)
-    tested.append(Hypothesis("orbit.along_track", "orbit, epoch", says, (shifted,), has_field))
+    tested.append(
+        Hypothesis("orbit.build_along_track_error", "orbit, epoch", says, (shifted,), has_field)
+    )
     return {each.name: each for each in tested if each.is_applicable}
 
 

@@ -29,7 +29,7 @@ from mgeo_calibration.estimation.field_strength import (
     compute_response_matrix,
     fit_magnetometer,
 )
-from mgeo_calibration.estimation.prior import Belief
+from mgeo_calibration.estimation.prior import PriorEstimate
 from mgeo_calibration.estimation.residuals import Innovations
 from mgeo_calibration.telemetry.mapping import TelemetryMapping
 from mgeo_calibration.telemetry.reading import read_telemetry
@@ -73,10 +73,10 @@ def calibrate_magnetometers(
     Examples
     --------
     >>> from mgeo_attitude import Scenario
-    >>> from mgeo_calibration import calibrate_alone, fly
+    >>> from mgeo_calibration import calibrate_magnetometers, fly
     >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
     >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
-    >>> found = calibrate_alone(scenario, fly(scenario, design, seed=1))
+    >>> found = calibrate_magnetometers(scenario, fly(scenario, design, seed=1))
     >>> found.uplink()["mag"]["unit"], found.supported
     ('nT', True)
     """
@@ -84,7 +84,7 @@ def calibrate_magnetometers(
         telemetry = read_telemetry(telemetry, scenario, mapping)
     data, belief, suite = (
         build_batch(scenario, telemetry),
-        Belief.from_scenario(scenario),
+        PriorEstimate.from_scenario(scenario),
         scenario.suite,
     )
     magnetometers = [k for k, s in enumerate(suite.sensors) if isinstance(s, Magnetometer)]

@@ -33,19 +33,19 @@ class ModelTest:
     ----------
     name : str
         Owner and error.
-    says : str
+    description : str
         Size of the error with its 1-sigma, or the reason why it is not tested.
     key : str
         Key of the scenario that models the error.
     chi_square : float
         Test statistic.
-    freedom : int
+    degrees_of_freedom : int
         Degrees of freedom; zero if the error is not tested.
     p : float
         p-value of the chi-square.
-    p_least : float
+    significance_level : float
         Significance level of the test.
-    named : bool
+    is_selected : bool
         True if the error is significant and not explained by more significant errors.
     alternatives : str
         Errors that cannot be distinguished from this error, with their sizes, keys and
@@ -86,7 +86,7 @@ def run_model_tests(
         Result of `hypotheses.hypotheses`.
     n_tests : float
         Sum of the weights of tests of all kinds.
-    scatter : float
+    variance_ratio : float
         Ratio of actual to declared variance of the readings.
 
     Returns
@@ -202,8 +202,8 @@ def _score_hypotheses(
         each = [
             replace(
                 all_scores.compute_score(_format_key(name, option), keys),
-                option=option,
-                options=count,
+                alternative=option,
+                n_alternatives=count,
             )
             for option in range(count)
         ]

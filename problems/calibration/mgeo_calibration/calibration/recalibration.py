@@ -51,7 +51,7 @@ def recalibrate(
 
     Parameters
     ----------
-    found : Calibration
+    calibration : Calibration
     telemetry : Telemetry
     keys : sequence of str
         States such as ``mag.scale_factor`` or ``gyro.misalignment``, bias sensitivities such as
@@ -61,7 +61,7 @@ def recalibrate(
     ------
     InvalidValue
         If a key adds nothing, or the scenario continues an earlier calibration.
-    CannotCalibrate
+    CalibrationError
         As `calibrate`.
     """
     states = [key for key in keys if key != NOISE_KEY]
@@ -82,7 +82,7 @@ def add_states(
     keys : sequence of str
         ``mag.scale_factor``; ``mag.temp`` or ``mag.misalignment.temp`` for a bias or misalignment
         that is proportional to the column ``temp``; ``gyro.scale_asymmetry``.
-    others : mapping of str to array
+    housekeeping : mapping of str to array
         Other columns of telemetry.
     """
     channels = list_addable_sensitivities(scenario, housekeeping)
@@ -132,7 +132,7 @@ def list_addable_states(scenario: Scenario) -> dict[str, str]:
 def list_addable_sensitivities(
     scenario: Scenario, housekeeping: Mapping[str, Floats]
 ) -> dict[str, tuple[BiasSensitivity, ...]]:
-    """Return the bias sensitivities that a scenario lacks, by the keys of `with_states`."""
+    """Return the bias sensitivities that a scenario lacks, by the keys of `add_states`."""
     result: dict[str, tuple[BiasSensitivity, ...]] = {}
     owners: tuple[Gyro | Sensor, ...] = (scenario.gyro, *scenario.sensors)
     for owner in owners:

@@ -18,7 +18,7 @@ def build_report(calibration: Calibration, predicted: pd.DataFrame | None = None
 
     Parameters
     ----------
-    promised : DataFrame, optional
+    predicted : DataFrame, optional
         Comparison with the prediction of a plan; see `Calibration.compare`.
     """
     title = f"calibration, {calibration.scenario.name}"

@@ -29,11 +29,13 @@ def simulate_plan(
     """
     scenario, environment = plan.scenario, plan.problem.environment
     if simulator == "own":
-        from mgeo_calibration.simulators.kinematic import fly
+        from mgeo_calibration.simulators.kinematic import simulate_telemetry
 
         if vehicle is not None:
             raise ValueError("--vehicle: the own simulator has none. Use --simulator basilisk")
-        return fly(scenario, plan, seed, after=initial_truth, environment=environment)
+        return simulate_telemetry(
+            scenario, plan, seed, initial_truth=initial_truth, environment=environment
+        )
     from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry as fly_basilisk
     from mgeo_calibration.simulators.basilisk.vehicle import Vehicle
 
@@ -72,8 +74,8 @@ def print_simulation(
 
     Parameters
     ----------
-    came_to : DataFrame
-        Result of `as_flown`.
+    comparison : DataFrame
+        Result of `compare_with_plan`.
     """
     output.print(
         escape_text(picked.summary, "bold"),

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.initial_attitude import count_propagated_samples
-from mgeo_calibration.estimation.prior import Belief
+from mgeo_calibration.estimation.prior import PriorEstimate
 
 #: Number of windows, compared samples in each window, and desired rotation within a window [rad].
 _N_WINDOWS, _N_SAMPLES, _WINDOW_ROTATION = 24, 60, 0.5
@@ -145,7 +145,7 @@ def _normalize_vectors(batch: Batch, index: int, body: Floats, samples: Ints) ->
 def _predict_misfit(batch: Batch, index: int) -> float:
     """Return the expected mean squared error of a unit vector from the prior [rad²]."""
     places = batch.suite.get_first_indices(batch.suite.sensors[index])
-    sigma = Belief.from_suite(batch.suite).sigma
+    sigma = PriorEstimate.from_suite(batch.suite).sigma
     bias, turned = (
         float((sigma[k : k + 3] ** 2).mean()) if (k := places.get(state)) else 0.0
         for state in ("bias", "misalignment")

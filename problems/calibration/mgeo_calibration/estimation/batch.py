@@ -45,24 +45,24 @@ class Batch:
     ----------
     times : array, shape (n + 1,)
         [s]
-    gyro : array, shape (n, 3)
+    gyro_rates : array, shape (n, 3)
         Mean of the reported rate over each step [rad/s].
-    change : array, shape (n, 3)
+    rate_changes : array, shape (n, 3)
         By what it changes from the begin of a step to its end [rad/s].
-    added : array, shape (n, 3)
+    excess_angle_variance : array, shape (n, 3)
         Variance of the angle about each body axis in each step beside that of the gyro's noise
         [rad²]: of a guessed rate, of one that stands apart, and of rates that are counted in steps.
     breaks : array of bool, shape (n,)
         Steps over which the attitude is not known from the gyro.
-    sensors : tuple of arrays, shape (n + 1, k, 3)
+    readings : tuple of arrays, shape (n + 1, k, 3)
         As `Readings.sensors`.
     noise : array, shape (s, 3)
-        1-sigma of each sensor, in the unit of its noise, with that of its steps; see `in_threes`.
+        1-sigma of each sensor, in the unit of its noise, with that of its steps; see `pad_to_three`.
     vectors : array, shape (n + 1, n_vectors, 3)
         What the sensors look at and their gradients, GCRS; see `FilterModel.references`.
-    influences : array, shape (n + 1, n_influences)
-        See `Suite.influence_values`.
-    held : Held, optional
+    channel_values : array, shape (n + 1, n_influences)
+        See `Suite.compute_channel_deviations`.
+    pointing : Held, optional
         Attitude that a satellite without gyro holds: it moves by its pointing error, not by rates.
     """
 
@@ -99,14 +99,15 @@ class Batch:
         return replace(
             self,
             times=self.times[samples],
-            gyro=self.gyro_rates[steps],
-            change=self.rate_changes[steps],
-            added=self.excess_angle_variance[steps],
+            gyro_rates=self.gyro_rates[steps],
+            rate_changes=self.rate_changes[steps],
+            excess_angle_variance=self.excess_angle_variance[steps],
             breaks=self.breaks[steps],
-            sensors=tuple(rows[samples] for rows in self.readings),
+            readings=tuple(rows[samples] for rows in self.readings),
             vectors=self.vectors[samples],
-            influences=self.channel_values[samples],
-            held=self.pointing and self.pointing._replace(attitude=self.pointing.attitude[samples]),
+            channel_values=self.channel_values[samples],
+            pointing=self.pointing
+            and self.pointing._replace(attitude=self.pointing.attitude[samples]),
         )
 
 
@@ -117,7 +118,7 @@ def build_batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     has a photodiode whose face the Sun is not before. Rates
     of the gyro that are missing are interpolated, with half the difference of their neighbors as
     1-sigma; so is one that stands apart from both, with how far it does as 1-sigma. What was sent
-    while the gyro was silent for longer (`SILENT`) is left out.
+    while the gyro was silent for longer (`UNKNOWN_RATE_RATIO`) is left out.
 
     If the scenario goes on from a calibration, the first sample is the epoch, and what was sent
     until then is left out: the calibration has read it.

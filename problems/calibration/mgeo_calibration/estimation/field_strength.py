@@ -19,7 +19,7 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
 
 from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.estimation.prior import Belief
+from mgeo_calibration.estimation.prior import PriorEstimate
 from mgeo_calibration.estimation.vector_lengths import find_outlying_lengths
 
 #: Smallest number of readings for nine unknowns.
@@ -39,7 +39,7 @@ class FieldStrengthFit:
 
     Attributes
     ----------
-    values : array, shape (9,)
+    parameters : array, shape (9,)
         b in the unit of the field, then k and N [-].
     covariance : array, shape (9, 9)
         Covariance of the values; zero for parameters that are not estimated.
@@ -65,13 +65,13 @@ def fit_field_strength(
         Strength of the field model at each reading, in the same unit.
     sigma : array, shape (3,)
         1-sigma of the noise of each axis.
-    mean, prior : arrays, shape (9,)
+    prior_mean, prior_sigma : arrays, shape (9,)
         Prior mean and 1-sigma of the unknowns. An unknown with a 1-sigma of zero is not estimated.
 
     Raises
     ------
     ValueError
-        If there are fewer than `FEWEST` readings, or the estimate does not converge.
+        If there are fewer than `MIN_READINGS` readings, or the estimate does not converge.
     """
     if len(measured) < MIN_READINGS:
         raise ValueError(f"{len(measured)} readings: expected {MIN_READINGS} or more")
@@ -116,7 +116,7 @@ def fit_field_strength(
 
 
 def fit_magnetometer(
-    batch: Batch, index: int, state_prior: Belief, max_readings: int | None = None
+    batch: Batch, index: int, state_prior: PriorEstimate, max_readings: int | None = None
 ) -> FieldStrengthFit:
     """Estimate the parameters of a magnetometer of a batch from the field strength.
 
@@ -126,9 +126,9 @@ def fit_magnetometer(
     ----------
     index : int
         Index of the magnetometer in the suite.
-    belief : Belief
+    state_prior : PriorEstimate
         Prior of the magnetometer's states.
-    most : int, optional
+    max_readings : int, optional
         Largest number of readings to use, evenly spaced. Default: all.
 
     Returns
@@ -164,7 +164,7 @@ def fit_magnetometer(
     )
 
 
-def compute_initial_states(batch: Batch, prior: Belief) -> Floats:
+def compute_initial_states(batch: Batch, prior: PriorEstimate) -> Floats:
     """Return initial states for a fit, shape (n_states,).
 
     The states are the prior states, except for magnetometers with a potentially large bias. Their

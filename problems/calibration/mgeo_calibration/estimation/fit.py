@@ -23,7 +23,7 @@ from mgeo_calibration.estimation.initial_attitude import (
     estimate_initial_attitude,
     find_interval,
 )
-from mgeo_calibration.estimation.prior import Belief
+from mgeo_calibration.estimation.prior import PriorEstimate
 from mgeo_calibration.estimation.residuals import Residuals, compute_residuals
 from mgeo_calibration.estimation.smoother import TOLERANCES, Solution, solve
 from mgeo_calibration.estimation.trajectory import Trajectory
@@ -54,7 +54,7 @@ class Fit:
 
     Attributes
     ----------
-    rejected : array of bool, shape (s, N)
+    is_rejected : array of bool, shape (s, N)
         Readings of each sensor that the solution does not use: readings beyond the gate, and
         readings that crossed the gate in both directions in earlier rounds.
     residuals : Residuals
@@ -75,7 +75,7 @@ class FitError(ValueError):
     """Raised if the fit does not converge or most readings of a sensor are outliers."""
 
 
-def fit(batch: Batch, prior: Belief, gate: float) -> Fit:
+def fit(batch: Batch, prior: PriorEstimate, gate: float) -> Fit:
     """Estimate attitude and calibration parameters from an unknown attitude.
 
     The fit starts with a short interval in which the observed vectors are far apart. Wahba's
@@ -87,14 +87,14 @@ def fit(batch: Batch, prior: Belief, gate: float) -> Fit:
     Parameters
     ----------
     batch : Batch
-    belief : Belief
+    prior : PriorEstimate
         Prior at the first sample.
     gate : float
         Probability of rejecting a valid reading; 0 keeps all readings.
 
     Raises
     ------
-    NoFit
+    FitError
         If the estimate does not converge, or more than half of a sensor's readings are outliers.
     ValueError
         If the vectors do not determine an attitude, or a sensor reports unit vectors where three
@@ -140,7 +140,9 @@ def fit(batch: Batch, prior: Belief, gate: float) -> Fit:
     return result
 
 
-def _fit_held_attitude(batch: Batch, prior: Belief, trajectory: Trajectory, gate: float) -> Fit:
+def _fit_held_attitude(
+    batch: Batch, prior: PriorEstimate, trajectory: Trajectory, gate: float
+) -> Fit:
     """Solve from the held attitude, all samples at once."""
     validate_vector_lengths(batch)
     found = fit_from_trajectory(
@@ -152,7 +154,7 @@ def _fit_held_attitude(batch: Batch, prior: Belief, trajectory: Trajectory, gate
 
 def fit_from_trajectory(
     batch: Batch,
-    prior: Belief,
+    prior: PriorEstimate,
     trajectory: Trajectory,
     gate: float,
     tolerances: tuple[float, float] = TOLERANCES,
@@ -162,13 +164,13 @@ def fit_from_trajectory(
 
     Parameters
     ----------
-    at : Trajectory
+    trajectory : Trajectory
         Initial trajectory.
     gate : float
         Probability of rejecting a valid reading; 0 keeps all readings.
-    last : (float, float)
+    tolerances : (float, float)
         Convergence tolerances; see `Solution.settled`.
-    rejected : array of bool, shape (s, N), optional
+    is_rejected : array of bool, shape (s, N), optional
         Readings to reject in the first round.
 
     Returns
@@ -209,12 +211,12 @@ def compute_gate_thresholds(suite: Suite, gate: float) -> Floats:
     return np.array([chdtri(len(sensor.noise_sigmas()), gate) for sensor in suite.sensors])
 
 
-def check_fit(result: Fit, prior: Belief, gate: float) -> None:
-    """Raise NoFit if a fit has not converged or rejects most readings of a sensor.
+def check_fit(result: Fit, prior: PriorEstimate, gate: float) -> None:
+    """Raise FitError if a fit has not converged or rejects most readings of a sensor.
 
     Raises
     ------
-    NoFit
+    FitError
         With the diverging state, or the name of the sensor.
     """
     suite = result.batch.suite
@@ -237,7 +239,7 @@ def check_fit(result: Fit, prior: Belief, gate: float) -> None:
         raise FitError(f"the fit does not converge: {_describe_divergence(result.solution, prior)}")
 
 
-def _describe_divergence(solution: Solution, prior: Belief) -> str:
+def _describe_divergence(solution: Solution, prior: PriorEstimate) -> str:
     suite, at = solution.batch.suite, solution.estimate
     off = prior.compute_difference(at.attitude[0], at.states[0])
     if prior.attitude is None:

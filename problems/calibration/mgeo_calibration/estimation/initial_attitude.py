@@ -32,9 +32,9 @@ class Directions:
     ----------
     samples : array of int, shape (m,)
         Sample index of each vector.
-    sensor : array of int, shape (m,)
+    sensors : array of int, shape (m,)
         Sensor index of each vector.
-    weight : array, shape (m,)
+    weights : array, shape (m,)
         Weights. The weights of each sensor add up to the same total, whatever its number of
         readings.
     body : array, shape (m, 3)
@@ -85,9 +85,9 @@ def count_propagated_samples(batch: Batch, bias_sigma: Floats, max_angle: float)
 
     Parameters
     ----------
-    sigma : array, shape (3,)
+    bias_sigma : array, shape (3,)
         1-sigma of the bias [rad/s].
-    angle : float
+    max_angle : float
         Largest rotation [rad].
     """
     return int(
@@ -116,7 +116,7 @@ def collect_directions(batch: Batch, rotations: Floats, states: Floats) -> Direc
 
     Parameters
     ----------
-    relative : array, shape (N, 3, 3)
+    rotations : array, shape (N, 3, 3)
         Rotations from `accumulated`.
     states : array, shape (N, n_states)
         States with the sensor biases to correct.
@@ -185,13 +185,13 @@ def compute_sun_directions(suite: Suite, readings: Sequence[Floats], states: Flo
 def find_interval(directions: Directions, n_samples: int) -> slice:
     """Return the shortest interval in which the observed directions are far enough apart.
 
-    Lengths come from `LENGTHS`, and the separation is compared with `SPREAD`. Among intervals of
+    Lengths come from `INTERVAL_LENGTHS`, and the separation is compared with `MIN_SPREAD`. Among intervals of
     equal length, the first is returned.
 
     Parameters
     ----------
-    seen : Directions
-    n : int
+    directions : Directions
+    n_samples : int
         Number of samples.
 
     Raises
@@ -232,7 +232,7 @@ def solve_wahba(directions: Directions, is_used: Bools) -> tuple[Floats, float]:
     Parameters
     ----------
     seen : Directions
-    chosen : array of bool, shape (m,)
+    is_used : array of bool, shape (m,)
         Directions to use.
 
     Returns

@@ -35,7 +35,7 @@ class Estimate:
 
     Attributes
     ----------
-    places : array of int, shape (3, k)
+    rotation_indices : array of int, shape (3, k)
         Indices of the states that are rotations, attitude first; see `Suite.rotations`.
     rotations : array, shape (3, 3, k, r)
         Rotation matrix from body to GCRS, then the rotation matrices of the other rotations.
@@ -116,7 +116,7 @@ def reset_covariance(P: Floats, e: Floats, rotation_indices: Ints) -> None:
     ----------
     P : array, shape (n_states, n_states, r)
     e : array, shape (n_states, r)
-    places : array of int, shape (3, k)
+    rotation_indices : array of int, shape (3, k)
         Indices of the states that are rotations.
     """
     g = e[rotation_indices]
@@ -152,16 +152,16 @@ def compute_innovation(
         Reading.
     vector : array, shape (3,) or (r, 3)
         Observed vector in GCRS; see `Sensor.inertial_vector`.
-    aligned : bool
+    ignore_misalignments : bool
         Treat the estimates of all rotations other than the attitude as zero.
     gradient : sequence of arrays, shape (3,)
         Further observed vectors in GCRS; see `Suite.looks`.
     kind : type
-        `Taylor`, or `Linear` for first derivatives only.
+        `TaylorPolynomial`, or `Linear` for first derivatives only.
     rate : array, shape (3,) or (r, 3)
         Body rate [rad/s]; see `readings.taken`.
-    influences : sequence of floats or arrays, shape (r, 1)
-        Values of the channels of the sensor's bias sensitivities; see `Suite.influence_values`.
+    channel_values : sequence of floats or arrays, shape (r, 1)
+        Values of the channels of the sensor's bias sensitivities; see `Suite.compute_channel_deviations`.
     """
     sensor, turn = suite.sensors[index], build_rotation_with_error(None, 0, -1.0, kind)
 

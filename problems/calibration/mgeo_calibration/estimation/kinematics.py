@@ -42,7 +42,7 @@ class ProcessEquations:
         Change of the attitude error by the constant states.
     defect : array, shape (n, d)
         Propagated minus estimated states at the end of each step.
-    growth : array, shape (n + 1, c)
+    constant_factors : array, shape (n + 1, c)
         Factor of each constant state since the first sample of the batch; below one for a gyro bias
         that decays without process noise.
     """
@@ -115,9 +115,9 @@ def linearize_process(
 
     Parameters
     ----------
-    at : Trajectory
+    trajectory : Trajectory
         Trajectory to linearize about.
-    grown : array, shape (n + 1, c), optional
+    constant_factors : array, shape (n + 1, c), optional
         Factors of the constant states, if the first sample is not the first sample of the batch.
     """
     suite, n = batch.suite, len(batch.gyro_rates)
@@ -191,8 +191,8 @@ def discretize_dynamics(
         Body rates [rad/s].
     durations : array, shape (n,)
         Durations of the steps [s].
-    follows : sequence of arrays, shape (n, 1)
-        Value of each channel of the gyro's bias sensitivities; see `Suite.influence_values`.
+    channel_values : sequence of arrays, shape (n, 1)
+        Value of each channel of the gyro's bias sensitivities; see `Suite.compute_channel_deviations`.
 
     Returns
     -------

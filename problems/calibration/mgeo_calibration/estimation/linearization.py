@@ -60,7 +60,7 @@ class MeasurementEquations:
 
     Attributes
     ----------
-    there : array of bool, shape (s, N)
+    has_reading : array of bool, shape (s, N)
         True where a sensor has a reading.
     z : array, shape (s, N, 3)
         Innovations.
@@ -68,9 +68,9 @@ class MeasurementEquations:
         Jacobians with respect to the stochastic states, then to the constant states.
     noise : array, shape (s, 3)
         1-sigma of each component.
-    numbers : array of int, shape (s,)
+    n_components : array of int, shape (s,)
         Number of components of each sensor.
-    counts : array of int, shape (s, 2)
+    n_columns : array of int, shape (s, 2)
         Number of columns of H for the stochastic states and for the constant states.
     columns : array of int, shape (s, p)
         Index of each column of H among the stochastic or the constant states.
@@ -144,7 +144,7 @@ def linearize_sensor(batch: Batch, index: int, trajectory: Trajectory) -> Sensor
     ----------
     index : int
         Index of the sensor in the suite.
-    at : Trajectory
+    trajectory : Trajectory
         Trajectory to linearize about.
     """
     suite, sensor = batch.suite, batch.suite.sensors[index]
@@ -168,7 +168,7 @@ def linearize_sensor(batch: Batch, index: int, trajectory: Trajectory) -> Sensor
 def _linearize_samples(
     batch: Batch, index: int, trajectory: Trajectory, samples: Ints
 ) -> tuple[Floats, Ints, Floats]:
-    """Return z, states and H of the readings of one sensor at some samples; see `Sighting`."""
+    """Return z, states and H of the readings of one sensor at some samples; see `SensorEquations`."""
     suite, sensor = batch.suite, batch.suite.sensors[index]
     rate = ZERO_RATE  # Only a sensor with a measurement latency depends on the body rate.
     if "delay" in suite.get_first_indices(sensor):
@@ -219,10 +219,10 @@ class Equations:
         Part of the batch at these samples.
     trajectory : Trajectory
         Part of the trajectory at these samples.
-    parts : Partition
-    steps : Steps
+    partition : Partition
+    process : Steps
         Process equations.
-    sightings : Sightings
+    measurements : Sightings
         Measurement equations.
     """
 
@@ -247,9 +247,9 @@ def linearize_equations(
 
     Parameters
     ----------
-    at : Trajectory
+    trajectory : Trajectory
         Trajectory at all samples.
-    growth : array, shape (N, c)
+    constant_factors : array, shape (N, c)
         Factors of the constant states at all samples; see `kinematics.growth`.
     """
     own, here = batch.select_samples(low, high), trajectory.select_samples(low, high)

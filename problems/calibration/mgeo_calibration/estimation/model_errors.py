@@ -103,7 +103,7 @@ def build_bias_decay_error(solution: Solution) -> ModelError:
 def build_bias_drift_error(solution: Solution) -> ModelError:
     """Return the regressors of a gyro bias that drifts.
 
-    A coefficient of one changes the bias by its initial 1-sigma within one of the `PARTS` of the
+    A coefficient of one changes the bias by its initial 1-sigma within one of the `N_PARTS` of the
     data.
     """
     share, size = _compute_elapsed_fractions(solution), solution.batch.suite.gyro.states()["bias"]
@@ -148,7 +148,7 @@ def build_gyro_parameter_error(rates: Floats, state: str) -> ModelError:
     Parameters
     ----------
     rates : array, shape (N - 1, 3)
-        Body rates from `smoothed_rates` [rad/s].
+        Body rates from `compute_smoothed_rates` [rad/s].
     state : str
         "scale_factor", "misalignment", "nonorthogonality" or "scale_asymmetry".
     """
@@ -163,7 +163,7 @@ def build_gyro_time_tag_error(rates: Floats, durations: Floats) -> ModelError:
     Parameters
     ----------
     rates : array, shape (N - 1, 3)
-        Body rates from `smoothed_rates` [rad/s].
+        Body rates from `compute_smoothed_rates` [rad/s].
     durations : array, shape (N - 1,)
         Durations of the steps [s].
     """
@@ -201,8 +201,8 @@ def build_latency_error(index: int, rates: Floats, vector_rates: VectorRates) ->
     index : int
         Index of the sensor in the suite.
     rates : array, shape (N - 1, 3)
-        Body rates from `smoothed_rates` [rad/s].
-    changes : VectorRates
+        Body rates from `compute_smoothed_rates` [rad/s].
+    vector_rates : VectorRates
         Function from `vector_rates`.
     """
 
@@ -220,9 +220,9 @@ def build_along_track_error(n_sensors: int, vector_rates: VectorRates) -> ModelE
 
     Parameters
     ----------
-    sensors : int
+    n_sensors : int
         Number of sensors in the suite.
-    changes : VectorRates
+    vector_rates : VectorRates
         Function from `vector_rates`.
     """
 
@@ -256,7 +256,7 @@ def build_vector_error(index: int, state: str) -> ModelError:
 def build_offset_drift_error(solution: Solution, index: int) -> ModelError:
     """Return the regressors of a sensor offset that drifts.
 
-    A coefficient of one changes the offset by `LARGE_OFFSET` within one of the `PARTS` of the data.
+    A coefficient of one changes the offset by `LARGE_OFFSET` within one of the `N_PARTS` of the data.
     """
     share = _compute_elapsed_fractions(solution)
 
@@ -292,7 +292,7 @@ def compute_ramps(elapsed_fractions: Floats) -> Floats:
 
     Parameters
     ----------
-    share : array, shape (n,)
+    elapsed_fractions : array, shape (n,)
         Fraction of elapsed time.
     """
     rises: Floats = np.clip(N_PARTS * elapsed_fractions[:, None] - np.arange(N_PARTS), 0.0, 1.0)
@@ -310,7 +310,7 @@ def compute_linear_profile(elapsed_fractions: Floats) -> Floats:
 
 
 def compute_cosine_profiles(elapsed_fractions: Floats) -> Floats:
-    """Return cosine profiles of one to `WAVES` half waves that start at zero, shape (n, WAVES)."""
+    """Return cosine profiles of one to `N_HALF_WAVES` half waves that start at zero, shape (n, WAVES)."""
     half_periods = np.arange(1, N_HALF_WAVES + 1)
     result: Floats = 0.5 - 0.5 * np.cos(np.pi * elapsed_fractions[:, None] * half_periods)
     return result
@@ -323,9 +323,9 @@ def build_profile_errors(
 
     Parameters
     ----------
-    rises : Departure
-        Departure with a coefficient for each part and axis, from `bias_drift` or `wander`.
-    courses : sequence of Course
+    drift_error : Departure
+        Departure with a coefficient for each part and axis, from `build_bias_drift_error` or `build_offset_drift_error`.
+    profiles : sequence of Course
         Offset profiles.
     """
     ends = np.linspace(0.0, 1.0, N_PARTS + 1)
@@ -352,11 +352,11 @@ def _build_rate_error(
 
     Parameters
     ----------
-    off : function of Equations
+    rate_errors : function of Equations
         Rate error in each step for each of the coefficients, shape (n - 1, 3, k) [rad/s].
-    width : int
+    n_coefficients : int
         Number k of coefficients.
-    last : array, shape (3, k), optional
+    last_bias_change : array, shape (3, k), optional
         Change of the gyro bias at the last sample, if the rate error is a bias error.
     """
 

@@ -24,7 +24,7 @@ class PriorEstimate:
     ----------
     suite : Suite
     attitude : array, shape (3, 3), optional
-        Rotation matrix from body to GCRS. None for an unknown attitude, with the 1-sigma `UNKNOWN`
+        Rotation matrix from body to GCRS. None for an unknown attitude, with the 1-sigma `UNKNOWN_ATTITUDE_SIGMA`
         about any value.
     states : array, shape (n_states,)
         States of the gyro and the sensors; rotations are rotation vectors. The attitude block is
@@ -57,7 +57,7 @@ class PriorEstimate:
 
         Parameters
         ----------
-        held : Held, optional
+        pointing : Held, optional
             Held attitude, from which the initial attitude differs by the pointing error.
         """
         suite, prior = scenario.suite, scenario.prior

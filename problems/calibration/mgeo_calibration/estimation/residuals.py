@@ -24,7 +24,7 @@ class Innovations:
     ----------
     samples : array of int, shape (m,)
         Sample index of each reading.
-    whitened : array, shape (m, k)
+    whitened_values : array, shape (m, k)
         L⁻¹ r for the innovation r with covariance L Lᵀ. Independent and standard normal if the
         model is correct.
     """
@@ -64,9 +64,9 @@ class Residuals:
 
     Attributes
     ----------
-    r : array, shape (s, N, 3)
+    values : array, shape (s, N, 3)
         Reading minus its prediction from the smoothed estimate.
-    squares : array, shape (s, N)
+    normalized_squares : array, shape (s, N)
         Normalized residual squared, rᵀ V⁻¹ r; NaN where a sensor has no reading. V = R - H P Hᵀ for
         a reading that the solution uses, and V = R + H P Hᵀ for a rejected reading. Unlike the
         normalized innovation squared, it also detects an outlier among the first readings.
@@ -114,7 +114,7 @@ def compute_filter_estimates(solution: Solution, n_leading: int = 3) -> FilterEs
     Parameters
     ----------
     solution : Solution
-    n : int
+    n_leading : int
         Number of leading stochastic states to return. The default returns the attitude errors.
 
     Returns
@@ -154,7 +154,7 @@ class History:
     ----------
     times : array, shape (N,)
         Time of each sample [s].
-    smoothed, filtered : arrays, shape (N, 3, 3)
+    smoothed_attitude, filtered_attitude : arrays, shape (N, 3, 3)
         Rotation matrices from GCRS to body. The smoothed attitude uses all readings, the filtered
         attitude only the readings up to each sample.
     smoothed_sigma, filtered_sigma : arrays, shape (N, 3)

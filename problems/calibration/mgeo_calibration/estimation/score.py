@@ -38,13 +38,13 @@ class ModelError:
 
     Attributes
     ----------
-    width : int
+    n_coefficients : int
         Number k of coefficients.
-    moves : function of Equations, optional
+    attitude_changes : function of Equations, optional
         Change of the attitude error in each step [rad], shape (n - 1, 3, k).
-    reads : mapping of int to function of Equations
+    reading_changes : mapping of int to function of Equations
         Change of the readings of a sensor, by sensor index, in the filter's units, shape (n, 3, k).
-    bias : array, shape (3, k), optional
+    last_bias_change : array, shape (3, k), optional
         Change of the gyro bias at the last sample in addition to its estimated error [rad/s].
     """
 
@@ -60,8 +60,8 @@ class ModelErrorCombination:
 
     Attributes
     ----------
-    departure : Departure
-    columns : array, shape (departure.width, k)
+    model_error : Departure
+    combinations : array, shape (departure.width, k)
         Coefficients of the departure for each of the k combinations.
     """
 
@@ -85,9 +85,9 @@ class Score:
         of zero and an infinite 1-sigma.
     chi_square : float
         Test statistic; chi-square distributed if the model is correct.
-    freedom : int
+    degrees_of_freedom : int
         Degrees of freedom; zero if no combination is tested.
-    option, options : int
+    alternative, n_alternatives : int
         Index of the departure among the tested alternatives, and their number.
     """
 
@@ -99,7 +99,7 @@ class Score:
     n_alternatives: int = 1
 
     def compute_p_value(self, variance_ratio: float = 1.0) -> float:
-        """Return the p-value for noise with a variance `scatter` times the declared variance."""
+        """Return the p-value for noise with a variance `variance_ratio` times the declared variance."""
         return float(np.exp(-0.5 * self.compute_evidence(variance_ratio)))
 
     def compute_evidence(self, variance_ratio: float = 1.0) -> float:
@@ -121,11 +121,11 @@ class ScoreTests:
     ----------
     information : array, shape (m, m)
         Fisher information of the coefficients.
-    score : array, shape (m,)
+    gradient : array, shape (m,)
         Gradient of the log-likelihood at coefficients of zero.
-    change : array, shape (n_states, m)
+    state_changes : array, shape (n_states, m)
         Change of the estimates at the last sample per coefficient, stochastic states first.
-    places : mapping of str to slice
+    slices : mapping of str to slice
         Coefficients of each departure, by name.
     """
 
@@ -141,7 +141,7 @@ class ScoreTests:
         ----------
         name : str
             Name of the model error.
-        beside : sequence of str
+        nuisance : sequence of str
             Names of other model errors to estimate at the same time.
         """
         numbers = np.arange(len(self.gradient))
@@ -176,7 +176,7 @@ def compute_scores(
     Parameters
     ----------
     solution : Solution
-    departures : mapping of str to Departure or Combined
+    model_errors : mapping of str to Departure or Combined
         Model errors by name.
     """
     of = [
@@ -226,7 +226,7 @@ def log_chi_square_tail(x: float, degrees_of_freedom: int) -> float:
     ----------
     x : float
         Chi-square.
-    freedom : int
+    degrees_of_freedom : int
         Degrees of freedom.
     """
     if x < max(_SERIES_THRESHOLD, 10.0 * degrees_of_freedom):

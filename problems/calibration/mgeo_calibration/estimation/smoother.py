@@ -22,7 +22,7 @@ from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.kernels import load_compiled_module
 from mgeo_calibration.estimation.kinematics import compute_constant_factors
 from mgeo_calibration.estimation.linearization import Equations, linearize_equations
-from mgeo_calibration.estimation.prior import Belief
+from mgeo_calibration.estimation.prior import PriorEstimate
 from mgeo_calibration.estimation.trajectory import (
     MAX_SPAN_MEMORY,
     Partition,
@@ -46,11 +46,11 @@ class Span(Equations):
 
     Attributes
     ----------
-    first : int
+    first_new : int
         1 if the first sample is the last sample of the previous span, otherwise 0.
-    used : array of bool, shape (s, n)
+    is_used : array of bool, shape (s, n)
         Readings that are not rejected.
-    kept : tuple of arrays
+    estimates : tuple of arrays
         x, T and P, shapes (n, d), (n, d, q) and (n, d, d). The errors of the stochastic states
         after the readings up to a sample are e = x + T c, where P is the covariance of e - T c.
     readings : tuple of arrays
@@ -82,10 +82,10 @@ class LinearizedBatch:
     ----------
     batch : Batch
     trajectory : Trajectory
-    parts : Partition
-    used : array of bool, shape (s, N)
+    partition : Partition
+    is_used : array of bool, shape (s, N)
         Readings that are not rejected.
-    growth : array, shape (N, c)
+    constant_factors : array, shape (N, c)
         Factors of the constant states; see `kinematics.Steps`.
     """
 
@@ -102,7 +102,7 @@ class LinearizedBatch:
 
         Parameters
         ----------
-        known : tuple of arrays
+        start : tuple of arrays
             Filter estimate at the first sample of the span.
         span : (int, int, int)
             One of `trajectory.spans`.
@@ -145,17 +145,17 @@ class Solution(LinearizedBatch):
     ----------
     cost : float
         Sum of squares of all normalized residuals.
-    prior : tuple of arrays
+    prior_equations : tuple of arrays
         Whitened residual of the prior of c and its negative derivative, shapes (q,) and (q, q).
-    starts : tuple of Known
+    span_starts : tuple of Known
         Filter estimates at the first sample of each span and at the last sample of the batch.
-    held : tuple of Span
+    spans_in_memory : tuple of Span
         All spans, or none if the spans would take more memory than `KEPT`.
-    root : array, shape (q, q)
+    covariance_root : array, shape (q, q)
         Upper triangular S, where S Sᵀ is the covariance of c.
-    common : array, shape (q,)
+    common_errors : array, shape (q,)
         Estimate of c.
-    e : array, shape (N, d)
+    stochastic_errors : array, shape (N, d)
         Smoothed errors of the stochastic states.
     """
 
@@ -198,7 +198,7 @@ class Solution(LinearizedBatch):
         )
 
     def is_converged(self, tolerances: tuple[float, float] = TOLERANCES) -> bool:
-        """Return whether the step is within the convergence tolerances; see `LAST`."""
+        """Return whether the step is within the convergence tolerances; see `TOLERANCES`."""
         step = np.abs(self.constant_errors / np.sqrt(np.diag(self.constants_covariance))).max(
             initial=0.0
         )
@@ -221,9 +221,9 @@ class SmoothedCovariance:
 
     Attributes
     ----------
-    given : array, shape (N, n, n)
+    conditional_covariance : array, shape (N, n, n)
         Covariance of the errors e for a known c.
-    slope : array, shape (N, n, q)
+    derivative : array, shape (N, n, q)
         Derivative of e with respect to c.
     """
 
@@ -233,7 +233,7 @@ class SmoothedCovariance:
 
 def solve(
     batch: Batch,
-    prior: Belief,
+    prior: PriorEstimate,
     start: Trajectory,
     max_iterations: int,
     tolerances: tuple[float, float] = TOLERANCES,
@@ -243,15 +243,15 @@ def solve(
 
     Parameters
     ----------
-    belief : Belief
+    prior : PriorEstimate
         Prior at the first sample.
     start : Trajectory
         Initial trajectory.
-    iterations : int
+    max_iterations : int
         Largest number of iterations.
-    last : (float, float)
-        Convergence tolerances; see `LAST`.
-    rejected : array of bool, shape (s, N), optional
+    tolerances : (float, float)
+        Convergence tolerances; see `TOLERANCES`.
+    is_rejected : array of bool, shape (s, N), optional
         Readings to exclude.
 
     Returns
@@ -280,7 +280,7 @@ def solve(
 
 def solve_linearized(
     batch: Batch,
-    prior: Belief,
+    prior: PriorEstimate,
     trajectory: Trajectory,
     partition: Partition,
     is_rejected: Bools | None = None,
@@ -289,12 +289,12 @@ def solve_linearized(
 
     Parameters
     ----------
-    belief : Belief
+    prior : PriorEstimate
         Prior at the first sample.
-    at : Trajectory
+    trajectory : Trajectory
         Trajectory to linearize about.
-    parts : Partition
-    rejected : array of bool, shape (s, N), optional
+    partition : Partition
+    is_rejected : array of bool, shape (s, N), optional
         Readings to exclude.
 
     Returns
@@ -360,7 +360,7 @@ def smooth_covariances(
 
     Parameters
     ----------
-    n : int, optional
+    n_leading : int, optional
         Number of leading stochastic states. Default: all that the readings depend on, at least
         three.
     """

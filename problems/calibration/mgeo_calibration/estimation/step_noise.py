@@ -23,7 +23,7 @@ from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.types import DEG_H, Unit
 
 from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.estimation.prior import Belief
+from mgeo_calibration.estimation.prior import PriorEstimate
 from mgeo_calibration.telemetry.gyro_samples import compute_rate_sigma
 
 #: Relative excess variance of the noise state over the process noise of the angle. Without an
@@ -73,13 +73,13 @@ class StepNoiseSuite(Suite):
         return blocks | {RATE_NOISE: f"step.{RATE_NOISE}"} if late else blocks
 
 
-def add_step_noise(batch: Batch, prior: Belief) -> tuple[Batch, Belief]:
+def add_step_noise(batch: Batch, prior: PriorEstimate) -> tuple[Batch, PriorEstimate]:
     """Add step noise states to a batch and its prior if a sensor has a measurement latency.
 
     Returns
     -------
     batch : Batch
-    belief : Belief
+    belief : PriorEstimate
         The arguments themselves if no sensor has a latency.
     """
     suite = batch.suite
@@ -87,11 +87,11 @@ def add_step_noise(batch: Batch, prior: Belief) -> tuple[Batch, Belief]:
         return batch, prior
     step = float(np.median(batch.durations))
     more = StepNoiseSuite(suite.gyro, suite.sensors, suite.environment_errors, step)
-    begin, own = Belief.from_suite(more), list_states_without_step_noise(more)
+    begin, own = PriorEstimate.from_suite(more), list_states_without_step_noise(more)
     states, sigma, correlation = begin.states.copy(), begin.sigma.copy(), np.eye(more.n_states)
     states[own], sigma[own] = prior.states, prior.sigma
     correlation[np.ix_(own, own)] = prior.correlation
-    wider = Belief(more, prior.attitude, states, sigma, correlation)
+    wider = PriorEstimate(more, prior.attitude, states, sigma, correlation)
     return replace(batch, suite=more), wider
 
 
@@ -105,7 +105,7 @@ def correlate_step_noise(suite: Suite, stochastic: Ints, durations: Floats, Q: F
 
     Parameters
     ----------
-    driven : array of int, shape (d,)
+    stochastic : array of int, shape (d,)
         Stochastic states.
     durations : array, shape (n,)
         Durations of the steps [s].

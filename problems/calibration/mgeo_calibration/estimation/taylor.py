@@ -120,7 +120,7 @@ def add_error(
     number : int
         Number of the error 3-vector.
     kind : type
-        `Taylor` or `Linear`.
+        `TaylorPolynomial` or `Linear`.
     """
     return kind({**kind.from_value(vector).terms, (number,): np.eye(3)[:, :, None]})
 
@@ -137,7 +137,7 @@ def build_rotation_with_error(
 
     Parameters
     ----------
-    known : array, shape (3, 3, r), optional
+    rotation : array, shape (3, 3, r), optional
         Rotation matrix R of each run. None for the identity.
     number : int
         Number of the error 3-vector.

@@ -41,7 +41,7 @@ class Partition:
 
     Attributes
     ----------
-    driven : array of int, shape (d,)
+    stochastic : array of int, shape (d,)
         Stochastic states, driven by process noise and estimated at every sample: attitude, gyro
         bias with random walk, and sensor processes.
     constant : array of int, shape (c,)
@@ -75,15 +75,15 @@ def correct_trajectory(trajectory: Trajectory, partition: Partition, constant_fa
 
     Parameters
     ----------
-    at : Trajectory
-    growth : array, shape (N, c)
+    trajectory : Trajectory
+    constant_factors : array, shape (N, c)
         Factors of the constant states; see `kinematics.growth`.
     e : array, shape (N, d)
         Errors of the stochastic states.
     e_c : array, shape (c,)
         Errors of the constant states.
     suite : Suite
-    share : float
+    fraction : float
         Fraction of the errors to apply.
     """
     attitude, states = np.empty_like(trajectory.attitude), trajectory.states.copy()

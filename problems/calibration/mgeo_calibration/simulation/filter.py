@@ -90,8 +90,8 @@ class ErrorStateFilter:
             Body rate in each step for the covariance propagation [rad/s].
         vectors : array, shape (n + 1, n_vectors, 3)
             Observed vectors and their gradients in GCRS; see `FilterModel.references`.
-        influences : array, shape (n + 1, n_influences), optional
-            Channels of bias sensitivities; see `Suite.influence_values`. Required if the suite has
+        channel_values : array, shape (n + 1, n_influences), optional
+            Channels of bias sensitivities; see `Suite.compute_channel_deviations`. Required if the suite has
             any.
 
         Yields
@@ -139,14 +139,14 @@ class ErrorStateFilter:
 
         Parameters
         ----------
-        reported : array, shape (r, 3)
+        reported_rate : array, shape (r, 3)
             Mean reported rate [rad/s].
         step : float
             Duration of the step [s].
-        F, Q, rest : arrays, shape (n_dynamic, n_dynamic)
+        F, Q, rest_transition : arrays, shape (n_dynamic, n_dynamic)
             Transition matrix, process noise covariance, and transition matrix without rotation; see
             `transition`.
-        influences : array, shape (m,)
+        channel_values : array, shape (m,)
             Channels of the gyro's bias sensitivities.
         """
         decay, mean_bias = (
@@ -206,7 +206,7 @@ class ErrorStateFilter:
             Observed vectors and their gradients in GCRS.
         rate : array, shape (3,)
             Body rate [rad/s]; see `readings.taken`.
-        influences : array, shape (m,)
+        channel_values : array, shape (m,)
             Channels of the sensor's bias sensitivities.
 
         Returns
@@ -229,7 +229,9 @@ class ErrorStateFilter:
             channel_values=tuple(channel_values),
         )
         r = predicted(estimate)
-        slopes = predicted(estimate, aligned=True) if options.jacobians == "aligned" else r
+        slopes = (
+            predicted(estimate, ignore_misalignments=True) if options.jacobians == "aligned" else r
+        )
         states, H = compute_jacobian(slopes)
         HP, z = multiply(H, P[states]), r.value
         S = multiply(HP[:, states], H.swapaxes(0, 1))

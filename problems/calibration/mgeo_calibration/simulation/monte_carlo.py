@@ -16,7 +16,7 @@ _BEYOND_3_SIGMA = 0.0026997960632601866
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RunStatistics:
-    """Errors and consistency statistics of n runs at m samples; see `MonteCarlo`."""
+    """Errors and consistency statistics of n runs at m samples; see `MonteCarloResult`."""
 
     errors: Floats
     sigma: Floats
@@ -39,7 +39,7 @@ class MonteCarloResult(RunStatistics):
         Names of the state blocks, each a 3-vector.
     sensors : tuple of str
         Names of the sensors.
-    numbers : tuple of int
+    n_components : tuple of int
         Number of components of each sensor.
     design : array, shape (4 k,)
         Design of the plan.
@@ -47,7 +47,7 @@ class MonteCarloResult(RunStatistics):
         Predicted convergence time, first objective of equation (5) [s]; one of the samples.
     times : array, shape (m,)
         Times of the samples [s].
-    predicted : array, shape (m, n_states)
+    predicted_sigma : array, shape (m, n_states)
         1-sigma predicted by the linear covariance of the plan.
     errors : array, shape (n, m, n_states)
         Estimation errors.
@@ -59,11 +59,11 @@ class MonteCarloResult(RunStatistics):
         Sum of the normalized innovations squared, rᵀ S⁻¹ r, since the previous sample.
     updates : array of int, shape (n, m, n_sensors)
         Number of innovations in `nis`; the expected value of each is the number of components.
-    path_limits : tuple of str
+    path_constraints : tuple of str
         Labels of the path constraints, such as ``Sun off camera``.
     broken : array, shape (n, 2, n_path_limits)
         Fraction of the time until `t_end` in which each constraint is violated; see
-        `broken_limits`.
+        `build_violation_table`.
 
     Examples
     --------
@@ -190,12 +190,12 @@ def evaluate_consistency(
 
     Parameters
     ----------
-    result : MonteCarlo
-    since : float, optional
+    result : MonteCarloResult
+    start_time : float, optional
         Start of the tested samples [s]; default: half of the simulated time.
     confidence : float
         Probability of each statistical interval.
-    ratio : (low, high)
+    ratio_bounds : (low, high)
         Required interval of rms / predicted.
 
     Returns
@@ -206,7 +206,7 @@ def evaluate_consistency(
     Raises
     ------
     ValueError
-        If there is no sample from `since` on, or the confidence is not a probability.
+        If there is no sample from `start_time` on, or the confidence is not a probability.
 
     Examples
     --------

@@ -75,20 +75,20 @@ def simulate(
     n_runs : int
     seed : int or Generator, optional
         Seed of the random streams. None draws fresh entropy.
-    estimator : Estimator, optional
+    filter_settings : Estimator, optional
     truth : Scenario, optional
         True scenario, if it differs from `scenario` in epoch, orbit, eclipse, gyro, sensors or
         initial uncertainty. All other keys must be equal. The filter uses every reading; with an
         orbit error, only readings at samples at which its own orbit predicts a measurement.
     environment : Environment, optional
         Precomputed environment of the scenario.
-    until : float, optional
+    end_time : float, optional
         Time of the last estimate [s], at least `t_end`; default: duration of the scenario. Earlier
         results do not depend on it.
 
     Returns
     -------
-    MonteCarlo
+    MonteCarloResult
 
     Warns
     -----
@@ -172,7 +172,7 @@ def simulate(
 
 
 def _select_samples(model: FilterModel, t_end: float) -> Ints:
-    """Return the recorded steps: first, last, `t_end`, and about N_RECORDS equidistant steps."""
+    """Return the recorded steps: first, last, `t_end`, and about N_RECORDED_SAMPLES equidistant steps."""
     stride = -(-model.n_steps // N_RECORDED_SAMPLES)
     steps = [*range(0, model.n_steps, stride), round(t_end / model.step), model.n_steps]
     return np.unique(np.array(steps, dtype=np.int64))
@@ -193,13 +193,13 @@ def evaluate_filter(
     ----------
     model : FilterModel
         Model of the filter.
-    flights : sequence of Flight
-    estimator : Estimator
+    runs : sequence of Flight
+    filter_settings : Estimator
     samples : array of int
         Samples to record, in increasing order. The filter stops at the last.
-    real : FilterModel, optional
-        True model, with the path constraints to check at the first `n_watched` samples.
-    n_watched : int
+    true_model : FilterModel, optional
+        True model, with the path constraints to check at the first `n_constraint_samples` samples.
+    n_constraint_samples : int
     planned_rates : array, shape (n, 3), optional
         Rates for the covariance propagation [rad/s]. Default: rates of the first flight.
     """

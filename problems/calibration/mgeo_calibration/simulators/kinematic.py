@@ -68,7 +68,7 @@ def simulate_telemetry(
         None draws fresh entropy.
     truth : Scenario, optional
         True scenario, if it differs from `scenario`; see `simulation.simulate`.
-    after : Truth, optional
+    initial_truth : Truth, optional
         Truth of an earlier run. The run starts with the attitude and the errors of its last sample.
     environment : Environment, optional
         Precomputed environment of the scenario.
@@ -123,7 +123,7 @@ def continue_errors(
         )
     errors = initial_truth.states[-1].copy()
     errors[:3] = -rotation_vector(initial_truth.attitude[-1] @ model.initial_attitude.T)
-    return dataclasses.replace(random_errors, errors=errors)
+    return dataclasses.replace(random_errors, initial_errors=errors)
 
 
 def complete_design(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:

@@ -74,7 +74,7 @@ def compute_constraint_values(
     ----------
     attitude : array, shape (n, 3, 3)
         Rotation matrices from GCRS to body at the first n samples.
-    wheels : array, shape (n, k), optional
+    wheel_momentum : array, shape (n, k), optional
         Momentum of each wheel [N m s]. Default: computed from the conservation of total momentum.
     """
     scenario, n = plan.scenario, len(attitude)
@@ -100,7 +100,7 @@ def compute_constraint_values(
 def build_constraint_table(
     plan: ManeuverPlan, planned: dict[str, float], simulated: dict[str, float]
 ) -> pd.DataFrame:
-    """Return the table of `as_flown` from planned and true values."""
+    """Return the table of `compare_with_plan` from planned and true values."""
     limits: dict[str, tuple[str, str, float]] = {}
     for each in plan.scenario.path_constraints:
         limits[each.label] = "deg", "at most" if each.keep_in else "at least", each.half_angle_deg
@@ -128,7 +128,7 @@ def simulate_gyro_guidance(
 
     Parameters
     ----------
-    draws : Draws
+    random_errors : Draws
         Random errors of the run.
     n_steps : int
 
@@ -205,7 +205,7 @@ def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.Da
     Returns
     -------
     DataFrame
-        Rows as in `as_flown`. Columns: ``unit``, ``plan``, median and 90 % quantile of the runs on
+        Rows as in `compare_with_plan`. Columns: ``unit``, ``plan``, median and 90 % quantile of the runs on
         the unfavorable side, ``bound``, ``limit`` and the percentage of runs that violate the
         constraint. Empty for a satellite with magnetorquers, whose motion does not follow the gyro.
     """

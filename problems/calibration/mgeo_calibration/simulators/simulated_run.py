@@ -34,13 +34,13 @@ class RandomErrors:
 
     Attributes
     ----------
-    errors : array, shape (n_states,)
+    initial_errors : array, shape (n_states,)
         True attitude error θ, and true gyro and sensor states at the start. Rotations are vectors
         of `rotation.rotate`. The true attitude is R(-θ) times the attitude of the model.
-    gyro_noise : array, shape (n, n_dynamic)
+    process_noise : array, shape (n, n_dynamic)
         Increments of the attitude error, the gyro states and the sensor processes in each step, for
         a body at rest.
-    noise : array, shape (n + 1, n_sensors, 3)
+    measurement_noise : array, shape (n + 1, n_sensors, 3)
         Measurement noise of every sensor at every sample, padded to three components.
     """
 
@@ -98,12 +98,12 @@ class SimulatedRun:
     ----------
     motion : Motion
         Motion of the plan, executed exactly.
-    start : array, shape (3, 3)
+    initial_rotation : array, shape (3, 3)
         Rotation of the true attitude from the planned attitude, in GCRS axes. The true attitude is
         ``motion.attitude @ start``.
-    errors : array, shape (n_states,)
+    initial_states : array, shape (n_states,)
         True gyro and sensor states at the start; the attitude block is zero.
-    gyro : array, shape (n + 1, n_dynamic - 3)
+    varying_states : array, shape (n + 1, n_dynamic - 3)
         True gyro states and varying sensor states at every sample.
     readings : Readings
     """
@@ -124,7 +124,7 @@ def compute_coning_correction(start_rates: Floats, end_rates: Floats, step: floa
 
     Parameters
     ----------
-    begin, end : arrays, shape (n, 3)
+    start_rates, end_rates : arrays, shape (n, 3)
         Rates at the start and at the end of each step [rad/s].
     step : float
         Duration of a step [s].
@@ -136,14 +136,14 @@ def compute_coning_correction(start_rates: Floats, end_rates: Floats, step: floa
 def compute_design_coning(
     nominal_model: FilterModel, design: Floats, n_steps: int, initial_rotation: Floats
 ) -> Floats:
-    """Return the `coning` of the first n steps of a design, shape (n, 3) [rad/s].
+    """Return the `compute_coning_correction` of the first n steps of a design, shape (n, 3) [rad/s].
 
     Parameters
     ----------
-    planned : FilterModel
+    nominal_model : FilterModel
     design : array, shape (4 m,)
     n_steps : int
-    start : array, shape (3, 3)
+    initial_rotation : array, shape (3, 3)
         See `Flight.start`.
     """
     body = nominal_model.rotate_initial_attitude(initial_rotation.T)
@@ -219,7 +219,7 @@ def simulate_run(
     model : FilterModel
         True model.
     motion : Motion
-    draws : Draws
+    random_errors : Draws
     environment : Environment, optional
         Environment of the model. If given, eclipses follow the true orbit, otherwise the estimated
         orbit.
@@ -259,7 +259,7 @@ def select_sensitivity_channels(
 
     Parameters
     ----------
-    influences : array, shape (n, m)
+    channel_deviations : array, shape (n, m)
         Channels of all owners.
     """
     own = suite.find_sensitivity_columns(owner)
@@ -313,7 +313,7 @@ def apply_true_eclipses(
     ----------
     environment : Environment
         Environment of the estimated orbit.
-    varying : array, shape (n + 1, n_dynamic - 3)
+    varying_states : array, shape (n + 1, n_dynamic - 3)
         See `Flight.gyro`.
     """
     suite = model.suite

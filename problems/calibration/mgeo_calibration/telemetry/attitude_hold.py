@@ -26,7 +26,7 @@ class AssumedAttitude(NamedTuple):
     ----------
     attitude : array, shape (n, 3, 3)
         Body to GCRS.
-    error : GaussMarkov
+    pointing_error : GaussMarkov
         Error about each body axis [rad].
     """
 
@@ -44,7 +44,7 @@ class AttitudeHold:
         Frame of the axes, ``LVLH`` or ``GCRF``.
     to_body : array, shape (3, 3)
         Rotation of coordinates from the axes to the body without pointing error.
-    error : GaussMarkov
+    pointing_error : GaussMarkov
         Error about each body axis [rad].
     """
 
@@ -67,7 +67,7 @@ class AttitudeHold:
     def compute_attitude(
         self, scenario: Scenario, times: Floats, position: Floats | None
     ) -> AssumedAttitude:
-        """Return the held attitude at times [s]; parameters as in `frames_to_gcrs`."""
+        """Return the held attitude at times [s]; parameters as in `compute_frame_rotations`."""
         axes = compute_frame_rotations(self.axes, scenario, times, position)
         return AssumedAttitude(axes @ self.to_body.T, self.pointing_error)
 

@@ -13,7 +13,7 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 
 
 class Check(NamedTuple):
-    """Telemetry check; reading fails on a finding if ``refuses`` is true."""
+    """Telemetry check; reading fails on a finding if ``is_fatal`` is true."""
 
     name: str
     find: Callable[[Samples], Iterator[Finding]]

@@ -33,7 +33,7 @@ def convert_readings(
 
     Parameters
     ----------
-    read : Values
+    values : Values
         Columns of the sensor.
     position : array, shape (n, 3), optional
         Satellite position in GCRS [m], if the table contains it.

@@ -27,7 +27,7 @@ def compute_averaging_durations(sample_times: Floats) -> Floats:
 
     Parameters
     ----------
-    at : array, shape (m,)
+    sample_times : array, shape (m,)
         Times of the samples [s].
     """
     usual = float(np.median(np.diff(sample_times)))
@@ -44,9 +44,9 @@ def integrate_rates(sample_times: Floats, mean_rates: Floats) -> CubicSpline:
 
     Parameters
     ----------
-    at : array, shape (m,)
+    sample_times : array, shape (m,)
         Times of the samples [s].
-    means : array, shape (m, 3)
+    mean_rates : array, shape (m, 3)
         Mean rate of each sample [rad/s].
 
     Returns
@@ -74,7 +74,7 @@ def compute_mean_rates(sample_times: Floats, rates: Floats) -> Floats:
 
     Parameters
     ----------
-    at : array, shape (m,)
+    sample_times : array, shape (m,)
         Times of the samples [s].
     rates : array, shape (m, 3)
         Rates at the samples.
@@ -99,7 +99,7 @@ def find_spikes(rates: Floats, min_scatter: Floats) -> Floats:
     Parameters
     ----------
     rates : array, shape (m, 3)
-    least : array, shape (3,)
+    min_scatter : array, shape (3,)
         Smallest scatter of the samples, 1-sigma.
     """
     result = np.zeros(rates.shape)
@@ -148,7 +148,7 @@ def compute_rate_sigma(suite: Suite, duration: float) -> Floats:
 
 
 def find_gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
-    """Return the `spikes` of gyro samples, shape (m, 3) [rad/s]."""
+    """Return the `find_spikes` of gyro samples, shape (m, 3) [rad/s]."""
     at, rates = select_gyro_samples(telemetry)
     step = np.radians(telemetry.find_quantization_steps("gyro"))
     return find_spikes(rates, np.maximum(compute_rate_sigma(suite, compute_median_step(at)), step))
@@ -170,7 +170,7 @@ def compute_step_rates(
         Times of the gyro samples [s].
     rates : array, shape (m, 3)
         Mean rate of each sample [rad/s].
-    usual : float
+    median_step : float
         Usual time between gyro samples [s].
 
     Returns

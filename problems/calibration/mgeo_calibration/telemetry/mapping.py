@@ -64,7 +64,7 @@ def compute_conversion_factor(unit: str, given_unit: str | None) -> float:
     ----------
     unit : str
         Unit of telemetry.
-    given : str, optional
+    given_unit : str, optional
         Given unit; None for the unit of telemetry.
 
     Raises

@@ -40,11 +40,11 @@ class TelemetryTable(NamedTuple):
     ----------
     times : array, shape (n,)
         Increasing times [s].
-    numbers : array of int, shape (n,)
+    row_numbers : array of int, shape (n,)
         First row of each time.
-    found : dict of str to Values
+    values : dict of str to Values
         Values by owner.
-    others : dict of str to array
+    housekeeping : dict of str to array
         Other columns.
     """
 

@@ -68,20 +68,20 @@ class Telemetry:
         Samples by sensor name: vectors [nT or unit length], quaternions from GCRF to body with the
         scalar last, or scalars; see `Sensor.channels`.
     position : array, shape (n, 3), optional
-        Satellite position in GCRS [m], which replaces the scenario's orbit; see `positions`.
-    rows : array of int, shape (n,), optional
+        Satellite position in GCRS [m], which replaces the scenario's orbit; see `interpolate_positions`.
+    row_numbers : array of int, shape (n,), optional
         Rows of the samples in the source table; the first row below the header is 1.
     truth : Truth, optional
         Truth of a simulation; not part of tables and files.
-    others : mapping of str to array, shape (n,)
+    housekeeping : mapping of str to array, shape (n,)
         Housekeeping channels, such as temperatures and currents, in any unit, interpolated
         linearly.
-    steps : mapping of str to array, shape (3,), (4,) or (1,)
+    quantization_steps : mapping of str to array, shape (3,), (4,) or (1,)
         Quantization steps of ``gyro`` and sensors that cannot be estimated from the samples, for
-        example after a rotation; see `step_of`.
+        example after a rotation; see `find_quantization_steps`.
     has_gyro : bool
         True if the rates are measured, false if assumed.
-    hold : Hold, optional
+    attitude_hold : Hold, optional
         Attitude that a satellite without gyro holds with a pointing error.
 
     Raises

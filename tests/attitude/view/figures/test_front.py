@@ -7,7 +7,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
 from mgeo_attitude.criteria.objectives import attitude_sigma_deg
 from mgeo_attitude.criteria.robustness import draw_runs
-from mgeo_attitude.scenario import FlightErrors, PathConstraint
+from mgeo_attitude.scenario import MonteCarloSettings, PathConstraint
 from mgeo_attitude.view.plans import select_sample_rows
 
 from mgeo.evaluation.dominance import find_front_rows
@@ -65,7 +65,7 @@ def test_no_point_is_below_what_no_maneuver_can_beat(figure, problem, F):
     times, least = by_trace(figure, "lower bound").T
     assert times[0] < F[:, 0].min()
     assert times[-1] == F[:, 0].max()
-    limit = problem.limit_curves
+    limit = problem.lower_bound
     np.testing.assert_array_equal(least, np.interp(times, limit.times, limit.trace))
     assert (F[:, 1] > np.interp(F[:, 0], times, least)).all()
 
@@ -73,14 +73,14 @@ def test_no_point_is_below_what_no_maneuver_can_beat(figure, problem, F):
 def test_what_flights_keep_of_the_attitude_is_that_of_each_flight(problem, X):
     """Against one flight after another, each by itself."""
     view = problem.view(X[:2])
-    errors = dataclasses.replace(FlightErrors(), count=20, seed=FlightErrors().seed + 1)
+    errors = dataclasses.replace(MonteCarloSettings(), count=20, seed=MonteCarloSettings().seed + 1)
     sigma = [
         attitude_sigma_deg(
             evaluate(each.model, each.apply_errors(X[:2]), 1, covariance=True).covariance
         )
         for each in draw_runs(problem.scenario, problem.model, errors)
     ]
-    np.testing.assert_array_equal(view.kept_sigma_deg, np.sort(sigma, axis=0)[17])
+    np.testing.assert_array_equal(view.monte_carlo_sigma_deg, np.sort(sigma, axis=0)[17])
 
 
 def test_names_in_a_scenario_are_no_markup():
@@ -89,7 +89,9 @@ def test_names_in_a_scenario_are_no_markup():
         Scenario.paper(),
         name=evil,
         duration=600.0,
-        path_limits=(PathConstraint(name=evil, boresight=(1.0, 0.0, 0.0), half_angle_deg=20.0),),
+        path_constraints=(
+            PathConstraint(name=evil, boresight=(1.0, 0.0, 0.0), half_angle_deg=20.0),
+        ),
     )
     problem = AttitudeManeuverProblem(scenario)
     X = np.array([[0.5, 0.0, 0.0, 60.0] * 3])

@@ -44,7 +44,7 @@ def between(one, other):
     return np.degrees(Rotation.from_matrix(one.T @ other).magnitude())
 
 
-def motion_of(problem, x):
+def get_motion(problem, x):
     (figures,) = problem.view(x[None]).solution_figures()
     return figures["motion"], figures["motion"].layout.meta["motion"]
 
@@ -54,7 +54,7 @@ def motion_of(problem, x):
 def test_the_body_stands_as_the_filter_flew_it(request, X, name, most, row):
     problem = request.getfixturevalue(name)
     plan = ManeuverPlan.from_design(problem, X[row])
-    _, motion = motion_of(problem, X[row])
+    _, motion = get_motion(problem, X[row])
     turn, attitude = motion["turns"]["body"], plan.history.attitude
     assert motion["end"] == turn["times"][-1] == plan.t_end
     samples = np.linspace(0, len(attitude) - 1, 40).astype(int)
@@ -66,7 +66,7 @@ def test_the_body_stands_as_the_filter_flew_it(request, X, name, most, row):
 def test_the_body_starts_where_the_scenario_says(X):
     problem = shortened(Scenario.paper(), initial=InitialConditions(pointing="nadir"))
     plan = ManeuverPlan.from_design(problem, X[0])
-    figure, motion = motion_of(problem, X[0])
+    figure, motion = get_motion(problem, X[0])
     attitude = plan.history.attitude
     tips = np.array([next((t.x[1], t.y[1], t.z[1]) for t in figure.data if t.name == axis)
                      for axis in "xyz"])  # fmt: skip
@@ -82,7 +82,7 @@ def test_the_body_starts_where_the_scenario_says(X):
 
 @pytest.mark.parametrize("name", ["sun", "field"])
 def test_sun_and_field_stand_where_the_environment_has_them(sharp, X, name):
-    figure, motion = motion_of(sharp, X[0])
+    figure, motion = get_motion(sharp, X[0])
     environment = sharp.environment
     label = {"sun": "Sun"}.get(name, name)
     trace = next(trace for trace in figure.data if trace.name == label)

@@ -29,7 +29,7 @@ def test_squares_add_up_to_the_worst_axis(plan):
 
 def worst(model, design, t_end):
     """By the reference filter, on its own tables."""
-    history = run_filter(model.endless, design)
+    history = run_filter(model.full_duration_model, design)
     sigma = history.sigma[round(t_end / model.step)].reshape(-1, 3).max(axis=1)
     return sigma * [unit.factor for unit in list_block_units(model.suite)]
 
@@ -70,7 +70,7 @@ def test_a_turn_more_is_a_plan_with_one_more_maneuver(plan):
 
 
 def test_in_the_shadow_no_second_of_a_sun_sensor_is_counted(plan):
-    use = plan.sensor_use()
+    use = plan.compute_measurement_times()
     assert use["duration [s]"].sum() == pytest.approx(plan.t_end)
     sunlit = plan.problem.environment.sunlit[1 : len(plan.history.times)].sum() * 4.0
     assert use["sun [s]"].sum() == pytest.approx(sunlit)

@@ -52,7 +52,7 @@ def angle(one, other):
 
 
 def test_free_motion_is_basilisk_s():
-    still = dataclasses.replace(COILS, detumble_rate_deg_s=100.0, residual_dipole=(0.0, 0.0, 0.0))
+    still = dataclasses.replace(COILS, rate_tolerance_deg_s=100.0, residual_dipole=(0.0, 0.0, 0.0))
     attitude, motion = flown(one_unit(still))
     assert np.degrees(np.ptp(motion.rates, axis=0)).min() > 0.05  # it tumbles
     assert angle(attitude, motion.attitude).max() < 1e-8

@@ -37,9 +37,9 @@ def compute_body_rotations(
 
     Parameters
     ----------
-    flight : Flown
+    intervals : Flown
         Intervals of constant body rate.
-    body : array, shape (n + 1, 3, 3)
+    attitude : array, shape (n + 1, 3, 3)
         Attitude from GCRS to body at every step of the filter.
     step : float
         [s].
@@ -68,7 +68,7 @@ def compute_body_rotations(
 def compute_direction_rotations(times: Floats, vectors: Floats) -> dict[str, Floats]:
     """Return the smallest rotations between successive directions, shape (k + 1, 3).
 
-    The format is that of `turns_of_body`. The axes initially coincide with the inertial ones and
+    The format is that of `compute_body_rotations`. The axes initially coincide with the inertial ones and
     rotate with the direction.
     """
     unit = vectors / np.linalg.norm(vectors, axis=1)[:, None]

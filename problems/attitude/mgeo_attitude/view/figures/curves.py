@@ -16,9 +16,9 @@ _TOLERANCE = 0.002
 
 
 def simplify_curves(x: Floats, curves: Floats, n_points: int) -> NDArray[np.int64]:
-    """Return the rows of the polyline with `count` points that best approximates curves.
+    """Return the rows of the polyline with `n_points` points that best approximates curves.
 
-    Starting from both ends, the point farthest from the polyline is added until there are `count`
+    Starting from both ends, the point farthest from the polyline is added until there are `n_points`
     points or the tolerance is met (Douglas and Peucker 1973). The distance is the largest over all
     curves, each relative to its own extent.
 
@@ -27,7 +27,7 @@ def simplify_curves(x: Floats, curves: Floats, n_points: int) -> NDArray[np.int6
     x : array, shape (k,)
         Nondecreasing, no value more than twice.
     curves : array, shape (k, m)
-    count : int
+    n_points : int
         Largest number of points.
 
     Returns
@@ -70,7 +70,7 @@ def project_directions(vectors: Floats) -> tuple[Int16Array, Int16Array]:
     Returns
     -------
     across, up : arrays of int16, shape (m,)
-        Map coordinates, within ± `OUTLINE`.
+        Map coordinates, within ± `MAP_HALF_SIZE`.
     """
     finite_vectors = vectors[np.isfinite(vectors).all(axis=1)]
     x, y, z = finite_vectors.T / np.linalg.norm(finite_vectors, axis=1)

@@ -63,16 +63,16 @@ def draw_front(
     ----------
     scenario : Scenario
     solutions : Solutions
-    kept : array, shape (n, 3)
+    monte_carlo_values : array, shape (n, 3)
         t_end [s], trace and attitude 1-sigma [deg] that most Monte Carlo runs satisfy; NaN if
         unknown or if too few runs converge.
-    longest : float
+    unconverged_t_end : float
         t_end of a run that does not converge [s].
-    dead_end : bool
+    is_infeasible : bool
         Whether all solutions are infeasible.
-    least : array, shape (m, 3)
+    lower_bound : array, shape (m, 3)
         Times [s], and lower bounds of trace and attitude 1-sigma [deg].
-    bend : int or None
+    knee_index : int or None
         Index of the knee among the solutions.
     """
     values = np.column_stack([solutions.F, solutions.sigma_deg])

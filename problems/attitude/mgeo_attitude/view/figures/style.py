@@ -100,7 +100,7 @@ class PlottedSolutions:
 
         Parameters
         ----------
-        bend : int, optional
+        knee_index : int, optional
             Row of the knee; None if there is no knee.
 
         Returns

@@ -80,7 +80,7 @@ def draw_maneuvers(
     ----------
     problem : AttitudeManeuverProblem
     solutions : Solutions
-    held : array, shape (n,), optional
+    hold_ends : array, shape (n,), optional
         End of the constant-rate hold [s], drawn with a gray background; default: t_end. A slew back
         follows.
     """
@@ -133,7 +133,7 @@ def compute_rate_profile(
     rates : array, shape (k, 3)
         Body rates from each time on [deg/s]; the last row repeats the one before.
     over : float
-        End of the last maneuver, at most `until` [s].
+        End of the last maneuver, at most `end_time` [s].
     """
     model = problem.model
     flight = Trajectory(problem.scenario, model, x, end_time).intervals
@@ -192,7 +192,7 @@ def draw_convergence(problem: AttitudeManeuverProblem, solutions: PlottedSolutio
 def compute_convergence_curves(
     problem: AttitudeManeuverProblem, solutions: PlottedSolutions
 ) -> list[tuple[Floats, Floats]]:
-    """Return the curves of `convergence_figure` for each solution.
+    """Return the curves of `draw_convergence` for each solution.
 
     Returns
     -------

@@ -21,7 +21,7 @@ class StateLabels(NamedTuple):
     names : list of str
         Such as ``attitude x`` or ``sun misalignment z``.
     units : list of str
-        Display units, as in `block_units`.
+        Display units, as in `list_block_units`.
     factors : array, shape (n,)
         Factors from the filter's units to the display units.
     """
@@ -107,7 +107,7 @@ def _group_rotations(
 
 
 def _join_names(names: Sequence[str], n_misaligned: int) -> str:
-    """Join the names of blocks; `every` is the total number of sensors with a misalignment."""
+    """Join the names of blocks; `n_misaligned` is the total number of sensors with a misalignment."""
     sensors = [name.partition(".")[0] for name in names if name != "attitude"]
     if len(sensors) == n_misaligned > 1:
         text = "both sensors" if n_misaligned == 2 else f"all {n_misaligned} sensors"
@@ -157,16 +157,16 @@ def normalize_covariance(model: FilterModel, covariance: Floats) -> Floats:
 def find_least_observable(
     model: FilterModel, covariance: Floats, n_directions: int = 3
 ) -> pd.DataFrame:
-    """Return the `count` least observable directions of the error state, the worst first.
+    """Return the `n_directions` least observable directions of the error state, the worst first.
 
-    The directions are the eigenvectors of the `normalized` covariance with the largest eigenvalues.
+    The directions are the eigenvectors of the `normalize_covariance` covariance with the largest eigenvalues.
     Gauss-Markov errors and considered states are left out. Process noise may raise an eigenvalue
     above one.
 
     Returns
     -------
     DataFrame
-        ``direction``, in words (see `in_words`); ``remaining [-]``, the ratio of the final to the
+        ``direction``, in words (see `describe_direction`); ``remaining [-]``, the ratio of the final to the
         initial 1-sigma along the direction; and, for each 3-vector of the state, the norm of its
         part of a 1-sigma error along the direction.
     """

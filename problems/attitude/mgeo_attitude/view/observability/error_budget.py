@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from mgeo_attitude.filter.error_budget import compute_error_budget
+from mgeo_attitude.filter import error_budget
 from mgeo_attitude.filter.history import FilterHistory, can_measure
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.motion import Motion, Phase, list_phases
@@ -16,7 +16,7 @@ from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.view.observability.covariance import StateLabels
 from mgeo_attitude.view.observability.improvements import select_most_effective
 
-#: Number of the largest contributions that `reasons` lists.
+#: Number of the largest contributions that `describe_error_drivers` lists.
 _N_CONTRIBUTIONS = 3
 
 
@@ -39,7 +39,7 @@ def compute_error_budget(
         the unit given in the column's name. The squares of the rows add up to the square of
         ``all``; see `filter.error_budget`.
     """
-    parts_by_source = compute_error_budget(model, design, history.t_end)
+    parts_by_source = error_budget.compute_error_budget(model, design, history.t_end)
     columns = {}
     for block, unit in enumerate(list_block_units(model.suite)):
         axis = _find_worst_axis(history, block)
@@ -64,9 +64,9 @@ def describe_error_drivers(
     Parameters
     ----------
     model : FilterModel
-    table : DataFrame
+    budget_table : DataFrame
         The `budget`.
-    changes : DataFrame
+    improvements : DataFrame
         The `remedies`.
     history : FilterHistory
         Filter run of the design.
@@ -136,7 +136,7 @@ def compute_uncertainty_by_phase(
     model : FilterModel
     design : array_like, shape (4 m,)
     history : FilterHistory
-        Filter run of the design; see `filter_history`.
+        Filter run of the design; see `run_filter`.
 
     Returns
     -------

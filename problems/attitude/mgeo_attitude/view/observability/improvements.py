@@ -74,7 +74,7 @@ def compare_designs(
     problem : AttitudeManeuverProblem
     designs : mapping of str to array_like, shape (4 m,)
         The number m of maneuvers may differ between designs.
-    at : float
+    time : float
         Time of the comparison [s], a step of the filter; usually the t_end of a plan.
 
     Returns
@@ -184,7 +184,7 @@ def evaluate_improvements(
 def select_most_effective(values: pd.Series, min_reduction: float = 0.02) -> pd.Series:
     """Return the two most effective changes of a column of `remedies`.
 
-    Changes that reduce the 1-sigma by less than the share `least` are omitted.
+    Changes that reduce the 1-sigma by less than the share `min_reduction` are omitted.
     """
     worth = values[values < (1.0 - min_reduction) * values[UNCHANGED]]
     two: pd.Series = worth.sort_values(kind="stable")[:2]

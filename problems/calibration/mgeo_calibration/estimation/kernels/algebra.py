@@ -57,7 +57,7 @@ def reduce_equations(A, R, workspace):
 
     A has one column of the equations in each row, so that the inner loops vectorize over the
     equations. All reflections are computed first and then applied to the remaining columns, which
-    are read from memory once. A is overwritten by the residual equations; `room` holds two numbers
+    are read from memory once. A is overwritten by the residual equations; `workspace` holds two numbers
     per reflection.
     """
     q, columns, rows = len(R), len(A), A.shape[1]

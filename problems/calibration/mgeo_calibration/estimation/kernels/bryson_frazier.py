@@ -117,7 +117,7 @@ def multiply_transposed(F, k, A, out):
     "float64[::1], int64, float64[::1], float64[:,::1])"
 )
 def smooth_errors(F, is_used, n_columns, columns, readings, estimates, c, first_new, adjoint, e):
-    """Compute the smoothed errors e, shape (N, d), from the last sample to sample `first`.
+    """Compute the smoothed errors e, shape (N, d), from the last sample to sample `first_new`.
 
     `c` is the estimated error vector of length q. `adjoint`, shape (d,), is zero at the last sample
     of the batch. After the call it is the adjoint for the previous span.
@@ -187,9 +187,9 @@ def smooth_covariances(
     combination of two optimum linear filters, IEEE Transactions on Automatic Control 14 (1969)
     387-390). No covariances are subtracted.
 
-    `later`, shape (d, d), and `adjoint`, shape (d, q), are zero at the last sample of the batch.
-    After the call they are the input for the previous span. Output: `given`, shape (N, n, n), and
-    `slope`, shape (N, n, q), of the n leading errors from sample `first` on.
+    `later_information`, shape (d, d), and `adjoint`, shape (d, q), are zero at the last sample of the batch.
+    After the call they are the input for the previous span. Output: `conditional_covariance`, shape (N, n, n), and
+    `derivative`, shape (N, n, q), of the n leading errors from sample `first_new` on.
     """
     F, Q = process[0], process[2]
     _, H, noise, counts, columns = measurements

@@ -31,7 +31,7 @@ def discretize_steps(decay, densities, rate_derivatives, rates, durations, F, Q)
         Inverse correlation time of the bias [1/s].
     densities : tuple of two floats
         Power spectral densities of the noise of attitude and bias, equal about all axes.
-    others : array, shape (3, 3, k)
+    rate_derivatives : array, shape (3, 3, k)
         Derivative of the attitude rate by the gyro's k constant errors, for each component of the
         rate.
     rates, durations : arrays, shapes (n, 3) and (n,)

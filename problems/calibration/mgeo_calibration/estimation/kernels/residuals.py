@@ -30,7 +30,7 @@ def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi
 
     A component with derivative w turns S into S (I - β φᵀ φ) with φ = w S. The vectors φ of all
     three components follow from the initial root, φ₂ (I - β φ₁ᵀ φ₁) after the first component, and
-    so on: two passes through S are sufficient. `phi` and `small` are work arrays.
+    so on: two passes through S are sufficient. `phi` and `workspace` are work arrays.
     """
     w, W = readings[2], readings[3]
     q = len(root)
@@ -141,21 +141,21 @@ def compute_residuals(
 
     Parameters
     ----------
-    there, used : arrays of bool, shape (s, N)
+    has_reading, is_used : arrays of bool, shape (s, N)
         Samples with a reading, and samples with a reading that the smoother has used.
-    sights : z, H, noise, counts, columns
-        See `linearization.Sightings`.
-    growth : array, shape (N, c)
+    measurements : z, H, noise, counts, columns
+        See `linearization.MeasurementEquations`.
+    constant_factors : array, shape (N, c)
         Factors of the constant states.
-    e, common : arrays, shapes (N, d) and (q,)
+    e, common_errors : arrays, shapes (N, d) and (q,)
         Smoothed errors e and estimate of c.
-    given, slope : arrays, shapes (N, n, n) and (N, n, q)
-        See `smoother.Spread`; includes all stochastic states that the readings depend on.
+    conditional_covariance, derivative : arrays, shapes (N, n, n) and (N, n, q)
+        See `smoother.SmoothedCovariance`; includes all stochastic states that the readings depend on.
     root : array, shape (q, q)
         Upper triangular S, where S Sᵀ is the covariance of c.
-    first : int
+    first_new : int
         First sample to compute.
-    residuals, found : arrays, shapes (s, N, 3) and (s, N)
+    residuals, normalized_squares : arrays, shapes (s, N, 3) and (s, N)
         Output: residuals and their normalized squares.
     sigma : array, shape (N, 3)
         Output: 1-sigma of the attitude errors.
@@ -234,17 +234,17 @@ def compute_innovations(
 
     Parameters
     ----------
-    seen : array of bool, shape (s, N)
+    is_used : array of bool, shape (s, N)
         Readings that the smoother has used.
-    readings, kept
+    readings, estimates
         Output of `two_stage.forward`.
-    root, common : arrays, shapes (q, q) and (q,)
+    root, common_errors : arrays, shapes (q, q) and (q,)
         Covariance root and estimate of c: prior on input, posterior of all readings on output.
-    first : int
+    first_new : int
         First sample to compute.
-    white : array, shape (s, N, 3)
+    whitened_innovations : array, shape (s, N, 3)
         Output: whitened innovations.
-    errors, until : arrays, shapes (N, n) and (N, n, n)
+    errors, covariances : arrays, shapes (N, n) and (N, n, n)
         Output: estimates of the n leading errors at every sample, and their covariance.
     """
     N, _, q = estimates[1].shape

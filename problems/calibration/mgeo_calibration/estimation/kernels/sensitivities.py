@@ -77,18 +77,18 @@ def compute_sensitivities(
     ----------
     F : array, shape (n, d, d)
         Transition matrices.
-    moves, moved : arrays, shapes (n, 3, a) and (a,)
+    attitude_changes, attitude_coefficients : arrays, shapes (n, 3, a) and (a,)
         Change of the attitude error in each step, and the index of the coefficient of each column.
-    seen : array of bool, shape (s, N)
+    is_used : array of bool, shape (s, N)
         Readings that the smoother has used.
-    sights : H, noise, counts, columns
-        See `linearization.Sightings`.
-    reads, widths, read : arrays, shapes (s, N, 3, b), (s,) and (s, b)
+    measurements : H, noise, counts, columns
+        See `linearization.MeasurementEquations`.
+    reading_changes, n_coefficients, reading_coefficients : arrays, shapes (s, N, 3, b), (s,) and (s, b)
         Change of the readings of each sensor, number of columns of each sensor, and the index of
         the coefficient of each column.
     readings : Hw, K, w, W
         Output of `two_stage.forward`.
-    first : int
+    first_new : int
         0, or 1 to continue from the first sample.
     T : array, shape (d, m)
         Derivative of the stochastic states by the coefficients at the first sample; on output at

@@ -207,22 +207,22 @@ def run_filter(
 
     Parameters
     ----------
-    moves : F, G, Q, defect, shapes (n, d, d), (n, 3, c), (n, d, d), (n, d)
+    process : F, G, Q, defect, shapes (n, d, d), (n, 3, c), (n, d, d), (n, d)
         See `kinematics.Steps`.
-    seen : array of bool, shape (s, N)
+    is_used : array of bool, shape (s, N)
         Readings to use.
-    sights : z, H, noise, counts, columns
-        See `linearization.Sightings`.
-    growth : array, shape (N, c)
+    measurements : z, H, noise, counts, columns
+        See `linearization.MeasurementEquations`.
+    constant_factors : array, shape (N, c)
         Factors of the constant states.
-    kept : x, T, P, shapes (N, d), (N, d, q), (N, d, d)
+    estimates : x, T, P, shapes (N, d), (N, d, q), (N, d, d)
         Output: e = x + T c, with covariance P, after the readings of each sample. Contains the
-        estimate of the first sample on input: before its readings if `first` is 0, after them if it
+        estimate of the first sample on input: before its readings if `first_new` is 0, after them if it
         is 1.
     readings : Hw, K, w, W, shapes (s, N, 3, p), (s, N, 3, d), (s, N, 3), (s, N, 3, q)
         Output; see `update`.
-    first : int
-        0 at the start of the batch, or 1 to continue from the first sample of `kept`.
+    first_new : int
+        0 at the start of the batch, or 1 to continue from the first sample of `estimates`.
     cost : float
         Sum of squares up to the first sample.
     """
@@ -244,15 +244,15 @@ def run_filter(
 
 @compile_cached(f"void(boolean[:,::1], {READINGS}, int64, float64[:,::1])")
 def reduce_readings(is_used, readings, first_new, R):
-    """Reduce whitened readings into the triangle of c, `TOGETHER` rows at a time.
+    """Reduce whitened readings into the triangle of c, `BLOCK_LENGTH` rows at a time.
 
     Parameters
     ----------
-    seen : array of bool, shape (s, N)
+    is_used : array of bool, shape (s, N)
         Readings to use.
     readings : Hw, K, w, W
         Output of `forward`.
-    first : int
+    first_new : int
         First sample to use.
     R : array, shape (q, q + 1)
         Triangle of the equations of c and their right side: prior on input, posterior on output.

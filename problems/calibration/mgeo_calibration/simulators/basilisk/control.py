@@ -56,7 +56,7 @@ class Reference:
             Body rate before the first step [rad/s].
         step : float
             Duration of a step of the motion [s].
-        parts : int
+        n_substeps : int
             Number of simulation steps per step of the motion.
         """
         h, rates = step / n_substeps, np.repeat(motion.rates, n_substeps, axis=0)
@@ -208,7 +208,7 @@ def build_magnetorquer_control(
 
     Parameters
     ----------
-    corrected : function
+    correct_rate : function
         Corrects a measured rate by the estimated gyro errors.
     bias : array, shape (n, 3)
         Gyro bias in each simulation step [rad/s].

@@ -48,7 +48,7 @@ class EnvironmentMessages(sysModel.SysModel):
     unit_sun : message
         Sun at one astronomical unit from the satellite, so that a coarse Sun sensor reports a unit
         vector.
-    place : message
+    satellite_state : message
         Position and velocity of the satellite.
     """
 

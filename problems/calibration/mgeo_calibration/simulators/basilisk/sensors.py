@@ -38,8 +38,8 @@ class SensorInputs:
     Attributes
     ----------
     satellite : module
-    surroundings : Surroundings
-    field, shadow : modules
+    environment : Surroundings
+    field, eclipse : modules
         Basilisk's field and eclipse models; None if the scenario needs none.
     """
 
@@ -67,10 +67,10 @@ class SensorModule:
         Module to execute in each step.
     message : message
         Output message of the module.
-    vectors : function
+    convert : function
         Converts the recorded message and the log to readings of the filter, shape (n, k, 3); NaN
         without a reading.
-    parts : sequence
+    referenced_objects : sequence
         Objects that the module points to without owning them.
     """
 

@@ -59,15 +59,15 @@ class SimulationInputs:
 
     Attributes
     ----------
-    start : array, shape (3, 3)
+    attitude : array, shape (3, 3)
         Initial rotation matrix from GCRS to body.
     rate : array, shape (3,)
         Initial body rate [rad/s].
-    believed : array, shape (n_states,)
+    estimates : array, shape (n_states,)
         Estimated gyro and sensor states on board; zero before a calibration.
-    errors : array, shape (n_states,)
+    true_states : array, shape (n_states,)
         True gyro and sensor states at the start.
-    bias : array, shape (n, 3)
+    mean_bias : array, shape (n, 3)
         Mean gyro bias in each step [rad/s].
     """
 
@@ -90,11 +90,11 @@ class SimulationResult:
         Position in GCRS [m].
     field : array, shape (n + 1, 3)
         Magnetic field in GCRS [nT]; empty without a field model.
-    gyro : array, shape (n, 3)
+    mean_rates : array, shape (n, 3)
         Mean reported rate in each step [rad/s].
     sensors : tuple of arrays, shape (n + 1, k, 3)
-        Readings as in `Readings`.
-    wheels : array, shape (n + 1, k)
+        Readings as in `Measurements`.
+    wheel_momentum : array, shape (n + 1, k)
         Momentum of each wheel [N m s]; k = 0 for a satellite with magnetorquers.
     """
 

@@ -72,7 +72,7 @@ def simulate_telemetry(
         Equal seeds give identical telemetry. None draws fresh entropy.
     vehicle : Vehicle, optional
         Default: `Vehicle.of` the scenario.
-    after : Truth, optional
+    initial_truth : Truth, optional
         Truth of an earlier run to continue from, as in `flight.fly`.
     environment : Environment, optional
         Precomputed environment of the scenario.

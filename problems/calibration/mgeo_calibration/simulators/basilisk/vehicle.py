@@ -27,10 +27,10 @@ class MagnetorquerVehicle:
 
     Attributes
     ----------
-    drive : CoilDrive
+    drive : MagnetorquerDrive
     rates : array, shape (n, 3)
         Commanded body rate in each step [rad/s].
-    begins : array of bool, shape (n,)
+    maneuver_starts : array of bool, shape (n,)
         True if a maneuver starts with the step.
     """
 
