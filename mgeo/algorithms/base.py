@@ -332,7 +332,7 @@ class ExtremalOptimization(Algorithm, ABC):
         self.restart_idle_walkers(progress, np.any(entered.reshape(self.n_walkers, -1), axis=1))
         self.pop = infills
         self._pending_designs = None
-        self.__dict__.pop("proposed", None)
+        self.__dict__.pop("proposals", None)
         self.state.n_generations = self.n_iter
 
     def restart_walkers(self, rows: IntArray, new_points: FloatArray | None = None) -> None:

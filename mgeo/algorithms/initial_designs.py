@@ -77,14 +77,14 @@ class SuggestedSampling(Sampling):
         """
         if self.n > n_max:
             raise ValueError(
-                f"starts = {self.n}: expected at most {n_max}, the number of initial designs of "
+                f"initial_designs = {self.n}: expected at most {n_max}, the number of initial designs of "
                 "the algorithm"
             )
-        suggest = getattr(problem, "starts", None)
+        suggest = getattr(problem, "suggest_initial_designs", None)
         designs = None if suggest is None else suggest(self.n, random_state)
         if designs is None:
             name = type(problem).__name__
-            raise ValueError(f"{name} has no starts(): expected a run without suggested designs")
+            raise ValueError(f"{name} has no suggest_initial_designs(): expected a run without suggested designs")
         return np.asarray(designs, dtype=float)
 
     def _do(
@@ -175,7 +175,7 @@ def build_initial_designs(
         sampling = sampling.do(problem, n_walkers, random_state=random_state)
     X = sampling.get("X") if isinstance(sampling, Population) else sampling
     try:
-        starts = variables.to_numbers(np.asarray(X))
+        initial_designs = variables.to_numbers(np.asarray(X))
     except (TypeError, ValueError, KeyError) as error:
         raise TypeError(
             f"sampling = {sampling!r:.80}: expected None, a pymoo Sampling, a population, or an "

@@ -143,7 +143,7 @@ class MGEOStaged(MGEODirected):
 
     def _get_problem(self, fidelity: int) -> Problem:
         if fidelity not in self._problems:
-            at_stage = getattr(self._full_problem, "at_stage", None)
+            at_stage = getattr(self._full_problem, "at_fidelity", None)
             self._problems[fidelity] = (
                 self._full_problem if at_stage is None else at_stage(fidelity)
             )

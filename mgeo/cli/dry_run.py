@@ -56,7 +56,7 @@ def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
             "configuration": configuration.model_dump(),
             **size,
             "facts": dict(facts),
-            "notes": notes,
+            "warnings": notes,
             "folder": str(folder),
             "files": files,
         }
@@ -94,7 +94,7 @@ def print_study_size(
             "algorithms": algorithms,
             "evaluations": study.evaluations,
             "per_variable": study.per_variable,
-            "runs": runs,
+            "n_runs": runs,
             "folder": str(folder),
         }
     )

@@ -136,7 +136,7 @@ def execute_run(run: PreparedRun, folder: Path, output: Output, max_time: float 
     """
     if impossible := call_optional(build_view(run.problem), View.infeasibility_reasons):
         output.print("no solution can satisfy all constraints", *(f"  {why}" for why in impossible))
-        output.print_document({"impossible": impossible})
+        output.print_document({"infeasibility_reasons": impossible})
         return ExitCode.INCOMPLETE
     with convert_input_errors():
         folder.mkdir(parents=True, exist_ok=True)

@@ -75,7 +75,7 @@ Problem = Annotated[
         help="Class of the run's problem, required if the problem is not installed by name.",
     ),
 ]
-Walkers = Annotated[int | None, typer.Option("--walkers", "--runs", help="Number of walkers.")]
+Walkers = Annotated[int | None, typer.Option("--walkers", help="Number of walkers.")]
 Settings = Annotated[
     list[str] | None,
     typer.Option(

@@ -99,9 +99,9 @@ def solve(
     refine: Annotated[
         bool | None,
         typer.Option(
-            "--polish/--no-polish",
+            "--refine/--no-refine",
             help="Refine the front locally after the search, in addition to the budget "
-            "[default: as for --starts].",
+            "[default: as for --initial-designs].",
         ),
     ] = None,
     max_time: MaxTime = None,

@@ -157,9 +157,9 @@ def _build_document(comparison: Comparison, control: str | None) -> dict[str, An
     summary = comparison.summarize()
     names = [name for name in dict.fromkeys(summary.columns.get_level_values(0)) if name != "runs"]
     return {
-        "runs_finished": _count_runs(comparison, "finished"),
-        "runs_failed": _count_runs(comparison, "failed"),
-        "best_first": comparison.rank_algorithms(),
+        "n_finished": _count_runs(comparison, "finished"),
+        "n_failed": _count_runs(comparison, "failed"),
+        "ranking": comparison.rank_algorithms(),
         "algorithms": {
             label: {
                 name: {key: float(value) for key, value in summary.loc[label, name].items()}

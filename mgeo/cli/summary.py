@@ -46,8 +46,8 @@ def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
         {
             "folder": str(folder),
             "files": [name for name in RUN_FILES if (folder / name).exists()],
-            "answer": None if best is None else asdict(best),
-            "dead_end": None if stuck is None else asdict(stuck),
+            "summary": None if best is None else asdict(best),
+            "infeasibility": None if stuck is None else asdict(stuck),
             "remarks": remarks,
             **build_run_document(run),
         }

@@ -158,7 +158,7 @@ class TolerantEvaluator(Evaluator):
         self._count_failures(failures, len(pop))
         failed = np.zeros(len(pop), dtype=np.bool_)
         failed[list(failures)] = True
-        takes_nan = getattr(kwargs.get("algorithm"), "takes_nan", False)
+        takes_nan = getattr(kwargs.get("algorithm"), "accepts_nan", False)
         if not takes_nan:
             for name in values.keys() & {"F", "G", "H"}:
                 self._penalize(name, values[name], failed)

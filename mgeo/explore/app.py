@@ -52,7 +52,7 @@ def _add_filter(app: Dash, explorer: Explorer) -> None:
     @app.callback(
         Output("kept", "data"), Input("parallel", "restyleData"), Input("parallel", "figure")
     )
-    def brush(_: Any, figure: dict[str, Any]) -> list[int]:
+    def filter_rows(_: Any, figure: dict[str, Any]) -> list[int]:
         return figures.select_rows(table, figure["data"][0].get("dimensions", ()))
 
     @app.callback(
@@ -61,7 +61,7 @@ def _add_filter(app: Dash, explorer: Explorer) -> None:
         Input("kept", "data"),
         Input("order", "value"),
     )
-    def list_kept(kept: list[int], order: str) -> tuple[str, Component]:
+    def list_visible_rows(kept: list[int], order: str) -> tuple[str, Component]:
         rows = table.iloc[kept].sort_values(order).head(MAX_ROWS)
         return f"{len(kept):,} of {len(table):,} solutions", layout.build_table(format_cells(rows))
 

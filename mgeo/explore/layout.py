@@ -12,7 +12,7 @@ from mgeo.explore.explorer import Explorer, extract_row
 from mgeo.plugins.review import find_column_kinds
 
 N_INITIAL_AXES = 8  # initial number of axes of the parallel coordinates
-DESIGN_COLUMNS = ["", "solution", "changed", "change"]
+DESIGN_COLUMNS = ["", "solution", "design-metrics", "change"]
 
 
 def build_page(explorer: Explorer) -> Component:
@@ -56,8 +56,8 @@ def build_page(explorer: Explorer) -> Component:
             html.Div([front, design, prediction], className="columns"),
             build_section("Figures of the design", html.Div(id="figures", className="figures")),
             build_section("Solutions", order, html.Div(id="table", className="wide")),
-            dcc.Store(id="kept", data=list(range(len(explorer.X)))),
-            dcc.Store(id="changed", data=first),
+            dcc.Store(id="visible-rows", data=list(range(len(explorer.X)))),
+            dcc.Store(id="design-metrics", data=first),
         ]
     )
 

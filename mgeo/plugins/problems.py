@@ -148,6 +148,6 @@ def _load_class(name: str, trusted_classes: Collection[str]) -> Any:
     if name not in trusted_classes:
         raise PluginError(
             f"problem {name!r}: its module is imported only if you specify it: --problem {name}, "
-            f"in Python named=[{name!r}]"
+            f"in Python trusted_classes=[{name!r}]"
         )
     return import_class(name, PROBLEMS)

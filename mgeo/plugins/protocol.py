@@ -106,7 +106,7 @@ class ProblemMixin:
     def suggest_initial_designs(
         self, n: int, random_state: np.random.Generator
     ) -> FloatArray | None:
-        """Return n promising initial designs, for ``--starts``.
+        """Return n promising initial designs, for ``--initial-designs``.
 
         Parameters
         ----------
@@ -303,7 +303,7 @@ def get_robust_problem(problem: Problem) -> Problem:
     """
     robust_problem = call_optional(problem, ProblemMixin.to_robust)
     if robust_problem is None:
-        raise ValueError(f"{type(problem).__name__} has no robust(): expected a run without it")
+        raise ValueError(f"{type(problem).__name__} has no to_robust(): expected a run without it")
     return robust_problem
 
 
@@ -330,7 +330,7 @@ def iterate_refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]
     steps = call_optional(problem, ProblemMixin.refine, X.copy())
     name = type(problem).__name__
     if steps is None:
-        raise PluginError(f"problem {name} has no refine(): expected a run without --polish")
+        raise PluginError(f"problem {name} has no refine(): expected a run without --refine")
     iterator, n_rows = iter(steps), len(X)
     while True:
         with convert_plugin_errors(f"refine of problem {name} raised"):
@@ -373,4 +373,4 @@ def get_recommended_settings(problem: Problem) -> RecommendedSettings:
 
 def get_function_name(problem: Problem) -> str:
     """Return the name of the function of which the problem is an instance, or an empty string."""
-    return str(getattr(problem, "instance_of", ""))
+    return str(getattr(problem, "function_name", ""))

@@ -92,8 +92,8 @@ def build_comparison_html(
         names=names,
         cells=format_cells,
         kinds_of=find_column_kinds,
-        glance=format_cells(_build_summary_table(subjects)),
-        numbers=format_cells(_build_metrics_table(subjects), digits=5),
+        quick_metrics=format_cells(_build_summary_table(subjects)),
+        metrics=format_cells(_build_metrics_table(subjects), digits=5),
         options=format_cells(_build_options_table(subjects)),
         front=None if front is None else render_figure(front),
         pairs=list(zip_longest(*(subject.review.sections for subject in subjects))),
@@ -128,7 +128,7 @@ def read_compared_solution(path: Path, trusted_classes: Collection[str] = ()) ->
 def _build_summary_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
     columns = {
         subject.name: {
-            "what it is": subject.review.title,
+            "title": subject.review.title,
             "answer": subject.review.summary,
             **_describe_run(subject),
         }
@@ -154,7 +154,7 @@ def _describe_run(subject: ComparedSolution) -> dict[str, str]:
 
 
 def _build_metrics_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
-    """Return the numbers that describe both solutions, and their ratios."""
+    """Return the metrics that describe both solutions, and their ratios."""
     described = (call_optional(subject.view, View.describe) for subject in subjects)
     columns = [table.select_dtypes("number").iloc[0] for table in described]
     table = pd.concat(columns, axis=1, join="inner", keys=[subject.name for subject in subjects])

@@ -134,14 +134,14 @@ def build_solutions_json(loaded_run: LoadedRun) -> dict[str, Json]:
     return {
         "table": {"columns": [*names, *objectives], "rows": np.hstack([view.X, view.F]).tolist()},
         "objectives": len(objectives),
-        "planned": rows.tolist(),
-        "answers": _index_by_row(_list_summaries(planned), rows),
-        "described": _build_descriptions_json(planned, rows),
+        "figure_rows": rows.tolist(),
+        "summaries": _index_by_row(_list_summaries(planned), rows),
+        "descriptions": _build_descriptions_json(planned, rows),
         "bounds": [variables.xl.tolist(), variables.xu.tolist()],
-        "limits": _build_margins_json(planned, rows),
+        "constraints": _build_margins_json(planned, rows),
         "labels": {str(solution.row): solution.label for solution in loaded_run.representatives},
         "front": None if picture is None else build_figure_json(picture, use_lists=True),
-        "plans": build_figures_json(planned, rows),
+        "figures": build_figures_json(planned, rows),
     }
 
 

@@ -141,14 +141,14 @@ def use_suggested_designs(algorithm: Algorithm, n_suggested: int) -> None:
     most = getattr(algorithm, "n_walkers", None) or getattr(algorithm, "pop_size", None)
     if most is not None and n_suggested > most:
         raise ValueError(
-            f"starts = {n_suggested}: expected at most {most}, the initial size of {name}"
+            f"initial_designs = {n_suggested}: expected at most {most}, the initial size of {name}"
         )
     if isinstance(algorithm, ExtremalOptimization):
         algorithm.sampling = SuggestedSampling(n_suggested)
         return
     initialization: Any = getattr(algorithm, "initialization", None)
     if not isinstance(getattr(initialization, "sampling", None), Sampling):
-        raise ValueError(f"starts = {n_suggested}: {name} accepts no initial designs: expected 0")
+        raise ValueError(f"initial_designs = {n_suggested}: {name} accepts no initial designs: expected 0")
     initialization.sampling = SuggestedSampling(n_suggested, initialization.sampling)
 
 
@@ -217,7 +217,7 @@ def describe_algorithm(name: str) -> dict[str, Any]:
         {"name": key, "default": value, "meaning": meanings.get(key, "")}
         for key, value in defaults.items()
     ]
-    return {"name": name, "label": label, "about": about, "parameters": rows}
+    return {"name": name, "label": label, "description": about, "parameters": rows}
 
 
 def _has_population_only(name: str) -> bool:

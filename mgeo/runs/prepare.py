@@ -203,8 +203,8 @@ def prepare_run(
         "parameters": complete,
         "evaluations": evaluations,
         "seed": seed,
-        "starts": initial_designs,
-        "polish": refine,
+        "initial_designs": initial_designs,
+        "refine": refine,
     }
     try:  # A repeated run reads its values from JSON, so the first run uses such values as well.
         data = json.loads(json.dumps(data, allow_nan=False))

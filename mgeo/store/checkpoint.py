@@ -205,7 +205,7 @@ def read_checkpoint_metadata(path: Path | str) -> Mapping[str, Any]:
     ValueError
         If the file is damaged.
     """
-    notes: Mapping[str, Any] = _read_checkpoint(path)[1]["notes"]
+    notes: Mapping[str, Any] = _read_checkpoint(path)[1]["metadata"]
     return notes
 
 
@@ -224,7 +224,7 @@ def _encode_state(algorithm: ExtremalOptimization, metadata: Mapping[str, Any]) 
     data = {
         "versions": list_versions(),
         "problem": identify_problem(algorithm.problem),
-        "notes": dict(metadata),
+        "metadata": dict(metadata),
         "state": dict(state.data),
     }
     text = np.frombuffer(json.dumps(data, allow_nan=False).encode(), dtype=np.uint8)
@@ -241,6 +241,6 @@ def _read_checkpoint(path: Path | str) -> tuple[SavedState, dict[str, Any]]:
         if "json" not in arrays:
             raise ValueError("not a checkpoint: json is missing")
         data = parse_json(arrays.pop("json").tobytes().decode("utf-8"))
-        for key in ("state", "problem", "notes", "versions"):
+        for key in ("state", "problem", "metadata", "versions"):
             get_entry(data, key, dict)
         return SavedState(arrays, data.pop("state"), path), data

@@ -73,7 +73,7 @@ def _read_problem_format(document: Any) -> tuple[str, Mapping[str, Any], Any] | 
     """Return name, options and design by the first installed problem that recognizes them."""
     for plugin in list_plugins() if isinstance(document, dict) else ():
         with suppress(PluginError):  # A plugin that cannot be loaded recognizes nothing.
-            reader = getattr(plugin.load(), "solution_of", None)
+            reader = getattr(plugin.load(), "parse_document", None)
             if reader is not None and (result := reader(document)) is not None:
                 return plugin.name, *result
     return None

@@ -211,9 +211,9 @@ def _rank_algorithms(
             "algorithm": names[i],
             "problems": len(table),
             "average_rank": ranks[i],
-            "behind": np.nan if i == control_index else share_ahead[:, i].mean(),
+            "share_control_better": np.nan if i == control_index else share_ahead[:, i].mean(),
             "functions": len(function_shares),
-            "functions_behind": np.nan if i == control_index else n_functions_behind[i],
+            "n_functions_control_better": np.nan if i == control_index else n_functions_behind[i],
             "p_holm": p[i],
         }
         for i in order

@@ -123,23 +123,23 @@ def _check_copies(problem: Problem, X: FloatArray, values: Values) -> None:
 
 def _check_indicator_space(problem: Problem, F: FloatArray) -> None:
     argument = F.copy()
-    with convert_to_check_error("indicator_space(F)"):
+    with convert_to_check_error("map_to_indicator_space(F)"):
         mapped = call_optional(problem, ProblemMixin.map_to_indicator_space, argument)
-    require_equal(argument, F, "indicator_space(F) must not modify F")
+    require_equal(argument, F, "map_to_indicator_space(F) must not modify F")
     if mapped is not None:
         space = np.asarray(mapped)
         require(
             space.shape == F.shape,
-            f"indicator_space(F) of shape {space.shape}: expected {F.shape}",
+            f"map_to_indicator_space(F) of shape {space.shape}: expected {F.shape}",
         )
         require(
             np.array_equal(find_nondominated(space), find_nondominated(F)),
-            "indicator_space(F) must preserve dominance between points",
+            "map_to_indicator_space(F) must preserve dominance between points",
         )
 
 
 def _check_initial_designs(problem: Problem, seed: int) -> None:
-    with convert_to_check_error("starts(n, random_state)"):
+    with convert_to_check_error("suggest_initial_designs(n, random_state)"):
         designs, repeated = (
             call_optional(
                 problem, ProblemMixin.suggest_initial_designs, 3, np.random.default_rng(seed)
@@ -149,13 +149,13 @@ def _check_initial_designs(problem: Problem, seed: int) -> None:
     if designs is None or repeated is None:
         return
     shape, expected = np.shape(designs), (3, problem.n_var)
-    require(shape == expected, f"starts(n, random_state) of shape {shape}: expected {expected}")
-    require_equal(repeated, designs, "starts(n, random_state), called again with the same seed")
+    require(shape == expected, f"suggest_initial_designs(n, random_state) of shape {shape}: expected {expected}")
+    require_equal(repeated, designs, "suggest_initial_designs(n, random_state), called again with the same seed")
     _evaluate(problem, np.asarray(designs, dtype=float))
 
 
 def _check_refinement(problem: Problem, X: FloatArray) -> None:
-    with convert_to_check_error("recommended()"):
+    with convert_to_check_error("recommend_settings()"):
         settings = protocol.get_recommended_settings(problem)
     for setting, method in (
         (settings.initial_designs, ProblemMixin.suggest_initial_designs),
@@ -163,7 +163,7 @@ def _check_refinement(problem: Problem, X: FloatArray) -> None:
     ):
         require(
             not setting or has_override(problem, method),
-            f"recommended() = {settings._asdict()}: the problem has no {method.__name__}()",
+            f"recommend_settings() = {settings._asdict()}: the problem has no {method.__name__}()",
         )
     if has_override(problem, ProblemMixin.refine):
         with convert_to_check_error("refine(X)"):
@@ -173,32 +173,32 @@ def _check_refinement(problem: Problem, X: FloatArray) -> None:
 
 def _check_fidelities(problem: Problem, X: FloatArray, values: Values) -> None:
     for stage in range(len(MGEOStaged().fidelity_schedule)):
-        with convert_to_check_error(f"at_stage({stage})"):
+        with convert_to_check_error(f"at_fidelity({stage})"):
             level = call_optional(problem, ProblemMixin.at_fidelity, stage)
         require(
-            isinstance(level, Problem), f"at_stage({stage}) = {level!r}: expected a pymoo Problem"
+            isinstance(level, Problem), f"at_fidelity({stage}) = {level!r}: expected a pymoo Problem"
         )
         for key, value in _evaluate(level, X).items():
             expected = values[key].shape
-            message = f"{key} of at_stage({stage}) of shape {value.shape}: expected {expected}"
+            message = f"{key} of at_fidelity({stage}) of shape {value.shape}: expected {expected}"
             require(value.shape == expected, message)
-    _require_values(problem, X, values, "evaluated after at_stage(k)")
+    _require_values(problem, X, values, "evaluated after at_fidelity(k)")
 
 
 def _check_options(problem: Problem, X: FloatArray, values: Values) -> None:
-    with convert_to_check_error("options() must return JSON values"):
+    with convert_to_check_error("to_options() must return JSON values"):
         options = protocol.get_options(problem)
         decoded = json.loads(json.dumps(options, allow_nan=False))
     if options is None:
         return
-    require(decoded == options, f"options() = {options!r}: comes back from JSON as {decoded!r}")
+    require(decoded == options, f"to_options() = {options!r}: comes back from JSON as {decoded!r}")
     cls: Any = type(problem)
-    with convert_to_check_error("build the problem from its options()"):
+    with convert_to_check_error("build the problem from its to_options()"):
         build = getattr(cls, "from_options", None)
         rebuilt = cls(**decoded) if build is None else build(decoded)
     require(
-        rebuilt.options() == options,
-        f"options() of a problem built from options() = {rebuilt.options()!r}: expected "
+        rebuilt.to_options() == options,
+        f"to_options() of a problem built from to_options() = {rebuilt.to_options()!r}: expected "
         f"{options!r}",
     )
-    _require_values(rebuilt, X, values, "evaluated by a problem built from options()")
+    _require_values(rebuilt, X, values, "evaluated by a problem built from to_options()")

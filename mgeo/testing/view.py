@@ -12,8 +12,8 @@ from mgeo.plugins.review import Review
 from mgeo.plugins.view import View, build_view
 from mgeo.testing.check import convert_to_check_error, require, require_equal
 
-_FIGURES = ("solution_figures", "drawings")
-_LINES = ("remarks", "ways_out", "impossible", "notes")
+_FIGURES = ("solution_figures", "figure_dicts")
+_LINES = ("remarks", "suggestions", "infeasibility_reasons", "notes")
 _CONSTRAINT_COLUMNS = {"unit", "value", "bound", "limit", "margin"}
 
 
@@ -37,17 +37,17 @@ def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:
         view, empty = build_view(problem, X), build_view(problem)
     require(isinstance(view, View), f"view(X) = {view!r:.80}: expected a View")
     n = len(X)
-    for name in ("describe", "glance"):
+    for name in ("describe", "quick_metrics"):
         table = _call_method(view, name)
         is_table = isinstance(table, pd.DataFrame) and len(table) == n
         _require(is_table, name, table, f"a DataFrame of {n} rows")
-    lists = {name: _call_method(view, name) for name in ("answers", "limits", *_FIGURES)}
+    lists = {name: _call_method(view, name) for name in ("summaries", "constraints", *_FIGURES)}
     for name, each in lists.items():
         is_list = isinstance(each, list) and len(each) == n
         _require(is_list, name, each, f"a list with an entry for each of {n} solutions")
-    for table in lists["limits"]:
+    for table in lists["constraints"]:
         _require(
-            set(table.columns) >= _CONSTRAINT_COLUMNS, "limits", table, f"{_CONSTRAINT_COLUMNS}"
+            set(table.columns) >= _CONSTRAINT_COLUMNS, "constraints", table, f"{_CONSTRAINT_COLUMNS}"
         )
     for figures in lists["solution_figures"]:
         for name, figure in figures.items():
@@ -62,7 +62,7 @@ def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:
     for presented, name, kind in ((view, "figures", dict), (view.select([0]), "review", Review)):
         value = _call_method(presented, name)
         _require(isinstance(value, kind), name, value, f"a {kind.__name__}")
-    for name in ("impossible", "notes", "facts"):
+    for name in ("infeasibility_reasons", "notes", "facts"):
         _call_method(empty, name)
     with convert_to_check_error("front_summary(F) must return JSON values"):
         json.dumps(empty.front_summary(F.copy()))

@@ -127,9 +127,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         asked: dict[str, Any] = {"count": n_runs, "quantile": quantile}
         asked = {key: value for key, value in asked.items() if value is not None}
         if n_runs == 0:
-            changes["flight"] = None
+            changes["monte_carlo"] = None
         elif asked:
-            changes["flight"] = dataclasses.replace(
+            changes["monte_carlo"] = dataclasses.replace(
                 scenario.monte_carlo or MonteCarloSettings(), **asked
             )
         self.scenario = scenario = dataclasses.replace(scenario, **changes)
@@ -349,10 +349,10 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         ):
             return {}
         if not is_refinable(self.objectives) or (wheels and wheels.has_momentum_budget):
-            return {"starts": _N_INITIAL_DESIGNS}
+            return {"initial_designs": _N_INITIAL_DESIGNS}
         return {
             "starts": _N_INITIAL_DESIGNS,
-            "polish": True,
+            "refine": True,
             "evaluations": _N_EVALUATIONS_BEFORE_REFINEMENT,
         }
 

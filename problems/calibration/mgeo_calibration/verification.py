@@ -261,7 +261,7 @@ def list_suggestions(plan: ManeuverPlan, verification: Verification) -> Iterator
         yield f"reduce the initial uncertainty, for example of the attitude ({known})"
     if plan.t_end < scenario.duration:
         yield (
-            f"choose a plan that converges later than {format_duration(plan.t_end)}: --pick best, or "
+            f"choose a plan that converges later than {format_duration(plan.t_end)}: --pick min-trace, or "
             "--time SECONDS; the effect of the first, nonlinear updates then decays"
         )
     yield (

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from mgeo_attitude import Evaluation, FilterModel, Scenario
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.criteria.objectives import OBJECTIVES as OF_PLANS
+from mgeo_attitude.criteria.objectives import OBJECTIVES as PLAN_OBJECTIVES
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.settings.errors import InvalidValue, format_known_names
 
@@ -67,7 +67,7 @@ def _build_resource_objective(label: str, column: int) -> SuiteObjective:
 
 
 def _build_plan_objective(name: str) -> SuiteObjective:
-    own = OF_PLANS[name]
+    own = PLAN_OBJECTIVES[name]
     return SuiteObjective(
         own.label,
         lambda model, result, resources: own.value(model, result),

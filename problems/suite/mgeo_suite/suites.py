@@ -212,7 +212,7 @@ def _add_instruments(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -
                 )
     if scenario.monte_carlo is not None:
         raise InvalidValue(
-            "flight", "...", "expected none: suites are evaluated in the nominal run"
+            "monte_carlo", "...", "expected none: suites are evaluated in the nominal run"
         )
     return dataclasses.replace(scenario, gyro=gyro, sensors=sensors)
 

@@ -24,7 +24,7 @@ def test_filters_that_differ_end_with_code_3(run, tmp_path, monkeypatch):
     def off(*given):
         return dataclasses.replace(compare_filters(*given), difference=2e-9)
 
-    monkeypatch.setattr("mgeo_attitude.filter.reference.agreement", off)
+    monkeypatch.setattr("mgeo_attitude.filter.reference.compare_filters", off)
     done = run("check", scenario_file(tmp_path), "--plans", 1, code=3)
     assert "1 random plans" in done.stdout
     assert "differ by 2e-09 of their size at most, 1e-09 allowed" in done.stdout

@@ -40,14 +40,14 @@ def test_only_a_trace_that_fell_by_little_has_converged(window, converged, allow
     expected = converged or (allow_rise and window[-1] > window[0])
     recent = np.zeros((4, count_lanes()))
     recent[:, 1] = np.roll(window, 2)  # a ring, whose last entry is at 1
-    assert load_driver().converged(recent, 1, 1, WINDOW, DECREASE, allow_rise) == expected
+    assert load_driver().has_converged(recent, 1, 1, WINDOW, DECREASE, allow_rise) == expected
     assert has_converged(window[0], window[-1], DECREASE, allow_rise) == expected
 
 
 def test_a_run_without_result_ends():
     """Of a covariance that has broken down nothing better is to come."""
     recent = np.full((4, count_lanes()), np.nan)
-    assert load_driver().converged(recent, 0, 0, WINDOW, DECREASE, False)
+    assert load_driver().has_converged(recent, 0, 0, WINDOW, DECREASE, False)
 
 
 def test_a_trace_that_rises_in_eclipse_has_not_converged(cubesat):

@@ -19,9 +19,9 @@ def spans(monkeypatch):
     """Sets how many samples are formed at once; none of them is kept."""
 
     def of(length):
-        monkeypatch.setattr("mgeo_calibration.estimation.trajectory.SPAN", length)
+        monkeypatch.setattr("mgeo_calibration.estimation.trajectory.SPAN_LENGTH", length)
         for each in ("smoother", "trajectory"):
-            monkeypatch.setattr(f"mgeo_calibration.estimation.{each}.KEPT", 0.0)
+            monkeypatch.setattr(f"mgeo_calibration.estimation.{each}.MAX_SPAN_MEMORY", 0.0)
 
     return of
 

@@ -108,7 +108,7 @@ def test_a_problem_without_a_result_does_not_stop_the_others(tmp_path, monkeypat
     def failing(task):
         return record_run(task) if task.problem.n_obj == 3 else "ValueError: no"
 
-    monkeypatch.setattr("mgeo.studies.execute.run", failing)
+    monkeypatch.setattr("mgeo.studies.execute.run_task", failing)
     study = parse_study(TWO, tmp_path).with_budget(60, 1)
     with pytest.raises(NoFeasibleSolutionError, match=r"^zdt1: all 4 runs failed.*ValueError: no$"):
         run_study(study, tmp_path / "out", progress=False)
@@ -167,7 +167,7 @@ def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
     def failing(task):
         return record_run(task) if task.seed == 1 else "ValueError: no"
 
-    monkeypatch.setattr("mgeo.studies.execute.run", failing)
+    monkeypatch.setattr("mgeo.studies.execute.run_task", failing)
     done = mgeo("mine.toml", "--jobs", 1, "--evaluations", 60)
     assert done.exit_code == 3
     assert "4 runs failed; --resume repeats them" in done.stderr

@@ -27,7 +27,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo attitude show plan.json --json | jq .t_end_s",
     ),
     "export": (
-        "mgeo attitude export runs/first plan.json plan.uplink.csv --pick best",
+        "mgeo attitude export runs/first plan.json plan.uplink.csv --pick min-trace",
         "mgeo attitude export plan.json plan.aem --object-name SAT --object-id 2021-015A",
         "mgeo attitude export plan.json plan.aem --aem-rates none --aem-frame EME2000",
         "mgeo attitude export plan.json plan.bc plan.tsc --naif-id -123",
@@ -43,9 +43,9 @@ Source = Annotated[
 Pick = Annotated[
     str | None,
     typer.Option(
-        metavar="knee|fastest|best",
+        metavar="knee|min-time|min-trace",
         help="Solution of the run: knee of the front, least t_end, or least trace [default: knee].",
-        autocompletion=complete_from(("knee", "fastest", "best")),
+        autocompletion=complete_from(("knee", "min-time", "min-trace")),
     ),
 ]
 Time = Annotated[

@@ -64,19 +64,19 @@ def build_plan_document(selected: SelectedPlan) -> dict[str, Any]:
     }
     return {
         "solution": selected.solution,
-        "answer": plan.summary,
-        "uncalibrated": plan.list_uncalibrated_errors(),
+        "summary": plan.summary,
+        "uncalibrated_errors": plan.list_uncalibrated_errors(),
         "attitude_sigma_deg": plan.attitude_sigma_deg,
         "attitude_accuracy_deg": float(attitude_accuracy_deg(plan.covariance)),
         "scenario": plan.scenario.name,
         "converged": plan.converged,
         "t_end_s": plan.t_end,
-        "held_until_s": plan.hold_end,
+        "hold_end_s": plan.hold_end,
         "duration_s": plan.duration,
         "trace": plan.trace,
         "design": list(plan.design),
-        "limit": _describe_lower_bound(plan),
-        "reasons": plan.describe_error_drivers(),
+        "lower_bound": _describe_lower_bound(plan),
+        "error_drivers": plan.describe_error_drivers(),
         **tables,
     }
 
@@ -90,9 +90,9 @@ def _describe_lower_bound(plan: ManeuverPlan) -> dict[str, Any]:
     least = float(curves.trace[plan.to_steps(plan.t_end)])
     return {
         "trace": least,
-        "times": plan.trace / least,
+        "ratio": plan.trace / least,
         "worst_axis": to_records(plan.compare_with_lower_bound()),
-        "given_away": list(curves.relaxations),
+        "relaxations": list(curves.relaxations),
     }
 
 

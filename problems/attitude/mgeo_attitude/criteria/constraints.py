@@ -175,7 +175,7 @@ def _validate_initial_attitude(scenario: Scenario, state: SatelliteState) -> Non
         if half_angle < bound if cone.keep_in else half_angle > bound:
             other = f"at {most} {bound:.4g}, or " if 0.0 < bound < 180.0 else ""
             raise InvalidValue(
-                f"path_limits[{i}].half_angle_deg",
+                f"path_constraints[{i}].half_angle_deg",
                 half_angle,
                 f"expected {other}another attitude in [initial]: at the start "
                 f"{DIRECTIONS[cone.direction].label} is {angle:.4g} deg from the boresight of "

@@ -285,7 +285,7 @@ OBJECTIVES = {
         _build_scaling(lambda scenario: scenario.duration),
     ),
     "angle": Objective(
-        "angle turned",
+        "rotation angle",
         "deg",
         "accumulated rotation angle until t_end",
         _compute_angle,

@@ -239,7 +239,7 @@ def _draw_noise(
     for part in parts:
         if not part.noise_parameters:
             raise ValueError(
-                f"flight.noise_spread: {type(part).__name__} has no noise_parameters; define them "
+                f"monte_carlo.noise_spread: {type(part).__name__} has no noise_parameters; define them "
                 "or set noise_spread = 0"
             )
     gyro, *sensors = (

@@ -94,7 +94,7 @@ class Environment:
     def __post_init__(self) -> None:
         n = np.size(self.times)
         shapes = {"times": (n,), "sunlit": (n,)}
-        light = () if self.albedo is None else ("earthlight",)
+        light = () if self.albedo is None else ("albedo",)
         for name in ("times", "position", "velocity", "sun", "field", "sunlit", *light):
             shape = shapes.get(name, (n, 3))
             table = np.array(getattr(self, name), dtype=bool if name == "sunlit" else float)

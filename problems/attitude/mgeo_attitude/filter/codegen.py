@@ -129,7 +129,7 @@ def _propagate(step: _StepBuilder) -> None:
             code.store(at.attitude + 3 * i + j, column[i])
     F = {entry: code.slot(at.F + k) for k, entry in enumerate(compute_transition_pattern(suite))}
     for k, followed in enumerate(suite.gyro_sensitivity_slices):
-        (value,) = step.select_table_values(code, "influences", k, 1)
+        (value,) = step.select_table_values(code, "sensitivity_factors", k, 1)
         own = range(followed.start, followed.stop)
         F |= {(i, j): factor * value for (i, j), factor in F.items() if i != j and j in own}
     m = suite.n_kinematic
@@ -200,7 +200,7 @@ def _update(step: _StepBuilder, index: int) -> None:
         gradient=gradient,
         rate=rate,
         channel_deviations=step.select_table_values(
-            code, "influences", follows.start, follows.stop - follows.start
+            code, "sensitivity_factors", follows.start, follows.stop - follows.start
         ),
     )
     considered = frozenset(suite.considered_indices.tolist())

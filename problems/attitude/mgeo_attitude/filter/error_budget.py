@@ -146,7 +146,7 @@ def _discretize(model: FilterModel, rate: Floats) -> tuple[Floats, Floats]:
     driven = []
     for _, density in _iterate_densities(suite):
         if density.any():
-            F[:m, :m], own = load_driver().discretized(A, density, model.step)
+            F[:m, :m], own = load_driver().discretize_compiled(A, density, model.step)
             driven.append(np.zeros((n, n)))
             driven[-1][:m, :m] = own
     return F, np.array(driven)

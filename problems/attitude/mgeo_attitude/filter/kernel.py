@@ -162,5 +162,5 @@ def compute_transition(
     F, Q : arrays, shape (n_dynamic, n_dynamic)
     """
     A, density = suite.dynamics_matrix(np.array(rate)), suite.compute_noise_density()
-    F, Q = load_driver().discretized(A, density, duration)
+    F, Q = load_driver().discretize_compiled(A, density, duration)
     return F, Q

@@ -155,7 +155,7 @@ def compute_table_columns(
         widths[f"off {name}"] = 9 if is_disc(name) else 7
     for name in list_view_directions(suite):
         widths[f"view {name}"] = 5 if is_disc(name) else 3
-    widths |= {"influences": len(suite.sensitivities_by_key), "available": sum(gated), "end": 0}
+    widths |= {"sensitivity_factors": len(suite.sensitivities_by_key), "available": sum(gated), "end": 0}
     return dict(zip(widths, accumulate([0, *widths.values()]), strict=False))
 
 

@@ -96,11 +96,11 @@ class Motion:
 
 
 #: Label of the phase in which the last rate is held.
-HOLD_LABEL = "rate held"
+HOLD_LABEL = "constant-rate hold"
 #: Prefix of the label of a ramp.
 RAMP_PREFIX = "ramp to "
 #: Suffix of the label of a phase that only serves runs that converge late.
-LATE_CONVERGENCE_SUFFIX = ", for late flights"
+LATE_CONVERGENCE_SUFFIX = ", for late convergence"
 
 
 @dataclass(frozen=True)

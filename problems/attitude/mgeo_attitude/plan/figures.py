@@ -19,8 +19,8 @@ def build_plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
     own = dataclasses.replace(PlottedSolutions.from_plans(plan.view), labels=("plan",))
     return {
         "rates": draw_maneuvers(plan.problem, own),
-        "contributions": _draw_uncertainty_by_phase(plan),
-        "budget": _draw_error_budget(plan),
+        "uncertainty_by_phase": _draw_uncertainty_by_phase(plan),
+        "error_budget": _draw_error_budget(plan),
         "correlation": _draw_correlation(plan),
     }
 

@@ -183,8 +183,8 @@ def read_json(path: Path | str) -> ManeuverPlan:
 
 
 def _derive_entries(plan: ManeuverPlan) -> dict[str, Any]:
-    held = {"held until [s]": plan.hold_end} if plan.describe_hold() else {}
-    slew_back = {"slew back until [s]": plan.duration} if plan.slew_back else {}
+    held = {"hold end [s]": plan.hold_end} if plan.describe_hold() else {}
+    slew_back = {"slew-back end [s]": plan.duration} if plan.slew_back else {}
     return {
         "predicted": {
             "t_end [s]": plan.t_end,

@@ -196,7 +196,7 @@ class ManeuverPlan(Settings):
         """
         values = self.view.compare_with_monte_carlo().to_numpy(float).reshape(-1, 3)
         names = pd.Index(self.problem.obj_names, name="objective")
-        return pd.DataFrame(values, names, ["promised", "kept", "kept / promised [-]"])
+        return pd.DataFrame(values, names, ["predicted", "kept", "Monte Carlo / predicted [-]"])
 
     @cached_property
     def hold_end(self) -> float:
@@ -267,7 +267,7 @@ class ManeuverPlan(Settings):
             "end UTC": texts[1:],
         }
         columns |= {f"rate {axis} [deg/s]": rates[:, i] for i, axis in enumerate("xyz")}
-        columns["swept [deg]"] = [phase.rotation_deg for phase in self.phases]
+        columns["rotation [deg]"] = [phase.rotation_deg for phase in self.phases]
         for name, values in (("start", q[:-1]), ("end", q[1:])):
             columns |= {f"{name} q{part}": values[:, i] for i, part in enumerate("123c")}
         return pd.DataFrame(columns)

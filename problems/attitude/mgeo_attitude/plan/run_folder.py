@@ -22,7 +22,7 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.view.plans import NominalResults
 
-Choice = Literal["knee", "fastest", "best"]
+Choice = Literal["knee", "min-time", "min-trace"]
 
 CHOICES: tuple[Choice, ...] = get_args(Choice)
 #: Name under which mgeo registers the problem.
@@ -65,7 +65,7 @@ class Front:
 
         Parameters
         ----------
-        choice : {"knee", "fastest", "best"} or float
+        choice : {"knee", "min-time", "min-trace"} or float
             The knee as `mgeo solve` and reports show it (without a knee, the best first objective;
             if no solution is feasible, the nearest), the least t_end, the least trace, or the
             solution whose t_end is nearest to a number of seconds.
@@ -102,8 +102,8 @@ class Front:
         if choice == "knee":
             return select_default_solution(self.problem, self.F).row if self.is_feasible else 0
         rows, t_end = self._rows_by_time
-        if choice in ("fastest", "best"):
-            return int(rows[0 if choice == "fastest" else -1])
+        if choice in ("min-time", "min-trace"):
+            return int(rows[0 if choice == "min-time" else -1])
         if isinstance(choice, str) or not math.isfinite(choice):
             choices = f"one of {', '.join(CHOICES)}, or a finite number of seconds"
             raise ValueError(f"choice = {choice!r}: expected {choices}")

@@ -84,7 +84,7 @@ def _select_command_columns(table: pd.DataFrame) -> pd.DataFrame:
     """Return phases with rates and attitudes as text of six digits."""
     rates = [f"rate {axis} [deg/s]" for axis in "xyz"]
     attitude = [f"end q{part}" for part in "123c"]
-    numbers = ["start [s]", "duration [s]", *rates, "swept [deg]", *attitude]
+    numbers = ["start [s]", "duration [s]", *rates, "rotation [deg]", *attitude]
     table = table.set_index("phase")
     return table[["start UTC"]].join(table[numbers].map("{:.6g}".format))
 
@@ -115,10 +115,10 @@ TABLES = {
     "constraints": PlanTable(
         "Constraints",
         ManeuverPlan.build_constraint_table,
-        lambda table: table.assign(kept=np.where(table["kept"], "kept", "violated")),
+        lambda table: table.assign(satisfied=np.where(table["satisfied"], "satisfied", "violated")),
         _format_constraints_note,
     ),
-    "promises": PlanTable(
+    "monte_carlo": PlanTable(
         "Objectives in Monte Carlo runs",
         ManeuverPlan.compare_with_monte_carlo,
         note=_format_objectives_note,
@@ -132,7 +132,7 @@ TABLES = {
         note=lambda plan: "of Monte Carlo runs" if plan.scenario.is_magnetorquer_driven else "",
     ),
     "worst_axis": PlanTable("Worst axis and lower bound", _build_lower_bound_table),
-    "budget": PlanTable(
+    "error_budget": PlanTable(
         "Error budget, 1-sigma of the worst body axis",
         ManeuverPlan.compute_error_budget,
         note=lambda plan: (
@@ -141,15 +141,15 @@ TABLES = {
         ),
         text=ManeuverPlan.describe_error_drivers,
     ),
-    "remedies": PlanTable(
+    "improvements": PlanTable(
         "Remedies, 1-sigma of the worst body axis",
         ManeuverPlan.evaluate_improvements,
         note=lambda plan: "each by a run of the filter, without regard to constraints",
     ),
-    "sensor_use": PlanTable(
+    "measurement_times": PlanTable(
         "Measurement time of the sensors", ManeuverPlan.compute_measurement_times
     ),
-    "contributions": PlanTable(
+    "uncertainty_by_phase": PlanTable(
         "Uncertainty reduction by phase",
         ManeuverPlan.compute_uncertainty_by_phase,
         _select_worst_axis_columns,

@@ -46,7 +46,7 @@ def list_commands(plan: ManeuverPlan) -> pd.DataFrame:
     >>> from mgeo_attitude.plan import ManeuverPlan, commands
     >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
     >>> plan = ManeuverPlan(Scenario.paper(), design)
-    >>> commands(plan)[["what", "start_s", "duration_s"]]
+    >>> commands(plan)[["label", "start_s", "duration_s"]]
              what  start_s  duration_s
     0  maneuver 1      0.0       400.0
     1  maneuver 2    400.0       500.0
@@ -58,7 +58,7 @@ def list_commands(plan: ManeuverPlan) -> pd.DataFrame:
     table = pd.DataFrame(
         {
             "command": range(1, len(phases) + 1),
-            "what": [phase.label for phase in phases],
+            "label": [phase.label for phase in phases],
             "start_utc": format_time_stamps(plan.scenario.epoch, starts),
             "start_s": starts.round(_TIME_DIGITS),
             "duration_s": np.diff([*starts, plan.duration]).round(_TIME_DIGITS),

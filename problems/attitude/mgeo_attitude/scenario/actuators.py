@@ -278,32 +278,32 @@ def check_magnetorquers(
     slow = f"{2.0 * step:g} or more, two steps of {step:g} s, for which a dipole is held"
     if wheels is not None:
         own = "no value with [wheels]: wheels.inertia is the inertia of the satellite"
-        expect(magnetorquers.inertia is None, "coils.inertia", magnetorquers.inertia, own)
+        expect(magnetorquers.inertia is None, "magnetorquers.inertia", magnetorquers.inertia, own)
         if magnetorquers.unloads_wheels:
             held = (
                 "false, or wheels.initial_momentum, residual_dipole or gravity_gradient: without "
                 "them the wheels store no total momentum to unload"
             )
-            expect(wheels.has_momentum_budget, "coils.unloads", magnetorquers.unloads_wheels, held)
+            expect(wheels.has_momentum_budget, "magnetorquers.unloads", magnetorquers.unloads_wheels, held)
             expect(
                 magnetorquers.time_constant >= 2.0 * step,
-                "coils.response",
+                "magnetorquers.response",
                 magnetorquers.time_constant,
                 slow,
             )
         return
     expect(
         not magnetorquers.unloads_wheels,
-        "coils.unloads",
+        "magnetorquers.unloads",
         magnetorquers.unloads_wheels,
         "false without [wheels]",
     )
     if magnetorquers.inertia is None:
         expected = "expected the satellite's moments of inertia [kg m²], or a [wheels] table"
-        raise InvalidValue("coils.inertia", None, expected)
+        raise InvalidValue("magnetorquers.inertia", None, expected)
     expect(
         magnetorquers.time_constant >= 2.0 * step,
-        "coils.response",
+        "magnetorquers.response",
         magnetorquers.time_constant,
         slow,
     )
@@ -321,7 +321,7 @@ def list_assumptions(wheels: Wheels | None, magnetorquers: Magnetorquers | None)
     if wheels is None and magnetorquers is None:
         return (
             "body rates are assumed to be independent of actuators: the scenario has neither "
-            "[wheels] nor [coils]",
+            "[wheels] nor [magnetorquers]",
         )
     if (
         wheels is not None

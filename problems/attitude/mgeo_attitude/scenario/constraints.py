@@ -174,6 +174,6 @@ def check_windows(scenario: Scenario) -> None:
     left, index = compute_deadline(scenario), int(ends.argmax())
     after = (
         f"{least + ends[index] - left:g} s or more after the epoch, {name} and "
-        "flight.start_delay: no plan ends earlier"
+        "monte_carlo.start_delay: no plan ends earlier"
     )
     expect(left >= least, f"windows[{index}].end", scenario.windows[index].end.isoformat(), after)

@@ -104,11 +104,11 @@ def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], 
 def _shift_channels(base: Mapping[str, Any], time: float) -> dict[str, Any]:
     """Return the channels of a scenario that starts later, without their initial values."""
     later = []
-    for channel in base.get("channels", []):
+    for channel in base.get("housekeeping_channels", []):
         times = {"times": [at - time for at in channel["times"]]} if "times" in channel else {}
         rest = {key: value for key, value in channel.items() if key != "initial"}
         later.append(rest | times)
-    return {"channels": later} if later else {}
+    return {"housekeeping_channels": later} if later else {}
 
 
 def propagate_prior(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior:

@@ -113,8 +113,8 @@ def _check_names(scenario: Scenario) -> None:
     names = [sensor.name for sensor in scenario.sensors]
     expect_unique("sensors[{}].name", names)
     for i, name in enumerate(names):
-        expect(name not in ("gyro", "world"), f"sensors[{i}].name", name, "another name")
-    expect_unique("channels[{}].name", [channel.name for channel in scenario.housekeeping_channels])
+        expect(name not in ("gyro", "environment_errors"), f"sensors[{i}].name", name, "another name")
+    expect_unique("housekeeping_channels[{}].name", [channel.name for channel in scenario.housekeeping_channels])
 
 
 def _check_states(scenario: Scenario, suite: Suite) -> None:
@@ -141,7 +141,7 @@ def _check_path_constraints(scenario: Scenario) -> None:
         )
         # For a disc, the admissible range depends on its apparent radius.
         fits = limit.attitude_sigmas < fewest or limit.build_cone().is_disc
-        expect(fits, f"path_limits[{i}].attitude_sigmas", limit.attitude_sigmas, far)
+        expect(fits, f"path_constraints[{i}].attitude_sigmas", limit.attitude_sigmas, far)
 
 
 def _is_multiple(span: float, step: float) -> bool:
@@ -245,7 +245,7 @@ def list_validity_ranges(scenario: Scenario) -> list[tuple[str, float, float]]:
     ]
     if scenario.environment_errors.has_orbit_error and scenario.needs_field:
         along = max(scenario.environment_errors.orbit_error_m)
-        limits.append(("world.orbit_error_m", along, MAX_ORBIT_ERROR_M))
+        limits.append(("environment_errors.orbit_error_m", along, MAX_ORBIT_ERROR_M))
     return limits + [
         (f"sensors[{index}].{key}", getattr(sensor, key, 0.0), MAX_MISALIGNMENT_DEG)
         for index, sensor in enumerate(scenario.sensors)

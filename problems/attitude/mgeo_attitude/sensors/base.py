@@ -79,7 +79,7 @@ class Sensor(Settings, ABC):
     #: Names of the parameters that are 1-sigmas of noise.
     noise_parameters: ClassVar[tuple[str, ...]] = ()
     #: Display units of the states, also of keys in scenario files; missing states have no unit.
-    units: ClassVar[dict[str, Unit]] = {"misalignment": DEG, "delay": SECOND}
+    units: ClassVar[dict[str, Unit]] = {"misalignment": DEG, "latency": SECOND}
     #: Suffixes of the telemetry columns, which follow the sensor's name and an underscore:
     #: components of a vector, or q1 to q4 of the measured quaternion from GCRF to the body, scalar
     #: last. The column of a scalar is the sensor's name alone.
@@ -105,7 +105,7 @@ class Sensor(Settings, ABC):
         check_considered(self.considered, self.states())
         check_bias_sensitivities(self.bias_sensitivities, self.states(), self.kind)
         expect(
-            not self.initial_latency_s or "delay" in self.states(),
+            not self.initial_latency_s or "latency" in self.states(),
             "initial_delay_s",
             self.initial_latency_s,
             f"0: {self.kind} has no state of this name",
@@ -113,7 +113,7 @@ class Sensor(Settings, ABC):
 
     def latency_states(self) -> dict[str, State]:
         """Return the state of `initial_latency_s`, if any, for use in `states`."""
-        return {"delay": ScalarConstant(self.initial_latency_s)} if self.initial_latency_s else {}
+        return {"latency": ScalarConstant(self.initial_latency_s)} if self.initial_latency_s else {}
 
     def sensitivity_states(self) -> dict[str, State]:
         """Return the states of `influences`, for use in `states`."""

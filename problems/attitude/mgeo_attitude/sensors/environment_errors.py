@@ -108,7 +108,7 @@ class EnvironmentErrors(Settings):
             changes["sunlit"] = environment.sunlit & self._sunlight_mask(environment)
         if self.earth_albedo:
             light = albedo_vector(environment.position, environment.sun)
-            changes["earthlight"] = self.earth_albedo * light
+            changes["albedo"] = self.earth_albedo * light
         return dataclasses.replace(environment, **changes) if changes else environment
 
     def _sunlight_mask(self, environment: Environment) -> Bools:

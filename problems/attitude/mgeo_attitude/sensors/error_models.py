@@ -199,8 +199,8 @@ def check_bias_sensitivities(
     for i, influence in enumerate(sensitivities):
         none = f"no influence: {kind} has no {influence.error} that could depend on it"
         there = {influence.state_name, influence.error} <= set(states)
-        expect(there, f"influences[{i}].channel", influence.channel, none)
-    expect_unique("influences[{}].channel", [influence.state_name for influence in sensitivities])
+        expect(there, f"bias_sensitivities[{i}].channel", influence.channel, none)
+    expect_unique("bias_sensitivities[{}].channel", [influence.state_name for influence in sensitivities])
 
 
 def check_considered(considered: Sequence[str], states: Collection[str]) -> None:

@@ -115,7 +115,7 @@ def apply_latency(
     v : array, shape (..., 3)
         Reference vector in body axes.
     """
-    late = states.get("delay")
+    late = states.get("latency")
     if RATE_NOISE in states:
         rate = rate + states[RATE_NOISE]
 

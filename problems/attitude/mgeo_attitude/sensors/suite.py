@@ -63,7 +63,7 @@ class Suite:
     def error_sources(self) -> dict[str, ErrorSource]:
         """Gyro, environment models and sensors by the names that prefix their blocks."""
         sensors = {sensor.name: sensor for sensor in self.sensors}
-        return {"gyro": self.gyro, "world": self.environment_errors, **sensors}
+        return {"gyro": self.gyro, "environment_errors": self.environment_errors, **sensors}
 
     @cached_property
     def blocks(self) -> tuple[str, ...]:
@@ -190,7 +190,7 @@ class Suite:
         places: dict[str, Gyro | Sensor] = {"gyro": self.gyro}
         places |= {f"sensors[{i}]": sensor for i, sensor in enumerate(self.sensors)}
         return {
-            f"{place}.influences[{i}]": influence
+            f"{place}.bias_sensitivities[{i}]": influence
             for place, owner in places.items()
             for i, influence in enumerate(owner.bias_sensitivities)
         }
@@ -240,7 +240,7 @@ class Suite:
         """
         if isinstance(source, Gyro):
             return {state: f"gyro.{state}" for state in source.states()}
-        seen = {state: f"world.{state}" for state in source.list_environment_errors()}
+        seen = {state: f"environment_errors.{state}" for state in source.list_environment_errors()}
         seen = {state: block for state, block in seen.items() if block in self.block_slices}
         return {state: f"{source.name}.{state}" for state in source.states()} | seen
 
@@ -303,7 +303,7 @@ class Suite:
             s: self._select_block(column, block) for s, block in self.list_blocks(sensor).items()
         }
         theta, moved = self._select_block(column, "attitude"), ZERO_VECTOR
-        if late := own.pop("delay", None):
+        if late := own.pop("latency", None):
             *gradient, change = gradient
             theta, moved = (
                 theta - componentwise_product(late, rate),

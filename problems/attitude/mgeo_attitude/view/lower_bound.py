@@ -142,8 +142,8 @@ def compare_with_lower_bound(
         {
             "unit": [unit.unit for unit in units],
             "predicted": worst * factors,
-            "at best": least * factors,
-            "predicted / at best [-]": worst / least,
+            "lower bound": least * factors,
+            "predicted / lower bound [-]": worst / least,
         },
         index=pd.Index([unit.label for unit in units], name="error"),
     )

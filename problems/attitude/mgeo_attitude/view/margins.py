@@ -32,7 +32,7 @@ _COLUMNS = ["unit", "value", "bound", "limit", "margin"]
 #: Number of 1-sigmas in the attitude margin, the default of path constraints.
 _SIGMAS = 3.0
 #: Names of the intervals after `t_end`.
-INTERVALS_AFTER_CONVERGENCE = ("held for late flights", "in the slew back")
+INTERVALS_AFTER_CONVERGENCE = ("in the constant-rate hold", "in the slew back")
 #: Label of the row of `ManeuverLimits.end_tolerance_deg`.
 END_ATTITUDE = "attitude after the slew back, 3 sigma"
 

@@ -66,7 +66,7 @@ class Plans(View):
         part = super().select(rows)
         assert isinstance(part, Plans)  # the class of the problem's view
         part._caches, part._slew_backs = self._caches, self._slew_backs
-        if "exactly" in self.__dict__:
+        if "nominal" in self.__dict__:
             part.nominal = NominalResults(*(each[np.asarray(rows)] for each in self.nominal))
         return part
 
@@ -261,7 +261,7 @@ class Plans(View):
             with suppress(InvalidValue):  # the trajectory raises the error when it is accessed
                 self._slew_backs[key] = trajectory.slew_back
         if key in self._slew_backs:
-            trajectory.__dict__["back"] = self._slew_backs[key]  # fills the cached_property
+            the new name of Trajectory.back = self._slew_backs[key]  # fills the cached_property
         return trajectory
 
 

@@ -42,7 +42,7 @@ def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
         "orbit": _describe_orbit(around),
         "Sun": _describe_sun(scenario, around),
         "field": _describe_field(around),
-        "turns": _describe_maneuvers(scenario),
+        "maneuvers": _describe_maneuvers(scenario),
     }
     at_rest = list(format_rest_margins(problem))
     if at_rest:

@@ -22,7 +22,7 @@ from mgeo_attitude.view.plans import MONTE_CARLO_SHARE_TEXT, Plans
 #: Summary of a plan whose covariance was lost.
 COVARIANCE_LOST = "the filter's covariance lost positivity"
 #: Name of the column with the ratio of the trace to its lower bound.
-BOUND_RATIO_COLUMN = "trace / limit [-]"
+BOUND_RATIO_COLUMN = "trace / lower bound [-]"
 
 
 def summarize_plans(plans: Plans) -> list[str]:
@@ -120,8 +120,8 @@ def build_plan_table(plans: Plans) -> pd.DataFrame:
     if plans.problem.scenario.is_magnetorquer_driven:  # the nominal run is not representative
         table = table.assign(**compute_worst_axes(plans.problem.model.suite, plans.sigma))
     if not plans.problem.scenario.monte_carlo:  # predicted values equal the nominal ones
-        return table.join(promises.filter(regex="^kept (?!/)"))
-    return promises.filter(regex="^(promised|kept) (?!/)").join(table)
+        return table.join(promises.filter(regex="^Monte Carlo (?!/)"))
+    return promises.filter(regex="^(predicted|Monte Carlo) (?!/)").join(table)
 
 
 def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
@@ -161,7 +161,7 @@ def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
         )
     columns["maneuver time [s]"] = durations.sum(axis=1)
     if problem.scenario.maneuvers.slew_back:
-        columns["slew back until [s]"] = plans.end_times
+        columns["slew-back end [s]"] = plans.end_times
     texts = [format_maneuvers(x) for x in designs]
     for m in range(durations.shape[1]):
         name = f"maneuver {m + 1}: x / y / z [deg/s] for d [s]"

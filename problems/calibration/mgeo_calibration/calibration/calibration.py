@@ -286,7 +286,7 @@ class Calibration:
         DataFrame
             Columns: ``unit`` of telemetry, ``predicted``, ``achieved`` and their ratio. The
             prediction is the linear covariance of the plan at the last sample, or at the end of the
-            plan's scenario if that is earlier; ``attrs["time_s"]`` is the time. ``attrs["flown"]``
+            plan's scenario if that is earlier; ``attrs["time_s"]`` is the time. ``attrs["motion"]``
             describes the simulated motion where it is ambiguous.
 
         Raises

@@ -276,7 +276,7 @@ def tabulate_tests(test_class: type[Any], tests: Sequence[Any], index: str) -> p
     columns = [field.name for field in fields(test_class)]
     rows = [vars(test) for test in tests]
     frame = pd.DataFrame(rows, columns=columns).set_index(index)
-    return frame.drop(columns="p_least", errors="ignore")
+    return frame.drop(columns="significance_level", errors="ignore")
 
 
 def list_prior_contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, str]]:

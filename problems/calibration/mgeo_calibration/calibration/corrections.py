@@ -67,7 +67,7 @@ def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) ->
         elif state == "bias":
             unit = find_bias_unit(owner)
             entry |= {"bias": (unit.factor * value).tolist(), "unit": unit.text}
-        elif state == "delay":
+        elif state == "latency":
             entry["delay_s"] = float(value.mean())
         else:
             entry[state] = value.tolist()

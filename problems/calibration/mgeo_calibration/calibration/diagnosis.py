@@ -56,4 +56,4 @@ class CalibrationError(ValueError):
     def build_check_table(self) -> pd.DataFrame:
         """Return a table with one row per check and its findings in the column ``says``."""
         rows = {name: "; ".join(result) or "nothing" for name, result in self.checks.items()}
-        return pd.DataFrame({"says": rows}).rename_axis("check")
+        return pd.DataFrame({"finding": rows}).rename_axis("check")

@@ -69,9 +69,9 @@ def _collect_keys(calibration: Calibration) -> dict[str, Any]:
         "tests": [vars(test) for test in calibration.tests],
         "prior_tests": [vars(test) for test in calibration.prior_tests],
         "model_tests": [vars(test) for test in calibration.model_tests],
-        "causes": list(calibration.data_faults),
+        "data_faults": list(calibration.data_faults),
         "notes": list(calibration.notes),
-        "rejected": [list(one) for one in calibration.outliers],
+        "outliers": [list(one) for one in calibration.outliers],
     }
 
 
@@ -79,7 +79,7 @@ def _derive_keys(calibration: Calibration) -> dict[str, Any]:
     return {
         "utc": calibration.utc,
         "table": calibration.build_table().to_dict("records"),
-        "uplink": calibration.compute_corrections(),
+        "corrections": calibration.compute_corrections(),
         "conclusion": calibration.conclusion,
     }
 
@@ -98,11 +98,11 @@ def _build_calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibrat
         tests=_read_tests(SensorTest, table, "tests"),
         outliers=tuple(
             (float(time), str(sensor), float(square))
-            for time, sensor, square in get_entry(table, "rejected", _ROWS)
+            for time, sensor, square in get_entry(table, "outliers", _ROWS)
         ),
         prior_tests=_read_tests(PriorTest, table, "prior_tests"),
         model_tests=_read_tests(ModelTest, table, "model_tests"),
-        data_faults=tuple(get_entry(table, "causes", list[str])),
+        data_faults=tuple(get_entry(table, "data_faults", list[str])),
         notes=tuple(get_entry(table, "notes", list[str])),
     )
 

@@ -32,7 +32,7 @@ def draw_calibration_figures(
         Sensor names in the order of the history's innovations.
     history : History, optional
     """
-    figures = {"constants": _plot_parameters(table.assign(change=table["estimate"] - prior))}
+    figures = {"parameters": _plot_parameters(table.assign(change=table["estimate"] - prior))}
     if history is not None:
         figures["innovations"] = _plot_innovations(sensors, history)
         figures["attitude"] = _plot_attitude(history)

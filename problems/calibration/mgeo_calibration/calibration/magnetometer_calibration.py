@@ -127,7 +127,7 @@ def calibrate_magnetometers(
         tests=tuple(tests),
         outliers=(),
         prior_tests=run_prior_tests(nothing, np.eye(3), states, SIGNIFICANCE / n_tests),
-        notes=(METHOD_NOTE, *(note for test in tests for note in test.notes())),
+        notes=(METHOD_NOTE, *(note for test in tests for note in test.describe_excess_noise())),
     )
 
 

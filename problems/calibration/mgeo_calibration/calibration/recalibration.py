@@ -190,9 +190,9 @@ def compare_calibrations(first: Calibration, second: Calibration) -> pd.DataFram
     keys = ["block", "axis", "unit"]
     old, new = (each.build_table().set_index(keys)[columns] for each in (first, second))
     table = new.join(old.add_suffix(" before"))
-    table["moved"] = (table["estimate"] - table["estimate before"].fillna(0.0)) / table["sigma"]
+    table["change / sigma [-]"] = (table["estimate"] - table["estimate before"].fillna(0.0)) / table["sigma"]
     return table.reset_index(["axis", "unit"])[
-        ["axis", "unit", "estimate before", "sigma before", "estimate", "sigma", "moved"]
+        ["axis", "unit", "estimate before", "sigma before", "estimate", "sigma", "change / sigma [-]"]
     ]
 
 

@@ -31,7 +31,7 @@ def build_report(calibration: Calibration, predicted: pd.DataFrame | None = None
     ]
     if predicted is not None:
         title = f"What the plan predicted for {predicted.attrs['time_s']:.6g} s"
-        title += predicted.attrs["flown"]
+        title += predicted.attrs["motion"]
         parts += [f"<h2>{title}</h2>", _format_table(predicted.reset_index())]
     figures = calibration.draw_figures()
     parts += [figures.pop("constants"), "<h2>Innovations</h2>"]
@@ -65,7 +65,7 @@ def _format_corrections(calibration: Calibration) -> str:
             if isinstance(value, list) and isinstance(value[0], list):
                 lines = {f"{name}, row {i}": row for i, row in enumerate(value, 1)}
             rows += [
-                {"of": owner, "number": at, "value": _format_value(v)} for at, v in lines.items()
+                {"name": owner, "parameter": at, "value": _format_value(v)} for at, v in lines.items()
             ]
     return _format_table(pd.DataFrame(rows), classes="wrapped")
 

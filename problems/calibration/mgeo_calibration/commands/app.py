@@ -19,8 +19,8 @@ app = typer.Typer()
 
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "verify": (
-        "mgeo attitude verify plan.json --runs 500",
-        "mgeo attitude verify runs/first --pick best --out runs/first/verification-best.json",
+        "mgeo attitude verify plan.json --monte-carlo 500",
+        "mgeo attitude verify runs/first --pick min-trace --out runs/first/verification-min-trace.json",
     ),
     "fly": (
         "mgeo attitude fly plan.json --out telemetry.csv --truth truth.json",
@@ -157,7 +157,7 @@ def fly(
     command.print_simulation(picked, telemetry, compared, simulator, files, output)
     samples = len(telemetry.times)
     output.print_document(
-        {"files": files, "samples": samples, "truth": document, "as_flown": to_records(compared)}
+        {"files": files, "samples": samples, "truth": document, "comparison": to_records(compared)}
     )
 
 
@@ -238,7 +238,7 @@ def calibrate(
         alone = read is not None and read.gyro.reference_axes == "unknown"
         if alone and fit is not None:
             raise ValueError(
-                '--fit: expected none with holds = "unknown" in the mapping, which gives no '
+                '--fit: expected none with reference_axes = "unknown" in the mapping, which gives no '
                 "attitude. Remove --fit"
             )
         samples = read_telemetry(telemetry, of, read)

@@ -121,7 +121,7 @@ def print_calibration(
     )
     if predicted is not None and picked is not None:
         time = f"{predicted.attrs['time_s']:.6g} s"
-        time += predicted.attrs["flown"]
+        time += predicted.attrs["motion"]
         title = f"1-sigma at {time}, predicted by the plan and achieved: {picked.name}"
         output.print(*build_titled_table(title, predicted), *picked.list_warnings())
     for text in calibration.notes:
@@ -133,12 +133,12 @@ def print_checks(error: CalibrationError, output: Output) -> None:
     """Print the findings of attitude-independent checks if a calibration is not possible."""
     table = error.build_check_table()
     output.print(*build_titled_table("Attitude-independent checks", table))
-    output.print_document({"refused": str(error), "checks": to_records(table)})
+    output.print_document({"error": str(error), "checks": to_records(table)})
 
 
 def print_tests(calibration: Calibration, output: Output) -> None:
     """Print the tests of model and prior, and the causes that attitude-independent checks found."""
-    columns = ["says", "chi_square", "freedom", "p", "named", "key"]
+    columns = ["description", "chi_square", "degrees_of_freedom", "p", "is_selected", "key"]
     output.print(
         *build_titled_table(
             "Errors outside the scenario's model", calibration.build_model_test_table()[columns]
@@ -166,7 +166,7 @@ def build_calibration_document(
     compared = [] if predicted is None else to_records(predicted)
     return {
         **build_document(calibration),
-        "supported": calibration.is_consistent,
-        "promised": compared,
+        "consistent": calibration.is_consistent,
+        "predicted": compared,
         "files": files,
     }

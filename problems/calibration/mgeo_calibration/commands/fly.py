@@ -57,7 +57,7 @@ def format_constraints(frame: pd.DataFrame) -> pd.DataFrame:
     limits = zip(frame["bound"], frame["limit"], strict=True)
     shown["limit"] = [f"{bound} {limit:.4g}" if bound else "" for bound, limit in limits]
     none = (frame["bound"] == "").to_numpy()
-    for name in {"kept", "broken [%]"} & set(shown.columns):
+    for name in {"satisfied", "violated [%]"} & set(shown.columns):
         shown[name] = ["" if n else value for n, value in zip(none, shown[name], strict=True)]
     return shown
 

@@ -24,7 +24,7 @@ from mgeo_calibration.verification import (
 )
 
 #: Short column names for the terminal.
-_SHORT_COLUMNS = {"rms / predicted [-]": "/ predicted", "rms / claimed [-]": "/ claimed"}
+_SHORT_COLUMNS = {"rms / predicted [-]": "/ predicted", "rms / claimed [-]": "/ filter 1-sigma"}
 
 
 def print_verification(picked: SelectedPlan, verification: Verification, output: Output) -> None:
@@ -45,7 +45,7 @@ def print_verification(picked: SelectedPlan, verification: Verification, output:
         ),
         format_note(f"NEES per state {verification.nees:.3f}; {describe_power(verification)}"),
     )
-    output.print(*render_table(TABLES["promises"], plan))
+    output.print(*render_table(TABLES["monte_carlo"], plan))
     if len(verification.path_constraints):
         output.print(
             *build_titled_table("path limits broken", verification.path_constraints),
@@ -83,21 +83,21 @@ def build_verification_document(
         "conclusion": "; ".join(lines),
         "seed": seed,
         "findings": [] if verification.is_achieved else describe_failures(verification),
-        "remedies": list(list_suggestions(plan, verification)),
+        "suggestions": list(list_suggestions(plan, verification)),
         "level": SIGNIFICANCE_LEVEL,
-        "detectable": verification.detectable_ratio,
+        "detectable_ratio": verification.detectable_ratio,
         "columns": [str(name) for name in table.columns],
         "rows": table.to_numpy(object).tolist(),
         "solution": picked.solution,
-        "answer": plan.summary,
+        "summary": plan.summary,
         "problem": PROBLEM,
         "options": plan.problem.to_options(),
         "design": list(plan.design),
         "achieved": bool(verification.is_achieved),
         "violations": plan.list_violations(),
-        "path_limits": to_records(verification.path_constraints),
-        "ends": to_records(verification.gyro_guidance),
-        "promises": to_records(plan.compare_with_monte_carlo()),
+        "path_constraints": to_records(verification.path_constraints),
+        "gyro_guidance": to_records(verification.gyro_guidance),
+        "monte_carlo": to_records(plan.compare_with_monte_carlo()),
     }
 
 

@@ -206,14 +206,14 @@ def discretize_dynamics(
         _differentiate_dynamics(suite),
     )
     densities, kernel = (density[0], density[3]), load_compiled_module("kinematics")
-    kernel.discretized(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
+    kernel.discretize_steps(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
     if has_axis_dependent_noise(density):
         load_compiled_module("process_noise").process_noise(
             suite.gyro.bias_decay, density[:6], turning, durations, Q
         )
     if suite.gyro_sensitivity_slices:
         constant = np.zeros((2, n, 6, 6))
-        kernel.discretized(0.0, densities, unit[:, :, :0], turning, durations, *constant)
+        kernel.discretize_steps(0.0, densities, unit[:, :, :0], turning, durations, *constant)
         for columns, value in zip(suite.gyro_sensitivity_slices, channel_values, strict=True):
             F[:, :3, columns] = value[:, :, None] * constant[0][:, :3, 3:6]
     for process, first in zip(suite.processes.values(), range(k, m, 3), strict=True):

@@ -73,7 +73,7 @@ class MonteCarloResult(RunStatistics):
     >>> design = [0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]
     >>> result = simulate(scenario, design, n_runs=4, seed=1)
     >>> result.table().columns.to_list()[:4]
-    ['predicted', 'claimed', 'rms', 'ratio']
+    ['predicted', 'filter', 'rms', 'ratio']
     """
 
     blocks: tuple[str, ...]
@@ -121,7 +121,7 @@ class MonteCarloResult(RunStatistics):
         return pd.DataFrame(
             {
                 "predicted": self.predicted_sigma[k],
-                "claimed": np.sqrt((self.sigma[:, k] ** 2).mean(axis=0)),
+                "filter": np.sqrt((self.sigma[:, k] ** 2).mean(axis=0)),
                 "rms": rms,
                 "ratio": rms / self.predicted_sigma[k],
                 "within 3 sigma": (np.abs(self.errors[:, k]) <= 3.0 * self.sigma[:, k]).mean(0),
@@ -152,7 +152,7 @@ class MonteCarloResult(RunStatistics):
         for i, way in enumerate(("steered", "open loop")):
             columns[f"{way}: flights [%]"] = 100.0 * ever[i]
             columns[f"{way}: time [%]"] = 100.0 * share[i]
-        return pd.DataFrame(columns, index=pd.Index(self.path_constraints, name="path limit"))
+        return pd.DataFrame(columns, index=pd.Index(self.path_constraints, name="path constraint"))
 
     def build_history(self) -> pd.DataFrame:
         """Return NEES and NIS at every sample, averaged over the runs.

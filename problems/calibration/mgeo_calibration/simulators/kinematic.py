@@ -36,7 +36,7 @@ FREE_KEYS = (
     "orbit",
     "gyro",
     "sensors",
-    "world",
+    "environment_errors",
     "initial",
     "name",
     "objectives",
@@ -132,7 +132,7 @@ def complete_design(scenario: Scenario, plan: Any, model: FilterModel) -> Floats
     design = design if design.size else build_hold_design(model.initial_rate)
     if not scenario.maneuvers.slew_back:
         return design
-    held = getattr(plan, "held_until", 0.0)
+    held = getattr(plan, "hold_end", 0.0)
     t_end = float(evaluate(model, design).t_end[0])
     return Trajectory(scenario, model, design, t_end, held).commanded_design
 

@@ -30,7 +30,7 @@ END_ERROR, MAX_ERROR = "off the plan, end", "off the plan, most"
 WHEEL_MOMENTUM = "wheel momentum"
 #: Upper quantile of the Monte Carlo runs in a table, in addition to the median.
 UPPER_QUANTILE = 0.9
-MEDIAN_COLUMN, QUANTILE_COLUMN, VIOLATED_COLUMN = "half of flights", "9 of 10", "broken [%]"
+MEDIAN_COLUMN, QUANTILE_COLUMN, VIOLATED_COLUMN = "median", "90 % quantile", "violated [%]"
 
 
 def compare_with_plan(plan: ManeuverPlan, telemetry: Telemetry) -> pd.DataFrame:
@@ -113,8 +113,8 @@ def build_constraint_table(
         unit, bound, limit = limits.get(label, ("deg", "", np.nan))
         beyond = limit - value if bound == "at least" else value - limit
         rows.append((unit, planned[label], value, bound, limit, not beyond > 0.0))
-    columns = ["unit", "plan", "flown", "bound", "limit", "kept"]
-    return pd.DataFrame(rows, columns=columns, index=pd.Index(simulated, name="as flown"))
+    columns = ["unit", "plan", "simulated", "bound", "limit", "satisfied"]
+    return pd.DataFrame(rows, columns=columns, index=pd.Index(simulated, name="simulated run"))
 
 
 def simulate_gyro_guidance(
@@ -222,12 +222,12 @@ def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.Da
     planned = compute_constraint_values(plan, plan.attitude[: n + 1])
     each = [build_constraint_table(plan, planned, one) for one in flown]
     result = each[0][["unit", "plan", "bound", "limit"]].copy()
-    table = np.array([one["flown"] for one in each])
+    table = np.array([one["simulated"] for one in each])
     least = (result["bound"] == "at least").to_numpy()
     for at, name in ((0.5, MEDIAN_COLUMN), (UPPER_QUANTILE, QUANTILE_COLUMN)):
         low, high = np.quantile(table, [1.0 - at, at], axis=0)
         result[name] = np.where(least, low, high)
-    result[VIOLATED_COLUMN] = 100.0 * np.mean([~one["kept"].to_numpy(bool) for one in each], axis=0)
+    result[VIOLATED_COLUMN] = 100.0 * np.mean([~one["satisfied"].to_numpy(bool) for one in each], axis=0)
     result.loc[result["bound"] == "", VIOLATED_COLUMN] = np.nan
     return result[
         ["unit", "plan", MEDIAN_COLUMN, QUANTILE_COLUMN, "bound", "limit", VIOLATED_COLUMN]

@@ -86,5 +86,5 @@ def conclude(
     budgets = np.array(budget if budget else _DEFAULT_BUDGETS_KEUR)
     lines = summarize_front(problem, found.outcome.X, found.outcome.F, budgets)
     output = Output(json=json)
-    output.print_document({"conclusions": lines})
+    output.print_document({"summary": lines})
     output.print(*lines)

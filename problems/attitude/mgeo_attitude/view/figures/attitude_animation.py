@@ -126,8 +126,8 @@ def draw_attitude(
     return {
         "data": [
             *_draw_sphere(),
-            _draw_arrow("Sun", environment.sun[0], 4) | {"meta": {"turn": "Sun", "faint": SHADOW}},
-            _draw_arrow("field", field, 5) | {"meta": {"turn": "field"}},
+            _draw_arrow("Sun", environment.sun[0], 4) | {"meta": {"rotation": "Sun", "faint": SHADOW}},
+            _draw_arrow("field", field, 5) | {"meta": {"rotation": "field"}},
             *(_place_in_space(trace, body[0]) for trace in (*_draw_box(), *axes)),
         ],
         "layout": {
@@ -148,7 +148,7 @@ def draw_attitude(
             "meta": {
                 "motion": {
                     "end": float(flight.times[-1]),
-                    "turns": {"body": turns, **inertial},
+                    "rotations": {"body": turns, **inertial},
                     "phases": stretches,
                 }
             },
@@ -200,7 +200,7 @@ def _draw_box() -> list[dict[str, Any]]:
 def _place_in_space(trace: dict[str, Any], start: Floats) -> dict[str, Any]:
     """Return a trace given in body axes, rotated to the initial attitude."""
     points = np.column_stack([trace[axis] for axis in "xyz"]) @ start
-    return trace | dict(zip("xyz", points.T, strict=True)) | {"meta": {"turn": "body"}}
+    return trace | dict(zip("xyz", points.T, strict=True)) | {"meta": {"rotation": "body"}}
 
 
 def _draw_points(points: Floats, **style: Any) -> dict[str, Any]:

@@ -111,7 +111,7 @@ class PlottedSolutions:
         front = find_front_rows(self.F)
         fastest, best = int(front[0]), int(front[-1])
         roles = {} if knee_index is None else {knee_index: "knee"}
-        roles[fastest] = "fastest"  # replaces "knee" at an end of the front
+        roles[fastest] = "min-time", "least trace" -> "min-trace", "fastest, least trace" -> "min-time, min-trace"  # replaces "knee" at an end of the front
         roles[best] = "least trace" if best != fastest else "fastest, least trace"
         rows = range(len(self.F)) if len(self.F) <= MAX_SELECTED else roles
         order = sorted(rows, key=lambda row: tuple(self.F[row]))

@@ -51,8 +51,8 @@ def build_baselines(
     return {
         "no maneuver": _divide_equally(np.zeros((1, 3)), duration),
         **{f"{axis} only": _divide_equally(forward[[i]], duration) for i, axis in enumerate("xyz")},
-        "x, y, z in turn": _divide_equally(forward, duration),
-        "x, y, z in turn, there and back": _divide_equally(there_and_back, duration),
+        "x, y, z sequence": _divide_equally(forward, duration),
+        "x, y, z sequence, both directions": _divide_equally(there_and_back, duration),
     }
 
 
@@ -102,7 +102,7 @@ def compare_designs(
         "t_end [s]": own.t_end,
         "trace at t_end [-]": own.trace,
         "trace [-]": trace,
-        "times the first [-]": trace / trace[0],
+        "trace / first trace [-]": trace / trace[0],
     }
     columns |= compute_worst_axes(model.suite, np.sqrt(variances))
     return pd.DataFrame(columns, index=list(designs))
@@ -129,7 +129,7 @@ _IMPROVEMENT_FACTOR = 0.5
 #: Additional duration [s].
 _EXTRA_DURATION = 300.0
 
-UNCHANGED = "as it is"
+UNCHANGED = "unchanged"
 
 
 def evaluate_improvements(
