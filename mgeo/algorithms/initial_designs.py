@@ -84,7 +84,9 @@ class SuggestedSampling(Sampling):
         designs = None if suggest is None else suggest(self.n, random_state)
         if designs is None:
             name = type(problem).__name__
-            raise ValueError(f"{name} has no suggest_initial_designs(): expected a run without suggested designs")
+            raise ValueError(
+                f"{name} has no suggest_initial_designs(): expected a run without suggested designs"
+            )
         return np.asarray(designs, dtype=float)
 
     def _do(
@@ -181,18 +183,21 @@ def build_initial_designs(
             f"sampling = {sampling!r:.80}: expected None, a pymoo Sampling, a population, or an "
             "array of numbers of shape (n, n_var)"
         ) from error
-    if np.shape(starts)[1:] != (problem.n_var,) or not 1 <= len(starts) <= n_walkers:
+    if (
+        np.shape(initial_designs)[1:] != (problem.n_var,)
+        or not 1 <= len(initial_designs) <= n_walkers
+    ):
         raise ValueError(
-            f"sampling of shape {starts.shape}: expected one row of n_var = {problem.n_var} "
+            f"sampling of shape {initial_designs.shape}: expected one row of n_var = {problem.n_var} "
             f"numbers for each point, and 1 to n_walkers = {n_walkers} points"
         )
-    is_outside = ~((starts >= variables.xl) & (starts <= variables.xu))
+    is_outside = ~((initial_designs >= variables.xl) & (initial_designs <= variables.xu))
     for walker, variable in np.argwhere(is_outside):
         raise ValueError(
-            f"sampling[{walker}, {variable}] = {starts[walker, variable]}: expected a number in "
+            f"sampling[{walker}, {variable}] = {initial_designs[walker, variable]}: expected a number in "
             f"[{variables.xl[variable]}, {variables.xu[variable]}]"
         )
-    return starts
+    return initial_designs
 
 
 def count_allowed_evaluations(algorithm: Algorithm, n_initial_designs: int, n_points: int) -> int:

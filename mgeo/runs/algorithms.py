@@ -148,7 +148,9 @@ def use_suggested_designs(algorithm: Algorithm, n_suggested: int) -> None:
         return
     initialization: Any = getattr(algorithm, "initialization", None)
     if not isinstance(getattr(initialization, "sampling", None), Sampling):
-        raise ValueError(f"initial_designs = {n_suggested}: {name} accepts no initial designs: expected 0")
+        raise ValueError(
+            f"initial_designs = {n_suggested}: {name} accepts no initial designs: expected 0"
+        )
     initialization.sampling = SuggestedSampling(n_suggested, initialization.sampling)
 
 

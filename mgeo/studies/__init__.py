@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison as Comparison
     from mgeo.studies.comparison import ComparisonWarning as ComparisonWarning
     from mgeo.studies.comparison import FailedRunsWarning as FailedRunsWarning
-    from mgeo.studies.comparison import SignificanceSignificanceTests as SignificanceSignificanceTests
-    from mgeo.studies.comparison_study_files import read_comparison as read_comparison
-    from mgeo.studies.comparison_study_files import read_comparisons as read_comparisons
+    from mgeo.studies.comparison import SignificanceTests as SignificanceTests
+    from mgeo.studies.comparison_files import read_comparison as read_comparison
+    from mgeo.studies.comparison_files import read_comparisons as read_comparisons
     from mgeo.studies.execute import compare as compare
     from mgeo.studies.indicators import NoFeasibleSolutionError as NoFeasibleSolutionError
     from mgeo.studies.study import run_study as run_study
-    from mgeo.studies.study_study_file import Study as Study
-    from mgeo.studies.study_study_file import read_study as read_study
+    from mgeo.studies.study_file import Study as Study
+    from mgeo.studies.study_file import read_study as read_study
 
 #: Module of each public name. Modules are imported at first use, because `compare` must work
 #: without the packages of the command line.
@@ -30,12 +30,12 @@ _MODULES = {
     "ComparisonWarning": "comparison",
     "FailedRunsWarning": "comparison",
     "NoFeasibleSolutionError": "indicators",
-    "SignificanceSignificanceTests": "comparison",
-    "Study": "study_study_file",
+    "SignificanceTests": "comparison",
+    "Study": "study_file",
     "compare": "execute",
-    "read_comparison": "comparison_study_files",
-    "read_comparisons": "comparison_study_files",
-    "read_study": "study_study_file",
+    "read_comparison": "comparison_files",
+    "read_comparisons": "comparison_files",
+    "read_study": "study_file",
     "run_study": "study",
 }
 __all__ = list(_MODULES)

@@ -149,8 +149,15 @@ def _check_initial_designs(problem: Problem, seed: int) -> None:
     if designs is None or repeated is None:
         return
     shape, expected = np.shape(designs), (3, problem.n_var)
-    require(shape == expected, f"suggest_initial_designs(n, random_state) of shape {shape}: expected {expected}")
-    require_equal(repeated, designs, "suggest_initial_designs(n, random_state), called again with the same seed")
+    require(
+        shape == expected,
+        f"suggest_initial_designs(n, random_state) of shape {shape}: expected {expected}",
+    )
+    require_equal(
+        repeated,
+        designs,
+        "suggest_initial_designs(n, random_state), called again with the same seed",
+    )
     _evaluate(problem, np.asarray(designs, dtype=float))
 
 
@@ -176,7 +183,8 @@ def _check_fidelities(problem: Problem, X: FloatArray, values: Values) -> None:
         with convert_to_check_error(f"at_fidelity({stage})"):
             level = call_optional(problem, ProblemMixin.at_fidelity, stage)
         require(
-            isinstance(level, Problem), f"at_fidelity({stage}) = {level!r}: expected a pymoo Problem"
+            isinstance(level, Problem),
+            f"at_fidelity({stage}) = {level!r}: expected a pymoo Problem",
         )
         for key, value in _evaluate(level, X).items():
             expected = values[key].shape

@@ -47,7 +47,10 @@ def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:
         _require(is_list, name, each, f"a list with an entry for each of {n} solutions")
     for table in lists["constraints"]:
         _require(
-            set(table.columns) >= _CONSTRAINT_COLUMNS, "constraints", table, f"{_CONSTRAINT_COLUMNS}"
+            set(table.columns) >= _CONSTRAINT_COLUMNS,
+            "constraints",
+            table,
+            f"{_CONSTRAINT_COLUMNS}",
         )
     for figures in lists["solution_figures"]:
         for name, figure in figures.items():

@@ -58,7 +58,7 @@ def scenario(name: str, kind: str) -> tuple[Scenario, Environment]:
         )
     if tumbles:  # coils that are off: Euler's equations without torque
         body = Vehicle.from_scenario(given).wheels.inertia
-        changes["coils"] = Magnetorquers(max_dipole=(0.2, 0.2, 0.2), inertia=body)
+        changes["magnetorquers"] = Magnetorquers(max_dipole=(0.2, 0.2, 0.2), inertia=body)
         changes["initial"] = InitialConditions(
             rate_deg_s=TUMBLES[name], attitude_deg=given.initial.attitude_deg
         )

@@ -25,6 +25,7 @@ from mgeo_calibration.calibration.calibrate import compute_final_estimate
 from mgeo_calibration.calibration.consistency_tests import SIGNIFICANCE
 from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.estimation.fit import fit
+from mgeo_calibration.estimation.prior import PriorEstimate
 from mgeo_calibration.estimation.smoother import solve
 from mgeo_calibration.estimation.trajectory import Trajectory
 from scipy.stats import norm
@@ -78,7 +79,7 @@ class Kind:
         What it does to readings, that of a satellite without noise or errors, is a mean of normal
         numbers. The least sum of squares that any estimate leaves of it is the non-centrality.
         """
-        quiet, belief = quiet_scenario(self.scenario), Belief.from_scenario(self.scenario)
+        quiet, belief = quiet_scenario(self.scenario), PriorEstimate.from_scenario(self.scenario)
         rng = np.random.default_rng([seed, 480])
         craft = self.craft(size, rng)
         without = Craft(gyro_bias_deg_s=craft.gyro_bias_deg_s)
@@ -138,7 +139,7 @@ def exact(craft: Craft) -> Craft:
 
 def errors(scenario: Scenario, telemetry: Telemetry) -> tuple[np.ndarray, np.ndarray]:
     """Truth less estimate of gyro and sensors at the last sample, and 1-sigmas."""
-    belief = Belief.from_scenario(scenario)
+    belief = PriorEstimate.from_scenario(scenario)
     states, P = compute_final_estimate(belief, fit(build_batch(scenario, telemetry), belief, 1e-5))
     assert telemetry.truth is not None
     return (telemetry.truth.states[-1] - states)[3:], np.sqrt(np.diag(P))[3:]

@@ -120,7 +120,10 @@ DIODES = [
 
 def declared_larger(key: str, size: float, factor: float) -> HealthyClass:
     """Return a class of which one error of the environment is declared larger than it is."""
-    return HealthyClass(changes={"world": {key: size}}, declared={"world": {key: factor * size}})
+    return HealthyClass(
+        changes={"environment_errors": {key: size}},
+        declared={"environment_errors": {key: factor * size}},
+    )
 
 
 def larger_priors(factor: float) -> dict[str, Any]:
@@ -138,7 +141,9 @@ def larger_priors(factor: float) -> dict[str, Any]:
 def two_axis_with_albedo(factor: float) -> HealthyClass:
     """Return a class of light from the Earth whose error is declared larger than it is."""
     sizes = (0.03 / factor, 0.03)
-    true, declared = ({"world": {"albedo": size, "earth_albedo": 0.3}} for size in sizes)
+    true, declared = (
+        {"environment_errors": {"albedo": size, "earth_albedo": 0.3}} for size in sizes
+    )
     return HealthyClass(changes={"sensors": [TWO_AXIS, MAG]} | true, declared=declared)
 
 
@@ -171,7 +176,10 @@ CLASSES = {
     "horizon": HealthyClass(changes={"sensors": [SUN, HORIZON]}),
     "star tracker": HealthyClass(changes={"sensors": [TRACKER, MAG]}),
     "photodiodes albedo": HealthyClass(
-        changes={"sensors": [*DIODES, MAG], "world": {"albedo": 0.03, "earth_albedo": 0.3}}
+        changes={
+            "sensors": [*DIODES, MAG],
+            "environment_errors": {"albedo": 0.03, "earth_albedo": 0.3},
+        }
     ),
 }
 

@@ -129,7 +129,7 @@ def test_the_cheapest_suite_and_the_best_are_found(problem):
             {"scenario": {"preset": "paper", "required_sigma": {"sun.bias": 1.0}}},
             r"required_sigma.sun.bias = 1.0: expected a state of the attitude, the gyro",
         ),
-        ({"scenario": {"preset": "paper", "flight": {"count": 3}}}, "flight = .*nominal run"),
+        ({"scenario": {"preset": "paper", "monte_carlo": {"n_runs": 3}}}, "flight = .*nominal run"),
     ],
 )
 def test_bad_options_are_named(changes, message):

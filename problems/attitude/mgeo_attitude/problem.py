@@ -79,10 +79,10 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         Keys of `criteria.objectives`, or "trace:attitude,gyro.bias" for some blocks of the state.
         Default: ``objectives`` of the scenario.
     flights : int, optional
-        Number of Monte Carlo runs per plan, 0 for nominal runs only. Default: ``flight.count`` of
+        Number of Monte Carlo runs per plan, 0 for nominal runs only. Default: ``monte_carlo.n_runs`` of
         the scenario.
     quantile : float, optional
-        Quantile of an objective over the Monte Carlo runs. Default: ``flight.quantile`` of the
+        Quantile of an objective over the Monte Carlo runs. Default: ``monte_carlo.quantile`` of the
         scenario.
 
     Raises

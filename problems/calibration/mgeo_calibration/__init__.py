@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from mgeo_calibration.calibration.diagnosis import CalibrationError
     from mgeo_calibration.calibration.magnetometer_calibration import calibrate_magnetometers
     from mgeo_calibration.simulation.filter import FilterSettings
-    from mgeo_calibration.simulation.monte_carlo import MonteCarloResultResult, evaluate_evaluate_consistency
+    from mgeo_calibration.simulation.monte_carlo import MonteCarloResult, evaluate_consistency
     from mgeo_calibration.simulation.simulate import simulate
     from mgeo_calibration.simulators.kinematic import simulate_telemetry
     from mgeo_calibration.telemetry.mapping import TelemetryMapping
@@ -22,13 +22,13 @@ __all__ = [
     "Calibration",
     "CalibrationError",
     "FilterSettings",
-    "MonteCarloResultResult",
+    "MonteCarloResult",
     "Telemetry",
     "TelemetryMapping",
     "Verification",
     "calibrate",
     "calibrate_magnetometers",
-    "evaluate_evaluate_consistency",
+    "evaluate_consistency",
     "read_telemetry",
     "simulate",
     "simulate_telemetry",
@@ -41,13 +41,13 @@ _MODULES = {
     "Calibration": "mgeo_calibration.calibration.calibration",
     "CalibrationError": "mgeo_calibration.calibration.diagnosis",
     "FilterSettings": "mgeo_calibration.simulation.filter",
-    "MonteCarloResultResult": "mgeo_calibration.simulation.monte_carlo",
+    "MonteCarloResult": "mgeo_calibration.simulation.monte_carlo",
     "Telemetry": "mgeo_calibration.telemetry.telemetry",
     "TelemetryMapping": "mgeo_calibration.telemetry.mapping",
     "Verification": "mgeo_calibration.verification",
     "calibrate": "mgeo_calibration.calibration.calibrate",
     "calibrate_magnetometers": "mgeo_calibration.calibration.magnetometer_calibration",
-    "evaluate_evaluate_consistency": "mgeo_calibration.simulation.monte_carlo",
+    "evaluate_consistency": "mgeo_calibration.simulation.monte_carlo",
     "read_telemetry": "mgeo_calibration.telemetry.reading",
     "simulate": "mgeo_calibration.simulation.simulate",
     "simulate_telemetry": "mgeo_calibration.simulators.kinematic",

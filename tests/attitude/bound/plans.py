@@ -148,7 +148,9 @@ def least_ratios(
 def without_albedo(scenario: Scenario) -> Scenario:
     """The same without light from the Earth."""
     sensors = tuple(
-        dataclasses.replace(each, includes_albedo=False) if hasattr(each, "sees_albedo") else each
+        dataclasses.replace(each, includes_albedo=False)
+        if hasattr(each, "includes_albedo")
+        else each
         for each in scenario.sensors
     )
     world = dataclasses.replace(scenario.environment_errors, albedo=0.0, earth_albedo=0.0)

@@ -129,9 +129,9 @@ def test_a_delayed_run_is_a_run_of_the_scenario_that_begins_later():
         {
             "preset": "cubesat_6u_full",
             "duration": 600.0,
-            "flight": errors,
+            "monte_carlo": errors,
             "wheels": wheels | {"initial_momentum": [1e-3, 0.0, 0.0], "max_momentum": 0.01},
-            "path_limits": [limit | {"half_angle_deg": 179.0}],
+            "path_constraints": [limit | {"half_angle_deg": 179.0}],
         }
     )
     (flight,) = draw_runs(of, FilterModel.from_scenario(of), of.monte_carlo)

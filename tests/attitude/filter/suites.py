@@ -18,7 +18,7 @@ from mgeo_attitude import (
 )
 from mgeo_attitude.scenario import HousekeepingChannel
 
-#: What the suite "influences" follows.
+#: What the suite "bias_sensitivities" follows.
 CHANNELS = (
     HousekeepingChannel(name="temp", in_sunlight=40.0, in_shadow=-20.0, time_constant=400.0),
     HousekeepingChannel(name="current", times=(0.0, 300.0, 900.0), values=(0.0, 0.5, -0.2)),
@@ -140,7 +140,7 @@ SUITES = {
         ),
         EnvironmentErrors(earth_albedo=0.3, albedo=0.03, orbit_error_m=(1000.0, 1000.0, 1000.0)),
     ),
-    "influences": Suite(
+    "bias_sensitivities": Suite(
         Gyro(
             initial_scale_factor=1e-3,
             bias_decay=1e-3,

@@ -35,8 +35,8 @@ def scenario(gyro=(), mag=(), duration=1500.0, **changes):
         step=5.0,
         eclipse=True,
         channels=(TEMP, CURRENT),
-        gyro=dataclasses.replace(base.gyro, influences=gyro),
-        sensors=(sun, dataclasses.replace(field, influences=mag)),
+        gyro=dataclasses.replace(base.gyro, bias_sensitivities=gyro),
+        sensors=(sun, dataclasses.replace(field, bias_sensitivities=mag)),
         **changes,
     )
 

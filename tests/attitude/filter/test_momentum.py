@@ -91,7 +91,7 @@ def unloaded(coils, C, B, momentum, step):
     for attitude, b, without in zip(C, B, momentum, strict=True):
         before = np.cross(held, b)
         total = total + 0.5 * step * attitude.T @ before
-        tau = -attitude @ (without + total) / coils.response
+        tau = -attitude @ (without + total) / coils.time_constant
         held = np.cross(b, tau) / (b @ b)
         held = held / max(1.0, np.abs(held / most).max())
         after = np.cross(held, b)
@@ -175,7 +175,7 @@ def loads(given, x, end_steps):
     [
         (ManeuverBounds(max_acceleration_deg_s2=0.03), None, {"disturbance_margin": 1.0}),
         (None, SPINNING, {"max_torque": None, "ramp_share": 1.0}),
-        (None, SPINNING, {"coils": UNLOADING}),
+        (None, SPINNING, {"magnetorquers": UNLOADING}),
     ],
     ids=["slow ramps", "spinning, at once", "spinning, unloaded"],
 )

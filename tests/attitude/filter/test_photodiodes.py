@@ -73,7 +73,9 @@ def test_what_it_measures_is_the_slope_of_what_it_reports(light):
     diode, light = Photodiode(normal=(0.3, -1.0, -1.0)), np.array(light)
     suite = Suite(Gyro(), (diode,), EnvironmentErrors(albedo=0.03))
     H = suite.measurement_matrix(diode, V, gradient=[np.broadcast_to(light, V.shape)])[:, 0]
-    own, world = (3 * suite.blocks.index(b) for b in ("diode.sensitivity", "world.albedo"))
+    own, world = (
+        3 * suite.blocks.index(b) for b in ("diode.sensitivity", "environment_errors.albedo")
+    )
     h = 1e-6
     for k in range(3):
         e = h * np.eye(3)[k]
@@ -128,10 +130,10 @@ def test_all_faces_together_tell_no_more_than_the_bound_says():
 
 
 @pytest.mark.parametrize(
-    ("keys", "world", "message"),
+    ("keys", "environment_errors", "message"),
     [
         ({}, EnvironmentErrors(earth_albedo=0.3), "px: no lower bound .* includes_albedo = false"),
-        ({"initial_delay_s": 0.1}, EnvironmentErrors(), "px.delay depends on the attitude"),
+        ({"initial_latency_s": 0.1}, EnvironmentErrors(), "px.delay depends on the attitude"),
     ],
 )
 def test_where_there_is_no_limit_it_says_why(keys, world, message):

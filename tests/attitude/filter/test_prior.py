@@ -66,7 +66,7 @@ def known(of, rng, share=0.3):
                     "considered": ["scale_factor"],
                 },
             ],
-            "world": {
+            "environment_errors": {
                 "albedo": 0.05,
                 "field_error_nt": 100.0,
                 "orbit_error_m": [1000.0, 100.0, 100.0],

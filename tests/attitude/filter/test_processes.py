@@ -53,9 +53,11 @@ def test_a_process_that_nothing_measures_keeps_its_variance():
         scenario(gyro=suite.gyro, sensors=suite.sensors, world=suite.environment_errors)
     )
     blind = dataclasses.replace(model, available=np.zeros_like(model.available))
-    np.testing.assert_allclose(variances(blind, "world.albedo"), 0.05**2, rtol=1e-12)
-    np.testing.assert_allclose(variances(blind, "world.field_error"), 0.002**2, rtol=1e-12)
-    assert (variances(model, "world.albedo")[1:] < 0.9 * 0.05**2).all()
+    np.testing.assert_allclose(variances(blind, "environment_errors.albedo"), 0.05**2, rtol=1e-12)
+    np.testing.assert_allclose(
+        variances(blind, "environment_errors.field_error"), 0.002**2, rtol=1e-12
+    )
+    assert (variances(model, "environment_errors.albedo")[1:] < 0.9 * 0.05**2).all()
 
 
 @dataclass(frozen=True)
@@ -119,8 +121,11 @@ def test_errors_that_vary_or_are_considered_have_no_weight_unless_given():
     model = FilterModel.from_scenario(scenario(sensors=sensors, world=world))
     blocks = model.suite.blocks
     weights = dict(zip(blocks, model.weights[::3], strict=True))
-    assert [block for block in blocks if not weights[block]] == ["world.albedo", "mag.bias"]
-    given = scenario(sensors=sensors, world=world, trace_weights={"world.albedo": 2.0})
+    assert [block for block in blocks if not weights[block]] == [
+        "environment_errors.albedo",
+        "mag.bias",
+    ]
+    given = scenario(sensors=sensors, world=world, trace_weights={"environment_errors.albedo": 2.0})
     assert FilterModel.from_scenario(given).weights[6:9].tolist() == [2.0] * 3
     assert [blocks[i // 3] for i in model.suite.calibrated_indices[::3]] == [
         block for block in blocks if weights[block]

@@ -97,8 +97,8 @@ def test_rate_changes_count_from_the_initial_rate():
         ),
         (
             {"pointing": "sun"},
-            {"path_limits": [{"name": "eye", "boresight": [0, 0, 1], "half_angle_deg": 10.0}]},
-            "path_limits[0].half_angle_deg = 10.0: expected another attitude in [initial]: at the "
+            {"path_constraints": [{"name": "eye", "boresight": [0, 0, 1], "half_angle_deg": 10.0}]},
+            "path_constraints[0].half_angle_deg = 10.0: expected another attitude in [initial]: at the "
             "start Sun is ",
         ),
     ],

@@ -49,7 +49,7 @@ def test_noise_by_axis_and_channels_are_thinned_with_the_rest():
     table["channels"] = [{"name": "current", "times": [0.0, 1500.0], "values": [0.0, 0.5]}]
     (mag,) = (each for each in table["sensors"] if each["kind"] == "magnetometer")
     mag["noise_nt"] = [100.0, 100.0, 200.0]
-    mag["influences"] = [{"channel": "current", "unit": "A", "initial_sigma": 1000.0}]
+    mag["bias_sensitivities"] = [{"channel": "current", "unit": "A", "initial_sigma": 1000.0}]
     problem = AttitudeManeuverProblem(Scenario.from_dict(table))
     X = plans(problem)
     exact = evaluate(problem.model, X, end_steps=1500).trace

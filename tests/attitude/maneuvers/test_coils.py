@@ -27,8 +27,8 @@ DESIGN = np.array([0.1, -0.2, 2.0, 300.0, 1.5, 0.3, 0.0, 250.0, 0.0, 0.0, 0.0, 1
 
 def one_unit(**changed):
     """A satellite of one unit with coils, in the cubesat's orbit, at a rate at the start."""
-    coils = COILS | changed.pop("coils", {})
-    table = {"preset": "cubesat_6u", "duration": 1200.0, "coils": coils}
+    coils = COILS | changed.pop("magnetorquers", {})
+    table = {"preset": "cubesat_6u", "duration": 1200.0, "magnetorquers": coils}
     table["convergence"] = {"rule": "trace"}
     initial = {"rate_deg_s": [0.4, -0.3, 0.2], "quaternion": [0.1, 0.7, -0.1, 0.7]}
     return Scenario.from_dict(
@@ -170,12 +170,20 @@ def test_phases_are_the_time_with_coils_and_free_motion_after_it(model, flown):
 @pytest.mark.parametrize(
     ("changed", "key", "words"),
     [
-        ({"coils": {"inertia": None, "products_of_inertia": [0.0] * 3}}, "coils.inertia", "wheels"),
-        ({"coils": {"products_of_inertia": [0.1, 0.0, 0.0]}}, "products_of_inertia", "definite"),
-        ({"coils": {"response": 1.0}}, "coils.response", "2 or more"),
-        ({"maneuvers": {"slew_back": True}}, "maneuvers.slew_back", "coils"),
+        (
+            {"magnetorquers": {"inertia": None, "products_of_inertia": [0.0] * 3}},
+            "magnetorquers.inertia",
+            "wheels",
+        ),
+        (
+            {"magnetorquers": {"products_of_inertia": [0.1, 0.0, 0.0]}},
+            "products_of_inertia",
+            "definite",
+        ),
+        ({"magnetorquers": {"time_constant": 1.0}}, "magnetorquers.time_constant", "2 or more"),
+        ({"maneuvers": {"slew_back": True}}, "maneuvers.slew_back", "magnetorquers"),
         ({"maneuvers": {"max_acceleration_deg_s2": 0.1}}, "max_acceleration", "max_dipole"),
-        ({"wheels": {"inertia": [1.0, 1.0, 1.0]}}, "coils.inertia", "wheels.inertia"),
+        ({"wheels": {"inertia": [1.0, 1.0, 1.0]}}, "magnetorquers.inertia", "wheels.inertia"),
     ],
 )
 def test_what_coils_do_not_go_with_is_refused_with_a_way_out(changed, key, words):

@@ -36,7 +36,7 @@ def flown():
         "half_angle_deg": HALF_ANGLE_DEG,
         "attitude_sigmas": 0.0,
     }
-    scenario = Scenario.from_dict(TABLE | {"path_limits": [limit]})
+    scenario = Scenario.from_dict(TABLE | {"path_constraints": [limit]})
     design = [*np.degrees(rate), 80.0, 0.0, 0.0, 0.0, 60.0, 0.0, 0.0, 0.0, 60.0]
     return ManeuverPlan(scenario, tuple(map(float, design))), sun, camera
 
@@ -77,7 +77,7 @@ def test_the_first_light_after_a_shadow_counts():
         "half_angle_deg": HALF_ANGLE_DEG,
         "attitude_sigmas": 0.0,
     }
-    scenario = Scenario.from_dict(night | {"path_limits": [limit]})
+    scenario = Scenario.from_dict(night | {"path_constraints": [limit]})
     design = [*np.degrees(rate), before + 20.0, 0.0, 0.0, 0.0, 60.0, 0.0, 0.0, 0.0, 60.0]
     plan = ManeuverPlan(scenario, tuple(map(float, design)))
     times = np.arange(0.0, before + 20.0, 0.01)

@@ -22,7 +22,7 @@ def plan():
     table["convergence"] = {"rule": "trace", "window": 60.0}
     limit = {"boresight": [0.0, 0.0, 1.0], "half_angle_deg": 10.0, "attitude_sigmas": 0.0}
     limit |= {"reference": "nadir"}
-    return ManeuverPlan(Scenario.from_dict(table | {"path_limits": [limit]}), DESIGN)
+    return ManeuverPlan(Scenario.from_dict(table | {"path_constraints": [limit]}), DESIGN)
 
 
 def test_the_exported_attitude_is_that_of_the_motion(plan):

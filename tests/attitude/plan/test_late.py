@@ -13,7 +13,7 @@ from .test_aem import instant, matrix, read_2
 
 DESIGN = (-0.476, 0.393, -1.0, 624.0, 1.0, -0.456, 0.1, 500.0, 0.07, 0.715, 1.0, 16.0)
 RATE = np.array(DESIGN[8:11])
-TABLE = {"preset": "paper", "duration": 3600.0, "step": 4.0, "flight": {"count": 8}}
+TABLE = {"preset": "paper", "duration": 3600.0, "step": 4.0, "monte_carlo": {"n_runs": 8}}
 LATE = "rate held, for late flights"
 
 
@@ -87,7 +87,7 @@ def test_path_limits_are_looked_at_while_the_rate_is_held(plan):
     assert nearest < 1e-3 < angle[:first].min()
     axis = tuple(seen[last] / np.linalg.norm(seen[last]))
     limit = {"boresight": axis, "half_angle_deg": 0.5, "attitude_sigmas": 0.0}
-    watched = ManeuverPlan(Scenario.from_dict(TABLE | {"path_limits": [limit]}), DESIGN)
+    watched = ManeuverPlan(Scenario.from_dict(TABLE | {"path_constraints": [limit]}), DESIGN)
     row = watched.constraints().loc["Sun off payload held for late flights"]
     assert row["value"] == pytest.approx(nearest, abs=1e-3)
     assert not row["kept"]

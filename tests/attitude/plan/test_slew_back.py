@@ -175,7 +175,7 @@ def test_a_plan_that_cannot_slew_back_in_time_exceeds_a_limit():
     table = {"preset": "cubesat_6u", "duration": 600.0, "initial": {"pointing": "nadir"}}
     table |= {"maneuvers": {"count": 3, "max_rate_deg_s": 0.065, "slew_back": True}}
     table["convergence"] = {"rule": "trace"}
-    table["path_limits"] = [{"boresight": [0.0, 0.0, -1.0], "half_angle_deg": 1.0}]
+    table["path_constraints"] = [{"boresight": [0.0, 0.0, -1.0], "half_angle_deg": 1.0}]
     still = np.zeros(12)
     row = AttitudeManeuverProblem(Scenario.from_dict(table)).view([still]).constraints()[0].iloc[-1]
     assert (row.name, row["value"], row["limit"]) == ("time of the slew back", np.inf, 600.0)

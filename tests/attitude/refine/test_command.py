@@ -54,7 +54,7 @@ TEN, THREE = {"maneuvers": {"count": 10}}, {"maneuvers": {"count": 3}}
         ({"preset": "paper"}, (0, False, 59_904)),
         ({"preset": "paper"} | TEN, (0, False, 199_680)),
         (CUBESAT | THREE | {"wheels": LOADED}, (12, False, 59_904)),
-        (CUBESAT | TEN | {"flight": {"count": 8}}, (0, False, 199_680)),
+        (CUBESAT | TEN | {"monte_carlo": {"n_runs": 8}}, (0, False, 199_680)),
         (CUBESAT | TEN | {"objectives": ["t_end", "angle"]}, (12, False, 199_680)),
     ],
 )

@@ -49,9 +49,9 @@ def test_years_without_a_model_of_the_field_do_for_what_needs_none(sensors):
     [
         {},
         TRACKER | {"wheels": WHEELS | {"residual_dipole": [0.01, 0.0, 0.0]}},
-        TRACKER | {"coils": {"max_dipole": [0.2] * 3, "inertia": [0.01] * 3}},
+        TRACKER | {"magnetorquers": {"max_dipole": [0.2] * 3, "inertia": [0.01] * 3}},
     ],
-    ids=["magnetometer", "dipole", "coils"],
+    ids=["magnetometer", "dipole", "magnetorquers"],
 )
 def test_what_needs_the_field_is_refused_then(needs):
     with pytest.raises(InvalidValue, match=r"epoch = .*IGRF-14.* or a scenario that"):
@@ -61,5 +61,5 @@ def test_what_needs_the_field_is_refused_then(needs):
 def test_a_flight_may_not_begin_after_the_last_year_of_the_field():
     last = {"preset": "paper", "epoch": "2029-12-31T00:00:00Z", "duration": 600.0} | SHORT
     with pytest.raises(InvalidValue, match=r"duration = 600\.0 s, with the largest start delay"):
-        Scenario.from_dict(last | {"flight": {"start_delay": 86000.0}})
-    Scenario.from_dict(last | {"flight": {"start_delay": 85000.0}})
+        Scenario.from_dict(last | {"monte_carlo": {"start_delay": 86000.0}})
+    Scenario.from_dict(last | {"monte_carlo": {"start_delay": 85000.0}})

@@ -40,7 +40,11 @@ def test_all_sensors_that_see_an_error_see_the_same_states():
         (SunSensor(), fine, Magnetometer(), Magnetometer(name="outer"), StarTracker()),
         WORLD,
     )
-    assert suite.blocks[2:5] == ("world.albedo", "world.field_error", "world.orbit_error")
+    assert suite.blocks[2:5] == (
+        "environment_errors.albedo",
+        "environment_errors.field_error",
+        "environment_errors.orbit_error",
+    )
     v, gradient = np.array([0.3, -0.5, 0.8]), np.random.default_rng(1).standard_normal((3, 3))
     shared = slice(6, 15)
     sun, fine, mag, outer, tracker = (
@@ -63,7 +67,7 @@ def test_sigmas_differ_by_axis_and_stay_what_they_are():
     scenario = short(world=WORLD)
     model = FilterModel.from_scenario(scenario)
     blind = dataclasses.replace(model, available=np.zeros_like(model.available))
-    first = 3 * model.suite.blocks.index("world.orbit_error")
+    first = 3 * model.suite.blocks.index("environment_errors.orbit_error")
     variances = evaluate(blind, PLAN, history=True).variances[0][:, first : first + 3]
     expected = np.square([2.0, 0.1, 0.3])
     np.testing.assert_allclose(variances, np.tile(expected, (len(variances), 1)), rtol=1e-12)
@@ -97,7 +101,7 @@ def test_an_orbit_error_for_which_the_gradient_is_too_rough_is_told():
         short(world=EnvironmentErrors(orbit_error_m=(m, 9.0, 9.0))) for m in (30_000.0, 31_000.0)
     )
     (line,) = find_validity_violations(far)
-    assert line.startswith("world.orbit_error_m = 31000: ")
+    assert line.startswith("environment_errors.orbit_error_m = 31000: ")
     assert find_validity_violations(near) == ()
 
 
@@ -140,7 +144,7 @@ def test_light_from_the_earth_is_in_what_a_coarse_sensor_looks_at():
 
 
 @pytest.mark.parametrize(
-    ("world", "message"),
+    ("environment_errors", "message"),
     [
         ({"orbit_error_m": (1.0, 0.0, 0.0)}, "orbit_error_m = .*expected three numbers > 0 m, or"),
         ({"orbit_error_axes": "body"}, "orbit_error_axes = 'body': expected one of 'orbital'"),
@@ -154,5 +158,7 @@ def test_a_world_that_cannot_be_is_refused(world, message):
 
 
 def test_no_sensor_is_called_the_world():
-    with pytest.raises(InvalidValue, match=r"sensors\[0\].name = 'world': expected another name"):
-        short(sensors=(Magnetometer(name="world"),))
+    with pytest.raises(
+        InvalidValue, match=r"sensors\[0\].name = 'environment_errors': expected another name"
+    ):
+        short(sensors=(Magnetometer(name="environment_errors"),))

@@ -44,7 +44,7 @@ def test_what_one_may_reach_is_left_to_the_search():
 
 
 @pytest.mark.parametrize(
-    ("flight", "gyro", "holds"),
+    ("monte_carlo", "gyro", "holds"),
     [
         ({}, {}, True),
         ({"start_delay": 60.0}, {}, False),

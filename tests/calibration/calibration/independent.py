@@ -215,7 +215,9 @@ def fly(
 
     world = world_errors(scenario.environment_errors, n, step, rng)
     readings, truth = {}, {f"gyro.{state}": own[state] for state in gyro.states()}
-    truth |= {"gyro.bias": biases[1:]} | {f"world.{state}": e for state, e in world.items()}
+    truth |= {"gyro.bias": biases[1:]} | {
+        f"environment_errors.{state}": e for state, e in world.items()
+    }
     for sensor in scenario.sensors:
         own = errors_of(sensor, rng, craft.of(sensor))
         late = craft.late.get(sensor.name, 0.0)

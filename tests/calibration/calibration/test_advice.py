@@ -27,8 +27,8 @@ pytestmark = pytest.mark.slow
 
 #: What is wrong: the flight, how its telemetry is spoiled, the key, and the state that is added.
 ADDED = {
-    "magnetometer late": ({"late": {"mag": 0.4}}, None, "mag.initial_latency_s", "mag.delay"),
-    "Sun sensor late": ({"late": {"sun": 0.5}}, None, "sun.initial_latency_s", "sun.delay"),
+    "magnetometer late": ({"late": {"mag": 0.4}}, None, "mag.initial_latency_s", "mag.latency"),
+    "Sun sensor late": ({"late": {"sun": 0.5}}, None, "sun.initial_latency_s", "sun.latency"),
     "scale of the magnetometer": (
         {},
         sensor("mag", scaled(0.01)),
@@ -51,10 +51,10 @@ ADDED = {
     "magnetometer and temperature": (
         {},
         sensor("mag", warmed(1000.0)),
-        "mag.influences",
+        "mag.bias_sensitivities",
         "mag.temperature",
     ),
-    "gyro and temperature": ({}, gyro(warmed(0.01)), "gyro.influences", "gyro.temperature"),
+    "gyro and temperature": ({}, gyro(warmed(0.01)), "gyro.bias_sensitivities", "gyro.temperature"),
 }
 
 

@@ -12,6 +12,7 @@ from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
 from mgeo_calibration import calibrate, fly, simulate
 from mgeo_calibration.calibration.document import from_json, to_json
+from mgeo_calibration.estimation.prior import PriorEstimate
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
@@ -153,7 +154,7 @@ def test_two_calibrations_are_one_of_both_flights(first):
 
 def test_a_belief_is_what_remains_of_the_truth(first):
     """r and -J, by differences of scipy's rotations."""
-    belief = Belief.from_scenario(first[0].build_followup_scenario())
+    belief = PriorEstimate.from_scenario(first[0].build_followup_scenario())
     rng, n = np.random.default_rng(1), 18
     e = belief.sigma * rng.standard_normal(n)
     states = belief.states.copy()

@@ -36,7 +36,7 @@ def noisy_by_axis():
 
 CASES = {
     "noise by axis": (noisy_by_axis, PLAN),
-    "coils": (lambda: short(Scenario.cubesat_1u(), 1500.0), COMMANDS),
+    "magnetorquers": (lambda: short(Scenario.cubesat_1u(), 1500.0), COMMANDS),
 }
 
 

@@ -34,8 +34,8 @@ def scenario(duration, gyro=GYRO, mag=MAG):
     sun, field = base.sensors
     return dataclasses.replace(
         base,
-        gyro=dataclasses.replace(base.gyro, influences=gyro),
-        sensors=(sun, dataclasses.replace(field, influences=mag)),
+        gyro=dataclasses.replace(base.gyro, bias_sensitivities=gyro),
+        sensors=(sun, dataclasses.replace(field, bias_sensitivities=mag)),
     )
 
 
@@ -54,7 +54,7 @@ def test_coefficients_are_calibrated_as_claimed(telemetry):
     table = calibration.build_table().set_index("block")
     assert (table.loc["mag.bias_per_current", "sigma"] < 100.0).all()  # from 1000 nT per A
     assert (table.loc["gyro.bias_per_temp", "sigma"] < 1e-4).all()  # deg/s per degC, from 5e-4
-    sent = calibration.compute_corrections()["mag"]["influences"]["current"]
+    sent = calibration.compute_corrections()["mag"]["bias_sensitivities"]["current"]
     assert sent["unit"] == "nT per A"
     np.testing.assert_allclose(
         sent["bias_per_unit"], table.loc["mag.bias_per_current", "estimate"], rtol=1e-12
@@ -65,7 +65,7 @@ def test_what_a_bias_follows_is_named_with_its_key_and_can_be_added(telemetry):
     first = calibrate(PLAIN, telemetry)
     assert not first.is_consistent
     assert any(
-        line.startswith("mag.bias follows ") and line.endswith(": mag.influences")
+        line.startswith("mag.bias follows ") and line.endswith(": mag.bias_sensitivities")
         for line in first.failures
     )
     again = recalibrate(first, telemetry, ["mag.current", "mag.temp", "gyro.temp"])

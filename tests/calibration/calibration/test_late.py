@@ -34,7 +34,7 @@ def found(name, delays, seed):
     calibration = calibrate(with_delays(SCENARIOS[name]), telemetry)
     assert calibration.is_consistent
     assert not any("may be off" in note for note in calibration.notes)
-    first = 3 * calibration.suite.blocks.index("mag.delay")
+    first = 3 * calibration.suite.blocks.index("mag.latency")
     told = calibration.compute_corrections()["mag"]["delay_s"]
     np.testing.assert_allclose(calibration.states[first : first + 3], told, atol=0.01)
     true = dict(zip(("sun.misalignment", "sun.bias", "mag.misalignment", "mag.bias"),
@@ -71,7 +71,7 @@ def beside_a_noisy_gyro(late, noise_arcsec, seed):
     calibration = calibrate(scenario, telemetry)
     assert calibration.is_consistent, calibration.conclusion
     assert not calibration.notes
-    return off(calibration, "tracker.delay", late)
+    return off(calibration, "tracker.latency", late)
 
 
 @pytest.mark.parametrize("late", [0.1, 0.5])

@@ -10,6 +10,7 @@ from mgeo_calibration import fly as fly_own
 from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.estimation.fit import fit
 from mgeo_calibration.estimation.model_errors import build_bias_decay_error, build_bias_drift_error
+from mgeo_calibration.estimation.prior import PriorEstimate
 from mgeo_calibration.estimation.score import compute_scores
 
 from .faults import says
@@ -102,7 +103,7 @@ def test_a_score_is_the_step_of_an_estimate(walk):
     true = believed(PAPER, initial_bias_deg_s=0.1, bias_decay=2e-5, rate_random_walk=walk)
     telemetry = flown(true, 1, gyro_bias_deg_s=[0.1, -0.1, 0.1])
     fits = [
-        fit(build_batch(each, telemetry), Belief.from_scenario(each), 1e-9).solution
+        fit(build_batch(each, telemetry), PriorEstimate.from_scenario(each), 1e-9).solution
         for each in (true, believed(true, bias_decay=2.1e-5))
     ]
     found = [

@@ -12,6 +12,7 @@ from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import TelemetryMapping, calibrate, read_telemetry
 from mgeo_calibration.calibration.diagnosis import CalibrationError
 from mgeo_calibration.estimation.batch import build_batch
+from mgeo_calibration.estimation.prior import PriorEstimate
 from mgeo_calibration.estimation.smoother import solve, solve_linearized
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory
 from mgeo_calibration.telemetry.mapping import GyroChannels
@@ -100,7 +101,7 @@ def test_the_linear_case_is_filterpys_smoother():
     means, P, _, _ = kf.rts_smoother(np.array(means), np.array(Ps), Fs=Fs, Qs=Qs)
     zero = np.zeros((N, n))
     at = Trajectory(data.pointing.attitude, zero)
-    found = solve_linearized(data, Belief.from_scenario(scenario, data.pointing), at, parts)
+    found = solve_linearized(data, PriorEstimate.from_scenario(scenario, data.pointing), at, parts)
     assert parts.stochastic.tolist() == [0, 1, 2]
     unit, c = np.sqrt(np.einsum("kii->ki", P)), parts.constant
     np.testing.assert_allclose(
@@ -135,7 +136,7 @@ def test_the_estimate_of_large_errors_is_the_optimum():
     scenario, data, truth = uneven()
     n = scenario.suite.n_states
     at = Trajectory(truth, np.zeros((len(data.times), n)))
-    found = solve(data, Belief.from_scenario(scenario, data.pointing), at, 30, (1e-9, 1e-13))
+    found = solve(data, PriorEstimate.from_scenario(scenario, data.pointing), at, 30, (1e-9, 1e-13))
     best = found.estimate
     q = Rotation.from_matrix(data.pointing.attitude.swapaxes(1, 2) @ best.attitude).as_quat()
     p, constants = 2.0 * q[:, :3] / q[:, 3:], best.states[0, 6:]

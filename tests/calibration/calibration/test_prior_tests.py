@@ -63,9 +63,9 @@ def test_a_second_calibration_is_held_against_the_first():
 def test_what_is_not_supported_is_no_start_unless_one_says_so():
     """Neither in Python nor of a file; it was taken without a word."""
     found = calibrated(mag_bias_nt=[5000.0, 0.0, 0.0])
-    with pytest.raises(ValueError, match=r"after\.conclusion = .*mag\.bias .*accept_unsupported"):
+    with pytest.raises(ValueError, match=r"after\.conclusion = .*mag\.bias .*accept_inconsistent"):
         found.build_followup_scenario({"duration": 700.0})
-    after = found.build_followup_scenario({"duration": 700.0, "accept_unsupported": True})
+    after = found.build_followup_scenario({"duration": 700.0, "accept_inconsistent": True})
     assert after.prior is not None
-    with pytest.raises(ValueError, match="accept_unsupported = 1: expected true or false"):
-        found.build_followup_scenario({"accept_unsupported": 1})
+    with pytest.raises(ValueError, match="accept_inconsistent = 1: expected true or false"):
+        found.build_followup_scenario({"accept_inconsistent": 1})

@@ -75,7 +75,7 @@ def test_a_magnetometer_alone_writes_a_calibration_from_which_a_run_goes_on(tmp_
     assert {"calibration.csv", "calibration.json", "calibration.html"} <= files
     assert "attitude.csv" not in files
     found = read_json(tmp_path / "out" / "calibration.json")
-    after = found.build_followup_scenario({"accept_unsupported": True})
+    after = found.build_followup_scenario({"accept_inconsistent": True})
     first = 3 * after.suite.blocks.index("mag.bias")
     carried = 5e4 * after.prior.estimates[first : first + 3]
     np.testing.assert_allclose(carried, bias(found.build_table()))

@@ -13,6 +13,7 @@ from mgeo_attitude.maneuvers.motion import compute_attitudes
 from mgeo_calibration.estimation.batch import Batch, build_batch
 from mgeo_calibration.estimation.kinematics import linearize_process
 from mgeo_calibration.estimation.linearization import linearize_sensor
+from mgeo_calibration.estimation.prior import PriorEstimate
 from mgeo_calibration.estimation.residuals import compute_filter_estimates, compute_residuals
 from mgeo_calibration.estimation.smoother import (
     SmoothedCovariance,
@@ -64,7 +65,7 @@ def near(of, seed=1, broken=True):
         change=np.zeros_like(rates),
         added=np.linspace(0.0, 1e-10, len(breaks))[:, None] * [1.0, 1.0, 1.0],
         breaks=breaks,
-        influences=data.channel_values[keep],
+        bias_sensitivities=data.channel_values[keep],
         sensors=tuple(rows[keep] for rows in data.readings),
         vectors=data.vectors[keep],
     )
@@ -102,7 +103,7 @@ def dense(data, sigma, at, parts):
         rows.append(np.zeros((m, N * d + c)))
         return rows[-1]
 
-    r, J = Belief.from_suite(data.suite).compute_residual(at.attitude[0], at.states[0])
+    r, J = PriorEstimate.from_suite(data.suite).compute_residual(at.attitude[0], at.states[0])
     now = row(len(r))
     now[:, :d], now[:, N * d :] = J[:, parts.driven], J[:, parts.constant]
     right.append(r)
@@ -141,7 +142,7 @@ def dense(data, sigma, at, parts):
 def test_steps_and_covariances_are_those_of_dense_least_squares(name, gyro, broken):
     data, at = near(scenario(name, **gyro), broken=broken)
     sigma, parts = data.suite.initial_sigma(1.0), Partition.from_suite(data.suite)
-    found = solve_linearized(data, Belief.from_suite(data.suite), at, parts)
+    found = solve_linearized(data, PriorEstimate.from_suite(data.suite), at, parts)
     J, r = dense(data, sigma, at, parts)
     N, d = found.stochastic_errors.shape
     scale = np.concatenate([np.tile(sigma[parts.stochastic], N), sigma[parts.constant]])
@@ -186,12 +187,12 @@ def test_steps_and_covariances_are_those_of_dense_least_squares(name, gyro, brok
 def test_a_reading_against_all_others_is_that_of_a_solution_without_it():
     data, at = near(scenario("paper"))
     sigma, parts = data.suite.initial_sigma(1.0), Partition.from_suite(data.suite)
-    settled = solve(data, Belief.from_suite(data.suite), at, 30)
+    settled = solve(data, PriorEstimate.from_suite(data.suite), at, 30)
     within = compute_residuals(settled).normalized_squares
     for index, k in ((0, 3), (1, 12), (0, 30)):
         without = np.zeros(within.shape, dtype=bool)
         without[index, k] = True
-        believed = Belief.from_suite(data.suite)
+        believed = PriorEstimate.from_suite(data.suite)
         other = solve_linearized(data, believed, settled.trajectory, parts, without)
         seen = linearize_sensor(data, index, settled.trajectory)
         row = int(np.flatnonzero(seen.samples == k)[0])
@@ -276,7 +277,7 @@ def test_the_linear_case_is_filterpys_smoother(name):
     means, Ps = np.array(means), np.array(Ps)
     # filterpy takes F and Q of the step to a sample at that sample; the first has none
     smoothed, P, _, _ = kf.rts_smoother(means, Ps, Fs=[Fs[0], *Fs], Qs=[Qs[0], *Qs])
-    found = solve_linearized(data, Belief.from_suite(data.suite), at, parts)
+    found = solve_linearized(data, PriorEstimate.from_suite(data.suite), at, parts)
     both = covariances(found, spread(found, len(parts.stochastic)))
     sigma = np.sqrt(np.einsum("kii->ki", P))
     d = parts.stochastic
@@ -299,11 +300,11 @@ def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
     data, at = near(scenario(name, **MEMS))
     data = dataclasses.replace(data, breaks=np.zeros_like(data.breaks))
     sigma, parts = data.suite.initial_sigma(1.0), Partition.from_suite(data.suite)
-    found = solve_linearized(data, Belief.from_suite(data.suite), at, parts)
+    found = solve_linearized(data, PriorEstimate.from_suite(data.suite), at, parts)
     move, (N, d) = linearize_process(data, at, parts), found.stochastic_errors.shape
     past = compute_filter_estimates(found, d)
     errors, P_driven = past.errors, past.covariances
-    r, J = Belief.from_suite(data.suite).compute_residual(at.attitude[0], at.states[0])
+    r, J = PriorEstimate.from_suite(data.suite).compute_residual(at.attitude[0], at.states[0])
     J = J[:, [*parts.stochastic, *parts.constant]]
     P = np.linalg.inv(J.T @ J)
     x, q = P @ J.T @ r, len(sigma)
@@ -365,7 +366,7 @@ def test_the_optimum_is_that_of_scipys_optimizer(sun):
     of = dataclasses.replace(of, sensors=(sun, of.sensors[1]))
     data = build_batch(of, flown(of, 5, plan=PLAN))
     suite, sigma, N = data.suite, data.suite.initial_sigma(1.0), len(data.times)
-    found = solve(data, Belief.from_suite(suite), near_start(data, of), 30, (1e-4, 1e-9))
+    found = solve(data, PriorEstimate.from_suite(suite), near_start(data, of), 30, (1e-4, 1e-9))
     start = found.estimate
     _, Q = discretize_van_loan(FilterModel.from_scenario(of), np.zeros(3))
     root = np.linalg.inv(np.linalg.cholesky(Q[:6, :6]))

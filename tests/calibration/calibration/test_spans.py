@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_calibration.calibration.hypotheses import build_hypotheses
+from mgeo_calibration.estimation.prior import PriorEstimate
 from mgeo_calibration.estimation.residuals import compute_filter_estimates, compute_residuals
 from mgeo_calibration.estimation.score import compute_scores
 from mgeo_calibration.estimation.smoother import compute_last_covariance, solve_linearized
@@ -28,7 +29,7 @@ def spans(monkeypatch):
 
 def said(of, data, at):
     """All that a solution says, each in its own 1-sigmas or so."""
-    belief, parts = Belief.from_suite(data.suite), Partition.from_suite(data.suite)
+    belief, parts = PriorEstimate.from_suite(data.suite), Partition.from_suite(data.suite)
     rejected = np.zeros(data.there.shape, dtype=bool)
     rejected[0, [3, 22]] = True
     found = solve_linearized(data, belief, at, parts, rejected)

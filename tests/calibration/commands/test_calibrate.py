@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[3]
 @pytest.fixture(scope="module")
 def flight(tmp_path_factory):
     """A folder with a plan, its scenario, and telemetry of its flight."""
-    folder = tmp_path_factory.mktemp("flight")
+    folder = tmp_path_factory.mktemp("monte_carlo")
     scenario = short(Scenario.paper(), 900.0)
     scenario.save(folder / "mine.toml")
     write_plan(ManeuverPlan(scenario, PLAN), folder / "plan.json")

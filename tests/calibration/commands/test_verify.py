@@ -93,7 +93,7 @@ def test_a_broken_path_limit_is_told(run, tmp_path):
     assert "Sun off camera broken in 100 %" in format_gyro_guidance(found.gyro_guidance)[0]
     assert document["ends"][2]["as flown"] == "Sun off camera"
     assert document["ends"][2]["broken [%]"] == 100.0
-    (row,) = document["path_limits"]
+    (row,) = document["path_constraints"]
     assert row["path limit"] == "Sun off camera"
     assert row["steered: flights [%]"] == 100.0
     assert 0.0 < row["open loop: time [%]"] < 100.0

@@ -107,7 +107,11 @@ def expanded(suite, index, y, C, x):
     """Innovation, dense H and dense matrices of second derivatives."""
     v, gradient = look(suite, suite.sensors[index])
     at = estimate(suite, C, x)
-    further = {"gradient": gradient, "rate": RATE, "influences": channels(suite.sensors[index])}
+    further = {
+        "gradient": gradient,
+        "rate": RATE,
+        "bias_sensitivities": channels(suite.sensors[index]),
+    }
     r = compute_innovation(suite, index, unstack_measurement(y), v, at, **further)
     states, H = compute_jacobian(r)
     m, n = len(r.value), suite.n_states

@@ -51,7 +51,7 @@ def planned(bias_deg_s=0.01, duration=1500.0, **changes):
             "initial_momentum": [0.001, -0.002, 0.0015],
             "ramp_share": 0.5,
         },
-        "path_limits": LIMITS,
+        "path_constraints": LIMITS,
     }
     return ManeuverPlan(Scenario.from_dict(table | changes), DESIGN)
 

@@ -67,7 +67,11 @@ def test_errors_that_vary_are_estimated_or_considered_consistently(paper, consid
         considered=considered,
     )
     result = run((dataclasses.replace(scenario, world=world), environment), 40)
-    assert result.blocks[2:5] == ("world.albedo", "world.field_error", "world.orbit_error")
+    assert result.blocks[2:5] == (
+        "environment_errors.albedo",
+        "environment_errors.field_error",
+        "environment_errors.orbit_error",
+    )
     report = evaluate_consistency(result, start_time=200.0)
     assert report.loc["nees", "passed"], report
     assert report.loc["nis sun", "passed"], report

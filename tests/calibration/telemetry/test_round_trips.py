@@ -83,7 +83,7 @@ def test_attitudes_of_a_calibration_are_those_of_a_star_tracker(telemetry, calib
 
 def test_a_calibration_file_starts_the_next_run_at_its_attitude(telemetry, calibration):
     read = from_json(to_json(calibration))
-    after = read.build_followup_scenario({"accept_unsupported": True})
+    after = read.build_followup_scenario({"accept_inconsistent": True})
     assert angle(after.prior.attitude, telemetry.truth.attitude[-1]) < np.radians(0.5)
 
 

@@ -146,7 +146,7 @@ def test_a_run_of_another_problem_is_refused(solved):
 def test_a_verification_of_a_solution_is_shown_with_all_its_tables(solved):
     folder = solved()
     file = folder / "verification-knee.json"
-    more = {"path_limits": [{"limit": "<b>", "broken [%]": 12.5}]}
+    more = {"path_constraints": [{"limit": "<b>", "broken [%]": 12.5}]}
     file.write_text(json.dumps(verification(folder, 3, **more)))
     html = build_report_html(folder)
     assert "(verification-knee.json, solution 3)" in html

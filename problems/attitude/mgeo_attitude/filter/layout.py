@@ -147,7 +147,7 @@ def compute_table_columns(
       change.
     - ``view NAME``, for each direction of a field of view: the direction at the sample; for a disc
       also the cosine and sine of the radius.
-    - ``influences``: factors of the bias sensitivities.
+    - ``bias_sensitivities``: factors of the bias sensitivities.
     - ``available``: availability of each gated sensor.
     """
     widths = {"references": 3 * suite.n_vectors}
@@ -155,7 +155,11 @@ def compute_table_columns(
         widths[f"off {name}"] = 9 if is_disc(name) else 7
     for name in list_view_directions(suite):
         widths[f"view {name}"] = 5 if is_disc(name) else 3
-    widths |= {"sensitivity_factors": len(suite.sensitivities_by_key), "available": sum(gated), "end": 0}
+    widths |= {
+        "sensitivity_factors": len(suite.sensitivities_by_key),
+        "available": sum(gated),
+        "end": 0,
+    }
     return dict(zip(widths, accumulate([0, *widths.values()]), strict=False))
 
 

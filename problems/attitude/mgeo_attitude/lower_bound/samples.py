@@ -201,7 +201,7 @@ def _collect_diodes(model: FilterModel, indices: Sequence[int]) -> SampleInforma
     world = model.suite.environment_errors
     for sensor in lit:
         if sensor.latency_states():
-            raise NoLowerBoundError(_format_reason(sensor, f"{sensor.name}.delay"))
+            raise NoLowerBoundError(_format_reason(sensor, f"{sensor.name}.latency"))
         if sensor.includes_albedo and (world.earth_albedo or world.albedo):
             raise NoLowerBoundError(
                 f"{sensor.name}: no lower bound is known, because the albedo depends on the "

@@ -284,17 +284,22 @@ def check_magnetorquers(
                 "false, or wheels.initial_momentum, residual_dipole or gravity_gradient: without "
                 "them the wheels store no total momentum to unload"
             )
-            expect(wheels.has_momentum_budget, "magnetorquers.unloads", magnetorquers.unloads_wheels, held)
+            expect(
+                wheels.has_momentum_budget,
+                "magnetorquers.unloads_wheels",
+                magnetorquers.unloads_wheels,
+                held,
+            )
             expect(
                 magnetorquers.time_constant >= 2.0 * step,
-                "magnetorquers.response",
+                "magnetorquers.time_constant",
                 magnetorquers.time_constant,
                 slow,
             )
         return
     expect(
         not magnetorquers.unloads_wheels,
-        "magnetorquers.unloads",
+        "magnetorquers.unloads_wheels",
         magnetorquers.unloads_wheels,
         "false without [wheels]",
     )
@@ -303,14 +308,12 @@ def check_magnetorquers(
         raise InvalidValue("magnetorquers.inertia", None, expected)
     expect(
         magnetorquers.time_constant >= 2.0 * step,
-        "magnetorquers.response",
+        "magnetorquers.time_constant",
         magnetorquers.time_constant,
         slow,
     )
     key, acceleration = "maneuvers.max_acceleration_deg_s2", maneuvers.max_acceleration_deg_s2
-    unlimited = (
-        "no value with coils and no wheels: torque follows from coils.max_dipole and the field"
-    )
+    unlimited = "no value with coils and no wheels: torque follows from magnetorquers.max_dipole and the field"
     expect(acceleration is None, key, acceleration, unlimited)
     back = "false with coils and no wheels: coils cannot reach an attitude at a given time"
     expect(not maneuvers.slew_back, "maneuvers.slew_back", maneuvers.slew_back, back)
@@ -331,7 +334,7 @@ def list_assumptions(wheels: Wheels | None, magnetorquers: Magnetorquers | None)
     ):
         return (
             "the wheels are assumed to store all momentum: coils unload them during a plan only "
-            "with coils.unloads = true",
+            "with magnetorquers.unloads_wheels = true",
         )
     return ()
 

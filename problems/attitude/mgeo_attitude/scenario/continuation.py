@@ -38,7 +38,7 @@ _SAME_INSTANT = 1e-3
 CONSISTENT = "the innovations support it"
 
 #: Key that permits to continue after a statistically inconsistent calibration.
-ACCEPT_INCONSISTENT = "accept_unsupported"
+ACCEPT_INCONSISTENT = "accept_inconsistent"
 
 #: Latest time of a calibration [s].
 _MAX_TIME = 1e9

@@ -86,7 +86,11 @@ def check_channels(channels: Sequence[HousekeepingChannel], suite: Suite) -> Non
     for key, influence in suite.sensitivities_by_key.items():
         name = influence.channel
         if name not in known:
-            hint = format_known_names(name, known) if known else ": there are no [[housekeeping_channels]]"
+            hint = (
+                format_known_names(name, known)
+                if known
+                else ": there are no [[housekeeping_channels]]"
+            )
             way = "define its values along the plan in [[housekeeping_channels]], or remove the influence"
             raise InvalidValue(f"{key}.channel", name, f"unknown channel{hint}; {way}")
 

@@ -113,8 +113,13 @@ def _check_names(scenario: Scenario) -> None:
     names = [sensor.name for sensor in scenario.sensors]
     expect_unique("sensors[{}].name", names)
     for i, name in enumerate(names):
-        expect(name not in ("gyro", "environment_errors"), f"sensors[{i}].name", name, "another name")
-    expect_unique("housekeeping_channels[{}].name", [channel.name for channel in scenario.housekeeping_channels])
+        expect(
+            name not in ("gyro", "environment_errors"), f"sensors[{i}].name", name, "another name"
+        )
+    expect_unique(
+        "housekeeping_channels[{}].name",
+        [channel.name for channel in scenario.housekeeping_channels],
+    )
 
 
 def _check_states(scenario: Scenario, suite: Suite) -> None:

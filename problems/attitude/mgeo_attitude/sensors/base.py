@@ -106,7 +106,7 @@ class Sensor(Settings, ABC):
         check_bias_sensitivities(self.bias_sensitivities, self.states(), self.kind)
         expect(
             not self.initial_latency_s or "latency" in self.states(),
-            "initial_delay_s",
+            "initial_latency_s",
             self.initial_latency_s,
             f"0: {self.kind} has no state of this name",
         )
@@ -116,7 +116,7 @@ class Sensor(Settings, ABC):
         return {"latency": ScalarConstant(self.initial_latency_s)} if self.initial_latency_s else {}
 
     def sensitivity_states(self) -> dict[str, State]:
-        """Return the states of `influences`, for use in `states`."""
+        """Return the states of `bias_sensitivities`, for use in `states`."""
         return {
             each.state_name: each.initial_sigma
             / (self.telemetry_unit if each.error == "bias" else DEG).factor

@@ -102,7 +102,7 @@ class BiasSensitivity(Settings):
     Examples
     --------
     >>> from mgeo_attitude import Gyro, Influence
-    >>> list(Gyro(influences=(Influence("temp", 5e-4, "degC", 20.0),)).states())
+    >>> list(Gyro(bias_sensitivities=(Influence("temp", 5e-4, "degC", 20.0),)).states())
     ['bias', 'bias_per_temp']
     """
 
@@ -200,7 +200,9 @@ def check_bias_sensitivities(
         none = f"no influence: {kind} has no {influence.error} that could depend on it"
         there = {influence.state_name, influence.error} <= set(states)
         expect(there, f"bias_sensitivities[{i}].channel", influence.channel, none)
-    expect_unique("bias_sensitivities[{}].channel", [influence.state_name for influence in sensitivities])
+    expect_unique(
+        "bias_sensitivities[{}].channel", [influence.state_name for influence in sensitivities]
+    )
 
 
 def check_considered(considered: Sequence[str], states: Collection[str]) -> None:

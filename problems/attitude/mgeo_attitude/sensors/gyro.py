@@ -145,7 +145,7 @@ class Gyro(Settings):
     def compute_error_derivative(self, x: Any, omega: Vec3) -> dict[str, Vec3]:
         """Return the time derivative of the error state, equation (2), by state.
 
-        States that are missing from the result are constant. The channels of `influences` are taken
+        States that are missing from the result are constant. The channels of `bias_sensitivities` are taken
         as one.
 
         Parameters

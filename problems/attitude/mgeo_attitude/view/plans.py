@@ -261,7 +261,7 @@ class Plans(View):
             with suppress(InvalidValue):  # the trajectory raises the error when it is accessed
                 self._slew_backs[key] = trajectory.slew_back
         if key in self._slew_backs:
-            the new name of Trajectory.back = self._slew_backs[key]  # fills the cached_property
+            trajectory.__dict__["slew_back"] = self._slew_backs[key]  # fills the cached_property
         return trajectory
 
 

@@ -268,7 +268,7 @@ class Calibration:
         Raises
         ------
         InvalidValue
-            If the calibration is not `supported` and the changes lack ``{"accept_unsupported":
+            If the calibration is not `supported` and the changes lack ``{"accept_inconsistent":
             True}``, or if the scenario is invalid, for example beyond the range of the field model.
         """
         document = {**self.to_entries(), "conclusion": self.conclusion}

@@ -54,7 +54,11 @@ def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) ->
         if state in followed:
             influence = followed[state]
             unit = influence.coefficient_unit(find_error_unit(owner, influence))
-            kind = "influences" if influence.error == "bias" else f"{influence.error}_influences"
+            kind = (
+                "bias_sensitivities"
+                if influence.error == "bias"
+                else f"{influence.error}_influences"
+            )
             entry.setdefault(kind, {})[influence.channel] = {
                 f"{influence.error}_per_unit": (unit.factor * value).tolist(),
                 "unit": unit.text,

@@ -28,7 +28,10 @@ _SPLIT_ADVICE = "calibrate what is before and after on its own"
 _TIMING_ADVICE = 'rate = "instantaneous" under [gyro] of the mapping, or its times'
 _REMOVAL_ADVICE = "no state models it, remove it from the readings"
 #: Key of an error that is proportional to a column.
-_SENSITIVITY_KEYS = {"bias": "influences", "misalignment": 'influences with error = "misalignment"'}
+_SENSITIVITY_KEYS = {
+    "bias": "bias_sensitivities",
+    "misalignment": 'influences with error = "misalignment"',
+}
 #: Offset profiles: slow drifts, and a step within one part of the data. A step in the first part is
 #: covered by the prior test.
 _DRIFT_PROFILES: tuple[model_errors.Profile, ...] = (
@@ -66,7 +69,7 @@ class Hypothesis:
     Attributes
     ----------
     name : str
-        Owner and error, for example ``mag.delay``.
+        Owner and error, for example ``mag.latency``.
     key : str
         Key of the scenario that models the error, or advice.
     describe : function
@@ -223,7 +226,7 @@ def _list_gyro_hypotheses(
             state not in modeled,
         )
     yield Hypothesis(
-        "gyro.delay",
+        "gyro.latency",
         _TIMING_ADVICE,
         partial(_format_delay, "gyro reports rates", "early", "late"),
         (model_errors.build_gyro_time_tag_error(rates, durations),),
@@ -270,8 +273,8 @@ def _list_sensor_hypotheses(
         model_errors.build_profile_errors(rises, _STEP_PROFILES),
     )
     yield Hypothesis(
-        f"{name}.delay",
-        f"{name}.initial_delay_s",
+        f"{name}.latency",
+        f"{name}.initial_latency_s",
         partial(_format_delay, f"{name} is", "late", "early"),
         (latency,),
         is_applicable="delay" not in states,

@@ -27,7 +27,7 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Key that requests noise estimation.
 NOISE_KEY = "noise"
-_SENSITIVITIES_FIELD = "influences"
+_SENSITIVITIES_FIELD = "bias_sensitivities"
 #: Ratio of the 1-sigma of an added bias variation to the initial 1-sigma of the bias. The initial
 #: 1-sigma of a measured bias is small, but its variation may be larger.
 _BIAS_VARIATION_FACTOR = 10.0
@@ -190,9 +190,19 @@ def compare_calibrations(first: Calibration, second: Calibration) -> pd.DataFram
     keys = ["block", "axis", "unit"]
     old, new = (each.build_table().set_index(keys)[columns] for each in (first, second))
     table = new.join(old.add_suffix(" before"))
-    table["change / sigma [-]"] = (table["estimate"] - table["estimate before"].fillna(0.0)) / table["sigma"]
+    table["change / sigma [-]"] = (
+        table["estimate"] - table["estimate before"].fillna(0.0)
+    ) / table["sigma"]
     return table.reset_index(["axis", "unit"])[
-        ["axis", "unit", "estimate before", "sigma before", "estimate", "sigma", "change / sigma [-]"]
+        [
+            "axis",
+            "unit",
+            "estimate before",
+            "sigma before",
+            "estimate",
+            "sigma",
+            "change / sigma [-]",
+        ]
     ]
 
 

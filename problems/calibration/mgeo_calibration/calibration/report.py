@@ -65,7 +65,8 @@ def _format_corrections(calibration: Calibration) -> str:
             if isinstance(value, list) and isinstance(value[0], list):
                 lines = {f"{name}, row {i}": row for i, row in enumerate(value, 1)}
             rows += [
-                {"name": owner, "parameter": at, "value": _format_value(v)} for at, v in lines.items()
+                {"name": owner, "parameter": at, "value": _format_value(v)}
+                for at, v in lines.items()
             ]
     return _format_table(pd.DataFrame(rows), classes="wrapped")
 

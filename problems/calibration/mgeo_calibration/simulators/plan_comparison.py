@@ -227,7 +227,9 @@ def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.Da
     for at, name in ((0.5, MEDIAN_COLUMN), (UPPER_QUANTILE, QUANTILE_COLUMN)):
         low, high = np.quantile(table, [1.0 - at, at], axis=0)
         result[name] = np.where(least, low, high)
-    result[VIOLATED_COLUMN] = 100.0 * np.mean([~one["satisfied"].to_numpy(bool) for one in each], axis=0)
+    result[VIOLATED_COLUMN] = 100.0 * np.mean(
+        [~one["satisfied"].to_numpy(bool) for one in each], axis=0
+    )
     result.loc[result["bound"] == "", VIOLATED_COLUMN] = np.nan
     return result[
         ["unit", "plan", MEDIAN_COLUMN, QUANTILE_COLUMN, "bound", "limit", VIOLATED_COLUMN]

@@ -319,7 +319,7 @@ def apply_true_eclipses(
     suite = model.suite
     if not suite.environment_errors.has_orbit_error or not environment.has_eclipses:
         return model
-    first = 3 * suite.blocks.index("world.orbit_error") - 3
+    first = 3 * suite.blocks.index("environment_errors.orbit_error") - 3
     there = compute_availability(
         suite,
         suite.environment_errors.displace_position(

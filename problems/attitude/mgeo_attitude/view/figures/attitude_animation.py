@@ -126,7 +126,8 @@ def draw_attitude(
     return {
         "data": [
             *_draw_sphere(),
-            _draw_arrow("Sun", environment.sun[0], 4) | {"meta": {"rotation": "Sun", "faint": SHADOW}},
+            _draw_arrow("Sun", environment.sun[0], 4)
+            | {"meta": {"rotation": "Sun", "faint": SHADOW}},
             _draw_arrow("field", field, 5) | {"meta": {"rotation": "field"}},
             *(_place_in_space(trace, body[0]) for trace in (*_draw_box(), *axes)),
         ],

@@ -111,8 +111,8 @@ class PlottedSolutions:
         front = find_front_rows(self.F)
         fastest, best = int(front[0]), int(front[-1])
         roles = {} if knee_index is None else {knee_index: "knee"}
-        roles[fastest] = "min-time", "least trace" -> "min-trace", "fastest, least trace" -> "min-time, min-trace"  # replaces "knee" at an end of the front
-        roles[best] = "least trace" if best != fastest else "fastest, least trace"
+        roles[fastest] = "min-time"  # replaces "knee" at an end of the front
+        roles[best] = "min-trace" if best != fastest else "min-time, min-trace"
         rows = range(len(self.F)) if len(self.F) <= MAX_SELECTED else roles
         order = sorted(rows, key=lambda row: tuple(self.F[row]))
         labels = tuple(

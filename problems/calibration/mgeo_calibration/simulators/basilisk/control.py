@@ -223,7 +223,7 @@ def build_magnetorquer_control(
 
         def __init__(self) -> None:
             super().__init__()
-            self.ModelTag, self.dipoles = "coils", messaging.MTBCmdMsg()
+            self.ModelTag, self.dipoles = "magnetorquers", messaging.MTBCmdMsg()
             self.off = True
             self.kept: tuple[Any, ...] = ()
 

@@ -205,7 +205,7 @@ def simulate(
 def _initialize_simulation(modules: list[Any], nanoseconds: int) -> Any:
     run = SimulationBaseClass.SimBaseClass()
     run.SetProgressBar(False)
-    run.CreateNewProcess("flight").addTask(run.CreateNewTask("step", nanoseconds))
+    run.CreateNewProcess("monte_carlo").addTask(run.CreateNewTask("step", nanoseconds))
     for priority, module in enumerate(reversed(modules)):
         run.AddModelToTask("step", module, priority)
     run.InitializeSimulation()

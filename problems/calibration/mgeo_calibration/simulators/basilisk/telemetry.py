@@ -171,7 +171,9 @@ def validate_suite(suite: Suite) -> None:
     """
     if suite.environment_errors != EnvironmentErrors():
         raise InvalidValue(
-            "world", suite.environment_errors, "expected none: Basilisk flies without its errors"
+            "environment_errors",
+            suite.environment_errors,
+            "expected none: Basilisk flies without its errors",
         )
     for i, sensor in enumerate(suite.sensors):
         states = SENSOR_STATES.get(type(sensor))
