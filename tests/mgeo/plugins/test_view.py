@@ -68,4 +68,4 @@ def test_a_problem_s_own_view_is_used():
 def test_the_review_of_one_solution_has_its_description_and_its_margins():
     review = build_view(Plain(), X[:1]).review()
     assert (review.title, review.summary) == ("Plain", "f1 0.5, f2 0.0625")
-    assert [section.title for section in review.sections] == ["Solution", "Limits"]
+    assert [section.title for section in review.sections] == ["Solution", "Constraints"]
