@@ -36,7 +36,7 @@ def by_hand(plan):
     run = run_reference_filter(model, plan.design)
     C = run.attitude
     turns = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
-    yield np.abs(turns / model.step @ plan.scenario.wheels.compute_load_matrix()).max()
+    yield np.abs(turns / model.step @ plan.scenario.wheels.inertia_matrix()).max()
     yield from np.degrees(path_angles(model, run, plan.design))
     sigma = run.sigma[-1].reshape(-1, 3).max(axis=1)
     yield from (np.degrees(sigma[0]), np.degrees(sigma[1]) * 3600.0)
