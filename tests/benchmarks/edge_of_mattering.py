@@ -152,7 +152,7 @@ def healthy_errors(scenario: Scenario, seed: int) -> np.ndarray:
 
 
 def with_temperature(flown: Telemetry) -> Telemetry:
-    return dataclasses.replace(flown, others={"temperature": temperature(flown.times)})
+    return dataclasses.replace(flown, housekeeping={"temperature": temperature(flown.times)})
 
 
 def late(name: str) -> Callable[[float, np.random.Generator], Craft]:

@@ -16,7 +16,7 @@ from ..three import three
 
 def judged(predicted=1.0, claimed=1.0, p=(1.0, 1.0), nees_p=1.0, n=200):
     names = ["attitude x", "sun bias y"]
-    columns = ("rms / predicted [-]", "rms / claimed [-]", "p, predicted", "p, claimed")
+    columns = ("rms / predicted [-]", "rms / filter 1-sigma [-]", "p, predicted", "p, filter")
     rows = [[0.5, 0.5, 1.0, 1.0], [predicted, claimed, *p]]
     return Verification(n, pd.DataFrame(rows, names, columns), 1.2, nees_p, pd.DataFrame())
 
@@ -81,7 +81,7 @@ def test_a_real_plan(short_plan):
     np.testing.assert_allclose(found.table["predicted"], short_plan.accuracy()["after"], rtol=1e-6)
     assert found.nees == pytest.approx(same.nees[:, at].mean() / 18.0)
     claimed = (same.errors[:, at] / same.sigma[:, at]) ** 2
-    ratio = found.table.loc["gyro bias x", "rms / claimed [-]"]
+    ratio = found.table.loc["gyro bias x", "rms / filter 1-sigma [-]"]
     assert ratio == pytest.approx(np.sqrt(claimed[:, 3].mean()))
     assert found.is_achieved  # a fifth of the flights of the default, with errors as small
 

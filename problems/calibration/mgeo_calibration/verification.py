@@ -27,8 +27,8 @@ SIGNIFICANCE_LEVEL = 0.01
 #: Power at which `Verification.detectable_ratio` is stated.
 DETECTION_POWER = 0.9
 
-PREDICTED_RATIO, FILTER_RATIO = "rms / predicted [-]", "rms / claimed [-]"
-_P_COLUMNS = {PREDICTED_RATIO: "p, predicted", FILTER_RATIO: "p, claimed"}
+PREDICTED_RATIO, FILTER_RATIO = "rms / predicted [-]", "rms / filter 1-sigma [-]"
+_P_COLUMNS = {PREDICTED_RATIO: "p, predicted", FILTER_RATIO: "p, filter"}
 
 
 @dataclass(frozen=True, eq=False)

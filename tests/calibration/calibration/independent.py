@@ -1,6 +1,6 @@
 """Flights of a simulation of its own: exact rotations of any motion, own errors and noise.
 
-It shares with `mgeo_calibration.fly` only what orbit, Sun and field are. The body turns while the
+It shares with `mgeo_calibration.simulate_telemetry` only what orbit, Sun and field are. The body turns while the
 gyro averages, the gyro and the sensors count in steps, clocks are late, readings are absurd.
 """
 

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration import fly as fly_plan
+from mgeo_calibration import simulate_telemetry as fly_plan
 from mgeo_calibration.telemetry.mapping import GyroChannels, TelemetryMapping
 from mgeo_calibration.telemetry.quantization import (
     compute_angle_variance_rate,

@@ -52,7 +52,7 @@ def test_normalized_vectors_are_calibrated_as_claimed(name):
 def test_directions_with_light_from_the_earth_are_calibrated_as_claimed(seed):
     """The independent truth adds light in all directions, also along the Sun."""
     world = EnvironmentErrors(earth_albedo=0.3, albedo=0.03)
-    scenario = dataclasses.replace(two_axis(SCENARIOS["cubesat_6u"]), world=world)
+    scenario = dataclasses.replace(two_axis(SCENARIOS["cubesat_6u"]), environment_errors=world)
     telemetry = fly(scenario, steady(PLAN), seed)
     calibration = calibrate(scenario, telemetry)
     assert calibration.is_consistent, calibration.conclusion

@@ -74,8 +74,8 @@ def test_one_document_for_scripts(run, flight):
     page = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
     (row,) = re.findall(r"^\| `attitude calibrate` \| (.*) \|$", page, re.MULTILINE)
     assert list(found) == re.findall(r"`(\w+)`", row)
-    assert found["supported"] is True
-    assert len(found["promised"]) == 18
+    assert found["consistent"] is True
+    assert len(found["predicted"]) == 18
 
 
 def test_a_calibration_that_is_not_supported_has_another_exit_code(run, flight, tmp_path):
@@ -111,7 +111,7 @@ def test_all_that_is_tested_is_printed_where_nothing_is_calibrated(run, flight, 
     (check,) = [name for name, text in tests.items() if text and text[0].startswith("gyro at row ")]
     report = json.loads(run(*command, "--diagnose", "--json", code=2).stdout)
     assert report["refused"].startswith(message)
-    (finding,) = [each["says"] for each in report["checks"] if each["check"] == check]
+    (finding,) = [each["finding"] for each in report["checks"] if each["check"] == check]
     assert finding.startswith("gyro at row ")
     assert run(*command, code=2).stdout == ""
 
@@ -121,7 +121,7 @@ def test_all_that_is_tested_is_printed_where_nothing_is_calibrated(run, flight, 
     [
         ((), "--scenario FILE.toml|PRESET: expected it, or --plan"),
         (("--scenario", "paper", "--mapping", "none.toml"), "none.toml"),
-        (("--scenario", "paper", "--pick", "best"), "--pick: expected with --plan RUN"),
+        (("--scenario", "paper", "--pick", "min-trace"), "--pick: expected with --plan RUN"),
     ],
 )
 def test_bad_arguments(run, flight, monkeypatch, arguments, message):

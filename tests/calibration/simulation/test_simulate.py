@@ -66,7 +66,7 @@ def test_errors_that_vary_are_estimated_or_considered_consistently(paper, consid
         orbit_error_m=(5000.0, 5000.0, 5000.0),
         considered=considered,
     )
-    result = run((dataclasses.replace(scenario, world=world), environment), 40)
+    result = run((dataclasses.replace(scenario, environment_errors=world), environment), 40)
     assert result.blocks[2:5] == (
         "environment_errors.albedo",
         "environment_errors.field_error",

@@ -108,7 +108,7 @@ def calibrate(
         raise ValueError(f"gate = {gate!r}: expected a probability in (0, 0.5)")
     if mapping is not None and mapping.gyro.reference_axes == "unknown":
         raise InvalidValue(
-            "gyro.holds", "unknown", "expected none, or that of calibrate_magnetometers"
+            "gyro.reference_axes", "unknown", "expected none, or that of calibrate_magnetometers"
         )
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)

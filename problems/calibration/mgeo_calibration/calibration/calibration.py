@@ -327,7 +327,7 @@ class Calibration:
         )
         result.attrs |= {
             "time_s": float(history.times[k]),
-            "flown": format_nominal_suffix(plan.scenario),
+            "motion": format_nominal_suffix(plan.scenario),
         }
         return result
 

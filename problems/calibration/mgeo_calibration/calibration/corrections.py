@@ -57,7 +57,7 @@ def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) ->
             kind = (
                 "bias_sensitivities"
                 if influence.error == "bias"
-                else f"{influence.error}_influences"
+                else f"{influence.error}_sensitivities"
             )
             entry.setdefault(kind, {})[influence.channel] = {
                 f"{influence.error}_per_unit": (unit.factor * value).tolist(),
@@ -72,7 +72,7 @@ def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) ->
             unit = find_bias_unit(owner)
             entry |= {"bias": (unit.factor * value).tolist(), "unit": unit.text}
         elif state == "latency":
-            entry["delay_s"] = float(value.mean())
+            entry["latency_s"] = float(value.mean())
         else:
             entry[state] = value.tolist()
     if isinstance(owner, Photodiode) and "sensitivity" in constants:

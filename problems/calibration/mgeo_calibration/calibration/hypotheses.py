@@ -30,7 +30,7 @@ _REMOVAL_ADVICE = "no state models it, remove it from the readings"
 #: Key of an error that is proportional to a column.
 _SENSITIVITY_KEYS = {
     "bias": "bias_sensitivities",
-    "misalignment": 'influences with error = "misalignment"',
+    "misalignment": 'bias_sensitivities with error = "misalignment"',
 }
 #: Offset profiles: slow drifts, and a step within one part of the data. A step in the first part is
 #: covered by the prior test.
@@ -57,7 +57,7 @@ _AXES_ERRORS = {
     "scale_asymmetry": (
         model_errors.LARGE_AXES_ERROR,
         "",
-        f"influences of {', '.join(RATE_MAGNITUDES)}",
+        f"bias_sensitivities of {', '.join(RATE_MAGNITUDES)}",
     ),
 }
 
@@ -277,7 +277,7 @@ def _list_sensor_hypotheses(
         f"{name}.initial_latency_s",
         partial(_format_delay, f"{name} is", "late", "early"),
         (latency,),
-        is_applicable="delay" not in states,
+        is_applicable="latency" not in states,
         observability_condition="rotation",
     )
     for state in ("scale_factor", "nonorthogonality"):

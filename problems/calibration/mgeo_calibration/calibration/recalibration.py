@@ -36,7 +36,7 @@ INITIAL_SIGMAS = {
     "scale_factor": 0.02,
     "misalignment_deg": 1.0,
     "nonorthogonality_deg": 1.0,
-    "delay_s": 1.0,
+    "latency_s": 1.0,
 }
 T = TypeVar("T", Gyro, Sensor)
 _N_ROUNDS = 3  # The set of outliers depends on the noise.

@@ -34,7 +34,7 @@ def build_report(calibration: Calibration, predicted: pd.DataFrame | None = None
         title += predicted.attrs["motion"]
         parts += [f"<h2>{title}</h2>", _format_table(predicted.reset_index())]
     figures = calibration.draw_figures()
-    parts += [figures.pop("constants"), "<h2>Innovations</h2>"]
+    parts += [figures.pop("parameters"), "<h2>Innovations</h2>"]
     parts.append(_format_table(calibration.build_sensor_test_table().T.reset_index()))
     parts += [
         "<h2>Estimate and prior</h2>",

@@ -95,11 +95,11 @@ def fly(
     time: Time = None,
     solution: Solution = None,
     simulator: Annotated[
-        Literal["own", "basilisk"],
+        Literal["kinematic", "basilisk"],
         typer.Option(
             help="Exact rates, or rigid-body dynamics with actuators by Basilisk (an extra)."
         ),
-    ] = "own",
+    ] = "kinematic",
     vehicle: Annotated[
         Literal["paper", "cubesat_6u"] | None,
         typer.Option(help="Inertia and wheels for Basilisk [default: from the scenario]."),

@@ -28,11 +28,13 @@ def simulate_plan(
         If the simulator is not installed.
     """
     scenario, environment = plan.scenario, plan.problem.environment
-    if simulator == "own":
+    if simulator == "kinematic":
         from mgeo_calibration.simulators.kinematic import simulate_telemetry
 
         if vehicle is not None:
-            raise ValueError("--vehicle: the own simulator has none. Use --simulator basilisk")
+            raise ValueError(
+                "--vehicle: the kinematic simulator has none. Use --simulator basilisk"
+            )
         return simulate_telemetry(
             scenario, plan, seed, initial_truth=initial_truth, environment=environment
         )

@@ -24,7 +24,10 @@ from mgeo_calibration.verification import (
 )
 
 #: Short column names for the terminal.
-_SHORT_COLUMNS = {"rms / predicted [-]": "/ predicted", "rms / claimed [-]": "/ filter 1-sigma"}
+_SHORT_COLUMNS = {
+    "rms / predicted [-]": "/ predicted",
+    "rms / filter 1-sigma [-]": "/ filter 1-sigma",
+}
 
 
 def print_verification(picked: SelectedPlan, verification: Verification, output: Output) -> None:
@@ -48,7 +51,7 @@ def print_verification(picked: SelectedPlan, verification: Verification, output:
     output.print(*render_table(TABLES["monte_carlo"], plan))
     if len(verification.path_constraints):
         output.print(
-            *build_titled_table("path limits broken", verification.path_constraints),
+            *build_titled_table("path constraints violated", verification.path_constraints),
             format_note(
                 "steered: attitude control with the estimate; open loop: exact rates of the plan"
             ),
@@ -110,8 +113,8 @@ def build_result_path(source: Path, picked: SelectedPlan, seed: int) -> Path | N
 def _describe_constraints(verification: Verification) -> Iterator[str]:
     for name, row in verification.path_constraints.iterrows():
         ways = ", ".join(
-            f"{row[f'{way}: flights [%]']:.3g} % of flights ({row[f'{way}: time [%]']:.3g} % of "
+            f"{row[f'{way}: runs [%]']:.3g} % of runs ({row[f'{way}: time [%]']:.3g} % of "
             f"the time) {way}"
             for way in ("steered", "open loop")
         )
-        yield f"{name} broken in {ways}"
+        yield f"{name} violated in {ways}"

@@ -104,7 +104,7 @@ def accumulate_rotations(batch: Batch, states: Floats) -> Floats:
     """
     _, turn = compute_rates_and_rotations(batch, states)
     R = np.empty((len(turn) + 1, 3, 3))
-    load_compiled_module("kinematics").accumulated(np.ascontiguousarray(turn), R)
+    load_compiled_module("kinematics").accumulate_rotations(np.ascontiguousarray(turn), R)
     return R
 
 

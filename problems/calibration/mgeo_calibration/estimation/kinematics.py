@@ -208,7 +208,7 @@ def discretize_dynamics(
     densities, kernel = (density[0], density[3]), load_compiled_module("kinematics")
     kernel.discretize_steps(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
     if has_axis_dependent_noise(density):
-        load_compiled_module("process_noise").process_noise(
+        load_compiled_module("process_noise").compute_process_noise(
             suite.gyro.bias_decay, density[:6], turning, durations, Q
         )
     if suite.gyro_sensitivity_slices:

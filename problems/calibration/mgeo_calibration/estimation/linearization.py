@@ -171,7 +171,7 @@ def _linearize_samples(
     """Return z, states and H of the readings of one sensor at some samples; see `SensorEquations`."""
     suite, sensor = batch.suite, batch.suite.sensors[index]
     rate = ZERO_RATE  # Only a sensor with a measurement latency depends on the body rate.
-    if "delay" in suite.get_first_indices(sensor):
+    if "latency" in suite.get_first_indices(sensor):
         rates, _ = compute_rates_and_rotations(batch, trajectory.states)
         rate = rates[np.maximum(samples - 1, 0)]
     attitude = np.moveaxis(trajectory.attitude[samples], 0, -1)

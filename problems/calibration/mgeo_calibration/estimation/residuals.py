@@ -86,7 +86,7 @@ def compute_residuals(solution: Solution) -> Residuals:
     for span, result in smooth_covariances(solution):
         seen, first = span.measurements, span.first_new
         r, squares = np.zeros(seen.z.shape), np.full(seen.has_reading.shape, np.nan)
-        load_compiled_module("residuals").all_others(
+        load_compiled_module("residuals").compute_residuals(
             seen.has_reading,
             span.is_used,
             seen.arrays,
@@ -129,7 +129,7 @@ def compute_filter_estimates(solution: Solution, n_leading: int = 3) -> FilterEs
     for span in solution.iterate_spans():
         own, first = slice(span.low, span.high), span.first_new
         each = np.empty(span.measurements.z.shape)
-        load_compiled_module("residuals").those_before(
+        load_compiled_module("residuals").compute_innovations(
             span.is_used,
             span.readings,
             span.estimates,

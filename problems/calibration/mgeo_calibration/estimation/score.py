@@ -256,7 +256,7 @@ def _run_filter(
         for index, (numbers, columns) in enumerate(reads):
             read[index, :, :, : len(numbers)] = columns
             which[index, : len(numbers)] = numbers
-        load_compiled_module("sensitivities").sensitivities(
+        load_compiled_module("sensitivities").compute_sensitivities(
             span.process.F,
             moves[1],
             moves[0],

@@ -126,7 +126,7 @@ class LinearizedBatch:
             each[0] = one
         Hw, K, w, W = (np.empty((s, n, 3, *more)) for more in ((p,), (d,), (), (q,)))
         readings, used = (Hw, K, w, W), np.ascontiguousarray(self.is_used[:, low:high])
-        forward = load_compiled_module("two_stage").forward
+        forward = load_compiled_module("two_stage").run_filter
         cost = forward(
             move.arrays, used, seen.arrays, move.constant_factors, kept, readings, first, cost
         )
@@ -315,7 +315,7 @@ def solve_linearized(
     hold = N * compute_sample_memory(batch.suite, partition) <= MAX_SPAN_MEMORY
     for span in split_into_spans(N):
         result, cost = linear.filter_span(starts[-1], span, cost)
-        load_compiled_module("two_stage").learn(
+        load_compiled_module("two_stage").reduce_readings(
             result.is_used, result.readings, result.first_new, R
         )
         starts.append(result.last_estimate)
@@ -335,7 +335,7 @@ def solve_linearized(
     adjoint = np.zeros(d)
     for each in solution.iterate_spans(backward=True):
         e, seen = np.empty((each.high - each.low, d)), each.measurements
-        load_compiled_module("bryson_frazier").backward(
+        load_compiled_module("bryson_frazier").smooth_errors(
             each.process.F,
             each.is_used,
             seen.n_columns,
@@ -374,7 +374,7 @@ def smooth_covariances(
         result = SmoothedCovariance(
             np.empty((size, leading, leading)), np.empty((size, leading, q))
         )
-        load_compiled_module("bryson_frazier").smoothed(
+        load_compiled_module("bryson_frazier").smooth_covariances(
             each.process.arrays,
             each.is_used,
             each.measurements.arrays,

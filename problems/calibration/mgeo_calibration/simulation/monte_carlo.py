@@ -150,7 +150,7 @@ class MonteCarloResult(RunStatistics):
         )
         columns = {}
         for i, way in enumerate(("steered", "open loop")):
-            columns[f"{way}: flights [%]"] = 100.0 * ever[i]
+            columns[f"{way}: runs [%]"] = 100.0 * ever[i]
             columns[f"{way}: time [%]"] = 100.0 * share[i]
         return pd.DataFrame(columns, index=pd.Index(self.path_constraints, name="path constraint"))
 
@@ -223,7 +223,9 @@ def evaluate_consistency(
     start = 0.5 * float(result.times[-1]) if start_time is None else start_time
     tested = result.times >= start
     if not tested.any():
-        raise ValueError(f"since = {start_time!r}: expected at most {float(result.times[-1])!r} s")
+        raise ValueError(
+            f"start_time = {start_time!r}: expected at most {float(result.times[-1])!r} s"
+        )
 
     tail = 0.5 * (1.0 - confidence)
 

@@ -208,7 +208,7 @@ def evaluate_filter(
     watched = true_model or model
     start, states, gyro = (
         np.stack([getattr(flight, name) for flight in runs], axis=-1)
-        for name in ("start", "errors", "gyro")
+        for name in ("initial_rotation", "initial_states", "varying_states")
     )
     result = RunStatistics(
         errors=np.empty((n_runs, m, suite.n_states)),

@@ -26,7 +26,7 @@ from mgeo_calibration.simulators.simulated_run import (
 )
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-END_ERROR, MAX_ERROR = "off the plan, end", "off the plan, most"
+END_ERROR, MAX_ERROR = "pointing error, end", "pointing error, largest"
 WHEEL_MOMENTUM = "wheel momentum"
 #: Upper quantile of the Monte Carlo runs in a table, in addition to the median.
 UPPER_QUANTILE = 0.9
@@ -243,7 +243,7 @@ def format_gyro_guidance(summary: pd.DataFrame) -> list[str]:
     half, most = summary.loc[END_ERROR, [MEDIAN_COLUMN, QUANTILE_COLUMN]]
     broken = summary[summary[VIOLATED_COLUMN] > 0.0]
     limits = "".join(
-        f"; {label} broken in {share:.3g} %" for label, share in broken[VIOLATED_COLUMN].items()
+        f"; {label} violated in {share:.3g} %" for label, share in broken[VIOLATED_COLUMN].items()
     )
     return [
         "with gyro-based guidance from an uncertain initial attitude, half of the runs end less "

@@ -218,10 +218,10 @@ class GyroChannels(MountedChannels):
                     getattr(self, key) is None,
                     key,
                     getattr(self, key),
-                    "none: holds says that there is no gyro",
+                    "none, because reference_axes declares that there is no gyro",
                 )
         held = self.reference_axes in ("lvlh", "inertial") or error is None
-        expect(held, "pointing_error_deg", error, "holds = 'lvlh' or 'inertial' with it")
+        expect(held, "pointing_error_deg", error, "reference_axes = 'lvlh' or 'inertial' with it")
         oriented = error is None or self.reference_axes != "inertial" or self.is_mounted
         expect(oriented, "pointing_error_deg", error, "dcm or quaternion of GCRF with it")
         expect(
