@@ -182,7 +182,8 @@ def _build_calibration(
     # The tests of NIS and correlation are one-sided: together they count as one test.
     n_tests += sum(len(each.samples) > 0 for each in past.innovations)
     tests = sensor_tests(found, past, n_tests)
-    scatter = models.scatter_of(sensor_tests(whole, all_past, n_tests))
+    all_tests = tests if whole is found else sensor_tests(whole, all_past, n_tests)
+    scatter = models.scatter_of(all_tests)
     model_tests, doubts = models.model_tests(whole.solution, tested, n_tests, scatter)
     return Calibration(
         scenario=scenario,

@@ -20,7 +20,7 @@ from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.estimation.kinematics import turns
-from mgeo_calibration.estimation.linearization import Equations, sighting
+from mgeo_calibration.estimation.linearization import Equations, misfit
 from mgeo_calibration.estimation.score import Combined, Departure
 from mgeo_calibration.estimation.smoother import Solution
 
@@ -342,7 +342,7 @@ def _build_gyro_departure(
     """
 
     def moves(own: Equations) -> Floats:
-        moved: Floats = np.einsum("nij,njk->nik", _compute_rate_sensitivity(own), off(own))
+        moved: Floats = _compute_rate_sensitivity(own) @ off(own)
         return moved
 
     return Departure(width=width, moves=moves, bias=last)
@@ -379,10 +379,11 @@ def _compute_vector_rate(solution: Solution, own: Equations, index: int) -> Floa
     low, high = max(0, own.low - 1), min(len(whole.times), own.high + 1)
     rate = np.gradient(whole.vectors[low:high, index], whole.times[low:high], axis=0)
     vectors[:, index] += rate[own.low - low : own.high - low]
-    later = sighting(dataclasses.replace(own.batch, vectors=vectors), index, own.trajectory)
+    later = dataclasses.replace(own.batch, vectors=vectors)
+    samples, z = misfit(later, index, own.trajectory)
     change = np.zeros((len(vectors), 3))
-    k = later.z.shape[1]
-    change[later.samples, :k] = own.sightings.z[index, later.samples, :k] - later.z
+    k = z.shape[1]
+    change[samples, :k] = own.sightings.z[index, samples, :k] - z
     return change
 
 

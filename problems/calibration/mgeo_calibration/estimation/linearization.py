@@ -14,7 +14,7 @@ from mgeo_attitude.sensors.readings import as_reported
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.innovation import STILL, Estimate, innovation, jacobian
 from mgeo_calibration.estimation.kinematics import Steps, steps, turns
-from mgeo_calibration.estimation.taylor import Linear
+from mgeo_calibration.estimation.taylor import Constant, Linear, Taylor
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory, spans
 
 
@@ -151,6 +151,15 @@ def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
 
 def _linear(batch: Batch, index: int, at: Trajectory, samples: Ints) -> tuple[Floats, Ints, Floats]:
     """Return z, states and H of the readings of one sensor at some samples; see `Sighting`."""
+    r = _innovation(batch, index, at, samples, Linear)
+    states, H = jacobian(r)
+    H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
+    return r.value.T, states, H
+
+
+def _innovation(
+    batch: Batch, index: int, at: Trajectory, samples: Ints, kind: type[Taylor]
+) -> Taylor:
     suite, sensor = batch.suite, batch.suite.sensors[index]
     rate = STILL  # Only a sensor with a measurement latency depends on the body rate.
     if "delay" in suite.places(sensor):
@@ -158,20 +167,23 @@ def _linear(batch: Batch, index: int, at: Trajectory, samples: Ints) -> tuple[Fl
         rate = rates[np.maximum(samples - 1, 0)]
     attitude = np.moveaxis(at.attitude[samples], 0, -1)
     vectors = batch.vectors[samples]
-    r = innovation(
+    return innovation(
         suite,
         index,
         as_reported(batch.sensors[index][samples]),
         vectors[:, index],
         Estimate.of(suite, attitude, at.states[samples].T, np.zeros(0)),
         gradient=[vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]],
-        kind=Linear,
+        kind=kind,
         rate=rate,
         influences=batch.follows(sensor, samples),
     )
-    states, H = jacobian(r)
-    H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
-    return r.value.T, states, H
+
+
+def misfit(batch: Batch, index: int, at: Trajectory) -> tuple[Ints, Floats]:
+    """Return the samples with a reading of a sensor and their innovations; see `Sighting`."""
+    samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
+    return samples, _innovation(batch, index, at, samples, Constant).value.T
 
 
 def misfits(batch: Batch, index: int, at: Trajectory) -> Floats:
@@ -181,9 +193,9 @@ def misfits(batch: Batch, index: int, at: Trajectory) -> Floats:
     """
     result = np.full((len(batch.times), len(batch.suite.sensors[index].noise())), np.nan)
     for low, high, first in spans(len(result)):
-        seen = sighting(batch.part(low, high), index, at.part(low, high))
-        new = seen.samples >= first
-        result[low + seen.samples[new]] = seen.z[new]
+        samples, z = misfit(batch.part(low, high), index, at.part(low, high))
+        new = samples >= first
+        result[low + samples[new]] = z[new]
     return result
 
 

@@ -104,6 +104,12 @@ class Linear(Taylor):
     order = 1
 
 
+class Constant(Taylor):
+    """Polynomial of order zero: value without derivatives."""
+
+    order = 0
+
+
 def _multiply_terms(p: Floats, q: Floats) -> Floats:
     outer = p[:, :, None] * q[:, None]
     return outer.reshape(len(outer), -1, outer.shape[-1])
@@ -118,9 +124,10 @@ def uncertain(vector: Floats, number: int, kind: type[Taylor] = Taylor) -> Taylo
     number : int
         Number of the error 3-vector.
     kind : type
-        `Taylor` or `Linear`.
+        `Taylor`, `Linear` or `Constant`.
     """
-    return kind({**kind.of(vector).terms, (number,): np.eye(3)[:, :, None]})
+    constant = kind.of(vector)
+    return kind({**constant.terms, (number,): np.eye(3)[:, :, None]}) if kind.order else constant
 
 
 def uncertain_rotation(
