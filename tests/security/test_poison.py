@@ -43,7 +43,17 @@ def poison(tmp_path):
     np.save(npy, array, allow_pickle=True)
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w") as members:
-        for name in ("json", "X", "F", "G", "H", "columns", "rows", "evaluation_numbers", "front_rows"):
+        for name in (
+            "json",
+            "X",
+            "F",
+            "G",
+            "H",
+            "columns",
+            "rows",
+            "evaluation_numbers",
+            "front_rows",
+        ):
             members.writestr(f"{name}.npy", npy.getvalue())
     return marker, [pickle.dumps(Poison(marker)), npy.getvalue(), archive.getvalue()]
 

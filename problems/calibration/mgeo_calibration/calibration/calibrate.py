@@ -186,7 +186,8 @@ def _build_calibration(
     # The tests of NIS and correlation are one-sided: together they count as one test.
     n_tests += sum(len(each.samples) > 0 for each in past.innovations)
     tests = run_sensor_tests(fit_result, past, n_tests)
-    scatter = models.compute_variance_ratio(run_sensor_tests(whole, all_past, n_tests))
+    all_tests = tests if whole is fit_result else run_sensor_tests(whole, all_past, n_tests)
+    scatter = models.compute_variance_ratio(all_tests)
     model_tests, doubts = models.run_model_tests(whole.solution, tested, n_tests, scatter)
     return Calibration(
         scenario=scenario,

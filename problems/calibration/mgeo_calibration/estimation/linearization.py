@@ -23,7 +23,11 @@ from mgeo_calibration.estimation.kinematics import (
     compute_rates_and_rotations,
     linearize_process,
 )
-from mgeo_calibration.estimation.taylor import LinearPolynomial
+from mgeo_calibration.estimation.taylor import (
+    ConstantPolynomial,
+    LinearPolynomial,
+    TaylorPolynomial,
+)
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory, split_into_spans
 
 
@@ -169,6 +173,15 @@ def _linearize_samples(
     batch: Batch, index: int, trajectory: Trajectory, samples: Ints
 ) -> tuple[Floats, Ints, Floats]:
     """Return z, states and H of the readings of one sensor at some samples; see `SensorEquations`."""
+    r = _compute_innovation(batch, index, trajectory, samples, LinearPolynomial)
+    states, H = compute_jacobian(r)
+    H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
+    return r.value.T, states, H
+
+
+def _compute_innovation(
+    batch: Batch, index: int, trajectory: Trajectory, samples: Ints, kind: type[TaylorPolynomial]
+) -> TaylorPolynomial:
     suite, sensor = batch.suite, batch.suite.sensors[index]
     rate = ZERO_RATE  # Only a sensor with a measurement latency depends on the body rate.
     if "latency" in suite.get_first_indices(sensor):
@@ -176,20 +189,33 @@ def _linearize_samples(
         rate = rates[np.maximum(samples - 1, 0)]
     attitude = np.moveaxis(trajectory.attitude[samples], 0, -1)
     vectors = batch.vectors[samples]
-    r = compute_innovation(
+    return compute_innovation(
         suite,
         index,
         unstack_measurement(batch.readings[index][samples]),
         vectors[:, index],
         Estimate.from_states(suite, attitude, trajectory.states[samples].T, np.zeros(0)),
         gradient=[vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]],
-        kind=LinearPolynomial,
+        kind=kind,
         rate=rate,
         channel_values=batch.select_channel_values(sensor, samples),
     )
-    states, H = compute_jacobian(r)
-    H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
-    return r.value.T, states, H
+
+
+def compute_sensor_innovations(
+    batch: Batch, index: int, trajectory: Trajectory
+) -> tuple[Ints, Floats]:
+    """Return the innovations of one sensor, without their derivatives.
+
+    Returns
+    -------
+    samples : array, shape (n,)
+        Numbers of the samples with a reading.
+    innovations : array, shape (n, k)
+    """
+    samples = np.flatnonzero(np.isfinite(batch.readings[index][:, 0, 0]))
+    r = _compute_innovation(batch, index, trajectory, samples, ConstantPolynomial)
+    return samples, r.value.T
 
 
 def compute_innovations(batch: Batch, index: int, trajectory: Trajectory) -> Floats:
@@ -199,11 +225,11 @@ def compute_innovations(batch: Batch, index: int, trajectory: Trajectory) -> Flo
     """
     result = np.full((len(batch.times), len(batch.suite.sensors[index].noise_sigmas())), np.nan)
     for low, high, first in split_into_spans(len(result)):
-        seen = linearize_sensor(
+        samples, z = compute_sensor_innovations(
             batch.select_samples(low, high), index, trajectory.select_samples(low, high)
         )
-        new = seen.samples >= first
-        result[low + seen.samples[new]] = seen.z[new]
+        new = samples >= first
+        result[low + samples[new]] = z[new]
     return result
 
 

@@ -20,7 +20,7 @@ from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.estimation.kinematics import compute_rates_and_rotations
-from mgeo_calibration.estimation.linearization import Equations, linearize_sensor
+from mgeo_calibration.estimation.linearization import Equations, compute_sensor_innovations
 from mgeo_calibration.estimation.score import ModelError, ModelErrorCombination
 from mgeo_calibration.estimation.smoother import Solution
 
@@ -361,7 +361,7 @@ def _build_rate_error(
     """
 
     def moves(own: Equations) -> Floats:
-        moved: Floats = np.einsum("nij,njk->nik", _compute_rate_sensitivity(own), rate_errors(own))
+        moved: Floats = _compute_rate_sensitivity(own) @ rate_errors(own)
         return moved
 
     return ModelError(
@@ -402,12 +402,11 @@ def _compute_vector_rate(solution: Solution, equations: Equations, index: int) -
     low, high = max(0, equations.low - 1), min(len(whole.times), equations.high + 1)
     rate = np.gradient(whole.vectors[low:high, index], whole.times[low:high], axis=0)
     vectors[:, index] += rate[equations.low - low : equations.high - low]
-    later = linearize_sensor(
-        dataclasses.replace(equations.batch, vectors=vectors), index, equations.trajectory
-    )
+    later = dataclasses.replace(equations.batch, vectors=vectors)
+    samples, z = compute_sensor_innovations(later, index, equations.trajectory)
     change = np.zeros((len(vectors), 3))
-    k = later.z.shape[1]
-    change[later.samples, :k] = equations.measurements.z[index, later.samples, :k] - later.z
+    k = z.shape[1]
+    change[samples, :k] = equations.measurements.z[index, samples, :k] - z
     return change
 
 

@@ -296,7 +296,7 @@ def _collect_effects(
 def _drop_zero_columns(effects: Sequence[Columns]) -> Columns:
     numbers, columns = (np.concatenate(of, axis=-1) for of in zip(*effects, strict=True))
     live = columns.any(axis=(0, 1))
-    return numbers[live], np.ascontiguousarray(columns[:, :, live])
+    return numbers[live], np.compress(live, columns, axis=2)
 
 
 def _build_empty_columns(n: int) -> Columns:

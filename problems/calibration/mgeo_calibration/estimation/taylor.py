@@ -104,6 +104,12 @@ class LinearPolynomial(TaylorPolynomial):
     order = 1
 
 
+class ConstantPolynomial(TaylorPolynomial):
+    """Polynomial of order zero: value without derivatives."""
+
+    order = 0
+
+
 def _multiply_terms(p: Floats, q: Floats) -> Floats:
     outer = p[:, :, None] * q[:, None]
     return outer.reshape(len(outer), -1, outer.shape[-1])
@@ -120,9 +126,10 @@ def add_error(
     number : int
         Number of the error 3-vector.
     kind : type
-        `TaylorPolynomial` or `Linear`.
+        `TaylorPolynomial`, `LinearPolynomial` or `ConstantPolynomial`.
     """
-    return kind({**kind.from_value(vector).terms, (number,): np.eye(3)[:, :, None]})
+    constant = kind.from_value(vector)
+    return kind({**constant.terms, (number,): np.eye(3)[:, :, None]}) if kind.order else constant
 
 
 def build_rotation_with_error(
