@@ -60,7 +60,7 @@ def truncate(F: FloatArray, size: int) -> BoolArray:
 
 
 def _find_most_crowded(points: FloatArray, is_removable: BoolArray, count: int) -> list[int]:
-    """Return the next rows to remove, in order: at least one and at most `count`.
+    """Return the rows of the next points that a truncation removes: at least one, at most `count`.
 
     Fewer than `count` rows are returned if the neighbors of one query of the k-d tree do not
     suffice to find the next row.

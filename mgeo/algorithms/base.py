@@ -250,7 +250,7 @@ class ExtremalOptimization(Algorithm, ABC):
     def restart_idle_walkers(
         self, has_progress: BoolArray, has_archived_candidate: BoolArray
     ) -> None:
-        """Restart walkers that no longer make progress.
+        """Restart the walkers that have made no progress for too many generations.
 
         Parameters
         ----------
@@ -407,12 +407,11 @@ class ExtremalOptimization(Algorithm, ABC):
     def _get_objectives_and_violations(
         self, population: Population
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the objectives of individuals, and their constraint violations by two tolerances.
+        """Return objectives, violations with the default tolerance, and with the current tolerance.
 
-        Violations are 0 where feasible. The first array, for the archive, uses the default
-        tolerance of pymoo. The second array, for the selection, uses the tolerance in the
-        configuration of the individuals, which a constraint handling of pymoo may relax during a
-        run.
+        Violations are 0 where feasible. The default tolerance of pymoo decides on feasibility in
+        the archive. The current tolerance, in the configuration of the individuals, is used in the
+        selection. A constraint handling of pymoo may relax it during a run.
         """
         F = get_values(population, "F")
         if F.shape != (len(population), self.problem.n_obj):

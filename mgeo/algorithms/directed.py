@@ -191,7 +191,7 @@ class MGEODirected(DirectedMoves):
         previous_distances: FloatArray,
         adaptive_rows: IntArray,
     ) -> None:
-        """Credit each kind of candidate with its gains: the decreases of the distance.
+        """Record how much recombined and other candidates have decreased the distance.
 
         Walkers that adapt a covariance are excluded.
         """
@@ -289,7 +289,7 @@ class MGEODirected(DirectedMoves):
             self.restart_walkers(rows)
 
     def _is_adaptation_due(self) -> bool:
-        """Return True after the `adaptation_delay`, if the archive is not empty."""
+        """Return True if the run is long enough for walkers to start to adapt a covariance."""
         n_candidates = (self.state.n_generations + 1) * self.n_walkers * self._n_candidates
         is_late = n_candidates >= self.adaptation_delay * len(self.variables.xl)
         return is_late and len(self.state.front) > 0

@@ -204,7 +204,7 @@ def build_initial_designs(
 
 
 def count_allowed_evaluations(algorithm: Algorithm, n_initial_designs: int, n_points: int) -> int:
-    """Return how many points of the first generation the evaluation budget allows to evaluate.
+    """Return the number of points of the first generation that fit in the evaluation budget.
 
     Parameters
     ----------

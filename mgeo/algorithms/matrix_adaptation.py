@@ -92,7 +92,7 @@ class SearchDistributions:
         return np.asarray(self.sigma * np.sqrt((self.matrix**2).sum(axis=2).max(axis=1)))
 
     def draw_steps(self, n_candidates: int, rng: np.random.Generator) -> FloatArray:
-        """Draw the next steps of each sample.
+        """Draw random steps from the mean of each distribution and add them to its sample.
 
         Returns
         -------
@@ -105,7 +105,7 @@ class SearchDistributions:
         return self.sigma[:, None, None] * (z @ self.matrix.transpose(0, 2, 1))
 
     def add_evaluations(self, F: FloatArray, violation: FloatArray) -> bool:
-        """Store the objectives and violations of the last steps; return True if samples are full.
+        """Add the values of the last steps to the samples, and return True if these are full.
 
         Parameters
         ----------

@@ -355,7 +355,7 @@ class DirectedMoves(ExtremalOptimization):
     def _apply_momentum(
         self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest_points: FloatArray
     ) -> None:
-        """Replace a random share of the steps in place by steps with momentum.
+        """Replace a random share of the steps in place by steps that continue the last improvement.
 
         Parameters
         ----------
@@ -444,7 +444,7 @@ class DirectedMoves(ExtremalOptimization):
         )
 
     def _draw_donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
-        """Draw pairs of points for difference steps, each from the archive or the incumbents."""
+        """Draw pairs of points for difference steps, from the archive and from the incumbents."""
         rng, n = self.random_state, len(self.front)
         donors = []
         for _ in range(2):

@@ -50,7 +50,7 @@ class RealVectors(IndependentWalkers, ABC):
 
     @abstractmethod
     def compute_step_sigmas(self, sigma: FloatArray) -> FloatArray:
-        """Return the standard deviation of the step of each candidate.
+        """Return the standard deviation of the random step that generates each candidate.
 
         Parameters
         ----------

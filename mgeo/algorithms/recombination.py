@@ -64,7 +64,7 @@ def recombine(
 
 @dataclass(kw_only=True, eq=False, slots=True)
 class Credit:
-    """Recent gains of recombined candidates and of all other candidates.
+    """Record of the recent gains by recombined candidates and by all other candidates.
 
     The gain of a candidate is the decrease of the distance for the walker's weight vector. The
     weight of earlier generations decreases exponentially.
@@ -101,7 +101,7 @@ class Credit:
         return float(min(max(share, low), high))
 
     def update(self, gains: FloatArray, is_recombined: BoolArray) -> None:
-        """Update the credit with the candidates of a generation.
+        """Add the gains of the candidates of a generation to the record.
 
         A generation without gains, or with one kind of candidate only, is ignored.
 

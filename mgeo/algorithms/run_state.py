@@ -106,18 +106,16 @@ class ArchiveOutput(Output):
         self.minima: list[Column] = []
 
     def initialize(self, algorithm: Any) -> None:
-        """Add the columns that depend on the problem to the table."""
         problem = algorithm.problem
         self.minima = [Column(f"f{j + 1}_min") for j in range(problem.n_obj)]
         constrained = [self.cv] if problem.has_constraints() else []
         self.columns += [self.n_nds, *constrained, *self.minima, self.n_failed]
 
     def update(self, algorithm: Any) -> None:
-        """Set the columns of the current generation from the archive."""
-        # pymoo prints a dash for None.
         super().update(algorithm)
         front = algorithm.front
         has_points = len(front) > 0
+        # pymoo prints a dash for None.
         self.n_failed.set(getattr(algorithm.evaluator, "n_failed", None))
         self.n_nds.set(len(front))
         self.cv.set(front.violation if has_points else None)

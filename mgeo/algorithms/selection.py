@@ -153,7 +153,7 @@ def compute_next_tau(
     uniform: FloatArray,
     n: int,
 ) -> FloatArray:
-    """Return the adaptive tau of each walker for the next selection, by the A-GEO rules.
+    """Return the selection pressure tau of each walker, adapted by the A-GEO rules.
 
     If the chance of improvement is 0, tau is reset to 0.5 exp(z / sqrt(n)), with z from a standard
     normal distribution. If the chance is not larger than before, tau increases by (0.5 + chance) u,
@@ -287,9 +287,9 @@ def tchebycheff_distance(
 def find_nearest(
     F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatArray
 ) -> IntArray:
-    """Return the index of the point with the smallest distance for each weight vector.
+    """Return the index of the point with the smallest Tchebycheff distance for each weight vector.
 
-    The distance is the `tchebycheff_distance`.
+    See `tchebycheff_distance`.
 
     Parameters
     ----------

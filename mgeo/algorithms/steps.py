@@ -29,7 +29,7 @@ class StepLaw(ABC):
     def truncated_quantile(
         self, probability: FloatArray, low: FloatArray, high: FloatArray
     ) -> FloatArray:
-        """Return quantiles of the probability law, truncated to the interval [low, high].
+        """Return the quantiles of the law, truncated to [low, high], at given probabilities.
 
         The function `resample` calls this method for steps that leave the bounds. All arrays have
         the same shape.
@@ -193,7 +193,7 @@ def perturb(
     uniform: Uniform,
     law: StepLaw = NORMAL,
 ) -> FloatArray:
-    """Return each variable after a random step of its own, within the bounds.
+    """Return the values of variables after a random step of each one, within the bounds.
 
     The perturbed value is x + sigma scale(x) z with z from the law (Mainenti-Lopes, Souza & de
     Sousa 2012), equation (9) of docs/theory.md. Each candidate uses one of the perturbed values.
