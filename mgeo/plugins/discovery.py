@@ -185,7 +185,7 @@ def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
 
 
 def list_plugin_versions(modules: Iterable[str]) -> dict[str, str]:
-    """Return the versions of the plugins that given modules belong to, as a dict.
+    """Return the versions of the plugins that given modules belong to, by distribution name.
 
     Parameters
     ----------
