@@ -102,4 +102,4 @@ def test_a_label_of_a_study_looks_into_nothing(tmp_path, label):
     )
     done = CliRunner().invoke(app, ["study", str(path), "-q"])
     assert done.exit_code == 2
-    assert "expected in braces only name, sigma" in done.stderr
+    assert "expected only name, sigma in braces" in done.stderr
