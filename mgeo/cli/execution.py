@@ -71,7 +71,7 @@ class Progress:
 
     @contextmanager
     def display(self) -> Iterator[None]:
-        """Context manager that displays the progress: in place on a terminal, otherwise as lines."""
+        """Context manager that displays progress: in place on a terminal, otherwise as lines."""
         if not self._console.is_terminal:
             self._print(self._title)
             yield
