@@ -71,7 +71,8 @@ def compute_hypervolume_history(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]] | None:
     """Return the hypervolume of a run as a function of the number of evaluations, as two arrays.
 
-    It is the hypervolume of the nondominated feasible designs of all evaluations so far.
+    The front after each number of evaluations consists of all feasible designs so far that no other
+    one dominates.
 
     The objectives are mapped by ``map_to_indicator_space`` of the problem or, if the problem does
     not define it, scaled to their range over all feasible evaluations. The initial low-fidelity
