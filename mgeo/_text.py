@@ -1,6 +1,6 @@
-"""Formatting of text for messages."""
+"""Formatting of messages."""
 
 
 def join_lines(text: str) -> str:
-    """Join the stripped lines of a text with spaces, without empty lines."""
+    """Return a text as one line: its lines without surrounding blanks, joined by spaces."""
     return " ".join(filter(None, map(str.strip, text.splitlines())))
