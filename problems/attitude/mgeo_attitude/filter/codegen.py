@@ -82,9 +82,7 @@ def build_step_parts(
 
 
 class _StepBuilder:
-    """Source parts of a filter step under construction, with access to the workspace slots of the
-    step.
-    """
+    """Builder of the source of a filter step, with access to the workspace slots of the step."""
 
     def __init__(self, suite: Suite, gated: tuple[bool, ...], monitors: Monitors) -> None:
         self.suite, self.gated, self.monitors = suite, gated, monitors
@@ -118,7 +116,7 @@ class _StepBuilder:
         return Vec3(*(sum(C[3 * i + k] * v[k] for k in range(3)) for i in range(3)))
 
     def load_body_vector(self, code: Code, part: str, index: int = 0) -> Vec3:
-        """Return a GCRS vector of a named part of the orbit table, rotated to body axes."""
+        """Return symbols for a vector of the orbit table, rotated from GCRS to body axes."""
         return self.rotate_to_body(code, self.select_table_values(code, part, 3 * index, 3))
 
     def load_gate(self, code: Code, index: int) -> Any:
@@ -184,7 +182,9 @@ def _monitor_paths(step: _StepBuilder) -> None:
 
 
 def _update(step: _StepBuilder, index: int) -> None:
-    """Write the measurement update with a sensor, which is skipped if the sensor cannot measure."""
+    """Generate code for the measurement update with one sensor. The update is skipped if the sensor
+    cannot measure.
+    """
     suite, sensor, code = step.suite, step.suite.sensors[index], step.find_part(f"update_{index}")
     rate = Vec3(*code.slots(step.slots.body_rate, 3))
     vector = step.load_body_vector(code, "references", index)
@@ -227,7 +227,7 @@ def _update(step: _StepBuilder, index: int) -> None:
 
 
 def _monitor_states(step: _StepBuilder) -> None:
-    """Write the count of the latest consecutive samples at which all required 1-sigmas are
+    """Generate code that counts the latest consecutive samples at which all required 1-sigmas are
     satisfied.
     """
     code, states = step.find_part("monitor_states"), step.monitors.states
@@ -249,7 +249,7 @@ def compute_instrument_constants(
     suite: Suite, step: float, path_constraints: Sequence[PathConstraint] = ()
 ) -> np.ndarray:
     """Return the numerical constants of a filter step that depend on sensors, Gauss-Markov
-    processes and path constraints.
+    processes and path constraints, as one array.
 
     The constants are, in this order: decay factor and process-noise variances of each Gauss-Markov
     process; the constants of the path constraints (`path_constraints.list_cone_constants`); and for

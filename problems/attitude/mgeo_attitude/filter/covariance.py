@@ -31,9 +31,9 @@ Rows = list[list[Symbol]]
 
 
 def predict(P: Triangle, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
-    """Write the code of the time update of the covariance.
+    """Generate code for the time update of the covariance, P ← F P Fᵀ + Q.
 
-    The code computes P ← F P Fᵀ + Q, equation (3) of docs/theory.md. A row that is missing in F is
+    This is equation (3) of docs/theory.md. A row that is missing in F is
     a row of the identity matrix without process noise, for a constant state. The states after the
     last state on which other states depend must form blocks of three, and F and Q must be diagonal
     there.
@@ -60,8 +60,8 @@ def predict(P: Triangle, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
 def _predict_coupled(
     P: Triangle, corner: int, rows: Mapping[int, list[int]], F: SparseMatrix, Q: SparseMatrix
 ) -> None:
-    """Write the time update of the leading `corner` states, on which other states depend, beginning
-    with the coupled rows.
+    """Generate code for the time update of the first `corner` states, on which other states depend.
+    Coupled rows come first.
     """
     code, coupled_rows = P.code, [i for i in rows if rows[i] != [i]]
 
@@ -89,7 +89,8 @@ def _predict_coupled(
 def _predict_below(
     P: Triangle, corner: int, n: int, rows: Mapping[int, list[int]], F: SparseMatrix
 ) -> None:
-    """Write the time update of the columns of the leading `corner` states in all rows below.
+    """Generate code for the time update of the columns of the first `corner` states in all rows
+    below.
 
     Three rows are processed together, so that an entry of F is loaded once for three products.
     """
@@ -104,7 +105,7 @@ def _predict_below(
 
 
 def _predict_diagonal(P: Triangle, block: int, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
-    """Write the time update of the rows and columns of three states with diagonal rows of F."""
+    """Generate code for the time update of three states whose rows of F are diagonal."""
     states = range(block, block + 3)
     with P.code.loop(0, block) as column:
         for i in states:
@@ -125,7 +126,7 @@ def update(
     gate: Any = 1.0,
     considered: Collection[int] = (),
 ) -> None:
-    """Write the code of the measurement update of the covariance with one sensor.
+    """Generate code for the measurement update of the covariance with one sensor.
 
     The code computes P ← P - K H P with the gain K = P Hᵀ (R + H P Hᵀ)⁻¹, equation (4) of
     docs/theory.md. Up to three measurement rows are processed together. With R + H P Hᵀ = L Lᵀ and
@@ -189,7 +190,9 @@ def update(
 
 
 def list_measured_states(n: int, measure: MeasureFunction) -> list[int]:
-    """Return the indices of the states with a nonzero column in the measurement matrix."""
+    """Return the indices of the states on which a measurement depends, that is, with a nonzero
+    column in H.
+    """
     units = enumerate(np.eye(n).tolist())
     return [j for j, unit in units if any(y != 0.0 for y in measure(unit))]
 
@@ -253,7 +256,8 @@ def compute_gain_row(row: Sequence[Any], L: Factor, inverse: Sequence[Any]) -> l
 
 
 def compute_last_pivot(P: Triangle, n: int) -> Any:
-    """Write the Cholesky factorization of the covariance, and return its last pivot.
+    """Generate code for the Cholesky factorization of the covariance, and return the symbol of the
+    last pivot.
 
     The pivot is positive only if P is positive definite. No branch is needed, because the square
     root of a negative pivot is NaN and NaN propagates to all later pivots. The factorization uses a
@@ -289,7 +293,7 @@ def _subtract(
     last: int,
     start: int | Index,
 ) -> None:
-    """Write P ← P - G Gᵀ for the rows `first` to `last`, from the column `start` on."""
+    """Generate code for P ← P - G Gᵀ in the rows `first` to `last`, from the column `start` on."""
     with P.code.loop(first, last, 3) as i:
         row_gain = G(i)
         with P.code.loop(start, i, 3) as j:
@@ -300,7 +304,7 @@ def _subtract(
 def _subtract_block(
     P: Triangle, left: tuple[int | Index, Rows], right: tuple[int | Index, Rows]
 ) -> None:
-    """Write P ← P - G Gᵀ for a 3 x 3 block on or below the diagonal."""
+    """Generate code for P ← P - G Gᵀ in a 3 x 3 block on or below the diagonal."""
     (i, G), (j, other) = left, right
     for a in _BLOCK:
         for b in range(a + 1) if i is j else _BLOCK:

@@ -24,7 +24,7 @@ _MAX_TERMS = 30
 
 @helper
 def multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
-    """Write factor A B to `out`.
+    """Write the matrix product `factor` A B to the array `out`.
 
     Loops that skip zeros are faster than BLAS, since the matrices are small and mostly zero.
     """
@@ -41,9 +41,6 @@ def multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
 
 @helper
 def infinity_norm(A: Floats) -> float:
-    """Return the infinity norm of a matrix, the largest absolute row sum, without temporary
-    arrays.
-    """
     n, largest = A.shape[0], 0.0
     for i in range(n):
         total = 0.0

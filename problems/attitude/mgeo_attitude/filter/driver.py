@@ -161,12 +161,11 @@ def restore_lane(W, lane, n_values, traces, row, n, state):
 
 @helper
 def has_converged(traces, lane, row, window, decrease, allow_rise):
-    """Return whether the run in a lane has converged, from the traces at the start and the end of
-    the convergence window.
+    """Return True if the trace in a lane fell by less than the fraction `decrease` over the
+    convergence window.
 
-    A run has converged when the trace fell by less than the fraction `decrease` over the window and
-    did not rise; a rise is accepted if `allow_rise` is set. A NaN trace counts as converged, to end
-    the run.
+    A rise of the trace counts as convergence only if `allow_rise` is set. A NaN trace counts as
+    converged, to end the run.
     """
     start_trace = traces[(row - window) & (len(traces) - 1), lane]
     fall = start_trace - traces[row, lane]
@@ -175,8 +174,8 @@ def has_converged(traces, lane, row, window, decrease, allow_rise):
 
 @helper
 def count_settled_steps(traces, lane, row, k, factor):
-    """Return the number of latest steps, at most k, at which the trace is at most `factor` times
-    the current trace.
+    """Return the number of latest steps of a lane, at most k, at which the trace is at most
+    `factor` times the current trace.
     """
     limit, n = factor * traces[row, lane], 0
     while n < k and traces[(row - n - 1) & (len(traces) - 1), lane] <= limit:

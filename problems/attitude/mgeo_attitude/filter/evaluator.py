@@ -210,7 +210,6 @@ def _find_required_step(result: BatchResult) -> Ints:
 
 
 def _expand_triangles(triangles: Floats, n: int) -> Floats:
-    """Expand lower triangles, shape (n, k), to symmetric matrices."""
     row, column = triangle_indices(n)
     full = np.empty((len(triangles), n, n))
     full[:, row, column] = triangles

@@ -245,7 +245,7 @@ class FilterModel:
 
     @property
     def ends_with_last_maneuver(self) -> bool:
-        """Whether every run ends with the last maneuver, regardless of convergence."""
+        """True if every run ends with the last maneuver, regardless of convergence."""
         return self.rule == "end"
 
     @property

@@ -61,8 +61,8 @@ def discretize_isotropic(decay, densities, rate, duration, F, Q, J, W):
 
 @helper
 def compute_coefficients(square, decay, densities, duration):
-    """Return the polynomial coefficients of the transition matrix and of the process-noise
-    covariance of a step.
+    """Return the transition matrix and the process-noise covariance of a step as coefficient
+    triples of polynomials of the rate matrix.
 
     Parameters
     ----------
@@ -143,19 +143,21 @@ def compute_coefficients(square, decay, densities, duration):
 
 @helper
 def evaluate_entry(a, unit, w, w2):
-    """Return an entry of the matrix p I + q W + r W² for the coefficients a = (p, q, r)."""
+    """Return one entry of the polynomial with the coefficient triple `a`, from the entries of I, W
+    and W².
+    """
     return a[0] * unit + a[1] * w + a[2] * w2
 
 
 @helper
 def multiply_by_W(a, square):
-    """Return the coefficients of the product of W and a matrix polynomial."""
+    """Return the coefficient triple of the product of the rate matrix W and a polynomial of W."""
     return 0.0, a[0] - square * a[2], a[1]
 
 
 @helper
 def multiply_polynomials(a, b, square):
-    """Return the coefficients of the product of two matrix polynomials."""
+    """Return the coefficient triple of the product of two polynomials of the rate matrix W."""
     once, twice = multiply_by_W(b, square), multiply_by_W(multiply_by_W(b, square), square)
     return (
         a[0] * b[0] + a[1] * once[0] + a[2] * twice[0],

@@ -188,8 +188,8 @@ def run_reference_filter(model: FilterModel, design: ArrayLike) -> ReferenceHist
 
 
 def _find_convergence_step(model: FilterModel, trace: list[float], sigma: list[Floats]) -> int:
-    """Return the first step from which on the convergence rule is satisfied for the rest of the
-    run.
+    """Return the first step from which on the model's convergence rule is satisfied until the end
+    of the run.
     """
     if model.ends_with_last_maneuver:
         return 1
