@@ -96,7 +96,7 @@ class Motion:
 
     @classmethod
     def from_design(cls, body: Body, design: ArrayLike, n_steps: int) -> Motion:
-        """Compute the motion of a satellite along a design.
+        """Compute the body rates and attitudes of a satellite along a design.
 
         Parameters
         ----------
@@ -106,6 +106,10 @@ class Motion:
             Rates and durations of m maneuvers; see `decode_designs`.
         n_steps : int
             Number of filter steps.
+
+        Returns
+        -------
+        Motion
         """
         plan = build_rate_intervals(design, n_steps * body.step, body.step, body.slew_limits)
         starts = np.rint(plan.times[:-1] / body.step).astype(np.int64)

@@ -91,7 +91,7 @@ _MIN_SINGULAR_VALUE = 1e-6
 def inertia_matrix(
     moments: tuple[float, float, float], products: tuple[float, float, float]
 ) -> Floats:
-    """Return the inertia matrix for given moments and products of inertia.
+    """Return the 3 x 3 inertia matrix for given moments and products of inertia.
 
     Parameters
     ----------
@@ -210,10 +210,14 @@ class Wheels(Settings):
         return np.array([unit_vector(axis) for axis in self.axes])
 
     def compute_load_matrix(self) -> Floats:
-        """Return the matrix W that gives the load of the most loaded wheel as the largest `|W m|`
-        for a torque or momentum m.
+        """Return the matrix that maps a torque or momentum to wheel loads, the largest of which is
+        that of the most loaded wheel.
 
-        The shape is (k, 3); see `allocation`.
+        Returns
+        -------
+        array, shape (k, 3)
+            The matrix W; the load of the most loaded wheel for a torque or momentum m is the
+            largest `|W m|`.
         """
         return ALLOCATIONS[self.allocation](self.normalized_axes())
 

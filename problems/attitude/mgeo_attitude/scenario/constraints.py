@@ -158,7 +158,7 @@ def _compute_open_window_ends(scenario: Scenario) -> Floats:
 
 
 def check_windows(scenario: Scenario) -> None:
-    """Check that a plan may start at the epoch and can end within a time window.
+    """Raise InvalidValue unless a plan may start at the epoch and can end within a time window.
 
     Raises
     ------

@@ -118,8 +118,7 @@ class MonteCarloSettings(Settings):
 
 
 class NamedNumbers(dict[str, float]):
-    """Dict of numbers by dotted name, such as ``mag.bias``; hashable, because scenarios are
-    hashable.
+    """Hashable dict of numbers by dotted name, such as ``mag.bias``.
 
     In a file, the names may be nested tables: ``{"mag": {"bias": 1.0}}``.
     """

@@ -194,9 +194,8 @@ class InitialConditions(Settings):
         """Return the body rate at the first instant [rad/s], shape (3,): as given, or that of the
         attitude law.
         """
-        if self.rate_deg_s is None:
-            return self.compute_law_rate(orbit_state)[0]
-        return np.radians(self.rate_deg_s)
+        rate = self.rate_deg_s
+        return self.compute_law_rate(orbit_state)[0] if rate is None else np.radians(rate)
 
     def _build_inertial_attitude(self) -> Floats:
         from scipy.spatial.transform import Rotation

@@ -123,13 +123,7 @@ def read_states(document: Mapping[str, Any], suite: Suite) -> Mapping[str, Any]:
 
 
 def check_quaternion(quaternion: Sequence[float]) -> None:
-    """Check that a quaternion has four components and unit length.
-
-    Raises
-    ------
-    InvalidValue
-        If the quaternion is invalid.
-    """
+    """Raise InvalidValue unless a quaternion has four components and unit length."""
     length = float(np.linalg.norm(quaternion))
     is_valid = len(quaternion) == 4 and abs(length - 1.0) <= _ROUNDING
     expected = f"four numbers of unit length, not of length {length:.12g}"
@@ -137,12 +131,8 @@ def check_quaternion(quaternion: Sequence[float]) -> None:
 
 
 def check_covariance(matrix: Sequence[Sequence[float]] | ArrayLike, n: int) -> None:
-    """Check that a matrix is a covariance of n states: square, symmetric and positive definite.
-
-    Raises
-    ------
-    InvalidValue
-        If the shape is wrong or the matrix is not symmetric and positive definite.
+    """Raise InvalidValue unless a matrix is a covariance of n states: square, symmetric and
+    positive definite.
     """
     rows = [len(row) for row in matrix]  # type: ignore[union-attr, arg-type]
     is_square = len(rows) == n and set(rows) == {n}

@@ -23,8 +23,8 @@ PRESETS = ("paper", "cubesat_1u", "cubesat_6u", "cubesat_6u_full", "microsatelli
 
 
 def merge_preset(table: Mapping[str, Any]) -> Table:
-    """Return a scenario table merged into the preset that its key ``preset`` names, or unchanged
-    without this key.
+    """Merge a scenario table into the preset that its key ``preset`` names; without this key,
+    return a copy.
 
     See `Scenario.from_dict` for the rules.
 
@@ -154,7 +154,7 @@ def to_toml(scenario: Settings, table: Mapping[str, Any], notes: Mapping[str, st
 
 
 def _format_lines(values: Mapping[str, Any], settings: Any) -> Iterator[str]:
-    """Yield one line for each key and value, with a comment on meaning, range and unit."""
+    """Yield one TOML line for each key and value, with a comment on meaning, range and unit."""
     properties = (
         build_schema(type(settings))["properties"] if isinstance(settings, Settings) else {}
     )

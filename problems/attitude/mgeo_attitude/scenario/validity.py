@@ -40,12 +40,10 @@ _SAMPLES = 200
 
 
 def check_consistency(scenario: Scenario, suite: Suite) -> None:
-    """Check that the fields of a scenario are consistent with each other and with the sensor suite.
+    """Raise InvalidValue unless the fields of a scenario are consistent with each other and with
+    the sensor suite.
 
-    Raises
-    ------
-    InvalidValue
-        If a field is inconsistent; the message names the key, its value and the condition.
+    The message names the key, its value and the condition.
     """
     _check_spans(scenario)
     _check_rate(scenario)
@@ -59,7 +57,9 @@ def check_consistency(scenario: Scenario, suite: Suite) -> None:
 
 
 def _check_spans(scenario: Scenario) -> None:
-    """Check that duration and convergence window are multiples of the step and not too long."""
+    """Raise InvalidValue unless duration and convergence window are multiples of the step and not
+    too long.
+    """
     step, window = f"step = {scenario.step!r} s", scenario.convergence.window
     for key, span in (("duration", scenario.duration), ("convergence.window", window)):
         expect(_is_multiple(span, scenario.step), key, span, f"a multiple of {step}")
@@ -68,7 +68,9 @@ def _check_spans(scenario: Scenario) -> None:
 
 
 def _check_rate(scenario: Scenario) -> None:
-    """Check that the maximum rate is below half a turn per step and within the gyro's range."""
+    """Raise InvalidValue unless the maximum rate is below half a turn per step and in the gyro's
+    range.
+    """
     step = f"step = {scenario.step!r} s"
     rate = scenario.maneuvers.max_rate_deg_s
     # Samples half a turn apart leave the sense of rotation ambiguous.
@@ -84,8 +86,9 @@ def _check_rate(scenario: Scenario) -> None:
 
 
 def _check_samples(scenario: Scenario) -> None:
-    """Check that sample intervals and convergence window fit in the duration, and that the rule
-    applies.
+    """Raise InvalidValue unless sample intervals and convergence window fit in the duration.
+
+    The convergence rule 'required' also needs required 1-sigmas.
     """
     step, window = f"step = {scenario.step!r} s", scenario.convergence.window
     expected = f"at most duration = {scenario.duration!r} s"
@@ -101,7 +104,9 @@ def _check_samples(scenario: Scenario) -> None:
 
 
 def _check_epoch(scenario: Scenario) -> None:
-    """Check that the geomagnetic field model covers the run, if the scenario requires the model."""
+    """Raise InvalidValue unless the field model covers the run or the scenario does not require the
+    model.
+    """
     epoch, start, end = scenario.epoch, FIELD_MODEL_START, FIELD_MODEL_END
     is_covered = start <= epoch <= end and scenario.latest_end <= (end - epoch).total_seconds()
     delay = ", with the largest start delay," if scenario.latest_end > scenario.duration else ""
@@ -126,7 +131,7 @@ def _check_names(scenario: Scenario) -> None:
 
 
 def _check_states(scenario: Scenario, suite: Suite) -> None:
-    """Check that an error state has a positive weight, and that a prior has the error states of the
+    """Raise InvalidValue unless an error state has a weight and a prior has the error states of the
     suite.
     """
     weights = TraceWeights(scenario.trace_weights)
@@ -139,7 +144,9 @@ def _check_states(scenario: Scenario, suite: Suite) -> None:
 
 
 def _check_path_constraints(scenario: Scenario) -> None:
-    """Check that path constraints are feasible with the margin for the initial attitude error."""
+    """Raise InvalidValue unless path constraints are feasible with the margin for the initial
+    attitude error.
+    """
     for i, constraint in enumerate(scenario.path_constraints if scenario.prior is None else ()):
         half_angle, keep_in = constraint.half_angle_deg, constraint.keep_in
         available_angle = half_angle if keep_in else 180.0 - half_angle

@@ -278,12 +278,12 @@ class Sensor(Settings, ABC):
 
     @property
     def n_gradient(self) -> int:
-        """Number of auxiliary vectors that `gradient` returns for each sample."""
+        """Number of vectors that `gradient` returns for each sample."""
         return 0
 
     def gradient(self, environment: Environment) -> Floats:
-        """Return the auxiliary vectors that the measurement model uses besides the reference
-        vector, at each sample.
+        """Return the vectors besides the reference vector that the measurement model uses, at each
+        sample.
 
         Examples are the tangent vectors of a direction sensor and the albedo vector of a
         photodiode.

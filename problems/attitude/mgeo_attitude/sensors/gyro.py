@@ -237,7 +237,10 @@ class Gyro(Settings):
         return corrected
 
     def _apply_scale_and_shear(self, x: Any, rate: Floats) -> Floats:
-        """Return (I + diag(k) + N(η)) ω for the scale factors k and the non-orthogonality η."""
+        """Return a body rate as measured with the gyro's scale-factor and non-orthogonality errors.
+
+        This is (I + diag(k) + N(η)) ω for the scale factors k and the non-orthogonality η.
+        """
         scaled = rate
         if self.initial_scale_factor:
             scaled = scaled + x.scale_factor * rate

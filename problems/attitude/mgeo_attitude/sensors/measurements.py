@@ -68,10 +68,10 @@ def stack_measurement(measurement: Any) -> Floats:
 
 
 def unstack_measurement(array: Floats) -> Any:
-    """Convert a stacked measurement back to the format of `Sensor.predict_measurement`.
+    """Split an array of stacked vectors into one array, or a tuple of arrays for a sensor with
+    several vectors.
 
-    This is the inverse of `stack_measurement`: an array for one vector, a tuple of arrays for
-    several.
+    This is the inverse of `stack_measurement`.
     """
     vectors = tuple(np.moveaxis(array, -2, 0))
     return vectors if len(vectors) > 1 else vectors[0]

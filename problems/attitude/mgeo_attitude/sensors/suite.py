@@ -156,26 +156,28 @@ class Suite:
     def calibrated_indices(self) -> Ints:
         """Indices of the error-state components that a plan can reduce permanently.
 
-        These are the components of all blocks that are not in `uncalibrated_blocks`.
+        Gauss-Markov errors and considered states are left out.
         """
         return self._list_state_indices(
             [block for block in self.blocks if block not in self.uncalibrated_blocks]
         )
 
     def count_gradient_vectors(self, sensor: Sensor) -> int:
-        """Return the number of auxiliary vectors in a sensor's measurement model; see
-        `compute_gradient`.
+        """Return the number of vectors besides the reference vector that a sensor's measurement
+        model uses.
+
+        These are the auxiliary vectors of `compute_gradient`.
         """
         orbit = 3 * ("orbit_error" in self.list_blocks(sensor))
         return sensor.n_gradient + orbit + len(sensor.latency_states())
 
     def compute_gradient(self, sensor: Sensor, environment: Environment) -> Floats:
-        """Return the auxiliary vectors that a sensor's measurement model uses besides the reference
-        vector, at each sample.
+        """Return the vectors besides the reference vector that a sensor's measurement model uses,
+        at each sample.
 
-        These are the columns of `Sensor.gradient`, then the derivatives with respect to the orbit
-        error if it affects the sensor, and last, for a sensor with latency, the time derivative of
-        its reference vector.
+        These auxiliary vectors are the columns of `Sensor.gradient`, then the derivatives with
+        respect to the orbit error if it affects the sensor, and last, for a sensor with latency,
+        the time derivative of its reference vector.
 
         Returns
         -------
@@ -242,8 +244,10 @@ class Suite:
         }
 
     def find_sensitivity_columns(self, source: Gyro | Sensor) -> slice:
-        """Return the slice of the columns of one gyro or sensor in the result of
-        `compute_channel_deviations`.
+        """Return the slice of one gyro's or sensor's bias sensitivities among all bias
+        sensitivities of the suite.
+
+        The result of `compute_channel_deviations` has one column per bias sensitivity.
         """
         first = 0
         if isinstance(source, Sensor):
@@ -253,8 +257,8 @@ class Suite:
         return slice(first, first + len(source.bias_sensitivities))
 
     def compute_channel_deviations(self, channels: Mapping[str, Floats], n: int) -> Floats:
-        """Return the difference between channel and reference value of each bias sensitivity, at
-        each sample.
+        """Return the value of a housekeeping channel minus its reference value, for each sample and
+        bias sensitivity.
 
         The deviations for the gyro are means over the step before each sample.
 

@@ -117,9 +117,9 @@ def _field_docstrings(cls: type) -> dict[str, str]:
 
 
 def get_fields(cls: type) -> dict[str, FieldInfo]:
-    """Return pydantic's field descriptions of a settings class, as a dict by field name."""
-    fields_by_name: dict[str, FieldInfo] = cls.__pydantic_fields__  # type: ignore[attr-defined]
-    return fields_by_name
+    """Return the pydantic `FieldInfo` of each field of a settings class, by field name."""
+    result: dict[str, FieldInfo] = cls.__pydantic_fields__  # type: ignore[attr-defined]
+    return result
 
 
 def get_annotation(cls: type, key: str, kind: type[T]) -> T | None:

@@ -42,8 +42,9 @@ class InvalidKey(InvalidValue):
 
 
 def expect(condition: object, key: str, value: object, expected: str) -> None:
-    """Raise InvalidValue, with the text "expected ..." for a key and its value, if a condition is
-    false.
+    """Raise InvalidValue if a condition is false.
+
+    The message is ``KEY = VALUE: expected EXPECTED``.
     """
     if not condition:
         raise InvalidValue(key, value, f"expected {expected}")
