@@ -144,7 +144,7 @@ def test_an_error_names_file_and_key(tmp_path: Path, text: str, message: str) ->
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"# a comment only\n", 'empty; the shortest scenario is preset = "paper"'),
+        (b"# a comment only\n", 'empty; the shortest scenario is: preset = "paper"'),
         (b'preset = "paper"\nstep 1\n', "not TOML: .*line 2"),
         (b"\xff\xfe\x00", "not TOML: 'utf-8' codec"),
     ],
@@ -162,7 +162,7 @@ def test_a_file_may_be_named_by_a_string(tmp_path: Path) -> None:
     assert Scenario.from_toml(str(path)) == Scenario.cubesat_6u()
     with pytest.raises(FileNotFoundError, match=r"missing\.toml"):
         Scenario.from_toml(str(tmp_path / "missing.toml"))
-    with pytest.raises(ScenarioFileError, match=r"the name of a file ends in \.toml"):
+    with pytest.raises(ScenarioFileError, match=r"a file name must end in \.toml"):
         Scenario.from_toml("runs/scenario")
 
 

@@ -38,7 +38,7 @@ def test_nothing_of_a_preset_is_implausible(name: str) -> None:
             "gyro.angle_random_walk_deg_per_sqrt_h",
         ),
         ("[orbit]\nsemi_major_axis = 26560e3", "orbit: 4.2 Earth radii from the Earth's center"),
-        ("[orbit]\nsemi_major_axis = 6450e3", "orbit: down to 6"),
+        ("[orbit]\nsemi_major_axis = 6450e3", "orbit: down to an altitude of 6"),
     ],
 )
 def test_a_file_that_says_so_is_read_and_told(text: str, message: str) -> None:
