@@ -46,7 +46,7 @@ def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
     }
     at_rest = list(format_rest_margins(problem))
     if at_rest:
-        topics["at rest"] = f"held as at the start, until {end[11:19]}: {'; '.join(at_rest)}"
+        topics["at rest"] = f"initial attitude until {end[11:19]}: {'; '.join(at_rest)}"
     topics["covariance"] = _describe_validity(scenario)
     return topics
 
