@@ -156,7 +156,6 @@ def _format_segment(
 
 
 def _format_comment(text: str) -> str:
-    """Return a COMMENT line of the message in ASCII, truncated to the length that AEM allows."""
     return f"COMMENT {text.encode('ascii', 'replace').decode()[:_LONGEST_VALUE]}"
 
 

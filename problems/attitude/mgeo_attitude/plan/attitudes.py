@@ -111,9 +111,7 @@ def join_attitudes(plan: ManeuverPlan, spacing: float) -> tuple[Floats, Floats]:
 
 
 def format_violations(plan: ManeuverPlan) -> list[str]:
-    """Return one line of ASCII text per violated constraint of a plan, for comments in export
-    files.
-    """
+    """Return one line of ASCII text per violated constraint of a plan, for comments in files."""
     lines = (f"VIOLATED CONSTRAINT: {each}" for each in plan.list_violations())
     return [line.encode("ascii", "replace").decode() for line in lines]
 

@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class DocumentFormat(Generic[T]):
-    """Format of one kind of JSON document, with the functions that convert objects to entries and
+    """Format of one kind of JSON document, with functions that convert objects to entries and
     back.
 
     Attributes
@@ -46,9 +46,7 @@ class DocumentFormat(Generic[T]):
     derived_entries: Callable[[T], Mapping[str, Any]]
 
     def build_document(self, value: T) -> dict[str, Any]:
-        """Return the JSON document of an object as a dict: format, version, defining and derived
-        entries.
-        """
+        """Return the JSON document of an object as a dict: format, version and all entries."""
         header = {"format": self.name, "version": self.version}
         return {**header, **self.defining_entries(value), **self.derived_entries(value)}
 
@@ -71,8 +69,7 @@ def serialize(document: Mapping[str, Any]) -> str:
 
 
 def parse_table(text: str, kind: str, version: int) -> dict[str, Any]:
-    """Parse the JSON text of a document to a dict, and check its entries ``format`` and
-    ``version``.
+    """Parse a JSON document to a dict, and check its entries ``format`` and ``version``.
 
     Parameters
     ----------

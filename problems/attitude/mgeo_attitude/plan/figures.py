@@ -33,9 +33,6 @@ def build_plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
 
 
 def _draw_uncertainty_by_phase(plan: ManeuverPlan) -> go.Figure:
-    """Draw the ratio of the 1-sigma at the end of each phase to the initial 1-sigma, one line per
-    error.
-    """
     table = plan.compute_uncertainty_by_phase()
     sigma = table.iloc[:, -plan.problem.model.suite.n_states :].to_numpy(float)
     worst = sigma.reshape(len(table), -1, 3).max(axis=2)
@@ -64,9 +61,6 @@ def _draw_uncertainty_by_phase(plan: ManeuverPlan) -> go.Figure:
 
 
 def _draw_error_budget(plan: ManeuverPlan) -> go.Figure:
-    """Draw the share of each error source in the variance of the worst axis of each estimated
-    error.
-    """
     table = plan.compute_error_budget()
     share = 100.0 * (table / table.loc["all"]) ** 2
     figure = go.Figure()
@@ -90,7 +84,6 @@ def _draw_error_budget(plan: ManeuverPlan) -> go.Figure:
 
 
 def _draw_correlation(plan: ManeuverPlan) -> go.Figure:
-    """Draw the correlation matrix of the states as a heat map from -1 (blue) to 1 (orange)."""
     table = plan.compute_correlations()
     figure = go.Figure(
         go.Heatmap(

@@ -59,9 +59,7 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
 
 
 def build_plan_content(plan: ManeuverPlan, path: Path | str, options: Mapping[str, Any]) -> bytes:
-    """Return the bytes that `write_plan` writes to a file; the exceptions are those of
-    `write_plan`.
-    """
+    """Return the bytes that `write_plan` writes to a file, or raise its exceptions."""
     chosen = find_format(path)
     reject_unknown_keywords(
         options, {key for each in FORMATS for key in each.list_options()}, "write_plan"

@@ -147,8 +147,7 @@ class ManeuverPlan(Settings):
 
     @property
     def t_end(self) -> float:
-        """Convergence time of the nominal run [s], or the scenario's duration if it does not
-        converge.
+        """Convergence time in the nominal run [s]; the scenario's duration without convergence.
 
         Raises
         ------
@@ -174,7 +173,7 @@ class ManeuverPlan(Settings):
 
     @property
     def covariance(self) -> Floats:
-        """Filter covariance at the convergence time `t_end`, shape (n_states, n_states), in filter
+        """Filter covariance at the convergence time, shape (n_states, n_states), in filter
         units.
         """
         covariance: Floats = self.view.nominal.covariance[0]
@@ -191,9 +190,7 @@ class ManeuverPlan(Settings):
 
     @property
     def attitude_sigma_deg(self) -> float:
-        """Predicted 1-sigma of the attitude about the worst body axis at `t_end` [deg]; see
-        `sigma`.
-        """
+        """Predicted attitude 1-sigma about the worst body axis at `t_end` [deg]; see `sigma`."""
         return float(DEG.factor * self.sigma[:3].max())
 
     @property
@@ -203,8 +200,8 @@ class ManeuverPlan(Settings):
         return summary
 
     def compare_with_monte_carlo(self) -> pd.DataFrame:
-        """Compare each predicted objective with the value that 9 of 10 Monte Carlo runs do not
-        exceed.
+        """Compare each predicted objective with its 0.9-quantile over Monte Carlo runs, in a
+        table.
 
         Returns
         -------
@@ -242,9 +239,7 @@ class ManeuverPlan(Settings):
 
     @property
     def slew_back(self) -> SlewBack | None:
-        """Slew back to the initial attitude law after `hold_end`; None if the scenario requests
-        none.
-        """
+        """Slew back to the initial attitude law after `hold_end`, or None if none is requested."""
         return self.trajectory.slew_back
 
     @property
@@ -254,7 +249,7 @@ class ManeuverPlan(Settings):
 
     @property
     def attitude(self) -> Floats:
-        """Attitude matrix from GCRS to body at every filter step of the plan, shape (n + 1,
+        """Attitude matrices from GCRS to body at all filter steps of the plan, shape (n + 1,
         3, 3).
         """
         return self.trajectory.attitude
@@ -264,9 +259,7 @@ class ManeuverPlan(Settings):
         return np.rint(np.asarray(times) / self.scenario.step).astype(np.int64)
 
     def describe_hold(self) -> list[str]:
-        """Return a line of text on the constant-rate hold beyond `t_end`; an empty list if there is
-        none.
-        """
+        """Return a line of text on the constant-rate hold beyond `t_end`, or an empty list."""
         if self.hold_end <= self.t_end:
             return []
         return [
@@ -321,7 +314,7 @@ class ManeuverPlan(Settings):
         )
 
     def compare_with_lower_bound(self) -> pd.DataFrame:
-        """Compare the 1-sigma of the worst axis of each estimated error at `t_end` with its lower
+        """Compare the worst-axis 1-sigma of each estimated error at `t_end` with its lower
         bound.
 
         The lower bound holds for every maneuver; see `lower_bound.compare_with_lower_bound` for the
@@ -337,9 +330,7 @@ class ManeuverPlan(Settings):
         )
 
     def describe_lower_bound(self) -> list[str]:
-        """Return lines of text on the ratio of the trace at `t_end` to the lower bound over all
-        maneuvers.
-        """
+        """Return lines of text on the ratio of the trace at `t_end` to its lower bound."""
         try:
             curves = self.problem.lower_bound
         except NoLowerBoundError as reason:
@@ -378,11 +369,12 @@ class ManeuverPlan(Settings):
         return table.assign(satisfied=table["margin"].to_numpy(float) >= 0.0)
 
     def list_violations(self) -> list[str]:
-        """Return one line of text per violated constraint, with its value, bound and excess."""
+        """Return one line of text per violated constraint with its value, bound and excess."""
         table = self.build_constraint_table()
         return [
             f"{label} {row['value']:.6g} {row['unit']}, {row['bound_type']} "
-            f"{row['bound_value']:.6g} {row['unit']}, violated by {-row['margin']:.3g} {row['unit']}"
+            f"{row['bound_value']:.6g} {row['unit']}, violated by {-row['margin']:.3g} "
+            f"{row['unit']}"
             for label, row in table[~table["satisfied"].astype(bool)].iterrows()
         ]
 
@@ -405,7 +397,7 @@ class ManeuverPlan(Settings):
         return improvements.evaluate_improvements(self.problem.model, self.design, self.t_end, rate)
 
     def compute_error_budget(self) -> pd.DataFrame:
-        """Return a table of the contributions of all error sources to the worst-axis 1-sigmas at
+        """Return a table of the contributions of error sources to the worst-axis 1-sigmas at
         `t_end`.
 
         See `error_budget.compute_error_budget` for rows and columns.
@@ -421,8 +413,7 @@ class ManeuverPlan(Settings):
         return self._improvements.copy()
 
     def describe_error_drivers(self) -> list[str]:
-        """Return one line of text per required 1-sigma, with its largest error sources and best
-        improvements.
+        """Return one line per required 1-sigma with its main error sources and best improvements.
 
         Without requirements there is one line for the attitude. See
         `error_budget.describe_error_drivers`.
@@ -432,7 +423,7 @@ class ManeuverPlan(Settings):
         )
 
     def compute_measurement_times(self) -> pd.DataFrame:
-        """Return a table of the time [s] during which each sensor measures in each phase until
+        """Return a table of the time [s] for which each sensor measures in each phase until
         `t_end`.
         """
         arguments = self._calibration_phases, self.design, self.history
@@ -443,8 +434,7 @@ class ManeuverPlan(Settings):
         return covariance.compute_correlations(self.problem.model, self.covariance)
 
     def find_least_observable(self, n_directions: int = 3) -> pd.DataFrame:
-        """Return the least observable directions of the error state at `t_end` as a table, the
-        worst first.
+        """Return a table of the least observable directions of the error state at `t_end`.
 
         See `covariance.find_least_observable` for the columns.
         """

@@ -99,7 +99,10 @@ class Front:
         return plan
 
     def find_row(self, choice: Choice | float) -> int:
-        """Return the row of the solution that `select_plan` would select by the same choice."""
+        """Return the row of one solution, selected by a rule or by its convergence time.
+
+        The choices are those of `select_plan`.
+        """
         if choice == "knee":
             return select_default_solution(self.problem, self.F).row if self.is_feasible else 0
         rows, t_end = self._rows_by_time
@@ -112,7 +115,7 @@ class Front:
 
     @cached_property
     def _rows_by_time(self) -> tuple[Ints, Floats]:
-        """Rows of the solutions that are nondominated in t_end and trace, with their t_end, both
+        """Rows of the solutions that are nondominated in t_end and trace, and their t_end,
         ascending.
         """
         F = self.F

@@ -48,9 +48,7 @@ class PlanTable:
     is_wide: bool = False
 
     def build_section(self, plan: ManeuverPlan) -> Section | None:
-        """Return the table of a plan with its texts as a section of a review, or None if it has no
-        rows.
-        """
+        """Return the table of a plan as a section of a review, or None if the table has no rows."""
         table = self.columns(self.table(plan))
         if table.empty:
             return None
@@ -84,7 +82,6 @@ def _build_lower_bound_table(plan: ManeuverPlan) -> pd.DataFrame:
 
 
 def _select_command_columns(table: pd.DataFrame) -> pd.DataFrame:
-    """Return times, rates and end attitude of each phase, with numbers as text of six digits."""
     rates = [f"rate {axis} [deg/s]" for axis in "xyz"]
     attitude = [f"end q{part}" for part in "123c"]
     columns = ["start [s]", "duration [s]", *rates, "rotation [deg]", *attitude]

@@ -73,8 +73,7 @@ class DescentProblem:
         return within
 
     def to_designs(self, variables: Floats) -> Floats:
-        """Convert scaled variables to designs, shape (n, 4 m), whose durations fill the plans'
-        times.
+        """Convert scaled variables to designs that fill the plans' times, shape (n, 4 m).
 
         A design is shorter than its time if all maneuvers have the maximum duration.
         """
@@ -95,8 +94,7 @@ class DescentProblem:
         return np.concatenate([rates, durations[:, :, None]], axis=2).reshape(n, -1)
 
     def evaluate_gradients(self, variables: Floats) -> tuple[Floats, Floats]:
-        """Evaluate objectives, constraint margins and their finite-difference gradients in one
-        batch.
+        """Evaluate objectives, constraint margins and their gradients by finite differences.
 
         Parameters
         ----------

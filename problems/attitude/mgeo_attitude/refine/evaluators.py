@@ -132,8 +132,7 @@ class FixedTimeEvaluator:
         return np.lexsort((value, worst))
 
     def evaluate_convergence(self, designs: Floats) -> tuple[Floats, Floats]:
-        """Return convergence times, traces and constraint violations of designs by the scenario's
-        own rule.
+        """Return convergence times, traces and constraint violations by the scenario's own rule.
 
         Returns
         -------
@@ -193,9 +192,7 @@ def set_end_times(designs: Floats, times: Floats | float, max_duration: float) -
 
 
 def stretch_durations(designs: Floats, factors: Floats | float, max_duration: float) -> Floats:
-    """Return copies of designs with all durations multiplied by a factor, up to a maximum
-    duration.
-    """
+    """Return copies of designs with all durations multiplied by a factor, up to a maximum."""
     result = designs.copy()
     durations = get_durations(result)
     column = np.broadcast_to(factors, len(designs))[:, None]

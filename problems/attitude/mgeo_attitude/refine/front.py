@@ -51,7 +51,7 @@ class RefinementFront:
 
     @property
     def rows(self) -> Ints:
-        """Rows that have a plan: the initial rows, then the added rows in the order of their first
+        """Rows that have a plan: initial rows, then added rows in the order of their first
         plans.
         """
         return np.array([*range(self._n_initial), *self._added_rows], dtype=np.int64)
@@ -71,7 +71,7 @@ class RefinementFront:
         self._replace(designs, np.arange(len(self.X)), _MIN_TIME_RATIO)
 
     def replace_dominated(self) -> None:
-        """Replace each plan by a plan of the front that ends no later with a smaller objective, if
+        """Replace each plan by another one that ends no later and has a smaller objective, if
         any.
         """
         self._replace(self.plans, self.rows, 0.0)
@@ -96,8 +96,7 @@ class RefinementFront:
 
 
 def _add_rows(F: Floats, violation: Floats, ratio: float) -> tuple[Floats, Ints]:
-    """Return end times between those of feasible plans, and the best plan until each time as an
-    index.
+    """Return end times between those of feasible plans, and the row of the best plan until each.
 
     Neighboring times have the ratio `ratio`, or a smaller ratio where the objective falls faster
     than the time increases.

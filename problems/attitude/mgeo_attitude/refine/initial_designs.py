@@ -39,7 +39,7 @@ def append_converging_rate(
     evaluate_designs: DesignEvaluator | None = None,
     thinned_evaluator: FixedTimeEvaluator | None = None,
 ) -> Floats:
-    """Append to a design a last maneuver with whose rate the filter converges.
+    """Extend a design by a last maneuver at a rate with which the filter converges.
 
     There is one copy of the design for each suitable rate. The candidate rates are those of
     `build_rate_grid`. The result contains the candidates that no other candidate dominates in time
@@ -80,8 +80,7 @@ def append_converging_rate(
 def build_receding_horizon_plan(
     evaluator: FixedTimeEvaluator, n_stages: int, end_time: float
 ) -> Floats:
-    """Return a design of equally long stages, each at the rate with the smallest objective at its
-    end.
+    """Return a design of equal stages, each at the rate with the smallest objective at its end.
 
     The rates are those of a grid with seven levels about each axis. Among them, those with the
     smallest violation of constraints are compared.
@@ -224,8 +223,7 @@ def _find_nondominated_rows(F: Floats, violation: Floats) -> Ints:
 
 
 def _find_near_nondominated_rows(F: Floats) -> Ints:
-    """Return the rows whose objective exceeds the best objective until their time by a small
-    tolerance.
+    """Return the rows whose objective is nearly the best one until their time.
 
     F has time and objective of each row, shape (n, 2).
     """

@@ -64,8 +64,7 @@ def refine_plans(
     max_plans: int = MAX_PLANS,
     max_iterations: int = MAX_ITERATIONS,
 ) -> Floats:
-    """Improve plans by local refinement, so that none ends later or has a larger objective than
-    before.
+    """Improve plans by local refinement: none ends later or has a larger objective than before.
 
     The result has the plans in the order of `designs`. A plan for which no better feasible plan is
     found stays unchanged.
@@ -230,8 +229,7 @@ def _group_rows(
 def _select_rows(
     evaluator: FixedTimeEvaluator, front: RefinementFront, n_max: int, between: bool
 ) -> list[int]:
-    """Return up to `n_max` rows at approximately equal ratios of their end times, the earliest
-    first.
+    """Return up to `n_max` rows at nearly equal ratios of their end times, the earliest first.
 
     If `between` is True, return up to `n_max` - 1 rows between those.
     """
@@ -254,9 +252,7 @@ def _select_rows(
 
 
 def _has_final_rate(evaluator: FixedTimeEvaluator) -> bool:
-    """Return True if the last maneuver only serves convergence and does not reduce the
-    uncertainty.
-    """
+    """Return True if the last maneuver only serves convergence, not the estimation."""
     return evaluator.model.rule == "trace" and evaluator.scenario.maneuvers.count > 1
 
 
@@ -300,7 +296,7 @@ def _build_initial_designs(
 
 
 def _adapt_to_times(evaluator: FixedTimeEvaluator, plans: Floats, times: Floats | float) -> Floats:
-    """Return three versions of each plan with another end time: cut or extended, stretched, and
+    """Return three versions of each plan with a new end time: cut or extended, stretched,
     slowed.
     """
     limits, factors = evaluator.scenario.maneuvers, times / _sum_durations(plans)
@@ -326,9 +322,7 @@ def _find_nearest_rows(
 def _append_final_rates(
     thinned: ThinnedSamples, refined: Floats, time: float, evaluate_designs: DesignEvaluator | None
 ) -> Floats:
-    """Append final rates with which the filter converges to a refined plan, if the rule needs
-    them.
-    """
+    """Append final rates with which the filter converges to a refined plan, if needed."""
     if not _has_final_rate(thinned.full_evaluator):
         return round_to_steps(thinned.full_evaluator, refined[None])
     return append_converging_rate(
@@ -337,9 +331,7 @@ def _append_final_rates(
 
 
 def _adapt_refined_plans(thinned: ThinnedSamples, plans: Floats, times: Floats) -> Floats:
-    """Return refined plans adapted to other end times, of which thinned samples select the best
-    few.
-    """
+    """Adapt refined plans to other end times, and return the best few by thinned samples."""
     evaluator = thinned.full_evaluator
     has_final_rate = _has_final_rate(evaluator)
     # This number of plans differ only in the final rate.

@@ -14,8 +14,7 @@ _MAX_ROTATION_CHANGE_DEG = 20.0
 
 
 def split_maneuvers(designs: ArrayLike, n_maneuvers: int) -> Floats:
-    """Divide the longest maneuvers of plans into halves until the plans have `n_maneuvers`
-    maneuvers.
+    """Halve the longest maneuver of each plan repeatedly until it has `n_maneuvers` maneuvers.
 
     The motion of the satellite stays the same.
 
@@ -116,17 +115,14 @@ def remove_ineffective_maneuvers(problem: PlanProblem, designs: ArrayLike) -> Fl
 
 
 def _has_effect(durations: Floats) -> Bools:
-    """Return which maneuvers affect the motion as a boolean array, shape (n, m); the last one
-    always does.
-    """
+    """Return a boolean array that marks maneuvers of nonzero duration and the last maneuver."""
     result: Bools = durations > 0.0
     result[:, -1] = True
     return result
 
 
 def _remove_single_maneuvers(designs: Floats, max_duration: float) -> tuple[Floats, Ints]:
-    """Return copies of designs that each lack one maneuver, and the row of the original of each
-    copy.
+    """Return copies of designs that lack one maneuver each, and the row of each original.
 
     Copies in which a maneuver would exceed `max_duration` [s] or the rotation would change too much
     are left out.

@@ -61,8 +61,8 @@ class ThinnedSamples:
         return min(max(round(time / model.step), 1), model.n_steps)
 
     def evaluate_each(self, designs: Floats, times: Floats) -> tuple[Floats, Floats]:
-        """Return objective and largest violation of each design at its own time [s], two arrays of
-        shape (n,).
+        """Return objective and largest violation of each design at its own time [s], as two
+        arrays.
         """
         value, worst = np.empty(len(designs)), np.empty(len(designs))
         every = np.array([self.count_merged_samples(time) for time in times])

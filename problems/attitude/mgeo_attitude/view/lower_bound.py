@@ -30,9 +30,7 @@ _N_POINTS = 400
 
 
 def find_lower_bound(problem: AttitudeManeuverProblem) -> LowerBound | None:
-    """Return the lower bounds over all maneuvers of a problem's scenario, or None if none can be
-    proved.
-    """
+    """Return the lower bounds over all maneuvers of a scenario, or None if none can be proved."""
     try:
         return problem.lower_bound
     except NoLowerBoundError:
@@ -118,8 +116,7 @@ def summarize_lower_bound(plans: Plans, sample: Plans, sample_label: str) -> lis
 
 
 def compute_bound_curves(problem: AttitudeManeuverProblem, t_end: Floats) -> Floats:
-    """Sample the lower bounds of trace and attitude 1-sigma over the range of given convergence
-    times.
+    """Sample the lower bounds of trace and attitude 1-sigma over a range of convergence times.
 
     The range starts at 0.8 times the smallest time. With Monte Carlo runs, the convergence time of
     a plan varies between runs; the curves are then the running minimum of the bounds.
@@ -151,8 +148,7 @@ def compute_bound_curves(problem: AttitudeManeuverProblem, t_end: Floats) -> Flo
 def compare_with_lower_bound(
     model: FilterModel, bound: LowerBound, history: FilterHistory
 ) -> pd.DataFrame:
-    """Compare the worst-axis 1-sigma of each estimated error at the end of a plan with its lower
-    bound.
+    """Compare the worst-axis 1-sigmas at the end of a plan with their lower bounds, in a table.
 
     Parameters
     ----------
@@ -184,8 +180,9 @@ def compare_with_lower_bound(
 
 
 def describe_lower_bound(bound: LowerBound, t_end: float, trace: float) -> Iterator[str]:
-    """Yield lines of text on the ratio of a plan's trace to its lower bound, and on the relaxations
-    that the bound uses.
+    """Yield lines of text on a plan's trace relative to its lower bound, and on relaxations.
+
+    A relaxation is a simplification by which the bound is lower than necessary.
     """
     (least,) = bound.evaluate_trace(np.array([t_end]))
     yield (

@@ -63,7 +63,7 @@ class ManeuverView(Plans):
         return result
 
     def remarks(self) -> list[str]:
-        """Return lines of text on robustness, margins and lower bound of the plans, followed by the
+        """Return lines of text on robustness, margins and lower bound of the plans, and
         warnings.
 
         The lines count the plans that reach their predicted objectives in most Monte Carlo runs,
@@ -110,9 +110,6 @@ class ManeuverView(Plans):
         return list(draw_plans(self))
 
     def review(self) -> Review:
-        """Return the review document of the only plan of the view; see
-        `plan.tables.build_review`.
-        """
         from mgeo_attitude.plan.plan import ManeuverPlan
         from mgeo_attitude.plan.tables import build_review
 
@@ -137,7 +134,8 @@ class ManeuverView(Plans):
         return [*find_implausible_values(scenario), *scenario.assumptions, *validity]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
-        """Return how many points of a front converge within the first orbit, and how many later.
+        """Return the numbers of points of a front that converge within the first orbit and
+        later.
 
         The dict has the keys ``points, first orbit`` and ``points, second orbit``. It is empty for
         objectives other than the paper's.
@@ -148,7 +146,7 @@ class ManeuverView(Plans):
 
 
 def _summarize_robustness(plans: Plans, sample_label: str) -> str:
-    """Return a line of text: how many plans reach their predicted objectives in most Monte Carlo
+    """Return a line that counts the plans which reach their predicted objectives in Monte Carlo
     runs.
     """
     names = list(plans.problem.obj_names)

@@ -85,9 +85,7 @@ def _build_upper_bound_row(unit: str, value: float, bound: float) -> MarginRow:
 
 
 def has_constraints_after_convergence(scenario: Scenario) -> bool:
-    """Return True if a scenario has constraints on the time between convergence and the end of a
-    plan.
-    """
+    """Return True if a scenario has constraints on the time after the convergence of a plan."""
     wheels = scenario.wheels
     budgeted = wheels is not None and wheels.has_momentum_budget
     limited = scenario.path_constraints or scenario.windows or budgeted
@@ -183,8 +181,7 @@ def compute_interval_margins(
     covariance: Floats,
     interval_name: str,
 ) -> dict[str, MarginRow]:
-    """Return the margins of path constraints and wheel budgets during an interval, as a dict by
-    label.
+    """Return the margins of path constraints and wheel budgets in an interval, by label.
 
     Parameters
     ----------
@@ -236,9 +233,7 @@ def compute_interval_margins(
 def _compute_wheel_load(
     model: FilterModel, trajectory: Trajectory, first: int, last: int
 ) -> Floats:
-    """Return the largest momentum [N m s] and torque [N m] of the wheels between two steps, shape
-    (2,).
-    """
+    """Return the largest momentum [N m s] and torque [N m] of the wheels between two steps."""
     from mgeo_attitude.filter.wheel_load import compute_wheel_loads  # The import of numba is slow.
 
     scenario = trajectory.scenario

@@ -48,7 +48,7 @@ class NominalResults(NamedTuple):
 
 
 class Plans(View):
-    """Maneuver plans of one problem with their evaluation results, which are cached.
+    """Maneuver plans of one problem with cached evaluation results.
 
     A view that `select` returns shares the caches of its source.
 
@@ -82,9 +82,7 @@ class Plans(View):
 
     @cached_property
     def nominal(self) -> NominalResults:
-        """Results of the nominal runs, from the run folder if they are stored there, else
-        evaluated.
-        """
+        """Results of the nominal runs, read from the run folder if stored there, else evaluated."""
         return NominalResults(
             self._nominal_run.t_end, self._nominal_run.trace, self._nominal_run.covariance
         )
@@ -97,7 +95,7 @@ class Plans(View):
 
     @cached_property
     def F(self) -> Floats:
-        """Objectives, shape (n, n_obj), from the run folder if they are stored there, else
+        """Objectives, shape (n, n_obj), read from the run folder if stored there, else
         evaluated.
 
         With Monte Carlo runs, the objectives are quantiles or means over the runs; otherwise they
@@ -107,18 +105,14 @@ class Plans(View):
 
     @property
     def violations(self) -> Floats:
-        """Relative violation of each single bound, shape (n, n_bounds); positive if the bound is
-        violated.
-        """
+        """Relative violations of single bounds, shape (n, n_bounds), positive where violated."""
         if not self.problem.n_ieq_constr:
             return np.empty((len(self.X), 0))
         return self.objectives_and_constraints[:, self.problem.n_obj + self.problem.n_ieq_constr :]
 
     @cached_property
     def objectives_and_constraints(self) -> Floats:
-        """Objectives, constraint values and violations of single bounds, as columns of one
-        array.
-        """
+        """Objectives, constraint values and violations of single bounds, as columns."""
         problem = self.problem
         if problem.monte_carlo_runs is None:
             return problem.compute_values(problem.model, self._nominal_run)
@@ -134,8 +128,8 @@ class Plans(View):
 
     @property
     def monte_carlo_sigma_deg(self) -> Floats:
-        """0.9-quantile over independent Monte Carlo runs of the worst-axis attitude 1-sigma [deg],
-        shape (n,).
+        """0.9-quantile of the worst-axis attitude 1-sigma over Monte Carlo runs [deg], shape
+        (n,).
         """
         return self._evaluate_runs()[:, self.problem.n_obj]
 
@@ -152,8 +146,8 @@ class Plans(View):
         return np.sqrt(np.diagonal(self.nominal.covariance, axis1=1, axis2=2))
 
     def _evaluate_runs(self, n_runs: int | None = None, seed: int | None = None) -> Floats:
-        """Return statistics of each plan over independent Monte Carlo runs, shape (n, n_obj + 1 +
-        n_states).
+        """Return quantiles of objectives and attitude 1-sigma over Monte Carlo runs, and rms
+        1-sigmas.
 
         The columns are the 0.9-quantiles of the objectives and of the worst-axis attitude 1-sigma
         [deg], then the root mean square of the 1-sigma of each state.
@@ -184,8 +178,7 @@ class Plans(View):
     def compare_with_monte_carlo(
         self, n_runs: int | None = None, seed: int | None = None
     ) -> pd.DataFrame:
-        """Compare the predicted objectives of each plan with their 0.9-quantiles over Monte Carlo
-        runs.
+        """Compare predicted objectives of plans with their 0.9-quantiles over Monte Carlo runs.
 
         The runs are independent of those that the search used. Their errors are drawn from the
         table ``monte_carlo`` of the scenario, or from its defaults.
@@ -222,8 +215,8 @@ class Plans(View):
 
     @property
     def robust_t_end(self) -> Floats:
-        """Convergence time over the problem's own Monte Carlo runs [s], shape (n,); NaN without
-        such runs.
+        """Convergence time of each plan by the problem's own Monte Carlo runs [s]; NaN without
+        runs.
         """
         has_runs = self.problem.scenario.monte_carlo is not None
         return self._extract_t_end(self.F) if has_runs else np.full(len(self.X), np.nan)
@@ -237,12 +230,11 @@ class Plans(View):
 
     @cached_property
     def hold_end(self) -> Floats:
-        """Time until which the last rate of each plan is held [s], shape (n,); NaN for a lost
-        covariance.
+        """Time until which the last rate of each plan is held [s], shape (n,).
 
         Without Monte Carlo runs this is the nominal convergence time. With Monte Carlo runs, it is
         the time at which at least 9 of 10 runs have converged, or the end of the scenario if too
-        few runs converge.
+        few runs converge. It is NaN if the covariance lost positivity.
         """
         problem, t_end = self.problem, self.nominal.t_end
         errors = problem.scenario.monte_carlo

@@ -152,9 +152,6 @@ def format_rest_margins(problem: AttitudeManeuverProblem) -> Iterator[str]:
 
 
 def _describe_validity(scenario: Scenario) -> str:
-    """Return a line of text on whether the initial errors are in the validated range of the
-    covariance.
-    """
     if scenario.prior is not None:
         return "valid: the errors after a calibration are small"
     beyond = find_validity_violations(scenario)

@@ -15,8 +15,7 @@ _SOURCE_SHARE = 0.5
 
 
 def suggest_changes(plans: Plans) -> list[str]:
-    """Return one line of text for each required 1-sigma that plans miss because of an unobserved
-    error.
+    """Return one line per required 1-sigma that plans miss because of an unobserved error.
 
     A requirement is listed if all plans exceed it and if, in the plan that comes closest, most of
     the variance is due to the correlation with an error that the plan does not observe. An example
@@ -45,7 +44,7 @@ def suggest_changes(plans: Plans) -> list[str]:
 
 
 def _find_error_source(P: Floats, P0: Floats, state: int) -> tuple[int | None, float]:
-    """Return the unobserved 3-vector that causes most of the variance of a state, and its remaining
+    """Return the unobserved 3-vector that causes most of a state's variance, and its remaining
     share.
 
     The first value is the block index, or None. The second value is the ratio of the final to the

@@ -90,9 +90,7 @@ def _describe_sigma(suite: Suite, sigma: Floats, is_monte_carlo: bool) -> str:
 
 
 def format_nominal_suffix(scenario: Scenario) -> str:
-    """Return ", nominal" for titles of nominal results if a scenario also has Monte Carlo results,
-    else "".
-    """
+    """Return ", nominal" for titles of nominal results next to Monte Carlo results, else ""."""
     return ", nominal" if scenario.monte_carlo or scenario.is_magnetorquer_driven else ""
 
 
@@ -140,8 +138,7 @@ def build_plan_table(plans: Plans) -> pd.DataFrame:
 
 
 def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
-    """Return a table of the results of plans that need only one run of the filter, one row per
-    plan.
+    """Return a table of the results that need only one run of the filter, one row per plan.
 
     If the scenario has Monte Carlo runs, the names of objectives mark them as nominal. Objectives
     and 1-sigmas are NaN for a design whose covariance lost positivity.
@@ -192,8 +189,7 @@ def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
 
 
 def compute_worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
-    """Return the 1-sigma of the worst body axis of each 3-vector of the state, as a dict by column
-    name.
+    """Return the worst-axis 1-sigma of each 3-vector of the state, as a dict by column name.
 
     Parameters
     ----------

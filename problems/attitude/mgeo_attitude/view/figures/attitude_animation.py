@@ -94,8 +94,7 @@ def compute_direction_rotations(times: Floats, vectors: Floats) -> dict[str, Flo
 
 
 def compute_sun_field_rotations(environment: Environment) -> dict[str, dict[str, Floats]]:
-    """Return the rotation vectors of the inertial Sun direction and field direction over the
-    scenario.
+    """Return the rotation vectors of the inertial directions of Sun and magnetic field over time.
 
     The result is a dict with the keys ``Sun`` and ``field``; see `compute_direction_rotations`.
     """
@@ -115,8 +114,7 @@ def draw_attitude(
     inertial: dict[str, dict[str, Floats]],
     shadow: Sequence[tuple[float, float]],
 ) -> dict[str, Any]:
-    """Draw the satellite body with its axes, the Sun direction and the field direction in inertial
-    space.
+    """Draw the satellite body, the Sun direction and the field direction in inertial space.
 
     Parameters
     ----------

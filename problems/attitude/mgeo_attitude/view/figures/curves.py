@@ -91,8 +91,7 @@ def project_directions(vectors: Floats) -> tuple[Int16Array, Int16Array]:
 
 
 def project_circle(axis: ArrayLike, radius: float) -> tuple[Floats, Floats]:
-    """Project a small circle about a direction onto Hammer's equal-area map, as a line of map
-    coordinates.
+    """Project a small circle about a direction onto Hammer's equal-area map.
 
     The line is interrupted by NaN where it crosses the edge of the map.
 
@@ -121,9 +120,7 @@ def project_circle(axis: ArrayLike, radius: float) -> tuple[Floats, Floats]:
 
 
 def draw_graticule() -> list[dict[str, Any]]:
-    """Draw the meridians and parallels of the map, 45 degrees apart, and the labels of the body
-    axes, as plotly traces.
-    """
+    """Return plotly traces of meridians and parallels of the map and of the axis labels."""
     latitudes = np.linspace(-90.0, 90.0, 37)
     # At exactly ±180 degrees, a meridian would jump to the other side of the map.
     longitudes = np.linspace(-179.999, 179.999, 73)
@@ -142,9 +139,7 @@ def draw_graticule() -> list[dict[str, Any]]:
 
 
 def _project_line(longitude: Any, latitude: Any) -> Floats:
-    """Project a line of longitudes and latitudes [deg] onto the map, followed by NaN, shape (2, n +
-    1).
-    """
+    """Project a line of longitudes and latitudes [deg] onto the map, followed by NaN."""
     east, north = np.broadcast_arrays(np.radians(longitude), np.radians(latitude))
     level = np.cos(north)
     points = np.column_stack([level * np.cos(east), level * np.sin(east), np.sin(north)])

@@ -141,7 +141,6 @@ def draw_front(
 def _draw_lines(
     scale: _Scale, monte_carlo_values: Floats, lower_bound: Floats, knee: Floats, span: list[float]
 ) -> Iterator[dict[str, Any]]:
-    """Yield all traces of the figure except the plans."""
     at = [0, scale.column]
     line = {"width": 1.5, "color": COLORS[2], "dash": "dot"}
     yield _draw_dominated_boundary(monte_carlo_values[:, at], f"in {MONTE_CARLO_SHARE_TEXT}", line)
@@ -206,7 +205,6 @@ def _build_buttons(
 
 
 def _draw_points(at: Floats, name: str) -> dict[str, Any]:
-    """Return a plotly trace of points, shape (n, 2), which is hidden if there are none."""
     trace = {"type": "scatter", "mode": "markers", "name": name, "visible": bool(len(at))}
     return {**trace, "x": at[:, 0], "y": at[:, 1]}
 

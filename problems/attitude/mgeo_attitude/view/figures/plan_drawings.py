@@ -101,9 +101,6 @@ def _build_rate_polyline(intervals: RateIntervals, model: FilterModel) -> tuple[
 def _draw_errors(
     problem: AttitudeManeuverProblem, t_end: float, variances: Floats
 ) -> dict[str, dict[str, Any]]:
-    """Return figures of the trace and of the 1-sigma of each 3-vector of the state, one line per
-    axis.
-    """
     model = problem.model
     steps = select_sample_steps(round(t_end / model.step))
     trace, sigma = variances[steps] @ model.weights, np.sqrt(variances[steps])
@@ -134,9 +131,6 @@ def _draw_errors(
 def _draw_directions(
     problem: AttitudeManeuverProblem, attitude: Floats, t_end: float
 ) -> dict[str, Any]:
-    """Draw the directions of the Sun and of the magnetic field in body axes on an equal-area
-    map.
-    """
     environment = problem.environment
     last = round(t_end / problem.model.step)
     steps = np.rint(np.linspace(0, last, min(_N_DIRECTIONS, last + 1))).astype(np.int64)
@@ -161,7 +155,6 @@ def _draw_directions(
 
 
 def _draw_cones(scenario: Scenario) -> list[dict[str, Any]]:
-    """Draw the cones of path constraints (solid) and of sensors (dotted or dashed) on the map."""
     cones = [
         (escape_markup(constraint.label), constraint.build_cone(), "solid")
         for constraint in scenario.path_constraints
@@ -203,7 +196,6 @@ def _build_layout(text: str, axis: dict[str, Any]) -> dict[str, Any]:
 
 
 def _list_eclipses(problem: AttitudeManeuverProblem) -> Intervals:
-    """Return start and end [s] of each eclipse during the scenario."""
     if not problem.scenario.eclipse:
         return []
     times, dark = problem.environment.times, ~problem.environment.sunlit

@@ -132,8 +132,7 @@ def draw_maneuvers(
 def compute_rate_profile(
     problem: AttitudeManeuverProblem, x: Floats, end_time: float
 ) -> tuple[Floats, Floats, float]:
-    """Return the body rates of a plan as a function of time, including constant-rate hold and slew
-    back.
+    """Return the body rates of a plan over time, including constant-rate hold and slew back.
 
     Parameters
     ----------
@@ -165,9 +164,7 @@ _COLUMNS = 2
 
 
 def draw_convergence(problem: AttitudeManeuverProblem, solutions: PlottedSolutions) -> go.Figure:
-    """Draw the trace and the worst-axis 1-sigma of each 3-vector of the state against time, one
-    line per plan.
-    """
+    """Draw trace and worst-axis 1-sigmas against time, one line per plan."""
     blocks = list_block_units(problem.model.suite)
     panels = ["trace [-]", *(f"{block.label}, 1-sigma [{block.unit}]" for block in blocks)]
     rows = -(-len(panels) // _COLUMNS)
@@ -233,9 +230,7 @@ def compute_convergence_curves(
 
 
 def select_sample_steps(last: int) -> NDArray[np.int64]:
-    """Return the filter steps at which a curve is drawn, from 0 to `last`, denser near the
-    start.
-    """
+    """Return the filter steps from 0 to `last` at which a curve is drawn, denser at the start."""
     even = np.linspace(0, last, _SAMPLES)
     dense_at_start = np.geomspace(1, last, _SAMPLES)
     return np.unique(np.rint(np.concatenate([even, dense_at_start])).astype(np.int64))

@@ -14,8 +14,7 @@ from mgeo_attitude.sensors.suite import Suite, list_block_units
 
 
 class StateLabels(NamedTuple):
-    """Names, display units and unit factors of the n states of a sensor suite, in the order of the
-    filter.
+    """Names, display units and unit factors of the states of a sensor suite, in filter order.
 
     Attributes
     ----------
@@ -95,7 +94,7 @@ def describe_direction(suite: Suite, initial_sigma: Floats, direction: Floats) -
 def _group_rotations(
     sensors: Sequence[str], blocks: Sequence[str], vector: dict[str, Floats]
 ) -> list[str]:
-    """Return the misalignments, and possibly the attitude, with nearly the rotation vector of the
+    """Return the misalignments (and the attitude) with nearly the same rotation vector as the
     first.
     """
     tilts = [vector[name] for name in blocks if name in sensors]
@@ -132,8 +131,7 @@ def _format_axis(vector: Floats) -> str:
 
 
 def compute_correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame:
-    """Return the correlation matrix of a covariance as a table with the state names as index and
-    columns.
+    """Return the correlation matrix of a covariance as a table labeled by state names.
 
     Parameters
     ----------
@@ -150,8 +148,7 @@ def compute_correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame
 
 
 def normalize_covariance(model: FilterModel, covariance: Floats) -> Floats:
-    """Return a covariance with every state in units of its initial 1-sigma, shape (n_states,
-    n_states).
+    """Return a covariance with every state in units of its initial 1-sigma.
 
     The normalization makes states of different units comparable (Ham & Brown, "Observability,
     Eigenvalues, and Kalman Filtering", IEEE Transactions on Aerospace and Electronic Systems 19
@@ -166,10 +163,10 @@ def normalize_covariance(model: FilterModel, covariance: Floats) -> Floats:
 def find_least_observable(
     model: FilterModel, covariance: Floats, n_directions: int = 3
 ) -> pd.DataFrame:
-    """Return the directions of the state space with the largest ratio of final to initial 1-sigma,
-    as a table.
+    """Return a table of the directions in state space with the largest remaining 1-sigma.
 
-    The directions are eigenvectors of the covariance in units of the initial 1-sigmas; see
+    The remaining 1-sigma is the ratio of the final to the initial 1-sigma along the direction. The
+    directions are eigenvectors of the covariance in units of the initial 1-sigmas; see
     `normalize_covariance`. Gauss-Markov states and considered states are left out. Process noise
     may raise a ratio above one.
 

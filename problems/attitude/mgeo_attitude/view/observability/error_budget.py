@@ -23,8 +23,7 @@ _N_CONTRIBUTIONS = 3
 def compute_error_budget(
     model: FilterModel, design: ArrayLike, history: FilterHistory
 ) -> pd.DataFrame:
-    """Return the contribution of each error source to the worst-axis 1-sigmas at the end of a plan,
-    as a table.
+    """Return a table of the contributions of error sources to the final worst-axis 1-sigmas.
 
     Parameters
     ----------
@@ -57,8 +56,7 @@ def describe_error_drivers(
     improvements: pd.DataFrame,
     history: FilterHistory,
 ) -> list[str]:
-    """Return one line of text per required 1-sigma with its largest error sources and best
-    improvements.
+    """Return one line per required 1-sigma with its largest error sources and best improvements.
 
     Without requirements there is one line for the attitude. If an initial error is the largest
     source, the line also has the share of its initial 1-sigma that is left.
@@ -95,7 +93,7 @@ def describe_error_drivers(
 def compute_measurement_times(
     model: FilterModel, phases: Sequence[Phase], design: ArrayLike, history: FilterHistory
 ) -> pd.DataFrame:
-    """Return the time [s] during which each sensor measures in each phase of a plan, as a table.
+    """Return a table of the time [s] for which each sensor measures in each phase of a plan.
 
     Parameters
     ----------
@@ -131,8 +129,7 @@ def _find_worst_axis(history: FilterHistory, block: int) -> int:
 def compute_uncertainty_by_phase(
     model: FilterModel, design: ArrayLike, history: FilterHistory
 ) -> pd.DataFrame:
-    """Return the trace and all 1-sigmas at the start of a plan and at the end of each phase, as a
-    table.
+    """Return a table of the trace and all 1-sigmas at the start and at the end of each phase.
 
     Parameters
     ----------

@@ -67,7 +67,7 @@ def build_matching_baselines(
 def compare_designs(
     problem: AttitudeManeuverProblem, designs: Mapping[str, ArrayLike], time: float
 ) -> pd.DataFrame:
-    """Compare the trace and the worst-axis 1-sigmas of designs at a common time, as a table.
+    """Return a table of the traces and worst-axis 1-sigmas of designs at a common time.
 
     The filter need not have converged at that time.
 
@@ -116,8 +116,8 @@ def _divide_equally(rates_deg_s: np.ndarray, duration: float) -> tuple[float, ..
 
 
 def _stack_designs(designs: list[np.ndarray]) -> np.ndarray:
-    """Return designs as rows of equal length, padded at the front with maneuvers of zero
-    duration.
+    """Return designs as rows of equal length, with leading maneuvers of zero duration as
+    padding.
     """
     longest = max(design.size for design in designs)
     if any(design.size % VARIABLES_PER_MANEUVER or design.ndim != 1 for design in designs):
@@ -139,8 +139,7 @@ UNCHANGED = "unchanged"
 def evaluate_improvements(
     model: FilterModel, design: ArrayLike, t_end: float, rate_deg_s: float
 ) -> pd.DataFrame:
-    """Return the worst-axis 1-sigmas that a plan would have after improving one input at a time, as
-    a table.
+    """Return a table of a plan's worst-axis 1-sigmas after improving one input at a time.
 
     The changes are half of an initial 1-sigma; half of the noise of the gyro or of a sensor; 300 s
     more at the last rate; and 300 s more of rotation about a body axis, after holding the last rate
@@ -201,9 +200,7 @@ def select_most_effective(values: pd.Series, min_reduction: float = 0.02) -> pd.
 
 
 def _compute_sigma(model: FilterModel, design: ArrayLike, step: int) -> Floats:
-    """Return the worst-axis 1-sigma of each 3-vector of the state at a filter step, in filter
-    units.
-    """
+    """Return the worst-axis 1-sigma of each 3-vector of the state at a step, in filter units."""
     result = evaluate(
         model.full_duration_model, np.atleast_2d(np.asarray(design, dtype=float)), 1, history=True
     )
@@ -227,8 +224,8 @@ def _halve_noise(suite: Suite) -> Iterator[tuple[str, Suite]]:
 def _add_rotations(
     model: FilterModel, design: ArrayLike, t_end: float, rate_deg_s: float
 ) -> Iterator[tuple[str, Floats]]:
-    """Yield, for each body axis, the design with its last rate held until `t_end` and then a
-    rotation.
+    """Yield the design with its last rate held until `t_end` and a rotation about each body
+    axis.
     """
     if isinstance(model.slew_limits, MagnetorquerDrive):
         return
