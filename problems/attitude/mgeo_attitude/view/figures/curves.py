@@ -1,4 +1,6 @@
-"""Polylines of few points, and directions on Hammer's equal-area map."""
+"""Simplification of curves to few points, and projection of directions on Hammer's equal-area
+map.
+"""
 
 from __future__ import annotations
 
@@ -11,29 +13,30 @@ from mgeo.figures.style import GRAY
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import perpendicular_axes
 
-#: Tolerance of the simplification, relative to the extent of a curve.
+#: Tolerance of the simplification relative to the range of a curve.
 _TOLERANCE = 0.002
 
 
 def simplify_curves(x: Floats, curves: Floats, n_points: int) -> NDArray[np.int64]:
-    """Return the rows of the polyline with `n_points` points that best approximates curves.
+    """Return the indices of the samples that approximate curves by a polyline with few points.
 
-    Starting from both ends, the point farthest from the polyline is added until there are `n_points`
-    points or the tolerance is met (Douglas and Peucker 1973). The distance is the largest over all
-    curves, each relative to its own extent.
+    Starting from both ends, the sample farthest from the polyline is added until there are
+    `n_points` points or the tolerance is met (Douglas and Peucker 1973). The distance is the
+    largest over all curves, each relative to its own range.
 
     Parameters
     ----------
     x : array, shape (k,)
-        Nondecreasing, no value more than twice.
+        Abscissas of the samples, nondecreasing, no value more than twice.
     curves : array, shape (k, m)
+        Samples of m curves.
     n_points : int
         Largest number of points.
 
     Returns
     -------
     array of int
-        Rows in ascending order.
+        Indices in ascending order.
     """
     extent = np.ptp(curves, axis=0)
     scaled = curves / np.where(extent > 0.0, extent, 1.0)
@@ -62,15 +65,21 @@ _SCALE = 10000.0 / np.sqrt(8.0)
 
 
 def project_directions(vectors: Floats) -> tuple[Int16Array, Int16Array]:
-    """Project vectors, shape (n, 3), onto the map; rows with NaN are dropped.
+    """Project vectors onto Hammer's equal-area map of the sphere of directions.
 
-    The body's x axis is at the center of the map, y on the right, z on top. Source: E. Hammer, Über
-    die Planisphäre von Aitow, Petermanns Mitteilungen 38 (1892) 85-87.
+    The body's x axis is at the center of the map, y on the right, z on top. Vectors with NaN are
+    dropped. Source: E. Hammer, Über die Planisphäre von Aitow, Petermanns Mitteilungen 38 (1892)
+    85-87.
+
+    Parameters
+    ----------
+    vectors : array, shape (n, 3)
+        Vectors in body axes, of any nonzero length.
 
     Returns
     -------
     across, up : arrays of int16, shape (m,)
-        Map coordinates, within ± `MAP_HALF_SIZE`.
+        Horizontal and vertical map coordinates, within ± `MAP_HALF_SIZE`.
     """
     finite_vectors = vectors[np.isfinite(vectors).all(axis=1)]
     x, y, z = finite_vectors.T / np.linalg.norm(finite_vectors, axis=1)
@@ -82,9 +91,21 @@ def project_directions(vectors: Floats) -> tuple[Int16Array, Int16Array]:
 
 
 def project_circle(axis: ArrayLike, radius: float) -> tuple[Floats, Floats]:
-    """Project a circle of an angular radius [rad] about a body direction onto the map.
+    """Project a small circle about a direction onto Hammer's equal-area map.
 
     The line is interrupted by NaN where it crosses the edge of the map.
+
+    Parameters
+    ----------
+    axis : array_like, shape (3,)
+        Center of the circle in body axes.
+    radius : float
+        Angular radius [rad].
+
+    Returns
+    -------
+    across, up : arrays, shape (k,)
+        Horizontal and vertical map coordinates.
     """
     middle = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     first, second = perpendicular_axes(middle)
@@ -99,7 +120,7 @@ def project_circle(axis: ArrayLike, radius: float) -> tuple[Floats, Floats]:
 
 
 def draw_graticule() -> list[dict[str, Any]]:
-    """Return plotly traces of meridians and parallels, 45 degrees apart, and of the axis labels."""
+    """Return plotly traces of meridians and parallels of the map and of the axis labels."""
     latitudes = np.linspace(-90.0, 90.0, 37)
     # At exactly ±180 degrees, a meridian would jump to the other side of the map.
     longitudes = np.linspace(-179.999, 179.999, 73)
@@ -118,7 +139,7 @@ def draw_graticule() -> list[dict[str, Any]]:
 
 
 def _project_line(longitude: Any, latitude: Any) -> Floats:
-    """Project a line given by angles [deg], followed by NaN, shape (2, n + 1)."""
+    """Project a line of longitudes and latitudes [deg] onto the map, followed by NaN."""
     east, north = np.broadcast_arrays(np.radians(longitude), np.radians(latitude))
     level = np.cos(north)
     points = np.column_stack([level * np.cos(east), level * np.sin(east), np.sin(north)])
