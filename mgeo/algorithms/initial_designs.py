@@ -27,7 +27,7 @@ _MAX_BUDGET_EXCESS = 0.1  # The first generation may exceed the evaluation budge
 class SuggestedSampling(Sampling):
     """Sampling of initial designs that begins with designs suggested by the problem.
 
-    The problem must define a method ``starts(n, random_state)`` that returns n designs as numbers,
+    The problem must define a method ``suggest_initial_designs(n, random_state)`` that returns n designs as numbers,
     shape (n, n_var). Walkers of the MGEO family beyond the first n start at random.
 
     Parameters
@@ -49,7 +49,7 @@ class SuggestedSampling(Sampling):
     >>> from mgeo import MGEODirected, SuggestedSampling
     >>> from mgeo_attitude import AttitudeManeuverProblem
     >>> algorithm = MGEODirected(sampling=SuggestedSampling(10))
-    >>> AttitudeManeuverProblem().starts(2, np.random.default_rng(1)).shape
+    >>> AttitudeManeuverProblem().suggest_initial_designs(2, np.random.default_rng(1)).shape
     (2, 12)
     """
 

@@ -231,8 +231,8 @@ class DirectedMoves(ExtremalOptimization):
             momentum=np.empty_like(walkers),
             incumbent_F=np.empty((n, n_obj)),
             incumbent_violation=np.empty(n),
-            marked_F=np.empty((n, n_obj)),
-            normals=SearchDistributions.create(
+            reference_F=np.empty((n, n_obj)),
+            distributions=SearchDistributions.create(
                 len(self._select_adaptive_walkers(weights)),
                 walkers.shape[1],
                 n_obj,

@@ -39,9 +39,9 @@ class MGEOStaged(MGEODirected):
     continue from archived points. If a run ends before the last stage, the archive is evaluated at
     full fidelity.
 
-    The problem defines a method ``at_stage(k)`` that returns the problem at the fidelity level k,
+    The problem defines a method ``at_fidelity(k)`` that returns the problem at the fidelity level k,
     from 0. The last stage uses the problem itself. If a problem has no such method, or
-    ``at_stage(0)`` returns the problem itself, the algorithm is identical to `MGEODirected`.
+    ``at_fidelity(0)`` returns the problem itself, the algorithm is identical to `MGEODirected`.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class MGEOStaged(MGEODirected):
     >>> from mgeo import MGEOStaged
     >>> class Sampled(ZDT1):
     ...     samples = 64
-    ...     def at_stage(self, k):
+    ...     def at_fidelity(self, k):
     ...         problem = Sampled(n_var=4)
     ...         problem.samples = (4, 16, 64)[k]
     ...         return problem
@@ -88,10 +88,16 @@ class MGEOStaged(MGEODirected):
         self._problems: dict[int, Problem] = {}  # Problem of each stage.
         super().__init__(**options)
         if not np.size(fidelity_schedule) or np.ndim(fidelity_schedule) != 1:
-            raise ValueError(f"stages = {fidelity_schedule!r}: expected one or more numbers")
-        self.fidelity_schedule = validate_list("stages", fidelity_schedule, validate_fraction)
+            raise ValueError(
+                f"fidelity_schedule = {fidelity_schedule!r}: expected one or more numbers"
+            )
+        self.fidelity_schedule = validate_list(
+            "fidelity_schedule", fidelity_schedule, validate_fraction
+        )
         if self.fidelity_schedule != sorted(self.fidelity_schedule):
-            raise ValueError(f"stages = {fidelity_schedule!r}: expected ascending numbers")
+            raise ValueError(
+                f"fidelity_schedule = {fidelity_schedule!r}: expected ascending numbers"
+            )
 
     @property
     def fidelity(self) -> int:
@@ -143,9 +149,9 @@ class MGEOStaged(MGEODirected):
 
     def _get_problem(self, fidelity: int) -> Problem:
         if fidelity not in self._problems:
-            at_stage = getattr(self._full_problem, "at_fidelity", None)
+            at_fidelity = getattr(self._full_problem, "at_fidelity", None)
             self._problems[fidelity] = (
-                self._full_problem if at_stage is None else at_stage(fidelity)
+                self._full_problem if at_fidelity is None else at_fidelity(fidelity)
             )
         return self._problems[fidelity]
 

@@ -128,7 +128,7 @@ class TolerantEvaluator(Evaluator):
         return {
             "n_eval": self.n_eval,
             "n_failed": self.n_failed,
-            "n_in_a_row": self.n_consecutive_failures,
+            "n_consecutive_failures": self.n_consecutive_failures,
             "causes": dict(self.causes),
         }
 
@@ -143,7 +143,7 @@ class TolerantEvaluator(Evaluator):
         self.n_eval = counts["n_eval"]
         self.n_failed = counts.get("n_failed", 0)
         self._has_success = self.n_eval > self.n_failed
-        self.n_consecutive_failures = counts.get("n_in_a_row", 0)
+        self.n_consecutive_failures = counts.get("n_consecutive_failures", 0)
         self.causes = dict(counts.get("causes", {}))
 
     def require_success(self) -> None:

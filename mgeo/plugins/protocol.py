@@ -48,11 +48,11 @@ class ProblemMixin:
     >>> from pymoo.problems.multi import ZDT1
     >>> from mgeo import ProblemMixin
     >>> class Started(ProblemMixin, ZDT1):
-    ...     def starts(self, n, random_state):
+    ...     def suggest_initial_designs(self, n, random_state):
     ...         return np.zeros((n, self.n_var))
     >>> problem = Started(n_var=3)
-    >>> problem.starts(2, np.random.default_rng(1)).shape, problem.recommended()
-    ((2, 3), {})
+    >>> problem.suggest_initial_designs(2, np.random.default_rng(1)).shape
+    (2, 3)
     """
 
     var_names: Sequence[str] | None = None

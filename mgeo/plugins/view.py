@@ -123,7 +123,7 @@ class View:
         import pandas as pd
 
         index = pd.Index(get_constraint_names(self.problem), name="constraint", dtype=str)
-        columns = {"unit": "", "value": np.nan, "bound": "at most", "limit": np.nan}
+        columns = {"unit": "", "value": np.nan, "bound_type": "at most", "bound_value": np.nan}
         return [pd.DataFrame({**columns, "margin": row}, index=index) for row in self.margins]
 
     @cached_property

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _FLATNESS_TOLERANCE = (
     1e-9  # distances below this value are rounding errors, in fronts scaled to size 1
 )
-_MARGIN_COLUMNS = ["margin", "unit", "value", "bound", "limit"]
+_MARGIN_COLUMNS = ["margin", "unit", "value", "bound_type", "bound_value"]
 _MAX_RELAXATIONS = 3  # maximum number of combinations of constraints to relax
 
 

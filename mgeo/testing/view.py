@@ -14,7 +14,7 @@ from mgeo.testing.check import convert_to_check_error, require, require_equal
 
 _FIGURES = ("solution_figures", "figure_dicts")
 _LINES = ("remarks", "suggestions", "infeasibility_reasons", "notes")
-_CONSTRAINT_COLUMNS = {"unit", "value", "bound", "limit", "margin"}
+_CONSTRAINT_COLUMNS = {"unit", "value", "bound_type", "bound_value", "margin"}
 
 
 def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:

@@ -84,22 +84,22 @@ class Estimated(Problem):
 
     def __init__(self, constrained=False):
         super().__init__(n_var=4, n_obj=2, n_ieq_constr=int(constrained), xl=0.0, xu=1.0)
-        self.batches, self.stage = [], 2
+        self.batches, self.fidelity = [], 2
 
-    def at_stage(self, stage):
-        if stage >= 2:
+    def at_fidelity(self, fidelity):
+        if fidelity >= 2:
             return self
-        rough = copy.copy(self)
-        rough.stage = stage
-        return rough
+        low_fidelity = copy.copy(self)
+        low_fidelity.fidelity = fidelity
+        return low_fidelity
 
     def _evaluate(self, X, out, *args, **kwargs):
-        stage = self.stage
-        self.batches.append((stage, X.copy()))
-        rest = 1.0 + X[:, 1:].sum(axis=1) + 0.1 * (2 - stage) * np.sin(40.0 * X).sum(axis=1)
+        fidelity = self.fidelity
+        self.batches.append((fidelity, X.copy()))
+        rest = 1.0 + X[:, 1:].sum(axis=1) + 0.1 * (2 - fidelity) * np.sin(40.0 * X).sum(axis=1)
         out["F"] = np.column_stack([X[:, 0] + 0.5 * rest, 1.0 - X[:, 0] + rest])
         if self.n_ieq_constr:
-            out["G"] = 0.1 * stage - X[:, :1] * X[:, 1:2]
+            out["G"] = 0.1 * fidelity - X[:, :1] * X[:, 1:2]
 
 
 class Typed(Problem):

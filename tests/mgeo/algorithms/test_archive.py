@@ -22,7 +22,7 @@ from .. import naive
 
 # Few distinct values make ties and duplicates frequent; NaN and infinities come along.
 SPECIAL = st.sampled_from([0.0, -0.0, 1.0, 2.0, 3.0, np.nan, np.inf, -np.inf])
-VALUES = st.restrict_to(st.integers(0, 4).map(float), st.floats(-1, 1, width=16), SPECIAL)
+VALUES = st.one_of(st.integers(0, 4).map(float), st.floats(-1, 1, width=16), SPECIAL)
 
 
 @st.composite
@@ -100,8 +100,8 @@ def test_archive_of_many_batches_agrees_with_pymoo(n_obj, seed):
 @pytest.mark.parametrize("long", [0, 4096], ids=["sample first", "all at once"])
 @pytest.mark.parametrize("n_obj", [1, 2, 3, 4])
 def test_not_weakly_dominated_in_several_blocks_agrees_with_all_pairs(n_obj, long, monkeypatch):
-    monkeypatch.setattr("mgeo.evaluation.dominance._BLOCK", 64)
-    monkeypatch.setattr("mgeo.evaluation.dominance._LONG", long)
+    monkeypatch.setattr("mgeo.evaluation.dominance._BLOCK_SIZE", 64)
+    monkeypatch.setattr("mgeo.evaluation.dominance._MAX_UNSAMPLED_ROWS", long)
     rng = np.random.default_rng(n_obj)
     front = rng.integers(0, 9, (50, n_obj)).astype(float)
     front = front[find_nondominated(front)]
@@ -178,7 +178,7 @@ def test_truncation_agrees_with_distances_computed_afresh(n_obj, monkeypatch):
     assert len(F) > 80
     gone = naive_removals(F, 2 * n_obj)
     for neighbors in (3, 8, 1000):
-        monkeypatch.setattr("mgeo.algorithms.archive._NEIGHBORS", neighbors)
+        monkeypatch.setattr("mgeo.algorithms.archive._N_NEIGHBORS", neighbors)
         for size in (2 * n_obj, len(F) // 2, len(F) - 1):
             kept = np.delete(np.arange(len(F)), gone[: len(F) - size])
             assert np.flatnonzero(truncate(F, size)).tolist() == kept.tolist()

@@ -94,12 +94,12 @@ def test_it_learns_an_ellipsoid_that_no_round_distribution_descends():
 def test_half_of_each_kind_learn_after_so_many_evaluations_and_nothing_changes_before():
     problem = ZDT1(n_var=4)
     run, never = begun(Early(), problem, 2), begun(Never(), problem, 2)
-    assert not len(run._learning())
+    assert not len(run._select_adapting_walkers())
     np.testing.assert_array_equal(run.front.F, never.front.F)
     run.next(), never.next()  # 144 evaluations, of 120
     np.testing.assert_array_equal(run.front.F, never.front.F)
     kinds = run.state.weights.max(axis=1) < 1
-    rows = run._learning()
+    rows = run._select_adapting_walkers()
     assert sorted(rows) == [3, 4, 5, 11, 12, 13, 14, 15]
     assert kinds.tolist() == [False] * 6 + [True] * 10
     run.next(), never.next()
@@ -110,12 +110,13 @@ def test_half_of_each_kind_learn_after_so_many_evaluations_and_nothing_changes_b
 
 def test_a_run_whose_walkers_learn_resumes_to_the_same_end():
     run = begun(Early(), ZDT1(n_var=4), 7)
-    assert run.state.normals.drawn
+    assert run.state.distributions.n_drawn
     again = restore(capture(run), run.problem, Early())
     for _ in range(20):
         run.next(), again.next()
     np.testing.assert_array_equal(again.front.F, run.front.F)
     for field in fields(SearchDistributions):
         assert np.array_equal(
-            getattr(again.state.normals, field.name), getattr(run.state.normals, field.name)
+            getattr(again.state.distributions, field.name),
+            getattr(run.state.distributions, field.name),
         )

@@ -23,7 +23,7 @@ from mgeo.algorithms.selection import (
 from .problems import Fixed, Rosenbrock
 
 NEVER = 10**9
-STILL = {"return_to_best": 0.0, "migrate": (0.0, 0.0), "restart": (NEVER, NEVER)}
+STILL = {"return_probability": 0.0, "migration_probability": (0.0, 0.0), "patience": (NEVER, NEVER)}
 
 
 def directed(*args, **given):
@@ -246,9 +246,17 @@ def test_memory_is_the_best_point_of_each_walker():
 
 
 def test_walkers_go_back_to_their_memory_or_to_the_archive():
-    run = begun(directed(n_walkers=5, return_probability=1.0, migrate=(0.0, 0.0)), ZDT1(n_var=4), 6)
+    run = begun(
+        directed(n_walkers=5, return_probability=1.0, migration_probability=(0.0, 0.0)),
+        ZDT1(n_var=4),
+        6,
+    )
     assert np.array_equal(run.walkers, run.state.incumbents)
-    run = begun(directed(n_walkers=5, return_probability=0.0, migrate=(1.0, 0.0)), ZDT1(n_var=4), 6)
+    run = begun(
+        directed(n_walkers=5, return_probability=0.0, migration_probability=(1.0, 0.0)),
+        ZDT1(n_var=4),
+        6,
+    )
     ideal, nadir = run.front.F.min(axis=0), run.front.F.max(axis=0)
     between = run.state.weights.max(axis=1) < 1
     assert between.tolist() == [False, False, True, True, True]
@@ -262,7 +270,7 @@ def test_walkers_go_back_to_their_memory_or_to_the_archive():
 
 def test_a_walker_without_progress_restarts():
     still = Fixed([0.5, 0.5])  # no candidate is ever better than another
-    options = {**STILL, "restart": (3, 5)}
+    options = {**STILL, "patience": (3, 5)}
     run = begun(directed(n_walkers=5, extreme_weights=0.4, **options), still, 3)
     between = np.array([False, False, True, True, True])
     first, memory = build_weight_vectors(5, 2, 0.4), run.state.incumbents.copy()
@@ -298,7 +306,11 @@ class Creep(Problem):
 def test_less_violation_is_progress():
     run = begun(
         directed(
-            n_walkers=4, extreme_weights=1.0, restart=(1, 1), return_probability=1.0, migrate=(0, 0)
+            n_walkers=4,
+            extreme_weights=1.0,
+            patience=(1, 1),
+            return_probability=1.0,
+            migration_probability=(0, 0),
         ),
         Creep(),
     )

@@ -101,7 +101,7 @@ def test_fewer_starting_points_than_walkers_leave_the_others_as_they_were(algori
     for n, sampling in {0: None, 1: X[:1].tolist(), 3: Population.new(X=X[:3]), 4: X}.items():
         run = copy.deepcopy(algorithm)
         run.sampling = sampling
-        placed[n] = run.setup(PROBLEM, seed=1).code.decode(run.walkers)
+        placed[n] = run.setup(PROBLEM, seed=1).encoding.decode(run.walkers)
         assert placed[n][:n] == pytest.approx(X[:n], rel=1e-12)
     for n in (1, 3):
         assert np.array_equal(placed[n][n:], placed[0][n:])

@@ -106,7 +106,7 @@ def share_of_recombination(algorithm, problem, generations):
     found = []
     while run.has_next():
         run.next()
-        found.append(run.recombined.mean())
+        found.append(run.is_recombined.mean())
     return np.mean(found)
 
 

@@ -55,8 +55,8 @@ def test_so_is_one_that_was_stopped():
     problem, stopped = Estimated(), []
 
     def stop(state):
-        if state.evaluations > 100 and not stopped:
-            stopped.append(state.front()[1])
+        if state.n_evaluations > 100 and not stopped:
+            stopped.append(state.build_front()[1])
             state.stop()
 
     found = solve(problem, MGEOStaged(n_walkers=4), 4000, 1, stop)
@@ -93,13 +93,15 @@ def test_of_a_problem_without_stages_it_is_the_directed_search():
 
 
 def test_stages_are_shares_in_order():
-    with pytest.raises(ValueError, match=r"stages = \(0.9, 0.5\): expected ascending numbers"):
+    with pytest.raises(
+        ValueError, match=r"fidelity_schedule = \(0.9, 0.5\): expected ascending numbers"
+    ):
         MGEOStaged((0.9, 0.5))
-    with pytest.raises(ValueError, match="stages"):
+    with pytest.raises(ValueError, match="fidelity_schedule"):
         MGEOStaged((0.5, 1.5))
-    with pytest.raises(ValueError, match=r"stages = \(\): expected one or more"):
+    with pytest.raises(ValueError, match=r"fidelity_schedule = \(\): expected one or more"):
         MGEOStaged(())
-    with pytest.raises(TypeError, match="stages"):
+    with pytest.raises(TypeError, match="fidelity_schedule"):
         MGEODirected(fidelity_schedule=(0.5, 0.6))
 
 
@@ -108,7 +110,7 @@ class Rough(Estimated):
 
     def _evaluate(self, X, out, *args, **kwargs):
         super()._evaluate(X, out)
-        out["F"] = out["F"] - 10.0 * (2 - self.stage)
+        out["F"] = out["F"] - 10.0 * (2 - self.fidelity)
 
 
 STAGES = [(0.5, 0.75), (0.87, 1.0), (0.0, 0.4)]

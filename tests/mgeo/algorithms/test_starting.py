@@ -182,7 +182,7 @@ class Suggesting(ZDT1):
 
     first = None
 
-    def starts(self, n, random_state):
+    def suggest_initial_designs(self, n, random_state):
         return np.column_stack([random_state.random(n), np.zeros((n, self.n_var - 1))])
 
     def _evaluate(self, x, out, *args, **kwargs):
@@ -212,13 +212,13 @@ def test_they_are_evaluated_in_the_first_generation(algorithm):
 @pytest.mark.parametrize(
     ("n", "starts", "message"),
     [
-        (17, None, "starts = 17: expected at most 16, the number of initial"),
+        (17, None, "initial_designs = 17: expected at most 16, the number of initial"),
         (2, lambda n, rng: np.full((2, 6), 3.0), r"sampling\[0, 0\] = 3.0: expected a number in"),
     ],
 )
 def test_what_cannot_be_begun_with_is_refused(n, starts, message):
     problem = Suggesting(n_var=6)
     if starts is not None:
-        problem.starts = starts
+        problem.suggest_initial_designs = starts
     with pytest.raises(ValueError, match=message):
         MGEODirected(sampling=SuggestedSampling(n)).setup(problem, seed=1)

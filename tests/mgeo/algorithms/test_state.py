@@ -127,7 +127,7 @@ class Counting(MGEOReal):
     def create_state(self, streams, front, walkers):
         return Counts.create(
             streams, front, walkers, accepted=np.zeros(len(walkers), dtype=int), shift=0.0,
-            phase="first", spare=np.random.default_rng(5), find_extremes=ParetoArchive(2, 4),
+            phase="first", spare=np.random.default_rng(5), extremes=ParetoArchive(2, 4),
         )  # fmt: skip
 
     def accept(self, F, violation):

@@ -36,7 +36,7 @@ def test_values_are_those_of_coco(suite, function, dimension, instance):
     assert (ours.n_var, ours.n_obj, ours.n_constr) == (dimension, 2, 0)
     assert np.array_equal(ours.xl, theirs.lower_bounds)
     assert np.array_equal(ours.xu, theirs.upper_bounds)
-    assert ours.instance_of == f"bbob-biobj f{function}"
+    assert ours.function_name == f"bbob-biobj f{function}"
 
 
 def test_the_first_function_is_two_spheres():

@@ -53,7 +53,7 @@ class Good(ProblemMixin, Problem):
         return iter([X, np.vstack([X, X])])
 
     def recommend_settings(self):
-        return {"starts": 2, "polish": True}
+        return {"initial_designs": 2, "refine": True}
 
     def at_fidelity(self, fidelity):
         return self if fidelity else Good()
@@ -168,9 +168,12 @@ def moved(view):
         (Transposed(), "F, row 0 evaluated alone: got"),
         (NoPickle(), "pickle the problem"),
         (NeedsArguments(1.0), r"NeedsArguments\(\) must be constructible without arguments"),
-        (OtherStage(), r"at_stage\(0\)|evaluate"),
+        (OtherStage(), r"at_fidelity\(0\)|evaluate"),
         (SwapsDominance(), "must preserve dominance between points"),
-        (UnseededStarts(), r"starts\(n, random_state\), called again with the same seed"),
+        (
+            UnseededStarts(),
+            r"suggest_initial_designs\(n, random_state\), called again with the same seed",
+        ),
         (
             LosesDesigns(),
             r"refine\(X\) of problem LosesDesigns gives shape \(1, 2\): expected \(2, 2\)",
@@ -178,7 +181,7 @@ def moved(view):
         (OptionsWithTuple(), "comes back from JSON as"),
         (shown(describe=lambda view: view.describe), r"describe\(\) .*: expected a DataFrame"),
         (shown(describe=moved), r"describe\(\) of the view must not modify X"),
-        (shown(answers=lambda view: ["fine"]), r"answers\(\) .*an entry for each of 10"),
+        (shown(summaries=lambda view: ["fine"]), r"summaries\(\) .*an entry for each of 10"),
         (shown(remarks=lambda view: "one"), r"remarks\(\) .* = 'one': expected a list of texts"),
         (shown(figures=lambda view: 1 / 0), r"figures\(\) of the view: ZeroDivisionError"),
         (shown(front_summary=lambda view, F: {"F": F}), "front_summary.*not JSON serializable"),

@@ -29,9 +29,9 @@ def test_a_problem_without_optional_parts_has_the_defaults(made):
     assert protocol.get_indicator_map(made) is None
     assert protocol.get_recommended_settings(made) == (0, False, None)
     assert protocol.get_function_name(made) == ""
-    with pytest.raises(ValueError, match=r"has no robust\(\): expected a run without it"):
+    with pytest.raises(ValueError, match=r"has no to_robust\(\): expected a run without it"):
         protocol.get_robust_problem(made)
-    with pytest.raises(PluginError, match=r"has no refine\(\): expected a run without --polish"):
+    with pytest.raises(PluginError, match=r"has no refine\(\): expected a run without --refine"):
         next(protocol.iterate_refinement(made, np.zeros((1, 2))))
     assert not protocol.has_override(made, ProblemMixin.suggest_initial_designs)
 
@@ -44,10 +44,12 @@ def test_a_part_that_raises_is_named():
     def summary(F):
         raise ZeroDivisionError
 
-    broken = problem(refine=steps, indicator_space=summary)
+    broken = problem(refine=steps, map_to_indicator_space=summary)
     tables = protocol.iterate_refinement(broken, np.zeros((1, 2)))
     assert next(tables).shape == (1, 2)
     with pytest.raises(PluginError, match=r"^refine of problem Problem raised KeyError: 'spring'"):
         next(tables)
-    with pytest.raises(PluginError, match=r"^indicator_space of problem Problem raised ZeroDiv"):
+    with pytest.raises(
+        PluginError, match=r"^map_to_indicator_space of problem Problem raised ZeroDiv"
+    ):
         protocol.get_indicator_map(broken)(np.zeros((1, 2)))

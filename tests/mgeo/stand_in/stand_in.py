@@ -61,7 +61,7 @@ class Cantilever(Problem):
             raise ValueError(f"{min(unknown)}: unknown key, expected load")
         return cls(**(loads | given))
 
-    def options(self):
+    def to_options(self):
         return {"load": self.load}
 
     def _evaluate(self, X, out, *args, **kwargs):
@@ -70,17 +70,17 @@ class Cantilever(Problem):
         deflection = 64 * self.load * length**3 / (3 * MODULUS * math.pi * diameter**4)
         out["F"] = np.column_stack([mass, deflection])
 
-    def indicator_space(self, F):
+    def map_to_indicator_space(self, F):
         return np.asarray(F) / [4.0, 0.01]
 
     def view(self, X):
         return CantileverView(self, X)
 
-    def robust(self):
+    def to_robust(self):
         """Loads are not known better than to a tenth."""
         return type(self)(1.1 * self.load)
 
-    def starts(self, n, random_state):
+    def suggest_initial_designs(self, n, random_state):
         """Short ones."""
         return np.column_stack([random_state.uniform(0.01, 0.05, n), np.full(n, 0.2)])
 

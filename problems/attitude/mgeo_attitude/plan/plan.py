@@ -339,7 +339,7 @@ class ManeuverPlan(Settings):
         """Return the violated constraints with values and bounds, one line each."""
         table = self.build_constraint_table()
         return [
-            f"{label} {row['value']:.6g} {row['unit']}, {row['bound']} {row['limit']:.6g} "
+            f"{label} {row['value']:.6g} {row['unit']}, {row['bound_type']} {row['bound_value']:.6g} "
             f"{row['unit']}, violated by {-row['margin']:.3g} {row['unit']}"
             for label, row in table[~table["kept"].astype(bool)].iterrows()
         ]

@@ -28,7 +28,7 @@ from mgeo_attitude.view.plans import Plans
 
 #: Unit, value, "at most" or "at least", limit and margin.
 MarginRow = tuple[str, float, str, float, float]
-_COLUMNS = ["unit", "value", "bound", "limit", "margin"]
+_COLUMNS = ["unit", "value", "bound_type", "bound_value", "margin"]
 #: Number of 1-sigmas in the attitude margin, the default of path constraints.
 _SIGMAS = 3.0
 #: Names of the intervals after `t_end`.
