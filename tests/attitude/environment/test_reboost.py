@@ -19,7 +19,7 @@ END = datetime(2023, 7, 4, 21, 35, 52, 102000, tzinfo=UTC)
 
 
 def orbit_of(epoch: datetime, duration: float) -> EphemerisOrbit:
-    found = OrbitFile(file=str(FILE)).for_run(epoch, duration)
+    found = OrbitFile(file=str(FILE)).prepare_for_run(epoch, duration)
     assert isinstance(found, EphemerisOrbit)
     return found
 

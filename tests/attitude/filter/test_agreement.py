@@ -29,8 +29,8 @@ def test_every_suite_agrees(name, short):
         short,
         gyro=suite.gyro,
         sensors=suite.sensors,
-        world=suite.environment_errors,
-        channels=CHANNELS,
+        environment_errors=suite.environment_errors,
+        housekeeping_channels=CHANNELS,
     )
     X = designs(np.random.default_rng(3), COUNT // 5, max_duration=300.0)
     assert_agrees(FilterModel.from_scenario(scenario), X)

@@ -41,7 +41,7 @@ def test_tangents_are_a_right_handed_frame_with_every_vector():
 def test_a_sample_tells_nothing_along_the_direction(kind):
     """(I - v vᵀ) / r² about a turn of the body, against one of the mount, and about the bias."""
     sensor = kind(noise_deg=0.3)
-    r = np.array(sensor.noise())
+    r = np.array(sensor.noise_sigmas())
     assert r.shape == (2,)
     H = Suite(Gyro(), (sensor,)).measurement_matrix(sensor, V, gradient=tangent_vectors(V))
     information = np.einsum("kmi,kmj->kij", H / r[0], H / r[0])
@@ -60,7 +60,7 @@ def test_nadir_is_another_where_the_satellite_is_not_as_believed():
     """Against the position itself, moved by 100 m along each axis of GCRS."""
     of = scenario(HorizonSensor(), Magnetometer())
     environment, sensor = Environment.from_scenario(of), HorizonSensor()
-    for axis, column in zip(np.eye(3), sensor.by_position(environment).T, strict=True):
+    for axis, column in zip(np.eye(3), sensor.position_gradient(environment).T, strict=True):
         r = environment.position + 0.1 * POSITION_UNIT * axis
         moved = -r / np.linalg.norm(r, axis=1)[:, None] - sensor.inertial_vector(environment)
         np.testing.assert_allclose(0.1 * column.T, moved, rtol=0, atol=1e-9)
@@ -73,9 +73,9 @@ def test_a_horizon_sensor_looks_at_the_earth_where_it_is_made_for():
     low, high = np.quantile(altitude, [0.2, 0.7])
     sensor = HorizonSensor(lowest_altitude_km=low, highest_altitude_km=high)
     np.testing.assert_array_equal(
-        sensor.available(environment), (altitude >= low) & (altitude <= high)
+        sensor.find_available_samples(environment), (altitude >= low) & (altitude <= high)
     )
-    assert HorizonSensor().available(environment) is None
+    assert HorizonSensor().find_available_samples(environment) is None
     nadir = sensor.inertial_vector(environment)
     np.testing.assert_allclose(np.cross(nadir, environment.position) / 7e6, 0.0, atol=1e-12)
     assert (np.einsum("ij,ij->i", nadir, environment.position) < 0.0).all()

@@ -31,9 +31,9 @@ def alone(model, design, last):
     motion = Motion.from_design(model, design, model.n_steps)
     H, R, seen = build_measurement_model(model, motion.attitude, motion.rates)
     suite, n = model.suite, model.suite.n_states
-    counts = [len(sensor.noise()) for sensor in suite.sensors]
+    counts = [len(sensor.noise_sigmas()) for sensor in suite.sensors]
     rows = np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
-    density = suite.diffusion()
+    density = suite.compute_noise_density()
     driven = [np.isin(np.arange(len(density)) // 3, i) for i in range(len(density) // 3)]
     driven = [own for own in driven if density[own].any()]
     start = model.initial_covariance
@@ -55,7 +55,7 @@ def alone(model, design, last):
                 continue
             h, r = H[k, own], np.diag(R[own])
             gain = total @ h.T @ np.linalg.inv(h @ total @ h.T + r)
-            gain[suite.considered] = 0.0
+            gain[suite.considered_indices] = 0.0
             rest = np.eye(n) - gain @ h
             parts, total = rest @ parts @ rest.T, rest @ total @ rest.T + gain @ r @ gain.T
             parts[n // 3 + len(driven) + i] += gain @ r @ gain.T
@@ -68,7 +68,7 @@ class _Driven:
     def __init__(self, model, density):
         self.step, self.suite, self._suite, self._density = model.step, self, model.suite, density
 
-    def diffusion(self):
+    def compute_noise_density(self):
         return self._density
 
     def __getattr__(self, name):

@@ -96,7 +96,7 @@ def test_first_and_last_possible_ends(paper):
 def test_lost_positivity_is_reported_not_optimized_upon(paper):
     """P0 / R = 1e12 leaves some covariances without positive pivots."""
     X = designs(np.random.default_rng(10), 20)
-    noise = paper.suite.sensors[1].noise()[0]
+    noise = paper.suite.sensors[1].noise_sigmas()[0]
     broken = dataclasses.replace(paper, initial_sigma=np.full(18, 1e6 * noise))
     with pytest.warns(RuntimeWarning, match="lost positivity in .* of 20 designs, first"):
         result = evaluate(broken, X)

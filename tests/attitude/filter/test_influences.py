@@ -12,8 +12,8 @@ from mgeo_attitude import (
     Magnetometer,
     NoLowerBoundError,
     Scenario,
+    compute_lower_bound,
     evaluate,
-    limit,
 )
 from mgeo_attitude.scenario import HousekeepingChannel
 from mgeo_attitude.settings.errors import InvalidValue
@@ -34,7 +34,7 @@ def scenario(gyro=(), mag=(), duration=1500.0, **changes):
         duration=duration,
         step=5.0,
         eclipse=True,
-        channels=(TEMP, CURRENT),
+        housekeeping_channels=(TEMP, CURRENT),
         gyro=dataclasses.replace(base.gyro, bias_sensitivities=gyro),
         sensors=(sun, dataclasses.replace(field, bias_sensitivities=mag)),
         **changes,
@@ -46,7 +46,7 @@ def test_a_temperature_follows_the_eclipse_with_its_time_constant():
     of = scenario(duration=12000.0)
     environment = Environment.from_scenario(of)
     assert 0 < environment.sunlit.sum() < len(environment.sunlit)
-    values = TEMP.at(environment.times, environment.sunlit)
+    values = TEMP.compute_values(environment.times, environment.sunlit)
     assert values[0] == 5.0
     goal = np.where(environment.sunlit, 40.0, -20.0)
     y = 5.0
@@ -56,12 +56,14 @@ def test_a_temperature_follows_the_eclipse_with_its_time_constant():
         )
         y = found.y[0, -1]
         assert values[k] == pytest.approx(y, abs=1e-7)
-    free = dataclasses.replace(TEMP, initial=None).at(environment.times, environment.sunlit)
+    free = dataclasses.replace(TEMP, initial=None).compute_values(
+        environment.times, environment.sunlit
+    )
     assert free[0] == goal[0]
 
 
 def test_a_table_is_read_by_lines_and_held_beyond_its_ends():
-    found = CURRENT.at(np.array([0.0, 200.0, 600.0, 2000.0]), np.ones(4, dtype=bool))
+    found = CURRENT.compute_values(np.array([0.0, 200.0, 600.0, 2000.0]), np.ones(4, dtype=bool))
     np.testing.assert_allclose(found, [0.1, 0.3, 0.15, -0.2])
 
 
@@ -82,7 +84,8 @@ def test_a_channel_that_rests_cannot_be_told_from_the_bias():
     still = HousekeepingChannel(name="temp", times=(0.0,), values=(21.0,))
     sigma = Magnetometer().initial_bias_nt
     of = dataclasses.replace(
-        scenario(mag=(BiasSensitivity("temp", sigma, "degC", 20.0),)), channels=(still,)
+        scenario(mag=(BiasSensitivity("temp", sigma, "degC", 20.0),)),
+        housekeeping_channels=(still,),
     )
     model = FilterModel.from_scenario(of)
     P = evaluate(model.full_duration_model, DESIGN, covariance=True).covariance[0]
@@ -96,28 +99,30 @@ def test_a_channel_that_rests_cannot_be_told_from_the_bias():
 
 def test_a_sensors_influence_has_a_limit_and_the_gyros_says_why_not():
     of = scenario(mag=(BiasSensitivity("current", 2000.0, "A"),))
-    bound = limit(of)
+    bound = compute_lower_bound(of)
     X = np.random.default_rng(2).uniform(-1.0, 1.0, (10, 12))
     X[:, 3::4] = 300.0
     found = evaluate(FilterModel.from_scenario(of), X)
     assert (found.trace > np.interp(found.t_end, bound.times, bound.trace)).all()
     with pytest.raises(
-        NoLowerBoundError, match=r"gyro\.influences: no lower bound .* effect of temp"
+        NoLowerBoundError, match=r"gyro\.bias_sensitivities: no lower bound .* effect of temp"
     ):
-        limit(scenario((BiasSensitivity("temp", 1e-3),)))
+        compute_lower_bound(scenario((BiasSensitivity("temp", 1e-3),)))
 
 
 def test_an_influence_of_no_channel_is_refused_with_the_way_out():
     of = scenario(mag=(BiasSensitivity("tmp", 1.0),))
     message = (
-        r"sensors\[1\]\.influences\[0\]\.channel = 'tmp': unknown channel; did you mean 'temp'\?.*"
-        r"define its values along the plan in \[\[channels\]\], or remove the influence"
+        r"sensors\[1\]\.bias_sensitivities\[0\]\.channel = 'tmp': unknown channel; did you mean 'temp'\?.*"
+        r"define its values along the plan in \[\[housekeeping_channels\]\], or remove the"
     )
     with pytest.raises(InvalidValue, match=message):
         FilterModel.from_scenario(of)
     with pytest.raises(InvalidValue, match=message):  # before anything is computed
         AttitudeManeuverProblem(of)
-    with pytest.raises(InvalidValue, match=r"gyro\.influences\[0\].*there are no \[\[channels"):
+    with pytest.raises(
+        InvalidValue, match=r"gyro\.bias_sensitivities\[0\].*there are no \[\[housekeeping_channels"
+    ):
         FilterModel.from_scenario(
-            dataclasses.replace(scenario((BiasSensitivity("tmp", 1.0),)), channels=())
+            dataclasses.replace(scenario((BiasSensitivity("tmp", 1.0),)), housekeeping_channels=())
         )

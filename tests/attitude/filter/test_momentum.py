@@ -43,7 +43,7 @@ SPINNING = InitialConditions(pointing="velocity", axis=(0.6, 0.0, 0.8), rate_deg
 UNLOADING = Magnetorquers(max_dipole=(0.05, 0.1, 0.02), unloads_wheels=True, time_constant=20.0)
 
 
-def scenario(maneuvers=None, initial=None, coils=None, **wheels):
+def scenario(maneuvers=None, initial=None, magnetorquers=None, **wheels):
     return dataclasses.replace(
         Scenario.cubesat_6u(),
         duration=1500.0,
@@ -51,7 +51,7 @@ def scenario(maneuvers=None, initial=None, coils=None, **wheels):
         maneuvers=maneuvers or ManeuverBounds(),
         initial=initial or InitialConditions(),
         wheels=Wheels(**(FULL | wheels)),
-        coils=coils,
+        magnetorquers=magnetorquers,
     )
 
 
@@ -109,7 +109,7 @@ def by_hand(given, x, end_steps):
     C = compute_attitudes(plan.rates[0], plan.starts[0], model.n_steps, model.step, C0)[
         : end_steps + 1
     ]
-    J, A = wheels.matrix(), wheels.normalized_axes().T
+    J, A = wheels.inertia_matrix(), wheels.normalized_axes().T
     h0 = np.array(wheels.initial_momentum or np.zeros(A.shape[1]))
     r = np.einsum("kij,kj->ki", C, problem.environment.position[: end_steps + 1])
     B = np.einsum("kij,kj->ki", C, 1e-9 * problem.environment.field[: end_steps + 1])
@@ -124,8 +124,8 @@ def by_hand(given, x, end_steps):
     own = np.einsum("kij,kj->ki", C, np.broadcast_to(H0, added.shape))
     extra = np.einsum("kij,kj->ki", C, added)
     known = np.zeros((2, *T.shape))  # torque that counts with its sign
-    if given.coils is not None:
-        made = zip(*unloaded(given.coils, C, B, H0 + added, model.step), strict=True)
+    if given.magnetorquers is not None:
+        made = zip(*unloaded(given.magnetorquers, C, B, H0 + added, model.step), strict=True)
         taken, *torques = map(np.array, made)
         own = np.einsum("kij,kj->ki", C, H0 + added + taken)
         known = T + np.array(torques)
@@ -163,7 +163,7 @@ def loads(given, x, end_steps):
     greatest = [0.0, 0.0]
     for which, plain, disturbance in by_hand(given, x, end_steps):
         load = np.abs(plain @ W.T + (0.0 if which else circulating))
-        margin = wheels.disturbance_margin - (given.coils is not None)
+        margin = wheels.disturbance_margin - (given.magnetorquers is not None)
         load = load + margin * np.abs(disturbance @ W.T)
         greatest[which] = max(greatest[which], load.max())
     return greatest
@@ -229,7 +229,7 @@ def test_coils_unload_what_is_across_the_field():
         found = compute_wheel_loads(budget, still, np.array([900]), 1.0, 1, after)[0]
         assert found[0] == pytest.approx(2e-3, rel=1e-12)  # about y, along the field
         assert found[1] == pytest.approx(1e-3 / 20.0 * 0.95**after, rel=1e-9)  # what x gives
-    weak = dataclasses.replace(budget, coils=np.full(3, 0.01))
+    weak = dataclasses.replace(budget, magnetorquer_dipole=np.full(3, 0.01))
     found = compute_wheel_loads(weak, still, np.array([900]), 1.0, 1)[0]
     assert found[1] == pytest.approx(0.01 * 4e-5, rel=1e-12)  # at its most
 

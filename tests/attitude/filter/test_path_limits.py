@@ -142,7 +142,7 @@ def watched():
 @pytest.mark.slow
 def test_kernel_keeps_the_limits_that_the_reference_keeps(watched):
     model, X = watched
-    sun, _ = model.direction("sun")
+    sun, _ = model.select_direction("sun")
     assert not sun[0].any()
     assert sun[-1].any()
     result = evaluate(model, X)
@@ -187,7 +187,7 @@ def flown_densely(problem, x):
 def densely(problem, limit, flown):
     """Angles and their 1-sigmas, shapes (n_steps, `DENSE`), of a limit in a flight."""
     at, attitude, P = flown
-    direction, axis = DIRECTIONS[limit.cone().direction], np.array(limit.cone().axis)
+    direction, axis = DIRECTIONS[limit.build_cone().direction], np.array(limit.build_cone().axis)
     seen = np.einsum("kij,kj->ki", attitude, direction.vectors(at, problem.scenario.epoch))
     normal = np.cross(axis, seen)
     sine = np.linalg.norm(normal, axis=1)

@@ -13,7 +13,7 @@ from mgeo_attitude import (
     Photodiode,
     Scenario,
     Suite,
-    limit,
+    compute_lower_bound,
 )
 from mgeo_attitude.lower_bound.faces import bound_joint_information
 from scipy.spatial.transform import Rotation
@@ -49,11 +49,11 @@ def test_it_reads_the_cosine_and_its_errors_are_those_of_gain_and_normal():
     diode = Photodiode(normal=(0.0, 3.0, 4.0))
     n = np.array([0.0, 0.6, 0.8])
     zero = np.zeros(3)
-    np.testing.assert_allclose(diode.measured(looked(zero), V)[:, 0], V @ n, atol=1e-15)
-    gain = diode.measured(looked([0.0, 0.0, 0.1]), V)[:, 0]
+    np.testing.assert_allclose(diode.predict_measurement(looked(zero), V)[:, 0], V @ n, atol=1e-15)
+    gain = diode.predict_measurement(looked([0.0, 0.0, 0.1]), V)[:, 0]
     np.testing.assert_allclose(gain, 1.1 * (V @ n), atol=1e-15)
     tilted = diode.axes[2] + 1e-3 * diode.axes[0]
-    found = diode.measured(looked([1e-3, 0.0, 0.0]), V)[:, 0]
+    found = diode.predict_measurement(looked([1e-3, 0.0, 0.0]), V)[:, 0]
     np.testing.assert_allclose(found, V @ tilted, atol=1e-15)
     np.testing.assert_allclose(diode.axes @ diode.axes.T, np.eye(3), atol=1e-15)
     assert np.linalg.det(diode.axes) == pytest.approx(1.0)
@@ -61,10 +61,14 @@ def test_it_reads_the_cosine_and_its_errors_are_those_of_gain_and_normal():
 
 def test_light_from_behind_does_not_reach_it():
     diode, light = Photodiode(normal=(1.0, 0.0, 0.0)), np.array([[0.2, 0.1, 0.0], [-0.2, 0.1, 0.0]])
-    found = diode.measured(looked(np.zeros(3), light, albedo=np.array([0.01, 0.0, 0.0])), V[:2])
+    found = diode.predict_measurement(
+        looked(np.zeros(3), light, albedo=np.array([0.01, 0.0, 0.0])), V[:2]
+    )
     np.testing.assert_allclose(found[:, 0], V[:2, 0] + [0.21, 0.0], atol=1e-15)
     blind = dataclasses.replace(diode, includes_albedo=False)
-    np.testing.assert_array_equal(blind.measured(looked(np.zeros(3), light), V)[:, 0], V[:, 0])
+    np.testing.assert_array_equal(
+        blind.predict_measurement(looked(np.zeros(3), light), V)[:, 0], V[:, 0]
+    )
 
 
 @pytest.mark.parametrize("light", [(0.0, 0.0, 0.0), (0.05, 0.2, -0.1)])
@@ -85,7 +89,7 @@ def test_what_it_measures_is_the_slope_of_what_it_reports(light):
             back = Rotation.from_rotvec(-turn)
             x = looked(sensitivity, back.apply(light), albedo=albedo)
             x.to_body = back.apply
-            return diode.measured(x, back.apply(V))[:, 0]
+            return diode.predict_measurement(x, back.apply(V))[:, 0]
 
         for first, name in ((0, "turn"), (own, "sensitivity"), (world, "albedo")):
             slope = (reads(**{name: e}) - reads(**{name: -e})) / (2.0 * h)
@@ -133,9 +137,11 @@ def test_all_faces_together_tell_no_more_than_the_bound_says():
     ("keys", "environment_errors", "message"),
     [
         ({}, EnvironmentErrors(earth_albedo=0.3), "px: no lower bound .* includes_albedo = false"),
-        ({"initial_latency_s": 0.1}, EnvironmentErrors(), "px.delay depends on the attitude"),
+        ({"initial_latency_s": 0.1}, EnvironmentErrors(), "px.latency depends on the attitude"),
     ],
 )
-def test_where_there_is_no_limit_it_says_why(keys, world, message):
+def test_missing_lower_bound_is_explained(keys, environment_errors, message):
     with pytest.raises(NoLowerBoundError, match=message):
-        limit(scenario(*cube(**keys), Magnetometer(), world=world))
+        compute_lower_bound(
+            scenario(*cube(**keys), Magnetometer(), environment_errors=environment_errors)
+        )

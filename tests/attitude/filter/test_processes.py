@@ -50,7 +50,9 @@ def test_what_is_over_a_duration_are_the_moments_of_an_ornstein_uhlenbeck_proces
 def test_a_process_that_nothing_measures_keeps_its_variance():
     suite = SUITES["varying errors"]
     model = FilterModel.from_scenario(
-        scenario(gyro=suite.gyro, sensors=suite.sensors, world=suite.environment_errors)
+        scenario(
+            gyro=suite.gyro, sensors=suite.sensors, environment_errors=suite.environment_errors
+        )
     )
     blind = dataclasses.replace(model, available=np.zeros_like(model.available))
     np.testing.assert_allclose(variances(blind, "environment_errors.albedo"), 0.05**2, rtol=1e-12)
@@ -101,7 +103,12 @@ def test_sampled_at_an_interval_a_filter_of_any_step_knows_the_same():
 
     def known(step, these):
         found = FilterModel.from_scenario(
-            scenario(gyro=suite.gyro, sensors=these, world=suite.environment_errors, step=step)
+            scenario(
+                gyro=suite.gyro,
+                sensors=these,
+                environment_errors=suite.environment_errors,
+                step=step,
+            )
         )
         return evaluate(found, PLAN, history=True).variances[0][:: round(4.0 / step)]
 
@@ -118,14 +125,16 @@ def test_errors_that_vary_or_are_considered_have_no_weight_unless_given():
         (SunSensor(), Magnetometer(considered=("bias",))),
         EnvironmentErrors(albedo=0.05),
     )
-    model = FilterModel.from_scenario(scenario(sensors=sensors, world=world))
+    model = FilterModel.from_scenario(scenario(sensors=sensors, environment_errors=world))
     blocks = model.suite.blocks
     weights = dict(zip(blocks, model.weights[::3], strict=True))
     assert [block for block in blocks if not weights[block]] == [
         "environment_errors.albedo",
         "mag.bias",
     ]
-    given = scenario(sensors=sensors, world=world, trace_weights={"environment_errors.albedo": 2.0})
+    given = scenario(
+        sensors=sensors, environment_errors=world, trace_weights={"environment_errors.albedo": 2.0}
+    )
     assert FilterModel.from_scenario(given).weights[6:9].tolist() == [2.0] * 3
     assert [blocks[i // 3] for i in model.suite.calibrated_indices[::3]] == [
         block for block in blocks if weights[block]

@@ -26,7 +26,7 @@ def test_it_knows_what_the_whole_filter_knows(preset):
     found = evaluate(coarse, X, end_steps=150).trace
     np.testing.assert_allclose(found, exact, rtol=0.03)
     assert coarse.gated == problem.model.gated
-    by_series = dataclasses.replace(coarse, by_polynomials=False)
+    by_series = dataclasses.replace(coarse, use_polynomials=False)
     np.testing.assert_allclose(found, evaluate(by_series, X, end_steps=150).trace, rtol=1e-10)
 
 
@@ -46,7 +46,9 @@ def test_a_sensor_with_fewer_samples_counts_for_those_it_has():
 
 def test_noise_by_axis_and_channels_are_thinned_with_the_rest():
     table = Scenario.from_dict({"preset": "cubesat_6u"} | SHORT).to_dict()
-    table["channels"] = [{"name": "current", "times": [0.0, 1500.0], "values": [0.0, 0.5]}]
+    table["housekeeping_channels"] = [
+        {"name": "current", "times": [0.0, 1500.0], "values": [0.0, 0.5]}
+    ]
     (mag,) = (each for each in table["sensors"] if each["kind"] == "magnetometer")
     mag["noise_nt"] = [100.0, 100.0, 200.0]
     mag["bias_sensitivities"] = [{"channel": "current", "unit": "A", "initial_sigma": 1000.0}]

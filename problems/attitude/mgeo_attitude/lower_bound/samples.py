@@ -88,7 +88,7 @@ def collect_information(model: FilterModel) -> SampleInformation:
     """
     for influence in model.suite.gyro.bias_sensitivities:
         raise NoLowerBoundError(
-            f"gyro.influences: no lower bound is known, because the effect of "
+            f"gyro.bias_sensitivities: no lower bound is known, because the effect of "
             f"{influence.channel} on the attitude changes with time. Remove the bias sensitivity"
         )
     diodes = [i for i, each in enumerate(model.suite.sensors) if isinstance(each, Photodiode)]

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario, evaluate
-from mgeo_attitude.lower_bound.assembly import limit
+from mgeo_attitude.lower_bound.assembly import compute_lower_bound
 from scipy.spatial.transform import Rotation
 
 from ..filter.suites import SUITES
@@ -30,7 +30,7 @@ def of_suite(name):
         Scenario.paper(),
         gyro=suite.gyro,
         sensors=tuple(sensors),
-        world=suite.environment_errors,
+        environment_errors=suite.environment_errors,
         duration=300.0,
         step=20.0,
         trace_weights={},
@@ -55,7 +55,7 @@ def compare(name, rotations):
     they are seen, and is far below the limit.
     """
     scenario, model = of_suite(name)
-    found = limit(scenario, model)
+    found = compute_lower_bound(scenario, model)
     slow = totals(mean_covariance(model, RATE, rotations))
     left_out = {model.suite.blocks[state // 3] for state in model.suite.considered_indices}
     return {

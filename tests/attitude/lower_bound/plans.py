@@ -56,8 +56,10 @@ def coarse(scenario: Scenario, step: float) -> Scenario:
     duration = scenario.duration // step * step
     coils = scenario.magnetorquers  # a dipole is held for a step
     if coils is not None:
-        coils = dataclasses.replace(coils, response=max(coils.time_constant, 2.0 * step))
-    return dataclasses.replace(scenario, step=step, duration=duration, sensors=sensors, coils=coils)
+        coils = dataclasses.replace(coils, time_constant=max(coils.time_constant, 2.0 * step))
+    return dataclasses.replace(
+        scenario, step=step, duration=duration, sensors=sensors, magnetorquers=coils
+    )
 
 
 def hard() -> dict[str, Scenario]:
@@ -154,4 +156,4 @@ def without_albedo(scenario: Scenario) -> Scenario:
         for each in scenario.sensors
     )
     world = dataclasses.replace(scenario.environment_errors, albedo=0.0, earth_albedo=0.0)
-    return dataclasses.replace(scenario, sensors=sensors, world=world)
+    return dataclasses.replace(scenario, sensors=sensors, environment_errors=world)

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from mgeo_attitude import FilterModel, Scenario, evaluate, limit
+from mgeo_attitude import FilterModel, Scenario, compute_lower_bound, evaluate
 from mgeo_attitude.lower_bound.common_mode import Carrier, compute_following_cost
 from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from scipy.spatial.transform import Rotation
@@ -61,7 +61,10 @@ def test_no_history_at_the_greatest_rate_is_below():
     scenario = coarse(Scenario.from_toml(MICROSATELLITE), 20.0)
     scenario = dataclasses.replace(scenario, duration=300.0)
     model = FilterModel.from_scenario(scenario)
-    found, rate = limit(scenario, model), np.radians(scenario.maneuvers.max_rate_deg_s)
+    found, rate = (
+        compute_lower_bound(scenario, model),
+        np.radians(scenario.maneuvers.max_rate_deg_s),
+    )
     least = dict.fromkeys(model.suite.blocks, np.inf)
     for attitude in Rotation.random(4, random_state=3).as_matrix():
         turned = dataclasses.replace(model, initial_attitude=attitude)
@@ -77,7 +80,7 @@ def test_no_history_at_the_greatest_rate_is_below():
 def test_turns_at_the_greatest_rate_come_near_what_the_field_lets_magnetometers_know():
     scenario = Scenario.from_toml(MICROSATELLITE)
     model = FilterModel.from_scenario(scenario)
-    found, most = limit(scenario, model), scenario.maneuvers.max_rate_deg_s
+    found, most = compute_lower_bound(scenario, model), scenario.maneuvers.max_rate_deg_s
     rates = most * np.array(
         [[1, 1, 1], [1, -1, 1], [-1, 1, 1], [1, 1, -1], [-1, -1, 1], [1, -1, -1]]
     )
@@ -92,9 +95,9 @@ def test_turns_at_the_greatest_rate_come_near_what_the_field_lets_magnetometers_
 def test_coils_leave_the_rate_free():
     scenario = Scenario.from_toml(SCENARIOS / "cubesat-1u.toml")
     scenario = dataclasses.replace(scenario, duration=3000.0)
-    assert limit(scenario).variance_sum["mag.bias"][-1] > 0.0
+    assert compute_lower_bound(scenario).variance_sum["mag.bias"][-1] > 0.0
     gyro = dataclasses.replace(scenario.gyro, initial_scale_factor=0.01)
     with pytest.raises(
         NoLowerBoundError, match=r"^gyro\.scale_factor: .* rate, which magnetorquers do not"
     ):
-        limit(dataclasses.replace(scenario, gyro=gyro))
+        compute_lower_bound(dataclasses.replace(scenario, gyro=gyro))

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pydantic.dataclasses
 import pytest
-from mgeo_attitude import FilterModel, Scenario, evaluate, limit
+from mgeo_attitude import FilterModel, Scenario, compute_lower_bound, evaluate
 from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.lower_bound.curves import apply_water_filling
 from mgeo_attitude.lower_bound.gyro import (
@@ -23,7 +23,7 @@ from .plans import coarse, hard
 
 @pytest.fixture(scope="module")
 def paper():
-    return limit(Scenario.paper())
+    return compute_lower_bound(Scenario.paper())
 
 
 @pytest.mark.parametrize(
@@ -39,19 +39,19 @@ def test_trace_of_the_paper_by_a_prototype(paper, time, trace):
 
 
 def test_a_plan_that_converges_has_fallen_but_little(paper):
-    assert np.isinf(paper.ending[:300]).all()
-    assert paper.ending[500] == pytest.approx(0.95 * paper.trace[200])
-    assert paper.ending[7600] == paper.trace[7600]
-    assert paper.ending[-1] == paper.trace[-1]
+    assert np.isinf(paper.trace_at_end[:300]).all()
+    assert paper.trace_at_end[500] == pytest.approx(0.95 * paper.trace[200])
+    assert paper.trace_at_end[7600] == paper.trace[7600]
+    assert paper.trace_at_end[-1] == paper.trace[-1]
     scenario = Scenario.from_dict({"preset": "paper", "convergence": {"rule": "settling"}})
-    settling = limit(coarse(scenario, 20.0))
+    settling = compute_lower_bound(coarse(scenario, 20.0))
     assert (settling.trace_at_end == settling.trace).all()
 
 
 def test_what_is_required_has_an_earliest_time():
     required = {"sun.misalignment_deg": 0.03, "attitude_deg": 0.05, "gyro.bias_deg_h": 1e-6}
     scenario = Scenario.from_dict({"preset": "paper", "required_sigma": required})
-    found = limit(scenario)
+    found = compute_lower_bound(scenario)
     assert found.earliest_times["sun.misalignment_deg"] == 6661.0
     assert np.degrees(found.compute_sigma("sun.misalignment")[6660]) > 0.03
     assert 0.0 < found.earliest_times["attitude_deg"] < 1000.0
@@ -62,7 +62,7 @@ def test_what_is_required_has_an_earliest_time():
 def test_a_gyro_at_rest_comes_near_its_limit():
     scenario = hard()["constant bias"]
     model = FilterModel.from_scenario(scenario)
-    found = limit(scenario, model)
+    found = compute_lower_bound(scenario, model)
     ran = evaluate(model.full_duration_model, np.zeros((1, 4)), history=True)
     ratio = ran.variances[0, 1:, 3:6].sum(axis=1) / found.variance_sum["gyro.bias"][1:]
     assert ratio.min() >= 1.0
@@ -73,7 +73,7 @@ def test_a_gyro_at_rest_comes_near_its_limit():
 def test_an_attitude_whose_instruments_are_calibrated_comes_near_its_limit():
     scenario = hard()["calibrated"]
     model = FilterModel.from_scenario(scenario)
-    found = limit(scenario, model)
+    found = compute_lower_bound(scenario, model)
     ran = evaluate(model.full_duration_model, np.array([[0.1, 0.0, 0.0, 100.0]]), history=True)
     ratio = ran.variances[0, :, :3].sum(axis=1) / found.variance_sum["attitude"]
     assert ratio[1] == pytest.approx(1.0, rel=1e-3)
@@ -84,7 +84,7 @@ def test_an_attitude_whose_instruments_are_calibrated_comes_near_its_limit():
 def test_considered_errors_are_what_no_plan_changes():
     scenario = hard()["considered"]
     model = FilterModel.from_scenario(scenario)
-    found = limit(scenario, model)
+    found = compute_lower_bound(scenario, model)
     ran = evaluate(model.full_duration_model, np.array([[0.3, -0.2, 0.1, 500.0]]), history=True)
     for block in ("gyro.bias", "sun.bias"):
         own = 3 * model.suite.blocks.index(block)
@@ -118,7 +118,7 @@ def test_what_cannot_be_bounded_says_so():
     with pytest.raises(
         NoLowerBoundError, match=r"^odd: no lower bound .* about odd\.bias depends on the atti"
     ):
-        limit(other)
+        compute_lower_bound(other)
 
 
 @pytest.mark.slow
@@ -126,7 +126,7 @@ def test_criteria_begin_at_the_start_and_weights_count():
     scenario = dataclasses.replace(
         coarse(Scenario.paper(), 20.0), trace_weights={"attitude": 2.0, "mag.bias": 0.0}
     )
-    found = limit(scenario)
+    found = compute_lower_bound(scenario)
     assert found.criteria["normalized_trace"][0] == pytest.approx(1.0)
     assert found.criteria["log_det"][0] == pytest.approx(0.0, abs=1e-12)
     assert found.criteria["max_eigenvalue"][0] == pytest.approx(1.0)

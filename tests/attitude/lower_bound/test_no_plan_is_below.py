@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel
-from mgeo_attitude.lower_bound.assembly import limit
+from mgeo_attitude.lower_bound.assembly import compute_lower_bound
 
 from .plans import documented, hard, least_ratios, random_plans, without_albedo
 
@@ -25,7 +25,7 @@ FAST = ("paper", "cubesat_6u")
 def test_no_random_plan_is_below(name):
     scenario = ALL[name]
     model = FilterModel.from_scenario(scenario)
-    found = limit(scenario, model)
+    found = compute_lower_bound(scenario, model)
     for plans in random_plans(scenario, np.random.default_rng(1), 48):
         for what, ratio in least_ratios(model, found, plans).items():
             assert ratio >= 1.0 - ROUNDING, what
