@@ -18,7 +18,7 @@ COILS = {
     "max_dipole": [0.2, 0.15, 0.1],
     "inertia": [0.0021, 0.0018, 0.0014],
     "products_of_inertia": [2e-5, -1e-5, 3e-5],
-    "detumble_rate_deg_s": 0.3,
+    "rate_tolerance_deg_s": 0.3,
     "residual_dipole": [1e-4, -2e-4, 5e-5],
 }
 #: Spin up about z, turn over to x, despin.
@@ -43,13 +43,13 @@ def model():
 
 @pytest.fixture(scope="module")
 def flown(model):
-    return model.schedule(DESIGN)
+    return model.build_schedule(DESIGN)
 
 
 def integrated(field, attitude, rate, design, step, coils):
     """Attitudes, rates and whether coils are off of a rigid body under the law, by SciPy."""
     most = 0.8 * np.array(coils["max_dipole"])
-    residual, near = np.array(coils["residual_dipole"]), np.radians(coils["detumble_rate_deg_s"])
+    residual, near = np.array(coils["residual_dipole"]), np.radians(coils["rate_tolerance_deg_s"])
     table = design.reshape(-1, 4)
     begins = np.ceil(np.append(0.0, np.cumsum(table[:-1, 3])) / step)
     q, w, off = Rotation.from_matrix(attitude).inv().as_quat(), rate, False
@@ -95,8 +95,8 @@ def test_motion_is_that_of_a_rigid_body_under_the_law_by_another_integrator(mode
 
 @pytest.mark.slow
 def test_free_motion_keeps_momentum_in_inertial_axes_and_energy(model):
-    quiet = {"residual_dipole": [0.0, 0.0, 0.0], "detumble_rate_deg_s": 100.0}
-    free = FilterModel.from_scenario(one_unit(coils=quiet))
+    quiet = {"residual_dipole": [0.0, 0.0, 0.0], "rate_tolerance_deg_s": 100.0}
+    free = FilterModel.from_scenario(one_unit(magnetorquers=quiet))
     plan, motion = free.build_schedule(DESIGN), Motion.from_design(free, DESIGN, 1200)
     rates = np.vstack([free.initial_rate, plan.end_rates[0]])
     assert plan.free.all()
@@ -149,8 +149,8 @@ def test_a_turned_satellite_moves_as_one_in_a_turned_field(model):
     turn = Rotation.from_rotvec([0.1, -0.05, 0.2]).as_matrix()
     other = dataclasses.replace(model.slew_limits, initial_attitude=model.initial_attitude @ turn.T)
     rates, starts = np.radians(DESIGN.reshape(1, -1, 4)[:, :, :3]), np.array([[0, 300, 550]])
-    expected = other.rates(rates, starts, 1.0, 1200)
-    found = model.turned(turn).slew_limits.rates(rates, starts, 1.0, 1200)
+    expected = other.compute_rates(rates, starts, 1.0, 1200)
+    found = model.rotate_initial_attitude(turn).slew_limits.compute_rates(rates, starts, 1.0, 1200)
     np.testing.assert_allclose(found[1], expected[1], atol=1e-12)
 
 

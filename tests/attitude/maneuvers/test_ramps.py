@@ -15,7 +15,7 @@ TURN = [0.4, 0.0, -0.2, 100.0, -0.1, 0.0, 0.0, 60.0]
 def rates_deg_s(plan, n_steps, row=0):
     """Rate about each axis at every step [deg/s], from the stretches."""
     rates = np.zeros((n_steps, 3))
-    flying = plan.flown()[row]
+    flying = plan.has_duration()[row]
     for rate, start in zip(plan.rates[row, flying], plan.starts[row, flying], strict=True):
         rates[start:] = np.degrees(rate)
     return rates

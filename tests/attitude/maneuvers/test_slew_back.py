@@ -119,7 +119,7 @@ def test_no_sooner_slew_is_found_by_trying_all(limits, monkeypatch):
                 tried[steps] = original(self, steps)
         return original(self, n)
 
-    monkeypatch.setattr(SlewSearch, "maneuvers", remembered)
+    monkeypatch.setattr(SlewSearch, "find_maneuvers", remembered)
     find_slew_back(scene, x, 1500.0, model.slew_limits, model.initial_attitude)
     assert [n for n, found in tried.items() if found is not None] == [back.end - back.start]
 

@@ -31,7 +31,7 @@ def test_presets_round_trip_exactly(preset: str) -> None:
     assert Scenario.from_toml(f'preset = "{preset}"') == scenario
 
 
-@pytest.mark.filterwarnings("ignore::mgeo_attitude.scenario.validity.Implausible")
+@pytest.mark.filterwarnings("ignore::mgeo_attitude.scenario.validity.ImplausibleValue")
 @settings(max_examples=20, deadline=None)
 @given(scenario=scenarios())
 def test_scenarios_round_trip_exactly(scenario: Scenario) -> None:

@@ -52,11 +52,11 @@ def test_an_element_set_ages_within_a_run() -> None:
     pytest.importorskip("sgp4")
     orbit = TLEOrbit(line1=ISS_1, line2=ISS_2)
     scenario = dataclasses.replace(
-        Scenario.paper(), orbit=orbit, epoch=orbit.instant + timedelta(days=29.9)
+        Scenario.paper(), orbit=orbit, epoch=orbit.element_epoch + timedelta(days=29.9)
     )
     (line,) = find_implausible_values(scenario)
     assert "at the end of the run the element set is 30.0 days old" in line
-    assert find_implausible_values(dataclasses.replace(scenario, epoch=orbit.instant)) == ()
+    assert find_implausible_values(dataclasses.replace(scenario, epoch=orbit.element_epoch)) == ()
 
 
 @pytest.mark.parametrize("of", [Wheels, lambda **k: Magnetorquers(max_dipole=(1.0, 1.0, 1.0), **k)])

@@ -12,12 +12,12 @@ from mgeo_attitude.settings.errors import InvalidValue
 def test_bias_instability_is_the_top_of_the_markov_process_s_allan_deviation(floor, decay):
     """Allan variance of such a process: IEEE Std 952-1997, equation C.11."""
     gyro = Gyro(bias_instability_deg_per_h=floor, bias_decay=decay)
-    T, (q, _, _) = 1.0 / decay, np.sqrt(gyro.diffusion()["bias"])
+    T, (q, _, _) = 1.0 / decay, np.sqrt(gyro.compute_noise_density()["bias"])
     tau = np.geomspace(0.1, 10.0, 2000) * T
     rest = 3.0 - 4.0 * np.exp(-tau / T) + np.exp(-2.0 * tau / T)
     variance = (q * T) ** 2 / tau * (1.0 - T / (2.0 * tau) * rest)
     assert np.degrees(np.sqrt(variance.max())) * 3600.0 == pytest.approx(floor, rel=2e-3)
-    assert Gyro(rate_random_walk=2e-7).drift == (2e-7,) * 3
+    assert Gyro(rate_random_walk=2e-7).effective_rate_random_walk == (2e-7,) * 3
 
 
 def test_a_floor_that_no_process_has_is_refused():

@@ -56,9 +56,11 @@ def test_noise_is_scaled_axis_by_axis():
     assert louder.noise_nt == (2.0, 4.0, 6.0)
     assert scale_noise(SunSensor(noise_deg=1.0), 0.5).noise_deg == 0.5
     walks = Gyro(angle_random_walk_deg_per_sqrt_h=(0.1, 0.2, 0.3))
-    assert scale_noise(walks, 2.0).diffusion()["theta"][2] == (np.radians(0.6) / 60.0) ** 2
+    assert (
+        scale_noise(walks, 2.0).compute_noise_density()["theta"][2] == (np.radians(0.6) / 60.0) ** 2
+    )
     even = dataclasses.replace(louder, noise_nt=4.0)
-    assert even.noise() == pytest.approx((louder.noise()[1],) * 3, rel=1e-15)
+    assert even.noise_sigmas() == pytest.approx((louder.noise_sigmas()[1],) * 3, rel=1e-15)
 
 
 @pytest.mark.parametrize("noise", [[1.0, 2.0], [1.0, 2.0, 0.0], [1.0, 2.0, "3"], "500", 0.0])

@@ -64,7 +64,7 @@ def test_all_sensors_that_see_an_error_see_the_same_states():
 
 @pytest.mark.slow
 def test_sigmas_differ_by_axis_and_stay_what_they_are():
-    scenario = short(world=WORLD)
+    scenario = short(environment_errors=WORLD)
     model = FilterModel.from_scenario(scenario)
     blind = dataclasses.replace(model, available=np.zeros_like(model.available))
     first = 3 * model.suite.blocks.index("environment_errors.orbit_error")
@@ -75,7 +75,7 @@ def test_sigmas_differ_by_axis_and_stay_what_they_are():
 
 def test_an_error_along_track_moves_the_field_as_it_is_farther_along():
     """Against IGRF where the satellite is seconds later."""
-    scenario = short(world=WORLD)
+    scenario = short(environment_errors=WORLD)
     environment = Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
     rows = model.suite.gradient_rows(1)
@@ -98,7 +98,8 @@ def test_an_error_along_track_moves_the_field_as_it_is_farther_along():
 
 def test_an_orbit_error_for_which_the_gradient_is_too_rough_is_told():
     near, far = (
-        short(world=EnvironmentErrors(orbit_error_m=(m, 9.0, 9.0))) for m in (30_000.0, 31_000.0)
+        short(environment_errors=EnvironmentErrors(orbit_error_m=(m, 9.0, 9.0)))
+        for m in (30_000.0, 31_000.0)
     )
     (line,) = find_validity_violations(far)
     assert line.startswith("environment_errors.orbit_error_m = 31000: ")
@@ -108,11 +109,11 @@ def test_an_orbit_error_for_which_the_gradient_is_too_rough_is_told():
 def test_near_an_eclipse_that_may_be_elsewhere_nothing_that_sees_the_sun_is_used():
     """An error along track is a satellite that comes earlier or later; by the disc that is lit."""
     off = EnvironmentErrors(orbit_error_m=(40_000.0, 1.0, 1.0))
-    scenario = dataclasses.replace(Scenario.cubesat_6u(), duration=4300.0, world=off)
+    scenario = dataclasses.replace(Scenario.cubesat_6u(), duration=4300.0, environment_errors=off)
     lit, used, always = (
         FilterModel.from_scenario(each).available
         for each in (
-            dataclasses.replace(scenario, world=EnvironmentErrors()),
+            dataclasses.replace(scenario, environment_errors=EnvironmentErrors()),
             scenario,
             dataclasses.replace(scenario, eclipse=False),
         )
@@ -135,7 +136,9 @@ def test_light_from_the_earth_is_in_what_a_coarse_sensor_looks_at():
     whole = Scenario.paper()
     sensors = (SunSensor(), SunSensor(name="fine", includes_albedo=False))
     plain, lit = (
-        FilterModel.from_scenario(dataclasses.replace(whole, sensors=sensors, world=world))
+        FilterModel.from_scenario(
+            dataclasses.replace(whole, sensors=sensors, environment_errors=world)
+        )
         for world in (EnvironmentErrors(), EnvironmentErrors(earth_albedo=0.3))
     )
     added = lit.references - plain.references
@@ -144,7 +147,7 @@ def test_light_from_the_earth_is_in_what_a_coarse_sensor_looks_at():
 
 
 @pytest.mark.parametrize(
-    ("environment_errors", "message"),
+    ("table", "message"),
     [
         ({"orbit_error_m": (1.0, 0.0, 0.0)}, "orbit_error_m = .*expected three numbers > 0 m, or"),
         ({"orbit_error_axes": "body"}, "orbit_error_axes = 'body': expected one of 'orbital'"),
@@ -152,9 +155,9 @@ def test_light_from_the_earth_is_in_what_a_coarse_sensor_looks_at():
         ({"considered": ("albedo",)}, r"considered\[0\] = 'albedo': unknown state"),
     ],
 )
-def test_a_world_that_cannot_be_is_refused(world, message):
+def test_a_world_that_cannot_be_is_refused(table, message):
     with pytest.raises(InvalidValue, match=message):
-        EnvironmentErrors(**world)
+        EnvironmentErrors(**table)
 
 
 def test_no_sensor_is_called_the_world():

@@ -313,9 +313,15 @@ def check_magnetorquers(
         slow,
     )
     key, acceleration = "maneuvers.max_acceleration_deg_s2", maneuvers.max_acceleration_deg_s2
-    unlimited = "no value with coils and no wheels: torque follows from magnetorquers.max_dipole and the field"
+    unlimited = (
+        "no value with [magnetorquers] and without [wheels]: the torque follows from "
+        "magnetorquers.max_dipole and the field"
+    )
     expect(acceleration is None, key, acceleration, unlimited)
-    back = "false with coils and no wheels: coils cannot reach an attitude at a given time"
+    back = (
+        "false with [magnetorquers] and without [wheels]: magnetorquers cannot reach an attitude at "
+        "a given time"
+    )
     expect(not maneuvers.slew_back, "maneuvers.slew_back", maneuvers.slew_back, back)
 
 

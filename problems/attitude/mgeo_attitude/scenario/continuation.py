@@ -84,14 +84,14 @@ def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], 
     base = before.to_dict()
     if "epoch" not in overrides:
         base["epoch"] = instant_after(before.epoch, time).isoformat()
-        base["orbit"] |= to_table(before.orbit.later(time))
+        base["orbit"] |= to_table(before.orbit.shift_epoch(time))
         base |= _shift_channels(base, time)
         base["prior"] = to_table(_clip_rate(prior, before))
         return merge_table(base, overrides)
     later = seconds_between(before.epoch, _parse_epoch(overrides["epoch"]))
     at_end = f"an instant after that of the calibration, {document.get('utc', f'{time} s')}"
     expect(later > time - _SAME_INSTANT, "epoch", overrides["epoch"], at_end)
-    base["orbit"] |= to_table(before.orbit.later(later))
+    base["orbit"] |= to_table(before.orbit.shift_epoch(later))
     base |= _shift_channels(base, later)
     base["prior"] = None
     table = merge_table(base, overrides)
@@ -141,10 +141,10 @@ def propagate_prior(prior: Prior, suite: Suite, duration: float, scenario: Any) 
     covariance[:3], covariance[:, :3] = 0.0, 0.0
     covariance[:3, :3] = scenario.initial_attitude_covariance
     at = Environment.from_times(scenario, np.zeros(1))
-    quaternion = quaternions_from_matrices(scenario.initial_attitude(at)[None])[0]
+    quaternion = quaternions_from_matrices(scenario.compute_initial_attitude(at)[None])[0]
     table = {
         "quaternion": quaternion.tolist(),
-        "rate_deg_s": np.degrees(scenario.initial_rate(at)).tolist(),
+        "rate_deg_s": np.degrees(scenario.compute_initial_rate(at)).tolist(),
         "states": (decay * prior.estimates)[3:].reshape(-1, 3).tolist(),
         "covariance": covariance.tolist(),
     }
@@ -193,7 +193,7 @@ def _clip_rate(prior: Prior, scenario: Any) -> Prior:
     rate, wheels = np.array(prior.rate_deg_s), scenario.wheels
     shares = [np.abs(rate).max() / scenario.maneuvers.max_rate_deg_s]
     if wheels is not None and wheels.max_momentum is not None and not wheels.initial_momentum:
-        momentum = wheels.greatest_share(np.radians(rate) @ wheels.matrix())
+        momentum = wheels.compute_largest_load(np.radians(rate) @ wheels.inertia_matrix())
         shares.append(momentum / wheels.max_momentum)
     share = max(shares)
     walk = max(expand_per_axis(scenario.suite.gyro.angle_random_walk_deg_per_sqrt_h))

@@ -150,7 +150,7 @@ class Sensor(Settings, ABC):
         ----------
         x : namespace of Vec3
             ``x.theta`` is the attitude error [rad]. Further attributes are the sensor's `states`
-            and the modeled errors of `list_environment_errors`. ``x.moved`` is the change of `v` in body axes.
+            and the modeled errors of `list_environment_errors`. ``x.reference_change`` is the change of `v` in body axes.
             ``x.to_body`` rotates a vector from GCRS to body axes. ``x.gradient`` holds the columns
             of `gradient` in body axes, followed by those of the derivative with respect to the
             orbit error, if the sensor is affected by it.

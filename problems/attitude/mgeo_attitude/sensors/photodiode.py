@@ -76,7 +76,7 @@ class Photodiode(Sensor):
 
     def linearize_measurement(self, x: Any, v: Vec3) -> Any:
         *_, n = axes = [Vec3(*axis) for axis in self.axes.tolist()]
-        seen, more = v, x.moved
+        seen, more = v, x.reference_change
         if self.includes_albedo:
             light = x.gradient[0]
             before = Vec3(*[_select_front_light(inner(n, light))] * 3)

@@ -302,10 +302,10 @@ class Suite:
         own = {
             s: self._select_block(column, block) for s, block in self.list_blocks(sensor).items()
         }
-        theta, moved = self._select_block(column, "attitude"), ZERO_VECTOR
+        theta, reference_change = self._select_block(column, "attitude"), ZERO_VECTOR
         if late := own.pop("latency", None):
             *gradient, change = gradient
-            theta, moved = (
+            theta, reference_change = (
                 theta - componentwise_product(late, rate),
                 -componentwise_product(late, change),
             )
@@ -315,7 +315,13 @@ class Suite:
             channel_deviations,
             lambda u, c: componentwise_product(Vec3(u, u, u), c),
         )
-        x = SimpleNamespace(theta=theta, moved=moved, to_body=to_body, gradient=gradient, **own)
+        x = SimpleNamespace(
+            theta=theta,
+            reference_change=reference_change,
+            to_body=to_body,
+            gradient=gradient,
+            **own,
+        )
         return tuple(sensor.linearize_measurement(x, v))
 
     def apply_dynamics(self, column: Sequence[Any], omega: Vec3) -> list[Any]:

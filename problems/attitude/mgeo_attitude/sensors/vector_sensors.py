@@ -49,7 +49,7 @@ class VectorSensor(Sensor):
     def linearize_measurement(self, x: Any, v: Vec3) -> Any:
         turned = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta
         y = cross(v, turned)
-        y = y + x.bias + x.moved if hasattr(x, "bias") else y + x.moved
+        y = y + x.bias + x.reference_change if hasattr(x, "bias") else y + x.reference_change
         if hasattr(x, "orbit_error"):
             for error, column in zip(x.orbit_error, x.gradient[-3:], strict=True):
                 y = y + Vec3(*(error * component for component in column))
