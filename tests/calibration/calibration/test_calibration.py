@@ -148,14 +148,14 @@ def test_what_a_plan_promised(scenario, calibration):
 @pytest.mark.slow
 def test_figures_and_report(scenario, telemetry, calibration):
     figures = calibration.draw_figures()
-    assert list(figures) == ["constants", "innovations", "attitude"]
+    assert list(figures) == ["parameters", "innovations", "attitude"]
     drawn = [point for trace in figures["parameters"].data for point in trace.y]
     table = calibration.build_table()
     np.testing.assert_allclose(drawn, table["estimate"] / table["prior_sigma"])
     html = build_report(calibration, calibration.compare(ManeuverPlan(scenario, PLAN)))
     assert html.count('class="plotly-graph-div"') == 3
     assert "the innovations support it" in html
-    assert "What the plan predicted" in html
+    assert "1-sigmas predicted by the plan" in html
     ours = html.replace(get_plotlyjs(), "")  # which knows addresses, for maps
     assert len(ours) < len(html)
     for source in ("http://", "https://"):

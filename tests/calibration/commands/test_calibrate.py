@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[3]
 @pytest.fixture(scope="module")
 def flight(tmp_path_factory):
     """A folder with a plan, its scenario, and telemetry of its flight."""
-    folder = tmp_path_factory.mktemp("monte_carlo")
+    folder = tmp_path_factory.mktemp("telemetry")
     scenario = short(Scenario.paper(), 900.0)
     scenario.save(folder / "mine.toml")
     write_plan(ManeuverPlan(scenario, PLAN), folder / "plan.json")
@@ -60,7 +60,7 @@ def test_files_and_what_a_plan_promised(run, flight, tmp_path):
         written["estimate"].astype(float), found.build_table()["estimate"]
     )
     page = (out / "calibration.html").read_text()
-    assert f"What the plan predicted for {found.time:.6g} s" in page
+    assert f"1-sigmas predicted by the plan for {found.time:.6g} s" in page
     assert 'class="dataframe wrapped"' in page  # what is to be sent up breaks where it must
     assert "exists" in run(*arguments, code=2).stderr
     run(*arguments, "--overwrite", "--quiet")
@@ -110,7 +110,7 @@ def test_all_that_is_tested_is_printed_where_nothing_is_calibrated(run, flight, 
     tests = table(done.stdout, "Attitude-independent checks")
     (check,) = [name for name, text in tests.items() if text and text[0].startswith("gyro at row ")]
     report = json.loads(run(*command, "--diagnose", "--json", code=2).stdout)
-    assert report["refused"].startswith(message)
+    assert report["error"].startswith(message)
     (finding,) = [each["finding"] for each in report["checks"] if each["check"] == check]
     assert finding.startswith("gyro at row ")
     assert run(*command, code=2).stdout == ""
@@ -158,6 +158,6 @@ def test_all_that_is_tested_and_what_is_added_is_printed(run, flight):
         "With and without the additions",
     )
     assert all(title in printed for title in titles)
-    assert "orbit.build_along_track_error" in printed
+    assert "orbit.along_track" in printed
     refused = run(*command, "--fit", "mag.gain", code=2)
     assert "fit = 'mag.gain': " in refused.stderr
