@@ -10,7 +10,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, Scenario
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.sensors import Gyro
-from mgeo_calibration import TelemetryMapping, fly
+from mgeo_calibration import TelemetryMapping, simulate_telemetry
 
 from .pages import DOCS, blocks, run
 
@@ -100,7 +100,7 @@ def test_calibration(tmp_path, monkeypatch):
     scenario.save("mine.toml")
     plan = ManeuverPlan(scenario, (0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0, 0, 0, 1.0))
     write_plan(plan, "plan.json")
-    fly(scenario, plan, 1).to_csv("telemetry.csv")
+    simulate_telemetry(scenario, plan, 1).to_csv("telemetry.csv")
     run(blocks("calibration.md", "sh")[0].strip())
     files = {"calibration.json", "calibration.csv", "attitude.csv", "calibration.html"}
     assert {path.name for path in Path("calibration").iterdir()} == files
