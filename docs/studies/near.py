@@ -45,7 +45,7 @@ def ratios(F, curves):
 
     In eclipse a limit rises: less is known than before.
     """
-    step, found, limit = curves.times[1], {}, np.minimum.accumulate(curves.ending)
+    step, found, limit = curves.times[1], {}, np.minimum.accumulate(curves.trace_at_end)
     for at in (*TIMES, F[:, 0].max()):
         over = F[F[:, 0] <= at]
         name = "longest" if at == F[:, 0].max() else str(at)
@@ -71,7 +71,7 @@ def measured(preset, rule, mode, seed):
     found = run.solve()
     spent = {"cpu_s": time.process_time() - cpu, "wall_s": time.perf_counter() - wall}
     last = {"longest_s": found.F[:, 0].max(), "hypervolume": found.hypervolume}
-    return spent | last | ratios(found.F, run.problem.limit_curves), found.F
+    return spent | last | ratios(found.F, run.problem.lower_bound), found.F
 
 
 def thinned(F):

@@ -50,8 +50,8 @@ def measured(name, seed):
         return {"algorithm": name, "seed": seed, "stage": stage, **parts, **plans, "cpu_s": cpu}
 
     def look(state):
-        if state.refinement is None and state.evaluations >= study.evaluations:
-            rows[:] = [row("search", state.front()[1])]
+        if state.refinement is None and state.n_evaluations >= study.evaluations:
+            rows[:] = [row("search", state.build_front()[1])]
 
     run = prepare_run(
         "attitude",
@@ -65,7 +65,7 @@ def measured(name, seed):
     with ExitStack() as patched:
         for kind, owner, method in (
             ("whole", AttitudeManeuverProblem, "_evaluate"),
-            ("at_one_time", FixedTimeEvaluator, "values"),
+            ("at_one_time", FixedTimeEvaluator, "evaluate_at_steps"),
         ):
             count = counted(kind, getattr(owner, method))
             patched.enter_context(patch.object(owner, method, count))

@@ -76,7 +76,9 @@ def ranks_and_shares(
     shown = shown.assign(
         after=shown["variables"].map(lambda n: f"{n or 'all'}: ")
         + shown["evaluations"].map("{:,.0f}".format),
-        share=shown["behind"].map("{:.0%}".format).where(shown["behind"].notna(), ""),
+        share=shown["share_control_better"]
+        .map("{:.0%}".format)
+        .where(shown["share_control_better"].notna(), ""),
     )
     averages = format_average_ranks(shown, per_variable=True).T
     averages = averages.set_axis(shown["after"].unique(), axis=1).rename_axis("average rank")
@@ -112,7 +114,7 @@ def ranked(columns: Mapping[str, pd.DataFrame]) -> Markdown:
     """
     texts = {}
     for title, rows in columns.items():
-        rivals = rows.set_index("algorithm").rename(columns={"behind": "A"})
+        rivals = rows.set_index("algorithm").rename(columns={"share_control_better": "A"})
         ranks = rivals["average_rank"].map("{:.2f}".format)
         texts[title] = _marked(ranks, rivals)
     return table(pd.DataFrame(texts).rename_axis("average rank"))

@@ -88,10 +88,16 @@ class MGEOStaged(MGEODirected):
         self._problems: dict[int, Problem] = {}  # Problem of each stage.
         super().__init__(**options)
         if not np.size(fidelity_schedule) or np.ndim(fidelity_schedule) != 1:
-            raise ValueError(f"stages = {fidelity_schedule!r}: expected one or more numbers")
-        self.fidelity_schedule = validate_list("stages", fidelity_schedule, validate_fraction)
+            raise ValueError(
+                f"fidelity_schedule = {fidelity_schedule!r}: expected one or more numbers"
+            )
+        self.fidelity_schedule = validate_list(
+            "fidelity_schedule", fidelity_schedule, validate_fraction
+        )
         if self.fidelity_schedule != sorted(self.fidelity_schedule):
-            raise ValueError(f"stages = {fidelity_schedule!r}: expected ascending numbers")
+            raise ValueError(
+                f"fidelity_schedule = {fidelity_schedule!r}: expected ascending numbers"
+            )
 
     @property
     def fidelity(self) -> int:

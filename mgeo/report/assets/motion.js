@@ -58,9 +58,9 @@ function buildMotion(figure) {
   const motion = figure.layout.meta.motion;
   const isActive = (time) => (phase) => phase.from <= time && time < phase.to;
   const phases = motion.phases || [];
-  const turns = {};
-  for (const [name, turn] of Object.entries(motion.turns)) turns[name] = buildOrientation(turn);
-  const which = [...figure.data.keys()].filter((k) => figure.data[k].meta && figure.data[k].meta.turn);
+  const orientations = {};
+  for (const [name, vectors] of Object.entries(motion.rotations)) orientations[name] = buildOrientation(vectors);
+  const which = [...figure.data.keys()].filter((k) => figure.data[k].meta && figure.data[k].meta.rotation);
   const parts = which.map((k) => {
     const { meta, x, y, z, opacity = 1 } = figure.data[k];
     return { ...meta, opacity, points: [x, y, z].map((values) => Array.from(decodeArray(values))) };
@@ -69,8 +69,8 @@ function buildMotion(figure) {
   const at = (time) => {
     const now = names(time);
     const change = { x: [], y: [], z: [], opacity: [] };
-    for (const { turn, faint, opacity, points } of parts) {
-      const rows = turns[turn](time);
+    for (const { rotation: name, faint, opacity, points } of parts) {
+      const rows = orientations[name](time);
       ["x", "y", "z"].forEach((key, r) => {
         const [a, b, c] = rows[r];
         // A null coordinate is a gap in a line.
