@@ -2,5 +2,5 @@
 
 
 def join_lines(text: str) -> str:
-    """Return a text as one line: its lines without surrounding blanks, joined by spaces."""
+    """Join the lines of a text by spaces, without surrounding blanks and empty lines."""
     return " ".join(filter(None, map(str.strip, text.splitlines())))

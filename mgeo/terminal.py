@@ -43,7 +43,7 @@ class Output:
 
     @property
     def is_text(self) -> bool:
-        """True if text and tables are printed, which neither `quiet` nor `json` permits."""
+        """True if text and tables are printed, that is, if both `quiet` and `json` are false."""
         return not (self.quiet or self.json)
 
     def print(self, *renderables: str | RenderableType) -> None:

@@ -139,9 +139,10 @@ def read_compared_solution(path: Path, trusted_classes: Collection[str] = ()) ->
         raise FileNotFoundError(f"there is neither a run folder nor a file {path}")
     document = read_json(path)
     with convert_file_errors(path):
-        problem, options, x = parse_solution(document, trusted_classes)
+        problem, problem_options, x = parse_solution(document, trusted_classes)
         view = build_view(problem, [x])
-        return ComparedSolution(path.name, view, call_optional(view, View.review), options)
+        review = call_optional(view, View.review)
+        return ComparedSolution(path.name, view, review, problem_options)
 
 
 def _build_summary_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:

@@ -26,13 +26,13 @@ def path(solved, monkeypatch, tmp_path):
     """Path of a report with a line that turns by 90 degrees in 100 s, then by -450 in 100 s."""
     from stand_in import CantileverView
 
-    turns = {"hand": {"times": np.array([0.0, 100, 200]), "x": [0.0, 0], "y": [0.0, 0]}}
-    turns["hand"]["z"] = np.array([90.0, -450.0])
+    rotations = {"hand": {"times": np.array([0.0, 100, 200]), "x": [0.0, 0], "y": [0.0, 0]}}
+    rotations["hand"]["z"] = np.array([90.0, -450.0])
     phases = [{"name": "dusk", "from": 20.0, "to": 60.0, "shaded": True}]
-    hand = {"meta": {"turn": "hand", "faint": "dusk"}, "mode": "lines"}
+    hand = {"meta": {"rotation": "hand", "faint": "dusk"}, "mode": "lines"}
     figure = go.Figure(
         go.Scatter3d(x=np.array([0.0, 2.0]), y=[0, 0], z=[0.0, 1.0], **hand),
-        {"meta": {"motion": {"end": 200.0, "turns": turns, "phases": phases}}},
+        {"meta": {"motion": {"end": 200.0, "rotations": rotations, "phases": phases}}},
     )
     draw = lambda self: [{"hand": figure} for _ in self.X]  # noqa: E731
     monkeypatch.setattr(CantileverView, "solution_figures", draw, raising=False)
@@ -43,9 +43,8 @@ def path(solved, monkeypatch, tmp_path):
 
 def test_player_moves_the_figure(path):
     with opened(path, reduced_motion="reduce") as page:
-        assert (
-            page.evaluate("document.querySelector('.player')") is None
-        )  # The figure is not yet in view.
+        # The figure is not yet in view.
+        assert page.evaluate("document.querySelector('.player')") is None
         page.evaluate("document.querySelector('.moving').scrollIntoView()")
         page.until("document.querySelector('.player') !== null")
         time.sleep(0.5)
