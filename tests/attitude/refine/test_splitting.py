@@ -40,7 +40,9 @@ def test_the_longest_maneuver_is_halved():
 
 
 def test_a_plan_of_more_maneuvers_is_no_plan_of_fewer():
-    with pytest.raises(ValueError, match="designs of 3 maneuvers: expected at most n_maneuvers = 2"):
+    with pytest.raises(
+        ValueError, match="designs of 3 maneuvers: expected at most n_maneuvers = 2"
+    ):
         split_maneuvers(plans(1, 3), 2)
 
 
