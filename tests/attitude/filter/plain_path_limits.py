@@ -61,7 +61,9 @@ def path_angles(model, run, x):
     )
     for limit in model.path_constraints:
         cone = limit.build_cone()
-        passage = model.compute_direction_motion(cone.direction, slice(n)).rotate_to_body(run.attitude)
+        passage = model.compute_direction_motion(cone.direction, slice(n)).rotate_to_body(
+            run.attitude
+        )
         worst = excess(
             cone, limit.attitude_sigmas, turn, passage, run.predicted_attitude_covariance
         ).max()
