@@ -233,7 +233,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         out["F"], out["G"], _ = np.split(self.evaluate_designs(designs), ends, axis=1)
 
     def evaluate_designs(self, X: Floats) -> Floats:
-        """Return objectives, constraint values and violations of single bounds of designs.
+        """Return objectives, constraint values, and violations of all bounds of designs, as
+        columns.
 
         The values are those of nominal runs or, with Monte Carlo runs, their quantiles or means.
         Designs of the previous batch are not evaluated again.
@@ -273,7 +274,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return evaluate_runs(runs, X, self.compute_values, self.threads, self._needs_covariance)
 
     def compute_values(self, model: FilterModel, result: Evaluation) -> Floats:
-        """Return objectives, constraint values and violations of bounds from a filter result.
+        """Return objectives, constraint values, and violations of all bounds, from a filter
+        result.
 
         Parameters
         ----------
@@ -394,7 +396,10 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         }
 
     def suggest_initial_designs(self, n: int, random_state: np.random.Generator) -> Floats:
-        """Return n initial designs for a search, shape (n, n_var); see `build_initial_designs`."""
+        """Return n designs from which a search may start, shape (n, n_var).
+
+        See `refine.initial_designs.build_initial_designs`.
+        """
         return build_initial_designs(self, n, random_state)
 
     def refine(self, X: ArrayLike) -> Iterator[Floats]:

@@ -65,7 +65,9 @@ def list_commands(plan: ManeuverPlan) -> pd.DataFrame:
             "duration_s": np.diff([*starts, plan.duration]).round(_TIME_DIGITS),
         }
     )
-    rates = np.array([phase.commanded_deg_s for phase in phases]).round(RATE_DIGITS) + 0.0  # no -0
+    rates = (
+        np.array([phase.commanded_deg_s for phase in phases]).round(RATE_DIGITS) + 0.0
+    )  # Adding zero converts -0.
     for i, axis in enumerate("xyz"):
         table[f"rate_{axis}_deg_s"] = rates[:, i]
     return table

@@ -50,7 +50,7 @@ class DescentProblem:
 
     @property
     def steps(self) -> Ints:
-        """Filter steps at the plans' times, shape () or (n,)."""
+        """Filter step at which each plan is evaluated, shape () or (n,)."""
         steps = np.rint(np.asarray(self.times) / self.evaluator.model.step).astype(np.int64)
         return np.clip(steps, 1, self.evaluator.model.n_steps)
 
@@ -60,7 +60,7 @@ class DescentProblem:
         return np.array([(-1.0, 1.0)] * (3 * self.n_maneuvers) + [(0.0, 1.0)] * self.n_maneuvers)
 
     def select(self, rows: Ints | list[int]) -> DescentProblem:
-        """Return the problem for a subset of the plans."""
+        """Return the problem for the plans in some rows."""
         return DescentProblem(self.evaluator, np.asarray(self.times)[rows], self.n_maneuvers)
 
     def to_variables(self, designs: Floats) -> Floats:

@@ -26,7 +26,7 @@ DesignEvaluator = Callable[[Floats], tuple[Floats, Floats]]
 
 
 class PlanProblem(Protocol):
-    """Protocol of optimization problems whose designs are the maneuvers of one scenario."""
+    """Protocol of optimization problems whose designs are maneuvers in one scenario."""
 
     scenario: Scenario
     threads: int | None
@@ -39,7 +39,7 @@ class PlanProblem(Protocol):
 
 @dataclass(frozen=True)
 class FixedTimeEvaluator:
-    """Evaluator of one objective of designs at any filter step, converged or not.
+    """Evaluator of one objective of designs at any filter step, whether converged or not.
 
     Attributes
     ----------

@@ -28,7 +28,8 @@ _BOUND_TOLERANCE = 1e-9
 def minimize_bounded(
     initial: Floats, bounds: Floats, max_iterations: int, tolerance: float
 ) -> Generator[Floats, tuple[float, Floats], Floats]:
-    """Minimize a function within bounds from an initial point, as a generator of points.
+    """Minimize a function within bounds, as a generator that yields points and receives their
+    values.
 
     The generator receives the value and the gradient, shape (k,), at each yielded point, and
     returns the last accepted point.
@@ -109,7 +110,8 @@ class _SolverStop(Exception):
 def minimize_constrained(
     initial: Floats, bounds: Floats, max_iterations: int, tolerance: float
 ) -> Generator[Floats, tuple[Floats, Floats], Floats]:
-    """Minimize a function within bounds and inequality constraints, as a generator of points.
+    """Minimize a function within constraints, as a generator that yields points and receives
+    values.
 
     The generator receives the value followed by the constraint margins at each yielded point, shape
     (1 + m,), and their gradients, shape (1 + m, k). Margins are nonnegative where the constraints

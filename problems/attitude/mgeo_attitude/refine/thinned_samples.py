@@ -26,7 +26,7 @@ _N_FINAL_ITERATIONS = 5
 
 @dataclass(frozen=True)
 class ThinnedSamples:
-    """Evaluators of plans on as few merged samples as accurate gradients allow.
+    """Evaluators that merge successive measurement samples, as far as gradients remain accurate.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class ThinnedSamples:
     _evaluators: dict[int, FixedTimeEvaluator] = field(default_factory=dict)
 
     def get_evaluator(self, time: float) -> FixedTimeEvaluator:
-        """Return the evaluator on thinned samples for plans that end at a time [s]."""
+        """Return the evaluator with merged samples for plans that end at a given time [s]."""
         model, every = self.full_evaluator.model, self.count_merged_samples(time)
         if every not in self._evaluators:
             self._evaluators[every] = dataclasses.replace(
@@ -47,7 +47,9 @@ class ThinnedSamples:
         return self._evaluators[every]
 
     def count_merged_samples(self, time: float) -> int:
-        """Return how many samples are merged into one for plans that end at a time [s]."""
+        """Return how many measurement samples are merged into one for plans that end at a
+        time [s].
+        """
         model, rate = (
             self.full_evaluator.model,
             self.full_evaluator.scenario.maneuvers.max_rate_deg_s,
@@ -56,7 +58,7 @@ class ThinnedSamples:
         return next((each for each in _MERGE_SIZES if each <= most), 1)
 
     def count_steps(self, time: float) -> int:
-        """Return the step index of a time [s] in the model with thinned samples."""
+        """Return the index of the filter step at a time [s] in the model with merged samples."""
         model = self.get_evaluator(time).model
         return min(max(round(time / model.step), 1), model.n_steps)
 
@@ -88,7 +90,8 @@ class ThinnedSamples:
     def refine_designs(
         self, initial_designs: Sequence[Floats], times: Floats, max_iterations: int, n_max: int
     ) -> Floats:
-        """Return the best refined design for each of n times, shape (n, 4 m).
+        """Refine initial designs for each of n times, and return the best design of each, shape (n,
+        4 m).
 
         The descents for a time start from the initial designs with the smallest objective at that
         time. The better results continue with more iterations until one design is left.

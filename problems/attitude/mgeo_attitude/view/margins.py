@@ -42,7 +42,7 @@ def build_constraint_tables(
     violations: Floats,
     margins_after: Sequence[Mapping[str, MarginRow]] | None = None,
 ) -> list[pd.DataFrame]:
-    """Return a table of constraint values, bounds and margins for each of n designs.
+    """Return, for each of n designs, a table of constraint values, bounds and margins.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def has_constraints_after_convergence(scenario: Scenario) -> bool:
 
 
 def compute_margins_after_convergence(plans: Plans) -> list[dict[str, MarginRow]]:
-    """Return the constraint margins of each plan for the time after convergence, as dicts by label.
+    """Return a dict of constraint margins for the time after convergence, for each plan.
 
     Path constraints, wheel budgets and the deadline are evaluated during the constant-rate hold and
     the slew back, in about 0.1 s per plan. The final attitude uncertainty is compared with its
@@ -181,7 +181,8 @@ def compute_interval_margins(
     covariance: Floats,
     interval_name: str,
 ) -> dict[str, MarginRow]:
-    """Return the margins of path constraints and wheel budgets in an interval, by label.
+    """Return a dict of the margins of path constraints and wheel budgets in an interval, by
+    label.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ _UNIT_SUFFIX = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
 
 
 def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
-    """Return a description of a problem's scenario as a dict of text by topic.
+    """Return a description of a satellite and its scenario, as a dict of text by topic.
 
     The topics are satellite, orbit, Sun, magnetic field, maneuvers, constraint margins at rest, and
     validity of the covariance. The computation takes about 0.1 s.
@@ -126,7 +126,8 @@ def _describe_maneuvers(scenario: Scenario) -> str:
 
 
 def format_rest_margins(problem: AttitudeManeuverProblem) -> Iterator[str]:
-    """Yield one line of text per path constraint and wheel budget with its margin at rest.
+    """Yield one line of text per path constraint and wheel budget, with its margin while at
+    rest.
 
     The satellite holds its initial attitude with the initial attitude uncertainty. Nothing is
     yielded for magnetorquers, which cannot hold an attitude.

@@ -66,7 +66,7 @@ def compute_body_rotations(
 
 
 def compute_direction_rotations(times: Floats, vectors: Floats) -> dict[str, Floats]:
-    """Return the smallest rotation vectors between successive directions, for an animation.
+    """Return the smallest rotations between successive directions as vectors, for an animation.
 
     Parameters
     ----------

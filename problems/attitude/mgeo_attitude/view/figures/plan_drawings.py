@@ -35,7 +35,7 @@ _ECLIPSE_COLOR = "rgba(128,128,128,0.22)"
 
 
 def draw_plans(plans: Plans) -> Iterator[dict[str, dict[str, Any]]]:
-    """Yield the small figures of each plan as a dict of plotly dictionaries by name.
+    """Yield, for each plan, a dict of its small figures as plotly dicts by name.
 
     The figures show body rates, attitude in space, directions of Sun and field, trace and 1-sigmas.
     Eclipses are shaded. The dict is empty for a plan whose covariance lost positivity.

@@ -163,10 +163,10 @@ def normalize_covariance(model: FilterModel, covariance: Floats) -> Floats:
 def find_least_observable(
     model: FilterModel, covariance: Floats, n_directions: int = 3
 ) -> pd.DataFrame:
-    """Return a table of the directions in state space with the largest remaining 1-sigma.
+    """Return a table of the directions in state space with the largest remaining uncertainty.
 
-    The remaining 1-sigma is the ratio of the final to the initial 1-sigma along the direction. The
-    directions are eigenvectors of the covariance in units of the initial 1-sigmas; see
+    The remaining uncertainty is the ratio of the final to the initial 1-sigma along the direction.
+    The directions are eigenvectors of the covariance in units of the initial 1-sigmas; see
     `normalize_covariance`. Gauss-Markov states and considered states are left out. Process noise
     may raise a ratio above one.
 

@@ -28,7 +28,7 @@ _AXES = np.eye(3)
 def build_baselines(
     scenario: Scenario, duration: float, rate_deg_s: float | None = None
 ) -> dict[str, tuple[float, ...]]:
-    """Return simple designs that need no optimizer, as design vectors by name.
+    """Return simple designs that need no optimizer, as a dict of design vectors by name.
 
     Parameters
     ----------
@@ -185,7 +185,8 @@ def evaluate_improvements(
 
 
 def select_most_effective(values: pd.Series, min_reduction: float = 0.02) -> pd.Series:
-    """Return the two changes with the smallest 1-sigma in a column of the table of improvements.
+    """Return the two changes that reduce a 1-sigma most, from a column of the table of
+    improvements.
 
     Parameters
     ----------
