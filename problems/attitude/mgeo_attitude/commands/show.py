@@ -90,10 +90,10 @@ def _describe_lower_bound(plan: ManeuverPlan) -> dict[str, Any]:
         bound = plan.problem.lower_bound
     except NoLowerBoundError as reason:
         return {"reason": str(reason)}
-    least = float(bound.trace[plan.to_steps(plan.t_end)])
+    min_trace = float(bound.trace[plan.to_steps(plan.t_end)])
     return {
-        "trace": least,
-        "ratio": plan.trace / least,
+        "trace": min_trace,
+        "ratio": plan.trace / min_trace,
         "worst_axis": to_records(plan.compare_with_lower_bound()),
         "relaxations": list(bound.relaxations),
     }

@@ -184,9 +184,9 @@ def set_end_times(designs: Floats, times: Floats | float, max_duration: float) -
     """
     result = designs.copy()
     durations = get_durations(result)
-    until = np.broadcast_to(times, len(designs))[:, None]
-    ends = np.minimum(np.cumsum(durations, axis=1), until)
-    ends[:, -1:] = until
+    end_times = np.broadcast_to(times, len(designs))[:, None]
+    ends = np.minimum(np.cumsum(durations, axis=1), end_times)
+    ends[:, -1:] = end_times
     durations[:] = np.minimum(np.diff(ends, axis=1, prepend=0.0), max_duration)
     return result
 
@@ -275,9 +275,11 @@ def merge_partial_steps(designs: Floats, step: float) -> Floats:
     n, m = ends.shape
     result = np.empty((n, 2 * m - 1, VARIABLES_PER_MANEUVER))
     result[:, ::2, :3], result[:, 1::2, :3] = rates, weights @ rates
-    until = np.empty((n, 2 * m - 1))
-    until[:, :-1:2], until[:, 1::2] = shared, shared + 1.0
-    until[:, -1] = np.ceil(ends[:, -1] - _STEP_TOLERANCE)
-    until = np.maximum.accumulate(until, axis=1)
-    result[:, :, 3] = step * np.diff(np.maximum(until - _STEP_TOLERANCE, 0.0), axis=1, prepend=0.0)
+    end_steps = np.empty((n, 2 * m - 1))
+    end_steps[:, :-1:2], end_steps[:, 1::2] = shared, shared + 1.0
+    end_steps[:, -1] = np.ceil(ends[:, -1] - _STEP_TOLERANCE)
+    end_steps = np.maximum.accumulate(end_steps, axis=1)
+    result[:, :, 3] = step * np.diff(
+        np.maximum(end_steps - _STEP_TOLERANCE, 0.0), axis=1, prepend=0.0
+    )
     return result.reshape(n, -1)

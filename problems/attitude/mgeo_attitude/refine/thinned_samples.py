@@ -39,12 +39,12 @@ class ThinnedSamples:
 
     def get_evaluator(self, time: float) -> FixedTimeEvaluator:
         """Return the evaluator with merged samples for plans that end at a given time [s]."""
-        model, every = self.full_evaluator.model, self.count_merged_samples(time)
-        if every not in self._evaluators:
-            self._evaluators[every] = dataclasses.replace(
-                self.full_evaluator, model=coarsen_model(model, every)
+        model, n_merged = self.full_evaluator.model, self.count_merged_samples(time)
+        if n_merged not in self._evaluators:
+            self._evaluators[n_merged] = dataclasses.replace(
+                self.full_evaluator, model=coarsen_model(model, n_merged)
             )
-        return self._evaluators[every]
+        return self._evaluators[n_merged]
 
     def count_merged_samples(self, time: float) -> int:
         """Return how many measurement samples are merged into one for plans that end at a
@@ -67,9 +67,9 @@ class ThinnedSamples:
         arrays.
         """
         value, worst = np.empty(len(designs)), np.empty(len(designs))
-        every = np.array([self.count_merged_samples(time) for time in times])
-        for size in np.unique(every):
-            rows = np.flatnonzero(every == size)
+        n_merged = np.array([self.count_merged_samples(time) for time in times])
+        for size in np.unique(n_merged):
+            rows = np.flatnonzero(n_merged == size)
             steps = np.array([self.count_steps(time) for time in times[rows]])
             evaluator = self.get_evaluator(times[rows[0]])
             value[rows], excess = evaluator.evaluate_at_steps(
@@ -118,8 +118,8 @@ class ThinnedSamples:
         ]
         if is_constrained:
             return self._descend_constrained(evaluator, initial, times, max_iterations)
-        which = np.repeat(np.arange(len(times)), [len(each) for each in initial])
-        return descend_from_best(evaluator, np.vstack(initial), times, which, max_iterations)
+        time_indices = np.repeat(np.arange(len(times)), [len(each) for each in initial])
+        return descend_from_best(evaluator, np.vstack(initial), times, time_indices, max_iterations)
 
     def _descend_constrained(
         self,
@@ -132,8 +132,8 @@ class ThinnedSamples:
         while several := [row for row, each in enumerate(initial) if len(each) > 1]:
             sizes = [len(initial[row]) for row in several]
             designs = np.vstack([initial[row] for row in several])
-            until = np.repeat(times[several], sizes)
-            ends = descend(evaluator, designs, until, max(round(share * max_iterations), 1))
+            end_times = np.repeat(times[several], sizes)
+            ends = descend(evaluator, designs, end_times, max(round(share * max_iterations), 1))
             for row, group in zip(several, np.split(ends, np.cumsum(sizes)[:-1]), strict=True):
                 initial[row] = evaluator.select_best(
                     group, steps[row], len(group) // 2, allow_partial_steps=True

@@ -58,13 +58,13 @@ def build_constraint_tables(
         One row per constraint. Columns: ``unit``, ``value``, ``bound_type`` ("at most" or "at
         least"), ``bound_value``, and ``margin``, which is negative if the constraint is violated.
     """
-    more = [{} for _ in violations] if margins_after is None else margins_after
+    additional_rows = [{} for _ in violations] if margins_after is None else margins_after
     result = []
-    for row, rest in zip(violations, more, strict=True):
+    for row, additional in zip(violations, additional_rows, strict=True):
         cells = [_build_row(bound, each) for bound, each in zip(bounds, row.tolist(), strict=True)]
-        labels = [*(bound.label for bound in bounds), *rest]
+        labels = [*(bound.label for bound in bounds), *additional]
         index = pd.Index(labels, name="constraint", dtype=str)
-        result.append(pd.DataFrame([*cells, *rest.values()], columns=_COLUMNS, index=index))
+        result.append(pd.DataFrame([*cells, *additional.values()], columns=_COLUMNS, index=index))
     return result
 
 
@@ -150,8 +150,8 @@ def _compute_final_attitude_error(
     if last > model.n_steps:  # The scenario's duration bounds t_end, but not the slew back.
         longer = dataclasses.replace(scenario, duration=last * model.step)
         model = FilterModel.from_scenario(longer)
-    ran = evaluate(model, trajectory.commanded_design, covariance=True, end_steps=last)
-    return _SIGMAS * float(attitude_accuracy_deg(ran.covariance[0]))
+    result = evaluate(model, trajectory.commanded_design, covariance=True, end_steps=last)
+    return _SIGMAS * float(attitude_accuracy_deg(result.covariance[0]))
 
 
 def summarize_margins(plans: Plans, sample_label: str) -> list[str]:
@@ -212,15 +212,21 @@ def compute_interval_margins(
         for (name, unit), load, bound in zip(names, loads, bounds, strict=True):
             if bound is not None:
                 rows[name] = _build_upper_bound_row(unit, load, bound)
-    at = SatelliteState.from_times(
+    states = SatelliteState.from_times(
         scenario, start + model.step * np.arange(len(attitude), dtype=float)
     )
-    at = at if scenario.eclipse else at.without_eclipses()
+    states = states if scenario.eclipse else states.without_eclipses()
     covariances = np.repeat(covariance[None], len(attitude), axis=0)
     for constraint in scenario.path_constraints:
         cone, bound = constraint.build_cone(), constraint.half_angle_deg
         excess = compute_violation_on_orbit(
-            cone, constraint.attitude_sigmas, at, scenario.epoch, attitude, rotation, covariances
+            cone,
+            constraint.attitude_sigmas,
+            states,
+            scenario.epoch,
+            attitude,
+            rotation,
+            covariances,
         )
         # The violation is -inf if the Sun is never visible.
         worst = np.degrees(max(float(excess.max()), -np.pi))

@@ -139,11 +139,11 @@ def format_rest_margins(problem: AttitudeManeuverProblem) -> Iterator[str]:
     )
     if not is_constrained or scenario.is_magnetorquer_driven:
         return
-    until = model.step * min(int(_compute_end(scenario) / model.step), model.n_steps)
+    end = model.step * min(int(_compute_end(scenario) / model.step), model.n_steps)
     design = np.zeros(VARIABLES_PER_MANEUVER * scenario.maneuvers.count)
-    trajectory = Trajectory(scenario, model, design, until, until)
+    trajectory = Trajectory(scenario, model, design, end, end)
     covariance = scenario.initial_attitude_covariance
-    rows = compute_interval_margins(model, trajectory, 0.0, until, covariance, "at rest")
+    rows = compute_interval_margins(model, trajectory, 0.0, end, covariance, "at rest")
     for label, (unit, value, bound_type, bound, margin) in rows.items():
         state = "margin" if margin >= 0.0 else "EXCEEDED by"
         yield (
@@ -194,11 +194,11 @@ def build_instrument_table(scenario: Scenario) -> pd.DataFrame:
             f"{_format_numbers(getattr(instrument, key))} {unit.text if unit else ''}".strip()
             for key, unit in units.items()
         ]
-        every = getattr(instrument, "sample_interval", None) or scenario.step
+        interval = getattr(instrument, "sample_interval", None) or scenario.step
         rows[name] = {
             "kind": getattr(instrument, "kind", "gyro"),
             "noise": ", ".join(noise),
-            "every [s]": f"{every:g}",
+            "every [s]": f"{interval:g}",
             "errors at the start, 1-sigma": ", ".join(errors.get(name, [])),
         }
     return pd.DataFrame.from_dict(rows, orient="index").rename_axis("")

@@ -58,8 +58,10 @@ def compute_body_rotations(
     ends |= is_long | np.append(is_long[1:], True)
     edges = np.append(0, np.flatnonzero(ends) + 1)
     times = intervals.times[edges]
-    at = attitude[np.rint(times / step).astype(np.int64)]
-    merged = Rotation.from_matrix(at[:-1] @ at[1:].transpose(0, 2, 1)).as_rotvec()
+    edge_attitudes = attitude[np.rint(times / step).astype(np.int64)]
+    merged = Rotation.from_matrix(
+        edge_attitudes[:-1] @ edge_attitudes[1:].transpose(0, 2, 1)
+    ).as_rotvec()
     is_single = np.diff(edges) == 1
     merged[is_single] = rotations[edges[:-1][is_single]]
     return _build_rotations(times, merged @ attitude[0])

@@ -33,11 +33,11 @@ class StateLabels(NamedTuple):
     @classmethod
     def from_suite(cls, suite: Suite) -> StateLabels:
         """Return the labels of the states of a sensor suite."""
-        each = [(block, axis) for block in list_block_units(suite) for axis in "xyz"]
+        states = [(block, axis) for block in list_block_units(suite) for axis in "xyz"]
         return cls(
-            names=[f"{block.label} {axis}" for block, axis in each],
-            units=[block.unit for block, _ in each],
-            factors=np.array([block.factor for block, _ in each]),
+            names=[f"{block.label} {axis}" for block, axis in states],
+            units=[block.unit for block, _ in states],
+            factors=np.array([block.factor for block, _ in states]),
         )
 
 
@@ -69,13 +69,13 @@ def describe_direction(suite: Suite, initial_sigma: Floats, direction: Floats) -
     share = (direction.reshape(-1, 3) ** 2).sum(axis=1) / (direction @ direction)
     vector = dict(zip(blocks, (direction * initial_sigma).reshape(-1, 3), strict=True))
     order = np.argsort(-share, kind="stable")
-    least = min(_MIN_SHARE, share[order[0]])
-    named = [suite.blocks[i] for i in order if share[i] >= least]
+    min_share = min(_MIN_SHARE, share[order[0]])
+    mentioned = [suite.blocks[i] for i in order if share[i] >= min_share]
     # The misalignment of the gyro rotates its rates, so that it takes no part in a common rotation.
     sensors = [f"{sensor.name}.misalignment" for sensor in suite.sensors]
     sensors = [name for name in sensors if name in blocks]
-    grouped = _group_rotations(sensors, named, vector)
-    ungrouped = [name for name in named if name not in grouped]
+    grouped = _group_rotations(sensors, mentioned, vector)
+    ungrouped = [name for name in mentioned if name not in grouped]
     first = vector[(grouped or ungrouped)[0]]
     sign = np.sign(first[np.argmax(np.abs(first))])
     phrases = []

@@ -166,11 +166,11 @@ def evaluate_improvements(
     for block, unit in enumerate(units):
         sigma = model.initial_sigma.copy()
         sigma[3 * block : 3 * block + 3] *= _IMPROVEMENT_FACTOR
-        better = dataclasses.replace(model, initial_sigma=sigma)
-        rows[f"half the initial {unit.label}"] = _compute_sigma(better, design, step)
+        improved_model = dataclasses.replace(model, initial_sigma=sigma)
+        rows[f"half the initial {unit.label}"] = _compute_sigma(improved_model, design, step)
     for name, suite in _halve_noise(model.suite):
-        better = dataclasses.replace(model, suite=suite)
-        rows[f"half the noise of {name}"] = _compute_sigma(better, design, step)
+        improved_model = dataclasses.replace(model, suite=suite)
+        rows[f"half the noise of {name}"] = _compute_sigma(improved_model, design, step)
     longer = step + round(_EXTRA_DURATION / model.step)
     if longer <= model.n_steps:
         rows[f"{_EXTRA_DURATION:g} s more at the last rate"] = _compute_sigma(model, design, longer)
@@ -214,11 +214,11 @@ def _halve_noise(suite: Suite) -> Iterator[tuple[str, Suite]]:
     for i, instrument in enumerate(instruments):
         if not instrument.noise_parameters:
             continue
-        better = instruments.copy()
-        better[i] = scale_noise(instrument, _IMPROVEMENT_FACTOR)
+        improved = instruments.copy()
+        improved[i] = scale_noise(instrument, _IMPROVEMENT_FACTOR)
         yield (
             "gyro" if i == 0 else instrument.name,
-            Suite(better[0], tuple(better[1:]), suite.environment_errors),
+            Suite(improved[0], tuple(improved[1:]), suite.environment_errors),
         )
 
 
