@@ -79,6 +79,14 @@ FORMATS = (
 def find_format(path: Path | str) -> ExportFormat:
     """Return the export format that the suffix of a file name selects.
 
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    ExportFormat
+
     Raises
     ------
     ValueError

@@ -121,6 +121,10 @@ def gcrf_to_eme2000() -> Floats:
 
     The rotation is the constant frame bias of 0.02 arc seconds (IAU 2006, computed by erfa; IERS
     Conventions 2010, section 5.4.4).
+
+    Returns
+    -------
+    array, shape (3, 3)
     """
     return np.asarray(erfa.bp06(erfa.DJ00, 0.0)[0])
 

@@ -116,6 +116,10 @@ class ManeuverPlan(Settings):
             Objectives of the design if they are available, for example from a run folder. They
             are then not evaluated again.
 
+        Returns
+        -------
+        ManeuverPlan
+
         Raises
         ------
         ValueError, TypeError
@@ -255,7 +259,17 @@ class ManeuverPlan(Settings):
         return self.trajectory.attitude
 
     def to_steps(self, times: ArrayLike) -> NDArray[np.int64]:
-        """Convert times [s], multiples of the filter's step size, to indices of filter steps."""
+        """Convert times [s], multiples of the filter's step size, to indices of filter steps.
+
+        Parameters
+        ----------
+        times : array_like
+            Times after the epoch of the scenario [s].
+
+        Returns
+        -------
+        array of int
+        """
         return np.rint(np.asarray(times) / self.scenario.step).astype(np.int64)
 
     def describe_hold(self) -> list[str]:
@@ -440,6 +454,11 @@ class ManeuverPlan(Settings):
         uncertainty at `t_end`.
 
         See `covariance.find_least_observable` for the columns.
+
+        Parameters
+        ----------
+        n_directions : int
+            Number of directions.
         """
         return covariance.find_least_observable(self.problem.model, self.covariance, n_directions)
 

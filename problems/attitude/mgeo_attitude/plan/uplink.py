@@ -94,6 +94,10 @@ def to_uplink_csv(plan: ManeuverPlan) -> str:
     ----------
     plan : ManeuverPlan
 
+    Returns
+    -------
+    str
+
     Examples
     --------
     >>> from mgeo_attitude import Scenario

@@ -136,6 +136,11 @@ def iterate_refinement(
     add_plans : bool
         Whether to append plans for end times between those of `designs`.
 
+    Returns
+    -------
+    iterator of array, shape (n + a, n_var)
+        The refined plans, then a added plans.
+
     Raises
     ------
     ValueError

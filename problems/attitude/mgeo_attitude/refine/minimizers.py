@@ -49,6 +49,10 @@ def minimize_bounded(
         Largest number of iterations.
     tolerance : float
         Decrease of the value in one iteration below which the minimizer stops.
+
+    Returns
+    -------
+    generator
     """
     low, high = bounds.T
     z = np.clip(initial, low, high)
@@ -125,6 +129,10 @@ def minimize_constrained(
     ----------
     initial, bounds, max_iterations, tolerance
         See `minimize_bounded`.
+
+    Returns
+    -------
+    generator
     """
     requests: SimpleQueue[Any] = SimpleQueue()
     answers: SimpleQueue[tuple[Floats, Floats] | None] = SimpleQueue()

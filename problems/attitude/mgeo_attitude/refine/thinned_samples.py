@@ -82,6 +82,18 @@ class ThinnedSamples:
         """Return the indices of the best designs for each time [s], at most `n_max` per time.
 
         Designs are compared by their largest violation, then by their objective.
+
+        Parameters
+        ----------
+        designs : array, shape (n, 4 m)
+        times : array, shape (n,)
+            Time of each design [s].
+        n_max : int
+            Largest number of designs for each time.
+
+        Returns
+        -------
+        array of int
         """
         order = np.lexsort((*self.evaluate_each(designs, times), times))
         places = np.arange(len(order)) - np.searchsorted(times[order], times[order])

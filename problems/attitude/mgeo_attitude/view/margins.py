@@ -100,6 +100,11 @@ def compute_margins_after_convergence(plans: Plans) -> list[dict[str, MarginRow]
     the slew back, in about 0.1 s per plan. The final attitude uncertainty is compared with its
     tolerance. The dict is empty if the scenario has no such constraints or if the covariance of the
     plan lost positivity.
+
+    Returns
+    -------
+    list of dict of str to MarginRow
+        One dict per plan, with labels of constraints as keys.
     """
     problem, result = plans.problem, plans.nominal
     rows: list[dict[str, MarginRow]] = [{} for _ in plans.X]

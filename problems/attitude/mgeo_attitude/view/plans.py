@@ -274,6 +274,15 @@ class Plans(View):
 
         The covariance of the plan must not have lost positivity. The slew back, which takes most of
         the time, is cached for all views that share their caches.
+
+        Parameters
+        ----------
+        row : int
+            Row of the plan.
+
+        Returns
+        -------
+        Trajectory
         """
         problem, times = self.problem, (float(self.nominal.t_end[row]), float(self.hold_end[row]))
         trajectory = Trajectory(problem.scenario, problem.model, self.X[row], *times)

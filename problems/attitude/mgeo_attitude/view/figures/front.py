@@ -75,6 +75,10 @@ def draw_front(
         Times [s], and lower bounds of trace and attitude 1-sigma [deg].
     knee_index : int or None
         Index of the knee among the solutions; None without a knee.
+
+    Returns
+    -------
+    plotly Figure
     """
     values = np.column_stack([solutions.F, solutions.sigma_deg])
     hover = np.array(

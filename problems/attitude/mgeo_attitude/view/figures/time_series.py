@@ -38,6 +38,10 @@ def build_figures(plans: Plans) -> dict[str, go.Figure]:
     front. Plans whose covariance lost positivity are left out. ``front`` exists only for the
     paper's objectives.
 
+    Returns
+    -------
+    dict of str to plotly Figure
+
     Raises
     ------
     ValueError
@@ -85,6 +89,10 @@ def draw_maneuvers(
     hold_ends : array, shape (n,), optional
         End of the constant-rate hold of each plan [s], which has a gray background; default:
         t_end. A slew back follows.
+
+    Returns
+    -------
+    plotly Figure
     """
     rows = len(solutions.F)
     titles = [

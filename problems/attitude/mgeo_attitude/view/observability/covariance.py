@@ -64,6 +64,10 @@ def describe_direction(suite: Suite, initial_sigma: Floats, direction: Floats) -
         Initial 1-sigma of every state, in the filter's units.
     direction : array, shape (n_states,)
         Nonzero direction with every state in units of its initial 1-sigma; its sign is arbitrary.
+
+    Returns
+    -------
+    str
     """
     blocks = dict(zip(suite.blocks, list_block_units(suite), strict=True))
     share = (direction.reshape(-1, 3) ** 2).sum(axis=1) / (direction @ direction)
@@ -138,6 +142,10 @@ def compute_correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame
     model : FilterModel
     covariance : array, shape (n_states, n_states)
         In the filter's units.
+
+    Returns
+    -------
+    DataFrame
     """
     P = covariance
     sigma = np.sqrt(np.diag(P))
@@ -155,6 +163,16 @@ def normalize_covariance(model: FilterModel, covariance: Floats) -> Floats:
     (1983) 269-273). An eigenvalue is the ratio of the final to the initial variance along its
     eigenvector: 1 marks an unobservable direction. Normalization by the final 1-sigma would give
     the correlation matrix, which does not show the reduction of the uncertainty.
+
+    Parameters
+    ----------
+    model : FilterModel
+    covariance : array, shape (n, n)
+        Covariance in the filter's units.
+
+    Returns
+    -------
+    array, shape (n, n)
     """
     sigma = model.initial_sigma
     return covariance / np.outer(sigma, sigma)

@@ -70,6 +70,10 @@ def describe_error_drivers(
         Table of `improvements.evaluate_improvements`.
     history : FilterHistory
         Covariance history of the design until its convergence.
+
+    Returns
+    -------
+    list of str
     """
     units, lines = list_block_units(model.suite), []
     remaining = (history.sigma[-1] / model.initial_sigma).reshape(-1, 3).max(axis=1)

@@ -59,7 +59,19 @@ def build_baselines(
 def build_matching_baselines(
     scenario: Scenario, phases: Iterable[Phase]
 ) -> dict[str, tuple[float, ...]]:
-    """Return the simple designs of `build_baselines` with the total maneuver time of a plan."""
+    """Return the simple designs of `build_baselines` with the total maneuver time of a plan.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    phases : iterable of Phase
+        Phases of the plan until its convergence.
+
+    Returns
+    -------
+    dict of str to tuple of float
+        Design vectors by name.
+    """
     maneuvers = (phase.duration for phase in phases if phase.label != HOLD_LABEL)
     return build_baselines(scenario, max(sum(maneuvers), scenario.step))
 
@@ -194,6 +206,11 @@ def select_most_effective(values: pd.Series, min_reduction: float = 0.02) -> pd.
         Column of `evaluate_improvements`.
     min_reduction : float
         Share by which a change must reduce the 1-sigma; other changes are omitted.
+
+    Returns
+    -------
+    Series
+        1-sigmas by name of the change, the smallest first; empty if no change is effective.
     """
     effective = values[values < (1.0 - min_reduction) * values[UNCHANGED]]
     best: pd.Series = effective.sort_values(kind="stable")[:2]
