@@ -48,7 +48,6 @@ class ExportFormat:
         return function
 
     def list_options(self) -> list[str]:
-        """Return the names of the options of the format."""
         return getfullargspec(self.load()).kwonlyargs
 
 

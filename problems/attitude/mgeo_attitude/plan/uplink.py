@@ -74,7 +74,6 @@ def list_commands(plan: ManeuverPlan) -> pd.DataFrame:
 
 
 def _merge_ramps(plan: ManeuverPlan) -> list[Phase]:
-    """Return the phases of a plan with each ramp merged into the phase that follows it."""
     phases: list[Phase] = []
     for phase in plan.phases:
         label = phase.label.removeprefix(RAMP_PREFIX)

@@ -56,11 +56,9 @@ class DescentProblem:
 
     @property
     def bounds(self) -> Floats:
-        """Lower and upper bounds of the scaled variables, shape (4 m, 2)."""
         return np.array([(-1.0, 1.0)] * (3 * self.n_maneuvers) + [(0.0, 1.0)] * self.n_maneuvers)
 
     def select(self, rows: Ints | list[int]) -> DescentProblem:
-        """Return the problem for the plans in some rows."""
         return DescentProblem(self.evaluator, np.asarray(self.times)[rows], self.n_maneuvers)
 
     def to_variables(self, designs: Floats) -> Floats:

@@ -317,7 +317,6 @@ def _adapt_to_times(evaluator: FixedTimeEvaluator, plans: Floats, times: Floats 
 def _find_nearest_rows(
     evaluator: FixedTimeEvaluator, plans: Floats, time: float, n_max: int
 ) -> Ints:
-    """Return the indices of up to `n_max` plans whose total duration is closest to a time [s]."""
     total = _sum_durations(plans)
     nonzero = np.flatnonzero(total >= evaluator.model.step)
     distance = np.abs(np.log(total[nonzero] / time))

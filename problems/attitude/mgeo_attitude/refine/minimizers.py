@@ -108,7 +108,7 @@ def _update_inverse(inverse: Floats, change: Floats, slope_change: Floats) -> Fl
 
 
 class _SolverStop(Exception):
-    """Raised in the solver thread when the generator is closed."""
+    """Exception that ends the solver thread when the generator is closed."""
 
 
 def minimize_constrained(

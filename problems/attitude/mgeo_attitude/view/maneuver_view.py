@@ -119,10 +119,6 @@ class ManeuverView(Plans):
         return lower_bound.list_infeasible_requirements(self.problem)
 
     def facts(self) -> dict[str, str]:
-        """Return a description of the satellite as a dict of text by topic.
-
-        See `satellite.describe_satellite` for the topics.
-        """
         return satellite.describe_satellite(self.problem)
 
     def notes(self) -> list[str]:
@@ -149,9 +145,6 @@ class ManeuverView(Plans):
 
 
 def _summarize_robustness(plans: Plans, sample_label: str) -> str:
-    """Return a line that counts the plans which reach their predicted objectives in Monte Carlo
-    runs.
-    """
     names = list(plans.problem.obj_names)
     if plans.problem.model.ends_with_last_maneuver:
         # The design fixes t_end, so that every run reaches it.

@@ -88,9 +88,6 @@ class Plans(View):
         )
 
     def arrays(self) -> dict[str, Floats]:
-        """Return the results of the nominal runs as a dict with the field names of
-        `NominalResults`.
-        """
         return self.nominal._asdict()
 
     @cached_property

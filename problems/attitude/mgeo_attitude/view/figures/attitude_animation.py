@@ -223,7 +223,6 @@ def _draw_box() -> list[dict[str, Any]]:
 
 
 def _place_in_space(trace: dict[str, Any], start: Floats) -> dict[str, Any]:
-    """Return a trace given in body axes, rotated to the inertial axes by the initial attitude."""
     points = np.column_stack([trace[axis] for axis in "xyz"]) @ start
     return trace | dict(zip("xyz", points.T, strict=True)) | {"meta": {"rotation": "body"}}
 

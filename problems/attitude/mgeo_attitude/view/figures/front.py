@@ -222,7 +222,6 @@ def _draw_line(points: Floats, name: str, line: dict[str, Any]) -> dict[str, Any
 
 
 def _draw_dominated_boundary(points: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
-    """Return a plotly trace of the boundary of the region that points, shape (n, 2), dominate."""
     trace = _draw_line(points[find_front_rows(points)], name, {"shape": "hv", **line})
     return {**trace, "hoverinfo": "skip"}
 

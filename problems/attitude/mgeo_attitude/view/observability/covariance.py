@@ -32,7 +32,6 @@ class StateLabels(NamedTuple):
 
     @classmethod
     def from_suite(cls, suite: Suite) -> StateLabels:
-        """Return the labels of the states of a sensor suite."""
         states = [(block, axis) for block in list_block_units(suite) for axis in "xyz"]
         return cls(
             names=[f"{block.label} {axis}" for block, axis in states],
