@@ -34,6 +34,10 @@ def compile_cached(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]
     signature : str
         Signature in numba's notation, such as "float64(float64[:,::1])". Arguments of other types
         raise TypeError.
+
+    Returns
+    -------
+    decorator
     """
 
     def decorate(function: Callable[P, T]) -> Callable[P, T]:
@@ -54,6 +58,10 @@ def compile_on_first_call(signature: str) -> Callable[[Callable[P, T]], Callable
     ----------
     signature : str
         See `compile_cached`.
+
+    Returns
+    -------
+    decorator
     """
 
     def decorate(function: Callable[P, T]) -> Callable[P, T]:

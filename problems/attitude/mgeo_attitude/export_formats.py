@@ -48,7 +48,6 @@ class ExportFormat:
         return function
 
     def list_options(self) -> list[str]:
-        """Return the names of the options of the format."""
         return getfullargspec(self.load()).kwonlyargs
 
 
@@ -78,6 +77,14 @@ FORMATS = (
 
 def find_format(path: Path | str) -> ExportFormat:
     """Return the export format that the suffix of a file name selects.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    ExportFormat
 
     Raises
     ------

@@ -212,6 +212,15 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
         A lower level evaluates fewer Monte Carlo runs. The level with all runs returns the problem
         itself. See `mgeo.MGEOStaged`.
+
+        Parameters
+        ----------
+        fidelity : int
+            Fidelity level, at least 0.
+
+        Returns
+        -------
+        AttitudeManeuverProblem
         """
         errors = self.scenario.monte_carlo
         if (
@@ -233,7 +242,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         out["F"], out["G"], _ = np.split(self.evaluate_designs(designs), ends, axis=1)
 
     def evaluate_designs(self, X: Floats) -> Floats:
-        """Return objectives, constraint values and violations of single bounds of designs.
+        """Return objectives, constraint values, and violations of all bounds of designs, as
+        columns.
 
         The values are those of nominal runs or, with Monte Carlo runs, their quantiles or means.
         Designs of the previous batch are not evaluated again.
@@ -273,7 +283,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return evaluate_runs(runs, X, self.compute_values, self.threads, self._needs_covariance)
 
     def compute_values(self, model: FilterModel, result: Evaluation) -> Floats:
-        """Return objectives, constraint values and violations of bounds from a filter result.
+        """Return objectives, constraint values, and violations of all bounds, from a filter
+        result.
 
         Parameters
         ----------
@@ -305,6 +316,15 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         """Construct the problem from the keys of a scenario file, given as nested dicts.
 
         An empty dict gives the paper's scenario. See `Scenario.from_dict`.
+
+        Parameters
+        ----------
+        options : mapping
+            Keys of a scenario file.
+
+        Returns
+        -------
+        AttitudeManeuverProblem
         """
         return cls(Scenario.from_dict(options) if options else None)
 
@@ -325,6 +345,17 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         """Return the options of a scenario file with the contents of the files that they refer to.
 
         The only such file is an orbit file, whose path is relative to `folder`.
+
+        Parameters
+        ----------
+        options : mapping
+            Keys of a scenario file.
+        folder : Path
+            Folder of the scenario file.
+
+        Returns
+        -------
+        dict
         """
         orbit = options.get("orbit")
         if not isinstance(orbit, Mapping) or "file" not in orbit:
@@ -359,6 +390,10 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         plans for which its own runs happen to be favorable; the margin makes the value hold in 90 %
         of other runs. Searches with fidelity levels start with nominal runs, and then use 16 and 64
         of the Monte Carlo runs; see `mgeo.MGEOStaged`.
+
+        Returns
+        -------
+        AttitudeManeuverProblem
         """
         errors = self.scenario.monte_carlo or MonteCarloSettings(n_runs=_N_RUNS, quantile=_QUANTILE)
         fidelities = tuple(count for count in _FIDELITIES if count < errors.n_runs)
@@ -374,6 +409,11 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         where a search alone comes as close to the lower bound; and for Monte Carlo runs and
         magnetorquers, where refinement takes far longer than a search. With momentum budgets of
         wheels only initial designs are recommended.
+
+        Returns
+        -------
+        dict
+            Fields of `mgeo.plugins.protocol.RecommendedSettings`.
         """
         scenario, wheels = self.scenario, self.scenario.wheels
         min_maneuvers = _MIN_MANEUVERS_BY_RULE.get(scenario.convergence.rule, _MIN_MANEUVERS)
@@ -394,7 +434,21 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         }
 
     def suggest_initial_designs(self, n: int, random_state: np.random.Generator) -> Floats:
-        """Return n initial designs for a search, shape (n, n_var); see `build_initial_designs`."""
+        """Return n designs from which a search may start, shape (n, n_var).
+
+        See `refine.initial_designs.build_initial_designs`.
+
+        Parameters
+        ----------
+        n : int
+            Number of designs.
+        random_state : numpy Generator
+            Draws the end times of the designs.
+
+        Returns
+        -------
+        array, shape (n, n_var)
+        """
         return build_initial_designs(self, n, random_state)
 
     def refine(self, X: ArrayLike) -> Iterator[Floats]:
@@ -402,6 +456,15 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
         The designs keep their order. Later elements have additional rows for other end times. See
         `refine_plans`.
+
+        Parameters
+        ----------
+        X : array_like, shape (n, n_var)
+            Designs to improve.
+
+        Returns
+        -------
+        iterator of array, shape (k, n_var)
 
         Raises
         ------

@@ -34,7 +34,8 @@ class SelectedPlan:
         return [f"Note: {line}" for line in (*lines, *self.plan.scenario.assumptions)]
 
     def describe_hold(self) -> list[str]:
-        """Return a line of text on how long to hold the last rate, or an empty list.
+        """Return a list with a line of text on how long to hold the last rate, empty if not
+        needed.
 
         The commands of a plan without Monte Carlo runs are those of its nominal run, although most
         Monte Carlo runs may converge later.

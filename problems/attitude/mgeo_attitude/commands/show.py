@@ -52,7 +52,6 @@ def render_table(table: PlanTable, plan: ManeuverPlan) -> Iterator[RenderableTyp
 
 
 def _describe_end(plan: ManeuverPlan) -> str:
-    """Return a phrase that says whether the filter has converged at the end of the plan."""
     if plan.problem.model.ends_with_last_maneuver:
         state = "ended"
     else:
@@ -90,17 +89,16 @@ def _describe_lower_bound(plan: ManeuverPlan) -> dict[str, Any]:
         bound = plan.problem.lower_bound
     except NoLowerBoundError as reason:
         return {"reason": str(reason)}
-    least = float(bound.trace[plan.to_steps(plan.t_end)])
+    min_trace = float(bound.trace[plan.to_steps(plan.t_end)])
     return {
-        "trace": least,
-        "ratio": plan.trace / least,
+        "trace": min_trace,
+        "ratio": plan.trace / min_trace,
         "worst_axis": to_records(plan.compare_with_lower_bound()),
         "relaxations": list(bound.relaxations),
     }
 
 
 def write_figures(plan: ManeuverPlan, path: Path) -> None:
-    """Write the figures of a plan to a file as one HTML page."""
     html = render_report_page(
         f"plan, {plan.scenario.name}", list(build_plan_figures(plan).values())
     )

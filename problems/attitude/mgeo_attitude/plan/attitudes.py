@@ -70,7 +70,7 @@ def iterate_attitudes(
         raise ValueError(f"frame = {frame!r}: expected {' or '.join(get_args(Frame))}")
     step = plan.scenario.step
     for phase in plan.phases:
-        at = np.linspace(phase.start, phase.end, math.ceil(phase.duration / spacing) + 1)
+        sample_times = np.linspace(phase.start, phase.end, math.ceil(phase.duration / spacing) + 1)
         first, last = plan.to_steps([phase.start, phase.end])
         times = step * np.arange(first, last + 1, dtype=float)
         matrices = plan.attitude[first : last + 1]
@@ -78,9 +78,9 @@ def iterate_attitudes(
             matrices = matrices @ gcrf_to_eme2000().T
         yield PhaseAttitudes(
             phase,
-            at,
-            interpolate_quaternions(times, matrices, at),
-            interpolate_body_rates(times, matrices, at),
+            sample_times,
+            interpolate_quaternions(times, matrices, sample_times),
+            interpolate_body_rates(times, matrices, sample_times),
         )
 
 
@@ -121,6 +121,10 @@ def gcrf_to_eme2000() -> Floats:
 
     The rotation is the constant frame bias of 0.02 arc seconds (IAU 2006, computed by erfa; IERS
     Conventions 2010, section 5.4.4).
+
+    Returns
+    -------
+    array, shape (3, 3)
     """
     return np.asarray(erfa.bp06(erfa.DJ00, 0.0)[0])
 

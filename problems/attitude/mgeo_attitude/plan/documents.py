@@ -53,6 +53,10 @@ class DocumentFormat(Generic[T]):
     def parse(self, text: str) -> T:
         """Construct the object that a JSON text describes.
 
+        Returns
+        -------
+        object
+
         Raises
         ------
         ValueError, TypeError
@@ -64,7 +68,12 @@ class DocumentFormat(Generic[T]):
 
 
 def serialize(document: Mapping[str, Any]) -> str:
-    """Return a dict as JSON text, with floats in full precision."""
+    """Return a dict as JSON text, with floats in full precision.
+
+    Returns
+    -------
+    str
+    """
     return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
@@ -103,6 +112,15 @@ def read_scenario(table: Mapping[str, Any]) -> Scenario:
     The entry must contain all keys of the scenario. A preset is rejected, because its values may
     change between versions.
 
+    Parameters
+    ----------
+    table : mapping
+        Parsed document.
+
+    Returns
+    -------
+    Scenario
+
     Raises
     ------
     ValueError, TypeError
@@ -126,6 +144,11 @@ def read_document(path: Path | str, read: Callable[[str], T]) -> T:
     path : path
     read : function
         Constructs the object from the text, such as `from_json`.
+
+    Returns
+    -------
+    object
+        Result of `read`.
 
     Raises
     ------

@@ -17,6 +17,10 @@ from mgeo_attitude.view.summaries import format_nominal_suffix
 def build_plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
     """Draw body rates, uncertainty by phase, error budget and correlations of a plan.
 
+    Parameters
+    ----------
+    plan : ManeuverPlan
+
     Returns
     -------
     dict of str to plotly Figure

@@ -78,6 +78,10 @@ def to_csv(plan: ManeuverPlan) -> str:
     ----------
     plan : ManeuverPlan
 
+    Returns
+    -------
+    str
+
     Examples
     --------
     >>> from mgeo_attitude import Scenario
@@ -101,6 +105,10 @@ def format_csv(plan: ManeuverPlan, table: pd.DataFrame, **options: Any) -> str:
     table : DataFrame
     options
         Keyword arguments of `DataFrame.to_csv`.
+
+    Returns
+    -------
+    str
     """
     comments = "".join(
         f"# VIOLATED CONSTRAINT: {violation}\n" for violation in plan.list_violations()
@@ -114,6 +122,10 @@ def to_json(plan: ManeuverPlan) -> str:
     Parameters
     ----------
     plan : ManeuverPlan
+
+    Returns
+    -------
+    str
 
     Examples
     --------
@@ -139,6 +151,10 @@ def from_json(text: str) -> ManeuverPlan:
     ----------
     text : str
 
+    Returns
+    -------
+    ManeuverPlan
+
     Raises
     ------
     ValueError, TypeError
@@ -162,6 +178,10 @@ def read_json(path: Path | str) -> ManeuverPlan:
     Parameters
     ----------
     path : path
+
+    Returns
+    -------
+    ManeuverPlan
 
     Raises
     ------

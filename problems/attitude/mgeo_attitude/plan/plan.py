@@ -116,6 +116,10 @@ class ManeuverPlan(Settings):
             Objectives of the design if they are available, for example from a run folder. They
             are then not evaluated again.
 
+        Returns
+        -------
+        ManeuverPlan
+
         Raises
         ------
         ValueError, TypeError
@@ -255,11 +259,23 @@ class ManeuverPlan(Settings):
         return self.trajectory.attitude
 
     def to_steps(self, times: ArrayLike) -> NDArray[np.int64]:
-        """Convert times [s], multiples of the filter's step size, to indices of filter steps."""
+        """Convert times [s], multiples of the filter's step size, to indices of filter steps.
+
+        Parameters
+        ----------
+        times : array_like
+            Times after the epoch of the scenario [s].
+
+        Returns
+        -------
+        array of int
+        """
         return np.rint(np.asarray(times) / self.scenario.step).astype(np.int64)
 
     def describe_hold(self) -> list[str]:
-        """Return a line of text on the constant-rate hold beyond `t_end`, or an empty list."""
+        """Return a list with a line of text on the hold of the last rate beyond `t_end`, empty
+        without one.
+        """
         if self.hold_end <= self.t_end:
             return []
         return [
@@ -314,8 +330,7 @@ class ManeuverPlan(Settings):
         )
 
     def compare_with_lower_bound(self) -> pd.DataFrame:
-        """Compare the worst-axis 1-sigma of each estimated error at `t_end` with its lower
-        bound.
+        """Compare the worst-axis 1-sigmas at `t_end` with their lower bounds, in a table.
 
         The lower bound holds for every maneuver; see `lower_bound.compare_with_lower_bound` for the
         columns of the table.
@@ -338,7 +353,7 @@ class ManeuverPlan(Settings):
         return list(lower_bound.describe_lower_bound(curves, self.t_end, self.trace))
 
     def list_uncalibrated_errors(self) -> list[str]:
-        """Return the names of the errors whose 1-sigma is still above half of its initial value.
+        """Return the names of the errors whose 1-sigma remains above half of its initial value.
 
         Each name comes with the remaining share of the initial 1-sigma. Plans with a short t_end
         may satisfy the convergence rule because the filter stalls; this list reveals them.
@@ -413,7 +428,8 @@ class ManeuverPlan(Settings):
         return self._improvements.copy()
 
     def describe_error_drivers(self) -> list[str]:
-        """Return one line per required 1-sigma with its main error sources and best improvements.
+        """Return one line of text per required 1-sigma with its main error sources and
+        improvements.
 
         Without requirements there is one line for the attitude. See
         `error_budget.describe_error_drivers`.
@@ -434,14 +450,21 @@ class ManeuverPlan(Settings):
         return covariance.compute_correlations(self.problem.model, self.covariance)
 
     def find_least_observable(self, n_directions: int = 3) -> pd.DataFrame:
-        """Return a table of the least observable directions of the error state at `t_end`.
+        """Return a table of the directions of the error state with the largest remaining
+        uncertainty at `t_end`.
 
         See `covariance.find_least_observable` for the columns.
+
+        Parameters
+        ----------
+        n_directions : int
+            Number of directions.
         """
         return covariance.find_least_observable(self.problem.model, self.covariance, n_directions)
 
     def compare_with_designs(self, designs: Mapping[str, ArrayLike] | None = None) -> pd.DataFrame:
-        """Compare the accuracy of the plan with that of other designs at the plan's `t_end`.
+        """Compare the accuracy of the plan with that of other designs at the plan's `t_end`, in a
+        table.
 
         Parameters
         ----------

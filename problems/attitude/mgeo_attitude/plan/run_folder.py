@@ -71,6 +71,10 @@ class Front:
             smallest violation. "min-time" has the smallest t_end, "min-trace" the smallest trace.
             A number selects the solution whose t_end [s] is closest to it.
 
+        Returns
+        -------
+        ManeuverPlan
+
         Raises
         ------
         ValueError
@@ -82,6 +86,15 @@ class Front:
         """Return the plan of a solution by its row in ``front.csv``, counted from 0.
 
         Objectives and nominal results are taken from the run folder instead of being computed.
+
+        Parameters
+        ----------
+        number : int
+            Row of the solution.
+
+        Returns
+        -------
+        ManeuverPlan
 
         Raises
         ------
@@ -102,6 +115,10 @@ class Front:
         """Return the row of one solution, selected by a rule or by its convergence time.
 
         The choices are those of `select_plan`.
+
+        Returns
+        -------
+        int
         """
         if choice == "knee":
             return select_default_solution(self.problem, self.F).row if self.is_feasible else 0

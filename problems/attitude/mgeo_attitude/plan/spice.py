@@ -124,10 +124,10 @@ def format_sclk(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
     'KPL/SCLK'
     """
     _check_naif_id(naif_id)
-    at = compute_julian_dates(plan.scenario.epoch, [0.0])
+    epoch_dates = compute_julian_dates(plan.scenario.epoch, [0.0])
     # A Julian date in one number resolves only 40 microseconds, so that whole days and the fraction
     # are converted separately.
-    start = DAY * (at.midnight - _J2000) + DAY * float(at.tt[0])
+    start = DAY * (epoch_dates.midnight - _J2000) + DAY * float(epoch_dates.tt[0])
     (epoch,) = format_time_stamps(plan.scenario.epoch, [0.0])
     number = -naif_id
     values = {

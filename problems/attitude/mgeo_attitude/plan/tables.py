@@ -23,7 +23,7 @@ _STAMP_LENGTH = 19
 
 @dataclass(frozen=True)
 class PlanTable:
-    """Definition of one table of plans: its title, its contents, and how a terminal shows it.
+    """Definition of one table that describes a plan: title, contents, and display in a terminal.
 
     Attributes
     ----------
@@ -56,7 +56,9 @@ class PlanTable:
 
 
 def build_review(plan: ManeuverPlan) -> Review:
-    """Return the review document of a plan: satellite, instruments and all tables of `TABLES`."""
+    """Return the review document of a plan, with its satellite, its instruments and all its
+    tables.
+    """
     scenario = plan.scenario
     start, end = (
         text[:_STAMP_LENGTH]

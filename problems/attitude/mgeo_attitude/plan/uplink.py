@@ -65,14 +65,15 @@ def list_commands(plan: ManeuverPlan) -> pd.DataFrame:
             "duration_s": np.diff([*starts, plan.duration]).round(_TIME_DIGITS),
         }
     )
-    rates = np.array([phase.commanded_deg_s for phase in phases]).round(RATE_DIGITS) + 0.0  # no -0
+    rates = (
+        np.array([phase.commanded_deg_s for phase in phases]).round(RATE_DIGITS) + 0.0
+    )  # Adding zero converts -0.
     for i, axis in enumerate("xyz"):
         table[f"rate_{axis}_deg_s"] = rates[:, i]
     return table
 
 
 def _merge_ramps(plan: ManeuverPlan) -> list[Phase]:
-    """Return the phases of a plan with each ramp merged into the phase that follows it."""
     phases: list[Phase] = []
     for phase in plan.phases:
         label = phase.label.removeprefix(RAMP_PREFIX)
@@ -91,6 +92,10 @@ def to_uplink_csv(plan: ManeuverPlan) -> str:
     Parameters
     ----------
     plan : ManeuverPlan
+
+    Returns
+    -------
+    str
 
     Examples
     --------

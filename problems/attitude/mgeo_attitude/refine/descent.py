@@ -50,17 +50,15 @@ class DescentProblem:
 
     @property
     def steps(self) -> Ints:
-        """Filter steps at the plans' times, shape () or (n,)."""
+        """Filter step at which each plan is evaluated, shape () or (n,)."""
         steps = np.rint(np.asarray(self.times) / self.evaluator.model.step).astype(np.int64)
         return np.clip(steps, 1, self.evaluator.model.n_steps)
 
     @property
     def bounds(self) -> Floats:
-        """Lower and upper bounds of the scaled variables, shape (4 m, 2)."""
         return np.array([(-1.0, 1.0)] * (3 * self.n_maneuvers) + [(0.0, 1.0)] * self.n_maneuvers)
 
     def select(self, rows: Ints | list[int]) -> DescentProblem:
-        """Return the problem for a subset of the plans."""
         return DescentProblem(self.evaluator, np.asarray(self.times)[rows], self.n_maneuvers)
 
     def to_variables(self, designs: Floats) -> Floats:

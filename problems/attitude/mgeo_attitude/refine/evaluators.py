@@ -26,7 +26,7 @@ DesignEvaluator = Callable[[Floats], tuple[Floats, Floats]]
 
 
 class PlanProblem(Protocol):
-    """Protocol of optimization problems whose designs are the maneuvers of one scenario."""
+    """Protocol of optimization problems whose designs are maneuvers in one scenario."""
 
     scenario: Scenario
     threads: int | None
@@ -39,7 +39,7 @@ class PlanProblem(Protocol):
 
 @dataclass(frozen=True)
 class FixedTimeEvaluator:
-    """Evaluator of one objective of designs at any filter step, converged or not.
+    """Evaluator of one objective of designs at any filter step, whether converged or not.
 
     Attributes
     ----------
@@ -118,6 +118,20 @@ class FixedTimeEvaluator:
         """Return the `n_max` designs with the smallest objective at a filter step, the best first.
 
         Designs with a smaller largest violation of the motion constraints come first.
+
+        Parameters
+        ----------
+        designs : array, shape (n, 4 m)
+        steps : int
+            Filter step of the evaluation.
+        n_max : int
+            Largest number of designs to return.
+        allow_partial_steps : bool
+            See `evaluate_at_steps`.
+
+        Returns
+        -------
+        array, shape (k, 4 m), k <= n_max
         """
         return designs[self.rank_designs(designs, steps, allow_partial_steps)[:n_max]]
 
@@ -133,6 +147,10 @@ class FixedTimeEvaluator:
 
     def evaluate_convergence(self, designs: Floats) -> tuple[Floats, Floats]:
         """Return convergence times, traces and constraint violations by the scenario's own rule.
+
+        Parameters
+        ----------
+        designs : array, shape (n, 4 m)
 
         Returns
         -------
@@ -150,12 +168,25 @@ class FixedTimeEvaluator:
 def build_fixed_time_evaluator(
     problem: PlanProblem, objective_name: str = "trace"
 ) -> FixedTimeEvaluator:
-    """Return an evaluator that computes an objective of designs at any time, in nominal runs."""
+    """Return an evaluator that computes an objective of designs at any time, in nominal runs.
+
+    Parameters
+    ----------
+    problem : AttitudeManeuverProblem
+    objective_name : str
+        Key of the objective.
+    """
     return FixedTimeEvaluator(problem.scenario, problem.model, objective_name, problem.threads)
 
 
 def build_design_evaluator(problem: PlanProblem) -> DesignEvaluator:
-    """Return a function that computes objectives and largest constraint violations of designs."""
+    """Return a function that computes objectives and largest constraint violations of designs.
+
+    Returns
+    -------
+    function
+        Returns objectives, shape (n, n_obj), and largest violations, shape (n,), of n designs.
+    """
 
     def evaluate_designs(designs: Floats) -> tuple[Floats, Floats]:
         F, G = problem.evaluate(designs, return_values_of=["F", "G"])
@@ -184,15 +215,28 @@ def set_end_times(designs: Floats, times: Floats | float, max_duration: float) -
     """
     result = designs.copy()
     durations = get_durations(result)
-    until = np.broadcast_to(times, len(designs))[:, None]
-    ends = np.minimum(np.cumsum(durations, axis=1), until)
-    ends[:, -1:] = until
+    end_times = np.broadcast_to(times, len(designs))[:, None]
+    ends = np.minimum(np.cumsum(durations, axis=1), end_times)
+    ends[:, -1:] = end_times
     durations[:] = np.minimum(np.diff(ends, axis=1, prepend=0.0), max_duration)
     return result
 
 
 def stretch_durations(designs: Floats, factors: Floats | float, max_duration: float) -> Floats:
-    """Return copies of designs with all durations multiplied by a factor, up to a maximum."""
+    """Return copies of designs with all durations multiplied by a factor, up to a maximum.
+
+    Parameters
+    ----------
+    designs : array, shape (n, 4 m)
+    factors : array, shape (n,), or float
+        Factor of each design.
+    max_duration : float
+        Longest duration of a maneuver [s].
+
+    Returns
+    -------
+    array, shape (n, 4 m)
+    """
     result = designs.copy()
     durations = get_durations(result)
     column = np.broadcast_to(factors, len(designs))[:, None]
@@ -275,9 +319,11 @@ def merge_partial_steps(designs: Floats, step: float) -> Floats:
     n, m = ends.shape
     result = np.empty((n, 2 * m - 1, VARIABLES_PER_MANEUVER))
     result[:, ::2, :3], result[:, 1::2, :3] = rates, weights @ rates
-    until = np.empty((n, 2 * m - 1))
-    until[:, :-1:2], until[:, 1::2] = shared, shared + 1.0
-    until[:, -1] = np.ceil(ends[:, -1] - _STEP_TOLERANCE)
-    until = np.maximum.accumulate(until, axis=1)
-    result[:, :, 3] = step * np.diff(np.maximum(until - _STEP_TOLERANCE, 0.0), axis=1, prepend=0.0)
+    end_steps = np.empty((n, 2 * m - 1))
+    end_steps[:, :-1:2], end_steps[:, 1::2] = shared, shared + 1.0
+    end_steps[:, -1] = np.ceil(ends[:, -1] - _STEP_TOLERANCE)
+    end_steps = np.maximum.accumulate(end_steps, axis=1)
+    result[:, :, 3] = step * np.diff(
+        np.maximum(end_steps - _STEP_TOLERANCE, 0.0), axis=1, prepend=0.0
+    )
     return result.reshape(n, -1)

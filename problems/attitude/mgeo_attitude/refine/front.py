@@ -67,6 +67,10 @@ class RefinementFront:
         A design improves on a plan if it ends no later and has a smaller objective. A design that
         ends much earlier than the initial end time of a row does not replace its plan, because a
         smaller objective is possible at that time.
+
+        Parameters
+        ----------
+        designs : array, shape (k, n_var)
         """
         self._replace(designs, np.arange(len(self.X)), _MIN_TIME_RATIO)
 

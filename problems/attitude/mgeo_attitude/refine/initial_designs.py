@@ -28,7 +28,20 @@ _MIN_STAGE_STEPS = 5
 
 
 def build_rate_grid(max_rate_deg_s: float, n_levels: int = _N_RATE_LEVELS) -> Floats:
-    """Return all combinations of equally spaced rates about three axes [deg/s], one per row."""
+    """Return all combinations of equally spaced rates about three axes [deg/s], one per row.
+
+    Parameters
+    ----------
+    max_rate_deg_s : float
+        Maximum rate about each axis [deg/s].
+    n_levels : int
+        Number of rates about each axis, from the negative to the positive maximum.
+
+    Returns
+    -------
+    array, shape (n_levels³, 3)
+        Rates [deg/s].
+    """
     levels = np.linspace(-max_rate_deg_s, max_rate_deg_s, n_levels)
     return np.stack(np.meshgrid(levels, levels, levels), axis=-1).reshape(-1, 3)
 

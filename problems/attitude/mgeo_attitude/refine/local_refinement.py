@@ -136,6 +136,11 @@ def iterate_refinement(
     add_plans : bool
         Whether to append plans for end times between those of `designs`.
 
+    Returns
+    -------
+    iterator of array, shape (n + a, n_var)
+        The refined plans, then a added plans.
+
     Raises
     ------
     ValueError
@@ -184,14 +189,14 @@ def _iterate_batches(
                 )
                 for plan, until in zip(front.X[batch], ends, strict=True)
             ]
-            better = thinned.refine_designs(
+            improved = thinned.refine_designs(
                 initial, ends, max(round(share * max_iterations), 1), n_initial
             )
-            refined += list(better)
+            refined += list(improved)
             acceptance = None if is_robust else evaluate_in_order
             with_rates = [
                 _append_final_rates(thinned, each, until, acceptance)
-                for each, until in zip(better, ends, strict=True)
+                for each, until in zip(improved, ends, strict=True)
             ]
             front.replace_rows(
                 np.vstack(
@@ -312,7 +317,6 @@ def _adapt_to_times(evaluator: FixedTimeEvaluator, plans: Floats, times: Floats 
 def _find_nearest_rows(
     evaluator: FixedTimeEvaluator, plans: Floats, time: float, n_max: int
 ) -> Ints:
-    """Return the indices of up to `n_max` plans whose total duration is closest to a time [s]."""
     total = _sum_durations(plans)
     nonzero = np.flatnonzero(total >= evaluator.model.step)
     distance = np.abs(np.log(total[nonzero] / time))
@@ -345,11 +349,11 @@ def _adapt_refined_plans(thinned: ThinnedSamples, plans: Floats, times: Floats) 
         _find_nearest_rows(evaluator, plans[:, :size], time, n_similar * _N_CANDIDATES)
         for time in targets
     ]
-    which, until = np.concatenate(rows), np.repeat(targets, [len(each) for each in rows])
-    bodies = _adapt_to_times(evaluator, plans[which, :size], until)
-    tails = np.tile(plans[which, size:], (len(bodies) // len(which), 1))
+    indices, end_times = np.concatenate(rows), np.repeat(targets, [len(each) for each in rows])
+    bodies = _adapt_to_times(evaluator, plans[indices, :size], end_times)
+    tails = np.tile(plans[indices, size:], (len(bodies) // len(indices), 1))
     best = thinned.select_best_per_time(
-        bodies, np.resize(until, len(bodies)), n_similar * _N_EVALUATED
+        bodies, np.resize(end_times, len(bodies)), n_similar * _N_EVALUATED
     )
     bodies, tails = bodies[best], tails[best]
     result = np.hstack([bodies, tails]) if has_final_rate else round_to_steps(evaluator, bodies)

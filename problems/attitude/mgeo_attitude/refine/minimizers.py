@@ -28,7 +28,8 @@ _BOUND_TOLERANCE = 1e-9
 def minimize_bounded(
     initial: Floats, bounds: Floats, max_iterations: int, tolerance: float
 ) -> Generator[Floats, tuple[float, Floats], Floats]:
-    """Minimize a function within bounds from an initial point, as a generator of points.
+    """Minimize a function within bounds, as a generator that yields points and receives their
+    values.
 
     The generator receives the value and the gradient, shape (k,), at each yielded point, and
     returns the last accepted point.
@@ -48,6 +49,10 @@ def minimize_bounded(
         Largest number of iterations.
     tolerance : float
         Decrease of the value in one iteration below which the minimizer stops.
+
+    Returns
+    -------
+    generator
     """
     low, high = bounds.T
     z = np.clip(initial, low, high)
@@ -103,13 +108,14 @@ def _update_inverse(inverse: Floats, change: Floats, slope_change: Floats) -> Fl
 
 
 class _SolverStop(Exception):
-    """Raised in the solver thread when the generator is closed."""
+    """Exception that ends the solver thread when the generator is closed."""
 
 
 def minimize_constrained(
     initial: Floats, bounds: Floats, max_iterations: int, tolerance: float
 ) -> Generator[Floats, tuple[Floats, Floats], Floats]:
-    """Minimize a function within bounds and inequality constraints, as a generator of points.
+    """Minimize a function within constraints, as a generator that yields points and receives
+    values.
 
     The generator receives the value followed by the constraint margins at each yielded point, shape
     (1 + m,), and their gradients, shape (1 + m, k). Margins are nonnegative where the constraints
@@ -123,6 +129,10 @@ def minimize_constrained(
     ----------
     initial, bounds, max_iterations, tolerance
         See `minimize_bounded`.
+
+    Returns
+    -------
+    generator
     """
     requests: SimpleQueue[Any] = SimpleQueue()
     answers: SimpleQueue[tuple[Floats, Floats] | None] = SimpleQueue()

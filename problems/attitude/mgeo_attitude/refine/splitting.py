@@ -95,16 +95,16 @@ def remove_ineffective_maneuvers(problem: PlanProblem, designs: ArrayLike) -> Fl
     F, violation = evaluate_designs(plans)
     rows, longest = np.arange(n), problem.scenario.maneuvers.max_duration
     while len(rows):
-        shorter_plans, which = _remove_single_maneuvers(plans[rows], longest)
-        if not len(which):
+        shorter_plans, originals_of = _remove_single_maneuvers(plans[rows], longest)
+        if not len(originals_of):
             break
         new_F, new_violation = evaluate_designs(shorter_plans)
-        originals = rows[which]
+        originals = rows[originals_of]
         is_accepted = (new_F <= F[originals]).all(axis=1) & (new_violation <= violation[originals])
         # Of several acceptable removals, the best one in the last objective is taken.
         order = np.lexsort((*new_F[is_accepted].T, originals[is_accepted]))
-        first, at = np.unique(originals[is_accepted][order], return_index=True)
-        chosen = np.flatnonzero(is_accepted)[order][at]
+        first, best = np.unique(originals[is_accepted][order], return_index=True)
+        chosen = np.flatnonzero(is_accepted)[order][best]
         plans[first], F[first], violation[first] = (
             shorter_plans[chosen],
             new_F[chosen],
@@ -128,11 +128,13 @@ def _remove_single_maneuvers(designs: Floats, max_duration: float) -> tuple[Floa
     are left out.
     """
     maneuvers = designs.reshape(len(designs), -1, VARIABLES_PER_MANEUVER)
-    row, place = np.nonzero(_has_effect(maneuvers[:, :, 3]))
+    row, position = np.nonzero(_has_effect(maneuvers[:, :, 3]))
     pairs = np.flatnonzero(row[1:] == row[:-1])
-    together = maneuvers[row[pairs], place[pairs], 3] + maneuvers[row[pairs], place[pairs + 1], 3]
+    together = (
+        maneuvers[row[pairs], position[pairs], 3] + maneuvers[row[pairs], position[pairs + 1], 3]
+    )
     pairs = np.repeat(pairs[together <= max_duration], 2)  # Either rate of a pair may remain.
-    left, right = place[pairs], place[pairs + 1]
+    left, right = position[pairs], position[pairs + 1]
     kept, removed = np.where(np.arange(len(pairs)) % 2, (right, left), (left, right))
     rates, lasts = maneuvers[row[pairs], :, :3], maneuvers[row[pairs], removed, 3]
     each = np.arange(len(pairs))

@@ -26,7 +26,7 @@ _N_FINAL_ITERATIONS = 5
 
 @dataclass(frozen=True)
 class ThinnedSamples:
-    """Evaluators of plans on as few merged samples as accurate gradients allow.
+    """Evaluators that merge successive measurement samples, as far as gradients remain accurate.
 
     Attributes
     ----------
@@ -38,16 +38,18 @@ class ThinnedSamples:
     _evaluators: dict[int, FixedTimeEvaluator] = field(default_factory=dict)
 
     def get_evaluator(self, time: float) -> FixedTimeEvaluator:
-        """Return the evaluator on thinned samples for plans that end at a time [s]."""
-        model, every = self.full_evaluator.model, self.count_merged_samples(time)
-        if every not in self._evaluators:
-            self._evaluators[every] = dataclasses.replace(
-                self.full_evaluator, model=coarsen_model(model, every)
+        """Return the evaluator with merged samples for plans that end at a given time [s]."""
+        model, n_merged = self.full_evaluator.model, self.count_merged_samples(time)
+        if n_merged not in self._evaluators:
+            self._evaluators[n_merged] = dataclasses.replace(
+                self.full_evaluator, model=coarsen_model(model, n_merged)
             )
-        return self._evaluators[every]
+        return self._evaluators[n_merged]
 
     def count_merged_samples(self, time: float) -> int:
-        """Return how many samples are merged into one for plans that end at a time [s]."""
+        """Return how many measurement samples are merged into one for plans that end at a
+        time [s].
+        """
         model, rate = (
             self.full_evaluator.model,
             self.full_evaluator.scenario.maneuvers.max_rate_deg_s,
@@ -56,7 +58,7 @@ class ThinnedSamples:
         return next((each for each in _MERGE_SIZES if each <= most), 1)
 
     def count_steps(self, time: float) -> int:
-        """Return the step index of a time [s] in the model with thinned samples."""
+        """Return the index of the filter step at a time [s] in the model with merged samples."""
         model = self.get_evaluator(time).model
         return min(max(round(time / model.step), 1), model.n_steps)
 
@@ -65,9 +67,9 @@ class ThinnedSamples:
         arrays.
         """
         value, worst = np.empty(len(designs)), np.empty(len(designs))
-        every = np.array([self.count_merged_samples(time) for time in times])
-        for size in np.unique(every):
-            rows = np.flatnonzero(every == size)
+        n_merged = np.array([self.count_merged_samples(time) for time in times])
+        for size in np.unique(n_merged):
+            rows = np.flatnonzero(n_merged == size)
             steps = np.array([self.count_steps(time) for time in times[rows]])
             evaluator = self.get_evaluator(times[rows[0]])
             value[rows], excess = evaluator.evaluate_at_steps(
@@ -80,6 +82,18 @@ class ThinnedSamples:
         """Return the indices of the best designs for each time [s], at most `n_max` per time.
 
         Designs are compared by their largest violation, then by their objective.
+
+        Parameters
+        ----------
+        designs : array, shape (n, 4 m)
+        times : array, shape (n,)
+            Time of each design [s].
+        n_max : int
+            Largest number of designs for each time.
+
+        Returns
+        -------
+        array of int
         """
         order = np.lexsort((*self.evaluate_each(designs, times), times))
         places = np.arange(len(order)) - np.searchsorted(times[order], times[order])
@@ -88,7 +102,8 @@ class ThinnedSamples:
     def refine_designs(
         self, initial_designs: Sequence[Floats], times: Floats, max_iterations: int, n_max: int
     ) -> Floats:
-        """Return the best refined design for each of n times, shape (n, 4 m).
+        """Refine initial designs for each of n times, and return the best design of each, shape (n,
+        4 m).
 
         The descents for a time start from the initial designs with the smallest objective at that
         time. The better results continue with more iterations until one design is left.
@@ -115,8 +130,8 @@ class ThinnedSamples:
         ]
         if is_constrained:
             return self._descend_constrained(evaluator, initial, times, max_iterations)
-        which = np.repeat(np.arange(len(times)), [len(each) for each in initial])
-        return descend_from_best(evaluator, np.vstack(initial), times, which, max_iterations)
+        time_indices = np.repeat(np.arange(len(times)), [len(each) for each in initial])
+        return descend_from_best(evaluator, np.vstack(initial), times, time_indices, max_iterations)
 
     def _descend_constrained(
         self,
@@ -129,8 +144,8 @@ class ThinnedSamples:
         while several := [row for row, each in enumerate(initial) if len(each) > 1]:
             sizes = [len(initial[row]) for row in several]
             designs = np.vstack([initial[row] for row in several])
-            until = np.repeat(times[several], sizes)
-            ends = descend(evaluator, designs, until, max(round(share * max_iterations), 1))
+            end_times = np.repeat(times[several], sizes)
+            ends = descend(evaluator, designs, end_times, max(round(share * max_iterations), 1))
             for row, group in zip(several, np.split(ends, np.cumsum(sizes)[:-1]), strict=True):
                 initial[row] = evaluator.select_best(
                     group, steps[row], len(group) // 2, allow_partial_steps=True

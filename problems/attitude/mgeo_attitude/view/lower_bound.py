@@ -65,16 +65,16 @@ def list_infeasible_requirements(problem: AttitudeManeuverProblem) -> list[str]:
     required = RequiredSigma(scenario.required_sigma).list_sigmas(model.suite.units)
     first = model.window_steps if model.rule == "trace" else 0  # Earliest step of t_end.
     lines = []
-    for unit, name, greatest in zip(
+    for unit, name, max_sigma in zip(
         list_block_units(model.suite), model.suite.blocks, required, strict=True
     ):
-        least = (1.0 - _ROUNDING) * float(bound.compute_sigma(name)[first:].min())
-        if least > greatest:
+        min_sigma = (1.0 - _ROUNDING) * float(bound.compute_sigma(name)[first:].min())
+        if min_sigma > max_sigma:
             lines.append(
-                f"required 1-sigma of {unit.label}: {greatest * unit.factor:.4g} {unit.unit} cannot"
-                f" be reached within {format_duration(model.duration)} by any maneuver: relax it "
-                f"to more than {_round_up(least * unit.factor)} {unit.unit}, take better sensors, "
-                "or a longer duration"
+                f"required 1-sigma of {unit.label}: {max_sigma * unit.factor:.4g} {unit.unit} "
+                f"cannot be reached within {format_duration(model.duration)} by any maneuver: "
+                f"relax it to more than {_round_up(min_sigma * unit.factor)} {unit.unit}, take "
+                "better sensors, or a longer duration"
             )
     return lines
 
@@ -106,12 +106,12 @@ def summarize_lower_bound(plans: Plans, sample: Plans, sample_label: str) -> lis
     if not len(rows) or np.isnan(ratios).all():
         return []
     row = int(rows[select_default_solution(problem, plans.F[rows]).row])
-    shown = plans.select([row]).nominal
-    (least,) = bound.evaluate_trace(shown.t_end)
+    default = plans.select([row]).nominal
+    (min_trace,) = bound.evaluate_trace(default.t_end)
     return [
-        f"the lower bound of the trace after {format_duration(shown.t_end[0])} is {least:.3g}: "
-        f"solution {row} has {shown.trace[0] / least:.2f} times its bound; the median of "
-        f"{sample_label} is {np.nanmedian(ratios):.2f} times"
+        f"the lower bound of the trace after {format_duration(default.t_end[0])} is "
+        f"{min_trace:.3g}: solution {row} has {default.trace[0] / min_trace:.2f} times its bound; "
+        f"the median of {sample_label} is {np.nanmedian(ratios):.2f} times"
     ]
 
 
@@ -138,11 +138,11 @@ def compute_bound_curves(problem: AttitudeManeuverProblem, t_end: Floats) -> Flo
         return np.empty((0, 3))
     ends = [0.8 * np.nanmin(t_end), np.nanmax(t_end)]
     first, last = np.searchsorted(bound.times, ends).clip(max=len(bound.times) - 1)
-    shown = np.unique(np.linspace(first, last, _N_POINTS).round().astype(np.int64))
+    indices = np.unique(np.linspace(first, last, _N_POINTS).round().astype(np.int64))
     curves = np.column_stack([bound.trace, np.degrees(bound.compute_sigma("attitude"))])
     if problem.scenario.monte_carlo:
         curves = np.minimum.accumulate(curves)
-    return np.column_stack([bound.times, curves])[shown]
+    return np.column_stack([bound.times, curves])[indices]
 
 
 def compare_with_lower_bound(
@@ -167,13 +167,13 @@ def compare_with_lower_bound(
     units = list_block_units(model.suite)
     factors = np.array([unit.factor for unit in units])
     worst = history.sigma[-1].reshape(-1, 3).max(axis=1)
-    least = np.array([bound.compute_sigma(name)[step] for name in model.suite.blocks])
+    bounds = np.array([bound.compute_sigma(name)[step] for name in model.suite.blocks])
     return pd.DataFrame(
         {
             "unit": [unit.unit for unit in units],
             "predicted": worst * factors,
-            "lower bound": least * factors,
-            "predicted / lower bound [-]": worst / least,
+            "lower bound": bounds * factors,
+            "predicted / lower bound [-]": worst / bounds,
         },
         index=pd.Index([unit.label for unit in units], name="error"),
     )
@@ -184,10 +184,10 @@ def describe_lower_bound(bound: LowerBound, t_end: float, trace: float) -> Itera
 
     A relaxation is a simplification by which the bound is lower than necessary.
     """
-    (least,) = bound.evaluate_trace(np.array([t_end]))
+    (min_trace,) = bound.evaluate_trace(np.array([t_end]))
     yield (
-        f"the trace is {trace / least:.2f} times its lower bound, which is {least:.3g} after "
-        f"{format_duration(t_end)}"
+        f"the trace is {trace / min_trace:.2f} times its lower bound, which is {min_trace:.3g} "
+        f"after {format_duration(t_end)}"
     )
     if bound.relaxations:
         yield f"relaxation of the lower bound: {'; '.join(bound.relaxations)}"

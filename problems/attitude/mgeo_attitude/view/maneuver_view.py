@@ -45,7 +45,7 @@ class ManeuverView(Plans):
         return summaries.summarize_plans(self)
 
     def constraints(self) -> list[pd.DataFrame]:
-        """Return a table of constraint values, bounds and margins for each plan.
+        """Return, for each plan, a table of constraint values, bounds and margins.
 
         With Monte Carlo runs, each value is satisfied in the requested share of the runs. Path
         constraints and wheel budgets have additional rows for the constant-rate hold after
@@ -94,8 +94,8 @@ class ManeuverView(Plans):
         return build_figures(self)
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """Return small figures of each plan by name: body rates, attitude, directions of the Sun
-        and of the magnetic field, trace and 1-sigmas.
+        """Return small figures of each plan by name: rates, attitude, directions of Sun and field,
+        1-sigmas.
         """
         import plotly.graph_objects as go
 
@@ -119,12 +119,11 @@ class ManeuverView(Plans):
         return lower_bound.list_infeasible_requirements(self.problem)
 
     def facts(self) -> dict[str, str]:
-        """Return a description of the satellite by topic; see `satellite.describe_satellite`."""
         return satellite.describe_satellite(self.problem)
 
     def notes(self) -> list[str]:
-        """Return warnings on implausible values of the scenario, its assumptions, and initial
-        errors beyond the validated range of the covariance.
+        """Return warnings on implausible values, assumptions, and initial errors beyond the
+        validated range.
         """
         scenario = self.problem.scenario
         validity = [
@@ -146,9 +145,6 @@ class ManeuverView(Plans):
 
 
 def _summarize_robustness(plans: Plans, sample_label: str) -> str:
-    """Return a line that counts the plans which reach their predicted objectives in Monte Carlo
-    runs.
-    """
     names = list(plans.problem.obj_names)
     if plans.problem.model.ends_with_last_maneuver:
         # The design fixes t_end, so that every run reaches it.

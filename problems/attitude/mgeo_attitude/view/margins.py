@@ -42,7 +42,7 @@ def build_constraint_tables(
     violations: Floats,
     margins_after: Sequence[Mapping[str, MarginRow]] | None = None,
 ) -> list[pd.DataFrame]:
-    """Return a table of constraint values, bounds and margins for each of n designs.
+    """Return, for each of n designs, a table of constraint values, bounds and margins.
 
     Parameters
     ----------
@@ -58,13 +58,13 @@ def build_constraint_tables(
         One row per constraint. Columns: ``unit``, ``value``, ``bound_type`` ("at most" or "at
         least"), ``bound_value``, and ``margin``, which is negative if the constraint is violated.
     """
-    more = [{} for _ in violations] if margins_after is None else margins_after
+    additional_rows = [{} for _ in violations] if margins_after is None else margins_after
     result = []
-    for row, rest in zip(violations, more, strict=True):
+    for row, additional in zip(violations, additional_rows, strict=True):
         cells = [_build_row(bound, each) for bound, each in zip(bounds, row.tolist(), strict=True)]
-        labels = [*(bound.label for bound in bounds), *rest]
+        labels = [*(bound.label for bound in bounds), *additional]
         index = pd.Index(labels, name="constraint", dtype=str)
-        result.append(pd.DataFrame([*cells, *rest.values()], columns=_COLUMNS, index=index))
+        result.append(pd.DataFrame([*cells, *additional.values()], columns=_COLUMNS, index=index))
     return result
 
 
@@ -94,12 +94,17 @@ def has_constraints_after_convergence(scenario: Scenario) -> bool:
 
 
 def compute_margins_after_convergence(plans: Plans) -> list[dict[str, MarginRow]]:
-    """Return the constraint margins of each plan for the time after convergence, as dicts by label.
+    """Return a dict of constraint margins for the time after convergence, for each plan.
 
     Path constraints, wheel budgets and the deadline are evaluated during the constant-rate hold and
     the slew back, in about 0.1 s per plan. The final attitude uncertainty is compared with its
     tolerance. The dict is empty if the scenario has no such constraints or if the covariance of the
     plan lost positivity.
+
+    Returns
+    -------
+    list of dict of str to MarginRow
+        One dict per plan, with labels of constraints as keys.
     """
     problem, result = plans.problem, plans.nominal
     rows: list[dict[str, MarginRow]] = [{} for _ in plans.X]
@@ -150,8 +155,8 @@ def _compute_final_attitude_error(
     if last > model.n_steps:  # The scenario's duration bounds t_end, but not the slew back.
         longer = dataclasses.replace(scenario, duration=last * model.step)
         model = FilterModel.from_scenario(longer)
-    ran = evaluate(model, trajectory.commanded_design, covariance=True, end_steps=last)
-    return _SIGMAS * float(attitude_accuracy_deg(ran.covariance[0]))
+    result = evaluate(model, trajectory.commanded_design, covariance=True, end_steps=last)
+    return _SIGMAS * float(attitude_accuracy_deg(result.covariance[0]))
 
 
 def summarize_margins(plans: Plans, sample_label: str) -> list[str]:
@@ -181,7 +186,8 @@ def compute_interval_margins(
     covariance: Floats,
     interval_name: str,
 ) -> dict[str, MarginRow]:
-    """Return the margins of path constraints and wheel budgets in an interval, by label.
+    """Return a dict of the margins of path constraints and wheel budgets in an interval, by
+    label.
 
     Parameters
     ----------
@@ -211,15 +217,21 @@ def compute_interval_margins(
         for (name, unit), load, bound in zip(names, loads, bounds, strict=True):
             if bound is not None:
                 rows[name] = _build_upper_bound_row(unit, load, bound)
-    at = SatelliteState.from_times(
+    states = SatelliteState.from_times(
         scenario, start + model.step * np.arange(len(attitude), dtype=float)
     )
-    at = at if scenario.eclipse else at.without_eclipses()
+    states = states if scenario.eclipse else states.without_eclipses()
     covariances = np.repeat(covariance[None], len(attitude), axis=0)
     for constraint in scenario.path_constraints:
         cone, bound = constraint.build_cone(), constraint.half_angle_deg
         excess = compute_violation_on_orbit(
-            cone, constraint.attitude_sigmas, at, scenario.epoch, attitude, rotation, covariances
+            cone,
+            constraint.attitude_sigmas,
+            states,
+            scenario.epoch,
+            attitude,
+            rotation,
+            covariances,
         )
         # The violation is -inf if the Sun is never visible.
         worst = np.degrees(max(float(excess.max()), -np.pi))

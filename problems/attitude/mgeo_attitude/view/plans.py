@@ -88,9 +88,6 @@ class Plans(View):
         )
 
     def arrays(self) -> dict[str, Floats]:
-        """Return the results of the nominal runs as a dict with the field names of
-        `NominalResults`.
-        """
         return self.nominal._asdict()
 
     @cached_property
@@ -105,14 +102,16 @@ class Plans(View):
 
     @property
     def violations(self) -> Floats:
-        """Relative violations of single bounds, shape (n, n_bounds), positive where violated."""
+        """Relative violations of all bounds of the constraints, shape (n, n_bounds), positive where
+        violated.
+        """
         if not self.problem.n_ieq_constr:
             return np.empty((len(self.X), 0))
         return self.objectives_and_constraints[:, self.problem.n_obj + self.problem.n_ieq_constr :]
 
     @cached_property
     def objectives_and_constraints(self) -> Floats:
-        """Objectives, constraint values and violations of single bounds, as columns."""
+        """Objectives, constraint values, and violations of all bounds, as columns of one array."""
         problem = self.problem
         if problem.monte_carlo_runs is None:
             return problem.compute_values(problem.model, self._nominal_run)
@@ -267,10 +266,20 @@ class Plans(View):
         return times
 
     def compute_trajectory(self, row: int) -> Trajectory:
-        """Return the attitude trajectory of a plan until its end, from its row.
+        """Return the attitude trajectory of the plan in a row, from the epoch to the end of the
+        plan.
 
         The covariance of the plan must not have lost positivity. The slew back, which takes most of
         the time, is cached for all views that share their caches.
+
+        Parameters
+        ----------
+        row : int
+            Row of the plan.
+
+        Returns
+        -------
+        Trajectory
         """
         problem, times = self.problem, (float(self.nominal.t_end[row]), float(self.hold_end[row]))
         trajectory = Trajectory(problem.scenario, problem.model, self.X[row], *times)

@@ -29,7 +29,7 @@ _UNIT_SUFFIX = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
 
 
 def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
-    """Return a description of a problem's scenario as a dict of text by topic.
+    """Return a description of a satellite and its scenario, as a dict of text by topic.
 
     The topics are satellite, orbit, Sun, magnetic field, maneuvers, constraint margins at rest, and
     validity of the covariance. The computation takes about 0.1 s.
@@ -126,7 +126,8 @@ def _describe_maneuvers(scenario: Scenario) -> str:
 
 
 def format_rest_margins(problem: AttitudeManeuverProblem) -> Iterator[str]:
-    """Yield one line of text per path constraint and wheel budget with its margin at rest.
+    """Yield one line of text per path constraint and wheel budget, with its margin while at
+    rest.
 
     The satellite holds its initial attitude with the initial attitude uncertainty. Nothing is
     yielded for magnetorquers, which cannot hold an attitude.
@@ -138,11 +139,11 @@ def format_rest_margins(problem: AttitudeManeuverProblem) -> Iterator[str]:
     )
     if not is_constrained or scenario.is_magnetorquer_driven:
         return
-    until = model.step * min(int(_compute_end(scenario) / model.step), model.n_steps)
+    end = model.step * min(int(_compute_end(scenario) / model.step), model.n_steps)
     design = np.zeros(VARIABLES_PER_MANEUVER * scenario.maneuvers.count)
-    trajectory = Trajectory(scenario, model, design, until, until)
+    trajectory = Trajectory(scenario, model, design, end, end)
     covariance = scenario.initial_attitude_covariance
-    rows = compute_interval_margins(model, trajectory, 0.0, until, covariance, "at rest")
+    rows = compute_interval_margins(model, trajectory, 0.0, end, covariance, "at rest")
     for label, (unit, value, bound_type, bound, margin) in rows.items():
         state = "margin" if margin >= 0.0 else "EXCEEDED by"
         yield (
@@ -193,11 +194,11 @@ def build_instrument_table(scenario: Scenario) -> pd.DataFrame:
             f"{_format_numbers(getattr(instrument, key))} {unit.text if unit else ''}".strip()
             for key, unit in units.items()
         ]
-        every = getattr(instrument, "sample_interval", None) or scenario.step
+        interval = getattr(instrument, "sample_interval", None) or scenario.step
         rows[name] = {
             "kind": getattr(instrument, "kind", "gyro"),
             "noise": ", ".join(noise),
-            "every [s]": f"{every:g}",
+            "every [s]": f"{interval:g}",
             "errors at the start, 1-sigma": ", ".join(errors.get(name, [])),
         }
     return pd.DataFrame.from_dict(rows, orient="index").rename_axis("")

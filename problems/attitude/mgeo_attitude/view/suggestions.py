@@ -15,7 +15,8 @@ _SOURCE_SHARE = 0.5
 
 
 def suggest_changes(plans: Plans) -> list[str]:
-    """Return one line per required 1-sigma that plans miss because of an unobserved error.
+    """Return one line of text per required 1-sigma that plans miss because of an unobserved
+    error.
 
     A requirement is listed if all plans exceed it and if, in the plan that comes closest, most of
     the variance is due to the correlation with an error that the plan does not observe. An example

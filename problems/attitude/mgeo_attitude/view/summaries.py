@@ -31,6 +31,10 @@ def summarize_plans(plans: Plans) -> list[str]:
     The 1-sigmas are those of the attitude and of each bias about the worst body axis. A robust
     convergence time comes first. If the design fixes t_end, the line has the attitude 1-sigma that
     9 of 10 Monte Carlo runs do not exceed.
+
+    Returns
+    -------
+    list of str
     """
     model = plans.problem.model
     monte_carlo_sigma = (
@@ -128,6 +132,11 @@ def build_plan_table(plans: Plans) -> pd.DataFrame:
     over Monte Carlo runs (see `Plans.compare_with_monte_carlo`). If the scenario has Monte Carlo
     runs, the predicted objectives and these quantiles come first. With magnetorquers, the 1-sigmas
     are those of `Plans.sigma`.
+
+    Returns
+    -------
+    DataFrame
+        One row per plan.
     """
     table, robustness = compute_quick_metrics(plans), plans.compare_with_monte_carlo()
     if plans.problem.scenario.is_magnetorquer_driven:  # No run is nominal.

@@ -58,15 +58,17 @@ def compute_body_rotations(
     ends |= is_long | np.append(is_long[1:], True)
     edges = np.append(0, np.flatnonzero(ends) + 1)
     times = intervals.times[edges]
-    at = attitude[np.rint(times / step).astype(np.int64)]
-    merged = Rotation.from_matrix(at[:-1] @ at[1:].transpose(0, 2, 1)).as_rotvec()
+    edge_attitudes = attitude[np.rint(times / step).astype(np.int64)]
+    merged = Rotation.from_matrix(
+        edge_attitudes[:-1] @ edge_attitudes[1:].transpose(0, 2, 1)
+    ).as_rotvec()
     is_single = np.diff(edges) == 1
     merged[is_single] = rotations[edges[:-1][is_single]]
     return _build_rotations(times, merged @ attitude[0])
 
 
 def compute_direction_rotations(times: Floats, vectors: Floats) -> dict[str, Floats]:
-    """Return the smallest rotation vectors between successive directions, for an animation.
+    """Return the smallest rotations between successive directions as vectors, for an animation.
 
     Parameters
     ----------
@@ -221,7 +223,6 @@ def _draw_box() -> list[dict[str, Any]]:
 
 
 def _place_in_space(trace: dict[str, Any], start: Floats) -> dict[str, Any]:
-    """Return a trace given in body axes, rotated to the inertial axes by the initial attitude."""
     points = np.column_stack([trace[axis] for axis in "xyz"]) @ start
     return trace | dict(zip("xyz", points.T, strict=True)) | {"meta": {"rotation": "body"}}
 

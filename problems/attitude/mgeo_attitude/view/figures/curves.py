@@ -40,18 +40,18 @@ def simplify_curves(x: Floats, curves: Floats, n_points: int) -> NDArray[np.int6
     """
     extent = np.ptp(curves, axis=0)
     scaled = curves / np.where(extent > 0.0, extent, 1.0)
-    every = np.arange(len(x))
+    samples = np.arange(len(x))
     rows = np.unique([0, len(x) - 1])
     while 1 < len(rows) < n_points:
-        after = np.clip(np.searchsorted(rows, every, side="right"), 1, len(rows) - 1)
+        after = np.clip(np.searchsorted(rows, samples, side="right"), 1, len(rows) - 1)
         low, high = rows[after - 1], rows[after]
         span = x[high] - x[low]
         share = (x - x[low]) / np.where(span > 0.0, span, 1.0)
         lines = scaled[low] + share[:, None] * (scaled[high] - scaled[low])
-        off = np.abs(scaled - lines).max(axis=1)
-        if off.max() <= _TOLERANCE:
+        distances = np.abs(scaled - lines).max(axis=1)
+        if distances.max() <= _TOLERANCE:
             break
-        rows = np.sort(np.append(rows, off.argmax()))
+        rows = np.sort(np.append(rows, distances.argmax()))
     return rows
 
 
@@ -85,8 +85,10 @@ def project_directions(vectors: Floats) -> tuple[Int16Array, Int16Array]:
     x, y, z = finite_vectors.T / np.linalg.norm(finite_vectors, axis=1)
     half = 0.5 * np.arctan2(y, x)
     level = np.sqrt(np.clip(1.0 - z**2, 0.0, 1.0))
-    place = np.array([2.0 * level * np.sin(half), z]) / np.sqrt(0.5 + 0.5 * level * np.cos(half))
-    across, up = np.rint(place * _SCALE).astype(np.int16)
+    coordinates = np.array([2.0 * level * np.sin(half), z]) / np.sqrt(
+        0.5 + 0.5 * level * np.cos(half)
+    )
+    across, up = np.rint(coordinates * _SCALE).astype(np.int16)
     return across, up
 
 
@@ -112,10 +114,10 @@ def project_circle(axis: ArrayLike, radius: float) -> tuple[Floats, Floats]:
     around = np.linspace(0.0, 2.0 * np.pi, 145)[:, None]
     edge = np.cos(around) * first + np.sin(around) * second
     points = np.cos(radius) * middle + np.sin(radius) * edge
-    place = np.array(project_directions(points), dtype=float)
+    coordinates = np.array(project_directions(points), dtype=float)
     x, y, _ = points.T
     jumps = np.flatnonzero((y[:-1] * y[1:] <= 0.0) & (x[:-1] + x[1:] < 0.0)) + 1
-    right, up = np.insert(place, jumps, np.nan, axis=1)
+    right, up = np.insert(coordinates, jumps, np.nan, axis=1)
     return right, up
 
 
@@ -143,5 +145,5 @@ def _project_line(longitude: Any, latitude: Any) -> Floats:
     east, north = np.broadcast_arrays(np.radians(longitude), np.radians(latitude))
     level = np.cos(north)
     points = np.column_stack([level * np.cos(east), level * np.sin(east), np.sin(north)])
-    place = np.array(project_directions(points), dtype=float)
-    return np.pad(place, ((0, 0), (0, 1)), constant_values=np.nan)
+    coordinates = np.array(project_directions(points), dtype=float)
+    return np.pad(coordinates, ((0, 0), (0, 1)), constant_values=np.nan)

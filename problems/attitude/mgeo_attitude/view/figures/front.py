@@ -75,6 +75,10 @@ def draw_front(
         Times [s], and lower bounds of trace and attitude 1-sigma [deg].
     knee_index : int or None
         Index of the knee among the solutions; None without a knee.
+
+    Returns
+    -------
+    plotly Figure
     """
     values = np.column_stack([solutions.F, solutions.sigma_deg])
     hover = np.array(
@@ -96,16 +100,18 @@ def draw_front(
     ]
     drawn = []
     for scale in scales:
-        at = [0, scale.column]
+        columns = [0, scale.column]
         traces = [
-            _draw_dominated_boundary(values[:, at], "boundary", {"width": 1, "color": "#b9c2cc"})
+            _draw_dominated_boundary(
+                values[:, columns], "boundary", {"width": 1, "color": "#b9c2cc"}
+            )
         ]
         traces[0]["showlegend"] = False
         for name, group, color, symbol in groups:
             # An outline would hide the color of overlapping points.
             marker = {"color": color, "symbol": symbol, "size": 8, "opacity": 0.8}
             labels = {"customdata": solutions.numbers[group], "hovertext": hover[group]}
-            points = _draw_points(values[group][:, at], name) | {
+            points = _draw_points(values[group][:, columns], name) | {
                 "marker": marker | {"line": {"width": 0}}
             }
             traces.append(points | labels | {"hoverinfo": "text"})
@@ -141,18 +147,20 @@ def draw_front(
 def _draw_lines(
     scale: _Scale, monte_carlo_values: Floats, lower_bound: Floats, knee: Floats, span: list[float]
 ) -> Iterator[dict[str, Any]]:
-    at = [0, scale.column]
+    columns = [0, scale.column]
     line = {"width": 1.5, "color": COLORS[2], "dash": "dot"}
-    yield _draw_dominated_boundary(monte_carlo_values[:, at], f"in {MONTE_CARLO_SHARE_TEXT}", line)
+    yield _draw_dominated_boundary(
+        monte_carlo_values[:, columns], f"in {MONTE_CARLO_SHARE_TEXT}", line
+    )
     yield {
-        **_draw_line(lower_bound[:, at], "lower bound", {"width": 1.5, "color": GRAY}),
+        **_draw_line(lower_bound[:, columns], "lower bound", {"width": 1.5, "color": GRAY}),
         "hovertemplate": "lower bound %{y:.4g} after %{x:.6g} s<extra></extra>",
     }
     required = np.array([[time, scale.required] for time in span if scale.required < math.inf])
     line = {"width": 1.5, "color": COLORS[3], "dash": "dash"}
     yield _draw_line(required.reshape(-1, 2), f"required, {scale.required:.4g} deg", line)
     yield {
-        **_draw_points(knee[:, at], "knee"),
+        **_draw_points(knee[:, columns], "knee"),
         "mode": "markers+text",
         "text": ["knee"] * len(knee),
         "textposition": "bottom left",
@@ -204,18 +212,17 @@ def _build_buttons(
     }
 
 
-def _draw_points(at: Floats, name: str) -> dict[str, Any]:
-    trace = {"type": "scatter", "mode": "markers", "name": name, "visible": bool(len(at))}
-    return {**trace, "x": at[:, 0], "y": at[:, 1]}
+def _draw_points(points: Floats, name: str) -> dict[str, Any]:
+    trace = {"type": "scatter", "mode": "markers", "name": name, "visible": bool(len(points))}
+    return {**trace, "x": points[:, 0], "y": points[:, 1]}
 
 
-def _draw_line(at: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
-    return _draw_points(at, name) | {"mode": "lines", "line": line}
+def _draw_line(points: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
+    return _draw_points(points, name) | {"mode": "lines", "line": line}
 
 
-def _draw_dominated_boundary(at: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
-    """Return a plotly trace of the boundary of the region that points, shape (n, 2), dominate."""
-    trace = _draw_line(at[find_front_rows(at)], name, {"shape": "hv", **line})
+def _draw_dominated_boundary(points: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
+    trace = _draw_line(points[find_front_rows(points)], name, {"shape": "hv", **line})
     return {**trace, "hoverinfo": "skip"}
 
 

@@ -35,7 +35,7 @@ _ECLIPSE_COLOR = "rgba(128,128,128,0.22)"
 
 
 def draw_plans(plans: Plans) -> Iterator[dict[str, dict[str, Any]]]:
-    """Yield the small figures of each plan as a dict of plotly dictionaries by name.
+    """Yield, for each plan, a dict of its small figures as plotly dicts by name.
 
     The figures show body rates, attitude in space, directions of Sun and field, trace and 1-sigmas.
     Eclipses are shaded. The dict is empty for a plan whose covariance lost positivity.
@@ -136,12 +136,14 @@ def _draw_directions(
     steps = np.rint(np.linspace(0, last, min(_N_DIRECTIONS, last + 1))).astype(np.int64)
     sunlit = steps[environment.sunlit[steps]] if problem.scenario.eclipse else steps
     traces = draw_graticule()
-    for index, (name, inertial, at) in enumerate(
+    for index, (name, inertial, visible_steps) in enumerate(
         (("Sun", environment.sun, sunlit), ("field", environment.field, steps))
     ):
         style = {"marker": {"color": COLORS[4 + index], "size": 4 + index * 0.5}}
-        place = project_directions(np.einsum("kij,kj->ki", attitude[at], inertial[at]))
-        traces.append(_build_map_trace(name, *place, mode="markers", **style))
+        coordinates = project_directions(
+            np.einsum("kij,kj->ki", attitude[visible_steps], inertial[visible_steps])
+        )
+        traces.append(_build_map_trace(name, *coordinates, mode="markers", **style))
     traces += _draw_cones(problem.scenario)
     width, height = MAP_HALF_SIZE
     hidden = {"visible": False, "fixedrange": True}
@@ -166,8 +168,8 @@ def _draw_cones(scenario: Scenario) -> list[dict[str, Any]]:
     traces = []
     for index, (name, cone, dash) in enumerate(cones):
         style = {"line": {"color": COLORS[(1 + index) % 4], "dash": dash, "width": 1.5}}
-        place = project_circle(cone.axis, cone.half_angle)
-        traces.append(_build_map_trace(name, *place, mode="lines", **style))
+        coordinates = project_circle(cone.axis, cone.half_angle)
+        traces.append(_build_map_trace(name, *coordinates, mode="lines", **style))
     return traces
 
 

@@ -25,12 +25,10 @@ def build_line_style(index: int, width: float = 2) -> dict[str, Any]:
 
 
 def compute_panels_height(rows: int) -> int:
-    """Return the height [px] of a figure with a given number of rows of panels."""
     return 220 + 230 * rows
 
 
 def build_title(text: str) -> dict[str, Any]:
-    """Return the title of a small figure as a plotly dict."""
     return {
         "text": text,
         "x": 0.02,
@@ -44,7 +42,6 @@ def build_title(text: str) -> dict[str, Any]:
 
 
 def build_small_layout(text: str) -> dict[str, Any]:
-    """Return title, height and margins of a small figure as a plotly layout dict."""
     margin = {"l": 65, "r": 10, "t": 55, "b": 45}
     return {"title": build_title(text), "height": 300, "margin": margin}
 
@@ -55,7 +52,7 @@ MAX_SELECTED = 6
 
 @dataclass(frozen=True)
 class PlottedSolutions:
-    """Plans with finite objectives that a figure shows, with labels.
+    """Plans that a figure shows, with their objectives, attitude 1-sigmas and labels.
 
     Attributes
     ----------
@@ -77,7 +74,8 @@ class PlottedSolutions:
 
     @classmethod
     def from_plans(cls, plans: Plans) -> PlottedSolutions:
-        """Return the plans whose covariance did not lose positivity.
+        """Return the plans with finite objectives, that is, without a covariance that lost
+        positivity.
 
         Raises
         ------

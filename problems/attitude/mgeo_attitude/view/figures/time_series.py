@@ -38,6 +38,10 @@ def build_figures(plans: Plans) -> dict[str, go.Figure]:
     front. Plans whose covariance lost positivity are left out. ``front`` exists only for the
     paper's objectives.
 
+    Returns
+    -------
+    dict of str to plotly Figure
+
     Raises
     ------
     ValueError
@@ -85,6 +89,10 @@ def draw_maneuvers(
     hold_ends : array, shape (n,), optional
         End of the constant-rate hold of each plan [s], which has a gray background; default:
         t_end. A slew back follows.
+
+    Returns
+    -------
+    plotly Figure
     """
     rows = len(solutions.F)
     titles = [
@@ -183,7 +191,7 @@ def draw_convergence(problem: AttitudeManeuverProblem, solutions: PlottedSolutio
     )
     lines = compute_convergence_curves(problem, solutions)
     for panel in range(len(panels)):
-        place = {"row": panel // _COLUMNS + 1, "col": panel % _COLUMNS + 1}
+        position = {"row": panel // _COLUMNS + 1, "col": panel % _COLUMNS + 1}
         for index, (label, (times, values)) in enumerate(zip(solutions.labels, lines, strict=True)):
             figure.add_scatter(
                 x=times,
@@ -194,13 +202,14 @@ def draw_convergence(problem: AttitudeManeuverProblem, solutions: PlottedSolutio
                 mode="lines",
                 line=build_line_style(index),
                 hovertemplate="%{x:.6g} s: %{y:.4g}",
-                **place,
+                **position,
             )
         figure.update_yaxes(
-            build_log_axis_layout(np.concatenate([values[panel] for _, values in lines])), **place
+            build_log_axis_layout(np.concatenate([values[panel] for _, values in lines])),
+            **position,
         )
         if panel >= len(panels) - _COLUMNS:  # The panel is the lowest one of its column.
-            figure.update_xaxes(title_text="time [s]", **place)
+            figure.update_xaxes(title_text="time [s]", **position)
     figure.update_xaxes(matches="x", tickformat="d")
     return figure.update_layout(height=compute_panels_height(rows))
 

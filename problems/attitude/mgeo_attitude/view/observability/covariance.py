@@ -32,12 +32,11 @@ class StateLabels(NamedTuple):
 
     @classmethod
     def from_suite(cls, suite: Suite) -> StateLabels:
-        """Return the labels of the states of a sensor suite."""
-        each = [(block, axis) for block in list_block_units(suite) for axis in "xyz"]
+        states = [(block, axis) for block in list_block_units(suite) for axis in "xyz"]
         return cls(
-            names=[f"{block.label} {axis}" for block, axis in each],
-            units=[block.unit for block, _ in each],
-            factors=np.array([block.factor for block, _ in each]),
+            names=[f"{block.label} {axis}" for block, axis in states],
+            units=[block.unit for block, _ in states],
+            factors=np.array([block.factor for block, _ in states]),
         )
 
 
@@ -64,18 +63,22 @@ def describe_direction(suite: Suite, initial_sigma: Floats, direction: Floats) -
         Initial 1-sigma of every state, in the filter's units.
     direction : array, shape (n_states,)
         Nonzero direction with every state in units of its initial 1-sigma; its sign is arbitrary.
+
+    Returns
+    -------
+    str
     """
     blocks = dict(zip(suite.blocks, list_block_units(suite), strict=True))
     share = (direction.reshape(-1, 3) ** 2).sum(axis=1) / (direction @ direction)
     vector = dict(zip(blocks, (direction * initial_sigma).reshape(-1, 3), strict=True))
     order = np.argsort(-share, kind="stable")
-    least = min(_MIN_SHARE, share[order[0]])
-    named = [suite.blocks[i] for i in order if share[i] >= least]
+    min_share = min(_MIN_SHARE, share[order[0]])
+    mentioned = [suite.blocks[i] for i in order if share[i] >= min_share]
     # The misalignment of the gyro rotates its rates, so that it takes no part in a common rotation.
     sensors = [f"{sensor.name}.misalignment" for sensor in suite.sensors]
     sensors = [name for name in sensors if name in blocks]
-    grouped = _group_rotations(sensors, named, vector)
-    ungrouped = [name for name in named if name not in grouped]
+    grouped = _group_rotations(sensors, mentioned, vector)
+    ungrouped = [name for name in mentioned if name not in grouped]
     first = vector[(grouped or ungrouped)[0]]
     sign = np.sign(first[np.argmax(np.abs(first))])
     phrases = []
@@ -138,6 +141,10 @@ def compute_correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame
     model : FilterModel
     covariance : array, shape (n_states, n_states)
         In the filter's units.
+
+    Returns
+    -------
+    DataFrame
     """
     P = covariance
     sigma = np.sqrt(np.diag(P))
@@ -155,6 +162,16 @@ def normalize_covariance(model: FilterModel, covariance: Floats) -> Floats:
     (1983) 269-273). An eigenvalue is the ratio of the final to the initial variance along its
     eigenvector: 1 marks an unobservable direction. Normalization by the final 1-sigma would give
     the correlation matrix, which does not show the reduction of the uncertainty.
+
+    Parameters
+    ----------
+    model : FilterModel
+    covariance : array, shape (n, n)
+        Covariance in the filter's units.
+
+    Returns
+    -------
+    array, shape (n, n)
     """
     sigma = model.initial_sigma
     return covariance / np.outer(sigma, sigma)
@@ -163,10 +180,10 @@ def normalize_covariance(model: FilterModel, covariance: Floats) -> Floats:
 def find_least_observable(
     model: FilterModel, covariance: Floats, n_directions: int = 3
 ) -> pd.DataFrame:
-    """Return a table of the directions in state space with the largest remaining 1-sigma.
+    """Return a table of the directions in state space with the largest remaining uncertainty.
 
-    The remaining 1-sigma is the ratio of the final to the initial 1-sigma along the direction. The
-    directions are eigenvectors of the covariance in units of the initial 1-sigmas; see
+    The remaining uncertainty is the ratio of the final to the initial 1-sigma along the direction.
+    The directions are eigenvectors of the covariance in units of the initial 1-sigmas; see
     `normalize_covariance`. Gauss-Markov states and considered states are left out. Process noise
     may raise a ratio above one.
 

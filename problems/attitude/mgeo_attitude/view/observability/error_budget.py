@@ -70,6 +70,10 @@ def describe_error_drivers(
         Table of `improvements.evaluate_improvements`.
     history : FilterHistory
         Covariance history of the design until its convergence.
+
+    Returns
+    -------
+    list of str
     """
     units, lines = list_block_units(model.suite), []
     remaining = (history.sigma[-1] / model.initial_sigma).reshape(-1, 3).max(axis=1)
@@ -78,9 +82,9 @@ def describe_error_drivers(
     for block in required or [0]:
         unit, column = units[block], budget_table.iloc[:, block]
         parts = column.drop("all").nlargest(_N_CONTRIBUTIONS)
-        named = ", ".join(f"{sigma:.3g} {source}" for source, sigma in parts.items())
+        sources = ", ".join(f"{sigma:.3g} {source}" for source, sigma in parts.items())
         axis = "xyz"[_find_worst_axis(history, block) % 3]
-        line = f"{unit.label} {axis} {column['all']:.3g} {unit.unit}: {named}"
+        line = f"{unit.label} {axis} {column['all']:.3g} {unit.unit}: {sources}"
         share = initial.get(str(parts.index[0]))
         if share is not None:
             line += f"; {share:.0%} of its initial 1-sigma is left"
@@ -114,10 +118,10 @@ def compute_measurement_times(
     edges = [(round(p.start / model.step), round(p.end / model.step)) for p in phases]
     columns: dict[str, object] = {"duration [s]": [phase.duration for phase in phases]}
     for index, sensor in enumerate(model.suite.sensors):
-        seen = can_measure(model, index, history.attitude, omega)
-        every = sensor.sample_interval or model.step
+        is_measuring = can_measure(model, index, history.attitude, omega)
+        interval = sensor.sample_interval or model.step
         columns[f"{sensor.name} [s]"] = [
-            every * int(seen[first + 1 : last + 1].sum()) for first, last in edges
+            interval * int(is_measuring[first + 1 : last + 1].sum()) for first, last in edges
         ]
     return pd.DataFrame(columns, index=[phase.label for phase in phases])
 

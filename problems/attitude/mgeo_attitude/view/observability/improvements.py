@@ -28,7 +28,7 @@ _AXES = np.eye(3)
 def build_baselines(
     scenario: Scenario, duration: float, rate_deg_s: float | None = None
 ) -> dict[str, tuple[float, ...]]:
-    """Return simple designs that need no optimizer, as design vectors by name.
+    """Return simple designs that need no optimizer, as a dict of design vectors by name.
 
     Parameters
     ----------
@@ -59,7 +59,19 @@ def build_baselines(
 def build_matching_baselines(
     scenario: Scenario, phases: Iterable[Phase]
 ) -> dict[str, tuple[float, ...]]:
-    """Return the simple designs of `build_baselines` with the total maneuver time of a plan."""
+    """Return the simple designs of `build_baselines` with the total maneuver time of a plan.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    phases : iterable of Phase
+        Phases of the plan until its convergence.
+
+    Returns
+    -------
+    dict of str to tuple of float
+        Design vectors by name.
+    """
     maneuvers = (phase.duration for phase in phases if phase.label != HOLD_LABEL)
     return build_baselines(scenario, max(sum(maneuvers), scenario.step))
 
@@ -166,11 +178,11 @@ def evaluate_improvements(
     for block, unit in enumerate(units):
         sigma = model.initial_sigma.copy()
         sigma[3 * block : 3 * block + 3] *= _IMPROVEMENT_FACTOR
-        better = dataclasses.replace(model, initial_sigma=sigma)
-        rows[f"half the initial {unit.label}"] = _compute_sigma(better, design, step)
+        improved_model = dataclasses.replace(model, initial_sigma=sigma)
+        rows[f"half the initial {unit.label}"] = _compute_sigma(improved_model, design, step)
     for name, suite in _halve_noise(model.suite):
-        better = dataclasses.replace(model, suite=suite)
-        rows[f"half the noise of {name}"] = _compute_sigma(better, design, step)
+        improved_model = dataclasses.replace(model, suite=suite)
+        rows[f"half the noise of {name}"] = _compute_sigma(improved_model, design, step)
     longer = step + round(_EXTRA_DURATION / model.step)
     if longer <= model.n_steps:
         rows[f"{_EXTRA_DURATION:g} s more at the last rate"] = _compute_sigma(model, design, longer)
@@ -185,7 +197,8 @@ def evaluate_improvements(
 
 
 def select_most_effective(values: pd.Series, min_reduction: float = 0.02) -> pd.Series:
-    """Return the two changes with the smallest 1-sigma in a column of the table of improvements.
+    """Return the two changes that reduce a 1-sigma most, from a column of the table of
+    improvements.
 
     Parameters
     ----------
@@ -193,6 +206,11 @@ def select_most_effective(values: pd.Series, min_reduction: float = 0.02) -> pd.
         Column of `evaluate_improvements`.
     min_reduction : float
         Share by which a change must reduce the 1-sigma; other changes are omitted.
+
+    Returns
+    -------
+    Series
+        1-sigmas by name of the change, the smallest first; empty if no change is effective.
     """
     effective = values[values < (1.0 - min_reduction) * values[UNCHANGED]]
     best: pd.Series = effective.sort_values(kind="stable")[:2]
@@ -213,11 +231,11 @@ def _halve_noise(suite: Suite) -> Iterator[tuple[str, Suite]]:
     for i, instrument in enumerate(instruments):
         if not instrument.noise_parameters:
             continue
-        better = instruments.copy()
-        better[i] = scale_noise(instrument, _IMPROVEMENT_FACTOR)
+        improved = instruments.copy()
+        improved[i] = scale_noise(instrument, _IMPROVEMENT_FACTOR)
         yield (
             "gyro" if i == 0 else instrument.name,
-            Suite(better[0], tuple(better[1:]), suite.environment_errors),
+            Suite(improved[0], tuple(improved[1:]), suite.environment_errors),
         )
 
 
