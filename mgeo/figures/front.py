@@ -35,8 +35,7 @@ def draw_front(
     title: str = "",
     descriptions: pd.DataFrame | None = None,
 ) -> go.Figure:
-    """Draw a front with one to three objectives, with the variables of each solution in a hover
-    text.
+    """Draw a front with one to three objectives; hover texts show the variables of each solution.
 
     One objective is drawn over the number of the solution, two objectives with the boundary of the
     dominated region, and three objectives in 3D. Axes are logarithmic if `needs_log_axis` is true.
@@ -105,8 +104,7 @@ def format_hover_texts(
     objectives: tuple[str, ...],
     descriptions: pd.DataFrame | None = None,
 ) -> list[str]:
-    """Return a list of the hover text of each solution: number, objectives, and description or
-    variables.
+    """Return the hover texts of all solutions: number, objectives, and description or variables.
 
     The parameters are those of `draw_front`.
     """
@@ -131,8 +129,7 @@ def _format_value(value: object) -> str:
 def build_axis_layout(
     name: str, values: NDArray[np.float64], *, is_3d: bool = False
 ) -> dict[str, object]:
-    """Return plotly's layout of the axis of an objective, with a logarithmic scale if it suits the
-    values.
+    """Return plotly's layout of the axis of an objective, logarithmic if this suits the values.
 
     Parameters
     ----------

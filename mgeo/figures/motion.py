@@ -38,8 +38,7 @@ def get_motion(figure: go.Figure) -> Any:
 
 
 def validate_motion(figure: go.Figure) -> None:
-    """Raise an error if the animation of a figure does not have the format that report pages
-    require.
+    """Raise an error if the animation of a figure does not have the format of report pages.
 
     The format is described at the top of this module.
 

@@ -90,8 +90,9 @@ def apply_style(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
 
 
 def build_log_axis_layout(values: ArrayLike) -> dict[str, Any]:
-    """Return plotly's layout of a logarithmic axis, with labels that suit the range of positive
-    values.
+    """Return plotly's layout of a logarithmic axis, with labels that suit the range of values.
+
+    The values are positive.
 
     Labels are at powers of ten for a wide range and at 1, 2 and 5 for a narrower one; for a very
     narrow range, plotly chooses.

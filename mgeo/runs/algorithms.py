@@ -34,9 +34,7 @@ _HIDDEN_PARAMETERS = ("sampling", "archive_size")  # Users cannot set these para
 
 
 def select_default_algorithm(robust: bool) -> str:
-    """Return the name of the algorithm that ``mgeo solve`` uses by default, without or with
-    ``--robust``.
-    """
+    """Return the name of the default algorithm of ``mgeo solve``, or of ``mgeo solve --robust``."""
     return ROBUST_ALGORITHM if robust else DEFAULT_ALGORITHM
 
 
@@ -102,8 +100,7 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
 def set_up(
     problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, initial_designs: int = 0
 ) -> Algorithm:
-    """Return a copy of an algorithm that is set up for a problem, budget and seed, without
-    evaluations.
+    """Return a copy of an algorithm that is set up for a problem, but has not evaluated designs.
 
     The evaluator of the copy tolerates failed evaluations (see `mgeo.TolerantEvaluator`).
 
@@ -170,8 +167,7 @@ def use_suggested_designs(algorithm: Algorithm, n_suggested: int) -> None:
 
 
 def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return all parameters of an algorithm as a dict: the given values, and defaults for the
-    others.
+    """Return all parameters of an algorithm as a dict: given values, and defaults for the others.
 
     Raises
     ------
@@ -273,8 +269,7 @@ def _is_plain(value: Any) -> bool:
 
 
 def _build_reference_directions(population: int, problem: Problem) -> NDArray[np.float64]:
-    """Return the largest set of Das-Dennis reference directions that does not exceed the
-    population.
+    """Return the largest set of Das-Dennis directions that does not exceed the population.
 
     Returns
     -------

@@ -20,8 +20,7 @@ MAX_OBJECTIVES = 5
 
 
 def compute_hypervolume(problem: Problem, F: ArrayLike) -> float | None:
-    """Return the hypervolume of a front in the scaled objective space that its problem defines for
-    quality indicators.
+    """Return the hypervolume of a front in the scaled objective space defined by its problem.
 
     The reference point is (1, ..., 1).
 

@@ -43,8 +43,7 @@ _SAMPLINGS = {
 
 
 def replace_operators(kind: str, algorithm: Algorithm, name: str) -> None:
-    """Replace the operators of a new algorithm by pymoo's operators for discrete variables, in
-    place.
+    """Replace the operators of an algorithm in place by pymoo's operators for discrete variables.
 
     Parameters
     ----------

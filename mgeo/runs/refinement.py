@@ -74,9 +74,7 @@ class Refinement:
 
     @property
     def solutions(self) -> Population:
-        """Population of the solutions of the front or their replacements, followed by the added
-        solutions.
-        """
+        """Population of the front with replaced solutions, followed by the added solutions."""
         return Population.create(*(self._solutions[row] for row in sorted(self._solutions)))
 
     @property

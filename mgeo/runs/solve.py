@@ -27,8 +27,7 @@ if TYPE_CHECKING:
 
 
 class SolveState(Callback):
-    """State of a run in progress, updated after each generation and each step of the local
-    refinement.
+    """State of a run in progress, updated after each generation and each refinement step.
 
     Parameters
     ----------
@@ -125,7 +124,7 @@ class SolveState(Callback):
         return convert_designs_to_numbers(self.problem, X).astype(float), F
 
     def compute_hypervolume(self, F: FloatArray) -> float | None:
-        """Return the hypervolume of objectives, or None while the objectives are of low fidelity.
+        """Return the hypervolume of objectives, or None while they have low-fidelity values.
 
         It is also None if the problem has no indicator space, see
         `mgeo.runs.hypervolume.compute_hypervolume`.

@@ -25,8 +25,7 @@ _MAX_RELAXATIONS = 3  # Maximum number of suggested combinations of constraints 
 
 @dataclass(frozen=True)
 class SolutionSummary:
-    """Summary of the solution that represents a front by default: the knee, or the best of the
-    first objective.
+    """Summary of the default solution of a front: the knee, or the best of the first objective.
 
     Attributes
     ----------
@@ -52,8 +51,7 @@ class SolutionSummary:
 
 
 def summarize_default_solution(view: View) -> SolutionSummary:
-    """Summarize the solution that represents a front by default: the knee, or the best of the first
-    objective.
+    """Summarize the default solution of a front: the knee, or the best of the first objective.
 
     The view must present a front with at least one solution.
     """
@@ -86,8 +84,7 @@ class RepresentativeSolution:
 def select_representative_solutions(
     problem: Problem, F: ArrayLike, objective_names: tuple[str, ...]
 ) -> list[RepresentativeSolution]:
-    """Return about five solutions that represent a front: the extremes, the knee, and points
-    between.
+    """Return about five solutions that represent a front: extremes, knee, and points between.
 
     They are sorted by the first objective. There are more than five if the front has more than four
     objectives, and fewer if the front is smaller. Distances are computed in the problem's indicator
@@ -124,8 +121,7 @@ def select_representative_solutions(
 
 
 def select_default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSolution:
-    """Select the solution that represents a front by default: the knee, or the best of the first
-    objective.
+    """Return the default solution of a front: the knee, or the best of the first objective.
 
     Parameters
     ----------
@@ -294,8 +290,7 @@ class InfeasibilityReport:
 
 
 def explain_infeasibility(view: View) -> InfeasibilityReport:
-    """Return the constraints that the infeasible designs of a view violate, and suggestions to
-    obtain feasible ones.
+    """Return the constraints that the designs of a view violate, and suggestions for feasibility.
 
     Parameters
     ----------

@@ -62,9 +62,7 @@ def describe_difference(expected: Any, actual: Any, name: str = "") -> str:
 
 
 def list_versions(*extra_distributions: str) -> dict[str, str]:
-    """Return the installed versions of mgeo, pymoo, numpy and further distributions, as a dict by
-    name.
-    """
+    """Return the versions of mgeo, pymoo, numpy and further distributions, as a dict by name."""
     return {name: version(name) for name in ("mgeo", "pymoo", "numpy", *extra_distributions)}
 
 

@@ -74,8 +74,9 @@ def _reject_constant(name: str) -> float:
 
 
 def decode_npz(content: bytes) -> dict[str, NDArray[Any]]:
-    """Return the arrays of numbers and text in the content of an .npz file, without unpickling
-    objects.
+    """Return the arrays in the content of an .npz file as a dict, without unpickling objects.
+
+    Only arrays of numbers and text are accepted.
 
     Returns
     -------

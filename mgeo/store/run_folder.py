@@ -96,7 +96,7 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
 
 
 def write_arrays(folder: Path, outcome: Outcome, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Replace ``front.npz`` in a run folder by a file that also contains further arrays.
+    """Rewrite ``front.npz`` in a run folder so that it contains further values of each solution.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def _encode_table(columns: list[str], *parts: NDArray[np.float64]) -> bytes:
 
 
 def build_run_document(run: Run) -> dict[str, Any]:
-    """Return the content of ``run.json``: the configuration and the statistics of a run, as a dict."""
+    """Return the content of ``run.json``, configuration and statistics of a run, as a dict."""
     return {
         "format": FORMAT_VERSION,
         "configuration": run.configuration.model_dump(),
@@ -215,8 +215,7 @@ def build_run_document(run: Run) -> dict[str, Any]:
 
 
 def check_verification(content: Any) -> None:
-    """Raise an error if a verification document, a table that a tool adds to the report of a run,
-    is invalid.
+    """Raise an error if the table that a verification adds to the report of a run is invalid.
 
     `mgeo.report.build` shows the table.
 

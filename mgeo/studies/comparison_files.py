@@ -211,8 +211,7 @@ def select_problem_folder(folder: Path, label: str, n_problems: int) -> Path:
 
 
 def format_folder_name(label: str) -> str:
-    """Convert a label of a problem or algorithm to a valid folder name, which differs for different
-    labels.
+    """Convert a label to a valid folder name. Different labels give different names.
 
     In labels that consist only of lower-case words, digits and underscores, spaces are replaced by
     hyphens. In other labels, further characters are replaced as well, and the name ends in ``~``

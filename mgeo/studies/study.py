@@ -43,8 +43,7 @@ def run_study(
     n_jobs: int | None = None,
     progress: bool = True,
 ) -> dict[str, Comparison]:
-    """Run every algorithm of a study on every problem, write the results into a folder, and return
-    them by problem.
+    """Run all algorithms of a study on all problems, and write the results into a folder.
 
     The tables of a problem are written when its runs are finished: ``table.csv`` (indicators over
     evaluations), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,

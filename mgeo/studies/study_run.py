@@ -19,7 +19,7 @@ from mgeo.store.readers import decode_npz
 
 @dataclass(frozen=True, eq=False)
 class StudyRun:
-    """Finished run of a study, with all points that were on its front after any evaluation.
+    """Finished run of a study: all points that were on its front at any time, and its statistics.
 
     Attributes
     ----------

@@ -75,7 +75,7 @@ def test_study_of_two_problems_writes_all_files(tmp_path):
     page = (out / "zdt1" / "report.html").read_text()
     assert "<h1>Two &lt;problems&gt;</h1>\n<p>First.</p>\n<p>Second &amp; last.</p>" in page
     assert page.count("Plotly.newPlot(") >= 6
-    heading = "<h2>Comparison of nsga2 10 with each other algorithm</h2>"
+    heading = "<h2>Comparison of nsga2 10 with every other algorithm</h2>"
     control_table = page.partition(heading)[2].partition("</table>")[0]
     for name in ("nsga2 20", "random 10", "random 20"):
         assert f"<td>{name}</td>" in control_table
