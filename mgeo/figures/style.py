@@ -115,11 +115,11 @@ def format_for_print(figure: go.Figure) -> go.Figure:
     has_top_axis = printed.layout.to_plotly_json().get("xaxis2", {}).get("side") == "top"
     if has_top_axis:  # The legend is inside the plot, where it would overlap rotated texts.
         printed.layout.annotations = [
-            each for each in printed.layout.annotations if not each.textangle
+            note for note in printed.layout.annotations if not note.textangle
         ]
-    has_shared_title = any((each.yshift or 0.0) < 0.0 for each in printed.layout.annotations)
+    has_shared_title = any((note.yshift or 0.0) < 0.0 for note in printed.layout.annotations)
     legend_traces = [
-        each for each in printed.data if each.showlegend is not False and _has_points(each)
+        trace for trace in printed.data if trace.showlegend is not False and _has_points(trace)
     ]
     height = PRINT_HEIGHT * max(1.0, (printed.layout.height or _SCREEN_HEIGHT) / _SCREEN_HEIGHT)
     printed.update_layout(
@@ -150,7 +150,7 @@ def format_for_print(figure: go.Figure) -> go.Figure:
         "automargin": True,
     }
     printed.update_xaxes(axes).update_yaxes(axes)
-    printed.for_each_xaxis(lambda each: each.update(nticks=4), selector=_is_narrow)
+    printed.for_each_xaxis(lambda axis: axis.update(nticks=4), selector=_is_narrow)
     printed.update_annotations(font={**_PRINT_FONT, "color": "black"})
     for trace in printed.data:
         for part in ("marker", "line"):

@@ -193,7 +193,7 @@ def solve(state: SolveState, *, refine: bool = False) -> Outcome:
         If every evaluation failed.
     """
     algorithm = state.algorithm
-    writers = [each for each in (state.recorder, state.checkpoint) if each is not None]
+    writers = [writer for writer in (state.recorder, state.checkpoint) if writer is not None]
     algorithm.callback = CallbackCollection(state, *writers)
     is_refined = not refine
     try:

@@ -317,7 +317,7 @@ def explain_infeasibility(view: View) -> InfeasibilityReport:
         terms = " and ".join(margin.format_relaxation() for margin in row)
         relaxations.setdefault(names, f"relax {terms}")
     violations = (
-        f"{max(margins, key=lambda each: each.margin)} at least ({len(margins)} of {len(rows)})"
+        f"{max(margins, key=lambda m: m.margin)} at least ({len(margins)} of {len(rows)})"
         for margins in by_name.values()
     )
     smallest = list(relaxations.values())[:_MAX_RELAXATIONS]

@@ -181,7 +181,7 @@ def read_record(folder: Path | str) -> pd.DataFrame:
 
     parts = _list_files(Path(folder))
     if not parts:
-        raise FileNotFoundError(f"{folder} holds no record")
+        raise FileNotFoundError(f"{folder} holds no record of evaluations")
     names, rows = _read_part(parts[0])
     rows = np.concatenate([rows, *(_read_part(path, names)[1] for path in parts[1:])])
     return pd.DataFrame(rows, columns=names).astype({"generation": int, "failed": bool})
@@ -231,8 +231,8 @@ def _truncate_record(folder: Path, columns: list[str], generation: int) -> None:
             last = int(rows[-1, 0])
     if last != generation - 1:
         raise FileError(
-            f"{folder} ends with generation {last}: expected the record of the generations "
-            f"before {generation}"
+            f"the record in {folder} ends with generation {last}: expected the record of the "
+            f"generations before {generation}"
         )
 
 

@@ -43,7 +43,7 @@ from mgeo.studies.trial_runs import (
 )
 from mgeo.validation.arguments import validate_integer
 
-RUNS_FOLDER = "runs"  # name of the folder that stores the finished runs
+RUNS_FOLDER = "runs"  # Folder of the finished runs.
 
 RunKey = tuple[str, int]
 RunResult = StudyRun | str  # A failed run has an error message.

@@ -358,7 +358,9 @@ def select_indicators(n_obj: int) -> list[Indicator]:
     if n_obj == 1:
         return [BEST_VALUE]
     has_hypervolume = n_obj <= MAX_OBJECTIVES
-    return [each for each in INDICATORS if has_hypervolume or each.name != "hypervolume"]
+    return [
+        indicator for indicator in INDICATORS if has_hypervolume or indicator.name != "hypervolume"
+    ]
 
 
 def build_indicator_rows(
@@ -376,7 +378,7 @@ def build_indicator_rows(
     rows, view = [], build_view(problem)
     for evaluations, F in zip(grid, run.iterate_fronts(grid), strict=True):
         points = space(F)
-        values = {each.name: each.evaluate(points, space) for each in indicators}
+        values = {indicator.name: indicator.evaluate(points, space) for indicator in indicators}
         rows.append(
             {"evaluations": int(evaluations), **values, "points": len(F)}
             | {

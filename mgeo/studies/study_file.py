@@ -261,13 +261,13 @@ def parse_study(text: str, folder: Path, *, allow_imports: bool = True) -> Study
     for i, algorithm in enumerate(table.algorithms):
         configurations_by_key["algorithms"] += _expand_algorithms(algorithm, i, allow_imports)
     for key, configurations in configurations_by_key.items():
-        for label, count in Counter(each.label for each in configurations).items():
+        for label, count in Counter(c.label for c in configurations).items():
             if count > 1:
                 raise ValueError(
                     f"{key}: the label {label!r} occurs twice; set different labels by the key "
                     "label"
                 )
-    labels = [each.label for each in configurations_by_key["algorithms"]]
+    labels = [algorithm.label for algorithm in configurations_by_key["algorithms"]]
     references = [] if table.control is None else [("control", table.control)]
     references += [("published.table", name) for name in getattr(table.published, "table", ())]
     for key, label in references:

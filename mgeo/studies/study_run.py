@@ -100,5 +100,5 @@ class StudyRun:
             return cls(**{name: a if a.ndim else a.item() for name, a in arrays.items()})
         except (ValueError, TypeError) as error:
             raise ValueError(
-                f"{path}: not the record of a run: {error}; delete it to repeat the run"
+                f"{path}: not a stored run: {error}; delete the file to repeat the run"
             ) from error

@@ -39,12 +39,12 @@ class ContradictoryProblem(Problem):
 @pytest.mark.parametrize("algorithm", [NSGA2(pop_size=20), MGEOReal(sigma=0.5, n_walkers=5)])
 def test_nearest_solutions_are_sorted_by_violation(algorithm):
     problem = ContradictoryProblem()
-    found = solve(problem, algorithm, 400, seed=1)
-    assert len(found.F) == 0
-    assert 1 < len(found.nearest) <= MAX_SOLUTIONS
+    outcome = solve(problem, algorithm, 400, seed=1)
+    assert len(outcome.F) == 0
+    assert 1 < len(outcome.nearest) <= MAX_SOLUTIONS
     rows = np.unique(np.vstack(problem.rows), axis=0)
     total = rows[:, 4:].sum(axis=1)
-    nearest = found.nearest
+    nearest = outcome.nearest
     assert nearest.violation[0].sum() == total.min()
     values = np.hstack([nearest.F, nearest.violation])
     assert len(np.unique(values, axis=0)) == len(values)
@@ -60,18 +60,18 @@ def test_feasible_run_has_no_nearest_solutions():
     problem = ContradictoryProblem(upper_bound=3.5)
     problem.n_eq_constr = 0
     problem._evaluate = lambda X, out, *_, **__: out.update(F=X, G=np.zeros((len(X), 2)))
-    found = solve(problem, NSGA2(pop_size=20), 60, seed=1)
-    assert len(found.F) > 0
-    assert len(found.nearest) == 0
+    outcome = solve(problem, NSGA2(pop_size=20), 60, seed=1)
+    assert len(outcome.F) > 0
+    assert len(outcome.nearest) == 0
 
 
 def test_suggested_relaxation_is_sufficient_and_has_units():
     nearest = solve(TooHighColumn(), NSGA2(pop_size=20), 200, seed=2).nearest
-    found = explain_infeasibility(build_view(TooHighColumn(), nearest.X, nearest.F))
-    assert len(found.violations) == 1
-    assert found.violations[0].startswith("height: ")
-    assert found.violations[0].endswith(f"({len(nearest)} of {len(nearest)})")
-    (suggestion,) = found.suggestions
+    report = explain_infeasibility(build_view(TooHighColumn(), nearest.X, nearest.F))
+    assert len(report.violations) == 1
+    assert report.violations[0].startswith("height: ")
+    assert report.violations[0].endswith(f"({len(nearest)} of {len(nearest)})")
+    (suggestion,) = report.suggestions
     value = float(suggestion.removeprefix("relax height by ").removesuffix(" m"))
     required = nearest.X[0, 0] - 2.0
     assert required <= value < 1.01 * required
@@ -98,11 +98,11 @@ def write_run_of(problem, folder):
 
 def test_nearest_solutions_are_read_back_exactly(stand_in, tmp_path):
     run = write_run_of(ContradictoryProblem(), tmp_path)
-    found = read_run(tmp_path).outcome
+    outcome = read_run(tmp_path).outcome
     for name in ("X", "F", "violation"):
         written = getattr(run.outcome.nearest, name)
-        np.testing.assert_array_equal(getattr(found.nearest, name), written)
-    assert found.constraints == ("g1", "g2", "h1")
+        np.testing.assert_array_equal(getattr(outcome.nearest, name), written)
+    assert outcome.constraints == ("g1", "g2", "h1")
     data = json.loads((tmp_path / "run.json").read_text())
     data["n_nearest"] = 1
     (tmp_path / "run.json").write_text(json.dumps(data))
