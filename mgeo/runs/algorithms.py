@@ -237,7 +237,6 @@ def describe_algorithm(name: str) -> dict[str, Any]:
 
 
 def _has_population_only(name: str) -> bool:
-    """Return whether the population size is the only parameter of an algorithm."""
     return name in ALGORITHMS and bool(ALGORITHMS[name].population_arguments)
 
 

@@ -79,7 +79,6 @@ class Refinement:
 
     @property
     def n_added(self) -> int:
-        """Number of solutions added to the front."""
         return len(self._solutions) - len(self.is_replaced)
 
     @property

@@ -132,7 +132,6 @@ class SolveState(Callback):
         return None if is_low_fidelity(self.algorithm) else compute_hypervolume(self.problem, F)
 
     def update_from_algorithm(self) -> None:
-        """Update the front and the evaluation counts of this state from the algorithm."""
         opt = self.algorithm.opt
         self._front = Population() if opt is None else opt
         self.n_evaluations = self.algorithm.evaluator.n_eval

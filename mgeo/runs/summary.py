@@ -224,7 +224,6 @@ class ConstraintMargin:
 
     @property
     def is_satisfied(self) -> bool:
-        """Whether the constraint is satisfied."""
         return self.margin >= 0.0
 
     @property

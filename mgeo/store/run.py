@@ -78,7 +78,6 @@ class NearestSolutions:
 
     @classmethod
     def empty(cls) -> NearestSolutions:
-        """Return an instance without solutions, for a run with a feasible solution."""
         return cls(*(np.empty((0, 0)) for _ in range(3)))
 
     def __len__(self) -> int:

@@ -159,5 +159,4 @@ def format_markdown(table: pd.DataFrame) -> str:
 
 
 def escape_latex(text: object) -> str:
-    """Escape the characters of a text that LaTeX would interpret."""
     return "".join(_LATEX_ESCAPES.get(character, character) for character in str(text))

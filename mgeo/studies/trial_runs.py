@@ -149,7 +149,7 @@ def _find_fractional_value(problem: Problem, batches: Iterable[Any]) -> float | 
 
 
 def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:
-    """Return the evaluations of each generation, and the candidates of each evaluated batch."""
+    """Return the evaluations per generation, and the candidates of each evaluated batch."""
     batches: list[Any] = []
     sizes: list[int] = []
     unlimited_task = replace(task, n_eval=_UNLIMITED_BUDGET)

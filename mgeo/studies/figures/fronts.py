@@ -256,7 +256,6 @@ def _compute_cell_edges(values: FloatArray) -> FloatArray:
 def _build_points_trace(
     F: FloatArray, name: str, run: str, objectives: tuple[str, ...], **style: Any
 ) -> go.Scatter | go.Scatter3d:
-    """Return a plotly scatter trace of points in two or three dimensions, with a hover text."""
     axes = zip(objectives, _COORDINATES, strict=False)
     lines = [f"{escape_markup(title)}: %{{{key}:.6g}}" for title, key in axes]
     hover = "<br>".join([f"<b>{escape_markup(name)}</b>, {run}", *lines]) + "<extra></extra>"
