@@ -24,8 +24,7 @@ TARGET_DISTANCES = 10.0 ** np.linspace(-0.1, -5.0, 50)
 def compute_problem_values(
     results: Mapping[str, Comparison], per_variable: bool = False
 ) -> pd.DataFrame:
-    """Return a table of the median indicator of each algorithm on each problem, with one row per
-    problem and evaluation count.
+    """Return a table of the median indicator of each algorithm by problem and evaluation count.
 
     The value is the median of the default indicator over the finished runs, with the sign for which
     larger is better. For a run with zero hypervolume, the negative additive epsilon is used
@@ -68,7 +67,7 @@ def compute_average_ranks(values: pd.DataFrame, control: str | None = None) -> p
     values : DataFrame
         Table of `compute_problem_values`. Algorithms with a missing value (NaN) are left out.
     control : str, optional
-        Label of the algorithm that is tested against each other algorithm. By default, or if this
+        Label of the algorithm that is tested against every other algorithm. By default, or if this
         algorithm is left out, the best algorithm of each evaluation count. Choose it before
         results are available.
 
@@ -107,8 +106,7 @@ def compute_average_ranks(values: pd.DataFrame, control: str | None = None) -> p
 
 
 def compute_friedman_test(values: pd.DataFrame) -> FriedmanResult | None:
-    """Apply Friedman's test to the median indicators of the algorithms on all problems, after the
-    largest evaluation count.
+    """Return Friedman's test of the median indicators on all problems, after most evaluations.
 
     Each function is one block: the ranks on its problems are averaged.
 
@@ -170,8 +168,8 @@ def compute_runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]
 
 
 def compute_runtime_distribution(results: Mapping[str, Comparison]) -> pd.DataFrame:
-    """Return the share of hypervolume targets that each algorithm reached within a number of
-    evaluations, as a table.
+    """Return a table of the share of hypervolume targets that each algorithm reached over
+    evaluations.
 
     Parameters
     ----------
@@ -221,8 +219,7 @@ def _build_problem_rows(
 def _rank_algorithms(
     values: pd.DataFrame, functions: pd.Series[str], control: str | None
 ) -> list[dict[str, object]]:
-    """Return the average rank of each algorithm and its test against the control, as one dict per
-    algorithm.
+    """Return average rank and test against the control, as one dict per algorithm.
 
     Parameters
     ----------

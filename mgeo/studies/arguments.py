@@ -14,8 +14,7 @@ DEFAULT_GRID_SIZE = 50
 def label_algorithms(
     algorithms: Mapping[str, Algorithm] | Iterable[Algorithm],
 ) -> dict[str, Algorithm]:
-    """Return the algorithms as a dict keyed by label; without given labels, the class name is the
-    label.
+    """Return the algorithms as a dict keyed by label, which is the class name by default.
 
     Raises
     ------

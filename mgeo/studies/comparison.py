@@ -125,17 +125,14 @@ class Comparison:
 
     @property
     def indicators(self) -> list[Indicator]:
-        """List of the quality indicators of the whole front; the first one is the default of all
-        methods.
-        """
+        """List of the quality indicators of a front; the first is the default of all methods."""
         return select_indicators(self.problem.n_obj)
 
     @property
     def part_indicators(self) -> list[Indicator]:
-        """List of the hypervolume indicators of the parts of the front; empty if they were not
-        computed.
+        """List of the hypervolume indicators of parts of a front (ranges of objective 1).
 
-        The parts are ranges of the first objective.
+        The list is empty if the parts were not evaluated.
         """
         return [
             part
@@ -145,7 +142,7 @@ class Comparison:
 
     @property
     def all_indicators(self) -> list[Indicator]:
-        """List of the quality indicators of the whole front, followed by those of its parts."""
+        """List of the quality indicators of a front and of its parts."""
         return [*self.indicators, *self.part_indicators]
 
     @property
@@ -167,9 +164,7 @@ class Comparison:
         return indicators[name or next(iter(indicators))]
 
     def select_final_rows(self) -> pd.DataFrame:
-        """Return the indicator values of every run at the end of its budget, as one table row per
-        run.
-        """
+        """Return the final indicator values of every run, as a table with one row per run."""
         return self.table[self.table["evaluations"] == self.n_eval].reset_index(drop=True)
 
     def list_fronts(self, algorithm: str) -> list[FloatArray]:
@@ -182,8 +177,7 @@ class Comparison:
         return [r.front_F for (name, _), r in self.finished_runs.items() if name == algorithm]
 
     def describe_failures(self, label: str, *, all_failed_only: bool = False) -> list[str]:
-        """Return one sentence for each algorithm that has failed runs, with the first error
-        message.
+        """Return one sentence for each algorithm with failed runs, with the first error.
 
         Parameters
         ----------
@@ -203,8 +197,7 @@ class Comparison:
         return sentences
 
     def collect_final_values(self, indicator: str | None = None) -> dict[str, FloatArray]:
-        """Return the final indicator values of the finished runs of each algorithm, negated if
-        lower values are better.
+        """Return the final indicator values of all runs by algorithm, negated if lower is better.
 
         Parameters
         ----------
@@ -241,8 +234,7 @@ class Comparison:
         return [str(name) for name in mean_ranks(self.collect_final_values(indicator)).index]
 
     def find_median_seed(self, algorithm: str) -> int | None:
-        """Return the seed of the run of an algorithm that has the median value of the default
-        indicator.
+        """Return the seed of the run of an algorithm with the median of the default indicator.
 
         For an even number of runs, the better of the two middle runs is selected.
 
@@ -261,15 +253,14 @@ class Comparison:
         return int(rows.loc[order[(len(order) - 1) // 2], "seed"]) if len(order) else None
 
     def summarize(self) -> pd.DataFrame:
-        """Return statistics of the final indicator values over the runs, as one table row per
-        algorithm.
+        """Return a table of statistics of the final indicator values over the runs.
 
         Returns
         -------
         DataFrame
-            Columns have two levels: the column of `table`, and ``mean``, ``sd`` (sample standard
-            deviation), ``median``, ``min`` and ``max``. The column ``runs`` is the number of
-            finished runs.
+            One row per algorithm. Columns have two levels: the column of `table`, and ``mean``,
+            ``sd`` (sample standard deviation), ``median``, ``min`` and ``max``. The column ``runs``
+            is the number of finished runs.
         """
         final = self.select_final_rows().drop(columns=["seed", "evaluations"])
         groups = final.groupby("algorithm", sort=False)
@@ -279,8 +270,9 @@ class Comparison:
         return statistics.reindex(self.algorithms)
 
     def test_differences(self, indicator: str | None = None) -> SignificanceTests:
-        """Return significance tests of the differences between the algorithms in an indicator, in
-        pairs and all together.
+        """Return significance tests of the differences between algorithms in an indicator.
+
+        The algorithms are tested in pairs and all together.
 
         Pairs are compared by the Mann-Whitney test with Holm's correction and an effect size, all
         algorithms together by the Kruskal-Wallis test. A finished run without a front has the worst
@@ -303,8 +295,7 @@ class Comparison:
         )
 
     def format_overview(self) -> pd.DataFrame:
-        """Return a table of text with the mean ± standard deviation of each indicator, per
-        algorithm.
+        """Return a table of mean ± standard deviation of each indicator by algorithm, as text.
 
         The first column is the number of finished runs. Indicator columns are named by the titles
         of the indicators.
@@ -318,8 +309,7 @@ class Comparison:
         return pd.DataFrame(columns, index=summary.index).rename(columns=titles)
 
     def to_latex(self) -> str:
-        """Return the table of `format_overview` as LaTeX text, with the best algorithms marked and
-        a note that explains the marks.
+        """Return the table of `format_overview` in LaTeX, with the best algorithms marked.
 
         For each indicator, the best mean is bold, and algorithms without a significant difference
         from the best one are marked.
@@ -327,12 +317,11 @@ class Comparison:
         return build_problem_table(self).to_latex()
 
     def to_markdown(self) -> str:
-        """Return the table of `format_overview` as Markdown text, with the marks of `to_latex`."""
+        """Return the table of `format_overview` in Markdown, with the best algorithms marked."""
         return build_problem_table(self).to_markdown()
 
     def draw_figures(self) -> dict[str, go.Figure]:
-        """Draw all figures that apply to the number of objectives, as a dict of plotly figures by
-        name.
+        """Draw all figures that apply to the problem, as a dict of plotly figures by name.
 
         The names are ``anytime``, ``boxes``, ``fronts`` (two or three objectives), ``panels``,
         ``attainment`` and ``difference`` (two objectives). ``difference`` compares the two best

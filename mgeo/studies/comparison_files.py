@@ -211,8 +211,7 @@ def select_problem_folder(folder: Path, label: str, n_problems: int) -> Path:
 
 
 def format_folder_name(label: str) -> str:
-    """Convert a label of a problem or algorithm to a valid folder name, which differs for different
-    labels.
+    """Convert a label to a valid folder name. Different labels give different names.
 
     In labels that consist only of lower-case words, digits and underscores, spaces are replaced by
     hyphens. In other labels, further characters are replaced as well, and the name ends in ``~``
@@ -238,7 +237,9 @@ def _load_problem(description: Mapping[str, Any], trusted_classes: Collection[st
 def _read_space(problem: Problem, description: Mapping[str, Any]) -> IndicatorSpace:
     origin, n_obj = description["origin"], problem.n_obj
     if (origin == "objective") != (n_obj == 1):
-        raise ValueError(f"space.origin = {origin!r} with {n_obj} objective(s)")
+        raise ValueError(
+            f"space.origin = {origin!r} does not match a problem of {n_obj} objective(s)"
+        )
     if n_obj == 1:
         return SINGLE_OBJECTIVE_SPACE
     points = {key: np.array(description[key], float) for key in POINT_KEYS}
@@ -268,7 +269,7 @@ def _read_table(path: Path, columns: Collection[str]) -> pd.DataFrame:
         )
         for name in ("algorithm", "seed", *columns):
             if name not in table:
-                raise ValueError(f"there is no column {name!r}")
+                raise ValueError(f"the column {name!r} is missing")
         for name in set(table.columns) - {*_TEXT_COLUMNS, *table.select_dtypes("number")}:
             raise ValueError(f"column {name}: expected numbers")
     return table

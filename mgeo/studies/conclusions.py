@@ -13,8 +13,7 @@ from mgeo.studies.study_file import Study
 
 
 def format_conclusions(comparison: Comparison, control: str | None = None) -> list[str]:
-    """Summarize a comparison as a list of sentences: the best algorithm, and its differences from
-    the others.
+    """Return sentences on the best algorithm and on its differences from the other algorithms.
 
     Two sentences describe the default indicator. Further sentences describe the other indicators,
     and the parts of the front where the best algorithm is significantly worse. The notes of the
@@ -75,7 +74,7 @@ def format_conclusions(comparison: Comparison, control: str | None = None) -> li
 def compare_with_rivals(
     comparison: Comparison, name: str, indicator: str | None = None, *, is_control: bool = False
 ) -> pd.DataFrame:
-    """Return effect size and p value of one algorithm against each other algorithm, as a table.
+    """Return effect size and p value of one algorithm against every other algorithm, as a table.
 
     Parameters
     ----------
@@ -113,8 +112,9 @@ def compare_with_rivals(
 def format_control_table(
     comparison: Comparison, control: str, indicators: Sequence[Indicator]
 ) -> pd.DataFrame:
-    """Return effect size A and p value of the control against each other algorithm, as a table of
-    text.
+    """Return a table of effect sizes and p values of the control against every other algorithm.
+
+    The cells are text.
 
     There are two columns per indicator. The other algorithms are sorted by the default indicator.
     p values are corrected for the pairs of the control, see `compare_with_rivals`.

@@ -43,7 +43,7 @@ from mgeo.studies.trial_runs import (
 )
 from mgeo.validation.arguments import validate_integer
 
-RUNS_FOLDER = "runs"  # name of the folder that stores the finished runs
+RUNS_FOLDER = "runs"  # Folder of the finished runs.
 
 RunKey = tuple[str, int]
 RunResult = StudyRun | str  # A failed run has an error message.
@@ -65,8 +65,7 @@ def compare(
     progress: bool = True,
     title: str | None = None,
 ) -> Comparison:
-    """Run every algorithm with every seed on a problem, and compare the fronts by quality
-    indicators.
+    """Run every algorithm with every seed on a problem, and compare their fronts by indicators.
 
     The front of a run is the set of nondominated points among *all* its evaluations, independent of
     the population that the algorithm keeps. Its indicators are computed after each evaluation count
@@ -255,8 +254,7 @@ class Experiment:
     def _make_runs(
         self, tasks: Mapping[RunKey, Task], reusable_keys: Sequence[RunKey]
     ) -> dict[RunKey, RunResult]:
-        """Execute all runs that are not stored yet, and return the results as a dict keyed by
-        algorithm and seed.
+        """Execute all runs that are not stored, and return the results by algorithm and seed.
 
         Each run is stored as it finishes.
 

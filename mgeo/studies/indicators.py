@@ -82,9 +82,7 @@ class IndicatorSpace:
         return scale_objectives(F, self.ideal, self.nadir)
 
     def describe(self) -> dict[str, Any]:
-        """Return the definition of the space as a dict that becomes JSON, to reproduce the
-        indicators.
-        """
+        """Return the definition of this space as a dict that becomes JSON."""
         if self.origin == "objective":
             return {"origin": self.origin}
         points = {key: getattr(self, key).tolist() for key in POINT_KEYS}
@@ -177,8 +175,7 @@ def validate_space_arguments(
     reference_front: ArrayLike | None = None,
     parts: Sequence[float] | None = None,
 ) -> tuple[tuple[FloatArray, FloatArray] | None, FloatArray | None, list[float] | None]:
-    """Validate bounds, reference front and parts of an indicator space, and return them as arrays
-    and lists of floats.
+    """Validate the bounds, reference front and parts of an indicator space, and return them.
 
     Returns
     -------
@@ -222,7 +219,7 @@ def validate_space_arguments(
 def _divide_front(
     space: IndicatorSpace, front: FloatArray, points: FloatArray, part_values: list[float] | None
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the values of the first objective that divide the front, unscaled and scaled.
+    """Return the values of the first objective between parts of the front, unscaled and scaled.
 
     A given value is mapped together with the other objectives of a point of the reference front,
     because the space scales each objective separately.
@@ -249,7 +246,7 @@ IndicatorFunction = Callable[[FloatArray, IndicatorSpace], float]
 
 @dataclass(frozen=True)
 class Indicator:
-    """Quality indicator of a front in an `IndicatorSpace`.
+    """Quality indicator of a front, such as the hypervolume: its name, direction and function.
 
     Attributes
     ----------
@@ -325,10 +322,10 @@ INDICATORS = (
 
 
 def build_part_indicators(space: IndicatorSpace, objective: str) -> list[Indicator]:
-    """Return the hypervolume indicators of the parts of the front, one per part.
+    """Return one hypervolume indicator for each part of the front, a range of the first objective.
 
-    A part is a range of the first objective. The values of all parts add up to the hypervolume; the
-    last part ends at the reference point.
+    The values of all parts add up to the hypervolume. The last part ends at the reference
+    point.
 
     Parameters
     ----------
@@ -361,7 +358,9 @@ def select_indicators(n_obj: int) -> list[Indicator]:
     if n_obj == 1:
         return [BEST_VALUE]
     has_hypervolume = n_obj <= MAX_OBJECTIVES
-    return [each for each in INDICATORS if has_hypervolume or each.name != "hypervolume"]
+    return [
+        indicator for indicator in INDICATORS if has_hypervolume or indicator.name != "hypervolume"
+    ]
 
 
 def build_indicator_rows(
@@ -379,7 +378,7 @@ def build_indicator_rows(
     rows, view = [], build_view(problem)
     for evaluations, F in zip(grid, run.iterate_fronts(grid), strict=True):
         points = space(F)
-        values = {each.name: each.evaluate(points, space) for each in indicators}
+        values = {indicator.name: indicator.evaluate(points, space) for indicator in indicators}
         rows.append(
             {"evaluations": int(evaluations), **values, "points": len(F)}
             | {

@@ -37,7 +37,7 @@ _MAX_ARRAY_SIZE = 100  # Larger arrays are described by shape and hash.
 
 @contextmanager
 def lock_study(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[None]:
-    """Context manager that locks the folder of a study and writes or checks its plan.
+    """Context manager that locks the folder of a study and records or compares its settings.
 
     Parameters
     ----------
@@ -130,13 +130,12 @@ _find_distributions = cache(packages_distributions)
 
 
 def list_study_versions(*objects: Any) -> dict[str, str]:
-    """Return the versions of Python, mgeo, its dependencies, and the packages that define
-    `objects`.
+    """Return the versions of Python, mgeo, and the packages that define objects, as a dict.
 
     Parameters
     ----------
     *objects
-        Problem and algorithms of a study.
+        Problem and algorithms of a study, whose packages are included.
 
     Returns
     -------

@@ -236,9 +236,7 @@ class ReportingEvaluator(Evaluator):
 
 
 def _select_numeric_rows(X: list[Any], rows: Any) -> Any:
-    """Return selected rows of designs as a float array, without columns if the variables are not
-    numeric.
-    """
+    """Return rows of designs as a float array, without columns if they are not numeric."""
     if not X or X[0].ndim != 2 or X[0].dtype == object:
         return np.empty((len(rows), 0))
     return np.concatenate(X)[rows].astype(float)

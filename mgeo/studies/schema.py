@@ -65,8 +65,7 @@ class ProblemTable(Table):
 
 
 class AlgorithmTable(Table):
-    """One algorithm with its parameters, or one algorithm for each combination of listed parameter
-    values.
+    """One algorithm with its parameters, or one algorithm per combination of listed values.
 
     A parameter whose value is itself a list is written as a list in a list: momentum = [[0.6,
     0.4]].
@@ -124,7 +123,7 @@ class StudySettings(Table):
     )
     control: str | None = Field(
         None,
-        description="Label of the control algorithm, which is compared with each other algorithm. "
+        description="Label of the control algorithm, which is compared with every other algorithm. "
         "The p values are corrected for these comparisons only. Choose the control before results "
         "are available.",
     )

@@ -90,8 +90,9 @@ def holm_correction(p_values: ArrayLike) -> FloatArray:
 
 
 def vargha_delaney_effect_size(a: ArrayLike, b: ArrayLike) -> float:
-    """Return the Vargha-Delaney effect size A: the probability that a value of `a` exceeds one of
-    `b`.
+    """Return the Vargha-Delaney effect size A, the probability that `a` is larger than `b`.
+
+    A compares one random value of each sample.
 
     Ties count half.
     """
@@ -136,8 +137,7 @@ def compare_pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.
 
 
 def mean_ranks(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.Series[float]:
-    """Return the mean rank of the values of each sample among the values of all samples, best
-    first.
+    """Return the mean rank of each sample among the values of all samples, best first.
 
     The largest value has rank 1; equal values share the mean of their ranks. For two samples, the
     one with the better mean rank has a `vargha_delaney_effect_size` above one half.
@@ -209,8 +209,7 @@ def mean_block_ranks(values: ArrayLike, blocks: ArrayLike) -> FloatArray:
 def friedman_test(
     values: ArrayLike, names: Sequence[str], blocks: Sequence[str] | None = None
 ) -> FriedmanResult:
-    """Apply Friedman's test for a difference between algorithms to their values on several
-    problems.
+    """Apply Friedman's test for differences between algorithms over several problems.
 
     Larger values are better.
 

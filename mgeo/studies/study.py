@@ -43,8 +43,7 @@ def run_study(
     n_jobs: int | None = None,
     progress: bool = True,
 ) -> dict[str, Comparison]:
-    """Run every algorithm of a study on every problem, write the results into a folder, and return
-    them by problem.
+    """Run all algorithms of a study on all problems, and write the results into a folder.
 
     The tables of a problem are written when its runs are finished: ``table.csv`` (indicators over
     evaluations), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,
@@ -108,7 +107,7 @@ def run_study(
     }
     run_options = {"resume": resume, "n_jobs": n_jobs, "progress": progress}
     experiments = _build_experiments(study, problem_folders, run_options)
-    objects = [each for e in experiments.values() for each in (e.problem, *e.algorithms.values())]
+    objects = [x for e in experiments.values() for x in (e.problem, *e.algorithms.values())]
     plan = study.build_plan() | {"versions": list_study_versions(*objects)}
     with lock_study(folder, plan, resume=resume):
         write_file(folder / STUDY_TOML_FILE, study.text.encode())

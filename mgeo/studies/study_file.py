@@ -28,9 +28,7 @@ from mgeo.validation.tables import validate_table
 
 @dataclass(frozen=True)
 class ProblemConfiguration:
-    """One problem of a study: its label, name and options, and the values that divide its front
-    into parts.
-    """
+    """One problem of a study: label, name, options, and the values that divide its front."""
 
     label: str
     name: str
@@ -73,7 +71,7 @@ class AlgorithmConfiguration:
 
 
 class Study(StudySettings):
-    """Validated content of a study file.
+    """Validated content of a study file: problems, algorithms, evaluation budget and seeds.
 
     Attributes
     ----------
@@ -88,7 +86,7 @@ class Study(StudySettings):
     grid : int or tuple of int
         Number of equal steps, or the evaluation counts, at which fronts are measured.
     control : str or None
-        Label of the control algorithm, which is compared with each other algorithm.
+        Label of the control algorithm, which is compared with every other algorithm.
     problems, algorithms : tuple of ProblemConfiguration and of AlgorithmConfiguration
         Problems and algorithms of the study.
     published : PublishedTable or None
@@ -118,8 +116,7 @@ class Study(StudySettings):
     text: str
 
     def build_plan(self) -> dict[str, Any]:
-        """Return the problems, algorithms, budget and seeds of the study as a dict that becomes
-        JSON.
+        """Return problems, algorithms, budget and seeds as a dict that becomes JSON.
 
         The plan identifies the study when it is resumed. Dates in options are text in ISO 8601.
 
@@ -148,8 +145,7 @@ class Study(StudySettings):
         return values
 
     def compute_budget(self, problem: Problem) -> tuple[int, int | list[int]]:
-        """Return the evaluations of one run on a problem, and the evaluation counts at which its
-        fronts are measured.
+        """Return the evaluations of a run, and the evaluation counts at which fronts are measured.
 
         Returns
         -------
@@ -265,13 +261,13 @@ def parse_study(text: str, folder: Path, *, allow_imports: bool = True) -> Study
     for i, algorithm in enumerate(table.algorithms):
         configurations_by_key["algorithms"] += _expand_algorithms(algorithm, i, allow_imports)
     for key, configurations in configurations_by_key.items():
-        for label, count in Counter(each.label for each in configurations).items():
+        for label, count in Counter(c.label for c in configurations).items():
             if count > 1:
                 raise ValueError(
                     f"{key}: the label {label!r} occurs twice; set different labels by the key "
                     "label"
                 )
-    labels = [each.label for each in configurations_by_key["algorithms"]]
+    labels = [algorithm.label for algorithm in configurations_by_key["algorithms"]]
     references = [] if table.control is None else [("control", table.control)]
     references += [("published.table", name) for name in getattr(table.published, "table", ())]
     for key, label in references:

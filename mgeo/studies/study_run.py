@@ -19,7 +19,7 @@ from mgeo.store.readers import decode_npz
 
 @dataclass(frozen=True, eq=False)
 class StudyRun:
-    """Finished run of a study, with all points that were on its front after any evaluation.
+    """Finished run of a study: all points that were on its front at any time, and its statistics.
 
     Attributes
     ----------
@@ -100,5 +100,5 @@ class StudyRun:
             return cls(**{name: a if a.ndim else a.item() for name, a in arrays.items()})
         except (ValueError, TypeError) as error:
             raise ValueError(
-                f"{path}: not the record of a run: {error}; delete it to repeat the run"
+                f"{path}: not a stored run: {error}; delete the file to repeat the run"
             ) from error

@@ -46,8 +46,7 @@ Cells = Collection[tuple[str, str]]
 
 @dataclass(frozen=True, eq=False)
 class MarkedTable:
-    """Table of text with marks for the best cells and for cells that do not differ significantly
-    from them.
+    """Table of text with marks for the best cells and for cells that do not differ significantly.
 
     Row names and column names are unique.
 
@@ -99,9 +98,7 @@ class MarkedTable:
 
 
 def build_problem_table(comparison: Comparison) -> MarkedTable:
-    """Return the overview of a comparison as a table in which the best algorithms are marked for
-    each indicator.
-    """
+    """Return a table of mean ± sd of each indicator by algorithm, with the best ones marked."""
     best, equivalent = [], []
     for indicator in comparison.all_indicators:
         winners, similar = find_best_and_equivalent(comparison, indicator)
@@ -111,10 +108,9 @@ def build_problem_table(comparison: Comparison) -> MarkedTable:
 
 
 def build_study_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
-    """Return a table of mean ± sd of the default indicator by problem (rows) and algorithm
-    (columns).
+    """Return a table of mean ± sd of the default indicator by problem and algorithm.
 
-    The best algorithms are marked in each row.
+    Problems are rows and algorithms are columns. The best algorithms are marked in each row.
     """
     rows, best, equivalent = {}, [], []
     for label, comparison in comparisons.items():
@@ -130,8 +126,7 @@ def build_study_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
 def find_best_and_equivalent(
     comparison: Comparison, indicator: Indicator
 ) -> tuple[list[str], list[str]]:
-    """Return the algorithms with the best mean of an indicator, and those without a significant
-    difference from it.
+    """Return the algorithms with the best mean, and those without a significant difference from it.
 
     Returns
     -------
@@ -164,5 +159,4 @@ def format_markdown(table: pd.DataFrame) -> str:
 
 
 def escape_latex(text: object) -> str:
-    """Escape the characters of a text that LaTeX would interpret."""
     return "".join(_LATEX_ESCAPES.get(character, character) for character in str(text))

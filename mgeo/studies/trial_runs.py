@@ -86,8 +86,7 @@ def make_trial_runs(task: Task) -> TrialResult | None:
 
 
 def describe_limitations(trials: Mapping[str, TrialResult], title: str, n_eval: int) -> list[str]:
-    """Return one sentence for each condition found by trial runs that limits the validity of a
-    comparison.
+    """Return the conditions found by trial runs that limit a comparison, one sentence each.
 
     The conditions are a noisy problem, an algorithm that is not reproducible, and a first
     generation larger than the budget.
@@ -150,9 +149,7 @@ def _find_fractional_value(problem: Problem, batches: Iterable[Any]) -> float | 
 
 
 def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:
-    """Return the number of evaluations of each generation, and the candidates of each evaluated
-    batch.
-    """
+    """Return the evaluations per generation, and the candidates of each evaluated batch."""
     batches: list[Any] = []
     sizes: list[int] = []
     unlimited_task = replace(task, n_eval=_UNLIMITED_BUDGET)

@@ -91,8 +91,7 @@ def draw_median_fronts(comparison: Comparison) -> go.Figure:
 
 
 def draw_front_panels(comparison: Comparison) -> go.Figure:
-    """Draw one panel per algorithm, with all its fronts in gray and that of the median run in
-    color.
+    """Draw the fronts of all runs, one panel per algorithm, with the median run in color.
 
     Raises
     ------
@@ -183,8 +182,7 @@ def draw_attainment_surfaces(comparison: Comparison) -> go.Figure:
 
 
 def draw_attainment_difference(comparison: Comparison, first: str, second: str) -> go.Figure:
-    """Draw a heat map of the difference between two algorithms in the share of runs that attain a
-    point.
+    """Draw the difference of two algorithms in the share of runs that attain a point, as heat map.
 
     Raises
     ------
@@ -258,7 +256,6 @@ def _compute_cell_edges(values: FloatArray) -> FloatArray:
 def _build_points_trace(
     F: FloatArray, name: str, run: str, objectives: tuple[str, ...], **style: Any
 ) -> go.Scatter | go.Scatter3d:
-    """Return a plotly scatter trace of points in two or three dimensions, with a hover text."""
     axes = zip(objectives, _COORDINATES, strict=False)
     lines = [f"{escape_markup(title)}: %{{{key}:.6g}}" for title, key in axes]
     hover = "<br>".join([f"<b>{escape_markup(name)}</b>, {run}", *lines]) + "<extra></extra>"

@@ -22,8 +22,7 @@ from mgeo.studies.statistics import FriedmanResult, bootstrap_band
 
 
 def draw_anytime_curves(comparison: Comparison, indicator: str | None = None) -> go.Figure:
-    """Draw the mean indicator over the number of evaluations, with a 95 % bootstrap band, per
-    algorithm.
+    """Draw the mean indicator of each algorithm over evaluations, with a 95 % bootstrap band.
 
     A curve begins at the first evaluation count at which all runs have finite values, because an
     empty front has a finite hypervolume only. The vertical axis is logarithmic if lower values are
@@ -218,8 +217,7 @@ def find_equivalent_groups(ranks: list[float], critical_difference: float) -> li
 
 
 def draw_runtime_distribution(distribution: pd.DataFrame, n_problems: int) -> go.Figure:
-    """Draw the share of targets that each algorithm reached within a number of evaluations, as in
-    COCO.
+    """Draw the share of targets reached by each algorithm over evaluations, as in COCO.
 
     Parameters
     ----------

@@ -36,10 +36,9 @@ class TraceStyle:
 
 
 def assign_trace_styles(algorithms: tuple[str, ...]) -> dict[str, TraceStyle]:
-    """Assign a color, dash pattern and symbol to each algorithm by its position, as a dict by
-    label.
+    """Return a distinct color, dash pattern and symbol for each algorithm, as a dict by label.
 
-    The styles of up to 21 algorithms are distinct.
+    They depend on the position of the algorithm. Up to 21 styles are distinct.
     """
     n = len(COLORS)
     return {
@@ -67,9 +66,7 @@ def compute_height(n_rows: int) -> int:
 
 
 def apply_comparison_style(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
-    """Set title, subtitle, common style and space for the legend of a figure, and return the
-    figure.
-    """
+    """Set title, subtitle and common style of a figure, and return the figure."""
     visible = [t for t in figure.data if t.visible is not False and t.showlegend is not False]
     return style.apply_style(figure, title, subtitle).update_layout(
         height=max(PAGE_HEIGHT, compute_height(len(visible))),

@@ -34,6 +34,6 @@ def test_algorithms_are_listed_with_their_parameters(mgeo, monkeypatch):
 
 def test_parameters_of_one_algorithm_are_listed(mgeo):
     text = " ".join(mgeo("algorithms", "mgeo-directed").stdout.split())
-    assert text.startswith("mgeo-directed: walkers by direction; the default parameter")
+    assert text.startswith("mgeo-directed: one weight vector per walker; the default parameter")
     assert "n_walkers 16 " in text
     assert "momentum 0.6,0.6 " in text

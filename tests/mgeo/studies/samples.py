@@ -23,9 +23,7 @@ def build_run(F):
 
 
 def build_comparison(problem=None):
-    """Return a comparison of three algorithms with three seeds, evaluated after 50 and 100
-    evaluations.
-    """
+    """Return a comparison of three algorithms and seeds, after 50 and 100 evaluations."""
     rows = [
         {
             "algorithm": name,

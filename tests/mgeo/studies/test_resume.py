@@ -151,5 +151,5 @@ def test_locked_folder_is_rejected(tmp_path):
 def test_damaged_run_file_is_named(folder):
     path = min(list_run_files(folder))
     path.write_bytes(path.read_bytes()[:100])
-    with pytest.raises(ValueError, match=rf"{path.name}: not the record of a run: .*delete it"):
+    with pytest.raises(ValueError, match=rf"{path.name}: not a stored run: .*delete the file"):
         run_comparison(folder, resume=True)

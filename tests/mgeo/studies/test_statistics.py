@@ -50,20 +50,20 @@ def test_vargha_delaney_equals_counted_pairs_and_mann_whitney_u(a, b):
 @given(st.lists(samples, min_size=2, max_size=4))
 def test_kruskal_wallis_equals_its_definition(lists):
     named = dict(zip("abcd", lists, strict=False))
-    found = kruskal_wallis_test(named)
+    result = kruskal_wallis_test(named)
     everything = np.concatenate([np.asarray(values) for values in lists])
     better = [np.sum(everything > x) + (1 + np.sum(everything == x)) / 2 for x in everything]
     parts = np.split(np.array(better), np.cumsum([len(values) for values in lists])[:-1])
     expected = {name: part.mean() for name, part in zip(named, parts, strict=True)}
-    assert found.ranks.to_dict() == pytest.approx(expected)
-    assert found.ranks.is_monotonic_increasing
+    assert result.ranks.to_dict() == pytest.approx(expected)
+    assert result.ranks.is_monotonic_increasing
     n, spread = len(everything), np.sum((np.array(better) - np.mean(better)) ** 2)
     if spread == 0:
-        assert (found.statistic, found.p_value) == (0.0, 1.0)
+        assert (result.statistic, result.p_value) == (0.0, 1.0)
         return
     between = sum(len(part) * (part.mean() - (n + 1) / 2) ** 2 for part in parts)
-    assert found.statistic == pytest.approx((n - 1) * between / spread, abs=1e-9)
-    assert found.p_value == pytest.approx(stats.chi2.sf(found.statistic, len(parts) - 1))
+    assert result.statistic == pytest.approx((n - 1) * between / spread, abs=1e-9)
+    assert result.p_value == pytest.approx(stats.chi2.sf(result.statistic, len(parts) - 1))
 
 
 @given(samples, samples)
@@ -83,35 +83,35 @@ def test_mean_ranks_of_two_samples_determine_effect_size(a, b):
 )
 def test_friedman_equals_scipy(rows):
     values = np.array(rows, dtype=float)
-    found = friedman_test(values, list("abcd"))
+    result = friedman_test(values, list("abcd"))
     if (np.ptp(values, axis=1) > 0).any():
         expected = stats.friedmanchisquare(*values.T)
-        assert found.statistic == pytest.approx(expected.statistic)
-        assert found.p_value == pytest.approx(expected.pvalue)
+        assert result.statistic == pytest.approx(expected.statistic)
+        assert result.p_value == pytest.approx(expected.pvalue)
     else:
-        assert (found.statistic, found.p_value) == (0.0, 1.0)
-    assert found.ranks.mean() == pytest.approx(2.5)
+        assert (result.statistic, result.p_value) == (0.0, 1.0)
+    assert result.ranks.mean() == pytest.approx(2.5)
 
 
 def test_friedman_equals_manual_calculation():
     # The ranks are 1 2 3, 1 2 3 and 2 1 3, with the sums 4, 5, 9.
-    found = friedman_test([[9, 5, 1], [8, 6, 2], [4, 7, 3]], ["p", "q", "r"])
-    assert found.ranks.to_dict() == pytest.approx({"p": 4 / 3, "q": 5 / 3, "r": 3.0})
-    assert list(found.ranks.index) == ["p", "q", "r"]
-    assert found.statistic == pytest.approx(12 / (3 * 3 * 4) * (16 + 25 + 81) - 3 * 3 * 4)
-    assert found.n_blocks == 3
+    result = friedman_test([[9, 5, 1], [8, 6, 2], [4, 7, 3]], ["p", "q", "r"])
+    assert result.ranks.to_dict() == pytest.approx({"p": 4 / 3, "q": 5 / 3, "r": 3.0})
+    assert list(result.ranks.index) == ["p", "q", "r"]
+    assert result.statistic == pytest.approx(12 / (3 * 3 * 4) * (16 + 25 + 81) - 3 * 3 * 4)
+    assert result.n_blocks == 3
 
 
 def test_friedman_averages_ranks_over_each_block():
     # The ranks 1 2 3 and 2 1 3 of the first block average to 1.5 1.5 3; the second has 1 2 3.
     values, blocks = [[9, 5, 1], [5, 9, 1], [9, 5, 1]], ["x", "x", "y"]
-    found = friedman_test(values, ["p", "q", "r"], blocks)
-    assert found.ranks.to_dict() == pytest.approx({"p": 1.25, "q": 1.75, "r": 3.0})
-    assert (found.n_problems, found.n_blocks) == (3, 2)
-    assert found.critical_difference == nemenyi_critical_difference(3, 2)
+    result = friedman_test(values, ["p", "q", "r"], blocks)
+    assert result.ranks.to_dict() == pytest.approx({"p": 1.25, "q": 1.75, "r": 3.0})
+    assert (result.n_problems, result.n_blocks) == (3, 2)
+    assert result.critical_difference == nemenyi_critical_difference(3, 2)
     # Sum of squares of the average ranks about their mean, divided by the variance in the blocks.
     spread = (0.25 + 0.25 + 1 + 1 + 0 + 1) / (2 * 2)
-    assert found.statistic == pytest.approx(2 * (0.75**2 + 0.25**2 + 1) / spread)
+    assert result.statistic == pytest.approx(2 * (0.75**2 + 0.25**2 + 1) / spread)
     with pytest.raises(ValueError, match="two blocks or more"):
         friedman_test(values, ["p", "q", "r"], ["x", "x", "x"])
 
@@ -136,6 +136,6 @@ def test_bootstrap_band_approximates_normal_interval_of_mean():
     half = 1.96 * runs.std(axis=0) / np.sqrt(40)
     assert low == pytest.approx(runs.mean(axis=0) - half, abs=0.2 * half.max())
     assert high == pytest.approx(runs.mean(axis=0) + half, abs=0.2 * half.max())
-    again = bootstrap_band(runs)
-    assert np.array_equal(low, again[0])
-    assert np.array_equal(high, again[1])
+    repeated = bootstrap_band(runs)
+    assert np.array_equal(low, repeated[0])
+    assert np.array_equal(high, repeated[1])

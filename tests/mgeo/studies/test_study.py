@@ -46,14 +46,14 @@ ONE_PROBLEM = TWO_PROBLEMS.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '"cantilever
 def test_study_of_two_problems_writes_all_files(tmp_path):
     study = parse_study(TWO_PROBLEMS, tmp_path)
     out = tmp_path / "out"
-    found = run_study(study, out, progress=False)
+    comparisons = run_study(study, out, progress=False)
     assert (out / "study.toml").read_text() == TWO_PROBLEMS
     values = pd.read_csv(out / "values.csv")
     recomputed = compute_average_ranks(values, study.control)
     pd.testing.assert_frame_equal(recomputed, pd.read_csv(out / "ranks.csv"))
     ranked = compute_friedman_test(values)
     assert (ranked.n_blocks, len(ranked.ranks)) == (2, 4)
-    for label, result in found.items():
+    for label, result in comparisons.items():
         assert len(list((out / label / "runs").iterdir())) == 8
         n_indicators = 3 + 3  # Three indicators of the front and three of its parts.
         assert len(pd.read_csv(out / label / "tests.csv")) == 6 * n_indicators
@@ -67,7 +67,7 @@ def test_study_of_two_problems_writes_all_files(tmp_path):
     assert (data["runs_finished"], data["runs_failed"]) == (8, 0)
     assert data["space"]["reference_point"] == [1.1] * 3
     stored = read_comparisons(out)
-    assert list(stored) == list(found)
+    assert list(stored) == list(comparisons)
     assert (out / "summary.tex").read_text() == build_study_table(stored).to_latex()
     assert (out / "summary.md").read_text() == build_study_table(stored).to_markdown()
     with pytest.raises(FileNotFoundError, match="no comparison of one problem: see read_compar"):
@@ -75,7 +75,7 @@ def test_study_of_two_problems_writes_all_files(tmp_path):
     page = (out / "zdt1" / "report.html").read_text()
     assert "<h1>Two &lt;problems&gt;</h1>\n<p>First.</p>\n<p>Second &amp; last.</p>" in page
     assert page.count("Plotly.newPlot(") >= 6
-    heading = "<h2>Comparison of nsga2 10 with each other algorithm</h2>"
+    heading = "<h2>Comparison of nsga2 10 with every other algorithm</h2>"
     control_table = page.partition(heading)[2].partition("</table>")[0]
     for name in ("nsga2 20", "random 10", "random 20"):
         assert f"<td>{name}</td>" in control_table
@@ -149,11 +149,11 @@ def test_study_of_single_objective_problems(tmp_path):
 @pytest.mark.usefixtures("without_figures")
 def test_command_continues_a_study_only_with_resume_option(run_command, tmp_path):
     small = ("mine.toml", "--jobs", 1, "--seeds", 1, "--evaluations", 60)
-    done = run_command(*small)
-    assert done.exit_code == 0, done.output
+    outcome = run_command(*small)
+    assert outcome.exit_code == 0, outcome.output
     assert (tmp_path / "studies" / "mine" / "report.html").is_file()
-    assert " ranks first: " in done.stdout
-    assert "written: studies/mine/report.html" in done.stdout
+    assert " ranks first: " in outcome.stdout
+    assert "written: studies/mine/report.html" in outcome.stdout
     refused = run_command(*small)
     assert refused.exit_code == 2
     (line,) = refused.stderr.splitlines()
@@ -173,9 +173,9 @@ def test_failed_runs_give_exit_code_3(run_command, monkeypatch):
         return record_run(task) if task.seed == 1 else "ValueError: no"
 
     monkeypatch.setattr("mgeo.studies.execute.run_task", fail_runs)
-    done = run_command("mine.toml", "--jobs", 1, "--evaluations", 60)
-    assert done.exit_code == 3
-    assert "4 runs failed; --resume repeats them" in done.stderr
+    outcome = run_command("mine.toml", "--jobs", 1, "--evaluations", 60)
+    assert outcome.exit_code == 3
+    assert "4 runs failed; --resume repeats them" in outcome.stderr
 
 
 @pytest.mark.parametrize(
@@ -186,10 +186,10 @@ def test_failed_runs_give_exit_code_3(run_command, monkeypatch):
     ],
 )
 def test_invalid_input_gives_one_line_error(run_command, arguments, message):
-    done = run_command(*arguments)
-    assert done.exit_code == 2
-    assert message in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+    outcome = run_command(*arguments)
+    assert outcome.exit_code == 2
+    assert message in outcome.stderr
+    assert len(outcome.stderr.splitlines()) == 1
 
 
 @pytest.mark.slow
@@ -224,13 +224,13 @@ def test_interrupted_or_killed_study_can_be_resumed(tmp_path, stand_in_environme
     _, errors = interrupted.communicate(timeout=300)
     assert interrupted.returncode == 130
     assert "interrupted; --resume continues with the runs in studies/slow" in errors
-    kept = files()
-    killed = start("--resume", until=len(kept) + 1)
+    stored_files = files()
+    killed = start("--resume", until=len(stored_files) + 1)
     os.kill(killed.pid, signal.SIGKILL)
     killed.communicate(timeout=300)
-    kept |= files()
-    assert len(kept) < 8
-    done = subprocess.run(
+    stored_files |= files()
+    assert len(stored_files) < 8
+    outcome = subprocess.run(
         [*command, "--resume"],
         cwd=tmp_path,
         env=stand_in_environment,
@@ -238,8 +238,8 @@ def test_interrupted_or_killed_study_can_be_resumed(tmp_path, stand_in_environme
         capture_output=True,
         check=True,
     )
-    assert f"reused {len(kept)} of 8 runs" in done.stderr
-    assert {path: when for path, when in files().items() if path in kept} == kept
+    assert f"reused {len(stored_files)} of 8 runs" in outcome.stderr
+    assert {path: when for path, when in files().items() if path in stored_files} == stored_files
     run_study(parse_study(ONE_PROBLEM, tmp_path), tmp_path / "whole", n_jobs=1, progress=False)
     written = (tmp_path / "studies" / "slow" / "table.csv").read_text()
     assert written == (tmp_path / "whole" / "table.csv").read_text()
@@ -258,17 +258,20 @@ def test_folder_without_comparison_is_named(tmp_path):
 def test_reduced_study_of_published_table(tmp_path):
     pytest.importorskip("mgeo_attitude")
     study = read_study(STUDIES / "table3.toml").with_budget(360, 1)
-    (found,) = run_study(study, tmp_path / "out", n_jobs=2, progress=False).values()
-    final = found.select_final_rows()
+    (comparison,) = run_study(study, tmp_path / "out", n_jobs=2, progress=False).values()
+    final = comparison.select_final_rows()
     assert len(final) == 6
     both = final["points, first orbit"] + final["points, second orbit"]
     assert both.tolist() == final["points"].tolist()
-    assert (found.space.origin, found.space.reference_point.tolist()) == ("problem", [1.0, 1.0])
+    assert (comparison.space.origin, comparison.space.reference_point.tolist()) == (
+        "problem",
+        [1.0, 1.0],
+    )
     # The archive that minimize returns for MGEO_real has the same points.
     row = final[final["algorithm"] == "σ = 1.0"].iloc[0]
-    result = minimize(found.problem, MGEOReal(sigma=1.0), ("n_eval", 360), seed=1)
+    result = minimize(comparison.problem, MGEOReal(sigma=1.0), ("n_eval", 360), seed=1)
     assert row["points"] == len(result.F)
-    area = HV(ref_point=np.ones(2))(found.problem.map_to_indicator_space(result.F))
+    area = HV(ref_point=np.ones(2))(comparison.problem.map_to_indicator_space(result.F))
     assert row["hypervolume"] == pytest.approx(area, rel=1e-12)
     page = (tmp_path / "out" / "report.html").read_text()
     assert "Compared with" not in page  # The published values have another budget.

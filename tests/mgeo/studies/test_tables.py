@@ -89,10 +89,10 @@ def test_published_values_are_shown_for_equal_budget_only(comparison, evaluation
     published = PublishedTable(
         source="x", evaluations=evaluations, table={"best_1": {"points": 7.0}}
     )
-    found = format_published_table(SimpleNamespace(published=published), comparison)
-    assert (found is not None) == shown
+    table = format_published_table(SimpleNamespace(published=published), comparison)
+    assert (table is not None) == shown
     if shown:
-        assert found.loc["best_1", "points: published"] == "7"
+        assert table.loc["best_1", "points: published"] == "7"
     assert format_published_table(SimpleNamespace(published=None), comparison) is None
 
 
@@ -102,11 +102,11 @@ def test_figures_of_study_are_selected_by_name():
     comparison.runs[["algorithm", "seed"]] = comparison.table[
         ["algorithm", "seed"]
     ].drop_duplicates()
-    found = {"one": comparison, "two": comparison}
+    comparisons = {"one": comparison, "two": comparison}
     assert {"ranks", "targets", "one-anytime-igd_plus", "two-panels"} < set(
-        draw_study_figures(found)
+        draw_study_figures(comparisons)
     )
-    chosen = draw_study_figures(found, ["anytime", "two-boxes"])
+    chosen = draw_study_figures(comparisons, ["anytime", "two-boxes"])
     assert list(chosen) == ["one-anytime", "two-anytime", "two-boxes"]
     with pytest.raises(ValueError, match=r"no figure 'rank': expected ranks, .*mean 'ranks'\?"):
-        draw_study_figures(found, ["rank"])
+        draw_study_figures(comparisons, ["rank"])
