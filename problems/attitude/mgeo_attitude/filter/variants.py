@@ -154,5 +154,5 @@ def coarsen_model(model: FilterModel, n_merged: int) -> FilterModel:
         # The first sample is unused; its values preserve which sensors the kernel gates.
         available=np.vstack([~np.array(model.gated, dtype=bool), has_sample]),
         window_steps=max(round(model.window_steps / n_merged), 1),
-        by_polynomials=True,
+        use_polynomials=True,
     )
