@@ -269,7 +269,7 @@ class MGEODirected(DirectedMoves):
         if not (ideal < nadir).all():
             threshold = 0.0  # The front has no extent, as with a single objective.
         is_feasible = state.incumbent_violation == 0
-        # The negation makes the comparison true for new walkers, whose reference is NaN.
+        # The negation makes the comparison true for new walkers, whose reference distance is NaN.
         is_nearer = is_feasible & ~(distances >= reference_distances - threshold)
         state.reference_F[is_nearer] = state.incumbent_F[is_nearer]
         state.n_idle_generations = np.where(
