@@ -289,7 +289,6 @@ class MGEODirected(DirectedMoves):
             self.restart_walkers(rows)
 
     def _is_adaptation_due(self) -> bool:
-        """Return True if the run is long enough for walkers to start to adapt a covariance."""
         n_candidates = (self.state.n_generations + 1) * self.n_walkers * self._n_candidates
         is_late = n_candidates >= self.adaptation_delay * len(self.variables.xl)
         return is_late and len(self.state.front) > 0
