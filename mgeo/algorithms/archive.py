@@ -210,13 +210,13 @@ class ParetoArchive:
         self.n_rejected += len(F) - int(np.count_nonzero(entered))
         if not entered.any():
             return entered
-        least = violation[entered].min()
-        if least > self.violation:
+        min_violation = violation[entered].min()
+        if min_violation > self.violation:
             return np.zeros(len(F), dtype=np.bool_)
-        if least < self.violation:
-            self.violation = float(least)
+        if min_violation < self.violation:
+            self.violation = float(min_violation)
             self._select_rows(np.empty(0, dtype=np.intp))
-        entered &= violation == least
+        entered &= violation == min_violation
         entered[entered] = find_nondominated(F[entered])
         entered[entered] = find_not_weakly_dominated(F[entered], self.F)
         if entered.any():

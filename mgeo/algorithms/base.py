@@ -165,7 +165,7 @@ class ExtremalOptimization(Algorithm, ABC):
     def setup(
         self, problem: Problem, verbose: bool = False, progress: bool = False, **options: Any
     ) -> "ExtremalOptimization":
-        """Set up the algorithm for a problem and place the walkers.
+        """Prepare a run of the algorithm on a problem, and draw the initial points of the walkers.
 
         Parameters
         ----------

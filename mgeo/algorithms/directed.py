@@ -269,7 +269,7 @@ class MGEODirected(DirectedMoves):
         if not (ideal < nadir).all():
             threshold = 0.0  # The front has no extent, as with a single objective.
         is_feasible = state.incumbent_violation == 0
-        # The negation makes the comparison true for new walkers, whose reference is NaN.
+        # The negation makes the comparison true for new walkers, whose reference distance is NaN.
         is_nearer = is_feasible & ~(distances >= reference_distances - threshold)
         state.reference_F[is_nearer] = state.incumbent_F[is_nearer]
         state.n_idle_generations = np.where(
@@ -289,7 +289,6 @@ class MGEODirected(DirectedMoves):
             self.restart_walkers(rows)
 
     def _is_adaptation_due(self) -> bool:
-        """Return True if the run is long enough for walkers to start to adapt a covariance."""
         n_candidates = (self.state.n_generations + 1) * self.n_walkers * self._n_candidates
         is_late = n_candidates >= self.adaptation_delay * len(self.variables.xl)
         return is_late and len(self.state.front) > 0

@@ -110,8 +110,8 @@ class BitEncoding:
             raise ValueError("all variables are fixed by their bounds: expected one with xl < xu")
         column = np.arange(counts.max())[None, :] - (counts.max() - counts[:, None])
         first = np.cumsum(counts) - counts
-        places = np.where(column >= 0, first[:, None] + column, -1)
-        return cls(variables, counts, gray, places)
+        positions = np.where(column >= 0, first[:, None] + column, -1)
+        return cls(variables, counts, gray, positions)
 
     @property
     def length(self) -> int:
@@ -145,9 +145,10 @@ class BitEncoding:
         m = digits @ self._compute_bit_weights()
         xl, xu = self.variables.xl, self.variables.xu
         count = 2.0**self.bits
-        share = m / np.maximum(count - 1.0, 1.0)
-        whole = np.floor(m * (xu - xl + 1.0) / count)
-        decoded: FloatArray = np.where(self.variables.is_real, xl + (xu - xl) * share, xl + whole)
+        fraction = m / np.maximum(count - 1.0, 1.0)
+        level = np.floor(m * (xu - xl + 1.0) / count)
+        is_real = self.variables.is_real
+        decoded: FloatArray = np.where(is_real, xl + (xu - xl) * fraction, xl + level)
         return np.clip(decoded, xl, xu)
 
     def encode(self, values: FloatArray) -> FloatArray:

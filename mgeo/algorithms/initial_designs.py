@@ -229,13 +229,13 @@ def count_allowed_evaluations(algorithm: Algorithm, n_initial_designs: int, n_po
     # A combination that ends when all criteria are met has no evaluation budget.
     is_any = not isinstance(termination, TerminateIfAll)
     criteria = (termination, *(getattr(termination, "criteria", ()) if is_any else ()))
-    limits = [
+    budgets = [
         criterion.n_max_evals
         for criterion in criteria
         if isinstance(criterion, MaximumFunctionCallTermination)
         and criterion.n_max_evals is not None
     ]
-    budget = min(limits, default=math.inf) - algorithm.evaluator.n_eval
+    budget = min(budgets, default=math.inf) - algorithm.evaluator.n_eval
     if n_points <= (1.0 + _MAX_BUDGET_EXCESS) * budget:
         return n_points
     allowed = max(int(budget), n_initial_designs)

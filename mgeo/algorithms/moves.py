@@ -484,5 +484,4 @@ class DirectedMoves(ExtremalOptimization):
         return np.where(self._has_mixed_weights(), *pair)
 
     def _has_mixed_weights(self) -> BoolArray:
-        """Return True for each walker whose weight vector weighs more than one objective."""
         return np.asarray(self.state.weights.max(axis=1) < 1)

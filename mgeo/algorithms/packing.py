@@ -54,7 +54,7 @@ def pack(name: str, value: Any, problem: Problem, arrays: Arrays) -> Any:
         return [pack(f"{name}[{i}]", each, problem, arrays) for i, each in enumerate(value)]
     if isinstance(value, ParetoArchive):
         pack_population(name, value.individuals, problem, arrays)
-        # An array, because JSON has no infinity.
+        # The violation is stored as an array, because JSON has no infinity.
         arrays[f"{name}.violation"] = np.array(value.violation)
         return value.n_rejected
     if is_dataclass(value):
@@ -140,7 +140,7 @@ def pack_stream(stream: np.random.Generator) -> dict[str, Any]:
         If the bit generator is neither PCG64 nor PCG64DXSM.
     """
     bits = stream.bit_generator
-    seed = bits.seed_seq  # Included because it counts the spawned streams.
+    seed = bits.seed_seq  # The seed sequence is stored, because it counts the spawned streams.
     if type(bits).__name__ not in _BIT_GENERATORS or not isinstance(seed, np.random.SeedSequence):
         raise TypeError(
             f"{bits!r}: expected one of {', '.join(_BIT_GENERATORS)}, to save its state"

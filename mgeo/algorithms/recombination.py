@@ -64,7 +64,7 @@ def recombine(
 
 @dataclass(kw_only=True, eq=False, slots=True)
 class Credit:
-    """Record of the recent gains by recombined candidates and by all other candidates.
+    """Record of the recent improvements by recombined candidates and by all other candidates.
 
     The gain of a candidate is the decrease of the distance for the walker's weight vector. The
     weight of earlier generations decreases exponentially.

@@ -10,8 +10,11 @@ from mgeo._typing import BoolArray, FloatArray, IntArray
 
 Uniform: TypeAlias = Callable[[], FloatArray]
 
-_MAX_STEP_WIDTHS = 1e9  # Steps of more bound widths are shortened, so that reflections stay finite.
-_MAX_SCALE_WIDTHS = 1e3  # A law of this many bound widths is uniform between the bounds to 1e-6.
+#: Largest step in widths of the bounds. Longer steps are cut, so that reflections stay finite.
+_MAX_STEP_WIDTHS = 1e9
+#: Largest scale of a resampled step in widths of the bounds. With this scale, the law is uniform
+#: between the bounds to 1e-6.
+_MAX_SCALE_WIDTHS = 1e3
 
 
 class StepLaw(ABC):
@@ -266,7 +269,7 @@ def round_steps(
     """
     levels = xu - xl + 1.0
     end = np.rint(end_points)
-    offset = np.floor(uniform * (levels - 1.0))  # Options to skip after the next one.
+    offset = np.floor(uniform * (levels - 1.0))  # Number of options to skip after the next one.
     random_option = xl + np.mod(x - xl + 1.0 + offset, levels)
     option = np.where(np.isnan(donor), random_option, donor)
     end = np.where(is_choice & (end != x), option, end)

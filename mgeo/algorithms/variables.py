@@ -105,14 +105,14 @@ class Variables:
 
     def _check_bounds(self, problem: Problem) -> None:
         name, is_real = type(problem).__name__, self.is_real
-        limits = np.where(is_real, MAX_REAL_BOUND, MAX_INTEGER_BOUND)
+        max_bounds = np.where(is_real, MAX_REAL_BOUND, MAX_INTEGER_BOUND)
         for key, bound in (("xl", self.xl), ("xu", self.xu)):
-            is_valid = (np.abs(bound) <= limits) & (is_real | (bound == np.rint(bound)))
+            is_valid = (np.abs(bound) <= max_bounds) & (is_real | (bound == np.rint(bound)))
             for i in np.flatnonzero(~is_valid).tolist():
                 kind = "number" if is_real[i] else "whole number"
                 raise ValueError(
                     f"{name}.{key}[{self.format_label(i)}] = {bound[i]:g}: expected a finite "
-                    f"{kind} of at most {limits[i]:g} in size"
+                    f"{kind} of at most {max_bounds[i]:g} in size"
                 )
         if np.any(self.xl > self.xu):
             raise ValueError(f"{name}: expected xl <= xu, got xl = {self.xl}, xu = {self.xu}")

@@ -146,7 +146,7 @@ class IndependentWalkers(ExtremalOptimization, ABC):
             improved = improved | self._update_incumbent_fitness(values[:, offset:])
         f = np.take_along_axis(F, objective[:, None, None], axis=2)[:, offset:, 0]
         f[~np.isfinite(F[:, offset:]).all(axis=2)] = np.nan
-        ties = self._arrange_by_group(draws[:, 1 : 1 + n], 2.0)  # Padding ranks last.
+        ties = self._arrange_by_group(draws[:, 1 : 1 + n], 2.0)  # The padding is ranked last.
         ranking = rank(
             self._arrange_by_group(f, np.nan),
             self._arrange_by_group(violation[:, offset:], 0.0),

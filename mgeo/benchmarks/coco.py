@@ -65,7 +65,6 @@ class CocoProblem(Problem):
         return f"{self.suite} f{self.function}"
 
     def name(self) -> str:
-        """Return the name of the problem, such as ``bbob f1 d10 i1``."""
         return f"{self.suite} f{self.function} d{self.n_var} i{self.instance}"
 
     def _evaluate(self, X: FloatArray, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:

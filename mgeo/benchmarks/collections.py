@@ -44,7 +44,7 @@ def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
 
 
 def expand_name(name: str) -> list[str]:
-    """Return the names of all test problems that a problem name with ranges stands for.
+    """Return the names of all test problems that a name with ranges stands for, as a list.
 
     Only names of COCO problems can have ranges, such as ``coco:bbob-biobj/f1-55/d5,10/i1``. Any
     other name is returned as the only entry.

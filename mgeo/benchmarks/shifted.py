@@ -52,7 +52,6 @@ class ShiftedProblem(Problem):
         self.inner = inner
 
     def name(self) -> str:
-        """Return the name of the problem: "Shifted" and the name of the original problem."""
         return f"Shifted {self.inner.name()}"
 
     def mirror(self, x: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ _SAMPLING_STRIDE, _MAX_UNSAMPLED_ROWS = 16, 4096
 
 
 def find_nondominated(F: FloatArray) -> BoolArray:
-    """Return the mask of the nondominated objective vectors among the rows of `F`.
+    """Return a boolean mask that selects the nondominated rows of an array of objective vectors.
 
     The cost is O(n log n) for up to three objectives (Kung, Luccio & Preparata 1975, as implemented
     by moocore).
@@ -47,7 +47,7 @@ def find_front_rows(F: FloatArray) -> NDArray[np.intp]:
 
 
 def find_not_weakly_dominated(F: FloatArray, front: FloatArray) -> BoolArray:
-    """Return the mask of the objective vectors that no point of a front weakly dominates.
+    """Return a boolean mask of the rows of `F` that no row of `front` weakly dominates.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def find_not_weakly_dominated(F: FloatArray, front: FloatArray) -> BoolArray:
 
 
 def find_weakly_dominated_rows(front: FloatArray, F: FloatArray) -> NDArray[np.intp]:
-    """Return the row indices of the points of a front that new objective vectors weakly dominate.
+    """Return the indices of the rows of `front` that at least one row of `F` weakly dominates.
 
     Parameters
     ----------

@@ -118,7 +118,7 @@ class TolerantEvaluator(Evaluator):
         return tolerant
 
     def get_settings(self) -> dict[str, Any]:
-        """Return the constructor arguments, except the callback, as a dict that becomes JSON."""
+        """Return the constructor arguments, except the callback, as a JSON-compatible dict."""
         return {
             "patience": self.patience,
             "warn": self.warn,
@@ -127,7 +127,7 @@ class TolerantEvaluator(Evaluator):
         }
 
     def get_counts(self) -> dict[str, Any]:
-        """Return the counters of evaluations and failures as a dict that becomes JSON."""
+        """Return the counters of evaluations and failures as a JSON-compatible dict."""
         return {
             "n_eval": self.n_eval,
             "n_failed": self.n_failed,
@@ -215,7 +215,7 @@ class TolerantEvaluator(Evaluator):
         return error
 
     def _penalize(self, name: str, values: FloatArray, is_failed: BoolArray) -> None:
-        """Overwrite the rows of failed candidates in place by values worse than all others."""
+        """Set the values of failed candidates in place to values worse than all successful ones."""
         if not values.shape[1]:
             return
         successful = np.abs(values[~is_failed]) if name == "H" else values[~is_failed]
@@ -238,7 +238,7 @@ class TolerantEvaluator(Evaluator):
 def describe_changed_value(
     problem: Problem, population: Population, options: Mapping[str, Any]
 ) -> str:
-    """Evaluate up to three individuals again, and describe the first value that differs.
+    """Evaluate up to three individuals again, and return a text about the first changed value.
 
     The check detects that a problem has changed since `population` was evaluated. The new
     evaluations are not counted by any evaluator, and the callback of the problem is not called.

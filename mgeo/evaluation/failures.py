@@ -23,7 +23,7 @@ _MAX_CAUSE_LENGTH = 200
 
 @dataclass(frozen=True)
 class Failure:
-    """Cause of the failed evaluation of one candidate.
+    """Failed evaluation of one candidate, with the cause and the traceback.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Failure:
 
     @classmethod
     def from_exception(cls, error: Exception) -> Failure:
-        """Return a failure whose cause is an exception, with the traceback of the exception."""
+        """Create the failure that an exception has caused, with message and traceback."""
         text = join_lines(f"{type(error).__name__}: {error}").removesuffix(":")
         return cls(text[:_MAX_CAUSE_LENGTH], "".join(traceback.format_exception(error)).rstrip())
 
@@ -50,7 +50,7 @@ BatchResult = tuple[Values, dict[int, Failure]]
 def evaluate_batch(
     problem: Problem, X: NDArray[Any], names: Sequence[str], options: Mapping[str, Any]
 ) -> BatchResult:
-    """Evaluate a batch of candidates, and return their values and the causes of failures.
+    """Evaluate a batch of candidates, even if some of them raise, and return values and failures.
 
     When the evaluation of a batch raises, the batch is bisected until the failing candidates are
     isolated. For an elementwise problem, the exception of each element is caught directly, so that
@@ -146,7 +146,7 @@ def _evaluate_by_bisection(
 
 
 def _build_missing_row(pattern: NDArray[Any]) -> NDArray[Any]:
-    """Return a row of NaN, or of None if the array does not contain numbers, to append to it."""
+    """Return one row of missing values, NaN or None, with the shape of a row of `pattern`."""
     value = np.nan if np.issubdtype(pattern.dtype, np.number) else None
     return np.full((1, *pattern.shape[1:]), value)
 

@@ -318,7 +318,7 @@ def _read_names(
 
 
 def describe_size(problem: Problem) -> dict[str, Any]:
-    """Return variable names, objective names and the number of constraints as a JSON-ready dict."""
+    """Return the names of variables and objectives and the number of constraints, for JSON."""
     variables, objectives = get_column_names(problem)
     return {
         "variables": list(variables),

@@ -23,7 +23,7 @@ Values = Mapping[str, FloatArray]
 
 
 def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: float = 1e-12) -> None:
-    """Check that a problem meets the requirements of mgeo, or raise CheckError.
+    """Check that a problem and its optional methods satisfy the rules of mgeo, or raise CheckError.
 
     The problem is evaluated at random points and at its lower and upper bounds. Optional methods of
     `mgeo.ProblemMixin` and the view are checked if the problem defines them.

@@ -162,7 +162,7 @@ def reject_unknown_keywords(
     where: str,
     other_keywords: Collection[str] = (),
 ) -> None:
-    """Raise TypeError for the first unknown keyword, with a suggestion.
+    """Raise TypeError if a keyword is not allowed, with a suggestion of a similar keyword.
 
     Parameters
     ----------

@@ -72,7 +72,7 @@ def reject_unknown_options(name: str, cls: type, options: Iterable[str]) -> None
 
 
 def get_parameter_descriptions(cls: type) -> dict[str, str]:
-    """Read the parameter descriptions from the docstrings of a class and its base classes.
+    """Return the parameter descriptions in the docstrings of a class and its bases, by name.
 
     The docstrings have entries ``name : description`` in their section Parameters.
 
