@@ -112,8 +112,8 @@ def find_objective(key: str, suite: Suite) -> Objective:
 
 
 def is_refinable(keys: Sequence[str]) -> bool:
-    """Return True if the local refinement supports the objectives, which must be ``t_end`` and one
-    smooth objective.
+    """Return True if the objectives are ``t_end`` and one smooth objective, as the local refinement
+    requires.
     """
     remaining = [key for key in keys if key != "t_end"]
     if len(keys) != 2 or len(remaining) != 1:

@@ -37,7 +37,7 @@ MAX_STORED_RUNS, _BATCH_SIZE = 64, 16
 
 @dataclass(frozen=True)
 class MonteCarloRun:
-    """Random errors of one Monte Carlo run, and the filter model that includes them.
+    """Random errors of one Monte Carlo run, and the filter model of the run.
 
     Attributes
     ----------

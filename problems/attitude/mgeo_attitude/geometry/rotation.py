@@ -30,8 +30,8 @@ def cross(a: Any, b: Any) -> Any:
 
 
 def shear(a: Any, b: Any) -> Any:
-    """Return the product N(a) b with the symmetric counterpart N(a) of the cross-product matrix,
-    shape (..., 3).
+    """Return N(a) b, shape (..., 3), where N(a) is the symmetric matrix with zero diagonal and the
+    components of a beside the diagonal.
 
     The product is (a_y b_z + a_z b_y, a_z b_x + a_x b_z, a_x b_y + a_y b_x).
     """
@@ -57,8 +57,8 @@ def normalize(v: Any) -> Any:
 
 
 def rotate(g: Any, v: Any) -> Any:
-    """Rotate a vector v by the rotation vector g, as R(g) v. A function that rotates vectors may be
-    given instead of g.
+    """Rotate a vector v by the rotation R(g) that the vector g represents. A function that rotates
+    vectors may be given instead of g.
     """
     if callable(g):
         return g(v)
@@ -67,7 +67,7 @@ def rotate(g: Any, v: Any) -> Any:
 
 
 def unrotate(g: Floats, v: Floats) -> Floats:
-    """Rotate a vector v by the inverse rotation of g, as R(g)ᵀ v."""
+    """Rotate a vector v by the inverse of the rotation R(g) that the vector g represents."""
     rotated: Floats = rotate(-g, v)
     return rotated
 

@@ -50,7 +50,7 @@ def dot(a: Vec3, b: Vec3) -> Any:
 
 
 def unit_vector(direction: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return the unit vector along a direction that is not zero, as a tuple of three floats."""
+    """Scale three components of a nonzero direction to a unit vector, as a tuple."""
     length = math.hypot(*direction)
     x, y, z = (component / length for component in direction)
     return (x, y, z)
@@ -61,11 +61,11 @@ def componentwise_product(a: Vec3, b: Vec3) -> Vec3:
 
 
 def shear(a: Vec3, b: Vec3) -> Vec3:
-    """Return the product N(a) b with the symmetric matrix N(a), which describes nonorthogonality
-    errors.
+    """Return N(a) b, where N(a) is the symmetric matrix with zero diagonal and the components of a
+    beside the diagonal.
 
-    N(a) is the symmetric counterpart of the cross-product matrix [a×]: N(a) b = (a_y b_z + a_z b_y,
-    a_z b_x + a_x b_z, a_x b_y + a_y b_x).
+    N(a) is the symmetric counterpart of the cross-product matrix [a×], with N(a) b = (a_y b_z + a_z
+    b_y, a_z b_x + a_x b_z, a_x b_y + a_y b_x).
     """
     return Vec3(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)
 
