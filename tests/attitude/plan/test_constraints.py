@@ -12,7 +12,7 @@ from mgeo_attitude import AttitudeManeuverProblem, run_reference_filter
 from mgeo_attitude.plan import ManeuverPlan, format_aem, to_csv
 from scipy.spatial.transform import Rotation
 
-from ..criteria.test_limits import LIMITED, designs
+from ..criteria.test_objectives import LIMITED, designs
 from ..filter.plain_path_limits import path_angles
 
 

@@ -1,4 +1,4 @@
-"""Runs that begin at another attitude or rate: the kernel against filterpy, and by hand."""
+"""Runs from different initial attitudes and rates."""
 
 import dataclasses
 
@@ -18,16 +18,16 @@ from scipy.spatial.transform import Rotation
 from .agreement import assert_agrees, designs
 
 PYRAMID = [[1.0, 0.0, 1.0], [-1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, -1.0, 1.0]]
-TURNED = {"quaternion": [0.5, -0.1, 0.7, 0.5]}
-STARTS = {
-    "inertial": TURNED,
+INERTIAL = {"quaternion": [0.5, -0.1, 0.7, 0.5]}
+INITIAL_CONDITIONS = {
+    "inertial": INERTIAL,
     "nadir": {"pointing": "nadir", "axis": [0.0, 0.6, 0.8], "clock_deg": 40.0},
     "spinning": {"pointing": "sun", "axis": [1.0, 0.0, 0.0], "rate_deg_s": [0.9, -0.2, 0.4]},
 }
 
 
 def scenario(initial, **changes):
-    """Eclipse by eclipse with ramps, a cone and a field of view: all that an attitude enters."""
+    """Return a scenario with ramps and a field of view, which depend on the attitude."""
     table = {
         "preset": "cubesat_6u",
         "duration": 1200.0,
@@ -40,38 +40,42 @@ def scenario(initial, **changes):
     return Scenario.from_dict(table | changes)
 
 
-@pytest.mark.parametrize("name", STARTS)
-def test_kernel_and_reference_agree(name):
-    model = FilterModel.from_scenario(scenario(STARTS[name]))
+@pytest.mark.parametrize("name", INITIAL_CONDITIONS)
+def test_filters_agree_for_initial_conditions(name):
+    model = FilterModel.from_scenario(scenario(INITIAL_CONDITIONS[name]))
     assert not np.allclose(model.initial_attitude, np.eye(3), atol=0.1)
     assert_agrees(model, designs(np.random.default_rng(5), 6, max_duration=300.0))
 
 
-def test_a_nadir_start_is_flown_from_the_orbital_frame():
-    """At rest in GCRS the body stays where it was; ramps begin at the orbital rate."""
-    still = scenario({"pointing": "nadir"})
-    model = FilterModel.from_scenario(still)
+def test_nadir_pointing_starts_in_orbital_frame_with_orbital_rate():
+    """The first ramp starts at the orbital rate, and the body is then at rest in GCRS."""
+    nadir = scenario({"pointing": "nadir"})
+    model = FilterModel.from_scenario(nadir)
     x = np.tile([0.0, 0.0, 0.0, 100.0], 3)
-    run = run_reference_filter(model, x)
-    position, velocity = still.orbit.propagate(still.epoch, np.zeros(1))
-    down = -position[0] / np.linalg.norm(position[0])
-    np.testing.assert_allclose(run.attitude[0] @ down, [0.0, 0.0, 1.0], atol=1e-14)
-    assert run.attitude[0][0] @ velocity[0] > 0.999 * np.linalg.norm(velocity[0])
-    # about 0.06 deg/s is stopped at 0.05 deg/s² in 1.2 s of the first step: a triangle
+    history = run_reference_filter(model, x)
+    position, velocity = nadir.orbit.propagate(nadir.epoch, np.zeros(1))
+    nadir_direction = -position[0] / np.linalg.norm(position[0])
+    np.testing.assert_allclose(history.attitude[0] @ nadir_direction, [0.0, 0.0, 1.0], atol=1e-14)
+    assert history.attitude[0][0] @ velocity[0] > 0.999 * np.linalg.norm(velocity[0])
+    # A rate of 0.06 deg/s is stopped by 0.05 deg/s² in 1.2 s of the first step.
     rate = model.initial_rate
     assert np.degrees(np.linalg.norm(rate)) == pytest.approx(0.06, rel=0.01)
     time = np.abs(np.degrees(rate)).max() / 0.05
-    expected = Rotation.from_rotvec(-0.5 * time * rate).as_matrix() @ run.attitude[0]
-    np.testing.assert_allclose(run.attitude[1:], np.repeat(expected[None], len(run.times) - 1, 0))
-    sharp = FilterModel.from_scenario(scenario({"pointing": "nadir"}, maneuvers={"count": 3}))
+    expected = Rotation.from_rotvec(-0.5 * time * rate).as_matrix() @ history.attitude[0]
     np.testing.assert_allclose(
-        run_reference_filter(sharp, x).attitude[-1], run.attitude[0], atol=1e-15
+        history.attitude[1:], np.repeat(expected[None], len(history.times) - 1, 0)
+    )
+    instant_model = FilterModel.from_scenario(
+        scenario({"pointing": "nadir"}, maneuvers={"count": 3})
+    )
+    np.testing.assert_allclose(
+        run_reference_filter(instant_model, x).attitude[-1], history.attitude[0], atol=1e-15
     )
 
 
-def test_rate_changes_count_from_the_initial_rate():
+def test_rate_change_includes_change_from_initial_rate():
     spinning = scenario(
-        STARTS["spinning"], maneuvers={"count": 3}, objectives=["t_end", "rate_change"]
+        INITIAL_CONDITIONS["spinning"], maneuvers={"count": 3}, objectives=["t_end", "rate_change"]
     )
     problem = AttitudeManeuverProblem(spinning)
     x = np.array([0.9, -0.2, 0.4, 100.0, 0.0, 0.0, 0.0, 50.0, 0.0, 0.0, 0.3, 50.0])
@@ -91,33 +95,35 @@ def test_rate_changes_count_from_the_initial_rate():
         (
             {"rate_deg_s": [0.0, 0.0, 0.5]},
             {"wheels": {"inertia": [0.1, 0.1, 0.2], "max_momentum": 5e-4, "axes": PYRAMID}},
-            # four wheels at 45 deg share it: √2 / 4 of 0.00175
+            # Four wheels at 45 deg share the momentum: √2 / 4 of 0.00175.
             "initial.rate_deg_s = (0.0, 0.0, 0.5): expected at most wheels.max_momentum = 0.0005 "
             "N m s in each wheel, not 0.000617",
         ),
         (
             {"pointing": "sun"},
             {"path_constraints": [{"name": "eye", "boresight": [0, 0, 1], "half_angle_deg": 10.0}]},
-            "path_constraints[0].half_angle_deg = 10.0: expected another attitude in [initial]: at the "
-            "start Sun is ",
+            "path_constraints[0].half_angle_deg = 10.0: expected another attitude in [initial]: "
+            "at the start Sun is ",
         ),
     ],
 )
-def test_a_start_that_breaks_a_limit_is_refused(initial, changes, message):
+def test_initial_state_that_violates_constraint_is_rejected(initial, changes, message):
     with pytest.raises(InvalidValue) as caught:
         AttitudeManeuverProblem(scenario(initial, eclipse=False, **changes))
     assert str(caught.value).startswith(message)
 
 
-def test_the_attitude_at_the_start_decides_about_a_cone():
-    """A camera that looks away from the Sun while z points at it, and only then."""
+def test_initial_attitude_determines_path_constraint_at_start():
+    """A camera on -z is allowed while z points at the Sun, and a camera on z is not."""
     camera = {"name": "eye", "boresight": [0.0, 0.0, -1.0], "half_angle_deg": 60.0}
-    day = scenario({"pointing": "sun"}, eclipse=False, path_constraints=[camera])
-    kept = AttitudeManeuverProblem(day)
-    assert [limit.build_cone().axis for limit in kept.model.path_constraints] == [(0.0, 0.0, -1.0)]
+    sun_pointing = scenario({"pointing": "sun"}, eclipse=False, path_constraints=[camera])
+    problem = AttitudeManeuverProblem(sun_pointing)
+    assert [limit.build_cone().axis for limit in problem.model.path_constraints] == [
+        (0.0, 0.0, -1.0)
+    ]
     at_rest = np.tile([0.0, 0.0, 0.0, 100.0], 3)
-    angle = evaluate(kept.model, at_rest).path_angle[0, 0]
+    angle = evaluate(problem.model, at_rest).path_angle[0, 0]
     assert angle == pytest.approx(np.pi - 3.0 * np.radians(8.0), abs=1e-6)
     opposite = PathConstraint(name="eye", boresight=(0.0, 0.0, 1.0), half_angle_deg=60.0)
     with pytest.raises(InvalidValue, match=r"expected another attitude.* boresight of 'eye'"):
-        AttitudeManeuverProblem(dataclasses.replace(day, path_constraints=(opposite,)))
+        AttitudeManeuverProblem(dataclasses.replace(sun_pointing, path_constraints=(opposite,)))

@@ -1,4 +1,4 @@
-"""Another attitude at the start: a satellite whose axes are named otherwise is the same one."""
+"""Rotation of the initial attitude, compared with a permutation of the body axes."""
 
 import dataclasses
 
@@ -10,8 +10,8 @@ from mgeo_attitude.scenario import Convergence, PathConstraint, Wheels
 from .agreement import designs
 
 
-def satellite(renamed):
-    """With everything in it that has a place in body axes; `renamed` names them otherwise."""
+def build_satellite(renamed):
+    """Return a scenario with all body-fixed vectors permuted by the function `renamed`."""
     xyz = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     limits = [
         PathConstraint(
@@ -54,26 +54,31 @@ def satellite(renamed):
 
 
 @pytest.mark.slow
-def test_axes_by_other_names():
-    """x, y, z of one are z, x, y of the other."""
+def test_result_does_not_depend_on_names_of_body_axes():
+    """The axes x, y, z of the first satellite are z, x, y of the second."""
     order = [1, 2, 0]
 
     def renamed(v):
         return tuple(v[k] for k in order)
 
-    plain = FilterModel.from_scenario(satellite(lambda v: v))
-    other = FilterModel.from_scenario(satellite(renamed)).rotate_initial_attitude(
+    original_model = FilterModel.from_scenario(build_satellite(lambda v: v))
+    permuted_model = FilterModel.from_scenario(build_satellite(renamed)).rotate_initial_attitude(
         np.eye(3)[:, order]
     )
     X = designs(np.random.default_rng(7), 5, max_duration=200.0)
     X[:, np.arange(12) % 4 != 3] *= 0.5
     maneuvers = X.reshape(5, 3, 4).copy()
     maneuvers[:, :, :3] = maneuvers[:, :, order]
-    one, two = evaluate(plain, X), evaluate(other, maneuvers.reshape(5, 12))
-    np.testing.assert_array_equal(one.t_end, two.t_end)
-    np.testing.assert_allclose(one.trace, two.trace, rtol=1e-9)
-    np.testing.assert_allclose(one.path_angle, two.path_angle, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(one.wheel_load, two.wheel_load, rtol=1e-9)
-    still = evaluate(FilterModel.from_scenario(satellite(renamed)), maneuvers.reshape(5, 12))
-    assert not np.allclose(still.path_angle, one.path_angle, atol=1e-3)
-    assert not np.allclose(still.wheel_load, one.wheel_load, rtol=1e-3)
+    original, permuted = (
+        evaluate(original_model, X),
+        evaluate(permuted_model, maneuvers.reshape(5, 12)),
+    )
+    np.testing.assert_array_equal(original.t_end, permuted.t_end)
+    np.testing.assert_allclose(original.trace, permuted.trace, rtol=1e-9)
+    np.testing.assert_allclose(original.path_angle, permuted.path_angle, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(original.wheel_load, permuted.wheel_load, rtol=1e-9)
+    unrotated = evaluate(
+        FilterModel.from_scenario(build_satellite(renamed)), maneuvers.reshape(5, 12)
+    )
+    assert not np.allclose(unrotated.path_angle, original.path_angle, atol=1e-3)
+    assert not np.allclose(unrotated.wheel_load, original.wheel_load, rtol=1e-3)

@@ -1,4 +1,4 @@
-"""Biases that follow channels: what a channel is along a plan, and what the filter makes of it."""
+"""Bias sensitivities to housekeeping channels: channel values, and their use in the filter."""
 
 import dataclasses
 
@@ -41,10 +41,10 @@ def scenario(gyro=(), mag=(), duration=1500.0, **changes):
     )
 
 
-def test_a_temperature_follows_the_eclipse_with_its_time_constant():
-    """Against SciPy's integrator."""
-    of = scenario(duration=12000.0)
-    environment = Environment.from_scenario(of)
+def test_temperature_follows_eclipse_with_time_constant():
+    """The expected values are integrated by SciPy."""
+    modified = scenario(duration=12000.0)
+    environment = Environment.from_scenario(modified)
     assert 0 < environment.sunlit.sum() < len(environment.sunlit)
     values = TEMP.compute_values(environment.times, environment.sunlit)
     assert values[0] == 5.0
@@ -62,64 +62,67 @@ def test_a_temperature_follows_the_eclipse_with_its_time_constant():
     assert free[0] == goal[0]
 
 
-def test_a_table_is_read_by_lines_and_held_beyond_its_ends():
+def test_channel_table_is_interpolated_and_constant_outside():
     found = CURRENT.compute_values(np.array([0.0, 200.0, 600.0, 2000.0]), np.ones(4, dtype=bool))
     np.testing.assert_allclose(found, [0.1, 0.3, 0.15, -0.2])
 
 
-def test_the_gyro_counts_the_mean_of_a_step_and_a_sensor_its_sample():
-    of = scenario(
+def test_gyro_uses_mean_over_step_and_sensor_uses_sample():
+    modified = scenario(
         (BiasSensitivity("current", 0.01, "A", 0.1),),
         (BiasSensitivity("current", 300.0, "A", 0.1),),
     )
-    model = FilterModel.from_scenario(of)
+    model = FilterModel.from_scenario(modified)
     u = model.channels["current"] - 0.1
     np.testing.assert_array_equal(model.sensitivity_factors[:, 1], u)
     np.testing.assert_allclose(model.sensitivity_factors[1:, 0], 0.5 * (u[1:] + u[:-1]), atol=1e-15)
 
 
 @pytest.mark.slow
-def test_a_channel_that_rests_cannot_be_told_from_the_bias():
-    """At one unit above its reference: the bias then is the sum of both."""
-    still = HousekeepingChannel(name="temp", times=(0.0,), values=(21.0,))
+def test_constant_channel_is_not_distinguishable_from_bias():
+    """At one unit above the reference, the bias is the sum of bias and sensitivity."""
+    constant = HousekeepingChannel(name="temp", times=(0.0,), values=(21.0,))
     sigma = Magnetometer().initial_bias_nt
-    of = dataclasses.replace(
+    modified = dataclasses.replace(
         scenario(mag=(BiasSensitivity("temp", sigma, "degC", 20.0),)),
-        housekeeping_channels=(still,),
+        housekeeping_channels=(constant,),
     )
-    model = FilterModel.from_scenario(of)
+    model = FilterModel.from_scenario(modified)
     P = evaluate(model.full_duration_model, DESIGN, covariance=True).covariance[0]
-    bias, per = (3 * model.suite.blocks.index(f"mag.{b}") for b in ("bias", "bias_per_temp"))
+    bias, sensitivity = (
+        3 * model.suite.blocks.index(f"mag.{b}") for b in ("bias", "bias_per_temp")
+    )
     half = model.initial_sigma[bias] ** 2 / 2.0
-    both = P[bias, bias] + 2.0 * P[bias, per] + P[per, per]
+    sum_variance = P[bias, bias] + 2.0 * P[bias, sensitivity] + P[sensitivity, sensitivity]
     assert P[bias, bias] == pytest.approx(half, rel=0.01)
-    assert P[per, per] == pytest.approx(half, rel=0.01)
-    assert both < 1e-3 * half
+    assert P[sensitivity, sensitivity] == pytest.approx(half, rel=0.01)
+    assert sum_variance < 1e-3 * half
 
 
-def test_a_sensors_influence_has_a_limit_and_the_gyros_says_why_not():
-    of = scenario(mag=(BiasSensitivity("current", 2000.0, "A"),))
-    bound = compute_lower_bound(of)
+def test_lower_bound_exists_for_sensor_but_not_for_gyro_sensitivity():
+    modified = scenario(mag=(BiasSensitivity("current", 2000.0, "A"),))
+    bound = compute_lower_bound(modified)
     X = np.random.default_rng(2).uniform(-1.0, 1.0, (10, 12))
     X[:, 3::4] = 300.0
-    found = evaluate(FilterModel.from_scenario(of), X)
-    assert (found.trace > np.interp(found.t_end, bound.times, bound.trace)).all()
+    result = evaluate(FilterModel.from_scenario(modified), X)
+    assert (result.trace > np.interp(result.t_end, bound.times, bound.trace)).all()
     with pytest.raises(
         NoLowerBoundError, match=r"gyro\.bias_sensitivities: no lower bound .* effect of temp"
     ):
         compute_lower_bound(scenario((BiasSensitivity("temp", 1e-3),)))
 
 
-def test_an_influence_of_no_channel_is_refused_with_the_way_out():
-    of = scenario(mag=(BiasSensitivity("tmp", 1.0),))
+def test_sensitivity_to_unknown_channel_is_rejected():
+    modified = scenario(mag=(BiasSensitivity("tmp", 1.0),))
     message = (
-        r"sensors\[1\]\.bias_sensitivities\[0\]\.channel = 'tmp': unknown channel; did you mean 'temp'\?.*"
-        r"define its values along the plan in \[\[housekeeping_channels\]\], or remove the"
+        r"sensors\[1\]\.bias_sensitivities\[0\]\.channel = 'tmp': unknown channel; "
+        r"did you mean 'temp'\?.*define its values along the plan in "
+        r"\[\[housekeeping_channels\]\], or remove the"
     )
     with pytest.raises(InvalidValue, match=message):
-        FilterModel.from_scenario(of)
-    with pytest.raises(InvalidValue, match=message):  # before anything is computed
-        AttitudeManeuverProblem(of)
+        FilterModel.from_scenario(modified)
+    with pytest.raises(InvalidValue, match=message):
+        AttitudeManeuverProblem(modified)
     with pytest.raises(
         InvalidValue, match=r"gyro\.bias_sensitivities\[0\].*there are no \[\[housekeeping_channels"
     ):

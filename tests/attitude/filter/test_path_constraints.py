@@ -1,4 +1,4 @@
-"""Path limits with a margin for the attitude: by hand, as code, and along whole runs."""
+"""Path constraints with a margin for the attitude uncertainty."""
 
 import dataclasses
 
@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 
 from . import plain_path_limits as plain
 
-#: A long way from the Sun at the start, so that only what is flown decides.
+#: Constraint that is satisfied at the start, far from the Sun.
 CAMERA = PathConstraint(name="camera", boresight=(0.0, 0.2, -1.0), half_angle_deg=50.0)
 
 
@@ -34,74 +34,83 @@ def scenario(*path_constraints, **changes):
     return dataclasses.replace(short, **changes)
 
 
-def unit(rng, n=1):
+def draw_unit_vectors(rng, n=1):
     v = rng.standard_normal((n, 3))
     return v / np.linalg.norm(v, axis=1, keepdims=True)
 
 
-def covariances(rng, n):
+def draw_covariances(rng, n):
     roots = rng.standard_normal((n, 3, 3))
     return roots @ roots.transpose(0, 2, 1)
 
 
-def test_the_margin_is_how_far_turns_of_one_sigma_move_the_sun():
-    """A finite turn by a millionth changes the angle by what the formula says of its variance."""
+def test_margin_is_angle_change_for_rotation_of_one_sigma():
+    """A rotation by 1e-6 rad changes the angle by the 1-sigma of its variance."""
     rng = np.random.default_rng(1)
-    axis, sun = unit(rng)[0], unit(rng, 20)
-    for v, turn in zip(sun, 1e-6 * unit(rng, 20), strict=True):
+    axis, sun = draw_unit_vectors(rng)[0], draw_unit_vectors(rng, 20)
+    for v, turn in zip(sun, 1e-6 * draw_unit_vectors(rng, 20), strict=True):
         one_direction = np.outer(turn, turn)[None]
         turned = Rotation.from_rotvec(-turn).as_matrix() @ v
         change = np.arccos(turned @ axis) - np.arccos(v @ axis)
-        found = compute_violation(about(axis), 1.0, *at_rest(v[None]), one_direction)[0]
-        sigma = found - compute_violation(about(axis), 0.0, *at_rest(v[None]), one_direction)[0]
+        found = compute_violation(
+            build_cone(axis), 1.0, *build_fixed_motion(v[None]), one_direction
+        )[0]
+        sigma = (
+            found
+            - compute_violation(build_cone(axis), 0.0, *build_fixed_motion(v[None]), one_direction)[
+                0
+            ]
+        )
         assert sigma == pytest.approx(abs(change), rel=1e-4, abs=1e-12)
 
 
-def about(axis, inside=False):
+def build_cone(axis, inside=False):
     return Cone("sun", tuple(axis), 0.0, inside)
 
 
-def at_rest(directions, radius=0.0):
-    """Turns and passages of directions that stay where they are."""
+def build_fixed_motion(directions, radius=0.0):
+    """Return zero rotations and the motion of fixed directions."""
     radii = np.full(len(directions), radius)
     seen = np.zeros(len(directions), dtype=bool)
     return np.zeros_like(directions), DirectionMotion(directions, directions, radii, radii, seen)
 
 
-def test_parallel_takes_the_largest_sigma_across_the_axis():
+def test_margin_of_parallel_direction_is_largest_perpendicular_sigma():
     axis, sun = np.array([0.0, 0.0, 1.0]), np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
-    P = np.diag([0.01, 0.04, 9.0])  # turns about the axis itself change no angle
-    found = compute_violation(about(axis), 3.0, *at_rest(sun), np.array([P, P]))
+    P = np.diag([0.01, 0.04, 9.0])  # Rotations about the axis change no angle.
+    found = compute_violation(build_cone(axis), 3.0, *build_fixed_motion(sun), np.array([P, P]))
     np.testing.assert_allclose(found, [0.6, 0.6 - np.pi], rtol=1e-12)
-    found = compute_violation(about(axis, inside=True), 3.0, *at_rest(sun, 0.2), np.array([P, P]))
+    found = compute_violation(
+        build_cone(axis, inside=True), 3.0, *build_fixed_motion(sun, 0.2), np.array([P, P])
+    )
     np.testing.assert_allclose(found, [0.4, np.pi + 0.4], rtol=1e-12)
 
 
 @pytest.mark.parametrize(
     ("sigmas", "inside", "radius"), [(0.5, False, 0.0), (3.0, True, 1.1), (0.0, True, 0.0)]
 )
-def test_the_excess_is_that_of_other_formulas(sigmas, inside, radius):
+def test_violation_equals_independent_formulas(sigmas, inside, radius):
     rng = np.random.default_rng(2)
-    axis = unit(rng)[0]
-    across = np.cross(axis, unit(rng)[0])
+    axis = draw_unit_vectors(rng)[0]
+    across = np.cross(axis, draw_unit_vectors(rng)[0])
     across /= np.linalg.norm(across)
     near = axis + 1e-5 * across
-    sun = np.vstack([unit(rng, 100), axis, -axis, near / np.linalg.norm(near)])
-    turn = rng.uniform(0.0, 0.5, (len(sun), 1)) * unit(rng, len(sun))
+    sun = np.vstack([draw_unit_vectors(rng, 100), axis, -axis, near / np.linalg.norm(near)])
+    turn = rng.uniform(0.0, 0.5, (len(sun), 1)) * draw_unit_vectors(rng, len(sun))
     turn[::5] = 0.0
     turn[-3:] = 0.0
-    before = sun + 0.02 * rng.uniform(0.0, 1.0, (len(sun), 1)) * unit(rng, len(sun))
+    before = sun + 0.02 * rng.uniform(0.0, 1.0, (len(sun), 1)) * draw_unit_vectors(rng, len(sun))
     before = before / np.linalg.norm(before, axis=1, keepdims=True)
-    before[::2], before[-3:] = sun[::2], sun[-3:]  # such as the Sun, which hardly moves
+    before[::2], before[-3:] = sun[::2], sun[-3:]  # Some directions are fixed.
     start = radius and radius + 1e-3
-    appears = np.arange(len(sun)) % 6 == 2  # of those that hardly move
+    appears = np.arange(len(sun)) % 6 == 2  # Some fixed directions appear.
     radii = np.where(appears, radius, start), np.full(len(sun), radius)
     passage = DirectionMotion(before, sun, *radii, appears)
-    P, cone = 0.01 * covariances(rng, len(sun)), about(axis, inside)
+    P, cone = 0.01 * draw_covariances(rng, len(sun)), build_cone(axis, inside)
     expected = plain.excess(cone, sigmas, turn, passage, P)
     stays = passage._replace(appears=np.zeros(len(sun), dtype=bool))
     assert (plain.excess(cone, sigmas, turn, stays, P) < expected - 1e-3).any()
-    # the chord that a direction moves along is lengthened to the arc, to second order
+    # The chord of a moving direction is corrected to the arc to second order.
     found = compute_violation(cone, sigmas, turn, passage, P)
     np.testing.assert_allclose(found, expected, rtol=0, atol=2e-9)
     dark = DirectionMotion(*np.zeros((2, 1, 3)), *np.zeros((2, 1)), np.zeros(1, dtype=bool))
@@ -109,8 +118,8 @@ def test_the_excess_is_that_of_other_formulas(sigmas, inside, radius):
 
 
 @pytest.fixture(scope="module")
-def watched():
-    """Limits with margins and without, of all directions, through the end of the night."""
+def constrained():
+    """Model with path constraints of all directions, with and without margins."""
     others = (
         PathConstraint(
             name="side", boresight=(1.0, -1.0, 0.2), half_angle_deg=40.0, attitude_sigmas=1.5
@@ -140,8 +149,8 @@ def watched():
 
 
 @pytest.mark.slow
-def test_kernel_keeps_the_limits_that_the_reference_keeps(watched):
-    model, X = watched
+def test_compiled_path_angles_equal_reference(constrained):
+    model, X = constrained
     sun, _ = model.select_direction("sun")
     assert not sun[0].any()
     assert sun[-1].any()
@@ -158,14 +167,14 @@ def test_kernel_keeps_the_limits_that_the_reference_keeps(watched):
     assert ((G > 0.0).any(axis=0) & (G < 0.0).any(axis=0)).sum() > 8
 
 
-#: Instants of a step, its beginning the first and its end the last.
+#: Number of instants in a step, including both ends.
 DENSE = 101
 
 
-def flown_densely(problem, x):
-    """Place, attitude and its covariance at `DENSE` instants of every step, by scipy's rotations.
+def simulate_densely(problem, x):
+    """Return state, attitude and attitude covariance at `DENSE` instants of each step.
 
-    What is unknown of the attitude stays the same in inertial axes throughout a step.
+    The attitude error is constant in inertial axes throughout a step.
     """
     run, model, step = run_reference_filter(problem.model, x), problem.model, problem.model.step
     n, part = len(run.times) - 1, np.linspace(0.0, step, DENSE)
@@ -184,8 +193,8 @@ def flown_densely(problem, x):
     return at, attitude, P
 
 
-def densely(problem, limit, flown):
-    """Angles and their 1-sigmas, shapes (n_steps, `DENSE`), of a limit in a flight."""
+def compute_dense_angles(problem, limit, flown):
+    """Return the angles of a path constraint and their 1-sigmas, shapes (n_steps, `DENSE`)."""
     at, attitude, P = flown
     direction, axis = DIRECTIONS[limit.build_cone().direction], np.array(limit.build_cone().axis)
     seen = np.einsum("kij,kj->ki", attitude, direction.vectors(at, problem.scenario.epoch))
@@ -201,8 +210,8 @@ def densely(problem, limit, flown):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("step", [1.0, 10.0])
-def test_limits_hold_between_filter_steps(step):
-    """Of a fast turn the worst is between two samples, which a filter alone does not see."""
+def test_path_angle_includes_extremes_between_samples(step):
+    """During a fast rotation the extreme angle is between two samples."""
     limits = tuple(
         PathConstraint(
             reference=reference,
@@ -224,20 +233,20 @@ def test_limits_hold_between_filter_steps(step):
     rng, blind = np.random.default_rng(8), []
     for _ in range(4):
         x = np.append(rng.uniform(-3.0, 3.0, 3), usual.duration)
-        flown = flown_densely(problem, x)
+        flown = simulate_densely(problem, x)
         for limit, found in zip(limits, evaluate(problem.model, x).path_angle[0], strict=True):
-            angles, _ = densely(problem, limit, flown)
+            angles, _ = compute_dense_angles(problem, limit, flown)
             worst, sampled = (
                 a.max() if limit.keep_in else a.min() for a in (angles, angles[:, -1])
             )
             assert found == pytest.approx(worst, abs=1e-5 if step == 1.0 else 2e-4)
             blind.append(abs(worst - sampled))
-    assert max(blind) > np.radians(0.01 * step)  # what samples alone do not see
+    assert max(blind) > np.radians(0.01 * step)  # The samples alone miss the extremes.
 
 
 @pytest.mark.slow
-def test_the_margin_holds_between_filter_steps():
-    """To a small part: it is taken where the angle is least and at the end, not in between."""
+def test_margin_is_valid_between_samples():
+    """The margin is evaluated only at the extreme angle and at the end of a step."""
     limit = dataclasses.replace(CAMERA, half_angle_deg=1.0)
     problem = AttitudeManeuverProblem(
         scenario(limit, eclipse=False, duration=200.0, initial=InitialConditions(attitude_deg=1.0))
@@ -246,6 +255,6 @@ def test_the_margin_holds_between_filter_steps():
     for _ in range(3):
         x = np.append(rng.uniform(-1.0, 1.0, 3), 200.0)
         found = evaluate(problem.model, x).path_angle[0, 0]
-        angle, sigma = densely(problem, limit, flown_densely(problem, x))
+        angle, sigma = compute_dense_angles(problem, limit, simulate_densely(problem, x))
         worst = (angle - 3.0 * sigma).min()
         assert found == pytest.approx(worst, abs=np.radians(0.05))
