@@ -110,10 +110,9 @@ class MagnetorquerDrive:
     initial_rate: Floats
 
     def rotate(self, rotation: Floats) -> MagnetorquerDrive:
-        """Return a copy whose motion is that from a rotated initial attitude; see
-        `FilterModel.rotate_initial_attitude`.
+        """Return a copy for an initial attitude that is rotated by a given matrix.
 
-        The field is rotated instead of the attitude.
+        The field is rotated instead of the attitude; see `FilterModel.rotate_initial_attitude`.
 
         Parameters
         ----------

@@ -30,8 +30,10 @@ _NEGLIGIBLE = 1e-17
     "float64[:,:,::1], float64[:,:,::1], boolean[:,::1])"
 )
 def compute_driven_rates(body, law, field, plan, step, mean, end, free):  # type: ignore[no-untyped-def]
-    """Compute the results of `MagnetorquerDrive.compute_rates` into the arrays `mean`, `end` and
+    """Compute the body rates of designs under magnetorquers into the arrays `mean`, `end` and
     `free`.
+
+    The arrays are the results of `MagnetorquerDrive.compute_rates`.
     """
     inertia, inverse, initial_attitude, initial_rate = body
     largest, residual, near, response = law

@@ -40,8 +40,7 @@ _MIN_SINE = 1e-9
 
 
 def pseudo_inverse_allocation(axes: Floats) -> Floats:
-    """Return the matrix that allocates a torque or momentum to the wheels with the smallest sum of
-    squares.
+    """Return the matrix from a torque or momentum to wheel loads for the least-squares allocation.
 
     Parameters
     ----------
@@ -57,7 +56,8 @@ def pseudo_inverse_allocation(axes: Floats) -> Floats:
 
 
 def minimax_allocation(axes: Floats) -> Floats:
-    """Return the matrix that gives the smallest possible load of the most loaded wheel.
+    """Return the matrix from a torque or momentum to wheel loads for the allocation with the
+    smallest maximum load.
 
     The set {A u: |u| <= 1} that wheels of equal size reach is a zonotope, whose facets are spanned
     by pairs of axes. A demand m exceeds the facet of normal n by the factor |n · m| / Σ |n · a|;
@@ -73,7 +73,8 @@ def minimax_allocation(axes: Floats) -> Floats:
     Returns
     -------
     array, shape (k, 3)
-        W with one row per pair of wheels; the load for a demand m is the largest |W m|.
+        W with one row per pair of wheels; the largest |W m| is the load of the most loaded wheel
+        for a demand m.
     """
     normals = np.array([np.cross(a, b) for a, b in combinations(axes, 2)])
     normals = normals[np.linalg.norm(normals, axis=1) > _MIN_SINE]
@@ -210,14 +211,14 @@ class Wheels(Settings):
         return np.array([unit_vector(axis) for axis in self.axes])
 
     def compute_load_matrix(self) -> Floats:
-        """Return the matrix that maps a torque or momentum to wheel loads, the largest of which is
-        that of the most loaded wheel.
+        """Return the matrix from a torque or momentum to wheel loads for the allocation rule of the
+        wheels.
 
         Returns
         -------
         array, shape (k, 3)
-            The matrix W; the load of the most loaded wheel for a torque or momentum m is the
-            largest `|W m|`.
+            The matrix W; the largest `|W m|` is the load of the most loaded wheel for a torque or
+            momentum m.
         """
         return ALLOCATIONS[self.allocation](self.normalized_axes())
 

@@ -253,4 +253,5 @@ def check_objectives(names: Sequence[str], blocks: Collection[str], required: bo
             known = format_known_names(name, [*OBJECTIVES, f"{TRACE_PREFIX}BLOCK"])
             raise InvalidValue(key, name, f"unknown objective{known}")
         if name == "t_required" and not required:
-            raise InvalidValue(key, name, "expected a [required_sigma] table for this objective")
+            expected = "the scenario has no required_sigma: define it, or remove the objective"
+            raise InvalidValue(key, name, expected)

@@ -100,7 +100,9 @@ def check_channels(channels: Sequence[HousekeepingChannel], suite: Suite) -> Non
     for key, sensitivity in suite.sensitivities_by_key.items():
         name = sensitivity.channel
         if name not in known:
-            hint = format_known_names(name, known) if known else ""
+            hint = ": there are no [[housekeeping_channels]]"
+            if known:
+                hint = format_known_names(name, known)
             expected = (
                 f"unknown channel{hint}; define its values along the plan in "
                 "[[housekeeping_channels]], or remove the bias sensitivity"

@@ -183,13 +183,13 @@ def _rotate_twice(last: Any, first: Any, vector: Any) -> Any:
 
 
 def expand_per_axis(sigma: float | tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return three numbers, one per axis, for one number or three numbers."""
+    """Return a tuple of one number per axis; a single number is repeated three times."""
     return sigma if isinstance(sigma, tuple) else (sigma, sigma, sigma)
 
 
 def select_nonzero(**sigmas: float) -> dict[str, State]:
-    """Return the dict of the keyword arguments with a nonzero value: names and initial 1-sigmas of
-    error states.
+    """Return the keyword arguments with a nonzero value, as a dict of error-state names and initial
+    1-sigmas.
     """
     return {state: sigma for state, sigma in sigmas.items() if sigma}
 

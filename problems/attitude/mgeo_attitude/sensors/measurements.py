@@ -199,7 +199,7 @@ def from_telemetry(sensor: Sensor, values: Floats) -> Floats:
 def _convert_finite_rows(
     values: Floats, shape: int | tuple[int, ...], convert: Callable[[Floats], Floats]
 ) -> Floats:
-    """Convert the rows without NaN by a function; all other rows become NaN."""
+    """Apply a function to the rows without NaN; the other rows of the result are NaN."""
     finite = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
     result = np.full((len(values), *np.atleast_1d(shape)), np.nan)
     result[finite] = convert(values[finite])
