@@ -1,4 +1,4 @@
-"""Attitude-independent calibration of magnetometers from the field strength."""
+"""Calibration of magnetometers from the measured field strength, without an attitude."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Note on the limits of the method in each calibration.
 METHOD_NOTE = (
-    "magnetometers are calibrated by the field strength alone: misalignments and errors that vary "
-    "keep their prior, attitude and rate are those of [initial]"
+    "magnetometers are calibrated from the field strength alone: misalignments and varying errors "
+    "keep their prior, and attitude and rate are those of [initial]"
 )
 
 
@@ -47,17 +47,19 @@ def calibrate_magnetometers(
     telemetry: Telemetry | pd.DataFrame | Path | str,
     mapping: TelemetryMapping | None = None,
 ) -> Calibration:
-    """Calibrate the magnetometers of a scenario from the field strength alone.
+    """Estimate bias, scale factor and non-orthogonality of each magnetometer from the field
+    strength, without an attitude.
 
-    Bias, scale factor and non-orthogonality are estimated if the scenario contains them. All other
-    states, the attitude and the rate keep their prior, so that a scenario can continue from the
-    result as from any calibration.
+    A scale factor or non-orthogonality is estimated only if the scenario contains its state. All
+    other states, the attitude and the rate keep their prior, so that a scenario can continue from
+    the result as from any calibration.
 
     Parameters
     ----------
     scenario : Scenario
     telemetry, mapping
-        As in `calibrate`. A mapping with ``holds = "unknown"`` under ``gyro`` needs no gyro.
+        As in `calibrate`. A mapping with ``reference_axes = "unknown"`` under ``gyro`` needs no
+        gyro.
 
     Returns
     -------
@@ -73,16 +75,17 @@ def calibrate_magnetometers(
     Examples
     --------
     >>> from mgeo_attitude import Scenario
-    >>> from mgeo_calibration import calibrate_magnetometers, fly
+    >>> from mgeo_calibration import calibrate_magnetometers, simulate_telemetry
     >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
     >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
-    >>> found = calibrate_magnetometers(scenario, fly(scenario, design, seed=1))
-    >>> found.uplink()["mag"]["unit"], found.supported
+    >>> telemetry = simulate_telemetry(scenario, design, seed=1)
+    >>> calibration = calibrate_magnetometers(scenario, telemetry)
+    >>> calibration.compute_corrections()["mag"]["unit"], calibration.is_consistent
     ('nT', True)
     """
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
-    data, belief, suite = (
+    data, prior, suite = (
         build_batch(scenario, telemetry),
         PriorEstimate.from_scenario(scenario),
         scenario.suite,
@@ -92,14 +95,14 @@ def calibrate_magnetometers(
         raise ValueError(
             "sensors: expected at least one magnetometer to calibrate by the field strength"
         )
-    states = belief.states.copy()
-    covariance = belief.sigma[:, None] * belief.correlation * belief.sigma
-    n_tests = count_prior_tests(belief) + 2 * len(magnetometers)
+    states = prior.states.copy()
+    covariance = prior.sigma[:, None] * prior.correlation * prior.sigma
+    n_tests = count_prior_tests(prior) + 2 * len(magnetometers)
     tests = []
     for index in magnetometers:
         sensor = suite.sensors[index]
         try:
-            result = fit_magnetometer(data, index, belief)
+            result = fit_magnetometer(data, index, prior)
         except ValueError as error:
             raise ValueError(f"{sensor.name}: {error}") from None
         places = suite.get_first_indices(sensor)
@@ -116,7 +119,7 @@ def calibrate_magnetometers(
     )
     covariance[:3], covariance[:, :3] = 0.0, 0.0
     covariance[:3, :3] = scenario.initial_attitude_covariance
-    nothing = belief.reset_varying_states()
+    nothing = prior.reset_varying_states()
     return Calibration(
         scenario=scenario,
         time=time,

@@ -1,4 +1,4 @@
-"""Score tests of all hypotheses, and the selection of the errors that explain the data."""
+"""Score tests for unmodeled errors, and selection of the errors that explain the data."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ _MAX_DISTANCE_SIGMAS = 3.0
 
 @dataclass(frozen=True, kw_only=True)
 class ModelTest:
-    """Score test of an error that the scenario does not model.
+    """Result of the score test for one error that the scenario does not model.
 
     Attributes
     ----------
     name : str
-        Owner and error.
+        Gyro or sensor, and error: for example ``mag.latency``.
     description : str
         Size of the error with its 1-sigma, or the reason why it is not tested.
     key : str
@@ -64,15 +64,18 @@ class ModelTest:
 
     @property
     def summary(self) -> str:
-        """Description of the error with its significance, key and alternatives."""
-        text = f"{self.description} {format_chi_square(self.chi_square, self.degrees_of_freedom, self.p)}: {self.key}"
+        """One line on the estimated error: size, significance, scenario key that models the error,
+        and alternatives.
+        """
+        significance = format_chi_square(self.chi_square, self.degrees_of_freedom, self.p)
+        text = f"{self.description} {significance}: {self.key}"
         return f"either {text}, {self.alternatives}" if self.alternatives else text
 
 
 def run_model_tests(
     solution: Solution, hypotheses: Mapping[str, Hypothesis], n_tests: float, variance_ratio: float
 ) -> tuple[tuple[ModelTest, ...], tuple[str, ...]]:
-    """Test all hypotheses at a converged solution.
+    """Test a converged fit for unmodeled errors, and select the errors that explain the data.
 
     The most significant error is selected first. The other errors are then tested again with the
     selected error estimated, until none is significant: one error resembles many others. The number
@@ -83,7 +86,7 @@ def run_model_tests(
     ----------
     solution : Solution
     hypotheses : mapping of str to Hypothesis
-        Result of `hypotheses.hypotheses`.
+        Result of `build_hypotheses`.
     n_tests : float
         Sum of the weights of tests of all kinds.
     variance_ratio : float
@@ -96,19 +99,19 @@ def run_model_tests(
     doubts : tuple of str
         Notes on doubtful conventions, if no error is selected.
     """
-    departures = {
-        _format_key(name, option): departure
+    model_errors = {
+        _format_key(name, option): model_error
         for name, hypothesis in hypotheses.items()
-        for option, departure in enumerate(hypothesis.options)
+        for option, model_error in enumerate(hypothesis.options)
     }
-    result = compute_scores(solution, departures)
+    result = compute_scores(solution, model_errors)
     alone = _score_hypotheses(result, hypotheses, ())
     named = _select_errors(result, hypotheses, alone, n_tests, variance_ratio)
     tests = []
     for name in (*named, *(name for name in hypotheses if name not in named)):
         hypothesis = hypotheses[name]
         score, alternatives = named.get(name, (alone[name], ""))
-        says = (
+        description = (
             hypothesis.describe(score)
             if score.degrees_of_freedom
             else (f"not tested: no {hypothesis.observability_condition} that shows it")
@@ -116,7 +119,7 @@ def run_model_tests(
         tests.append(
             ModelTest(
                 name=name,
-                description=says,
+                description=description,
                 key=hypothesis.key,
                 chi_square=score.chi_square / variance_ratio,
                 degrees_of_freedom=score.degrees_of_freedom,
@@ -131,7 +134,9 @@ def run_model_tests(
 
 
 def compute_variance_ratio(tests: Sequence[SensorTest]) -> float:
-    """Return the largest ratio of actual to predicted variance of mean innovations, at least 1."""
+    """Return the largest ratio of actual to predicted variance of averaged innovations among all
+    sensors, at least 1.
+    """
     return max([1.0, *(test.variance_ratio for test in tests)])
 
 
@@ -142,7 +147,9 @@ def _select_errors(
     n_tests: float,
     variance_ratio: float,
 ) -> dict[str, tuple[Score, str]]:
-    """Select the significant errors; return the score and the alternatives of each."""
+    """Select the significant errors one after the other. Return score and description of
+    alternatives of each, as a dict by name.
+    """
     named: dict[str, tuple[Score, str]] = {}
     beside, rest = single_scores, n_tests
 
@@ -187,7 +194,8 @@ def _describe_alternatives(
         correlation = math.sqrt(max(0.0, 1.0 - unexplained))
         hypothesis = hypotheses[name]
         words.append(
-            f"or {hypothesis.describe(current_scores[name])}: {hypothesis.key} (correlated {correlation:.2f})"
+            f"or {hypothesis.describe(current_scores[name])}: {hypothesis.key} "
+            f"(correlated {correlation:.2f})"
         )
     return ", ".join(words)
 
@@ -195,7 +203,9 @@ def _describe_alternatives(
 def _score_hypotheses(
     all_scores: ScoreTests, hypotheses: Mapping[str, Hypothesis], keys: Sequence[str]
 ) -> dict[str, Score]:
-    """Return the score of the most significant option of each hypothesis, with others estimated."""
+    """Return the score of each hypothesis with its most significant model, if the errors in `keys`
+    are estimated as well.
+    """
     best = {}
     for name, hypothesis in hypotheses.items():
         count = len(hypothesis.options)
@@ -221,7 +231,9 @@ def _describe_doubts(
     single_scores: Mapping[str, Score],
     all_scores: ScoreTests,
 ) -> Iterator[str]:
-    """Yield notes on alternative conventions that fit telemetry better, but not significantly."""
+    """Yield notes on conventions, such as the time tags of the gyro, for which the alternative fits
+    telemetry better, but not significantly.
+    """
     order = np.concatenate([solution.partition.stochastic, solution.partition.constant])
     sigma = np.sqrt(np.diag(compute_last_covariance(solution)))[order]
     for name, hypothesis in hypotheses.items():

@@ -1,4 +1,6 @@
-"""Checks of single channels for constant, saturated, frozen, repeated and clipped values."""
+"""Checks of single telemetry channels for constant, saturated, frozen, repeated and clipped
+values.
+"""
 
 from __future__ import annotations
 
@@ -15,20 +17,20 @@ _MIN_SATURATED_SAMPLES = 5  # smallest number of consecutive equal extremes of a
 _MIN_REPETITIONS = 5  # smallest count of a repeated value, also relative to the next frequent value
 _MIN_FROZEN_SAMPLES = 10  # smallest number of consecutive equal samples of a frozen sensor
 _MAX_EQUAL_FRACTION = 0.01  # largest fraction of equal neighbors of a finely resolved channel
-_MAX_CLIPPING_GAP = (
-    0.05  # largest gap next to a clipping limit, relative to the range of the channel
-)
+# largest gap next to a clipping limit, relative to the range of the channel
+_MAX_CLIPPING_GAP = 0.05
 
 
 def find_constant_channels(samples: Samples) -> Iterator[Finding]:
-    """Find columns that never change: one of three components, or all columns of a sensor."""
+    """Yield a finding for each gyro or sensor with a channel that has the same value in all
+    samples.
+    """
     for name, (columns, rows) in samples.columns.items():
         seen = np.flatnonzero(np.isfinite(rows).all(axis=1))
         result = rows[seen]
         reported = samples.telemetry.sensors.get(name, rows)[seen]
-        in_the_dark = (
-            len(columns) == 1 and (np.abs(reported) < _MAX_DARK_READING).all()
-        )  # a photodiode
+        # A photodiode in the dark is constant without a fault.
+        in_the_dark = len(columns) == 1 and (np.abs(reported) < _MAX_DARK_READING).all()
         if len(result) < _MIN_SAMPLES or in_the_dark:
             continue
         stuck = np.ptp(result, axis=0) == 0.0
@@ -41,7 +43,9 @@ def find_constant_channels(samples: Samples) -> Iterator[Finding]:
 
 
 def find_saturated_rates(samples: Samples) -> Iterator[Finding]:
-    """Find gyro rates beyond the range, or at the same extreme in many consecutive samples."""
+    """Yield a finding for each gyro axis whose rate exceeds the range, or stays at its extreme
+    value for many consecutive samples.
+    """
     if "gyro" not in samples.columns:
         return
     (columns, rows), gyro = samples.columns["gyro"], samples.mapping.gyro
@@ -70,7 +74,9 @@ def find_saturated_rates(samples: Samples) -> Iterator[Finding]:
 
 
 def find_repeated_samples(samples: Samples) -> Iterator[Finding]:
-    """Find sensors that repeat every sample, or freeze for a while."""
+    """Yield a finding for each sensor that reports every sample several times, or whose readings
+    freeze for a while.
+    """
     for name, _, seen, rows in _select_readings(samples):
         lengths, starts = _find_runs((np.diff(rows, axis=0) == 0.0).all(axis=1))
         if not len(lengths):
@@ -89,7 +95,9 @@ def find_repeated_samples(samples: Samples) -> Iterator[Finding]:
 
 
 def find_repeated_numbers(samples: Samples) -> Iterator[Finding]:
-    """Find values that occur far more often than others, such as fill values or clipped values."""
+    """Yield a finding for each channel with a value that occurs far more often than others, such as
+    a fill value or a clipping limit.
+    """
     for _, columns, seen, rows in _select_readings(samples):
         for column, values in zip(columns, rows.T, strict=True):
             numbers, counts = np.unique(values, return_counts=True)
@@ -120,6 +128,6 @@ def _select_readings(samples: Samples) -> Iterator[tuple[str, list[str], Ints, F
 
 
 def _find_runs(mask: np.ndarray) -> tuple[Ints, Ints]:
-    """Return the lengths and the first indices of the runs of True values."""
+    """Return the lengths and the first indices of all runs of consecutive True values."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
     return edges[1::2] - edges[::2], edges[::2]
