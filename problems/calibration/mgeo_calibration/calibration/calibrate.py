@@ -186,20 +186,28 @@ def _build_calibration(
 ) -> Calibration:
     data, n = fit_result.batch, len(fit_result.batch.times)
     last = fit_result.solution.estimate
-    past = compute_filter_estimates(fit_result.solution)
+    filter_results = compute_filter_estimates(fit_result.solution)
     states, covariance = compute_final_estimate(prior, fit_result)
-    whole = _refit_all_readings(prior, fit_result)
-    all_past = past if whole is fit_result else compute_filter_estimates(whole.solution)
-    channels, left_out = select_correlated_channels(telemetry, data, all_past.innovations)
-    tested = build_hypotheses(whole.solution, channels, telemetry.has_gyro)
+    full_fit = _refit_all_readings(prior, fit_result)
+    full_filter_results = (
+        filter_results if full_fit is fit_result else compute_filter_estimates(full_fit.solution)
+    )
+    channels, left_out = select_correlated_channels(
+        telemetry, data, full_filter_results.innovations
+    )
+    hypotheses = build_hypotheses(full_fit.solution, channels, telemetry.has_gyro)
     before = PriorEstimate.from_scenario(scenario, data.pointing)
-    n_tests: float = count_prior_tests(before) + left_out * (1 + len(past.innovations))
-    n_tests += sum(each.weight for each in tested.values())
+    n_tests: float = count_prior_tests(before) + left_out * (1 + len(filter_results.innovations))
+    n_tests += sum(each.weight for each in hypotheses.values())
     # The NIS test and the correlation test are one-sided. Together they count as one test.
-    n_tests += sum(len(each.samples) > 0 for each in past.innovations)
-    tests = run_sensor_tests(fit_result, past, n_tests)
-    scatter = models.compute_variance_ratio(run_sensor_tests(whole, all_past, n_tests))
-    model_tests, doubts = models.run_model_tests(whole.solution, tested, n_tests, scatter)
+    n_tests += sum(len(each.samples) > 0 for each in filter_results.innovations)
+    tests = run_sensor_tests(fit_result, filter_results, n_tests)
+    variance_ratio = models.compute_variance_ratio(
+        run_sensor_tests(full_fit, full_filter_results, n_tests)
+    )
+    model_tests, doubts = models.run_model_tests(
+        full_fit.solution, hypotheses, n_tests, variance_ratio
+    )
     return Calibration(
         scenario=scenario,
         time=float(data.times[-1]),
@@ -224,7 +232,7 @@ def _build_calibration(
             *describe_overestimated_errors(fit_result.solution, tests),
             *doubts,
         ),
-        history=_build_history(fit_result, past),
+        history=_build_history(fit_result, filter_results),
     )
 
 
@@ -235,8 +243,8 @@ def _refit_all_readings(prior: PriorEstimate, fit_result: Fit) -> Fit:
     counts = fit_result.solution.is_used.sum(axis=1) + fit_result.is_rejected.sum(axis=1)
     if not (fit_result.is_rejected.sum(axis=1) > MAX_OUTLIER_FRACTION * counts).any():
         return fit_result
-    whole = fit_from_trajectory(fit_result.batch, prior, fit_result.solution.estimate, 0.0)
-    return whole if whole.solution.is_converged() else fit_result
+    full_fit = fit_from_trajectory(fit_result.batch, prior, fit_result.solution.estimate, 0.0)
+    return full_fit if full_fit.solution.is_converged() else fit_result
 
 
 def compute_final_estimate(prior: PriorEstimate, fit_result: Fit) -> tuple[Floats, Floats]:

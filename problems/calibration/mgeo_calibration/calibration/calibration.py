@@ -125,8 +125,8 @@ class Calibration:
             values = convert_block(self.suite, self.states, block)
             for i, axis in enumerate("xyz"):
                 k = 3 * number + i
-                spread = (sigma[k] * unit.factor, prior[k] * unit.factor)
-                rows.append((block, axis, unit.text, float(values[i]), *map(float, spread)))
+                sigmas = (sigma[k] * unit.factor, prior[k] * unit.factor)
+                rows.append((block, axis, unit.text, float(values[i]), *map(float, sigmas)))
         columns = ["block", "axis", "unit", "estimate", "sigma", "prior_sigma"]
         return pd.DataFrame(rows, columns=columns)
 
@@ -192,12 +192,12 @@ class Calibration:
 
     @property
     def _subjects(self) -> str:
-        against = {
+        has_failed = {
             "prior": any(test.is_failed for test in self.prior_tests),
             "model": any(test.is_selected for test in self.model_tests),
             "innovations": any(test.describe_failures() for test in self.tests),
         }
-        (*others, last) = (name for name, speaks in against.items() if speaks)
+        (*others, last) = (name for name, speaks in has_failed.items() if speaks)
         if others:
             return f"{', '.join(others)} and {last} do"
         return "the innovations do" if last == "innovations" else f"the {last} does"
@@ -359,9 +359,9 @@ class Calibration:
 
         names, known = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior
         states = np.zeros_like(self.states) if known is None else known.estimates
-        believed = [
+        prior_values = [
             convert_block(self.suite, states, block) for block in list_telemetry_units(self.suite)
         ]
         return draw_calibration_figures(
-            self.build_table(), np.concatenate(believed), names, self.history
+            self.build_table(), np.concatenate(prior_values), names, self.history
         )

@@ -285,7 +285,6 @@ class PriorTest:
 
 
 def format_chi_square(chi_square: float, degrees_of_freedom: int, p: float) -> str:
-    """Format a chi-square value, its degrees of freedom and its p-value as text in parentheses."""
     chance = f"p = {p:.1g}" if p > 1e-300 else "p < 1e-300"
     return f"(chi-square {chi_square:.4g} of {degrees_of_freedom}, {chance})"
 

@@ -50,20 +50,20 @@ def compute_corrections(suite: Suite, states: Floats) -> dict[str, Any]:
 def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[str, Any]:
     entry: dict[str, Any] = {}
     R = stretch = np.eye(3)
-    followed = {each.state_name: each for each in owner.bias_sensitivities}
+    sensitivities = {each.state_name: each for each in owner.bias_sensitivities}
     for state, value in constants.items():
-        if state in followed:
-            influence = followed[state]
-            unit = influence.coefficient_unit(find_error_unit(owner, influence))
+        if state in sensitivities:
+            sensitivity = sensitivities[state]
+            unit = sensitivity.coefficient_unit(find_error_unit(owner, sensitivity))
             kind = (
                 "bias_sensitivities"
-                if influence.error == "bias"
-                else f"{influence.error}_sensitivities"
+                if sensitivity.error == "bias"
+                else f"{sensitivity.error}_sensitivities"
             )
-            entry.setdefault(kind, {})[influence.channel] = {
-                f"{influence.error}_per_unit": (unit.factor * value).tolist(),
+            entry.setdefault(kind, {})[sensitivity.channel] = {
+                f"{sensitivity.error}_per_unit": (unit.factor * value).tolist(),
                 "unit": unit.text,
-                "reference": influence.reference,
+                "reference": sensitivity.reference,
             }
         elif state in owner.rotations:
             R = rotation_matrix(value)

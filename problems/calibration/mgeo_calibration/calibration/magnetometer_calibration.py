@@ -105,13 +105,15 @@ def calibrate_magnetometers(
             result = fit_magnetometer(data, index, prior)
         except ValueError as error:
             raise ValueError(f"{sensor.name}: {error}") from None
-        places = suite.get_first_indices(sensor)
-        numbers = [i for i, block in enumerate(BLOCKS) if block in places]
-        own = np.concatenate([places[BLOCKS[i]] + np.arange(3) for i in numbers])
-        here = np.concatenate([3 * i + np.arange(3) for i in numbers])
-        states[own] = result.parameters[here]
-        covariance[own], covariance[:, own] = 0.0, 0.0
-        covariance[np.ix_(own, own)] = result.covariance[np.ix_(here, here)]
+        first_indices = suite.get_first_indices(sensor)
+        numbers = [i for i, block in enumerate(BLOCKS) if block in first_indices]
+        state_indices = np.concatenate([first_indices[BLOCKS[i]] + np.arange(3) for i in numbers])
+        fit_indices = np.concatenate([3 * i + np.arange(3) for i in numbers])
+        states[state_indices] = result.parameters[fit_indices]
+        covariance[state_indices], covariance[:, state_indices] = 0.0, 0.0
+        covariance[np.ix_(state_indices, state_indices)] = result.covariance[
+            np.ix_(fit_indices, fit_indices)
+        ]
         tests.append(_test_residuals(data, index, result, n_tests))
     time = float(data.times[-1])
     last = Environment.from_times(
@@ -137,9 +139,9 @@ def calibrate_magnetometers(
 def _test_residuals(data: Batch, index: int, fit: FieldStrengthFit, n_tests: int) -> SensorTest:
     sensor, residuals = data.suite.sensors[index], fit.residuals
     measured = data.readings[index][:, 0]
-    seen = np.isfinite(measured[:, 0])
-    strength = np.linalg.norm(data.vectors[seen, index], axis=1)
-    unbiased = (measured[seen] - fit.parameters[:3]) @ np.linalg.inv(
+    is_measured = np.isfinite(measured[:, 0])
+    strength = np.linalg.norm(data.vectors[is_measured, index], axis=1)
+    unbiased = (measured[is_measured] - fit.parameters[:3]) @ np.linalg.inv(
         compute_response_matrix(fit.parameters)
     )
 
@@ -149,8 +151,8 @@ def _test_residuals(data: Batch, index: int, fit: FieldStrengthFit, n_tests: int
     low, high = compute_nis_bounds(len(residuals), n_tests)
     return SensorTest(
         sensor=sensor.name,
-        n_readings=int(seen.sum()),
-        n_outliers=int(seen.sum()) - len(residuals),
+        n_readings=int(is_measured.sum()),
+        n_outliers=int(is_measured.sum()) - len(residuals),
         nis=float((residuals**2).mean()),
         nis_low=low,
         nis_high=high,
@@ -160,6 +162,6 @@ def _test_residuals(data: Batch, index: int, fit: FieldStrengthFit, n_tests: int
         correlation_bound=compute_correlation_bound(len(residuals), n_tests),
         unit=sensor.telemetry_unit.text,
         rms_noise=rms(data.noise[index]),
-        rms_before=rms(np.linalg.norm(measured[seen], axis=1) - strength),
+        rms_before=rms(np.linalg.norm(measured[is_measured], axis=1) - strength),
         rms_after=rms(np.linalg.norm(unbiased, axis=1) - strength),
     )

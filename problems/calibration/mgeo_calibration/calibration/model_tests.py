@@ -105,12 +105,12 @@ def run_model_tests(
         for option, model_error in enumerate(hypothesis.options)
     }
     result = compute_scores(solution, model_errors)
-    alone = _score_hypotheses(result, hypotheses, ())
-    named = _select_errors(result, hypotheses, alone, n_tests, variance_ratio)
+    single_scores = _score_hypotheses(result, hypotheses, ())
+    selected = _select_errors(result, hypotheses, single_scores, n_tests, variance_ratio)
     tests = []
-    for name in (*named, *(name for name in hypotheses if name not in named)):
+    for name in (*selected, *(name for name in hypotheses if name not in selected)):
         hypothesis = hypotheses[name]
-        score, alternatives = named.get(name, (alone[name], ""))
+        score, alternatives = selected.get(name, (single_scores[name], ""))
         description = (
             hypothesis.describe(score)
             if score.degrees_of_freedom
@@ -125,11 +125,13 @@ def run_model_tests(
                 degrees_of_freedom=score.degrees_of_freedom,
                 p=score.compute_p_value(variance_ratio),
                 significance_level=hypothesis.weight * SIGNIFICANCE / n_tests,
-                is_selected=name in named,
+                is_selected=name in selected,
                 alternatives=alternatives,
             )
         )
-    doubts = () if named else tuple(_describe_doubts(solution, hypotheses, alone, result))
+    doubts = (
+        () if selected else tuple(_describe_doubts(solution, hypotheses, single_scores, result))
+    )
     return tuple(tests), doubts
 
 
@@ -150,36 +152,44 @@ def _select_errors(
     """Select the significant errors one after the other. Return score and description of
     alternatives of each, as a dict by name.
     """
-    named: dict[str, tuple[Score, str]] = {}
-    beside, rest = single_scores, n_tests
+    selected: dict[str, tuple[Score, str]] = {}
+    current_scores, n_remaining = single_scores, n_tests
 
     def is_significant(name: str, score: Score) -> bool:
-        return score.compute_p_value(variance_ratio) < hypotheses[name].weight * SIGNIFICANCE / rest
+        return (
+            score.compute_p_value(variance_ratio)
+            < hypotheses[name].weight * SIGNIFICANCE / n_remaining
+        )
 
     while True:
         evidence = {
             name: score.compute_evidence(variance_ratio) + 2.0 * math.log(hypotheses[name].weight)
-            for name, score in beside.items()
+            for name, score in current_scores.items()
             if hypotheses[name].is_possible(score)
         }
         best = max(evidence, key=lambda name: evidence[name], default=None)
-        if best is None or not is_significant(best, beside[best]):
-            return named
-        keys = [_format_key(name, score.alternative) for name, (score, _) in named.items()]
-        keys.append(_format_key(best, beside[best].alternative))
-        others = {n: each for n, each in hypotheses.items() if n not in named and n != best}
-        left = _score_hypotheses(all_scores, others, keys)
-        least = evidence[best] - 2.0 * math.log(_MAX_P_RATIO)
-        rivals = sorted(
+        if best is None or not is_significant(best, current_scores[best]):
+            return selected
+        keys = [_format_key(name, score.alternative) for name, (score, _) in selected.items()]
+        keys.append(_format_key(best, current_scores[best].alternative))
+        others = {n: each for n, each in hypotheses.items() if n not in selected and n != best}
+        remaining_scores = _score_hypotheses(all_scores, others, keys)
+        min_evidence = evidence[best] - 2.0 * math.log(_MAX_P_RATIO)
+        alternatives = sorted(
             (
                 name
                 for name in evidence
-                if name != best and evidence[name] > least and not is_significant(name, left[name])
+                if name != best
+                and evidence[name] > min_evidence
+                and not is_significant(name, remaining_scores[name])
             ),
             key=lambda name: -evidence[name],
         )
-        named[best] = beside[best], _describe_alternatives(hypotheses, beside, left, rivals)
-        beside, rest = left, rest - hypotheses[best].weight
+        selected[best] = (
+            current_scores[best],
+            _describe_alternatives(hypotheses, current_scores, remaining_scores, alternatives),
+        )
+        current_scores, n_remaining = remaining_scores, n_remaining - hypotheses[best].weight
 
 
 def _describe_alternatives(
@@ -237,13 +247,15 @@ def _describe_doubts(
     order = np.concatenate([solution.partition.stochastic, solution.partition.constant])
     sigma = np.sqrt(np.diag(compute_last_covariance(solution)))[order]
     for name, hypothesis in hypotheses.items():
-        score, other = single_scores[name], hypothesis.alternative_coefficient
-        if other is None or not score.degrees_of_freedom:
+        score, alternative = single_scores[name], hypothesis.alternative_coefficient
+        if alternative is None or not score.degrees_of_freedom:
             continue
-        off = abs(other - score.estimate[0])
+        off = abs(alternative - score.estimate[0])
         if off > min(_MAX_DISTANCE_SIGMAS * score.sigma[0], abs(score.estimate[0])):
             continue
-        change = all_scores.state_changes[:, all_scores.slices[_format_key(name, 0)]][:, 0] * other
+        change = (
+            all_scores.state_changes[:, all_scores.slices[_format_key(name, 0)]][:, 0] * alternative
+        )
         moved = np.abs(change) / sigma
         if (most := float(moved.max())) >= _MIN_CHANGE_SIGMAS:
             block = solution.batch.suite.blocks[int(order[moved.argmax()]) // 3]

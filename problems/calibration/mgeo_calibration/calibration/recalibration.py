@@ -104,13 +104,13 @@ def add_states(
 
     def extend(owner: T) -> T:
         name = getattr(owner, "name", "gyro")
-        own = [key for key in keys if key.partition(".")[0] == name]
+        own_keys = [key for key in keys if key.partition(".")[0] == name]
         more: dict[str, Any] = {
             options[key]: INITIAL_SIGMAS[options[key].removeprefix("initial_")]
-            for key in own
+            for key in own_keys
             if key not in channels
         }
-        new: list[BiasSensitivity] = [each for key in own for each in channels.get(key, ())]
+        new: list[BiasSensitivity] = [each for key in own_keys for each in channels.get(key, ())]
         if new:
             more[_SENSITIVITIES_FIELD] = (*getattr(owner, _SENSITIVITIES_FIELD), *new)
         return dataclasses.replace(owner, **more)
@@ -169,14 +169,14 @@ def list_addable_sensitivities(
                 channel, unit = split_name_and_unit(column)
                 sigma = _BIAS_VARIATION_FACTOR * np.max(get_initial_sigma(states[error]))
                 in_key = find_bias_unit(owner) if error == "bias" else DEG
-                influence = BiasSensitivity(
+                sensitivity = BiasSensitivity(
                     channel,
                     initial_sigma=float(in_key.factor * sigma / np.ptp(values)),
                     unit=unit or "unit",
                     reference=float(np.mean(values)),
                     error=error,
                 )
-                result[f"{name}.{prefix}{channel}"] = (influence,)
+                result[f"{name}.{prefix}{channel}"] = (sensitivity,)
     return result
 
 

@@ -160,9 +160,6 @@ def print_tests(calibration: Calibration, output: Output) -> None:
 
 
 def print_comparison(first: Calibration, second: Calibration, output: Output) -> None:
-    """Print the estimates of two calibrations side by side, with and without additional states or
-    estimated noise.
-    """
     output.print(
         *build_titled_table("With and without the additions", compare_calibrations(first, second)),
         format_note("change / sigma: change of the estimate in units of its 1-sigma"),

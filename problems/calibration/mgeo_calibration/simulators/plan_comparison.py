@@ -85,18 +85,22 @@ def compute_constraint_values(
     apart = np.linalg.norm(attitude - plan.attitude[:n], axis=(1, 2))
     off = 2.0 * np.arcsin(np.minimum(apart / np.sqrt(8.0), 1.0))
     result = {END_ERROR: float(np.degrees(off[-1])), MAX_ERROR: float(np.degrees(off.max()))}
-    turn = Rotation.from_matrix(attitude[:-1] @ attitude[1:].transpose(0, 2, 1)).as_rotvec()
+    step_rotations = Rotation.from_matrix(
+        attitude[:-1] @ attitude[1:].transpose(0, 2, 1)
+    ).as_rotvec()
     around = plan.problem.environment
     at = SatelliteState(*(getattr(around, name)[:n] for name in SatelliteState._fields))
     at = at if scenario.eclipse else at.without_eclipses()
     for limit in scenario.path_constraints:
         result[limit.label] = _compute_constraint_angle(
-            limit, scenario, at, attitude, np.vstack([np.zeros(3), turn])
+            limit, scenario, at, attitude, np.vstack([np.zeros(3), step_rotations])
         )
     if scenario.wheels is not None:
         if wheel_momentum is None:
             start = plan.problem.model.initial_rate
-            wheel_momentum = _compute_momentum(scenario, attitude, turn / scenario.step, start)
+            wheel_momentum = _compute_momentum(
+                scenario, attitude, step_rotations / scenario.step, start
+            )
         result[WHEEL_MOMENTUM] = float(np.abs(wheel_momentum).max())
     return result
 

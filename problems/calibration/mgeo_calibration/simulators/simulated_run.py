@@ -187,8 +187,8 @@ def compute_true_motion(
 
 
 def _build_initial_rotation(nominal_attitude: Floats, errors: Floats) -> Floats:
-    """Return the rotation of the true from the planned initial attitude, as in
-    `SimulatedRun.initial_rotation`.
+    """Return the rotation from the planned to the true initial attitude, in GCRS axes, for a drawn
+    attitude error.
     """
     return rotation_matrix(-errors[:3] @ nominal_attitude)
 

@@ -33,7 +33,6 @@ class Column:
 
 
 def has_columns(frame: pd.DataFrame, required: Sequence[str]) -> bool:
-    """Return True if the table contains at least one of the required columns."""
     return not {_normalize_name(name) for name in frame.columns}.isdisjoint(
         map(_normalize_name, required)
     )
@@ -149,11 +148,11 @@ def find_sensitivity_channels(
         With the bias sensitivity whose channel is missing.
     """
     result = {}
-    for key, influence in suite.sensitivities_by_key.items():
-        name = find_channel(housekeeping, influence.channel)
+    for key, sensitivity in suite.sensitivities_by_key.items():
+        name = find_channel(housekeeping, sensitivity.channel)
         if name is None:
             hint = (
-                format_known_names(influence.channel, housekeeping)
+                format_known_names(sensitivity.channel, housekeeping)
                 if housekeeping
                 else ", which has no other columns"
             )
@@ -162,8 +161,8 @@ def find_sensitivity_channels(
                 "the scenario"
             )
             expected = f"expected a column of the telemetry{hint}{way}"
-            raise InvalidValue(f"{key}.channel", influence.channel, expected)
-        result[influence.channel] = housekeeping[name]
+            raise InvalidValue(f"{key}.channel", sensitivity.channel, expected)
+        result[sensitivity.channel] = housekeeping[name]
     return result
 
 

@@ -75,5 +75,4 @@ class Samples:
         return cls(scenario, telemetry, columns, TelemetryMapping())
 
     def format_place(self, k: int) -> str:
-        """Return the table row and the time of sample `k` as text for messages."""
         return format_place(k, self.telemetry.times, self.telemetry.row_numbers)

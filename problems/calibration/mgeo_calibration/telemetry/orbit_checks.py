@@ -130,27 +130,27 @@ def find_inconsistent_positions(samples: Samples) -> Iterator[Finding]:
     frames = {"": position}
     if mapping.position.frame is None:
         frames |= {name: rotate(rotation_to_gcrs(name, at), position) for name in _FRAMES}
-    apart = {
+    distances = {
         (frame, scale): float(np.median(_compute_length(there - where)))
         for (frame, there), (scale, where) in product(frames.items(), orbit.items())
     }
-    (frame, scale), least = min(apart.items(), key=lambda each: each[1])
-    now = apart["", mapping.time_scale]
-    looks, keys = [], []
+    (frame, scale), min_distance = min(distances.items(), key=lambda each: each[1])
+    distance = distances["", mapping.time_scale]
+    descriptions, keys = [], []
     if frame:
-        alike = [f for f in _FRAMES if apart[f, scale] < least + _MAX_FRAME_DISTANCE]
-        looks.append(f"positions look like {' or '.join(alike)}")
+        alike = [f for f in _FRAMES if distances[f, scale] < min_distance + _MAX_FRAME_DISTANCE]
+        descriptions.append(f"positions look like {' or '.join(alike)}")
         keys.append("position.frame")
     if scale != mapping.time_scale:
-        looks.append(f"time tags look like {scale} time: {abs(shifts[scale]):.6g} s")
+        descriptions.append(f"time tags look like {scale} time: {abs(shifts[scale]):.6g} s")
         keys.append("time_system")
     if (
-        looks
-        and now > _MIN_ORBIT_DISTANCE
-        and least < now * (_MAX_FRAME_RESIDUAL if frame else _MAX_SCALE_RESIDUAL)
+        descriptions
+        and distance > _MIN_ORBIT_DISTANCE
+        and min_distance < distance * (_MAX_FRAME_RESIDUAL if frame else _MAX_SCALE_RESIDUAL)
     ):
-        value = f"{1e-3 * now:.4g} km from the scenario's orbit (median)"
-        expected = f"{1e-3 * least:.1f} km: {' and '.join(looks)}"
+        value = f"{1e-3 * distance:.4g} km from the scenario's orbit (median)"
+        expected = f"{1e-3 * min_distance:.1f} km: {' and '.join(descriptions)}"
         advice = f"declare {' and '.join(keys)}"
         yield Finding("position", samples.format_place(k[0]), value, expected, advice)
 
@@ -200,10 +200,10 @@ def find_inconsistent_rates(samples: Samples) -> Iterator[Finding]:
         both = np.flatnonzero(np.isfinite(rows[:, 0]) & np.isfinite(telemetry.gyro_deg_s[:, 0]))
         if len(sensor.telemetry_suffixes) != 3 or len(both) < 2 * _LAGS[-1]:
             continue
-        times, noise, turning = telemetry.times[both], max(sensor.noise_sigmas()), 0.0
+        times, noise, field_rate = telemetry.times[both], max(sensor.noise_sigmas()), 0.0
         if isinstance(sensor, Magnetometer):
             length = float(np.median(_compute_length(rows[both])))
-            noise, turning = noise * FIELD_UNIT_NT / length, _FIELD_ROTATION_RATE
+            noise, field_rate = noise * FIELD_UNIT_NT / length, _FIELD_ROTATION_RATE
             if sensor.initial_bias_nt > _MAX_BIAS_RATIO * length:
                 continue
         unit = rows[both] / _compute_length(rows[both])[:, None]
@@ -218,7 +218,7 @@ def find_inconsistent_rates(samples: Samples) -> Iterator[Finding]:
         rate = (angle[lag:] - angle[:-lag]) / duration[:, None]
         reported = float(np.median(_compute_length(np.cross(rate, unit[lag:]))))
         result = float(np.median(np.degrees(chord) / duration))
-        slack = bias + turning + np.degrees(3.0 * noise) / float(np.median(duration))
+        slack = bias + field_rate + np.degrees(3.0 * noise) / float(np.median(duration))
         if not result / 1.5 - slack < reported < 1.5 * result + slack:
             value = f"{reported:.3g} deg/s across {sensor.name} (median)"
             expected = f"about {result:.3g} deg/s, as {sensor.name} rotates"

@@ -139,6 +139,6 @@ def _convert_rates(
         step = compute_body_steps(rows, entry, "deg/s")
         rates = rotate_to_body(rows * entry.compute_factor("deg/s"), entry)
     if gyro.reference_axes or gyro.rate == "instantaneous":
-        there = np.isfinite(rates).all(axis=1)
-        rates[there] = compute_mean_rates(times[there], rates[there])
+        is_reported = np.isfinite(rates).all(axis=1)
+        rates[is_reported] = compute_mean_rates(times[is_reported], rates[is_reported])
     return rates, step

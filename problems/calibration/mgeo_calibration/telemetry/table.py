@@ -58,7 +58,6 @@ class TelemetryTable(NamedTuple):
     housekeeping: dict[str, Floats]
 
     def format_place(self, k: int) -> str:
-        """Return the table row and the time of sample `k` as text for messages."""
         return format_place(k, self.times, self.row_numbers)
 
 

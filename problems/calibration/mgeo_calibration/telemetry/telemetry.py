@@ -132,11 +132,13 @@ class Telemetry:
             object.__setattr__(
                 self, "position", self._validate_samples("position", self.position, (3,))
             )
-        others = {name: np.array(values, dtype=float) for name, values in self.housekeeping.items()}
-        for name, values in others.items():
+        housekeeping = {
+            name: np.array(values, dtype=float) for name, values in self.housekeeping.items()
+        }
+        for name, values in housekeeping.items():
             if values.shape != times.shape or not np.isfinite(values).all():
                 raise ValueError(f"{name}: expected {len(times)} finite numbers")
-        object.__setattr__(self, "others", others)
+        object.__setattr__(self, "housekeeping", housekeeping)
 
     def to_frame(self) -> pd.DataFrame:
         """Return the telemetry as a table with the columns ``time``, ``gyro_x``..., all sensor
@@ -222,10 +224,10 @@ class Telemetry:
         """
         if self.position is None:
             return None
-        there = np.isfinite(self.position[:, 0])
-        if there.all():
+        is_known = np.isfinite(self.position[:, 0])
+        if is_known.all():
             return self.position[np.searchsorted(self.times, times)]
-        at = self.times[there]
+        at = self.times[is_known]
         if len(at) < _MIN_POSITIONS:
             raise ValueError(f"position: {len(at)} samples: expected {_MIN_POSITIONS} or more")
         k = np.clip(np.searchsorted(at, times), 1, len(at) - 1)
@@ -240,7 +242,7 @@ class Telemetry:
                 f"position: none near time {times[np.argmax(far)]:.6f} s: expected samples at most "
                 f"{MAX_POSITION_STEP:g} s apart, from the start to the end"
             )
-        result: Floats = CubicSpline(at, self.position[there])(times)
+        result: Floats = CubicSpline(at, self.position[is_known])(times)
         return result
 
     def build_readings(self, suite: Suite) -> tuple[Floats, ...]:

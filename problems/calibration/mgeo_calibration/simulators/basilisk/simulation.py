@@ -231,7 +231,6 @@ def _initialize_simulation(modules: list[Any], step_ns: int) -> Any:
 
 
 def _build_rate_correction(suite: Suite, states: Floats) -> Callable[[Floats], Floats]:
-    """Return a function that corrects a measured body rate by the estimated gyro errors."""
     x = {name: states[None, i : i + 3] for name, i in suite.get_first_indices(suite.gyro).items()}
     errors = SimpleNamespace(**x)
 

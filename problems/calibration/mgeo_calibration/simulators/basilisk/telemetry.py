@@ -166,7 +166,6 @@ def _mask_readings(
 
 
 def require_basilisk() -> None:
-    """Raise ImportError with installation instructions if the package Basilisk is missing."""
     if importlib.util.find_spec("Basilisk") is None:
         raise ImportError("the simulator basilisk needs the package bsk: pip install bsk")
 
