@@ -25,7 +25,7 @@ def test_conclusions():
     """One state that fails is enough, in either way, and so are correlations."""
     assert format_conclusion(judged(1.1)) == (
         "achieved: no error is larger than predicted, the largest 1.10 times its 1-sigma "
-        "(sun bias y), nor than the filter claims (200 Monte Carlo runs, one test at 1%)"
+        "(sun bias y), or larger than the filter covariance (200 Monte Carlo runs, one test at 1%)"
     )
     known, unknown = judged(1.3, 1.0, (0.001, 1.0)), judged(1.3, 1.25, (0.001, 0.002))
     assert not known.is_achieved

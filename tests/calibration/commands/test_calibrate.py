@@ -94,8 +94,8 @@ def test_a_scenario_of_another_epoch_than_the_plans_is_refused(run, flight, tmp_
     dataclasses.replace(scenario, epoch=later).save(tmp_path / "s.toml")
     command = ("calibrate", folder / "telemetry.csv", "--plan", folder / "plan.json")
     told = run(*command, "--scenario", tmp_path / "s.toml", code=2).stderr
-    assert "its epoch is 2018-06-05T14:00:00.000Z" in told
-    assert "expected that of the plan, 2018-06-05T00:00:00.000Z" in " ".join(told.split())
+    assert "the epoch is 2018-06-05T14:00:00.000Z" in told
+    assert "expected the epoch of the plan, 2018-06-05T00:00:00.000Z" in " ".join(told.split())
 
 
 @pytest.mark.slow
@@ -119,7 +119,7 @@ def test_all_that_is_tested_is_printed_where_nothing_is_calibrated(run, flight, 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((), "--scenario FILE.toml|PRESET: expected it, or --plan"),
+        ((), "--scenario FILE.toml|PRESET: expected this option or --plan"),
         (("--scenario", "paper", "--mapping", "none.toml"), "none.toml"),
         (("--scenario", "paper", "--pick", "min-trace"), "--pick: expected with --plan RUN"),
     ],

@@ -54,7 +54,7 @@ def test_telemetry_is_what_python_gets_and_truth_has_the_calibration_s_names(run
     ("arguments", "expected"),
     [
         (("--simulator", "simulink"), "'simulink' is not one of 'kinematic', 'basilisk'"),
-        (("--vehicle", "paper"), "--vehicle: the kinematic simulator has none"),
+        (("--vehicle", "paper"), "--vehicle: expected only with --simulator basilisk"),
         (("--truth", "truth.csv"), "truth.csv: expected a name that ends in .json"),
     ],
 )
@@ -73,5 +73,5 @@ def test_without_basilisk_one_line_says_how_to_install_it(run, plan, tmp_path, m
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     error = run("fly", plan[1], "--simulator", "basilisk", code=2).stderr
-    assert error == ("Error: a flight by Basilisk needs the package bsk: pip install bsk\n")
+    assert error == ("Error: the simulator basilisk needs the package bsk: pip install bsk\n")
     assert not list(tmp_path.iterdir())

@@ -93,7 +93,7 @@ def test_flights_by_their_gyros_are_told(plan):
     assert camera[QUANTILE_COLUMN] < camera[MEDIAN_COLUMN]  # what nine of ten stay above
     assert np.isnan(found.loc[END_ERROR, VIOLATED_COLUMN])
     (line,) = format_gyro_guidance(found)
-    assert f"9 of 10 less than {found.loc[END_ERROR, QUANTILE_COLUMN]:.3g} deg" in line
+    assert f"90 % less than {found.loc[END_ERROR, QUANTILE_COLUMN]:.3g} deg" in line
     nearer = LIMITS[0] | {"half_angle_deg": camera["plan"] - 0.5}
     tight = planned(path_constraints=[nearer, LIMITS[1]])
     assert tight.list_violations() == []

@@ -133,7 +133,7 @@ def test_counts_with_scale_and_offset(frame, telemetry):
     np.testing.assert_allclose(found.gyro_deg_s, telemetry.gyro_deg_s, rtol=0, atol=0.51 / 8e3)
     np.testing.assert_allclose(found.find_quantization_steps("mag"), 7.0)
     wrong = TelemetryMapping(sensors=(SensorChannels(name="mag", scale=(1.0, 2.0)),))
-    with pytest.raises(InvalidValue, match=r"mag\.scale = .*: expected one number or 3"):
+    with pytest.raises(InvalidValue, match=r"mag\.scale = .*: expected one number, or 3 numbers"):
         read_telemetry(own, TRACKED, wrong)
 
 

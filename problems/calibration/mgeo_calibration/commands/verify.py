@@ -1,4 +1,4 @@
-"""Functions of the command ``mgeo attitude verify``."""
+"""Output and result document of the command ``mgeo attitude verify``."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _SHORT_COLUMNS = {
 
 
 def print_verification(picked: SelectedPlan, verification: Verification, output: Output) -> None:
-    """Print the errors of Monte Carlo runs with their prediction, and suggestions."""
+    """Print conclusion, suggestions, error table and constraint violations of a verification."""
     plan = picked.plan
     shown = verification.table.iloc[:, :5].rename(columns=_SHORT_COLUMNS)
     output.print(
@@ -69,7 +69,9 @@ def print_verification(picked: SelectedPlan, verification: Verification, output:
 def build_verification_document(
     picked: SelectedPlan, verification: Verification, seed: int
 ) -> dict[str, Any]:
-    """Return the verification with problem and design as a JSON-compatible mapping."""
+    """Return the results of a verification, with the problem and the design of the plan, as a dict
+    of JSON values.
+    """
     plan = picked.plan
     table = verification.table.reset_index()
     lines = [
@@ -81,8 +83,8 @@ def build_verification_document(
         *format_gyro_guidance(verification.gyro_guidance),
     ]
     return {
-        "title": f"{verification.n_runs} Monte Carlo runs of the plan with t_end {plan.t_end:.6g} s and "
-        f"trace {plan.trace:.5g}, seed {seed}",
+        "title": f"{verification.n_runs} Monte Carlo runs of the plan with t_end "
+        f"{plan.t_end:.6g} s and trace {plan.trace:.5g}, seed {seed}",
         "conclusion": "; ".join(lines),
         "seed": seed,
         "findings": [] if verification.is_achieved else describe_failures(verification),
@@ -105,7 +107,9 @@ def build_verification_document(
 
 
 def build_result_path(source: Path, picked: SelectedPlan, seed: int) -> Path | None:
-    """Return the result file of a solution in its run folder, or None for a plan."""
+    """Return the path of the result file in the run folder of a solution, or None for a plan
+    without a run folder.
+    """
     number = picked.solution
     return None if number is None else source / f"verification-solution{number}-seed{seed}.json"
 
