@@ -47,7 +47,7 @@ def run(paper, n_runs=60, **options):
 def test_a_run_is_the_same_however_many_run_beside_it(brief):
     one, two = run(brief, 5), run(brief, RUNS_PER_BATCH + 1)
     alone = run(brief, 1)
-    for name in ("errors", "sigma", "nees", "nis", "updates"):
+    for name in ("errors", "sigma", "nees", "nis", "n_innovations"):
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name)[:5])
         np.testing.assert_array_equal(getattr(alone, name), getattr(one, name)[:1])
     assert not np.array_equal(one.errors[0], one.errors[1])
