@@ -117,8 +117,8 @@ class Estimate:
 
 
 def reset_covariance(P: Floats, e: Floats, rotation_indices: Ints) -> None:
-    """Transform error covariances in place, because rotation errors refer to the corrected
-    rotations after a correction by the errors e.
+    """Transform error covariances in place after a correction by the errors e, so that rotation
+    errors refer to the corrected rotations.
 
     An error g of a rotation becomes the rotation vector of R(-e) R(g). The derivative at g = e is
     (I - ½ [e×]) / (1 + |e|² / 4).

@@ -359,8 +359,8 @@ def build_misalignment_channel_error(index: int, channel: Floats) -> ModelError:
 
 
 def compute_ramps(elapsed_fractions: Floats) -> Floats:
-    """Return one ramp for each of the `N_PARTS` parts of the data, which rises from zero to one
-    within its part, shape (n, N_PARTS).
+    """Return one ramp from zero to one for each of the `N_PARTS` parts of the data, at the given
+    times, shape (n, N_PARTS).
 
     Parameters
     ----------
@@ -498,7 +498,7 @@ def _compute_vector_rate(solution: Solution, equations: Equations, index: int) -
 
 
 def _compute_offset_columns(equations: Equations, index: int) -> Floats:
-    """Return the change of the readings for `LARGE_OFFSET` on each axis, shape (n, 3, 3)."""
+    """Return the change of a sensor's readings for an offset of `LARGE_OFFSET` on each axis."""
     suite = equations.batch.suite
     sensor = suite.sensors[index]
     first_indices = suite.get_first_indices(sensor)

@@ -115,8 +115,8 @@ def compute_residuals(solution: Solution) -> Residuals:
 
 
 def compute_filter_estimates(solution: Solution, n_leading: int = 3) -> FilterEstimates:
-    """Return the estimates, covariances and innovations of a Kalman filter linearized about a
-    smoother solution.
+    """Return the estimates, covariances and innovations of a Kalman filter at all samples,
+    linearized about a smoother solution.
 
     In contrast to the smoother, the filter uses only the readings up to each sample.
 

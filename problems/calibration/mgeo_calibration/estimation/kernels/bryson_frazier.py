@@ -99,7 +99,10 @@ def divide_block(X, i, j, L):
 
 @helper
 def multiply_transposed(F, k, A, out):
-    """Write Fᵀ A to `out`, for F of step k, which is diagonal from the fourth row on."""
+    """Write the product of the transposed transition matrix of step k and the matrix A to `out`.
+
+    F is diagonal from the fourth row on.
+    """
     d, q = A.shape
     for j in range(d):
         f = F[k, j, j] if j >= 3 else 0.0

@@ -88,7 +88,11 @@ def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi
 
 @helper
 def write_estimates(k, estimates, root, common_errors, spread, errors, covariances):
-    """Write the leading errors x + T c of sample k and their covariance; `spread` is workspace."""
+    """Write the estimates of the leading state errors at sample k, and their covariance, to the
+    output arrays.
+
+    The errors are x + T c; `spread` is a work array.
+    """
     x, T, P = estimates
     n, q = spread.shape
     for i in range(n):

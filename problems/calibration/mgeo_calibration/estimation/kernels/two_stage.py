@@ -37,7 +37,10 @@ JOSEPH_RATIO = 100.0
 
 @helper
 def predict(process, k, x, T, P, workspace):
-    """Propagate x, T and P from sample k - 1 to k; F is diagonal from the fourth row on."""
+    """Propagate the filter estimate from sample k - 1 to sample k, in place.
+
+    The estimate consists of x, T and P. F is diagonal from the fourth row on.
+    """
     F, G, Q, defect = process
     _, d, q = T.shape
     n = k - 1
@@ -75,7 +78,8 @@ def predict(process, k, x, T, P, workspace):
 
 @helper
 def update(measurements, s, k, constant_factors, estimates, readings, workspace):
-    """Update x, T and P by one reading, and store Hw, K, w and W for the smoother.
+    """Update the filter estimate by one reading in place, and store the whitened equations of the
+    reading for the smoother.
 
     With V = H P Hᵀ + R = L Lᵀ, Hw is L⁻¹ H, K is L⁻¹ H P, and w - W c is the whitened innovation.
     """
@@ -151,7 +155,10 @@ def update(measurements, s, k, constant_factors, estimates, readings, workspace)
 
 @helper
 def update_joseph(P, K, Hw, V, noise, nd, columns, workspace):
-    """Replace P by (I - Kᵀ Hw) P (I - Kᵀ Hw)ᵀ + Kᵀ L⁻¹ R L⁻ᵀ K, Joseph's form of the update."""
+    """Update the covariance P by one reading with Joseph's form, in place.
+
+    P becomes (I - Kᵀ Hw) P (I - Kᵀ Hw)ᵀ + Kᵀ L⁻¹ R L⁻ᵀ K.
+    """
     d = len(P)
     A, AP = workspace[:d], workspace[d : 2 * d]
     for i in range(d):
@@ -186,7 +193,10 @@ def update_joseph(P, K, Hw, V, noise, nd, columns, workspace):
 
 @helper
 def compute_step_cost(Q, defect, k, L, y):
-    """Return the cost defectᵀ Q⁻¹ defect of step k; L and y are work arrays."""
+    """Return the squared defect of process step k, normalized by the process noise covariance Q.
+
+    L and y are work arrays.
+    """
     d = len(y)
     for i in range(d):
         y[i] = defect[k, i]
