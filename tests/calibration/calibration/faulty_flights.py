@@ -149,7 +149,7 @@ def turned(rows: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 # one that changes by more than its prior allows is named right by that, too
 CHANGES = r"\.bias (changes by |follows temperature by |is .* from its prior)"
 DRIFTS = r"gyro\.bias (drifts|decays|changes|follows temperature|is .* from its prior)"
-AXES = " agrees with all else if its axes are |{0}\\.misalignment is .* prior sigmas"
+AXES = " agrees with the other sensors if its axes are |{0}\\.misalignment is .* prior sigmas"
 KINDS = {
     # what has to end right
     "healthy": Kind(),
@@ -206,7 +206,7 @@ KINDS = {
     ),
     "Sun sensor 90 deg off": Kind("sun" + AXES.format("sun"), spoil=sensor("sun", rows_of(turned))),
     "unit vectors": Kind(
-        'sun: .*Expected kind = "two-axis-sun-sensor"', lambda rng: Craft(unit_vectors=True)
+        'sun: .*Use kind = "two-axis-sun-sensor" instead of', lambda rng: Craft(unit_vectors=True)
     ),
     "magnetometer in uT": Kind(
         "mag at .* unit = 'uT'", spoil=sensor("mag", lambda t, rows, rng: 1e-3 * rows)

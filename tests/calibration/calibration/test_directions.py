@@ -60,7 +60,7 @@ def test_directions_with_light_from_the_earth_are_calibrated_as_claimed(seed):
 
 
 def test_three_numbers_whose_noise_is_normalized_away_are_refused_at_once():
-    with pytest.raises(ValueError, match=r'sun: .* Expected kind = "two-axis-sun-sensor", not'):
+    with pytest.raises(ValueError, match=r'sun: .* Use kind = "two-axis-sun-sensor" instead of'):
         calibrate(SCENARIOS["paper"], flown("paper", 1).truncate(100.0))
 
 

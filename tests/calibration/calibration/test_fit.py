@@ -141,7 +141,7 @@ def test_what_is_refused(scenario, telemetry, change, message):
 def test_a_fit_that_does_not_converge_reports_what_diverged(scenario, telemetry):
     report = (
         r"the fit does not converge: \S+ [xyz] is \S+ \S+, \S+ prior sigmas of \S+ \S+ "
-        r"from its prior; the last iteration turns the attitude by \S+ deg at \d+ s"
+        r"from its prior; the last iteration rotates the attitude by \S+ deg at \d+ s"
     )
     with pytest.raises(ValueError, match=report):
         calibrate(scenario, scaled("gyro", -1.0)(telemetry.to_frame()))
