@@ -6,7 +6,7 @@ keys:
 
 ``end``
     Final time [s]; the first time is 0.
-``turns``
+``rotations``
     Rotations by name. Each is a dict of ``times`` [s], k + 1 ascending values from 0, and ``x``,
     ``y``, ``z``, k values each: the rotation vector [deg] between consecutive times, about the
     axes of the rotating trace, at constant rate. It may exceed one revolution. There is no
@@ -15,7 +15,7 @@ keys:
     Optional list of dicts of ``name``, ``from``, ``to`` [s] and optionally ``shaded``. The name
     is shown beside the time during the phase, and ``shaded`` marks the phase on the time line.
 
-A trace of type ``scatter3d`` or ``mesh3d`` rotates if its ``meta["turn"]`` is the name of a
+A trace of type ``scatter3d`` or ``mesh3d`` rotates if its ``meta["rotation"]`` is the name of a
 rotation; its data are the initial position. It is faint during the phase ``meta["faint"]``.
 """
 
@@ -45,20 +45,19 @@ def validate_motion(figure: go.Figure) -> None:
     ValueError
         If a part of the motion is invalid.
     """
-    motion, turns = get_motion(figure), {}
+    motion, rotations = get_motion(figure), {}
     if motion is not None:
-        has_keys = isinstance(motion, Mapping) and {"end", "turns"} <= motion.keys()
-        _require(has_keys, "motion", "a dict of end and turns", motion)
-        turns = motion["turns"]
-        for name, turn in turns.items():
-            _require(_is_rotation(turn), f"motion: turns[{name!r}]", _ROTATION_FORM, turn)
+        has_keys = isinstance(motion, Mapping) and {"end", "rotations"} <= motion.keys()
+        _require(has_keys, "motion", "a dict of end and rotations", motion)
+        rotations = motion["rotations"]
+        for name, rotation in rotations.items():
+            where = f"motion: rotations[{name!r}]"
+            _require(_is_rotation(rotation), where, _ROTATION_FORM, rotation)
     for trace in figure.data:
-        if isinstance(trace.meta, Mapping) and "turn" in trace.meta:
-            name = trace.meta["turn"]
-            _require(name in turns, "turn of a trace", f"one of {list(turns)}", name)
-            _require(
-                trace.type in _TRACE_TYPES, "turning trace", " or ".join(_TRACE_TYPES), trace.type
-            )
+        if isinstance(trace.meta, Mapping) and "rotation" in trace.meta:
+            name, types = trace.meta["rotation"], " or ".join(_TRACE_TYPES)
+            _require(name in rotations, "rotation of a trace", f"one of {list(rotations)}", name)
+            _require(trace.type in _TRACE_TYPES, "type of a rotating trace", types, trace.type)
 
 
 def _require(condition: bool, name: str, expected: str, found: Any) -> None:

@@ -198,7 +198,7 @@ def describe_algorithm(name: str) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``name``, ``label``, ``about``, and ``parameters``, a list of dicts of ``name``, ``default``
+        ``name``, ``label``, ``description`` and ``parameters``, a list of dicts of ``name``, ``default``
         and ``meaning``.
 
     Raises

@@ -138,7 +138,7 @@ def read_run(folder: Path | str) -> Run:
                 f"format = {file_format!r}: this version of mgeo reads format {FORMAT_VERSION}"
             )
         document = validate_table(_RunDocument, data)
-        arrays = ("X", "F", "G", "H", "arrays", "n_nearest")  # stored in separate files
+        arrays = ("X", "F", "G", "H", "arrays", "nearest")  # stored in separate files
         outcome = validate_table(Outcome, {key: data[key] for key in data if key not in arrays})
     front = _read_table(folder / FRONT_FILE, _list_front_columns(outcome), document.n_solutions)
     X, F = np.hsplit(front, [len(outcome.variables)])
@@ -150,7 +150,7 @@ def read_run(folder: Path | str) -> Run:
         sizes = np.cumsum([len(outcome.variables), len(outcome.objectives)])
         nearest = NearestSolutions(*np.hsplit(table, sizes))
     values = _read_arrays(folder / ARRAYS_FILE, document.n_solutions)
-    update = {"X": X, "F": F, "G": values.pop("G"), "H": values.pop("H"), "n_nearest": nearest}
+    update = {"X": X, "F": F, "G": values.pop("G"), "H": values.pop("H"), "nearest": nearest}
     return Run(
         document.configuration,
         outcome.model_copy(update={**update, "arrays": values}),

@@ -75,11 +75,11 @@ def compute_average_ranks(values: pd.DataFrame, control: str | None = None) -> p
         Number of problems.
     average_rank
         Average rank; 1 is the best.
-    behind
+    share_control_better
         Share of problems on which the control is better; ties count half.
     functions
         Number of functions.
-    functions_behind
+    n_functions_control_better
         Number of functions on most of whose problems the control is better; ties count half.
     p_holm
         p of the signed-rank test against the control, with Holm's correction.

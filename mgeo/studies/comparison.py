@@ -273,7 +273,7 @@ class Comparison:
     def draw_figures(self) -> dict[str, go.Figure]:
         """Draw all applicable figures by name.
 
-        The names are ``anytime``, ``boxes``, ``fronts`` (two or three objectives), ``each``,
+        The names are ``anytime``, ``boxes``, ``fronts`` (two or three objectives), ``panels``,
         ``attainment`` and ``difference`` (two objectives). ``difference`` compares the two best
         algorithms that have a front.
         """
@@ -287,7 +287,7 @@ class Comparison:
         if ranked and self.problem.n_obj in (2, 3):
             figures["fronts"] = fronts.draw_median_fronts(self)
         if ranked and self.problem.n_obj == 2:
-            figures["each"] = fronts.draw_front_panels(self)
+            figures["panels"] = fronts.draw_front_panels(self)
             figures["attainment"] = fronts.draw_attainment_surfaces(self)
             if len(ranked) > 1:
                 figures["difference"] = fronts.draw_attainment_difference(self, *ranked[:2])

@@ -75,7 +75,7 @@ class Study(StudySettings):
 
     Attributes
     ----------
-    title, about : title and introduction of the report page.
+    title, description : title and introduction of the report page.
     evaluations : evaluations of each run.
     per_variable : whether `evaluations` and `grid` are multiplied by the number of variables.
     seeds : seeds of the runs; each algorithm runs with each seed on each problem.

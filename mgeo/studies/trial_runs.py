@@ -161,7 +161,7 @@ def _randomize_values(problem: Problem) -> Iterator[None]:
         for name, (low, high, width) in ends.items():
             out[name] = random_state.integers(low, high, (len(X), width)).astype(float)
 
-    replaced = {"_evaluate": evaluate, "at_stage": lambda stage: problem}
+    replaced = {"_evaluate": evaluate, "at_fidelity": lambda fidelity: problem}
     vars(problem).update(replaced, elementwise=False)
     try:
         yield

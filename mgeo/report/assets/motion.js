@@ -53,9 +53,9 @@ function movement(figure) {
   const motion = figure.layout.meta.motion;
   const lasting = (time) => (phase) => phase.from <= time && time < phase.to;
   const phases = motion.phases || [];
-  const turns = {};
-  for (const [name, turn] of Object.entries(motion.turns)) turns[name] = orientation(turn);
-  const which = [...figure.data.keys()].filter((k) => figure.data[k].meta && figure.data[k].meta.turn);
+  const orientations = {};
+  for (const [name, vectors] of Object.entries(motion.rotations)) orientations[name] = orientation(vectors);
+  const which = [...figure.data.keys()].filter((k) => figure.data[k].meta && figure.data[k].meta.rotation);
   const parts = which.map((k) => {
     const { meta, x, y, z, opacity = 1 } = figure.data[k];
     return { ...meta, opacity, points: [x, y, z].map((values) => Array.from(numbers(values))) };
@@ -64,8 +64,8 @@ function movement(figure) {
   const at = (time) => {
     const now = names(time);
     const change = { x: [], y: [], z: [], opacity: [] };
-    for (const { turn, faint, opacity, points } of parts) {
-      const rows = turns[turn](time);
+    for (const { rotation: name, faint, opacity, points } of parts) {
+      const rows = orientations[name](time);
       ["x", "y", "z"].forEach((key, r) => {
         const [a, b, c] = rows[r];
         // a gap in a line stays one

@@ -7,7 +7,7 @@ import pytest
 from mgeo.figures.motion import validate_motion
 
 TURN = {"times": [0.0, 10.0], "x": [0.0], "y": [0.0], "z": [90.0]}
-MOTION = {"end": 10.0, "turns": {"wheel": TURN}}
+MOTION = {"end": 10.0, "rotations": {"wheel": TURN}}
 
 
 def moving(motion, meta=None, kind=go.Scatter3d):
@@ -16,27 +16,29 @@ def moving(motion, meta=None, kind=go.Scatter3d):
 
 def test_still_figures_and_valid_motions_pass():
     validate_motion(go.Figure(go.Scatter(y=[1], meta=["any", "thing"]), {"meta": {"own": 1}}))
-    validate_motion(moving(MOTION, {"turn": "wheel", "faint": "never"}))
+    validate_motion(moving(MOTION, {"rotation": "wheel", "faint": "never"}))
     arrays = {key: np.array(values) for key, values in TURN.items()}
-    validate_motion(moving({"end": 1, "turns": {"wheel": arrays}}, {"turn": "wheel"}, go.Mesh3d))
+    validate_motion(
+        moving({"end": 1, "rotations": {"wheel": arrays}}, {"rotation": "wheel"}, go.Mesh3d)
+    )
 
 
 @pytest.mark.parametrize(
     ("key", "value"), [("times", [0.0, 10.0, 5.0]), ("x", [0.0, 1.0]), ("y", [np.nan])]
 )
 def test_a_turn_of_another_form_is_refused(key, value):
-    motion = {"end": 10.0, "turns": {"wheel": TURN | {key: value}}}
-    with pytest.raises(ValueError, match=r"turns\['wheel'\]"):
+    motion = {"end": 10.0, "rotations": {"wheel": TURN | {key: value}}}
+    with pytest.raises(ValueError, match=r"rotations\['wheel'\]"):
         validate_motion(moving(motion))
 
 
 @pytest.mark.parametrize(
     ("turn", "kind", "message"),
     [
-        ("reel", go.Scatter3d, "turn of a trace = 'reel'"),
-        ("wheel", go.Scatter, "turning trace = 'scatter': expected scatter3d or mesh3d"),
+        ("reel", go.Scatter3d, "rotation of a trace = 'reel'"),
+        ("wheel", go.Scatter, "type of a rotating trace = 'scatter': expected scatter3d or mesh3d"),
     ],
 )
 def test_traces_must_be_able_to_turn(turn, kind, message):
     with pytest.raises(ValueError, match=message):
-        validate_motion(moving(MOTION, {"turn": turn}, kind))
+        validate_motion(moving(MOTION, {"rotation": turn}, kind))

@@ -43,7 +43,14 @@ def test_what_is_written_is_read_back_exactly(run, tmp_path):
     values = np.array(rows, dtype=float)
     assert np.array_equal(values, np.hstack([run.outcome.X, run.outcome.F]))
     assert np.all(np.diff(values[:, 2]) >= 0)  # ordered by the first objective
-    for name in ("variables", "objectives", "stop_reason", "evaluations", "hypervolume", "started"):
+    for name in (
+        "variables",
+        "objectives",
+        "stop_reason",
+        "n_evaluations",
+        "hypervolume",
+        "start_time",
+    ):
         assert getattr(read.outcome, name) == getattr(run.outcome, name)
     assert read.outcome.wall_time_s == run.outcome.wall_time_s
 
@@ -93,7 +100,7 @@ def test_overwriting_replaces_the_run_and_its_figure_and_nothing_else(run, tmp_p
     [
         ({"format": 1}, "run.json: format = 1: this version of mgeo reads format 3"),
         ({"stop_reason": "lost"}, "stop_reason = 'lost'"),
-        ({"solutions": 1}, r"front\.csv: .* rows .*expected 1 rows"),
+        ({"n_solutions": 1}, r"front\.csv: .* rows .*expected 1 rows"),
         ({"variables": ["diameter [m]", "width [m]"]}, r"front\.csv: .*width"),
         ({"configuration": {}}, "problem is missing"),
     ],
@@ -111,9 +118,9 @@ def test_a_missing_key_or_file_is_named(run, tmp_path):
         read_run(tmp_path)
     write_run(tmp_path, run)
     data = json.loads((tmp_path / "run.json").read_text())
-    del data["started"]
+    del data["start_time"]
     (tmp_path / "run.json").write_text(json.dumps(data))
-    with pytest.raises(ValueError, match=r"run\.json: started is missing"):
+    with pytest.raises(ValueError, match=r"run\.json: start_time is missing"):
         read_run(tmp_path)
     (tmp_path / "run.json").write_text("{")
     with pytest.raises(ValueError, match=r"run\.json: Expecting"):

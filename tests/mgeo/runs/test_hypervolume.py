@@ -9,7 +9,7 @@ class WithSpace(Problem):
     def __init__(self, n_obj):
         super().__init__(n_var=1, n_obj=n_obj, xl=0, xu=1)
 
-    def indicator_space(self, F):
+    def map_to_indicator_space(self, F):
         return np.asarray(F) / ([10.0, 100.0] if self.n_obj == 2 else 1.0)
 
 

@@ -104,7 +104,7 @@ def test_it_is_written_and_read_exactly(stand_in, tmp_path):
         np.testing.assert_array_equal(getattr(found.nearest, name), written)
     assert found.constraints == ("g1", "g2", "h1")
     data = json.loads((tmp_path / "run.json").read_text())
-    data["nearest"] = 1
+    data["n_nearest"] = 1
     (tmp_path / "run.json").write_text(json.dumps(data))
     with pytest.raises(FileError, match=r"nearest\.csv: \d+ rows .*: expected 1 rows"):
         read_run(tmp_path)

@@ -22,13 +22,13 @@ def test_a_configuration_states_everything():
         ),
         "evaluations": 1000 * 5 * 2,
         "seed": 1,
-        "starts": 0,
-        "polish": False,
+        "initial_designs": 0,
+        "refine": False,
     }
 
 
 @pytest.mark.parametrize("value", [{1, 2}, float("nan")])
 def test_options_that_cannot_be_written_are_refused_before_the_run(value, monkeypatch):
-    monkeypatch.setattr("stand_in.Cantilever.options", lambda self: {"load": value})
+    monkeypatch.setattr("stand_in.Cantilever.to_options", lambda self: {"load": value})
     with pytest.raises(ValueError, match="options of 'cantilever' are not JSON values"):
         prepare_run("cantilever")

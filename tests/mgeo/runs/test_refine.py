@@ -50,7 +50,7 @@ def test_a_run_that_was_killed_while_it_refines_ends_as_it_would_have(step, tmp_
 
     def kill(state):
         if state.refinement is not None:
-            steps.append(state.evaluations)
+            steps.append(state.n_evaluations)
             if len(steps) > step:
                 raise Killed
 
@@ -139,30 +139,32 @@ def test_what_cannot_be_asked_of_a_problem_is_told_before_the_search(monkeypatch
     with pytest.raises(ValueError, match=r"problem Cantilever has no refine\(\)"):
         begun(polish=True)
     with pytest.raises(
-        ValueError, match=r"starts = 5: expected at most 4, the initial size of MGEODirect"
+        ValueError, match=r"initial_designs = 5: expected at most 4, the initial size of MGEODirect"
     ):
         begun(starts=5)
-    with pytest.raises(ValueError, match="starts = 1: RandomSearch accepts no initial designs"):
+    with pytest.raises(
+        ValueError, match="initial_designs = 1: RandomSearch accepts no initial designs"
+    ):
         begun(starts=1, algorithm="random", parameters={})
-    monkeypatch.delattr(type(load_problem("cantilever")), "starts")
-    with pytest.raises(ValueError, match=r"Cantilever has no starts\(\)"):
+    monkeypatch.delattr(type(load_problem("cantilever")), "suggest_initial_designs")
+    with pytest.raises(ValueError, match=r"Cantilever has no suggest_initial_designs\(\)"):
         begun(starts=1)
 
 
 def test_a_problem_recommends_both_for_runs_that_are_told_nothing_else(monkeypatch):
     def configuration(**options):
         found = prepare_run(
-            "cantilever", **({"starts": None, "polish": None} | options)
+            "cantilever", **({"initial_designs": None, "refine": None} | options)
         ).configuration
         return found.initial_designs, found.refine
 
     assert configuration() == (0, False)
     of = type(load_problem("cantilever"))
-    advice = {"starts": 2, "polish": True}
-    monkeypatch.setattr(of, "recommended", lambda self: advice, raising=False)
+    advice = {"initial_designs": 2, "refine": True}
+    monkeypatch.setattr(of, "recommend_settings", lambda self: advice, raising=False)
     assert configuration() == (2, True)
-    assert configuration(starts=0) == (0, True)
-    assert configuration(polish=False) == (2, False)
+    assert configuration(initial_designs=0) == (0, True)
+    assert configuration(refine=False) == (2, False)
     assert prepare_run("cantilever").configuration.refine is False
     for given in ({"evaluations": 100}, {"algorithm": "nsga2"}, {"parameters": {"n_walkers": 1}}):
         assert configuration(**given) == (0, False)

@@ -13,12 +13,12 @@ from mgeo.runs.prepare import prepare_run, resume_run
 pytestmark = pytest.mark.usefixtures("stand_in")
 
 
-SMALL = {"n_walkers": 4, "stages": [0.5, 1.0]}
+SMALL = {"n_walkers": 4, "fidelity_schedule": [0.5, 1.0]}
 
 
-def at_stage(self, stage):
+def at_fidelity(self, fidelity):
     """Estimates in the first two stages."""
-    if stage >= 2:
+    if fidelity >= 2:
         return self
     rough = copy.copy(self)
     rough._evaluate = partial(estimate, rough)
@@ -32,7 +32,7 @@ def estimate(self, X, out, *args, **kwargs):
 
 def test_the_history_of_a_staged_run_is_without_estimates(tmp_path, monkeypatch):
     problem = load_problem("cantilever")
-    monkeypatch.setattr(type(problem), "at_stage", at_stage, raising=False)
+    monkeypatch.setattr(type(problem), "at_fidelity", at_fidelity, raising=False)
     staged = {"algorithm": "mgeo-staged", "parameters": SMALL, "evaluations": 320, "seed": 2}
     run = prepare_run("cantilever", **staged, record=True)
     outcome = run.solve(folder=tmp_path)

@@ -29,8 +29,8 @@ def test_the_callback_sees_every_generation_and_can_stop_the_run():
     seen = []
 
     def watch(state):
-        X, F = state.front()
-        seen.append((state.evaluations, len(F)))
+        X, F = state.build_front()
+        seen.append((state.n_evaluations, len(F)))
         assert len(X) == len(F)
         if len(seen) == 3:
             state.stop()
@@ -97,7 +97,7 @@ def test_failed_candidates_are_in_no_front_and_no_range(name, constrained, kind)
     problem = kind(0.9, constrained)
     parameters = {} if name.startswith("mgeo") else {"population": 20}
     seen = []
-    watch = lambda state: seen.extend(state.front()[1])  # noqa: E731
+    watch = lambda state: seen.extend(state.build_front()[1])  # noqa: E731
     outcome = solve(problem, build_algorithm(name, parameters, problem), 400, 1, watch)
     assert outcome.failures
     assert len(outcome.F)

@@ -113,7 +113,7 @@ class WithOptions(ZDT1):
         super().__init__(n_var=4)
         self.loads = loads
 
-    def options(self):
+    def to_options(self):
         return {"loads": self.loads}
 
 

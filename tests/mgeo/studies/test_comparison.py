@@ -13,7 +13,7 @@ def comparison():
 
 
 def test_the_summary_is_of_the_end_of_the_runs(comparison):
-    summary = comparison.summary()
+    summary = comparison.summarize()
     assert summary.index.tolist() == ["A_1", "B", "C"]
     assert summary[("runs", "")].tolist() == [3, 3, 3]
     for name, values in VALUES.items():
@@ -25,7 +25,7 @@ def test_the_summary_is_of_the_end_of_the_runs(comparison):
 
 
 def test_a_smaller_distance_wins_as_a_larger_hypervolume_does(comparison):
-    volume, distance = comparison.tests(), comparison.tests("igd_plus")
+    volume, distance = comparison.test_differences(), comparison.test_differences("igd_plus")
     assert volume.indicator == "hypervolume"
     assert volume.pairs["A"].tolist() == pytest.approx([1.0, 6.5 / 9, 1.5 / 9])
     assert distance.pairs["A"].tolist() == volume.pairs["A"].tolist()
@@ -33,9 +33,9 @@ def test_a_smaller_distance_wins_as_a_larger_hypervolume_does(comparison):
     ranks = {"A_1": 8.5 / 3, "C": 14 / 3, "B": 22.5 / 3}
     assert volume.kruskal_wallis.ranks.to_dict() == pytest.approx(ranks)
     assert distance.kruskal_wallis.ranks.equals(volume.kruskal_wallis.ranks)
-    same = comparison.tests("epsilon")
+    same = comparison.test_differences("epsilon")
     assert same.pairs["p"].tolist() == [1, 1, 1]
-    assert same.kruskal_wallis.p == 1
+    assert same.kruskal_wallis.p_value == 1
 
 
 def test_seeds_are_no_blocks(comparison):
@@ -44,9 +44,9 @@ def test_seeds_are_no_blocks(comparison):
     chosen = table["algorithm"] == "C"
     table.loc[chosen, "seed"] = table.loc[chosen, "seed"].map({1: 3, 2: 1, 3: 2})
     renamed = Comparison(**{**vars(comparison), "table": table})
-    for name in ("statistic", "p"):
+    for name in ("statistic", "p_value"):
         found = getattr(renamed.test_differences().kruskal_wallis, name)
-        assert found == getattr(comparison.tests().kruskal_wallis, name)
+        assert found == getattr(comparison.test_differences().kruskal_wallis, name)
     table = comparison.table.query("not (algorithm == 'C' and seed == 2)")
     fewer = Comparison(**{**vars(comparison), "table": table})
     # A 3.5, 2, 1; C 3.5, 6.5; B 8, 6.5, 5
@@ -69,7 +69,7 @@ def test_an_algorithm_without_a_finished_run_stays_in_the_summary(comparison):
 
 
 def test_the_order_and_the_typical_runs(comparison):
-    assert comparison.order() == ["A_1", "C", "B"]
+    assert comparison.rank_algorithms() == ["A_1", "C", "B"]
     assert [comparison.find_median_seed(name) for name in VALUES] == [2, 2, 1]
     table = comparison.table.query("algorithm == 'A_1' and seed != 1")
     two = Comparison(**{**vars(comparison), "table": table})

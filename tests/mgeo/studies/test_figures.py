@@ -132,7 +132,7 @@ def test_three_objectives_are_drawn_in_space_and_more_are_refused():
         key: type(r)(**{**vars(r), "F": np.c_[r.F, r.F[:, 0]]})
         for key, r in made.finished_runs.items()
     }
-    spatial = Comparison(**{**vars(made), "problem": DTLZ2(n_obj=3), "records": three})
+    spatial = Comparison(**{**vars(made), "problem": DTLZ2(n_obj=3), "finished_runs": three})
     figure = draw_median_fronts(spatial)
     assert {trace.type for trace in figure.data} == {"scatter3d"}
     assert "attainment" not in spatial.draw_figures()

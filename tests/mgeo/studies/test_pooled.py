@@ -26,7 +26,7 @@ def pooled(given, per_variable=False, control=None):
     return compute_average_ranks(compute_problem_values(given, per_variable), control)
 
 
-def results(values, n_var=4, epsilon=None, instance_of="", runs=None, indicator=INDICATORS[0]):
+def results(values, n_var=4, epsilon=None, function_name="", runs=None, indicator=INDICATORS[0]):
     """Of {(algorithm, seed): hypervolumes after 40, 80, ... evaluations}."""
     rows = [
         {
@@ -44,8 +44,8 @@ def results(values, n_var=4, epsilon=None, instance_of="", runs=None, indicator=
         table=pd.DataFrame(rows),
         runs=made,
         algorithms=tuple(dict.fromkeys(made["algorithm"])),
-        problem=SimpleNamespace(n_var=n_var, instance_of=instance_of),
-        indicator=lambda: indicator,
+        problem=SimpleNamespace(n_var=n_var, function_name=function_name),
+        select_indicator=lambda: indicator,
     )
 
 
@@ -88,7 +88,7 @@ def test_the_test_is_exact_for_few_problems():
     q = 2 * np.mean([s <= 0 for s in sums])
     assert found.loc["two", "p_holm"] == pytest.approx(max(p, 2 * q))
     assert found.loc["three", "p_holm"] == pytest.approx(2 * q)
-    assert found.loc["two", "behind"] == pytest.approx(5 / 6)
+    assert found.loc["two", "share_control_better"] == pytest.approx(5 / 6)
     assert np.isnan(found.loc["one", "p_holm"])
 
 
@@ -96,7 +96,7 @@ def test_the_test_is_exact_for_few_problems():
 def test_a_control_is_tested_against_each_other_one(control):
     given = many(np.random.default_rng(4), 8)
     best, found = pooled(given), pooled(given, control=control)
-    tested = ["behind", "functions_behind", "p_holm"]
+    tested = ["share_control_better", "n_functions_control_better", "p_holm"]
     pd.testing.assert_frame_equal(found.drop(columns=tested), best.drop(columns=tested))
     for evaluations, group in found.groupby("evaluations"):
         rows = group.set_index("algorithm")
@@ -111,15 +111,17 @@ def test_a_control_is_tested_against_each_other_one(control):
         assert rows.loc[larger, "p_holm"] == pytest.approx(max(p[larger], min(1.0, 2 * p[smaller])))
         for name in rivals:
             share = (medians[control] > medians[name]).mean()
-            assert rows.loc[name, "behind"] == pytest.approx(share)
-            assert rows.loc[name, "functions_behind"] == share * rows.loc[name, "functions"]
+            assert rows.loc[name, "share_control_better"] == pytest.approx(share)
+            assert (
+                rows.loc[name, "n_functions_control_better"] == share * rows.loc[name, "functions"]
+            )
 
 
 def copied(given, times):
     """Every problem so many times, as instances of one function."""
     return {
         f"{label} i{i}": SimpleNamespace(
-            **vars(each) | {"problem": SimpleNamespace(n_var=4, instance_of=label)}
+            **vars(each) | {"problem": SimpleNamespace(n_var=4, function_name=label)}
         )
         for label, each in given.items()
         for i in range(times)
@@ -145,7 +147,7 @@ def test_signed_ranks_are_averaged_over_the_instances_of_a_function():
     given = {
         f"{function} i{i}": results(
             {("one", 1): [0.5 + d / 100], ("two", 1): [0.5], ("three", 1): [0.1]},
-            instance_of=function,
+            function_name=function,
         )
         for function, each in differences.items()
         for i, d in enumerate(each)
@@ -154,7 +156,10 @@ def test_signed_ranks_are_averaged_over_the_instances_of_a_function():
     p = {"two": stats.wilcoxon([0.5, 3.5, -0.5, 7.5]).pvalue, "three": 2 / 2**4}
     assert found.loc["two", "p_holm"] == pytest.approx(max(p["two"], 2 * p["three"]))
     assert found.loc["three", "p_holm"] == pytest.approx(2 * p["three"])
-    assert found.loc["two", ["behind", "functions_behind"]].tolist() == [6 / 8, 2 + 2 * 0.5]
+    assert found.loc["two", ["share_control_better", "n_functions_control_better"]].tolist() == [
+        6 / 8,
+        2 + 2 * 0.5,
+    ]
     assert found.loc["one", "average_rank"] == pytest.approx(1 + 2 / 8)
     assert (found["functions"] == 4).all()
 

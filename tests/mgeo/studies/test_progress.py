@@ -25,7 +25,7 @@ class Terminal(io.StringIO):
 def test_progress_is_shown_where_wanted(monkeypatch, stream, shown, parts):
     monkeypatch.setattr(sys, "stderr", stream())
     monkeypatch.setenv("TERM", "xterm")
-    with show_progress("study", 5, 1, shown=shown) as done:
+    with show_progress("study", 5, 1, enabled=shown) as done:
         done("[A]", 1, "")
         done("[A]", 2, "ValueError: [no]")
     text = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", sys.stderr.getvalue())

@@ -27,7 +27,7 @@ class Beam(ZDT1):
         super().__init__(n_var=4)
         self.load = load
 
-    def options(self):
+    def to_options(self):
         return {"load": self.load}
 
 
@@ -51,7 +51,7 @@ def first(tmp_path_factory):
     """The folder of a finished study, and its comparison."""
     folder = tmp_path_factory.mktemp("first")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Comparison, "figures", lambda self: {})
+        patch.setattr(Comparison, "draw_figures", lambda self: {})
         return folder, study(folder)
 
 
@@ -132,9 +132,9 @@ def test_a_finished_study_is_read(first):
     folder, found = first
     read = read_comparison(folder, problem=Beam())
     assert read.table.equals(found.table)
-    assert read.format_overview().equals(found.overview())
-    assert read.test_differences().pairs.equals(found.tests().pairs)
-    for key, record in found.records.items():
+    assert read.format_overview().equals(found.format_overview())
+    assert read.test_differences().pairs.equals(found.test_differences().pairs)
+    for key, record in found.finished_runs.items():
         assert np.array_equal(read.finished_runs[key].front_F, record.front_F)
     with pytest.raises(ValueError, match="made in Python: pass the compared problem"):
         read_comparison(folder)

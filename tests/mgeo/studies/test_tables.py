@@ -48,7 +48,7 @@ def test_the_best_mean_is_bold_and_what_does_not_differ_from_it_is_marked(three)
     for column in ("hypervolume", "IGD+", "additive epsilon"):
         assert {row for row, c in table.best if c == column} == {best} == {"best_1"}
         assert {row for row, c in table.equivalent if c == column} == alike
-    shown = three.overview()["hypervolume"]
+    shown = three.format_overview()["hypervolume"]
     lines = table.to_markdown().splitlines()
     assert f"| best_1 | 12 | **{shown['best_1']}** |" in lines[3]
     assert f"| near | 12 | {shown['near']} † |" in lines[2]
@@ -104,7 +104,9 @@ def test_figures_of_a_study_are_chosen_by_name():
     made = made_by_hand()
     made.runs[["algorithm", "seed"]] = made.table[["algorithm", "seed"]].drop_duplicates()
     found = {"one": made, "two": made}
-    assert {"ranks", "targets", "one-anytime-igd_plus", "two-each"} < set(draw_study_figures(found))
+    assert {"ranks", "targets", "one-anytime-igd_plus", "two-panels"} < set(
+        draw_study_figures(found)
+    )
     chosen = draw_study_figures(found, ["anytime", "two-boxes"])
     assert list(chosen) == ["one-anytime", "two-anytime", "two-boxes"]
     with pytest.raises(ValueError, match=r"no figure 'rank': expected ranks, .*mean 'ranks'\?"):

@@ -119,8 +119,8 @@ class Counted(ZDT1):
         super()._evaluate(X, out, *args, **kwargs)
         Counted.evaluated += len(X)
 
-    def at_stage(self, stage):
-        return self if stage == 2 else Counted(n_var=4)
+    def at_fidelity(self, fidelity):
+        return self if fidelity == 2 else Counted(n_var=4)
 
 
 @pytest.mark.parametrize("algorithm", [NSGA2(20), MGEOStaged(n_walkers=4)])
