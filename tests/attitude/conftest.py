@@ -8,5 +8,5 @@ from mgeo_attitude.view.plans import Plans
 def few_flights():
     """Promises are looked at in 20 flights: figures and reports show those of 200 just alike."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Plans, "flights", 20)
+        patch.setattr(Plans, "n_monte_carlo_runs", 20)
         yield

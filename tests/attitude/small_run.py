@@ -7,5 +7,5 @@ from mgeo.store.run import Run
 
 def small_run(problem):
     """A front of a problem after three generations."""
-    made = prepare_run("attitude", problem.options(), evaluations=1_080)
+    made = prepare_run("attitude", problem.to_options(), evaluations=1_080)
     return Run(made.configuration, made.solve(), list_problem_versions("attitude"))

@@ -28,9 +28,9 @@ def problem():
 def test_quick_metrics_are_those_of_the_table_without_monte_carlo(problem):
     X = np.random.default_rng(1).uniform(problem.xl, problem.xu, (3, problem.n_var))
     described = problem.view(X).describe()
-    found = problem.view(X).glance()
+    found = problem.view(X).quick_metrics()
     assert [name for name in described if name not in found] == [
-        *("kept t_end [s]", "kept trace [-]"),
+        *("Monte Carlo t_end [s]", "Monte Carlo trace [-]"),
     ]
     for name in found:
         assert (found[name] == described[name]).all()

@@ -44,7 +44,7 @@ def test_pymoo_runs_it_without_mgeo(problem):
 def test_indicator_space_of_the_paper(problem):
     F = [[0.0, 1e-6], [11984.0, 1e-1], [5992.0, 10**-3.5]]
     np.testing.assert_allclose(
-        problem.indicator_space(F), [[0.0, 0.0], [1.0, 1.0], [0.5, 0.5]], atol=1e-12
+        problem.map_to_indicator_space(F), [[0.0, 0.0], [1.0, 1.0], [0.5, 0.5]], atol=1e-12
     )
 
 
@@ -74,10 +74,10 @@ def test_bad_arguments_are_named(arguments, error, message):
 
 def test_a_part_of_a_view_shares_what_is_known(problem, monkeypatch):
     view = problem.view(random_designs(problem, 4))
-    table, kept = view.describe(), view.kept
-    monkeypatch.setattr(problem.__class__, "flown", None)
+    table, kept = view.describe(), view.monte_carlo_objectives
+    monkeypatch.setattr(problem.__class__, "evaluate_nominal", None)
     monkeypatch.setattr("mgeo_attitude.problem.evaluate", None)
-    part = view.take([2, 0])
+    part = view.select([2, 0])
     pd.testing.assert_frame_equal(part.describe(), table.iloc[[2, 0]].reset_index(drop=True))
-    np.testing.assert_array_equal(part.kept, kept[[2, 0]])
-    assert part.limits()[0].empty
+    np.testing.assert_array_equal(part.monte_carlo_objectives, kept[[2, 0]])
+    assert part.constraints()[0].empty

@@ -22,7 +22,7 @@ from .pages import DOCS, markdown, write_table
 
 PRESETS, SEED = ("paper", "cubesat_6u"), 1
 PICKS = ("fastest", "knee", "best")
-SWEEPS = ("x, y, z in turn", "x, y, z in turn, there and back")
+SWEEPS = ("x, y, z sequence", "x, y, z sequence, both directions")
 
 #: Turns about one axis that leave as much as those about z.
 ALIKE = ("x only", "y only")

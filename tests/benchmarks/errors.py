@@ -30,7 +30,7 @@ FLOORED = ("attitude", "sun.misalignment", "sun.bias", "mag.misalignment", "mag.
 FLOORED += ("mag.scale_factor", "mag.nonorthogonality")
 CONSTANTS = ("gyro.scale_factor", "gyro.misalignment", "gyro.nonorthogonality", *FLOORED[1:])
 RATES = (0.05, 1.0)
-SPINS = {"z": "z only", "x y z": "x, y, z in turn"}
+SPINS = {"z": "z only", "x y z": "x, y, z sequence"}
 
 Floats = NDArray[np.float64]
 
@@ -73,7 +73,7 @@ def spin_table() -> str:
     for name, spin in SPINS.items():
         for rate in RATES:
             designs[f"{name}, {rate:g}"] = build_baselines(scenario, 2000.0, rate)[spin]
-    there_and_back = build_baselines(scenario, 2000.0, 1.0)["x, y, z in turn, there and back"]
+    there_and_back = build_baselines(scenario, 2000.0, 1.0)["x, y, z sequence, both directions"]
     designs["there and back, 1"] = there_and_back
     designs |= front_plans()
     columns = []

@@ -124,13 +124,13 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         changes: dict[str, Any] = {} if objectives is None else {"objectives": objectives}
         if n_maneuvers is not None:
             changes["maneuvers"] = dataclasses.replace(scenario.maneuvers, count=n_maneuvers)
-        asked: dict[str, Any] = {"count": n_runs, "quantile": quantile}
-        asked = {key: value for key, value in asked.items() if value is not None}
+        given: dict[str, Any] = {"n_runs": n_runs, "quantile": quantile}
+        given = {key: value for key, value in given.items() if value is not None}
         if n_runs == 0:
             changes["monte_carlo"] = None
-        elif asked:
+        elif given:
             changes["monte_carlo"] = dataclasses.replace(
-                scenario.monte_carlo or MonteCarloSettings(), **asked
+                scenario.monte_carlo or MonteCarloSettings(), **given
             )
         self.scenario = scenario = dataclasses.replace(scenario, **changes)
         validate_initial_state(scenario)
@@ -351,7 +351,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         if not is_refinable(self.objectives) or (wheels and wheels.has_momentum_budget):
             return {"initial_designs": _N_INITIAL_DESIGNS}
         return {
-            "starts": _N_INITIAL_DESIGNS,
+            "initial_designs": _N_INITIAL_DESIGNS,
             "refine": True,
             "evaluations": _N_EVALUATIONS_BEFORE_REFINEMENT,
         }

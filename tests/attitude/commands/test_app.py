@@ -26,8 +26,8 @@ def test_every_command_has_examples_that_can_be_typed(run, command):
 
 
 def test_plans_and_files_as_json(run, folder, front, tmp_path):
-    plan = front.plan("best")
-    found = json.loads(run("show", folder, "--pick", "best", "--json").stdout)
+    plan = front.select_plan("min-trace")
+    found = json.loads(run("show", folder, "--pick", "min-trace", "--json").stdout)
     assert (found["t_end_s"], found["trace"]) == (plan.t_end, plan.trace)
     assert len(found["timeline"]) == len(plan.phases)
     assert len(found["least_observable"]) == 5

@@ -15,14 +15,14 @@ def scenario_file(tmp_path):
 def test_the_filters_agree(run, tmp_path):
     done = run("check", scenario_file(tmp_path), "--plans", 2, "--json")
     found = json.loads(done.stdout)
-    assert found["same_end"]
-    assert 0.0 < found["difference"] < 1e-9
-    assert found["designs"] == 2
+    assert found["has_equal_ends"]
+    assert 0.0 < found["max_difference"] < 1e-9
+    assert found["n_designs"] == 2
 
 
 def test_filters_that_differ_end_with_code_3(run, tmp_path, monkeypatch):
     def off(*given):
-        return dataclasses.replace(compare_filters(*given), difference=2e-9)
+        return dataclasses.replace(compare_filters(*given), max_difference=2e-9)
 
     monkeypatch.setattr("mgeo_attitude.filter.reference.compare_filters", off)
     done = run("check", scenario_file(tmp_path), "--plans", 1, code=3)

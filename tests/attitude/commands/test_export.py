@@ -7,10 +7,10 @@ from mgeo_attitude.plan import read_json, to_csv, to_uplink_csv
 
 def test_all_formats(run, folder, front, tmp_path):
     paths = [tmp_path / f"plan{suffix}" for suffix in (".json", ".csv", ".aem", ".uplink.csv")]
-    flags = ("--pick", "best", "--originator", "INPE", "--aem-version", "2.0")
+    flags = ("--pick", "min-trace", "--originator", "INPE", "--aem-version", "2.0")
     done = run("export", folder, *paths, *flags)
     assert done.stdout.splitlines() == [f"wrote {path}" for path in paths]
-    plan = front.plan("best")
+    plan = front.select_plan("min-trace")
     assert read_json(paths[0]) == plan
     assert paths[1].read_text(encoding="utf-8") == to_csv(plan)
     message = brahe.ccsds.AEM.from_file(str(paths[2]))

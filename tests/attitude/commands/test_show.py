@@ -25,12 +25,14 @@ def table(text, title):
 
 def test_every_table_of_the_knee(run, folder, front, monkeypatch):
     monkeypatch.setenv("COLUMNS", "400")  # a row is a line
-    plan = front.plan("knee")
+    plan = front.select_plan("knee")
     text = run("show", folder).stdout
-    assert text.startswith(f"solution {front.row('knee')} of {len(front.X)}, knee: {plan.answer}\n")
+    assert text.startswith(
+        f"solution {front.find_row('knee')} of {len(front.X)}, knee: {plan.summary}\n"
+    )
     for each in TABLES.values():
         assert (f"\n{each.title}\n" in text) == (len(each.table(plan)) > 0)
-    after = plan.accuracy().loc["mag bias x", "after"]
+    after = plan.build_accuracy_table().loc["mag bias x", "after"]
     assert table(text, "Predicted 1-sigma")["mag bias x"][:3] == ["nT", "2000", f"{after:.4g}"]
     others = table(text, "Comparison with plans that need no optimizer")
     assert others["trace [-]"][0] == f"{plan.trace:.4g}"
@@ -39,7 +41,7 @@ def test_every_table_of_the_knee(run, folder, front, monkeypatch):
 
 @pytest.mark.parametrize("option", ["--time", "--solution"])
 def test_a_plan_is_chosen_by_its_time_or_its_number(run, folder, front, option):
-    number = len(front.X) - 2 if option == "--solution" else front.row(1900.0)
+    number = len(front.X) - 2 if option == "--solution" else front.find_row(1900.0)
     given = number if option == "--solution" else 1900
     document = json.loads(run("show", folder, option, given, "--json").stdout)
     assert document["solution"] == number
@@ -90,7 +92,7 @@ def test_figures(run, folder, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--pick", "slowest"), "--pick slowest: expected one of knee, fastest, best"),
+        (("--pick", "slowest"), "--pick slowest: expected one of knee, min-time, min-trace"),
         (("--solution", "3", "--time", "3"), "--time and --solution: expected one of them"),
         (("--solution", "1000"), "solution 1000: expected 0 to"),
         (("--html", "nowhere/plan.html"), "there is no folder nowhere"),

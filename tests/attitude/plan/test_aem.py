@@ -150,7 +150,7 @@ def test_version_1_against_its_schema(plan):
         ({"version": "3.0"}, r"version = '3\.0': expected one of 1\.0, 2\.0"),
         ({"object_name": "SAT\nORIGINATOR = X"}, "object_name = "),
         ({"object_id": "2021-015Aa"}, "all upper or all lower case"),
-        ({"created": datetime(2026, 1, 1)}, "UTC offset"),
+        ({"creation_time": datetime(2026, 1, 1)}, "UTC offset"),
     ],
 )
 def test_bad_arguments_are_named(plan, keywords, message):

@@ -34,7 +34,7 @@ def in_body(q):
 
 
 def truth(plan, second):
-    return plan.attitude[plan.steps([second])[0]]
+    return plan.attitude[plan.to_steps([second])[0]]
 
 
 def test_the_frame_bias_is_that_of_others():
@@ -127,7 +127,7 @@ def test_orbit_formats_reads_stk_and_messages_without_rates(plan, tmp_path):
         times = (found.epochs - np.datetime64("2018-06-05T00:00:00")) / np.timedelta64(1, "s")
         assert times[[0, -1]].tolist() == [0.0, plan.duration]
         C = in_body(found.records)
-        np.testing.assert_allclose(C, plan.attitude[plan.steps(times)], atol=1e-14)
+        np.testing.assert_allclose(C, plan.attitude[plan.to_steps(times)], atol=1e-14)
     write_plan(plan, tmp_path / "rates.aem")
     with pytest.raises(
         reader.MalformedSourceError, match="QUATERNION/DERIVATIVE"

@@ -41,8 +41,8 @@ def test_the_exported_attitude_is_that_of_the_motion(plan):
 
 def test_path_limits_are_of_the_motion(plan):
     """The least angle from nadir at samples is not below that of the constraint."""
-    (row,) = plan.constraints().to_dict("records")
-    steps = slice(plan.steps(plan.t_end) + 1)
+    (row,) = plan.build_constraint_table().to_dict("records")
+    steps = slice(plan.to_steps(plan.t_end) + 1)
     position, boresight = plan.problem.environment.position[steps], plan.attitude[steps, 2]
     nadir = -position / np.linalg.norm(position, axis=1, keepdims=True)
     angles = np.degrees(np.arccos((nadir * boresight).sum(axis=1)))
@@ -52,7 +52,9 @@ def test_path_limits_are_of_the_motion(plan):
 
 def test_what_it_promises_is_what_flights_of_it_know(plan):
     """Against one flight after another, each by itself: no flight is turned as the plan is."""
-    errors = dataclasses.replace(MonteCarloSettings(), count=20, seed=MonteCarloSettings().seed + 1)
+    errors = dataclasses.replace(
+        MonteCarloSettings(), n_runs=20, seed=MonteCarloSettings().seed + 1
+    )
     problem, X = plan.problem, np.array([plan.design])
     variances = [
         np.diag(evaluate(each.model, each.apply_errors(X), 1, covariance=True).covariance[0])
@@ -61,9 +63,12 @@ def test_what_it_promises_is_what_flights_of_it_know(plan):
     np.testing.assert_allclose(plan.sigma, np.sqrt(np.mean(variances, axis=0)), rtol=1e-12)
     worst = np.degrees(plan.sigma[:3].max())
     assert plan.attitude_sigma_deg == pytest.approx(worst)
-    assert f"attitude {format_two_digits(worst)} deg" in plan.answer
-    assert plan.answer == problem.view(X).answers()[0]
-    assert "(1-sigma of Monte Carlo runs, worst body axis)" in plan.answer
+    assert f"attitude {format_two_digits(worst)} deg" in plan.summary
+    assert plan.summary == problem.view(X).summaries()[0]
+    assert "(1-sigma of Monte Carlo runs, worst body axis)" in plan.summary
     (row,) = problem.view(X).describe()["attitude 1-sigma [deg]"]
     assert row == pytest.approx(worst)
-    assert plan.accuracy().loc[[f"attitude {axis}" for axis in "xyz"], "after"].max() == row
+    assert (
+        plan.build_accuracy_table().loc[[f"attitude {axis}" for axis in "xyz"], "after"].max()
+        == row
+    )

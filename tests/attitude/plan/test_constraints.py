@@ -27,7 +27,7 @@ def plans():
 
 @pytest.fixture(scope="module")
 def violating(plans):
-    return next(plan for plan in plans if len(plan.violations()) > 1)
+    return next(plan for plan in plans if len(plan.list_violations()) > 1)
 
 
 def by_hand(plan):
@@ -36,28 +36,28 @@ def by_hand(plan):
     run = run_reference_filter(model, plan.design)
     C = run.attitude
     turns = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
-    yield np.abs(turns / model.step @ plan.scenario.wheels.matrix()).max()
+    yield np.abs(turns / model.step @ plan.scenario.wheels.compute_load_matrix()).max()
     yield from np.degrees(path_angles(model, run, plan.design))
     sigma = run.sigma[-1].reshape(-1, 3).max(axis=1)
     yield from (np.degrees(sigma[0]), np.degrees(sigma[1]) * 3600.0)
 
 
 def test_values_are_those_of_the_reference_filter(plans):
-    tables = [plan.constraints() for plan in plans]
+    tables = [plan.build_constraint_table() for plan in plans]
     for plan, table in zip(plans, tables, strict=True):
         np.testing.assert_allclose(table["value"], list(by_hand(plan)), rtol=1e-9)
-        over = table["value"] - table["limit"]
-        signs = table["bound"].map({"at most": -1.0, "at least": 1.0})
+        over = table["value"] - table["bound_value"]
+        signs = table["bound_type"].map({"at most": -1.0, "at least": 1.0})
         np.testing.assert_allclose(table["margin"], signs * over, atol=1e-12)
-        assert (table["kept"] == (table["margin"] >= 0.0)).all()
-    kept = np.array([table["kept"] for table in tables])
+        assert (table["satisfied"] == (table["margin"] >= 0.0)).all()
+    kept = np.array([table["satisfied"] for table in tables])
     assert (~kept).any(axis=0).sum() >= 4  # of the five limits; they mean something here
     assert kept.any(axis=0).sum() >= 4
 
 
 def test_the_files_of_a_plan_that_violates_them_say_so(violating):
     """Comments in both editions of the ephemeris, which others still read, and in CSV."""
-    named = [f"VIOLATED CONSTRAINT: {violation}" for violation in violating.violations()]
+    named = [f"VIOLATED CONSTRAINT: {violation}" for violation in violating.list_violations()]
     for version in ("1.0", "2.0"):
         text = format_aem(violating, version=version)
         lines = text.partition("CREATION_DATE")[0].splitlines()

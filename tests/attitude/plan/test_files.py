@@ -21,9 +21,9 @@ def test_the_suffix_selects_the_format(plan, file, tmp_path):
     if file.package:
         pytest.importorskip(file.package)
     path = tmp_path / f"plan{file.suffix}"
-    options = {"spacing": 100.0, "created": plan.scenario.epoch}
+    options = {"spacing": 100.0, "creation_time": plan.scenario.epoch}
     write_plan(plan, path, **options)
-    made = file.load()(plan, **{key: options[key] for key in file.options() if key in options})
+    made = file.load()(plan, **{key: options[key] for key in file.list_options() if key in options})
     expected = made.encode() if isinstance(made, str) else made
     assert path.read_bytes()[:2000] == expected[:2000]
     assert list(tmp_path.iterdir()) == [path]
@@ -82,6 +82,6 @@ def test_csv_has_the_timeline_to_the_last_digit(ramps, plan, problem, tmp_path):
     table = pd.read_csv(path, dtype=str)
     n = len(plan.phases)
     assert table.pop("row").tolist() == [f"{i}/{n}" for i in range(1, n + 1)]
-    expected = plan.timeline()
+    expected = plan.build_timeline()
     pd.testing.assert_frame_equal(table.astype(expected.dtypes), expected, check_exact=True)
     assert ("ramp to maneuver 1" in set(table["phase"])) == ramps

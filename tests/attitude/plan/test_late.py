@@ -6,7 +6,7 @@ from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import Scenario
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.plan import ManeuverPlan, format_aem, list_commands, to_csv
-from mgeo_calibration.simulators.kinematic import fly
+from mgeo_calibration.simulators.kinematic import simulate_telemetry
 from scipy.spatial.transform import Rotation
 
 from .test_aem import instant, matrix, read_2
@@ -14,7 +14,7 @@ from .test_aem import instant, matrix, read_2
 DESIGN = (-0.476, 0.393, -1.0, 624.0, 1.0, -0.456, 0.1, 500.0, 0.07, 0.715, 1.0, 16.0)
 RATE = np.array(DESIGN[8:11])
 TABLE = {"preset": "paper", "duration": 3600.0, "step": 4.0, "monte_carlo": {"n_runs": 8}}
-LATE = "rate held, for late flights"
+LATE = "constant-rate hold, for late convergence"
 
 
 @pytest.fixture(scope="module")
@@ -29,11 +29,11 @@ def back():
 
 
 def test_the_last_rate_is_commanded_until_the_robust_time(plan):
-    promised = plan.promises().loc["t_end [s]", "promised"]
+    promised = plan.compare_with_monte_carlo().loc["t_end [s]", "predicted"]
     assert plan.t_end < promised
     table = list_commands(plan)
     *_, held, late = table.itertuples()
-    assert (held.what, late.what) == ("rate held", LATE)
+    assert (held.label, late.label) == ("constant-rate hold", LATE)
     assert held.start_s + held.duration_s == late.start_s == plan.t_end
     assert late.start_s + late.duration_s == promised == plan.duration
     rates = table.iloc[-2:, -3:].to_numpy(float)
@@ -44,7 +44,7 @@ def test_the_last_rate_is_commanded_until_the_robust_time(plan):
 @pytest.mark.slow
 def test_the_ephemeris_goes_on_turning_at_the_last_rate(plan):
     text = format_aem(plan)
-    told = f"COMMENT {plan.late()[0]}"
+    told = f"COMMENT {plan.describe_hold()[0]}"
     assert told in text.splitlines()
     assert f"({plan.t_end:.6g} s)" in told
     assert f"({plan.duration:.6g} s)" in told
@@ -62,24 +62,24 @@ def test_the_ephemeris_goes_on_turning_at_the_last_rate(plan):
 
 def test_the_slew_back_waits_for_late_flights(back):
     """In the table of commands, and in what a flight sends down."""
-    assert back.t_end < back.held_until < back.duration
-    table = list_commands(back).set_index("what")
+    assert back.t_end < back.hold_end < back.duration
+    table = list_commands(back).set_index("label")
     assert table.loc[LATE, "start_s"] == back.t_end
-    assert table.loc["slew back", "start_s"] == back.held_until
-    telemetry = fly(back.scenario, back, seed=1)
-    turning = (telemetry.times > back.t_end) & (telemetry.times <= back.held_until)
-    slewing = telemetry.times > back.held_until
+    assert table.loc["slew back", "start_s"] == back.hold_end
+    telemetry = simulate_telemetry(back.scenario, back, seed=1)
+    turning = (telemetry.times > back.t_end) & (telemetry.times <= back.hold_end)
+    slewing = telemetry.times > back.hold_end
     off = np.abs(telemetry.gyro_deg_s - RATE).max(axis=1)  # bias and noise of the gyro
     assert off[turning].max() < 0.1
     assert off[slewing].min() > 0.3
-    law = back.scenario.initial.law(back.scenario, back.duration)[0]
+    law = back.scenario.initial.evaluate_law(back.scenario, back.duration)[0]
     np.testing.assert_allclose(back.attitude[-1], law, atol=1e-9)
 
 
 @pytest.mark.slow
 def test_path_limits_are_looked_at_while_the_rate_is_held(plan):
     """What breaks a limit only then is a violation."""
-    first, last = plan.steps([plan.t_end, plan.duration])
+    first, last = plan.to_steps([plan.t_end, plan.duration])
     sun = plan.problem.environment.sun
     seen = np.einsum("kij,kj->ki", plan.attitude, sun[: last + 1])
     angle = np.degrees(np.arccos(np.clip(seen @ seen[last], -1.0, 1.0)))
@@ -88,15 +88,15 @@ def test_path_limits_are_looked_at_while_the_rate_is_held(plan):
     axis = tuple(seen[last] / np.linalg.norm(seen[last]))
     limit = {"boresight": axis, "half_angle_deg": 0.5, "attitude_sigmas": 0.0}
     watched = ManeuverPlan(Scenario.from_dict(TABLE | {"path_constraints": [limit]}), DESIGN)
-    row = watched.constraints().loc["Sun off payload held for late flights"]
+    row = watched.build_constraint_table().loc["Sun off payload in the constant-rate hold"]
     assert row["value"] == pytest.approx(nearest, abs=1e-3)
-    assert not row["kept"]
-    assert any("held for late flights" in line for line in watched.violations())
+    assert not row["satisfied"]
+    assert any("in the constant-rate hold" in line for line in watched.list_violations())
 
 
 def test_a_plan_too_few_flights_of_which_converge_is_flown_to_the_end(plan):
     short = ManeuverPlan(Scenario.from_dict(TABLE | {"duration": plan.t_end + 40.0}), DESIGN)
-    assert np.isinf([short.view.robust_t_end, short.view.kept_t_end]).all()
+    assert np.isinf([short.view.robust_t_end, short.view.monte_carlo_t_end]).all()
     assert short.t_end == plan.t_end
     assert short.duration == plan.t_end + 40.0
-    assert list_commands(short)["what"].iloc[-1] == LATE
+    assert list_commands(short)["label"].iloc[-1] == LATE

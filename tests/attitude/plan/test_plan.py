@@ -18,13 +18,13 @@ def test_one_maneuver_of_90_degrees_about_z():
     scenario = dataclasses.replace(Scenario.paper(), duration=600.0)
     problem = AttitudeManeuverProblem(scenario, n_maneuvers=1)
     table = ManeuverPlan.from_design(problem, [0.0, 0.0, 0.5, 180.0]).build_timeline()
-    assert table["phase"].tolist() == ["maneuver 1", "rate held"]
+    assert table["phase"].tolist() == ["maneuver 1", "constant-rate hold"]
     assert table["start [s]"].tolist() == [0.0, 180.0]
     assert table.loc[0, "end UTC"] == table.loc[1, "start UTC"] == "2018-06-05T00:03:00.000000"
     assert table.loc[0, ["rate x [deg/s]", "rate y [deg/s]", "rate z [deg/s]"]].tolist() == [
         *(0.0, 0.0, 0.5)
     ]
-    assert table.loc[0, "swept [deg]"] == 90.0
+    assert table.loc[0, "rotation [deg]"] == 90.0
     first = table.iloc[0]
     np.testing.assert_allclose(first[[f"start q{c}" for c in "123c"]].astype(float), [0, 0, 0, 1])
     np.testing.assert_allclose(
@@ -33,8 +33,8 @@ def test_one_maneuver_of_90_degrees_about_z():
 
 
 def test_timeline_turned_through_gives_the_filter_its_attitude(plan):
-    table = plan.timeline()
-    assert table["phase"].tolist() == ["maneuver 1", "maneuver 3", "rate held"]
+    table = plan.build_timeline()
+    assert table["phase"].tolist() == ["maneuver 1", "maneuver 3", "constant-rate hold"]
     q = Rotation.identity()
     for _, row in table.iterrows():
         rates = row[[f"rate {axis} [deg/s]" for axis in "xyz"]].to_numpy(float)
@@ -49,7 +49,7 @@ def test_accuracy_is_that_of_the_filter(plan, problem):
     history = run_reference_filter(problem.model, DESIGN)
     assert plan.t_end == history.t_end
     assert plan.trace == pytest.approx(history.trace[-1], rel=1e-9)
-    table = plan.accuracy()
+    table = plan.build_accuracy_table()
     assert table.loc["attitude x", ["unit", "before"]].tolist() == ["deg", pytest.approx(5.0)]
     assert table.loc["gyro bias z", ["unit", "before"]].tolist() == ["deg/h", pytest.approx(36.0)]
     assert table.loc["mag bias y", "after"] == pytest.approx(50e3 * history.sigma[-1, 16])

@@ -32,7 +32,9 @@ def written(run, tmp_path_factory):
 def test_picks(run, written):
     front = read_front(written)
     F = run.outcome.F
-    fastest, best, knee = (front.select_plan(choice) for choice in ("fastest", "best", "knee"))
+    fastest, best, knee = (
+        front.select_plan(choice) for choice in ("min-time", "min-trace", "knee")
+    )
     assert fastest.t_end == F[:, 0].min()
     assert best.trace == pytest.approx(F[:, 1].min(), rel=1e-9)
     # the knee lies below the line through the ends, as no other point does
@@ -66,8 +68,8 @@ def test_fastest_and_best_are_of_t_end_and_trace_whatever_was_minimized(tmp_path
     write_run(tmp_path / "run", small_run(problem))
     front = read_front(tmp_path / "run")
     paper = AttitudeManeuverProblem(scenario).evaluate(front.X, return_values_of=["F"])
-    assert front.select_plan("fastest").t_end == paper[:, 0].min()
-    assert front.select_plan("best").trace == pytest.approx(paper[:, 1].min(), rel=1e-9)
+    assert front.select_plan("min-time").t_end == paper[:, 0].min()
+    assert front.select_plan("min-trace").trace == pytest.approx(paper[:, 1].min(), rel=1e-9)
 
 
 def test_a_plan_of_a_run_is_what_the_run_has_stored(tmp_path, monkeypatch):

@@ -53,9 +53,9 @@ def test_the_filter_does_not_see_it(plan, without):
     X = np.array([DESIGN])
     F = [each.problem.evaluate(X, return_values_of=["F"]) for each in (plan, without)]
     np.testing.assert_array_equal(*F)
-    for name in ("accuracy", "contributions", "least_observable"):
+    for name in ("build_accuracy_table", "compute_uncertainty_by_phase", "find_least_observable"):
         assert getattr(plan, name)().equals(getattr(without, name)())
-    assert plan.compare().equals(without.compare())
+    assert plan.compare_with_designs().equals(without.compare_with_designs())
 
 
 def test_its_end_is_read_back_as_looking_down(plan):
@@ -135,12 +135,12 @@ def test_path_limits_are_looked_at_until_the_end(plan):
         "Sun off sure": ((off - 2.0 * sigma).min(), (off - 2.0 * sigma).min() - 10.0),
         "Earth in dish": (limb.max(), 100.0 - limb.max()),
     }
-    table = watched.constraints()
+    table = watched.build_constraint_table()
     for label, (value, margin) in expected.items():
         row = table.loc[f"{label} in the slew back"]
         assert row["value"] == pytest.approx(value, abs=1e-6)
         assert row["margin"] == pytest.approx(margin, abs=1e-6)
-        assert row["kept"] == (margin >= 0.0)
+        assert row["satisfied"] == (margin >= 0.0)
     assert table.index.name == "constraint"
     assert from_json(to_json(watched)) == watched
 
@@ -157,14 +157,14 @@ def test_the_attitude_at_the_end_is_within_a_tolerance(plan):
         longest = max(duration, ended.duration)
         whole = FilterModel.from_scenario(Scenario.from_dict(table | {"duration": longest}))
         until_end = whole.select_samples(slice(0, round(ended.duration / whole.step) + 1))
-        run = run_reference_filter(until_end.full_duration_model, ended.trajectory.commanded)
+        run = run_reference_filter(until_end.full_duration_model, ended.trajectory.commanded_design)
         expected = 3.0 * np.degrees(np.sqrt(np.linalg.eigvalsh(run.covariance[:3, :3])[-1]))
-        row = ended.constraints().loc[END_ATTITUDE]
+        row = ended.build_constraint_table().loc[END_ATTITUDE]
         assert row["value"] == pytest.approx(expected, rel=1e-9)
-        assert row["kept"] == (expected < 1.0)
+        assert row["satisfied"] == (expected < 1.0)
         maneuvers = maneuvers | {"end_tolerance_deg": 0.99 * expected}
         ended = ManeuverPlan(Scenario.from_dict(table | {"maneuvers": maneuvers}), DESIGN)
-        assert any(END_ATTITUDE in each for each in ended.violations())
+        assert any(END_ATTITUDE in each for each in ended.list_violations())
         found.append(ended.duration > duration)
     assert found == [True, False]
     with pytest.raises(InvalidValue, match=r"end_tolerance_deg = 0.5: .*without slew_back"):
@@ -178,7 +178,7 @@ def test_a_plan_that_cannot_slew_back_in_time_exceeds_a_limit():
     table["path_constraints"] = [{"boresight": [0.0, 0.0, -1.0], "half_angle_deg": 1.0}]
     still = np.zeros(12)
     row = AttitudeManeuverProblem(Scenario.from_dict(table)).view([still]).constraints()[0].iloc[-1]
-    assert (row.name, row["value"], row["limit"]) == ("time of the slew back", np.inf, 600.0)
+    assert (row.name, row["value"], row["bound_value"]) == ("time of the slew back", np.inf, 600.0)
     assert row["margin"] < 0.0
 
 
@@ -197,7 +197,7 @@ def test_wheels_with_a_budget_are_looked_at_until_the_end(plan):
     long = dataclasses.replace(loaded.scenario, duration=back.end + 10.0)
     model = FilterModel.from_scenario(long)
     flown = model.build_schedule(back.design)
-    table, ends = loaded.constraints(), np.array([round(back.end / step)])
+    table, ends = loaded.build_constraint_table(), np.array([round(back.end / step)])
     whole = compute_wheel_loads(model.momentum_budget, flown, ends, step, 1)[0]
     until = compute_wheel_loads(
         model.momentum_budget, flown, np.array([round(back.start / step)]), step, 1
@@ -205,5 +205,5 @@ def test_wheels_with_a_budget_are_looked_at_until_the_end(plan):
     for column, label in enumerate(("wheel momentum", "wheel torque")):
         row = table.loc[f"{label} in the slew back"]
         assert max(row["value"], until[column]) == pytest.approx(whole[column], rel=1e-12)
-        assert row["margin"] == pytest.approx(row["limit"] - row["value"], rel=1e-12)
+        assert row["margin"] == pytest.approx(row["bound_value"] - row["value"], rel=1e-12)
     assert 0.0 < row["value"] <= 0.01 * 1.5

@@ -21,7 +21,7 @@ def test_the_plan_follows_from_the_file(plan, tmp_path):
     table = pd.read_csv(io.StringIO(text), dtype=str)
     numbers = [name for name in table if name.endswith(("_s", "_deg"))]
     table = table.astype(dict.fromkeys(numbers, float))
-    assert table["what"].tolist() == ["maneuver 1", "maneuver 3", "rate held"]
+    assert table["label"].tolist() == ["maneuver 1", "maneuver 3", "constant-rate hold"]
     rates = [f"rate_{axis}_deg_s" for axis in "xyz"]
     design = table[[*rates, "duration_s"]].to_numpy()[:2]
     again = np.concatenate([design[0], [0, 0, 0, 0], design[1]])
@@ -42,15 +42,15 @@ def test_a_ramp_belongs_to_the_command_it_is_flown_for(problem, back):
     scenario = dataclasses.replace(paper, maneuvers=limits, initial=initial)
     plan = ManeuverPlan(scenario, DESIGN)
     table, phases = list_commands(plan), {phase.label: phase for phase in plan.phases}
-    third = table.set_index("what").loc["maneuver 3"]
+    third = table.set_index("label").loc["maneuver 3"]
     ramp, maneuver = phases["ramp to maneuver 3"], phases["maneuver 3"]
     assert third["start_s"] == ramp.start
     assert third["start_s"] + third["duration_s"] == maneuver.end
     np.testing.assert_array_equal(third[-3:].astype(float), DESIGN[8:11])
     ends = (table["start_s"] + table["duration_s"]).to_numpy()
     np.testing.assert_allclose(ends, [*table["start_s"].iloc[1:], plan.duration])
-    assert not table["what"].str.startswith("ramp").any()
-    assert ("slew back" in set(table["what"])) == back
+    assert not table["label"].str.startswith("ramp").any()
+    assert ("slew back" in set(table["label"])) == back
 
 
 def test_a_maneuver_that_is_over_before_its_ramp_is_commanded(problem):
@@ -61,6 +61,11 @@ def test_a_maneuver_that_is_over_before_its_ramp_is_commanded(problem):
     plan = ManeuverPlan(dataclasses.replace(paper, maneuvers=limits), tuple(design.tolist()))
     assert "maneuver 2" not in {phase.label for phase in plan.phases}
     table = list_commands(plan)
-    assert table["what"].tolist() == ["maneuver 1", "maneuver 2", "maneuver 3", "rate held"]
+    assert table["label"].tolist() == [
+        "maneuver 1",
+        "maneuver 2",
+        "maneuver 3",
+        "constant-rate hold",
+    ]
     again = table.loc[:2, [*(f"rate_{axis}_deg_s" for axis in "xyz"), "duration_s"]]
     assert again.to_numpy().ravel().tolist() == design.tolist()

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit, refine_plans
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, compute_lower_bound, refine_plans
 from mgeo_attitude.refine.descent import DescentProblem, descend, descend_from_best
 from mgeo_attitude.refine.evaluators import FixedTimeEvaluator
 from mgeo_attitude.refine.initial_designs import build_receding_horizon_plan
@@ -16,7 +16,7 @@ from .conftest import by_each_rule, short
 CAMERA = (
     PathConstraint(name="camera", reference="sun", boresight=(0.0, 0.0, 1.0), half_angle_deg=40.0),
 )
-FEW = {"most": 3, "iterations": 3}
+FEW = {"max_plans": 3, "max_iterations": 3}
 
 
 def values(problem, X):
@@ -87,7 +87,7 @@ def test_of_several_descents_the_best_goes_on(problem):
 
 @by_each_rule
 def test_no_plan_gets_worse_and_some_get_better(problem):
-    X = np.vstack([some(problem), problem.starts(3, np.random.default_rng(1))])
+    X = np.vstack([some(problem), problem.suggest_initial_designs(3, np.random.default_rng(1))])
     kept = X.copy()
     found = refine_plans(problem, X, **FEW)
     np.testing.assert_array_equal(X, kept)
@@ -100,7 +100,7 @@ def test_no_plan_gets_worse_and_some_get_better(problem):
 
 @pytest.mark.slow
 def test_plans_for_other_times_are_added(problem):
-    X = problem.starts(4, np.random.default_rng(1))
+    X = problem.suggest_initial_designs(4, np.random.default_rng(1))
     F = values(problem, X)[0]
     tables = list(iterate_refinement(problem, X, **FEW, add_plans=True))
     sizes = [len(table) for table in tables]
@@ -152,7 +152,7 @@ def test_what_else_tells_how_much_is_known_is_polished(name):
 
 
 def test_flights_tell_whether_a_polished_plan_is_better():
-    problem = short(3, "end", flight=MonteCarloSettings(n_runs=8, quantile=0.75))
+    problem = short(3, "end", monte_carlo=MonteCarloSettings(n_runs=8, quantile=0.75))
     X = some(problem, 4)
     before, after = values(problem, X)[0], values(problem, refine_plans(problem, X, **FEW))[0]
     assert (after <= before).all()
@@ -192,6 +192,6 @@ def test_ten_maneuvers_come_near_the_limit(rule, times, ratio):
         nearest[:, 3] *= time / nearest[:, 3].sum() if rule == "end" else 1.0
         plans.append(nearest.ravel())
     found = values(problem, refine_plans(problem, plans, max_iterations=40))[0]
-    least = limit(scenario)
+    least = compute_lower_bound(scenario)
     for F in found:
         assert F[1] / least.trace_at_end[round(F[0])] < ratio

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, compute_lower_bound
 from mgeo_attitude.refine.evaluators import FixedTimeEvaluator
 from mgeo_attitude.refine.initial_designs import (
     append_converging_rate,
@@ -67,7 +67,7 @@ def test_rates_are_held_until_a_plan_has_converged():
 
 @by_each_rule
 def test_starts_are_far_better_than_chance(problem):
-    found = problem.starts(6, np.random.default_rng(1))
+    found = problem.suggest_initial_designs(6, np.random.default_rng(1))
     assert found.shape == (6, problem.n_var)
     assert ((found >= problem.xl) & (found <= problem.xu)).all()
     F = problem.evaluate(found, return_values_of=["F"])
@@ -81,12 +81,14 @@ def test_starts_are_far_better_than_chance(problem):
 
 
 def test_starts_repeat_with_their_seed(problem):
-    first, again, other = (problem.starts(3, np.random.default_rng(s)) for s in (5, 5, 6))
+    first, again, other = (
+        problem.suggest_initial_designs(3, np.random.default_rng(s)) for s in (5, 5, 6)
+    )
     np.testing.assert_array_equal(first, again)
     assert (first != other).any()
-    assert problem.starts(0, np.random.default_rng(1)).shape == (0, problem.n_var)
+    assert problem.suggest_initial_designs(0, np.random.default_rng(1)).shape == (0, problem.n_var)
     with pytest.raises(ValueError, match=r"n = -1: expected a number of designs >= 0"):
-        problem.starts(-1, np.random.default_rng(1))
+        problem.suggest_initial_designs(-1, np.random.default_rng(1))
 
 
 @pytest.mark.parametrize("rule", ["trace", "end"])
@@ -106,7 +108,7 @@ def test_starts_keep_off_what_must_not_be_seen(rule):
 def test_where_coils_turn_it_starts_are_those_of_rates_that_it_has_at_once():
     small = {"preset": "cubesat_1u", "duration": 1200.0, "maneuvers": {"count": 2}}
     scenario = Scenario.from_dict(small)
-    freely = AttitudeManeuverProblem(dataclasses.replace(scenario, coils=None))
+    freely = AttitudeManeuverProblem(dataclasses.replace(scenario, magnetorquers=None))
     problem = AttitudeManeuverProblem(scenario)
     found = problem.suggest_initial_designs(2, np.random.default_rng(1))
     np.testing.assert_array_equal(
@@ -128,7 +130,10 @@ def test_there_are_starts_of_few_maneuvers(count):
 @pytest.mark.slow
 def test_ten_stages_are_within_a_quarter_of_the_limit():
     problem = AttitudeManeuverProblem(Scenario.paper(), n_maneuvers=10)
-    at, found = FixedTimeEvaluator(problem.scenario, problem.model), limit(problem.scenario)
+    at, found = (
+        FixedTimeEvaluator(problem.scenario, problem.model),
+        compute_lower_bound(problem.scenario),
+    )
     for time, bar in ((1000, 1.2), (1560, 1.2)):
         value, _ = at.evaluate_at_steps(
             build_receding_horizon_plan(at, 10, float(time))[None], time

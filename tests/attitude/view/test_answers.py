@@ -16,6 +16,6 @@ def test_where_the_end_is_the_plans_own_what_is_kept_is_how_well_the_attitude_is
             f"; attitude {format_two_digits(kept)} deg in 9 of 10 Monte Carlo runs"
         )
         assert "converge" not in line
-    ratio = view.compare_with_monte_carlo()["kept / promised trace [-]"]
+    ratio = view.compare_with_monte_carlo()["Monte Carlo / predicted trace [-]"]
     (line, *_) = view.remarks()
     assert f"trace [-] in these runs to the plan's is {ratio.median():.3g} in" in line

@@ -52,9 +52,9 @@ def test_what_one_may_reach_is_left_to_the_search():
         ({}, {"initial_scale_factor": 1e-3}, False),
     ],
 )
-def test_over_which_flights_the_limit_holds(flight, gyro, holds):
+def test_over_which_flights_the_limit_holds(monte_carlo, gyro, holds):
     scenario = dataclasses.replace(
-        asking(sun__misalignment_deg=0.05), flight=MonteCarloSettings(n_runs=4, **flight)
+        asking(sun__misalignment_deg=0.05), monte_carlo=MonteCarloSettings(n_runs=4, **monte_carlo)
     )
     scenario = dataclasses.replace(scenario, gyro=dataclasses.replace(scenario.gyro, **gyro))
     assert is_valid_for_monte_carlo(scenario) == holds
@@ -70,7 +70,9 @@ def test_over_which_flights_the_limit_holds(flight, gyro, holds):
 
 
 def test_no_flight_is_below_the_limit_that_is_shown_under_its_front():
-    scenario = dataclasses.replace(asking(mag__bias_nt=1e4), flight=MonteCarloSettings(n_runs=8))
+    scenario = dataclasses.replace(
+        asking(mag__bias_nt=1e4), monte_carlo=MonteCarloSettings(n_runs=8)
+    )
     problem = AttitudeManeuverProblem(scenario)
     times, trace, _ = compute_bound_curves(problem, np.array([304.0, 11984.0])).T
     for flight in problem.monte_carlo_runs:

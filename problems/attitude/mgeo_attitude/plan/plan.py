@@ -196,7 +196,9 @@ class ManeuverPlan(Settings):
         """
         values = self.view.compare_with_monte_carlo().to_numpy(float).reshape(-1, 3)
         names = pd.Index(self.problem.obj_names, name="objective")
-        return pd.DataFrame(values, names, ["predicted", "kept", "Monte Carlo / predicted [-]"])
+        return pd.DataFrame(
+            values, names, ["predicted", "Monte Carlo", "Monte Carlo / predicted [-]"]
+        )
 
     @cached_property
     def hold_end(self) -> float:
@@ -333,7 +335,7 @@ class ManeuverPlan(Settings):
         `ManeuverView.limits`.
         """
         (table,) = self.view.constraints()
-        return table.assign(kept=table["margin"].to_numpy(float) >= 0.0)
+        return table.assign(satisfied=table["margin"].to_numpy(float) >= 0.0)
 
     def list_violations(self) -> list[str]:
         """Return the violated constraints with values and bounds, one line each."""
@@ -341,7 +343,7 @@ class ManeuverPlan(Settings):
         return [
             f"{label} {row['value']:.6g} {row['unit']}, {row['bound_type']} {row['bound_value']:.6g} "
             f"{row['unit']}, violated by {-row['margin']:.3g} {row['unit']}"
-            for label, row in table[~table["kept"].astype(bool)].iterrows()
+            for label, row in table[~table["satisfied"].astype(bool)].iterrows()
         ]
 
     def compute_uncertainty_by_phase(self) -> pd.DataFrame:

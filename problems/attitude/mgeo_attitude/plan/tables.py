@@ -103,7 +103,7 @@ def _format_constraints_note(plan: ManeuverPlan) -> str:
 
 
 def _format_objectives_note(plan: ManeuverPlan) -> str:
-    text = f"promised: predicted by the plan; kept: in {MONTE_CARLO_SHARE_TEXT}, of 200 drawn from [monte_carlo]"
+    text = f"predicted: by the plan; Monte Carlo: in {MONTE_CARLO_SHARE_TEXT}, of 200 drawn from [monte_carlo]"
     if not np.isinf([plan.view.monte_carlo_t_end, plan.view.robust_t_end]).any():
         return text
     longest = plan.problem.model.duration

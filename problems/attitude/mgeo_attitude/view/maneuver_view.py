@@ -145,7 +145,7 @@ def _summarize_robustness(plans: Plans, sample_label: str) -> str:
     # The comparison is false for NaN, the result of a lost covariance.
     in_time = plans.monte_carlo_objectives - plans.F <= TOLERANCE * np.abs(plans.F)
     keep = in_time.all(axis=1) & ~np.isinf(plans.monte_carlo_t_end)
-    ratio = plans.compare_with_monte_carlo()[f"kept / promised {names[0]}"]
+    ratio = plans.compare_with_monte_carlo()[f"Monte Carlo / predicted {names[0]}"]
     return (
         f"{keep.sum()} of {sample_label} reach their objectives within {TOLERANCE:.0%} in {MONTE_CARLO_SHARE_TEXT}; "
         f"the ratio of {names[0]} in these runs to the plan's is {ratio.median():.3g} in the "

@@ -121,7 +121,7 @@ def compute_margins_after_convergence(plans: Plans) -> list[dict[str, MarginRow]
                 rows[i][END_ATTITUDE] = _build_upper_bound_row("deg", off, tolerance)
         latest = problem.scenario.deadline
         if latest < np.inf:
-            rows[i][f"{PLAN_END}, with what follows"] = _build_upper_bound_row(
+            rows[i][f"{PLAN_END}, including hold and slew back"] = _build_upper_bound_row(
                 "s", edges[-1], latest
             )
         for (start, end), while_ in zip(pairwise(edges), INTERVALS_AFTER_CONVERGENCE, strict=False):

@@ -185,9 +185,9 @@ class Plans(View):
         columns: dict[str, Floats] = {}
         statistics = self._evaluate_runs(n_runs, seed)
         for i, label in enumerate(self.problem.obj_names):
-            own, kept = self.F[:, i], statistics[:, i]
-            columns |= {f"promised {label}": own, f"kept {label}": kept}
-            columns[f"kept / promised {label}"] = kept / own
+            own, robust = self.F[:, i], statistics[:, i]
+            columns |= {f"predicted {label}": own, f"Monte Carlo {label}": robust}
+            columns[f"Monte Carlo / predicted {label}"] = robust / own
         return pd.DataFrame(columns)
 
     @property

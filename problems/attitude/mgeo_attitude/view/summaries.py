@@ -169,10 +169,10 @@ def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
     table = pd.DataFrame(columns | compute_worst_axes(problem.model.suite, sigma))
     if not problem.scenario.monte_carlo:
         return table
-    exactly = {
-        name: f"{name} flown exactly" for name in (t_end_name, trace_name, BOUND_RATIO_COLUMN)
+    nominal_names = {
+        name: f"{name}, nominal" for name in (t_end_name, trace_name, BOUND_RATIO_COLUMN)
     }
-    return table.rename(columns=exactly)
+    return table.rename(columns=nominal_names)
 
 
 def compute_worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:

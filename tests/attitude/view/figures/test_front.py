@@ -38,14 +38,14 @@ def test_points_are_the_objectives_and_the_attitude(figure, problem, X, F):
     points = named(figure, "plans")
     np.testing.assert_array_equal(points.customdata, np.arange(len(X)))
     np.testing.assert_array_equal(points.x, F[:, 0])
-    sigma = attitude_sigma_deg(problem.view(X).exactly.covariance)
+    sigma = attitude_sigma_deg(problem.view(X).nominal.covariance)
     np.testing.assert_array_equal(points.y, sigma)
     np.testing.assert_array_equal(by_trace(figure, "plans"), F)
     np.testing.assert_array_equal(by_trace(figure, "boundary"), F[find_front_rows(F)])
 
 
 def test_what_flights_keep_has_a_boundary_of_its_own(figure, problem, X):
-    kept = problem.view(X[select_sample_rows(len(X))]).kept
+    kept = problem.view(X[select_sample_rows(len(X))]).monte_carlo_objectives
     drawn = by_trace(figure, "in 9 of 10 Monte Carlo runs")
     np.testing.assert_array_equal(drawn, kept[find_front_rows(kept)])
 
@@ -73,7 +73,9 @@ def test_no_point_is_below_what_no_maneuver_can_beat(figure, problem, F):
 def test_what_flights_keep_of_the_attitude_is_that_of_each_flight(problem, X):
     """Against one flight after another, each by itself."""
     view = problem.view(X[:2])
-    errors = dataclasses.replace(MonteCarloSettings(), count=20, seed=MonteCarloSettings().seed + 1)
+    errors = dataclasses.replace(
+        MonteCarloSettings(), n_runs=20, seed=MonteCarloSettings().seed + 1
+    )
     sigma = [
         attitude_sigma_deg(
             evaluate(each.model, each.apply_errors(X[:2]), 1, covariance=True).covariance

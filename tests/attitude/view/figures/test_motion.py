@@ -55,7 +55,7 @@ def test_the_body_stands_as_the_filter_flew_it(request, X, name, most, row):
     problem = request.getfixturevalue(name)
     plan = ManeuverPlan.from_design(problem, X[row])
     _, motion = get_motion(problem, X[row])
-    turn, attitude = motion["turns"]["body"], plan.history.attitude
+    turn, attitude = motion["rotations"]["body"], plan.history.attitude
     assert motion["end"] == turn["times"][-1] == plan.t_end
     samples = np.linspace(0, len(attitude) - 1, 40).astype(int)
     off = [between(orientation(turn, k * problem.model.step), attitude[k].T) for k in samples]
@@ -72,7 +72,7 @@ def test_the_body_starts_where_the_scenario_says(X):
                      for axis in "xyz"])  # fmt: skip
     np.testing.assert_allclose(tips / np.linalg.norm(tips[0]), attitude[0], atol=1e-12)
     for k in (0, 77, 800, len(attitude) - 1):
-        turned = tips @ orientation(motion["turns"]["body"], k * problem.model.step).T
+        turned = tips @ orientation(motion["rotations"]["body"], k * problem.model.step).T
         np.testing.assert_allclose(turned / np.linalg.norm(tips[0]), attitude[k], atol=1e-9)
     (figures,) = problem.view(X[:1]).solution_figures()
     sun = next(trace for trace in figures["directions"].data if trace.name == "Sun")
@@ -89,6 +89,6 @@ def test_sun_and_field_stand_where_the_environment_has_them(sharp, X, name):
     tip = np.array([trace.x[1], trace.y[1], trace.z[1]])
     vectors = getattr(environment, name)
     for k in (0, 7, 500, 1234):
-        seen = orientation(motion["turns"][label], environment.times[k]) @ tip
+        seen = orientation(motion["rotations"][label], environment.times[k]) @ tip
         exact = vectors[k] / np.linalg.norm(vectors[k])
         assert np.degrees(np.arccos(np.clip(seen @ exact, -1.0, 1.0))) < 0.05

@@ -22,9 +22,9 @@ def test_fastest_knee_and_least_trace_are_chosen():
     F = [[10, 0], [8, 1], [0, 10], [9, 9], [2, 3], [5, 2], [1, 6]]
     few = made_up(F).select_representative(find_knee(np.array(F, dtype=float)))
     assert few.labels == (
-        "solution 2 (fastest)",
+        "solution 2 (min-time)",
         "solution 4 (knee)",
-        "solution 0 (least trace)",
+        "solution 0 (min-trace)",
     )
     np.testing.assert_array_equal(few.numbers, [2, 4, 0])
     np.testing.assert_array_equal(few.F, [[0, 10], [2, 3], [10, 0]])

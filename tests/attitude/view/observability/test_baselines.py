@@ -15,8 +15,8 @@ def test_designs_by_hand():
         "x only": (0.5, 0.0, 0.0, 600.0),
         "y only": (0.0, 0.5, 0.0, 600.0),
         "z only": (0.0, 0.0, 0.5, 600.0),
-        "x, y, z in turn": (0.5, 0, 0, 200.0, 0, 0.5, 0, 200.0, 0, 0, 0.5, 200.0),
-        "x, y, z in turn, there and back": (
+        "x, y, z sequence": (0.5, 0, 0, 200.0, 0, 0.5, 0, 200.0, 0, 0, 0.5, 200.0),
+        "x, y, z sequence, both directions": (
             *(0.5, 0, 0, 100.0, -0.5, 0, 0, 100.0),
             *(0, 0.5, 0, 100.0, 0, -0.5, 0, 100.0),
             *(0, 0, 0.5, 100.0, 0, 0, -0.5, 100.0),
@@ -34,9 +34,9 @@ def test_comparison_is_that_of_single_runs_at_the_same_time(problem, design, his
     assert list(table.index) == ["plan", *others]
     assert table.loc["plan", "t_end [s]"] == history.t_end
     assert table.loc["plan", "trace [-]"] == pytest.approx(history.trace[-1], rel=1e-9)
-    assert table.loc["plan", "times the first [-]"] == 1.0
+    assert table.loc["plan", "trace / first trace [-]"] == 1.0
     endless = dataclasses.replace(problem.model, relative_decrease=-np.inf)
-    name = "x, y, z in turn"
+    name = "x, y, z sequence"
     alone = run_reference_filter(endless, others[name])
     step = round(history.t_end)
     assert table.loc[name, "trace [-]"] == pytest.approx(alone.trace[step], rel=1e-9)
@@ -47,4 +47,4 @@ def test_comparison_is_that_of_single_runs_at_the_same_time(problem, design, his
     assert table.loc[name, "t_end [s]"] == own.t_end
     assert table.loc[name, "trace at t_end [-]"] == pytest.approx(own.trace[-1], rel=1e-9)
     # without turning, misalignments and biases stay what they were
-    assert table.loc["no maneuver", "times the first [-]"] > 10.0
+    assert table.loc["no maneuver", "trace / first trace [-]"] > 10.0

@@ -20,10 +20,10 @@ def plan():
 
 
 def test_squares_add_up_to_the_worst_axis(plan):
-    table = plan.budget()
+    table = plan.compute_error_budget()
     parts, whole = table.iloc[:-1].to_numpy(), table.loc["all"].to_numpy()
     np.testing.assert_allclose((parts**2).sum(axis=0), whole**2, rtol=1e-12)
-    worst = plan.accuracy()["after"].to_numpy().reshape(-1, 3).max(axis=1)
+    worst = plan.build_accuracy_table()["after"].to_numpy().reshape(-1, 3).max(axis=1)
     np.testing.assert_allclose(whole, worst, rtol=1e-9)
 
 
@@ -36,11 +36,11 @@ def worst(model, design, t_end):
 
 def test_what_would_help_is_what_another_scenario_gives(plan):
     """Each change made in the scenario, and run by the other filter."""
-    scenario, table, t_end = plan.scenario, plan.remedies(), plan.t_end
+    scenario, table, t_end = plan.scenario, plan.evaluate_improvements(), plan.t_end
     sun, mag = scenario.sensors
     gyro = scenario.gyro
     changed = {
-        "as it is": {},
+        "unchanged": {},
         "half the initial attitude": {
             "initial": dataclasses.replace(scenario.initial, attitude_deg=2.5)
         },
@@ -60,7 +60,7 @@ def test_a_turn_more_is_a_plan_with_one_more_maneuver(plan):
     )
     short = ManeuverPlan(scenario, DESIGN)
     assert short.t_end == 600.0
-    table, most = short.remedies(), scenario.maneuvers.max_rate_deg_s
+    table, most = short.evaluate_improvements(), scenario.maneuvers.max_rate_deg_s
     for name, more in {
         "at the last rate": (*DESIGN[-4:-1], 300.0),
         "about body y": (0.0, most, 0.0, 300.0),

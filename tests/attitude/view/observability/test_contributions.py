@@ -7,7 +7,7 @@ from mgeo_attitude.view.observability.error_budget import compute_uncertainty_by
 
 def test_rows_are_the_ends_of_the_phases(problem, design, history):
     table = compute_uncertainty_by_phase(problem.model, design, history)
-    assert list(table.index) == ["start", "maneuver 1", "maneuver 3", "rate held"]
+    assert list(table.index) == ["start", "maneuver 1", "maneuver 3", "constant-rate hold"]
     assert table["time [s]"].tolist() == [0.0, 200.0, 351.0, history.t_end]
     np.testing.assert_array_equal(table["trace [-]"], history.trace[[0, 200, 351, -1]])
     attitude = table["attitude y [deg]"].to_numpy()
