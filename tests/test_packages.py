@@ -73,7 +73,7 @@ problem = ZDT1(n_var=4)
 assert len(minimize(problem, MGEOReal(n_walkers=2), ("n_eval", 40), seed=1).F)
 compared = mgeo.compare(problem, {"a": MGEOReal(n_walkers=2)}, 40, seeds=1)
 assert compared.runs["status"].tolist() == ["finished"]
-assert "anytime" in compared.figures()
+assert "anytime" in compared.draw_figures()
 """
 
 WITHOUT_EXTRA = """

@@ -48,7 +48,8 @@ def algorithms(
         descriptions = [_describe_algorithm(each) for each in list_algorithms()]
         output.print_document({"algorithms": descriptions})
         rows = [
-            [each["name"], each["label"], each["error"] or each["about"]] for each in descriptions
+            [each["name"], each["label"], each["error"] or each["description"]]
+            for each in descriptions
         ]
         output.print(build_table(("name", "algorithm", "description"), rows))
         return
@@ -59,7 +60,7 @@ def algorithms(
         [p["name"], _format_default(p["default"]), p["meaning"]] for p in description["parameters"]
     ]
     output.print(
-        f"{name}: {description['about']}",
+        f"{name}: {description['description']}",
         build_table(("parameter", "default", "description"), rows),
         "parameters are given by --set NAME=VALUE",
     )
@@ -71,7 +72,13 @@ def _describe_algorithm(name: str) -> dict[str, Any]:
     try:
         return describe_algorithm(name) | {"error": None}
     except PluginError as error:  # One broken plugin must not hide the other algorithms.
-        return {"name": name, "label": name, "about": "", "parameters": [], "error": str(error)}
+        return {
+            "name": name,
+            "label": name,
+            "description": "",
+            "parameters": [],
+            "error": str(error),
+        }
 
 
 def _describe_problem(plugin: Plugin) -> dict[str, Any]:

@@ -50,7 +50,9 @@ def _add_filter(app: Dash, explorer: Explorer) -> None:
         return figures.draw_parallel_coordinates(table, axes)
 
     @app.callback(
-        Output("kept", "data"), Input("parallel", "restyleData"), Input("parallel", "figure")
+        Output("visible-rows", "data"),
+        Input("parallel", "restyleData"),
+        Input("parallel", "figure"),
     )
     def filter_rows(_: Any, figure: dict[str, Any]) -> list[int]:
         return figures.select_rows(table, figure["data"][0].get("dimensions", ()))
@@ -58,12 +60,14 @@ def _add_filter(app: Dash, explorer: Explorer) -> None:
     @app.callback(
         Output("count", "children"),
         Output("table", "children"),
-        Input("kept", "data"),
+        Input("visible-rows", "data"),
         Input("order", "value"),
     )
-    def list_visible_rows(kept: list[int], order: str) -> tuple[str, Component]:
-        rows = table.iloc[kept].sort_values(order).head(MAX_ROWS)
-        return f"{len(kept):,} of {len(table):,} solutions", layout.build_table(format_cells(rows))
+    def list_visible_rows(visible_rows: list[int], order: str) -> tuple[str, Component]:
+        rows = table.iloc[visible_rows].sort_values(order).head(MAX_ROWS)
+        return f"{len(visible_rows):,} of {len(table):,} solutions", layout.build_table(
+            format_cells(rows)
+        )
 
 
 def _add_front(app: Dash, explorer: Explorer) -> None:
@@ -71,14 +75,14 @@ def _add_front(app: Dash, explorer: Explorer) -> None:
         Output("front", "figure"),
         Input("x", "value"),
         Input("y", "value"),
-        Input("kept", "data"),
+        Input("visible-rows", "data"),
         Input("selected", "value"),
-        Input("changed", "data"),
+        Input("design-metrics", "data"),
     )
     def draw_front(
-        x: str, y: str, kept: list[int], selected: int, changed: dict[str, float]
+        x: str, y: str, visible_rows: list[int], selected: int, metrics: dict[str, float]
     ) -> go.Figure:
-        return figures.draw_front(explorer.table, x, y, kept, selected, changed)
+        return figures.draw_front(explorer.table, x, y, visible_rows, selected, metrics)
 
     @app.callback(
         Output("selected", "value"), Input("front", "clickData"), prevent_initial_call=True
@@ -106,21 +110,21 @@ def _add_design(app: Dash, explorer: Explorer) -> None:
     @app.callback(
         Output("numbers", "children"),
         Output("constraints", "children"),
-        Output("changed", "data"),
+        Output("design-metrics", "data"),
         Input(variables, "drag_value" if is_fast else "value"),
         State("selected", "value"),
         prevent_initial_call=True,
     )
-    def predict(
+    def evaluate_design(
         x: list[float], selected: int
     ) -> tuple[Component, list[Component], dict[str, float]]:
-        numbers, margins = explorer.evaluate(x)
+        metrics, margins = explorer.evaluate(x)
         _show_message("")
         lines: list[Component] = [
             html.P(str(each), className="" if each.is_satisfied else "violated") for each in margins
         ]
         solution = extract_row(explorer.table, selected)
-        return layout.build_comparison(solution, numbers), lines, numbers
+        return layout.build_comparison(solution, metrics), lines, metrics
 
     @app.callback(
         Output("figures", "children"), Input(variables, "value"), prevent_initial_call=True

@@ -12,7 +12,7 @@ from mgeo.explore.explorer import Explorer, extract_row
 from mgeo.plugins.review import find_column_kinds
 
 N_INITIAL_AXES = 8  # initial number of axes of the parallel coordinates
-DESIGN_COLUMNS = ["", "solution", "design-metrics", "change"]
+DESIGN_COLUMNS = ["", "solution", "design", "change"]
 
 
 def build_page(explorer: Explorer) -> Component:

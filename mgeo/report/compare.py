@@ -88,15 +88,15 @@ def build_comparison_html(
     front = draw_fronts(subjects)
     return render(
         "report/assets/compare.html",
-        title=f"{names[0]} beside {names[1]}",
+        title=f"Comparison of {names[0]} and {names[1]}",
         names=names,
-        cells=format_cells,
-        kinds_of=find_column_kinds,
+        format_cells=format_cells,
+        find_column_kinds=find_column_kinds,
         quick_metrics=format_cells(_build_summary_table(subjects)),
         metrics=format_cells(_build_metrics_table(subjects), digits=5),
         options=format_cells(_build_options_table(subjects)),
         front=None if front is None else render_figure(front),
-        pairs=list(zip_longest(*(subject.review.sections for subject in subjects))),
+        section_pairs=list(zip_longest(*(subject.review.sections for subject in subjects))),
     )
 
 
@@ -129,7 +129,7 @@ def _build_summary_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
     columns = {
         subject.name: {
             "title": subject.review.title,
-            "answer": subject.review.summary,
+            "summary": subject.review.summary,
             **_describe_run(subject),
         }
         for subject in subjects

@@ -24,7 +24,7 @@ from mgeo.report.loaded_run import LoadedRun
 from mgeo.runs.summary import RepresentativeSolution, list_constraint_margins
 
 #: Key of a placeholder for a value that differs between solutions.
-PLACEHOLDER = "$differs"
+PLACEHOLDER = "$placeholder"
 
 Json = Any
 
@@ -80,7 +80,7 @@ def split_common(trees: Sequence[Json]) -> tuple[Json, list[list[Json]]]:
     Returns
     -------
     common
-        Structure of the trees, with a placeholder ``{HOLE: k}`` for each value that differs.
+        Structure of the trees, with a placeholder ``{PLACEHOLDER: k}`` for each value that differs.
     values
         For each tree, the values of the placeholders 0, 1, ...
     """

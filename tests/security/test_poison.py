@@ -28,7 +28,7 @@ def run(tmp_path, monkeypatch):
     """A run folder, with checkpoint and record, in the current folder."""
     monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "mgeo" / "stand_in"))
     monkeypatch.chdir(tmp_path)
-    command = ["solve", "cantilever", "--runs", "2", "--evaluations", "40", "--record", "-q"]
+    command = ["solve", "cantilever", "--walkers", "2", "--evaluations", "40", "--record", "-q"]
     assert CliRunner().invoke(app, [*command, "--out", "run"]).exit_code == 0
     return Path("run")
 
@@ -43,7 +43,7 @@ def poison(tmp_path):
     np.save(npy, array, allow_pickle=True)
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w") as members:
-        for name in ("json", "X", "F", "G", "H", "generation", "failed", "numbers", "own_walkers"):
+        for name in ("json", "X", "F", "G", "H", "columns", "rows", "evaluation_numbers", "front_rows"):
             members.writestr(f"{name}.npy", npy.getvalue())
     return marker, [pickle.dumps(Poison(marker)), npy.getvalue(), archive.getvalue()]
 

@@ -8,7 +8,7 @@ from mgeo_suite import Catalog
 
 def test_better_grades_of_ours_cost_more():
     for section in ("gyros", "magnetometers", "sun_sensors", "star_trackers"):
-        prices = [grade.entry.price_keur for grade in getattr(Catalog.default(), section)]
+        prices = [grade.cost.price_keur for grade in getattr(Catalog.default(), section)]
         assert prices == sorted(prices)
 
 

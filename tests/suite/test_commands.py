@@ -54,8 +54,8 @@ def test_the_conclusions_are_those_of_the_front(run, problem):
     document = json.loads(mgeo("suite", "conclude", run, "--budget", 3, "--json").stdout)
     price, accuracy = found.outcome.F.T
     best = accuracy[price <= 3].min()
-    assert document["conclusions"][0].startswith("Within 3 kEUR the best is ")
-    assert float(document["conclusions"][0].split()[6]) == pytest.approx(best, rel=0.05)
+    assert document["summary"][0].startswith("Within 3 kEUR the best is ")
+    assert float(document["summary"][0].split()[6]) == pytest.approx(best, rel=0.05)
     text = mgeo("suite", "conclude", run).stdout
     assert text.count("Within") == 3
 

@@ -6,11 +6,15 @@ from mgeo_attitude import evaluate
 
 
 def test_a_suite_in_words(problem):
-    assert problem.suites.text(np.array([0, 1, 0, 0, 0])) == "poor gyro, better magnetometer"
-    assert problem.suites.text(np.array([1, 0, 1, 2, 2])) == (
+    assert (
+        problem.suites.describe_suite(np.array([0, 1, 0, 0, 0])) == "poor gyro, better magnetometer"
+    )
+    assert problem.suites.describe_suite(np.array([1, 0, 1, 2, 2])) == (
         "good gyro, mag magnetometer, tracker star tracker, 2 fine Sun sensors (+x, -z)"
     )
-    assert problem.suites.text(np.array([1, 0, 0, 0, 1])).endswith("1 coarse Sun sensor (-z)")
+    assert problem.suites.describe_suite(np.array([1, 0, 0, 0, 1])).endswith(
+        "1 coarse Sun sensor (-z)"
+    )
 
 
 @pytest.mark.slow
@@ -19,7 +23,7 @@ def test_a_row_of_the_table_is_the_design(problem, points):
     assert np.array_equal(table["price [kEUR]"], F[:, 0])
     assert np.array_equal(table["attitude 1-sigma [deg]"], F[:, 3])
     assert np.array_equal(table["t_end [s]"], F[:, 4])
-    names = [problem.suites.names(row) for row in points[:, :5].astype(int)]
+    names = [problem.suites.get_option_names(row) for row in points[:, :5].astype(int)]
     assert table["gyro"].tolist() == [each["gyro"] for each in names]
     assert f"{points[0, 5]:+.3f}" in table.filter(like="maneuver 1").iloc[0, 0]
 
@@ -50,7 +54,7 @@ def test_the_plan_behind_a_point_is_flown(problem, points):
     shown = problem.view(points[:3]).solution_figures()
     for row, figures in zip(points, shown, strict=False):
         choice = row[:5].astype(int)
-        model = problem.suites.variant(choice)
+        model = problem.suites.get_variant(choice)
         result = evaluate(model, row[None, 5:], history=True)
         (line,) = figures["attitude"].data
         end = round(result.t_end[0] / model.step)

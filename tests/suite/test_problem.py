@@ -59,10 +59,10 @@ def test_resources_are_the_sums_of_what_is_bought(problem, table, points):
             index = number - (place.options[0] == "none")
             if index >= 0:
                 total += [table[section][index][key] for key in keys]
-        assert problem.suites.resources(np.array([choice]))[0] == pytest.approx(total)
+        assert problem.suites.compute_resources(np.array([choice]))[0] == pytest.approx(total)
     X = points[:3]
     assert problem.evaluate(X)[:, :3] == pytest.approx(
-        problem.suites.resources(X[:, :5].astype(int))
+        problem.suites.compute_resources(X[:, :5].astype(int))
     )
 
 
@@ -70,8 +70,8 @@ def test_numbers_and_dicts_are_the_same_designs(problem, points):
     designs = convert_numbers_to_designs(problem, points)
     assert designs[0]["gyro"] in ("poor", "good")
     assert np.array_equal(problem.evaluate(designs), problem.evaluate(points))
-    assert np.array_equal(problem.numbers(designs), points)
-    assert np.array_equal(problem.numbers([dict(designs[0])]), points[:1])
+    assert np.array_equal(problem.encode_designs(designs), points)
+    assert np.array_equal(problem.encode_designs([dict(designs[0])]), points[:1])
 
 
 def test_values_do_not_depend_on_what_else_is_in_the_batch(problem, points):
@@ -81,7 +81,7 @@ def test_values_do_not_depend_on_what_else_is_in_the_batch(problem, points):
         fresh.threads = threads
         for rows in np.array_split(np.arange(len(points))[::-1], 7):
             assert np.array_equal(fresh.evaluate(points[rows]), together[rows])
-    again = SensorSuiteProblem.from_options(problem.options())
+    again = SensorSuiteProblem.from_options(problem.to_options())
     assert np.array_equal(again.evaluate(points), together)
 
 
@@ -129,7 +129,10 @@ def test_the_cheapest_suite_and_the_best_are_found(problem):
             {"scenario": {"preset": "paper", "required_sigma": {"sun.bias": 1.0}}},
             r"required_sigma.sun.bias = 1.0: expected a state of the attitude, the gyro",
         ),
-        ({"scenario": {"preset": "paper", "monte_carlo": {"n_runs": 3}}}, "flight = .*nominal run"),
+        (
+            {"scenario": {"preset": "paper", "monte_carlo": {"n_runs": 3}}},
+            "monte_carlo = .*nominal run",
+        ),
     ],
 )
 def test_bad_options_are_named(changes, message):
@@ -148,7 +151,7 @@ def test_designs_that_are_none_are_refused(problem, points):
         problem.view(X[:, :5]).describe()
     X[1, 0] = np.nan
     with pytest.raises(ValueError, match=r"gyro = nan: expected a whole number"):
-        problem.split(X)
+        problem.split_designs(X)
     (design,) = convert_numbers_to_designs(problem, points[:1])
     for wrong, message in (
         ({**design, "gyro": "none"}, "gyro = 'none': unknown option"),
@@ -157,4 +160,4 @@ def test_designs_that_are_none_are_refused(problem, points):
         (3, r"3: expected a dict of"),
     ):
         with pytest.raises(ValueError, match=message):
-            problem.split(np.array([wrong], dtype=object))
+            problem.split_designs(np.array([wrong], dtype=object))

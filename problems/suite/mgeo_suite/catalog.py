@@ -156,7 +156,7 @@ class Catalog:
         table: dict[str, Any] = {"faces": list(self.faces)}
         for section in SECTIONS:
             table[section] = [
-                to_table(grade.entry)
+                to_table(grade.cost)
                 | {k: v for k, v in to_table(grade.instrument).items() if k not in _MOUNTING_KEYS}
                 for grade in getattr(self, section)
             ]
@@ -211,11 +211,13 @@ def _validate_traits(section: str, grades: tuple[Grade, ...]) -> None:
 
 def _list_kernel_traits(instrument: Any) -> dict[str, Any]:
     """Return the properties of an instrument that determine its kernel, by name."""
-    views = instrument.views() if hasattr(instrument, "views") else ()
+    cones = (
+        instrument.list_visibility_cones() if hasattr(instrument, "list_visibility_cones") else ()
+    )
     return {
         "states": list(instrument.states()),
         "sample_interval": getattr(instrument, "sample_interval", None),
         "considered": getattr(instrument, "considered", None),
-        "exclusions and field of view": [view.direction for view in views],
+        "exclusions and field of view": [cone.direction for cone in cones],
         "rate limit": getattr(instrument, "max_rate_deg_s", None) is not None,
     }

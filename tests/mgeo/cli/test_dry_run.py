@@ -49,5 +49,5 @@ def test_a_study_is_described_and_nothing_is_written(mgeo):
     Path("one.toml").write_text(STUDY)
     found = json.loads(mgeo("study", "one.toml", "--dry-run", "--json").stdout)
     assert [path.name for path in Path().iterdir()] == ["one.toml"]
-    assert found["runs"] == 4
+    assert found["n_runs"] == 4
     assert found["problems"]["cantilever"]["objectives"] == ["mass [kg]", "deflection [m]"]

@@ -27,7 +27,7 @@ def test_every_algorithm_is_listed_with_its_parameters(mgeo, monkeypatch):
         defaults = json.loads(json.dumps(complete_parameters(each["name"], {})))
         assert {p["name"]: p["default"] for p in each["parameters"]} == defaults
         assert each["label"]
-        assert each["about"]
+        assert each["description"]
         assert all(p["meaning"] for p in each["parameters"])
     assert re.search(r"^nsga2 +NSGA-II +nondominated sorting", mgeo("algorithms").stdout, re.M)
 

@@ -34,15 +34,15 @@ def test_solve_and_resume(mgeo):
         "folder": "a",
         "files": ["front.csv", "front.npz", "run.json", "front.html", "run.checkpoint"],
         "checkpoint_error": None,
-        "answer": found["answer"],
-        "dead_end": None,
-        "remarks": [f"{found['solutions']} beams, of steel"],
+        "summary": found["summary"],
+        "infeasibility": None,
+        "remarks": [f"{found['n_solutions']} beams, of steel"],
     }
-    assert found["answer"].keys() == {"solution", "count", "label", "text", "exceeded"}
+    assert found["summary"].keys() == {"row", "n_solutions", "label", "text", "violations"}
     assert found["hypervolume"] == read_run("a").outcome.hypervolume
     assert "100%  80 of 80 evaluations" in done.stderr
     longer = mgeo("resume", "a", "--evaluations", 160, "--json", "--quiet")
-    assert (document(longer)["evaluations"], longer.stderr) == (160, "")
+    assert (document(longer)["n_evaluations"], longer.stderr) == (160, "")
 
 
 @pytest.mark.slow
@@ -51,9 +51,9 @@ def test_study(mgeo):
     found = document(mgeo("study", "one.toml", "--jobs", 1, "--json"))
     assert (found["folder"], found["seeds"]) == ("studies/one", [1, 2])
     one = found["problems"]["cantilever"]
-    assert (one["runs_finished"], one["runs_failed"]) == (4, 0)
+    assert (one["n_finished"], one["n_failed"]) == (4, 0)
     volumes = {label: each["hypervolume"]["mean"] for label, each in one["algorithms"].items()}
-    assert one["best_first"] == sorted(volumes, key=volumes.get, reverse=True)
+    assert one["ranking"] == sorted(volumes, key=volumes.get, reverse=True)
     assert " ranks first: " in one["conclusions"][0]
 
 
@@ -69,5 +69,5 @@ def test_what_a_problem_prints_is_not_part_of_the_document(mgeo):
     done = mgeo(
         "solve", f"{__name__}:Printing", *SHORT, "--evaluations", 80, "--out", "a", "--json"
     )
-    assert document(done)["solutions"] > 0
+    assert document(done)["n_solutions"] > 0
     assert "evaluated\n" in done.stderr

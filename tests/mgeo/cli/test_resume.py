@@ -35,7 +35,7 @@ def same(a, b):
         and np.array_equal(one.X, two.X)
         and np.array_equal(one.F, two.F)
         and one.hypervolume == two.hypervolume
-        and (one.stop_reason, one.evaluations) == (two.stop_reason, two.evaluations)
+        and (one.stop_reason, one.n_evaluations) == (two.stop_reason, two.n_evaluations)
         and one.failures == two.failures
     )
 
@@ -150,7 +150,7 @@ def test_a_run_goes_on_after_a_kill_and_after_ctrl_c(
     assert stopped.exit_code == 130, stopped.output
     assert "interrupted after" in stopped.stdout
     assert stopped.stdout.splitlines()[-1] == "to continue: mgeo resume a"
-    assert 0 < json.loads(Path("a/run.json").read_text())["evaluations"] < 240
+    assert 0 < json.loads(Path("a/run.json").read_text())["n_evaluations"] < 240
     done = mgeo("resume", "a")
     assert done.exit_code == 0, done.output
     solve(mgeo, "b", 240, "--record")

@@ -38,18 +38,20 @@ def test_a_robust_run_is_one_of_the_problem_that_the_problem_gives(mgeo):
     assert read_run("b").configuration.algorithm == "nsga2"
     refused = mgeo("solve", "bnh", "--robust")
     assert refused.exit_code == 2
-    assert refused.stderr == "Error: BNH has no robust(): expected a run without it\n"
+    assert refused.stderr == "Error: BNH has no to_robust(): expected a run without it\n"
 
 
 def test_where_nothing_can_keep_all_limits_nothing_is_searched(mgeo, monkeypatch):
     why = "a beam of 1 g carries nothing: relax it to 10 kg"
-    monkeypatch.setattr("stand_in.CantileverView.impossible", lambda self: [why], raising=False)
+    monkeypatch.setattr(
+        "stand_in.CantileverView.infeasibility_reasons", lambda self: [why], raising=False
+    )
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     assert done.exit_code == 3
     assert done.stdout == f"no solution can satisfy all constraints\n  {why}\n"
     assert not Path("a").exists()
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--json")
-    assert (done.exit_code, json.loads(done.stdout)) == (3, {"impossible": [why]})
+    assert (done.exit_code, json.loads(done.stdout)) == (3, {"infeasibility_reasons": [why]})
 
 
 def test_the_table_shows_five_solutions_in_the_problems_terms(mgeo, monkeypatch):
@@ -211,7 +213,7 @@ def test_a_run_without_feasible_solutions_says_so(mgeo, monkeypatch):
         assert 0.0 <= way / nearest.violation[0, 0] - 1.0 < 0.01
     done = mgeo("solve", "bnh", *flags, "--overwrite", "--json")
     document = json.loads(done.stdout)
-    assert (done.exit_code, document["nearest"] > 0, document["answer"]) == (3, True, None)
+    assert (done.exit_code, document["n_nearest"] > 0, document["summary"]) == (3, True, None)
     assert "nearest.csv" in document["files"]
-    assert document["dead_end"]["exceeded"]
-    assert document["dead_end"]["ways"][0].startswith("relax g1 by ")
+    assert document["infeasibility"]["violations"]
+    assert document["infeasibility"]["suggestions"][0].startswith("relax g1 by ")

@@ -65,7 +65,7 @@ def test_a_solution_beside_a_run_is_drawn_with_its_front(two, files):
     assert html.count("<h2>Fronts</h2>") == 1
     x = json.loads(files[1].read_text())["design"]
     view = load_problem("cantilever", {"load": 1500.0}).view([x])
-    assert view.answers()[0] in html
+    assert view.summaries()[0] in html
     points = draw_fronts([read_compared_solution(two[0]), read_compared_solution(files[1])]).data[
         -1
     ]

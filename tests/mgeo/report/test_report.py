@@ -63,14 +63,14 @@ def test_it_loads_nothing_and_has_all_solutions(solved):
     assert sorted(rows) == list(range(len(outcome.X)))
     view = load_problem("cantilever").view(outcome.X)
     assert str(summarize_default_solution(view)) in html
-    assert page.data["answers"]["0"] == view.answers()[0]
+    assert page.data["summaries"]["0"] == view.summaries()[0]
 
 
 def verification(folder, row=0, **changes):
     """Return the content of a verification file of a solution of a run."""
     run = read_run(folder)
     return {
-        "title": "9 flights",
+        "title": "9 runs",
         "conclusion": "achieved",
         "columns": ["state", "ratio"],
         "rows": [["a", 1.25], ["b", 2]],
@@ -95,7 +95,7 @@ def hostile(solved, monkeypatch):
     for name, value in {
         "describe": lambda self: pd.DataFrame({EVIL: [EVIL] * len(self.X)}),
         "solution_figures": lambda self: [{EVIL: figure} for _ in self.X],
-        "answers": lambda self: [EVIL] * len(self.X),
+        "summaries": lambda self: [EVIL] * len(self.X),
         "remarks": lambda self: [EVIL],
         "review": lambda self: review,
     }.items():
@@ -105,7 +105,7 @@ def hostile(solved, monkeypatch):
     written["configuration"]["options"] = {EVIL: EVIL}
     written |= {"failures": {EVIL: 3}, "versions": {EVIL: EVIL}}
     (folder / "run.json").write_text(json.dumps(written))
-    content = verification(folder, options=Cantilever().options(), title=EVIL, conclusion=EVIL)
+    content = verification(folder, options=Cantilever().to_options(), title=EVIL, conclusion=EVIL)
     content |= {"columns": [EVIL, "b"], "rows": [[EVIL, 1.5]], EVIL: [{EVIL: EVIL}]}
     (folder / "verification.json").write_text(json.dumps(content))
     return folder
@@ -117,7 +117,7 @@ def test_texts_of_files_and_plugins_never_become_markup(hostile):
     assert page.loading == []
     assert (page.tags.count("script"), page.tags.count("img")) == (3, 0)
     assert html.count("alert(") > 10  # they are there, as text
-    assert EVIL in page.data["described"]["columns"]
+    assert EVIL in page.data["descriptions"]["columns"]
     assert html.split('id="data">')[1].split("</script>")[0].isascii()  # U+2028 ends a line
 
 
@@ -146,12 +146,12 @@ def test_a_run_of_another_problem_is_refused(solved):
 def test_a_verification_of_a_solution_is_shown_with_all_its_tables(solved):
     folder = solved()
     file = folder / "verification-knee.json"
-    more = {"path_constraints": [{"limit": "<b>", "broken [%]": 12.5}]}
+    more = {"path_constraints": [{"constraint": "<b>", "violated [%]": 12.5}]}
     file.write_text(json.dumps(verification(folder, 3, **more)))
     html = build_report_html(folder)
     assert "(verification-knee.json, solution 3)" in html
     assert "<tr><td>a</td><td>1.25</td></tr><tr><td>b</td><td>2</td></tr>" in html
-    assert "<h4>path limits</h4>" in html
+    assert "<h4>path constraints</h4>" in html
     assert "&lt;b&gt;" in html
     for text in (json.dumps(verification(folder, rows=[["b"]])), "{"):
         file.write_text(text)
@@ -165,7 +165,7 @@ def test_a_verification_of_another_solution_is_ignored(solved, changes):
     folder = solved()
     (folder / "verification.json").write_text(json.dumps(verification(folder, **changes)))
     html = build_report_html(folder)
-    assert "9 flights" not in html
+    assert "9 runs" not in html
     assert "verification.json is ignored" in html
 
 
@@ -181,9 +181,9 @@ def test_a_large_front_has_every_solution_and_few_details(solved):
     write_run(folder, dataclasses.replace(run, outcome=outcome), overwrite=True)
     data = Page(build_report_html(folder)).data
     assert len(data["table"]["rows"]) == 3000
-    assert {0, 2999} < set(data["planned"])
-    assert len(data["planned"]) <= 300
-    assert set(data["described"]["rows"]) == set(map(str, data["planned"]))
+    assert {0, 2999} < set(data["figure_rows"])
+    assert len(data["figure_rows"]) <= 300
+    assert set(data["descriptions"]["rows"]) == set(map(str, data["figure_rows"]))
     points = data["front"]["data"][-1]
     assert points["customdata"] == list(range(3000))
     assert "hovertext" not in points

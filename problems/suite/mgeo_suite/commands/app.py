@@ -49,7 +49,7 @@ def catalog(
     rows: list[tuple[Any, ...]] = []
     for section in SECTIONS:
         for grade in getattr(found, section):
-            one = grade.entry
+            one = grade.cost
             name = f"{section.removesuffix('s').replace('_', ' ')} {one.name}"
             rows.append((name, one.price_keur, one.mass_g, one.power_mw, one.source))
     output.print(build_table(titles, rows))
