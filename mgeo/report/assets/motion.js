@@ -54,7 +54,7 @@ function movement(figure) {
   const lasting = (time) => (phase) => phase.from <= time && time < phase.to;
   const phases = motion.phases || [];
   const orientations = {};
-  for (const [name, vectors] of Object.entries(motion.rotations)) orientations[name] = orientation(vectors);
+  for (const [name, vectors] of Object.entries(motion.rotations)) orientations[name] = buildOrientation(vectors);
   const which = [...figure.data.keys()].filter((k) => figure.data[k].meta && figure.data[k].meta.rotation);
   const parts = which.map((k) => {
     const { meta, x, y, z, opacity = 1 } = figure.data[k];
