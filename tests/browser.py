@@ -63,7 +63,7 @@ class Page:
             time.sleep(0.05)
 
     def set(self, selector, value):
-        """Set the value of a range input."""
+        """Set the value of the range input that a CSS selector identifies."""
         element = f"document.querySelector({json.dumps(selector)})"
         self.run(f"{element}.value = {value}; {element}.dispatchEvent(new Event('input'))")
 
@@ -81,7 +81,7 @@ class Page:
         path.write_bytes(b64decode(result["data"]))
 
     def errors(self):
-        """Return the error messages on the console."""
+        """Return the error messages on the JavaScript console of the browser."""
         return [e["message"] for e in self.driver.get_log("browser") if e["level"] == "SEVERE"]
 
 

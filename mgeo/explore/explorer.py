@@ -127,7 +127,9 @@ class Explorer:
             return extract_row(self._compute_metrics(view), 0), margins
 
     def build_figures(self, x: ArrayLike) -> dict[str, go.Figure]:
-        """Return the static figures of a design, as drawn by its problem, as a dict by name.
+        """Return the figures that the problem draws of a design, as a dict by name.
+
+        Animated figures are left out.
 
         Parameters
         ----------

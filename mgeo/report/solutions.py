@@ -249,7 +249,7 @@ def _list_summaries(view: View) -> list[str]:
 
 
 def _build_descriptions_json(view: View, rows: NDArray[np.int64]) -> Json:
-    """Return a table of the description of each solution by its problem, or of its objectives."""
+    """Return the descriptions of the solutions by their problem, as column names and rows."""
     table = call_optional(view, View.describe)
     if not has_override(view, View.describe):
         table = table.iloc[:, : view.problem.n_obj]

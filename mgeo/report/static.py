@@ -33,7 +33,7 @@ class StaticExportError(RuntimeError):
 def draw_run_figures(
     folder: Path | str, names: Sequence[str] = (), *, trusted_classes: Collection[str] = ()
 ) -> dict[str, go.Figure]:
-    """Return the figures of a run folder as a dict by name, without animated figures.
+    """Return the static figures of a run as a dict by name.
 
     The figures are the front, the hypervolume of a recorded run, and the ``solution_figures`` that
     the problem draws of the knee and of the best solution of each objective.

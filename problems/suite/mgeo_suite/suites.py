@@ -98,7 +98,7 @@ class SuiteModels:
 
     @cached_property
     def model(self) -> FilterModel:
-        """Filter model of the suite with all instruments."""
+        """Filter model of the largest suite, with an instrument at every mounting place."""
         return self.get_layout_model(np.array([len(place.options) - 1 for place in self.places]))
 
     def compute_layout_ids(self, choices: Ints) -> Ints:
@@ -116,10 +116,10 @@ class SuiteModels:
         return self._has_instrument(choices) @ self._layout_weights
 
     def get_layout_model(self, choice: Ints) -> FilterModel:
-        """Return a filter model with as many sensors of each kind as a suite, built on first use.
+        """Return a filter model with the same number of sensors of each kind as a suite.
 
-        The suite can use the compiled kernel of this model. The sensors of the model have the
-        errors of the last grade in the catalog.
+        The suite can use the compiled kernel of this model, which is built on first use. The
+        sensors of the model have the errors of the last grade in the catalog.
 
         Parameters
         ----------

@@ -30,7 +30,7 @@ def scenario(**errors) -> Scenario:
     paper = Scenario.paper()
     convergence = dataclasses.replace(paper.convergence, window=60.0)
     return dataclasses.replace(
-        paper, duration=900.0, convergence=convergence, flight=MonteCarloSettings(**errors)
+        paper, duration=900.0, convergence=convergence, monte_carlo=MonteCarloSettings(**errors)
     )
 
 
@@ -48,7 +48,7 @@ def designs(n, seed=0):
 def test_values_are_those_of_the_reference_filter_in_each_flight():
     X = designs(2)
     problem = AttitudeManeuverProblem(
-        scenario(count=3, quantile=0.5, duration_error=5.0, maneuver_rate_error_deg_s=0.05)
+        scenario(n_runs=3, quantile=0.5, duration_error=5.0, maneuver_rate_error_deg_s=0.05)
     )
     by_hand = np.array(
         [
@@ -64,7 +64,7 @@ def test_values_are_those_of_the_reference_filter_in_each_flight():
 
 
 def test_flights_without_errors_are_the_plan():
-    exact = scenario(count=4, attitude_deg=0.0, rate_error_deg_s=0.0)
+    exact = scenario(n_runs=4, attitude_deg=0.0, rate_error_deg_s=0.0)
     X = designs(3)
     np.testing.assert_allclose(
         AttitudeManeuverProblem(exact).evaluate(X),
@@ -76,7 +76,7 @@ def test_flights_without_errors_are_the_plan():
 def test_a_flight_begins_from_another_attitude_by_as_much_as_is_believed():
     model = FilterModel.from_scenario(scenario())
     turns = []
-    for flight in flights(count=400):
+    for flight in flights(n_runs=400):
         turn = Rotation.align_vectors(flight.model.references[:, 0], model.references[:, 0])
         turns.append(turn[0].as_rotvec(degrees=True))
         turned = turn[0].apply(model.references[9, 1])
@@ -86,16 +86,16 @@ def test_a_flight_begins_from_another_attitude_by_as_much_as_is_believed():
 
 
 def test_rates_are_off_by_the_gyros_bias():
-    added = np.array([flight.rate_errors for flight in flights(count=400)])
+    added = np.array([flight.rate_errors for flight in flights(n_runs=400)])
     assert (added == added[:, :1]).all()  # the same for all maneuvers of a flight
     assert np.std(added[:, 0]) == pytest.approx(0.01, rel=0.06)
 
 
 def test_noise_is_other_than_believed_by_a_factor_that_the_filter_knows():
     X, names = designs(2), ("angle_random_walk_deg_per_sqrt_h", "noise_deg", "noise_nt")
-    of = scenario(count=300, noise_spread=0.3)
+    of = scenario(n_runs=300, noise_spread=0.3)
     drawn = draw_runs(of, FilterModel.from_scenario(of), of.monte_carlo)
-    for noisy, exact in zip(drawn, flights(count=3), strict=False):
+    for noisy, exact in zip(drawn, flights(n_runs=3), strict=False):
         np.testing.assert_array_equal(noisy.model.references, exact.model.references)
         np.testing.assert_array_equal(noisy.rate_errors, exact.rate_errors)
     believed = [of.gyro, *of.sensors]
@@ -110,7 +110,7 @@ def test_noise_is_other_than_believed_by_a_factor_that_the_filter_knows():
     # 900 numbers: three standard deviations of their spread are 7 %
     assert np.std(np.log(factors)) == pytest.approx(0.3, rel=0.07)
     assert np.abs(np.corrcoef(np.log(factors).T)[np.triu_indices(3, 1)]).max() < 0.2
-    problem = AttitudeManeuverProblem(dataclasses.replace(of, flight=None), n_runs=1)
+    problem = AttitudeManeuverProblem(dataclasses.replace(of, monte_carlo=None), n_runs=1)
     values = evaluate_runs(drawn[:2], X, lambda _, ran: ran.trace[:, None], 1, False)
     by_hand = [
         [run_reference_filter(f.variants[0], x).trace[-1] for x in f.apply_errors(X)]
@@ -122,7 +122,7 @@ def test_noise_is_other_than_believed_by_a_factor_that_the_filter_knows():
 
 def test_a_delayed_run_is_a_run_of_the_scenario_that_begins_later():
     """Vectors with gradients, path limits and wheel loads, six hours along the orbit."""
-    errors = {"count": 1, "attitude_deg": 0.0, "start_delay": 6 * 3600.0, "seed": 1}
+    errors = {"n_runs": 1, "attitude_deg": 0.0, "start_delay": 6 * 3600.0, "seed": 1}
     wheels = {"inertia": [0.13, 0.1, 0.05], "residual_dipole": [0.01, 0.02, 0.0]}
     limit = {"reference": "earth", "sense": "keep-in", "boresight": [0.0, 0.0, 1.0]}
     of = Scenario.from_dict(
@@ -136,7 +136,7 @@ def test_a_delayed_run_is_a_run_of_the_scenario_that_begins_later():
     )
     (flight,) = draw_runs(of, FilterModel.from_scenario(of), of.monte_carlo)
     later = FilterModel.from_scenario(
-        dataclasses.replace(of.shift_start(flight.start_delay), flight=None)
+        dataclasses.replace(of.shift_start(flight.start_delay), monte_carlo=None)
     )
     assert flight.start_delay > 1800.0
     np.testing.assert_allclose(flight.model.references, later.references, rtol=0, atol=1e-10)
@@ -149,7 +149,7 @@ def test_constraints_are_the_worst_of_the_share_of_runs_that_keeps_them():
     wheels = Wheels(inertia=(0.1, 0.2, 0.1), initial_momentum=(1e-3, 0.0, 0.0), max_momentum=0.01)
     limit = PathConstraint(boresight=(0.0, 1.0, 0.0), half_angle_deg=20.0, attitude_sigmas=1.0)
     of = dataclasses.replace(
-        scenario(count=4, attitude_deg=20.0, start_delay=600.0),
+        scenario(n_runs=4, attitude_deg=20.0, start_delay=600.0),
         wheels=wheels,
         path_constraints=(limit,),
     )
@@ -182,13 +182,13 @@ def test_objectives_may_be_means_and_limits_be_kept_by_some():
 
 
 def test_promises_are_those_of_the_plan_and_of_other_flights():
-    of = scenario(count=4)
+    of = scenario(n_runs=4)
     problem, X = AttitudeManeuverProblem(of), designs(3)
     table = problem.view(X).compare_with_monte_carlo(n_runs=11, seed=5)
     own = problem.evaluate(X, return_values_of=["F"])
-    others = dataclasses.replace(of, flight=MonteCarloSettings(n_runs=11, seed=5))
+    others = dataclasses.replace(of, monte_carlo=MonteCarloSettings(n_runs=11, seed=5))
     kept = AttitudeManeuverProblem(others).evaluate(X, return_values_of=["F"])
-    np.testing.assert_array_equal(table.filter(regex="^promised"), own)
+    np.testing.assert_array_equal(table.filter(regex="^predicted"), own)
     np.testing.assert_array_equal(table.filter(regex="^Monte Carlo (?!/)"), kept)
     np.testing.assert_allclose(table.filter(regex="^Monte Carlo /"), kept / own)
 
@@ -203,8 +203,8 @@ def test_promises_are_those_of_the_plan_and_of_other_flights():
 )
 def test_a_stage_of_a_search_has_as_many_flights_as_it_says(stage, flights):
     X = designs(3)
-    problem = AttitudeManeuverProblem(scenario(count=8, grow=(0, 3)))
-    expected = AttitudeManeuverProblem(scenario(count=flights or 1), n_runs=flights or 0)
+    problem = AttitudeManeuverProblem(scenario(n_runs=8, fidelities=(0, 3)))
+    expected = AttitudeManeuverProblem(scenario(n_runs=flights or 1), n_runs=flights or 0)
     judge = problem.at_fidelity(stage)
     F = judge.evaluate(X, return_values_of=["F"])
     np.testing.assert_array_equal(F, expected.evaluate(X, return_values_of=["F"]))
@@ -215,7 +215,7 @@ def test_a_stage_of_a_search_has_as_many_flights_as_it_says(stage, flights):
 @pytest.mark.slow
 def test_flights_after_a_calibration_are_drawn_from_its_covariance():
     """Attitude and rate errors together: off by more about an axis, and by correlated numbers."""
-    of = scenario(count=4000)
+    of = scenario(n_runs=4000)
     sigma = FilterModel.from_scenario(of).initial_sigma
     rng = np.random.default_rng(3)
     mixed = rng.standard_normal((len(sigma), len(sigma))) + 2.0 * np.eye(len(sigma))
@@ -241,7 +241,7 @@ def test_flights_after_a_calibration_are_drawn_from_its_covariance():
     expected = P / np.sqrt(np.outer(np.diag(P), np.diag(P)))
     assert np.abs(expected - np.eye(6)).max() > 0.3
     np.testing.assert_allclose(found, expected, rtol=0, atol=0.08)  # 1.6 % 1-sigma, times 5
-    given = dataclasses.replace(of.monte_carlo, attitude_deg=0.0, rate_error_deg_s=0.0, count=2)
+    given = dataclasses.replace(of.monte_carlo, attitude_deg=0.0, rate_error_deg_s=0.0, n_runs=2)
     for flight in draw_runs(of, model, given):
         np.testing.assert_array_equal(flight.model.references, model.references)
         np.testing.assert_array_equal(flight.rate_errors, np.zeros((3, 3)))

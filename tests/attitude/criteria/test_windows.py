@@ -31,7 +31,7 @@ def test_a_slew_back_has_to_be_over_too():
     """It is looked at in the plan's table, where the search sees its calibration alone."""
     table = {"maneuvers": {"slew_back": True}}
     plan = ManeuverPlan(scenario([OPEN | {"end": "2018-06-05T00:08:00Z"}], **table), DESIGN)
-    rows = plan.constraints()
+    rows = plan.build_constraint_table()
     assert rows.loc["end of the plan", "satisfied"] == (plan.t_end <= 480.0)
     whole = rows.loc["end of the plan, including hold and slew back"]
     assert whole["value"] == plan.duration > plan.t_end

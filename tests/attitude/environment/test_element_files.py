@@ -55,7 +55,7 @@ NOTATIONS: dict[str, Callable[..., str]] = {
 
 
 def orbit_of(file: Path, epoch: datetime = EPOCH, **keys: Any) -> Any:
-    return OrbitFile(file=str(file), **keys).for_run(epoch, 6000.0)
+    return OrbitFile(file=str(file), **keys).prepare_for_run(epoch, 6000.0)
 
 
 @pytest.mark.parametrize(
@@ -164,12 +164,12 @@ def test_a_satellite_that_decays_within_the_run() -> None:
         line2="2 28350  64.9977 345.6130 0024870 260.7578  99.9590 16.47856722116490",
     )
     early = datetime(2006, 6, 16, 5, 13, 45, tzinfo=UTC)
-    radius = np.linalg.norm(orbit.for_run(early, 6000.0).propagate(early, TIMES)[0], axis=1)
+    radius = np.linalg.norm(orbit.prepare_for_run(early, 6000.0).propagate(early, TIMES)[0], axis=1)
     assert radius.min() > 6378136.3 + 100e3
     late = datetime(2006, 6, 17, 4, 30, tzinfo=UTC)
     with pytest.raises(
         InvalidValue, match=r"^line1 = .* at 2006-06-17T05:4[0-9:.]*Z, t = \d+ s, it"
     ):
-        orbit.for_run(late, 6000.0)
+        orbit.prepare_for_run(late, 6000.0)
     with pytest.raises(SGP4Error, match=r"^satellite 28350: SGP4 error \d at t = "):
         orbit.propagate(late, np.arange(0.0, 86400.0, 600.0))

@@ -48,16 +48,16 @@ def test_samples_every_minute_give_the_environment_of_the_orbit() -> None:
 def test_the_period_is_that_of_the_orbit() -> None:
     expected = SCENARIO.orbit.period
     for velocities in (True, False):
-        assert sampled(has_velocities=velocities).period == pytest.approx(expected, rel=1e-9)
+        assert sampled(velocities=velocities).period == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_flight_that_may_begin_too_late_for_the_samples_is_refused() -> None:
     late = dataclasses.replace(
-        SCENARIO, flight=MonteCarloSettings(start_delay=600.0), orbit=sampled()
+        SCENARIO, monte_carlo=MonteCarloSettings(start_delay=600.0), orbit=sampled()
     )
     assert late.latest_end == SCENARIO.duration + 600.0
     with pytest.raises(InvalidValue, match=r"orbit\.times .*whole run, from 0 to 12601 s after"):
-        dataclasses.replace(late, flight=MonteCarloSettings(start_delay=601.0))
+        dataclasses.replace(late, monte_carlo=MonteCarloSettings(start_delay=601.0))
 
 
 def without(entries: list[Any], first: int, last: int) -> list[Any]:

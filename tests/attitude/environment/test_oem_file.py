@@ -68,7 +68,7 @@ def distance(orbit: EphemerisOrbit, start: datetime = SCENARIO.epoch) -> tuple[f
 
 def orbit_of(path: Path, text: str, epoch: datetime, duration: float, **keys: Any) -> Any:
     path.write_text(text)
-    return OrbitFile(file=str(path), **keys).for_run(epoch, duration)
+    return OrbitFile(file=str(path), **keys).prepare_for_run(epoch, duration)
 
 
 @pytest.mark.parametrize("form", ["KVN", "XML"])
@@ -114,9 +114,9 @@ def test_the_message_in_teme_against_sgp4(
     keys: dict[str, Any], degree: int, least: float, most: float
 ) -> None:
     """SGP4 by the package sgp4 here, by beyond there, whose states are 180 s apart."""
-    orbit: Any = OrbitFile(file=str(ISS), **keys).for_run(ISS_EPOCH, 5400.0)
+    orbit: Any = OrbitFile(file=str(ISS), **keys).prepare_for_run(ISS_EPOCH, 5400.0)
     times = np.arange(0.0, 5401.0, 10.0)
-    satellite = TLEOrbit(line1=ISS_1, line2=ISS_2).satellite()
+    satellite = TLEOrbit(line1=ISS_1, line2=ISS_2).build_satellite()
     expected, motion = compute_gcrs_states(satellite, compute_julian_dates(ISS_EPOCH, times))
     found, velocity = orbit.propagate(ISS_EPOCH, times)
     assert least < np.linalg.norm(found - expected, axis=1).max() < most
@@ -139,7 +139,7 @@ def test_a_scenario_keeps_the_samples_and_not_the_file(tmp_path: Path) -> None:
     copy.unlink()
     assert Scenario.from_toml(scenario.to_toml()) == scenario
     assert Scenario.from_dict(scenario.to_dict()) == scenario
-    assert load_problem("attitude", options).options() == options
+    assert load_problem("attitude", options).to_options() == options
     assert isinstance(scenario.orbit, EphemerisOrbit)
     assert scenario.orbit.source == "iss.oem, ISS (ZARYA) 1998-067A"
     height = np.linalg.norm(Environment.from_scenario(scenario).position, axis=1) - 6378136.3
@@ -152,7 +152,7 @@ def test_a_scenario_keeps_the_samples_and_not_the_file(tmp_path: Path) -> None:
 
 def test_samples_that_a_run_does_not_need_are_left_out_and_change_nothing() -> None:
     file = OrbitFile(file=str(ISS), interpolation="hermite", degree=7)
-    whole, part = file.for_run(ISS_EPOCH, 5400.0), file.for_run(ISS_EPOCH, 1800.0)
+    whole, part = file.prepare_for_run(ISS_EPOCH, 5400.0), file.prepare_for_run(ISS_EPOCH, 1800.0)
     assert len(part.times) < 25 < len(whole.times)
     times = np.arange(0.0, 1801.0, 7.0)
     found, expected = (orbit.propagate(ISS_EPOCH, times)[0] for orbit in (part, whole))
@@ -225,21 +225,23 @@ def test_keys_that_are_refused(
     monkeypatch.chdir(tmp_path)
     Path("a.oem").write_bytes(ISS.read_bytes())
     with pytest.raises(InvalidValue) as caught:
-        OrbitFile(**keys).for_run(ISS_EPOCH, 5400.0)
+        OrbitFile(**keys).prepare_for_run(ISS_EPOCH, 5400.0)
     assert str(caught.value).startswith(expected)
 
 
 def test_a_compressed_file_is_the_same(tmp_path: Path) -> None:
     packed = tmp_path / "iss.oem.gz"
     packed.write_bytes(gzip.compress(ISS.read_bytes()))
-    found, expected = (OrbitFile(file=str(f)).for_run(ISS_EPOCH, 5400.0) for f in (packed, ISS))
+    found, expected = (
+        OrbitFile(file=str(f)).prepare_for_run(ISS_EPOCH, 5400.0) for f in (packed, ISS)
+    )
     assert (found.times, found.position) == (expected.times, expected.position)
     packed.write_bytes(packed.read_bytes()[:-100])
     with pytest.raises(InvalidValue, match=r"iss\.oem\.gz': "):
-        OrbitFile(file=str(packed)).for_run(ISS_EPOCH, 5400.0)
+        OrbitFile(file=str(packed)).prepare_for_run(ISS_EPOCH, 5400.0)
 
 
 def test_without_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "oem", None)
     with pytest.raises(InvalidValue, match=r"needs the package oem: pip install 'mgeo-attitude\["):
-        OrbitFile(file=str(ISS)).for_run(ISS_EPOCH, 5400.0)
+        OrbitFile(file=str(ISS)).prepare_for_run(ISS_EPOCH, 5400.0)

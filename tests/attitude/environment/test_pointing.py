@@ -33,7 +33,7 @@ def test_a_place_is_what_the_environment_has_there() -> None:
 
 def test_nadir_is_the_radial_frame_of_brahe(at: SatelliteState) -> None:
     """z down, x along track, y against the orbit's normal: the frame called LVLH."""
-    found = InitialConditions(pointing="nadir").attitude(at)
+    found = InitialConditions(pointing="nadir").compute_attitude(at)
     for k in (0, 17, 300, 4000):
         radial, along, normal = brahe.rotation_eci_to_rtn(np.append(at.position[k], at.velocity[k]))
         expected = [along, -np.array(normal), -np.array(radial)]
@@ -54,7 +54,7 @@ def test_the_axis_points_and_the_clock_angle_counts_from_the_nearest(
         "sun": (at.sun, normal),
     }[pointing]
     second = [1.0, 0.0, 0.0] if abs(axis[2]) > 0.71 else [0.0, 0.0, 1.0]
-    C = law.attitude(at)
+    C = law.compute_attitude(at)
     np.testing.assert_allclose(C @ C.swapaxes(1, 2), np.repeat([np.eye(3)], len(C), 0), atol=1e-14)
     np.testing.assert_allclose(np.linalg.det(C), 1.0)
     for k in (0, 1000, 4321 - 1):
@@ -71,7 +71,7 @@ def test_the_axis_points_and_the_clock_angle_counts_from_the_nearest(
 def test_the_rate_is_that_of_the_law(at: SatelliteState, pointing: str) -> None:
     """Central differences of the attitude over 20 s; the Sun's degree a day is left out."""
     law = InitialConditions(pointing=pointing, axis=(0.6, 0.0, 0.8), clock_deg=25.0)
-    C, rates = law.attitude(at), law.compute_law_rate(at)
+    C, rates = law.compute_attitude(at), law.compute_law_rate(at)
     turns = -Rotation.from_matrix(C[2:] @ C[:-2].swapaxes(1, 2)).as_rotvec() / 20.0
     assert np.abs(turns - rates[1:-1]).max() < (3e-7 if pointing == "sun" else 2e-8)
     assert (np.abs(rates).max() > 5e-4) == (pointing != "sun")
@@ -83,7 +83,9 @@ def test_a_target_on_the_reference_of_the_clock_angle_is_refused() -> None:
         compute_pointing_attitudes(np.eye(3)[2], along, -3.0 * along, 0.0)
     orbit = np.zeros(1), np.array([[7e6, 0.0, 0.0]]), np.array([[0.0, 7e3, 0.0]])
     with pytest.raises(InvalidValue, match=r"initial\.pointing = 'sun': expected.*parallel"):
-        InitialConditions(pointing="sun").attitude(SatelliteState(*orbit, along, np.array([True])))
+        InitialConditions(pointing="sun").compute_attitude(
+            SatelliteState(*orbit, along, np.array([True]))
+        )
 
 
 def test_a_fixed_attitude_is_the_same_in_both_words(at: SatelliteState) -> None:
@@ -93,12 +95,12 @@ def test_a_fixed_attitude_is_the_same_in_both_words(at: SatelliteState) -> None:
     axes = ((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     by_axes = InitialConditions(axes=axes)
     for law in (by_quaternion, by_axes):
-        found = law.attitude(at)
+        found = law.compute_attitude(at)
         assert found.shape == (len(at.position), 3, 3)
         np.testing.assert_allclose(found[[0, -1]], [axes, axes], rtol=0, atol=1e-15)
-        assert not law.rate(at).any()
+        assert not law.compute_rate(at).any()
     typed = InitialConditions(quaternion=(0.0, 0.0, 0.7071, 0.7071))
-    np.testing.assert_allclose(typed.attitude(at)[0], axes, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(typed.compute_attitude(at)[0], axes, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize(

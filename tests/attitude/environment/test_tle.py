@@ -26,7 +26,7 @@ MOLNIYA_2_14 = (  # deep space, 12 h resonance
 
 
 def satellite(lines: tuple[str, str]) -> Satrec:
-    return TLEOrbit(line1=lines[0], line2=lines[1]).satellite()
+    return TLEOrbit(line1=lines[0], line2=lines[1]).build_satellite()
 
 
 def after_epoch(lines: tuple[str, str], minutes: list[float]) -> JulianDates:

@@ -1,4 +1,4 @@
-"""Path limits in NumPy, written apart from the code that serves kernel and arrays."""
+"""Independent computation of path constraints in NumPy, to verify the compiled filter."""
 
 import numpy as np
 from mgeo_attitude.geometry.rotation import exponential_map
@@ -9,7 +9,7 @@ PARALLEL = 1e-6
 
 def nearest(cone, turn, passage):
     before, after, radius_before, radius_after, appears = passage
-    axis, sign = np.array(cone.axis), -1.0 if cone.inside else 1.0
+    axis, sign = np.array(cone.axis), -1.0 if cone.keep_in else 1.0
     angle, moved = np.linalg.norm(turn, axis=1), after - before
     started = np.einsum("ijk,i->kj", exponential_map(turn.T), axis)
     first, last = (
@@ -36,9 +36,9 @@ def excess(cone, sigmas, turn, passage, covariance):
     angle = np.arctan2(sine, seen @ axis) - radius
     known = back @ covariance @ back.swapaxes(1, 2)
     margin = sigmas * np.maximum(
-        angle_sigma(axis, seen, known), angle_sigma(axis, passage.after, covariance)
+        angle_sigma(axis, seen, known), angle_sigma(axis, passage.end, covariance)
     )
-    found = margin + angle if cone.inside else margin - angle
+    found = margin + angle if cone.keep_in else margin - angle
     return np.where(seen.any(axis=-1), found, -np.inf)
 
 
@@ -54,14 +54,16 @@ def angle_sigma(axis, direction, covariance):
 
 
 def path_angles(model, run, x):
-    """Return the worst angle [rad] of every path limit along a run of the reference filter."""
+    """Return the worst angle [rad] of each path constraint along a run of the reference filter."""
     n, found = len(run.times), []
     turn = np.vstack(
         [np.zeros(3), model.step * Motion.from_design(model, x, model.n_steps).rates[: n - 1]]
     )
     for limit in model.path_constraints:
-        cone = limit.cone()
-        passage = model.passage(cone.direction, slice(n)).seen(run.attitude)
+        cone = limit.build_cone()
+        passage = model.compute_direction_motion(cone.direction, slice(n)).rotate_to_body(
+            run.attitude
+        )
         worst = excess(
             cone, limit.attitude_sigmas, turn, passage, run.predicted_attitude_covariance
         ).max()

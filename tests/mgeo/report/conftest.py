@@ -43,7 +43,7 @@ def mgeo(*arguments):
 
 
 class Page(HTMLParser):
-    """Parsed HTML page.
+    """HTML page, parsed into its tags, the resources that it loads, and its data.
 
     Attributes
     ----------

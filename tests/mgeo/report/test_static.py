@@ -20,7 +20,7 @@ def folder(solved, monkeypatch):
 
     def draw_figures(self):
         static = go.Figure(go.Bar(x=["diameter"], y=[1.0]), {"height": 300})
-        animated = go.Figure(layout={"meta": {"motion": {"end": 1.0, "turns": {}}}})
+        animated = go.Figure(layout={"meta": {"motion": {"end": 1.0, "rotations": {}}}})
         return [{"../Bar!": static, "animated": animated} for _ in self.X]
 
     monkeypatch.setattr(CantileverView, "solution_figures", draw_figures, raising=False)
