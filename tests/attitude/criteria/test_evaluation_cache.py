@@ -1,4 +1,4 @@
-"""Designs of the batch before are looked up, not run."""
+"""Cache of the designs of the previous batch."""
 
 import dataclasses
 
@@ -8,7 +8,7 @@ from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.scenario import Wheels
 
 
-def test_only_what_the_batch_before_had_not_is_run():
+def test_only_new_designs_are_evaluated():
     runs = []
 
     def run(designs):
@@ -19,7 +19,7 @@ def test_only_what_the_batch_before_had_not_is_run():
     for batch, ran in [
         ([1, 2, 3], [1, 2, 3]),
         ([3, 4, 1], [4]),
-        ([2, 4], [2]),  # 2 was in the batch before the last
+        ([2, 4], [2]),  # Design 2 is not in the previous batch.
         ([4, 2], []),
         ([], []),
         ([4], [4]),
@@ -30,7 +30,7 @@ def test_only_what_the_batch_before_had_not_is_run():
         runs.clear()
 
 
-def test_values_of_a_problem_with_limits_do_not_depend_on_what_was_run_before(monkeypatch):
+def test_cached_values_with_constraints_equal_evaluated_values(monkeypatch):
     counts = []
 
     def counted(model, X, *args, **kwargs):
