@@ -121,7 +121,8 @@ def test_element_set_is_selected_in_file_of_lines(tmp_path: Path) -> None:
     path = tmp_path / "stations.txt"
     path.write_text(
         f"0 NEW\r\n{build_line_pair('T0001')}OLD (A)   \r\n"
-        f"{build_line_pair('25544', '08250.00000000')}OLD (A)\r\n{build_line_pair('25544')}{build_line_pair('00005')}",
+        f"{build_line_pair('25544', '08250.00000000')}OLD (A)\r\n"
+        f"{build_line_pair('25544')}{build_line_pair('00005')}",
         newline="",
     )
     for wanted in ("T0001", "270001", "new"):

@@ -110,9 +110,10 @@ def list_constraints(scenario: Scenario) -> list[Constraint]:
         )
     if scenario.windows:  # The time after `t_end` is checked in `view.margins`.
         single_bounds.append(Bound(PLAN_END, lambda result: result.t_end, scenario.deadline, "s"))
-    result = [Constraint(limit.label, (limit,)) for limit in single_bounds]
+    result = [Constraint(bound.label, (bound,)) for bound in single_bounds]
     result += [
-        _build_path_constraint(i, limit) for i, limit in enumerate(scenario.path_constraints)
+        _build_path_constraint(i, constraint)
+        for i, constraint in enumerate(scenario.path_constraints)
     ]
     if scenario.required_sigma:
         result.append(_build_required_sigma(scenario))
@@ -216,9 +217,9 @@ def _compute_max_wheel_momentum(result: Evaluation, inertia: Floats, allocation:
 
 
 def _build_path_constraint(index: int, constraint: PathConstraint) -> Constraint:
-    sigmas, sign = constraint.attitude_sigmas, "and" if constraint.keep_in else "less"
+    sigmas, margin_text = constraint.attitude_sigmas, "and" if constraint.keep_in else "less"
     angle = Bound(
-        f"{constraint.label} {sign} {sigmas:g} sigma" if sigmas else constraint.label,
+        f"{constraint.label} {margin_text} {sigmas:g} sigma" if sigmas else constraint.label,
         lambda result: result.path_angle[:, index],
         np.radians(constraint.half_angle_deg),
         "deg",

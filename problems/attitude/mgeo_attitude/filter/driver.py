@@ -177,8 +177,8 @@ def count_settled_steps(traces, lane, row, k, factor):
     """Return the number of latest steps of a lane, at most k, at which the trace is at most
     `factor` times the current trace.
     """
-    limit, n = factor * traces[row, lane], 0
-    while n < k and traces[(row - n - 1) & (len(traces) - 1), lane] <= limit:
+    bound, n = factor * traces[row, lane], 0
+    while n < k and traces[(row - n - 1) & (len(traces) - 1), lane] <= bound:
         n += 1
     return n
 

@@ -145,15 +145,15 @@ def _collect_sensor(
     probe = _SensorProbe(model, index)
     precision = 1.0 / np.array(sensor.noise_sigmas())
     best_precision = np.full(len(precision), precision.max())
-    own = list(suite.list_blocks(sensor).values())
-    varying = [name for name in own if name in suite.processes and name not in excluded]
+    sensor_blocks = list(suite.list_blocks(sensor).values())
+    varying = [name for name in sensor_blocks if name in suite.processes and name not in excluded]
     inertial, joint = _collect_inertial(probe, varying, best_precision)
     attitude, _, is_independent = probe.compute_information(["attitude"], precision)
     if not is_independent:
         attitude = joint[:, :3, :3]
     errors = {
         name: _collect_error(probe, name, precision, best_precision)
-        for name in own
+        for name in sensor_blocks
         if name not in inertial
     }
     constants = {
