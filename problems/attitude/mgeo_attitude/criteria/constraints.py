@@ -54,10 +54,10 @@ class Bound:
     is_lower: bool = False
 
     def compute_violation(self, result: Evaluation) -> Floats:
-        """Return the relative violation of the bound by each of n designs, shape (n,).
+        """Return the relative violation of the bound by each of n designs, shape (n,), which is
+        positive if the bound is violated.
 
-        The violation is the excess over the bound, divided by the bound. It is positive if the
-        bound is violated.
+        The violation is the excess over the bound, divided by the bound.
         """
         share = self.quantity(result) / self.value
         return 1.0 - share if self.is_lower else share - 1.0
@@ -82,7 +82,8 @@ class Constraint:
     needs_covariance: bool = False
 
     def compute_violations(self, result: Evaluation) -> Floats:
-        """Return the relative violation of each bound by each of n designs, shape (n_bounds, n).
+        """Return the relative violation of each bound by each of n designs, shape (n_bounds, n),
+        which is positive if the bound is violated.
 
         The constraint value of a design is the largest violation. A design without a result has
         NaN.

@@ -223,8 +223,8 @@ def _compute_middle_epoch(epoch: datetime, times: Floats) -> datetime:
 def compute_sun_and_field(
     epoch: datetime, times: Floats, position: Floats, needs_field: bool = True
 ) -> tuple[Floats, Floats]:
-    """Return the position of the Sun [m] and the geomagnetic field [nT] at positions of a
-    satellite.
+    """Return the position of the Sun [m] and the geomagnetic field [nT] along the positions of a
+    satellite at given times after an epoch.
 
     The two arrays take most of the time of an environment. If `needs_field` is false, a date
     outside of the years of the field model is replaced by the nearest date inside.

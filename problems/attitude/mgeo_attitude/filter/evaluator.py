@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Results of the covariance filter for a batch of n designs.
+    """Convergence times, traces, covariances and constraint quantities of a batch of n designs.
 
     `t_end` and `trace` are NaN for a design whose covariance lost positive definiteness.
 

@@ -419,8 +419,8 @@ def compute_references(suite: Suite, environment: Environment) -> tuple[Floats, 
 
 
 def compute_availability(suite: Suite, environment: Environment) -> Bools:
-    """Return a boolean array that is True where a sensor can measure, such as a Sun sensor in
-    sunlight.
+    """Return, for each time and each sensor, whether the sensor can measure, such as a Sun sensor
+    in sunlight, as a boolean array.
 
     The field of view, the body rate and the sample interval are not considered.
 

@@ -71,8 +71,8 @@ def stack_dynamics(variants: Sequence[FilterModel]) -> tuple[Floats, Floats]:
 
 @lru_cache(maxsize=1000)
 def compute_gyro_dynamics(gyro: Gyro) -> tuple[Floats, Floats]:
-    """Return the dynamics matrix of attitude and gyro errors, as coefficients of the body rate, and
-    the process-noise density.
+    """Return the dynamics matrix of attitude and gyro errors at zero rate with its derivatives with
+    respect to the body rate, and the process-noise density.
 
     The Gauss-Markov processes of sensors do not depend on the body rate and are not included.
 

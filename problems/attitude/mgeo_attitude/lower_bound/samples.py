@@ -35,8 +35,8 @@ class NoLowerBoundError(ValueError):
 
 
 class BlockInformation(NamedTuple):
-    """Information of each sample about a 3-vector of the state, for which all other states are
-    assumed known.
+    """Information of each sample about one 3-vector of the state, if all other states are known:
+    matrix and trace.
 
     Attributes
     ----------
@@ -52,7 +52,8 @@ class BlockInformation(NamedTuple):
 
 @dataclass(frozen=True)
 class SampleInformation:
-    """Information of the sensors in each filter sample; zero in samples without a measurement.
+    """Information matrices and traces of the sensors in each filter sample; zero in samples without
+    a measurement.
 
     Attributes
     ----------
