@@ -1,8 +1,9 @@
-"""Compiled functions in the cache of numba: unique names and one signature each.
+"""Compiled functions that numba caches on disk: unique names, and one signature each.
 
-numba names cache files by function and signature. Two functions of the same name, or two signatures
-that two processes compile at the same time, can load each other's code (numba/numba#10486). The
-error is rare and silent, so that the tests check the names and signatures themselves.
+numba names cache files by function and signature. If two functions have equal names, or if two
+processes compile different signatures at the same time, one can load the code of the other
+(numba/numba#10486). This happens rarely and without an error, so that the tests check the names and
+signatures in the objects of numba.
 """
 
 import inspect
@@ -44,6 +45,6 @@ def test_cached_functions_have_unique_names_and_one_signature(load):
     assert all(len(each.signatures) == 1 and not each._can_compile for each in cached)
     while more := {each for one in functions for each in called_functions(one)} - functions:
         functions |= more
-    # A function that only compiled functions call is part of their cache files.
+    # A function that only compiled functions call is cached as a part of their files.
     assert all(isinstance(each._cache, NullCache) for each in functions - cached)
     assert len({(each.__module__, each.__qualname__) for each in functions}) == len(functions)

@@ -1,4 +1,4 @@
-"""Commands ``mgeo problems`` and ``mgeo algorithms``, which list the installed ones."""
+"""Commands ``mgeo problems`` and ``mgeo algorithms``."""
 
 from __future__ import annotations
 
@@ -18,14 +18,16 @@ def problems(json: options.Json = False, debug: options.Debug = False) -> None:
     output = Output(json=json)
     output.print_document({"problems": descriptions})
     if not descriptions:
-        output.print("no problem is installed; the first to try: pip install ./problems/attitude")
+        output.print(
+            "no problem is installed; for the attitude problem: pip install ./problems/attitude"
+        )
         return
     titles = ("name", "distribution", "version", "variables", "objectives")
     rows = [
-        (*(one[key] for key in titles[:3]), len(one["variables"]), ", ".join(one["objectives"]))
-        for one in descriptions
+        (*(each[key] for key in titles[:3]), len(each["variables"]), ", ".join(each["objectives"]))
+        for each in descriptions
     ]
-    errors = [f"Error: {one['name']}: {one['error']}" for one in descriptions if one["error"]]
+    errors = [f"Error: {each['name']}: {each['error']}" for each in descriptions if each["error"]]
     output.print(build_table(titles, rows), *(escape_text(error, style="red") for error in errors))
 
 
@@ -48,7 +50,8 @@ def algorithms(
         descriptions = [_describe_algorithm(each) for each in list_algorithms()]
         output.print_document({"algorithms": descriptions})
         rows = [
-            [each["name"], each["label"], each["error"] or each["about"]] for each in descriptions
+            [each["name"], each["label"], each["error"] or each["description"]]
+            for each in descriptions
         ]
         output.print(build_table(("name", "algorithm", "description"), rows))
         return
@@ -59,9 +62,9 @@ def algorithms(
         [p["name"], _format_default(p["default"]), p["meaning"]] for p in description["parameters"]
     ]
     output.print(
-        f"{name}: {description['about']}",
+        f"{name}: {description['description']}",
         build_table(("parameter", "default", "description"), rows),
-        "parameters are given by --set NAME=VALUE",
+        "set a parameter by --set NAME=VALUE",
     )
 
 
@@ -71,7 +74,13 @@ def _describe_algorithm(name: str) -> dict[str, Any]:
     try:
         return describe_algorithm(name) | {"error": None}
     except PluginError as error:  # One broken plugin must not hide the other algorithms.
-        return {"name": name, "label": name, "about": "", "parameters": [], "error": str(error)}
+        return {
+            "name": name,
+            "label": name,
+            "description": "",
+            "parameters": [],
+            "error": str(error),
+        }
 
 
 def _describe_problem(plugin: Plugin) -> dict[str, Any]:

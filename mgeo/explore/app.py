@@ -1,4 +1,4 @@
-"""Dash application of the explorer."""
+"""Dash application of the explorer, with the callbacks of its page."""
 
 from __future__ import annotations
 
@@ -16,16 +16,21 @@ from mgeo.explore.explorer import Explorer, extract_row
 from mgeo.plugins.review import format_cells
 
 MAX_ROWS = 200  # maximum number of rows of the table
-MAX_EVALUATION_TIME = (
-    0.2  # evaluation time [s] up to which designs are evaluated while sliders move
-)
+#: Evaluation time [s] up to which designs are evaluated while sliders move, not only afterwards.
+MAX_EVALUATION_TIME = 0.2
 
 
 def build_app(explorer: Explorer) -> Dash:
-    """Return the Dash application of an explorer.
+    """Return the Dash application with the page of an explorer.
 
-    The URL path is random, and requests to host names of other machines are refused, so that
-    neither other users of this machine nor other pages in the browser can access the application.
+    The path of the URL is random, and requests to other host names than 127.0.0.1 and localhost are
+    refused. Hence neither other users of this machine nor other pages in the browser can access the
+    application.
+
+    Parameters
+    ----------
+    explorer
+        Solutions and evaluations that the page shows.
     """
     app = Dash(
         "mgeo.explore",
@@ -50,7 +55,9 @@ def _add_filter(app: Dash, explorer: Explorer) -> None:
         return figures.draw_parallel_coordinates(table, axes)
 
     @app.callback(
-        Output("kept", "data"), Input("parallel", "restyleData"), Input("parallel", "figure")
+        Output("visible-rows", "data"),
+        Input("parallel", "restyleData"),
+        Input("parallel", "figure"),
     )
     def filter_rows(_: Any, figure: dict[str, Any]) -> list[int]:
         return figures.select_rows(table, figure["data"][0].get("dimensions", ()))
@@ -58,12 +65,14 @@ def _add_filter(app: Dash, explorer: Explorer) -> None:
     @app.callback(
         Output("count", "children"),
         Output("table", "children"),
-        Input("kept", "data"),
+        Input("visible-rows", "data"),
         Input("order", "value"),
     )
-    def list_visible_rows(kept: list[int], order: str) -> tuple[str, Component]:
-        rows = table.iloc[kept].sort_values(order).head(MAX_ROWS)
-        return f"{len(kept):,} of {len(table):,} solutions", layout.build_table(format_cells(rows))
+    def list_visible_rows(visible_rows: list[int], order: str) -> tuple[str, Component]:
+        rows = table.iloc[visible_rows].sort_values(order).head(MAX_ROWS)
+        return f"{len(visible_rows):,} of {len(table):,} solutions", layout.build_table(
+            format_cells(rows)
+        )
 
 
 def _add_front(app: Dash, explorer: Explorer) -> None:
@@ -71,19 +80,19 @@ def _add_front(app: Dash, explorer: Explorer) -> None:
         Output("front", "figure"),
         Input("x", "value"),
         Input("y", "value"),
-        Input("kept", "data"),
+        Input("visible-rows", "data"),
         Input("selected", "value"),
-        Input("changed", "data"),
+        Input("design-metrics", "data"),
     )
     def draw_front(
-        x: str, y: str, kept: list[int], selected: int, changed: dict[str, float]
+        x: str, y: str, visible_rows: list[int], selected: int, metrics: dict[str, float]
     ) -> go.Figure:
-        return figures.draw_front(explorer.table, x, y, kept, selected, changed)
+        return figures.draw_front(explorer.table, x, y, visible_rows, selected, metrics)
 
     @app.callback(
         Output("selected", "value"), Input("front", "clickData"), prevent_initial_call=True
     )
-    def select(click: dict[str, Any]) -> int:
+    def select_solution(click: dict[str, Any]) -> int:
         return int(click["points"][0]["customdata"])
 
 
@@ -106,30 +115,31 @@ def _add_design(app: Dash, explorer: Explorer) -> None:
     @app.callback(
         Output("numbers", "children"),
         Output("constraints", "children"),
-        Output("changed", "data"),
+        Output("design-metrics", "data"),
         Input(variables, "drag_value" if is_fast else "value"),
         State("selected", "value"),
         prevent_initial_call=True,
     )
-    def predict(
+    def evaluate_design(
         x: list[float], selected: int
     ) -> tuple[Component, list[Component], dict[str, float]]:
-        numbers, margins = explorer.evaluate(x)
+        metrics, margins = explorer.evaluate(x)
         _show_message("")
         lines: list[Component] = [
-            html.P(str(each), className="" if each.is_satisfied else "violated") for each in margins
+            html.P(str(margin), className="" if margin.is_satisfied else "violated")
+            for margin in margins
         ]
         solution = extract_row(explorer.table, selected)
-        return layout.build_comparison(solution, numbers), lines, numbers
+        return layout.build_comparison(solution, metrics), lines, metrics
 
     @app.callback(
         Output("figures", "children"), Input(variables, "value"), prevent_initial_call=True
     )
     def draw_figures(x: list[float]) -> list[Component]:
-        drawings = explorer.build_figures(x).items()
+        figures_by_name = explorer.build_figures(x).items()
         return [
             layout.build_graph(name, figure=figure.update_layout(template="plotly_white"))
-            for name, figure in drawings
+            for name, figure in figures_by_name
         ]
 
     @app.callback(
@@ -139,7 +149,7 @@ def _add_design(app: Dash, explorer: Explorer) -> None:
         State("file", "value"),
         prevent_initial_call=True,
     )
-    def save(_: int, x: list[float], name: str) -> str:
+    def save_design(_: int, x: list[float], name: str) -> str:
         path = explorer.save(x, name)
         _show_message("")
         return f"written: {path}"

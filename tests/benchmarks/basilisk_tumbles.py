@@ -101,7 +101,7 @@ def table(rows: list[dict[str, Any]]) -> Iterator[str]:
             found = [row for row in rows if row["key"][:2] == [name, kind] and "nees" in row]
             low, high = band(max(len(found), 1) * scenario(name, kind)[0].suite.n_states)
             nees = np.mean([row["nees"] for row in found])
-            held = sum(row["supported"] for row in found)
+            held = sum(row["consistent"] for row in found)
             cells.append(f"{nees:.2f} ({low:.2f} to {high:.2f}), {held} of {len(found)}")
         yield f"| {kind} | " + " | ".join(cells) + " |"
 

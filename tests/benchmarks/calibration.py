@@ -13,7 +13,7 @@ from functools import cache, partial
 
 import numpy as np
 from mgeo_attitude import Environment, Scenario
-from mgeo_calibration import Telemetry, calibrate, fly
+from mgeo_calibration import Telemetry, calibrate, simulate_telemetry
 from scipy.stats import chi2
 
 from tests.calibration.calibration.flights import (
@@ -73,7 +73,7 @@ def one(name: str, seed: int) -> tuple[float, np.ndarray, bool]:
     found = calibrate(of, case.spoil(telemetry, np.random.default_rng(seed)))
     if case.second:
         after = found.build_followup_scenario({"duration": 900.0})
-        telemetry = fly(after, SECOND, seed, after=telemetry.truth)
+        telemetry = simulate_telemetry(after, SECOND, seed, initial_truth=telemetry.truth)
         found = calibrate(after, telemetry)
     return *normalized(found, telemetry), found.is_consistent
 

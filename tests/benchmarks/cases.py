@@ -43,7 +43,10 @@ def model(name: str) -> FilterModel:
         return FilterModel.from_scenario(Scenario.cubesat_6u_full())
     suite = SUITES[name]
     scenario = dataclasses.replace(
-        Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors, world=suite.environment_errors
+        Scenario.paper(),
+        gyro=suite.gyro,
+        sensors=suite.sensors,
+        environment_errors=suite.environment_errors,
     )
     return FilterModel.from_scenario(scenario)
 

@@ -152,7 +152,7 @@ def healthy_errors(scenario: Scenario, seed: int) -> np.ndarray:
 
 
 def with_temperature(flown: Telemetry) -> Telemetry:
-    return dataclasses.replace(flown, others={"temperature": temperature(flown.times)})
+    return dataclasses.replace(flown, housekeeping={"temperature": temperature(flown.times)})
 
 
 def late(name: str) -> Callable[[float, np.random.Generator], Craft]:
@@ -166,7 +166,7 @@ def of(where: Callable, change: Callable) -> Callable[[float], Spoil]:
 
 MAG, SUN = partial(sensor, "mag"), partial(sensor, "sun")
 UNSURE = dataclasses.replace(
-    SCENARIO, gyro=dataclasses.replace(SCENARIO.gyro, initial_bias_deg_s=1.0)
+    SCENARIO, gyro=dataclasses.replace(SCENARIO.gyro, initial_bias_deg_s=1.0, bias_decay=1e-5)
 )
 DRIFTS, CHANGES = r"gyro\.bias (drifts|decays|changes) by ", r"\.bias changes by "
 KINDS = {

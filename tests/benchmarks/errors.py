@@ -45,7 +45,7 @@ def main() -> None:
 
 def without_varying(scenario: Scenario) -> Scenario:
     """The same with white noise and constants alone."""
-    return dataclasses.replace(scenario, world=EnvironmentErrors())
+    return dataclasses.replace(scenario, environment_errors=EnvironmentErrors())
 
 
 def floor() -> pd.DataFrame:

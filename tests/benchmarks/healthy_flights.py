@@ -2,7 +2,7 @@
 
     python -m tests.benchmarks.healthy_flights [class ...] [--flights N] [--jobs 1]
 
-Each class is flown by `mgeo_calibration.fly` and by the independent simulation of the tests, which
+Each class is flown by `mgeo_calibration.simulate_telemetry` and by the independent simulation of the tests, which
 shares no code with the estimator. Durations, rates and axes differ from flight to flight.
 """
 
@@ -21,7 +21,7 @@ import numpy as np
 from joblib import Parallel, delayed
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.scenario.validity import OutsideValidity
-from mgeo_calibration import Telemetry, TelemetryMapping, calibrate, fly
+from mgeo_calibration import Telemetry, TelemetryMapping, calibrate, simulate_telemetry
 from mgeo_calibration.telemetry.mapping import GyroChannels
 from scipy.spatial.transform import Rotation
 
@@ -214,10 +214,10 @@ def orbital_frame(scenario: Scenario) -> Rotation:
 def fly_by_itself(
     each: HealthyClass, true: Scenario, declared: Scenario, rng: np.random.Generator
 ) -> Telemetry:
-    """Fly by `mgeo_calibration.fly`; without a gyro the orbital frame is held exactly."""
+    """Fly by `mgeo_calibration.simulate_telemetry`; without a gyro the orbital frame is held exactly."""
     around = Environment.from_scenario(declared)
     plan = each.motion(true, rng)
-    telemetry = fly(declared, plan.ravel(), rng, truth=true, environment=around)
+    telemetry = simulate_telemetry(declared, plan.ravel(), rng, truth=true, environment=around)
     if not each.with_gyro:
         telemetry.truth.states[:, 3:6] = 0.0
     return telemetry
@@ -266,7 +266,7 @@ def disturbed(
 def run_flight(name: str, simulator: str, number: int) -> Outcome:
     """Fly one satellite of a class and calibrate from its telemetry."""
     each = CLASSES[name]
-    true, declared = each.complete_scenarios(DURATIONS[number % len(DURATIONS)])
+    true, declared = each.scenarios(DURATIONS[number % len(DURATIONS)])
     rng = np.random.default_rng([zlib.crc32(f"{name}, {simulator}".encode()), number])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutsideValidity)

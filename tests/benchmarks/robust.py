@@ -66,7 +66,7 @@ def robust(exact: AttitudeManeuverProblem, seed: int) -> Front:
 def screened(exact: AttitudeManeuverProblem, seed: int) -> Front:
     """An exact search as long, and of its front what is nondominated over flights."""
     X, _ = found(exact, MGEODirected(), EXACT[exact.scenario.name], seed)
-    flown = dataclasses.replace(exact.scenario, flight=SCREENING)
+    flown = dataclasses.replace(exact.scenario, monte_carlo=SCREENING)
     F = AttitudeManeuverProblem(flown).evaluate(X, return_values_of=["F"])
     rows = find_front_rows(F)
     return X[rows], F[rows]

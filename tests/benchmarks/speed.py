@@ -41,7 +41,7 @@ def kernel(model: FilterModel, designs: Floats, threads: int) -> Task:
 def predict_and_update(run: Callable[[textbook.Matrices], Floats]) -> Task:
     """Return predict and update of the paper's suite by filterpy or NumPy."""
     omega = np.radians([0.5, -0.3, 0.8])
-    given = textbook.matrices(cases.model(cases.PAPER_OBJECTIVES), omega, _TEXTBOOK_STEPS)
+    given = textbook.matrices(cases.model(cases.PAPER), omega, _TEXTBOOK_STEPS)
     return Task(partial(run, given), _TEXTBOOK_STEPS)
 
 
@@ -52,7 +52,7 @@ def useful_steps(model: FilterModel, designs: Floats) -> int:
 
 def step_tasks() -> dict[str, Task]:
     """Return the ways to do a filter step of the paper's suite, slowest first."""
-    model, X = cases.model(cases.PAPER_OBJECTIVES), cases.designs(360)
+    model, X = cases.model(cases.PAPER), cases.designs(360)
     return {
         "filterpy": predict_and_update(textbook.run_filterpy),
         "NumPy": predict_and_update(textbook.run_numpy),

@@ -21,7 +21,7 @@ def test_a_design_with_coils_against_the_same_of_free_rates():
     models = {
         "magnetorquers": FilterModel.from_scenario(coils).full_duration_model,
         "free": FilterModel.from_scenario(
-            dataclasses.replace(coils, coils=None)
+            dataclasses.replace(coils, magnetorquers=None)
         ).full_duration_model,
     }
     problem = AttitudeManeuverProblem(coils)

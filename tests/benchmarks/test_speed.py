@@ -14,7 +14,7 @@ WIDE = bool(llvmlite.binding.get_host_cpu_features().get("avx512f"))
 
 
 def test_filterpy_and_numpy_loops_agree_with_the_reference_filter():
-    paper = cases.model(cases.PAPER_OBJECTIVES)
+    paper = cases.model(cases.PAPER)
     n_steps, omega_deg_s = 400, [0.5, -0.3, 0.8]
     history = run_reference_filter(paper, [*omega_deg_s, n_steps])
     given = textbook.matrices(paper, np.radians(omega_deg_s), n_steps)
@@ -26,7 +26,7 @@ def test_filterpy_and_numpy_loops_agree_with_the_reference_filter():
 @pytest.mark.benchmark(timer=time.process_time)
 @pytest.mark.parametrize("n", [1, 12, 360])
 def test_batch(benchmark, n):
-    task = speed.kernel(cases.model(cases.PAPER_OBJECTIVES), cases.designs(n), threads=1)
+    task = speed.kernel(cases.model(cases.PAPER), cases.designs(n), threads=1)
     benchmark.extra_info["useful steps"] = task.steps
     benchmark(task.run)
 

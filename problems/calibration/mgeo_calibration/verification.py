@@ -1,4 +1,6 @@
-"""Monte Carlo verification of the predicted accuracy of a plan, with conclusions in words."""
+"""Verification of the predicted accuracy of a plan in Monte Carlo runs, with statistical tests and
+suggestions.
+"""
 
 from __future__ import annotations
 
@@ -27,26 +29,26 @@ SIGNIFICANCE_LEVEL = 0.01
 #: Power at which `Verification.detectable_ratio` is stated.
 DETECTION_POWER = 0.9
 
-PREDICTED_RATIO, FILTER_RATIO = "rms / predicted [-]", "rms / claimed [-]"
-_P_COLUMNS = {PREDICTED_RATIO: "p, predicted", FILTER_RATIO: "p, claimed"}
+PREDICTED_RATIO, FILTER_RATIO = "rms / predicted [-]", "rms / filter 1-sigma [-]"
+_P_COLUMNS = {PREDICTED_RATIO: "p, predicted", FILTER_RATIO: "p, filter"}
 
 
 @dataclass(frozen=True, eq=False)
 class Verification:
-    """Comparison of the errors of Monte Carlo runs with prediction and filter covariance at
-    `t_end`.
+    """Result of Monte Carlo runs of a plan: actual errors at its convergence time, compared with
+    the prediction and with the filter covariance.
 
-    The verification is one test at the level `SIGNIFICANCE_LEVEL`. The test requires that no state error exceeds
-    the prediction, that no state error exceeds the filter's 1-sigma, and that the filter covariance
-    as a whole, including its correlations, is not too small (NEES). The chi-square p-values are
-    corrected by Holm's method over all tests.
+    The verification is one test at the level `SIGNIFICANCE_LEVEL`. It requires that no state error
+    exceeds the prediction, that no state error exceeds the filter's 1-sigma, and that the filter
+    covariance as a whole, including its correlations, is not too small (NEES). The chi-square
+    p-values are corrected by Holm's method over all tests.
 
     Attributes
     ----------
     n_runs : int
     table : DataFrame
-        One row per state: ``unit``; ``predicted`` 1-sigma, see `compute_predictions`, and ``rms`` error,
-        both root mean squares over the runs; ratio of the error to the prediction and to the
+        One row per state: ``unit``; ``predicted`` 1-sigma, see `compute_predictions`, and ``rms``
+        error, both root mean squares over the runs; ratio of the error to the prediction and to the
         filter's 1-sigma, root mean squares; ``within 3 sigma [%]`` of the filter's 1-sigma; and the
         corrected p-values of both ratios.
     nees : float
@@ -55,9 +57,9 @@ class Verification:
     nees_p : float
         Corrected p-value of `nees`.
     path_constraints : DataFrame
-        Violations of path constraints; see `MonteCarlo.build_violation_table`.
+        Violations of path constraints; see `MonteCarloResult.build_violation_table`.
     gyro_guidance : DataFrame
-        Pointing errors and constraints with gyro-based guidance; see `gyro_guidance`.
+        Pointing errors and constraints with gyro-based guidance; see `summarize_gyro_guidance`.
 
     Examples
     --------
@@ -80,17 +82,19 @@ class Verification:
 
     @property
     def states_above_prediction(self) -> list[str]:
-        """States with errors significantly larger than predicted."""
+        """Names of the states whose errors are significantly larger than the plan predicts."""
         return self._list_significant_states(PREDICTED_RATIO)
 
     @property
     def overconfident_states(self) -> list[str]:
-        """States with errors significantly larger than the filter's 1-sigma."""
+        """Names of the states whose errors are significantly larger than the 1-sigma of the
+        filter.
+        """
         return self._list_significant_states(FILTER_RATIO)
 
     @property
     def is_achieved(self) -> bool:
-        """True if no test fails."""
+        """True if no state error exceeds the prediction or the filter covariance significantly."""
         return (
             not (self.states_above_prediction or self.overconfident_states)
             and self.nees_p >= SIGNIFICANCE_LEVEL
@@ -98,7 +102,9 @@ class Verification:
 
     @property
     def detectable_ratio(self) -> float:
-        """Ratio of error to 1-sigma that the number of runs detects with the power `DETECTION_POWER`."""
+        """Smallest ratio of actual error to 1-sigma that the number of runs detects with the
+        probability `DETECTION_POWER`.
+        """
         tests = 2 * len(self.table) + 1
         smallest = chi2.isf(SIGNIFICANCE_LEVEL / tests, self.n_runs) / chi2.isf(
             DETECTION_POWER, self.n_runs
@@ -111,17 +117,22 @@ class Verification:
 
 
 def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification:
-    """Verify the predicted accuracy of a plan at its `t_end` in Monte Carlo runs.
+    """Test in Monte Carlo runs whether a plan achieves its predicted accuracy at its convergence
+    time.
 
-    See `simulation.simulate`.
+    `simulation.simulate` describes the simulation of the runs.
 
     Parameters
     ----------
     plan : ManeuverPlan
     n_runs : int
-        Number of runs, at least 2.
+        Number of Monte Carlo runs, at least 2.
     seed : int
         Seed of the random errors, at least 0.
+
+    Returns
+    -------
+    Verification
 
     Raises
     ------
@@ -141,7 +152,7 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
     """
     if n_runs < 2:
         raise ValueError(f"n_runs = {n_runs!r}: expected at least 2")
-    flights = simulate(
+    runs = simulate(
         plan.scenario,
         plan.design,
         n_runs,
@@ -149,18 +160,18 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
         environment=plan.problem.environment,
         end_time=plan.t_end,
     )
-    result, at = flights.build_table(), flights.find_sample()
+    result, at = runs.build_table(), runs.find_sample()
     states = StateLabels.from_suite(plan.problem.model.suite)
-    prediction = compute_predictions(plan, flights)
-    predicted, claimed = (
-        np.sqrt(((flights.errors[:, at] / sigma) ** 2).mean(axis=0))
-        for sigma in (prediction, flights.sigma[:, at])
+    prediction = compute_predictions(plan, runs)
+    predicted, filter_ratio = (
+        np.sqrt(((runs.errors[:, at] / sigma) ** 2).mean(axis=0))
+        for sigma in (prediction, runs.sigma[:, at])
     )
-    nees, m = float(flights.nees[:, at].mean() / len(states.names)), len(states.names)
+    nees, m = float(runs.nees[:, at].mean() / len(states.names)), len(states.names)
     p = holm_correction(
         np.concatenate(
             [
-                chi2.sf(n_runs * np.concatenate([predicted, claimed]) ** 2, n_runs),
+                chi2.sf(n_runs * np.concatenate([predicted, filter_ratio]) ** 2, n_runs),
                 chi2.sf([n_runs * m * nees], n_runs * m),
             ]
         )
@@ -171,22 +182,28 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
             "predicted": np.sqrt((prediction**2).mean(axis=0)) * states.factors,
             "rms": result["rms"].to_numpy() * states.factors,
             PREDICTED_RATIO: predicted,
-            FILTER_RATIO: claimed,
+            FILTER_RATIO: filter_ratio,
             "within 3 sigma [%]": 100.0 * result["within 3 sigma"].to_numpy(),
             _P_COLUMNS[PREDICTED_RATIO]: p[:m],
             _P_COLUMNS[FILTER_RATIO]: p[m:-1],
         },
         index=pd.Index(states.names, name="state"),
     )
-    broken, where = flights.build_violation_table(), summarize_gyro_guidance(plan, n_runs, seed)
+    broken, where = runs.build_violation_table(), summarize_gyro_guidance(plan, n_runs, seed)
     return Verification(n_runs, table, nees, float(p[-1]), broken, where)
 
 
 def compute_predictions(plan: ManeuverPlan, runs: MonteCarloResult) -> Floats:
-    """Return the predicted 1-sigma of each state at `t_end` in each run, shape (n, n_states).
+    """Return the 1-sigma that a plan predicts for each state at its convergence time, one row per
+    Monte Carlo run.
 
     The prediction is the linear covariance of the plan, equal in all runs. For magnetorquers it is
     the linear covariance of the motion of each run, which depends on the initial attitude.
+
+    Returns
+    -------
+    array, shape (n_runs, n_states)
+        In the units of the filter.
     """
     model, at = plan.problem.model, runs.find_sample()
     if not plan.scenario.is_magnetorquer_driven:
@@ -201,19 +218,22 @@ def compute_predictions(plan: ManeuverPlan, runs: MonteCarloResult) -> Floats:
 
 
 def format_conclusion(verification: Verification) -> str:
-    """Return one line on whether the plan achieves its prediction, with level and margin."""
+    """Return one line for the user: achieved with the largest error ratio, or not achieved with the
+    failed tests.
+    """
     at = f"{verification.n_runs} Monte Carlo runs, one test at {SIGNIFICANCE_LEVEL:.0%}"
     if not verification.is_achieved:
         return f"not achieved: {'; '.join(describe_failures(verification))} ({at})"
     ratio = verification.table[PREDICTED_RATIO]
     return (
         f"achieved: no error is larger than predicted, the largest {ratio.max():.2f} times its "
-        f"1-sigma ({ratio.idxmax()}), nor than the filter claims ({at})"
+        f"1-sigma ({ratio.idxmax()}), or larger than the filter covariance ({at})"
     )
 
 
 def describe_failures(verification: Verification) -> list[str]:
-    """Describe each failed state block: ratio of error to prediction, and filter consistency.
+    """Return one line per state block whose errors are too large, with the error ratio and whether
+    the filter covariance reflects it.
 
     If only the NEES fails, the result is one line on the filter as a whole.
     """
@@ -224,13 +244,13 @@ def describe_failures(verification: Verification) -> list[str]:
     ):
         blocks.setdefault(state.rpartition(" ")[0], []).append(state)
     for block, states in blocks.items():
-        predicted, claimed = (
+        predicted, filter_ratio = (
             verification.table.loc[states, ratio].max() for ratio in (PREDICTED_RATIO, FILTER_RATIO)
         )
         axes = ", ".join(state.rpartition(" ")[2] for state in states)
         sure = any(state in verification.overconfident_states for state in states)
         why = (
-            f"the filter is overconfident by {claimed:.2f}"
+            f"the filter is overconfident by {filter_ratio:.2f}"
             if sure
             else "the filter covariance reflects it"
         )
@@ -242,15 +262,20 @@ def describe_failures(verification: Verification) -> list[str]:
 
 
 def describe_power(verification: Verification) -> str:
-    """Describe the detectable error ratio and the probability of a false alarm."""
+    """Return one line on the error ratio that the number of runs can detect, and on the probability
+    of a false alarm.
+    """
     return (
-        f"an error {verification.detectable_ratio:.2f} times too large is detected with a probability of "
-        f"{DETECTION_POWER:.0%}; a valid plan is rejected with a probability of {SIGNIFICANCE_LEVEL:.0%}"
+        f"an error {verification.detectable_ratio:.2f} times too large is detected with a "
+        f"probability of {DETECTION_POWER:.0%}; a valid plan is rejected with a probability of "
+        f"{SIGNIFICANCE_LEVEL:.0%}"
     )
 
 
 def list_suggestions(plan: ManeuverPlan, verification: Verification) -> Iterator[str]:
-    """Yield suggestions for a plan that fails, the most effective first."""
+    """Yield what the user can do about a plan that misses its predicted accuracy, the most
+    effective suggestion first.
+    """
     if verification.is_achieved:
         return
     scenario, outside = plan.scenario, find_validity_violations(plan.scenario)
@@ -261,12 +286,12 @@ def list_suggestions(plan: ManeuverPlan, verification: Verification) -> Iterator
         yield f"reduce the initial uncertainty, for example of the attitude ({known})"
     if plan.t_end < scenario.duration:
         yield (
-            f"choose a plan that converges later than {format_duration(plan.t_end)}: --pick min-trace, or "
-            "--time SECONDS; the effect of the first, nonlinear updates then decays"
+            f"choose a plan that converges later than {format_duration(plan.t_end)}: --pick "
+            "min-trace, or --time SECONDS; the effect of the first, nonlinear updates then decays"
         )
     yield (
-        "choose other options of the on-board filter: docs/consistency.md compares Jacobians at "
-        "the estimate, reset and second order"
+        "choose other settings of the on-board filter: docs/consistency.md compares Jacobians at "
+        "the estimate, covariance reset and second-order updates"
     )
     yield (
         "relax the requirement: multiply the predicted 1-sigma by the ratio in its row, or set a "

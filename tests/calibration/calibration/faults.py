@@ -168,23 +168,23 @@ GROSS = {
     ),
     "magnetometer clipped": (r"mag_\w at .*that is not clipped", sensor("mag", clipped)),
     "magnetometer flipped": (
-        "mag agrees with all else if its axes are ",
+        "mag agrees with the other sensors if its axes are ",
         sensor("mag", lambda t, rows, rng: flipped(rows, rng)),
     ),
     "Sun sensor flipped": (
-        "sun agrees with all else if its axes are ",
+        "sun agrees with the other sensors if its axes are ",
         sensor("sun", lambda t, rows, rng: flipped(rows, rng)),
     ),
     "magnetometer swapped": (
-        "mag agrees with all else if its axes are ",
+        "mag agrees with the other sensors if its axes are ",
         sensor("mag", lambda t, rows, rng: swapped(rows, rng)),
     ),
     "gyro flipped": (
-        "gyro agrees with all else if its axes are ",
+        "gyro agrees with the other sensors if its axes are ",
         gyro(lambda t, rows, rng: flipped(rows, rng)),
     ),
     "gyro of the other sign": (
-        r"gyro agrees with all else if its axes are \(-x, -y, -z\)",
+        r"gyro agrees with the other sensors if its axes are \(-x, -y, -z\)",
         gyro(lambda t, rows, rng: -rows),
     ),
     "gyro times ten": (

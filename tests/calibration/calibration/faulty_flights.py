@@ -23,7 +23,7 @@ from mgeo_attitude.environment.frames import gcrs_to_itrs
 from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.sensors import StarTracker
 from mgeo_calibration import Telemetry, calibrate
-from mgeo_calibration import fly as fly_plan
+from mgeo_calibration import simulate_telemetry as fly_plan
 
 from tests.calibration.calibration import faults
 from tests.calibration.calibration.faults import axis, days_since, gyro, sensor, shifted, sign
@@ -63,7 +63,7 @@ class Kind:
         else:
             flown = fly(SCENARIO, MOTIONS[which](rng), rng, self.craft(rng), DURATION)
         warm = {"temperature": faults.temperature(flown.times)}
-        return self.spoil(dataclasses.replace(flown, others=warm), rng)
+        return self.spoil(dataclasses.replace(flown, housekeeping=warm), rng)
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def torqued(telemetry: Telemetry, rng: np.random.Generator) -> Telemetry:
     dipole = 0.2 * np.sign(np.sin(2.0 * np.pi * telemetry.times / rng.uniform(40.0, 200.0)))
     field = telemetry.sensors["mag"] + np.outer(dipole, rng.uniform(2e3, 2e4) * axis(rng))
     return dataclasses.replace(
-        telemetry, sensors=telemetry.sensors | {"mag": field}, others={"coil_x": dipole}
+        telemetry, sensors=telemetry.sensors | {"mag": field}, housekeeping={"coil_x": dipole}
     )
 
 
@@ -149,7 +149,7 @@ def turned(rows: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 # one that changes by more than its prior allows is named right by that, too
 CHANGES = r"\.bias (changes by |follows temperature by |is .* from its prior)"
 DRIFTS = r"gyro\.bias (drifts|decays|changes|follows temperature|is .* from its prior)"
-AXES = " agrees with all else if its axes are |{0}\\.misalignment is .* prior sigmas"
+AXES = " agrees with the other sensors if its axes are |{0}\\.misalignment is .* prior sigmas"
 KINDS = {
     # what has to end right
     "healthy": Kind(),
@@ -188,7 +188,7 @@ KINDS = {
         r"mag\.(misalignment|bias) follows temperature by |mag\.bias changes",
         spoil=sized("mag", faults.bent, 0.5, 5.0),
     ),
-    "torquers": Kind(r"mag(\.bias follows coil_x by | at .* influences)", spoil=torqued),
+    "torquers": Kind(r"mag(\.bias follows coil_x by | at .* bias_sensitivities)", spoil=torqued),
     "orbit": Kind(
         "(the satellite is .* its orbit|mag at .* correct epoch and orbit)",
         lambda rng: Craft(behind=sign(rng) * np.exp(rng.uniform(np.log(3.0), np.log(900.0)))),
@@ -206,7 +206,7 @@ KINDS = {
     ),
     "Sun sensor 90 deg off": Kind("sun" + AXES.format("sun"), spoil=sensor("sun", rows_of(turned))),
     "unit vectors": Kind(
-        'sun: .*Expected kind = "two-axis-sun-sensor"', lambda rng: Craft(unit_vectors=True)
+        'sun: .*Use kind = "two-axis-sun-sensor" instead of', lambda rng: Craft(unit_vectors=True)
     ),
     "magnetometer in uT": Kind(
         "mag at .* unit = 'uT'", spoil=sensor("mag", lambda t, rows, rng: 1e-3 * rows)

@@ -6,7 +6,7 @@ import numpy as np
 from mgeo_attitude import Environment
 from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
 from mgeo_attitude.scenario import Convergence
-from mgeo_calibration import calibrate, evaluate_consistency, fly, simulate
+from mgeo_calibration import calibrate, evaluate_consistency, simulate, simulate_telemetry
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
@@ -34,14 +34,16 @@ def anywhere(scenario):
 
 def flown(scenario, seed, environment=None, plan=PLAN):
     """Telemetry of a flight that starts anywhere."""
-    return fly(scenario, plan, seed, truth=anywhere(scenario), environment=environment)
+    return simulate_telemetry(
+        scenario, plan, seed, truth=anywhere(scenario), environment=environment
+    )
 
 
 def error(calibration, telemetry):
     """Truth less estimate at the last sample, of rotations the vector that remains."""
     k = int(np.argmin(np.abs(telemetry.times - calibration.time)))
     e = telemetry.truth.states[k] - calibration.states
-    for first in calibration.suite.rotations[1:]:
+    for first in calibration.suite.rotation_indices[1:]:
         block = slice(first, first + 3)
         believed, true = (
             rotation_matrix(x[block]) for x in (calibration.states, telemetry.truth.states[k])
@@ -78,7 +80,7 @@ def check_fifty_flights(scenario, seed, plan=PLAN):
     assert tested["passed"].all(), report
     environment, found = Environment.from_scenario(scenario), []
     for number in range(4):
-        flight = fly(scenario, plan, number, environment=environment)
+        flight = simulate_telemetry(scenario, plan, number, environment=environment)
         found.append(normalized(calibrate(scenario, flight), flight))
     check_claimed(found, worst=np.inf)
 

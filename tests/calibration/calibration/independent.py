@@ -1,7 +1,7 @@
 """Flights of a simulation of its own: exact rotations of any motion, own errors and noise.
 
-It shares with `mgeo_calibration.fly` only what orbit, Sun and field are. The body turns while the
-gyro averages, the gyro and the sensors count in steps, clocks are late, readings are absurd.
+It shares with `mgeo_calibration.simulate_telemetry` only orbit, Sun and field. The body turns while
+the gyro averages, the gyro and the sensors count in steps, clocks are late, readings are absurd.
 """
 
 from collections.abc import Callable

@@ -121,7 +121,7 @@ def to_sun(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndarray:
     y = own["turn"].apply(to_body.apply(seen)) + own["bias"]
     if sensor.has_unit_length:
         y = normalized(y)
-    y += np.resize(sensor.noise(), 3) * rng.standard_normal(y.shape)
+    y += np.resize(sensor.noise_sigmas(), 3) * rng.standard_normal(y.shape)
     y[~at.sunlit] = np.nan
     if sensor.half_angle_deg < 180.0:
         y[~is_near(to_body.apply(at.sun), sensor.boresight, sensor.half_angle_deg)] = np.nan
@@ -131,7 +131,7 @@ def to_sun(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndarray:
 def magnetometer(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndarray:
     field = to_body.apply(at.field) @ symmetric(own).T
     y = own["turn"].apply(field) + FIELD_UNIT * own["bias"]
-    return y + FIELD_UNIT * np.array(sensor.noise()) * rng.standard_normal(y.shape)
+    return y + FIELD_UNIT * np.array(sensor.noise_sigmas()) * rng.standard_normal(y.shape)
 
 
 def photodiode(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndarray:
@@ -159,7 +159,7 @@ def horizon_sensor(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.
 
 def star_tracker(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndarray:
     """Quaternions from GCRF to body; blind near Sun and Earth's limb."""
-    noise = (np.array(sensor.noise()) * rng.standard_normal((len(at.sun), 3))) @ frame(
+    noise = (np.array(sensor.noise_sigmas()) * rng.standard_normal((len(at.sun), 3))) @ frame(
         np.asarray(sensor.boresight) / np.linalg.norm(sensor.boresight)
     )
     y = (to_body.inv() * own["turn"].inv() * Rotation.from_rotvec(noise)).as_quat(canonical=True)

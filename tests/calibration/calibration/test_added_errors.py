@@ -32,7 +32,7 @@ def bent(telemetry):
     turn = 0.06 * (warm - warm.mean())[:, None] * np.array([0.6, -0.6, 0.5])
     field = Rotation.from_rotvec(turn, degrees=True).apply(telemetry.sensors["mag"])
     sensors = {**telemetry.sensors, "mag": field}
-    return dataclasses.replace(telemetry, sensors=sensors, others={"temp": warm})
+    return dataclasses.replace(telemetry, sensors=sensors, housekeeping={"temp": warm})
 
 
 def torqued(telemetry):
@@ -46,7 +46,7 @@ def torqued(telemetry):
     per_unit = np.array([[300.0, 100.0, -50.0], [0.0, 250.0, 80.0], [-60.0, 40.0, 200.0]])
     field = telemetry.sensors["mag"] + np.column_stack(list(duty.values())) @ per_unit
     sensors = {**telemetry.sensors, "mag": field}
-    return dataclasses.replace(telemetry, sensors=sensors, others=duty)
+    return dataclasses.replace(telemetry, sensors=sensors, housekeeping=duty)
 
 
 FAULTS = {

@@ -60,7 +60,7 @@ ADDED = {
 
 def spoiled(craft, spoil, seed=4):
     flown = fly(SCENARIO, MOTION, seed, Craft(**craft))
-    flown = dataclasses.replace(flown, others={"temperature": temperature(flown.times)})
+    flown = dataclasses.replace(flown, housekeeping={"temperature": temperature(flown.times)})
     return spoil(flown, np.random.default_rng(seed)) if spoil else flown
 
 

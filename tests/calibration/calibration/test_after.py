@@ -10,7 +10,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario
 from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.geometry.rotation import rotation_matrix, rotation_vector
-from mgeo_calibration import calibrate, fly, simulate
+from mgeo_calibration import calibrate, simulate, simulate_telemetry
 from mgeo_calibration.calibration.document import from_json, to_json
 from mgeo_calibration.estimation.prior import PriorEstimate
 from scipy.spatial.transform import Rotation
@@ -25,7 +25,7 @@ SECOND = (-0.4, 0.2, 0.5, 300.0, 0.6, 0.5, -0.3, 300.0, 0.1, -0.6, -0.4, 300.0)
 def first():
     """A calibration from the first maneuver and some of the second, and its flight."""
     scenario = short(Scenario.cubesat_6u(), 900.0)
-    telemetry = fly(scenario, PLAN, 4)
+    telemetry = simulate_telemetry(scenario, PLAN, 4)
     return calibrate(scenario, telemetry), telemetry
 
 
@@ -62,7 +62,7 @@ def test_elements_of_a_later_epoch_are_the_same_orbit(propagator, eccentricity):
     )
     epoch, times = Scenario.paper().epoch, np.linspace(0.0, 2e4, 7)
     for time in (0.0, 777.7, 123456.0):
-        later = orbit.later(time).propagate(epoch, times)
+        later = orbit.shift_epoch(time).propagate(epoch, times)
         for one, other, least in zip(later, orbit.propagate(epoch, times + time), (1e-4, 1e-7),
                                      strict=True):  # fmt: skip
             np.testing.assert_allclose(one, other, rtol=0, atol=least)
@@ -109,7 +109,7 @@ def test_a_later_epoch_carries_what_is_known_until_then(first):
     whole = Environment.from_times(found.scenario, found.time + gap + after.times)
     np.testing.assert_allclose(around.position, whole.position, rtol=0, atol=1e-3)
     free = dataclasses.replace(after, prior=None)
-    expected = free.initial_attitude(Environment.from_scenario(free))
+    expected = free.compute_initial_attitude(Environment.from_scenario(free))
     np.testing.assert_allclose(after.prior.attitude, expected, atol=1e-12)
     AttitudeManeuverProblem(after)
     from_toml = changes | {"epoch": after.epoch}
@@ -120,10 +120,10 @@ def test_what_was_sent_before_is_read_once(first):
     """Telemetry of both flights in one table gives what that of the second one alone gives."""
     found, telemetry = first
     after = found.build_followup_scenario({"duration": 600.0})
-    second = fly(after, SECOND, 2, after=telemetry.truth)
+    second = simulate_telemetry(after, SECOND, 2, initial_truth=telemetry.truth)
     np.testing.assert_allclose(second.truth.attitude[0], telemetry.truth.attitude[-1], atol=1e-12)
     np.testing.assert_array_equal(second.truth.states[0], telemetry.truth.states[-1])
-    earlier = telemetry.frame()
+    earlier = telemetry.to_frame()
     earlier["time"] -= 900.0
     both = pd.concat([earlier, second.to_frame()[1:]])
     one, other = calibrate(after, second), calibrate(after, both)
@@ -137,8 +137,8 @@ def test_two_calibrations_are_one_of_both_flights(first):
     """A linear world would make them equal; here by less than a 1-sigma, with its covariance."""
     found, telemetry = first
     after = found.build_followup_scenario({"duration": 600.0})
-    second = fly(after, SECOND, 2, after=telemetry.truth)
-    earlier, later = telemetry.frame(), second.to_frame()[1:]
+    second = simulate_telemetry(after, SECOND, 2, initial_truth=telemetry.truth)
+    earlier, later = telemetry.to_frame(), second.to_frame()[1:]
     later["time"] += 900.0
     whole = calibrate(short(found.scenario, 1500.0), pd.concat([earlier, later]))
     parts = calibrate(after, second)
@@ -208,9 +208,9 @@ def test_a_second_flight_goes_on_consistently_and_better():
     scenario = short(Scenario.cubesat_6u(), 1200.0)
     environment, better, errors = Environment.from_scenario(scenario), [], []
     for seed in range(300, 306):
-        telemetry = fly(scenario, PLAN, seed, environment=environment)
+        telemetry = simulate_telemetry(scenario, PLAN, seed, environment=environment)
         after = calibrate(scenario, telemetry).build_followup_scenario({"duration": 900.0})
-        second = fly(after, SECOND, seed + 1000, after=telemetry.truth)
+        second = simulate_telemetry(after, SECOND, seed + 1000, initial_truth=telemetry.truth)
         with_it = calibrate(after, second)
         without = calibrate(dataclasses.replace(after, prior=None), second)
         errors.append(normalized(with_it, second))

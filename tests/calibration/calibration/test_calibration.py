@@ -25,7 +25,7 @@ from .flights import PLAN
 
 
 def test_the_table_has_a_row_for_each_constant_and_axis(calibration, telemetry):
-    table = calibration.table()
+    table = calibration.build_table()
     assert list(table) == ["block", "axis", "unit", "estimate", "sigma", "prior_sigma"]
     assert list(table["axis"]) == list("xyz") * 5
     first = table.drop_duplicates("block").set_index("block")
@@ -51,18 +51,18 @@ def test_the_table_has_a_row_for_each_constant_and_axis(calibration, telemetry):
 
 
 def test_innovations_support_it_or_say_why_not(scenario, telemetry, calibration):
-    assert calibration.supported
+    assert calibration.is_consistent
     assert calibration.conclusion == "the innovations support it"
     none = dataclasses.replace(calibration, tests=(), prior_tests=(), model_tests=())
-    assert none.supported  # of a few readings, all of which may be outliers
+    assert none.is_consistent  # of a few readings, all of which may be outliers
     assert (
         not len(none.build_sensor_test_table())
         + len(none.build_prior_test_table())
         + len(none.build_model_test_table())
     )
     table = calibration.build_sensor_test_table()
-    assert (table["before"] > 1.05 * table["after"]).all()
-    np.testing.assert_allclose(table["after"], table["noise"], rtol=0.05)
+    assert (table["rms_before"] > 1.05 * table["rms_after"]).all()
+    np.testing.assert_allclose(table["rms_after"], table["rms_noise"], rtol=0.05)
     quiet = dataclasses.replace(scenario.sensors[0], noise_deg=1.2)
     optimist = dataclasses.replace(scenario, sensors=(quiet, *scenario.sensors[1:]))
     wrong = calibrate(optimist, telemetry)
@@ -100,12 +100,12 @@ def test_json_reads_back_exactly(calibration, tmp_path):
     assert found.scenario == calibration.scenario
     np.testing.assert_array_equal(found.covariance, calibration.covariance)
     np.testing.assert_array_equal(found.states, calibration.states)
-    pd.testing.assert_frame_equal(found.build_table(), calibration.table(), check_exact=True)
+    pd.testing.assert_frame_equal(found.build_table(), calibration.build_table(), check_exact=True)
     assert found.tests == calibration.tests
-    assert found.outliers == calibration.rejected
+    assert found.outliers == calibration.outliers
     with pytest.raises(ValueError, match="no history of the attitude"):
         found.attitude  # noqa: B018
-    assert list(found.draw_figures()) == ["constants"]
+    assert list(found.draw_figures()) == ["parameters"]
 
 
 def edited(text, **changes):
@@ -147,15 +147,15 @@ def test_what_a_plan_promised(scenario, calibration):
 
 @pytest.mark.slow
 def test_figures_and_report(scenario, telemetry, calibration):
-    figures = calibration.figures()
-    assert list(figures) == ["constants", "innovations", "attitude"]
-    drawn = [point for trace in figures["constants"].data for point in trace.y]
-    table = calibration.table()
+    figures = calibration.draw_figures()
+    assert list(figures) == ["parameters", "innovations", "attitude"]
+    drawn = [point for trace in figures["parameters"].data for point in trace.y]
+    table = calibration.build_table()
     np.testing.assert_allclose(drawn, table["estimate"] / table["prior_sigma"])
     html = build_report(calibration, calibration.compare(ManeuverPlan(scenario, PLAN)))
     assert html.count('class="plotly-graph-div"') == 3
     assert "the innovations support it" in html
-    assert "What the plan predicted" in html
+    assert "1-sigmas predicted by the plan" in html
     ours = html.replace(get_plotlyjs(), "")  # which knows addresses, for maps
     assert len(ours) < len(html)
     for source in ("http://", "https://"):

@@ -35,8 +35,8 @@ def test_a_gyro_that_is_too_noisy_to_fit_is_named_with_a_noise_that_fits(beacons
     for changes in ({"angle_random_walk_deg_per_sqrt_h": walk}, {"sample_noise_deg_s": sample}):
         gyro = dataclasses.replace(scenario.gyro, **changes)
         found = calibrated(dataclasses.replace(scenario, gyro=gyro))
-        assert found.supported, found.conclusion
-        bias = found.table().query("block == 'mag.bias'")
+        assert found.is_consistent, found.conclusion
+        bias = found.build_table().query("block == 'mag.bias'")
         off = (bias["estimate"] - [18300.0, -42700.0, 90000.0]) / bias["sigma"]
         assert np.abs(off).max() < 3.0
 

@@ -33,7 +33,7 @@ def known_before(suite, at):
     spread = np.sqrt(np.diag(P))
     sigma = suite.initial_sigma(1.0)
     states = 0.3 * sigma * rng.standard_normal(n)
-    for first in suite.rotations:
+    for first in suite.rotation_indices:
         states[first : first + 3] = 0.0
     return PriorEstimate(suite, at.attitude[0], states, sigma, P / np.outer(spread, spread))
 

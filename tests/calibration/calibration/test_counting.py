@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration import fly as fly_plan
+from mgeo_calibration import simulate_telemetry as fly_plan
 from mgeo_calibration.telemetry.mapping import GyroChannels, TelemetryMapping
 from mgeo_calibration.telemetry.quantization import (
     compute_angle_variance_rate,
@@ -87,7 +87,7 @@ def test_a_gyro_that_counts_is_calibrated_as_claimed(motion, step):
     telemetry = fly(SCENARIO, MOTIONS[motion], 3, Craft(gyro_step_deg_s=step))
     found = calibrate(SCENARIO, telemetry)
     check_claimed([normalized(found, telemetry)], 0.98)
-    assert found.notes == (f"gyro counts in steps of {step:g} deg/s, which are part of its noise",)
+    assert found.notes == (f"gyro is quantized in steps of {step:g} deg/s, which add to its noise",)
 
 
 def test_flights_report_in_the_declared_steps():

@@ -52,7 +52,7 @@ def test_normalized_vectors_are_calibrated_as_claimed(name):
 def test_directions_with_light_from_the_earth_are_calibrated_as_claimed(seed):
     """The independent truth adds light in all directions, also along the Sun."""
     world = EnvironmentErrors(earth_albedo=0.3, albedo=0.03)
-    scenario = dataclasses.replace(two_axis(SCENARIOS["cubesat_6u"]), world=world)
+    scenario = dataclasses.replace(two_axis(SCENARIOS["cubesat_6u"]), environment_errors=world)
     telemetry = fly(scenario, steady(PLAN), seed)
     calibration = calibrate(scenario, telemetry)
     assert calibration.is_consistent, calibration.conclusion
@@ -60,7 +60,7 @@ def test_directions_with_light_from_the_earth_are_calibrated_as_claimed(seed):
 
 
 def test_three_numbers_whose_noise_is_normalized_away_are_refused_at_once():
-    with pytest.raises(ValueError, match=r'sun: .* Expected kind = "two-axis-sun-sensor", not'):
+    with pytest.raises(ValueError, match=r'sun: .* Use kind = "two-axis-sun-sensor" instead of'):
         calibrate(SCENARIOS["paper"], flown("paper", 1).truncate(100.0))
 
 

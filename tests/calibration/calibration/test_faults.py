@@ -22,7 +22,7 @@ def test_a_delay_that_passed_is_told_with_its_size(late):
     assert not found.is_consistent
     side = "late" if late > 0.0 else "early"
     said = re.match(
-        rf"mag is ([0-9.]+) ± ([0-9.]+) s {side} \(.*: mag\.initial_delay_s$", found.failures[0]
+        rf"mag is ([0-9.]+) ± ([0-9.]+) s {side} \(.*: mag\.initial_latency_s$", found.failures[0]
     )
     size, sigma = map(float, said.groups())
     assert sigma < 0.03

@@ -69,7 +69,10 @@ def test_a_first_attitude_whatever_it_is(scenario):
 def test_any_suite(name):
     suite = SUITES[name]
     of = dataclasses.replace(
-        Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors, world=suite.environment_errors
+        Scenario.paper(),
+        gyro=suite.gyro,
+        sensors=suite.sensors,
+        environment_errors=suite.environment_errors,
     )
     of = short(of, 1500.0)
     telemetry = flown(of, 7)
@@ -131,14 +134,14 @@ LOST = "beyond the chi-square gate|does not converge"
 )
 def test_what_is_refused(scenario, telemetry, change, message):
     with pytest.raises(ValueError, match=message) as caught:
-        calibrate(scenario, change(telemetry.frame()))
+        calibrate(scenario, change(telemetry.to_frame()))
     assert "\n" not in str(caught.value)
 
 
 def test_a_fit_that_does_not_converge_reports_what_diverged(scenario, telemetry):
     report = (
         r"the fit does not converge: \S+ [xyz] is \S+ \S+, \S+ prior sigmas of \S+ \S+ "
-        r"from its prior; the last iteration turns the attitude by \S+ deg at \d+ s"
+        r"from its prior; the last iteration rotates the attitude by \S+ deg at \d+ s"
     )
     with pytest.raises(ValueError, match=report):
-        calibrate(scenario, scaled("gyro", -1.0)(telemetry.frame()))
+        calibrate(scenario, scaled("gyro", -1.0)(telemetry.to_frame()))

@@ -6,7 +6,7 @@ import re
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.sensors.base import scale_noise
-from mgeo_calibration import TelemetryMapping, calibrate, fly
+from mgeo_calibration import TelemetryMapping, calibrate, simulate_telemetry
 from mgeo_calibration.telemetry.mapping import GyroChannels
 
 from .flights import PLAN
@@ -23,21 +23,21 @@ def cubesat(duration, **changes):
 def test_a_satellite_that_hardly_rotates_has_no_scale_factor(rate, seed):
     """The noise of the gyro is in its rates and in the residuals."""
     scenario = cubesat(3000.0)
-    found = calibrate(scenario, fly(scenario, [0.0, rate, 0.0, 3000.0], seed))
+    found = calibrate(scenario, simulate_telemetry(scenario, [0.0, rate, 0.0, 3000.0], seed))
     assert found.is_consistent, found.conclusion
 
 
 def test_errors_that_no_rotation_shows_are_not_tested():
     scenario = cubesat(1500.0)
-    found = calibrate(scenario, fly(scenario, [0.0, 0.0, 0.0, 1500.0], 1))
+    found = calibrate(scenario, simulate_telemetry(scenario, [0.0, 0.0, 0.0, 1500.0], 1))
     table = found.build_model_test_table().loc[GYRO_ERRORS]
-    assert (table["freedom"] == 0).all()
-    assert (table["says"] == "not tested: no rotation that shows it").all()
+    assert (table["degrees_of_freedom"] == 0).all()
+    assert (table["description"] == "not tested: no rotation that shows it").all()
 
 
 def test_a_satellite_without_gyro_has_no_errors_of_a_gyro():
     scenario = cubesat(1500.0)
-    flown = fly(scenario, [0.0, 0.0, 0.0, 1500.0], 1).to_frame()
+    flown = simulate_telemetry(scenario, [0.0, 0.0, 0.0, 1500.0], 1).to_frame()
     without = flown.drop(columns=["gyro_x", "gyro_y", "gyro_z"])
     mapping = TelemetryMapping(gyro=GyroChannels(reference_axes="inertial"))
     found = calibrate(scenario, without, mapping)
@@ -50,11 +50,13 @@ def test_a_satellite_without_gyro_has_no_errors_of_a_gyro():
     [("field_error_nt", 300.0, (5.0, 60.0)), ("albedo", 0.03, (2.0, 25.0))],
 )
 def test_an_error_that_is_declared_too_large_is_a_note_with_its_size(key, declared, measured):
-    flown = dataclasses.replace(fly(cubesat(1500.0), PLAN, 1), truth=None)
-    found = calibrate(cubesat(1500.0, world={key: declared}), flown)
+    flown = dataclasses.replace(simulate_telemetry(cubesat(1500.0), PLAN, 1), truth=None)
+    found = calibrate(cubesat(1500.0, environment_errors={key: declared}), flown)
     assert found.is_consistent, found.conclusion
     (note,) = (note for note in found.notes if "correlate negatively" in note)
-    said = re.search(r"world\.(\w+) is declared with .*; telemetry shows at most ([0-9.]+)", note)
+    said = re.search(
+        r"environment_errors\.(\w+) is declared with .*; telemetry shows at most ([0-9.]+)", note
+    )
     assert said[1] in key
     assert measured[0] < float(said[2]) < measured[1]
 
@@ -63,14 +65,16 @@ def test_an_error_that_is_declared_too_large_is_a_note_with_its_size(key, declar
 def test_noise_that_is_declared_too_large_is_consistent(factor):
     scenario = cubesat(1500.0)
     careful = tuple(scale_noise(sensor, factor) for sensor in scenario.sensors)
-    found = calibrate(dataclasses.replace(scenario, sensors=careful), fly(scenario, PLAN, 2))
+    found = calibrate(
+        dataclasses.replace(scenario, sensors=careful), simulate_telemetry(scenario, PLAN, 2)
+    )
     assert found.is_consistent, found.conclusion
     assert any(note.startswith("sun: sigmas are too large by ") for note in found.notes)
 
 
 def test_an_error_that_is_declared_too_small_is_inconsistent():
-    true = cubesat(1500.0, world={"field_error_nt": 200.0})
-    flown = dataclasses.replace(fly(true, PLAN, 1), truth=None)
+    true = cubesat(1500.0, environment_errors={"field_error_nt": 200.0})
+    flown = dataclasses.replace(simulate_telemetry(true, PLAN, 1), truth=None)
     assert not calibrate(cubesat(1500.0), flown).is_consistent
 
 
@@ -80,5 +84,5 @@ def test_a_large_random_walk_of_the_gyro_converges(seed):
     """Carried on over too long a time, the attitude was astray by more than a radian."""
     gyro = {"rate_random_walk": 2e-5, "initial_bias_deg_s": 0.05}
     scenario = cubesat(6000.0, gyro=gyro)
-    found = calibrate(scenario, fly(scenario, PLAN, seed))
+    found = calibrate(scenario, simulate_telemetry(scenario, PLAN, seed))
     assert found.is_consistent, found.conclusion

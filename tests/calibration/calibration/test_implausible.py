@@ -25,7 +25,7 @@ def right(telemetry):
 def test_absurd_readings_are_outliers_and_spoil_nothing(name, value):
     """One in place of a reading was enough for an estimate that does not settle."""
     samples = range(100, 1500, 97)  # in sunlight
-    craft = Craft(find_spikes={(name, k): value for k in samples})
+    craft = Craft(spikes={(name, k): value for k in samples})
     telemetry = fly(SCENARIO, MOTIONS["plan"], 1, craft, duration=1500.0)
     table = right(telemetry).build_outlier_table()
     listed = table.loc[table["sensor"] == name, "time"]
@@ -39,10 +39,10 @@ def test_absurd_readings_are_outliers_and_spoil_nothing(name, value):
 )
 def test_a_wild_rate_is_told_and_spoils_nothing(motion, value):
     """A spike of 30 deg/s ended 130 sigma off, and the Sun sensor was blamed."""
-    craft = Craft(find_spikes={("gyro", k): np.array(value) for k in range(50, 1450, 300)})
+    craft = Craft(spikes={("gyro", k): np.array(value) for k in range(50, 1450, 300)})
     telemetry = fly(SCENARIO, MOTIONS[motion], 1, craft, duration=1500.0)
     (note,) = right(telemetry).notes
-    assert note.startswith("gyro: 5 of 1500 samples stand apart from both neighbors, by ")
+    assert note.startswith("gyro: 5 of 1500 samples differ from both neighbors, by ")
 
 
 def test_a_turn_within_one_sample_is_kept():
@@ -54,4 +54,4 @@ def test_a_turn_within_one_sample_is_kept():
         return plan(t) + np.where((t > 700.0) & (t < 701.0), 1.0, 0.0)[..., None] * kick
 
     found = right(fly(SCENARIO, kicked, 1, duration=1500.0))
-    assert found.notes[0].startswith("gyro: 1 of 1500 samples stand apart")
+    assert found.notes[0].startswith("gyro: 1 of 1500 samples differ")

@@ -9,7 +9,7 @@ from mgeo_attitude.scenario import HousekeepingChannel
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import (
     calibrate,
-    fly,
+    simulate_telemetry,
 )
 from mgeo_calibration.calibration.recalibration import recalibrate
 from mgeo_calibration.estimation.kinematics import discretize_dynamics
@@ -30,7 +30,7 @@ MAG = (BiasSensitivity("current", 1000.0, "A"), BiasSensitivity("temp", 5.0, "de
 
 
 def scenario(duration, gyro=GYRO, mag=MAG):
-    base = short(Scenario.cubesat_6u(), duration, channels=(TEMP, CURRENT))
+    base = short(Scenario.cubesat_6u(), duration, housekeeping_channels=(TEMP, CURRENT))
     sun, field = base.sensors
     return dataclasses.replace(
         base,
@@ -44,7 +44,7 @@ FOLLOWING, PLAIN = scenario(1500.0), scenario(1500.0, (), ())
 
 @pytest.fixture(scope="module")
 def telemetry():
-    return fly(FOLLOWING, PLAN, 1)
+    return simulate_telemetry(FOLLOWING, PLAN, 1)
 
 
 def test_coefficients_are_calibrated_as_claimed(telemetry):
@@ -73,7 +73,7 @@ def test_what_a_bias_follows_is_named_with_its_key_and_can_be_added(telemetry):
     added = {each.channel: each for each in again.scenario.sensors[1].bias_sensitivities}
     bias = PLAIN.sensors[1].initial_bias_nt
     assert added["current"].initial_sigma == pytest.approx(
-        10.0 * bias / np.ptp(telemetry.others["current"])
+        10.0 * bias / np.ptp(telemetry.housekeeping["current"])
     )
     truth = telemetry.truth.states[0]
     place = 3 * FOLLOWING.suite.blocks.index("mag.bias_per_current")

@@ -35,18 +35,18 @@ def found(name, delays, seed):
     assert calibration.is_consistent
     assert not any("may be off" in note for note in calibration.notes)
     first = 3 * calibration.suite.blocks.index("mag.latency")
-    told = calibration.compute_corrections()["mag"]["delay_s"]
+    told = calibration.compute_corrections()["mag"]["latency_s"]
     np.testing.assert_allclose(calibration.states[first : first + 3], told, atol=0.01)
     true = dict(zip(("sun.misalignment", "sun.bias", "mag.misalignment", "mag.bias"),
                     telemetry.truth.states[-1, 6:].reshape(4, 3), strict=True))  # fmt: skip
-    true |= {f"{sensor}.delay": delay for sensor, delay in delays.items()}
+    true |= {f"{sensor}.latency": delay for sensor, delay in delays.items()}
     return {block: off(calibration, block, value) for block, value in true.items()}
 
 
 @pytest.mark.slow
 def test_delays_of_two_sensors_are_found_beside_all_else():
     for block, each in found("cubesat_6u", {"sun": 0.25, "mag": 0.5}, 1).items():
-        assert np.abs(each).max() < (3.0 if "delay" in block else 4.0)
+        assert np.abs(each).max() < (3.0 if "latency" in block else 4.0)
 
 
 TURNS = [0.5, 0.3, -0.2, 90.0, -0.3, 0.6, 0.2, 120.0, 0.2, -0.4, 0.7, 110.0, -0.5, 0.2, -0.3, 80.0]

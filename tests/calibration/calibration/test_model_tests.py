@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import EnvironmentErrors, Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration import fly as fly_own
+from mgeo_calibration import simulate_telemetry as fly_own
 from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.estimation.fit import fit
 from mgeo_calibration.estimation.model_errors import build_bias_decay_error, build_bias_drift_error
@@ -41,7 +41,7 @@ def test_a_bias_that_is_constant_is_told_from_one_that_decays():
     assert says(r"gyro\.bias decays by .*: gyro\.bias_decay", found.failures[0])
     assert found.conclusion.startswith("the model ")
     row = found.build_model_test_table().loc["gyro.bias_decay"]
-    assert row["named"]
+    assert row["is_selected"]
     assert row["p"] < 1e-6
     right = believed(scenario, bias_decay=0.0)
     again = calibrate(right, telemetry)
@@ -63,7 +63,7 @@ def test_a_bias_that_walks_by_more_than_is_said_is_told():
 def test_nothing_is_named_of_what_is_as_it_is_said(scenario, motion):
     found = calibrate(scenario, flown(scenario, 1, motion))
     assert found.is_consistent, found.conclusion
-    assert not found.build_model_test_table()["named"].any()
+    assert not found.build_model_test_table()["is_selected"].any()
 
 
 TURNS = [-0.1, 0.2, -0.4, 300.0, 0.3, -0.4, 0.3, 500.0, -0.2, 0.4, 0.3, 600.0,
@@ -76,7 +76,7 @@ def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
     """The gyro's noise of a step is three times its own, and is in the rate and in the attitude."""
     satellite = Scenario.microsatellite()
     tracker, *others, _ = satellite.sensors  # of two magnetometers one
-    scenario = short(satellite, 2400.0, world=EnvironmentErrors())
+    scenario = short(satellite, 2400.0, environment_errors=EnvironmentErrors())
     sees = {"sun_exclusion_deg": None, "earth_exclusion_deg": None}
     tracker = dataclasses.replace(tracker, initial_latency_s=late, **sees)
     true = dataclasses.replace(scenario, sensors=(tracker, *others))
@@ -87,12 +87,12 @@ def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
     found = calibrate(scenario, telemetry)
     if not late:
         assert found.is_consistent, found.conclusion
-        assert not found.build_model_test_table()["named"].any()
+        assert not found.build_model_test_table()["is_selected"].any()
     else:
-        assert "str_a.delay" in found.build_model_test_table().query("named").index
+        assert "str_a.latency" in found.build_model_test_table().query("is_selected").index
         again = calibrate(true, telemetry)
         assert again.is_consistent, again.conclusion
-        first = 3 * again.suite.blocks.index("str_a.delay")
+        first = 3 * again.suite.blocks.index("str_a.latency")
         error = again.states[first : first + 3] - telemetry.truth.states[-1, first : first + 3]
         assert (np.abs(error) < 3.0 * np.sqrt(np.diag(again.covariance)[first : first + 3])).all()
 

@@ -41,7 +41,7 @@ def drift(telemetry, attitude, straight=False):
     """By what the gyro is off at every sample [deg], if its rate changes in steps or not at all."""
     data = build_batch(dataclasses.replace(SCENARIO, eclipse=False), telemetry)
     if straight:
-        data = dataclasses.replace(data, change=np.zeros_like(data.rate_changes))
+        data = dataclasses.replace(data, rate_changes=np.zeros_like(data.rate_changes))
     carried = Rotation.from_matrix(accumulate_rotations(data, np.zeros((len(data.times), 18))))
     return np.degrees((attitude[0].inv() * attitude * carried.inv()).magnitude())
 

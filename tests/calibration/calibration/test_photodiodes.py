@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import EnvironmentErrors, FilterModel, Magnetometer, Photodiode, Scenario
-from mgeo_calibration import calibrate, fly
+from mgeo_calibration import calibrate, simulate_telemetry
 from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.estimation.initial_attitude import compute_sun_directions
 from mgeo_calibration.telemetry.checks import describe_findings
@@ -20,13 +20,13 @@ SCENARIO = short(
     Scenario.cubesat_6u(),
     3000.0,
     sensors=(*DIODES, MAG),
-    world=EnvironmentErrors(earth_albedo=0.3, albedo=0.03),
+    environment_errors=EnvironmentErrors(earth_albedo=0.3, albedo=0.03),
 )
 
 
 @pytest.fixture(scope="module")
 def telemetry():
-    return fly(SCENARIO, PLAN, 1)
+    return simulate_telemetry(SCENARIO, PLAN, 1)
 
 
 @pytest.mark.slow
@@ -50,7 +50,7 @@ def test_what_the_dark_side_reads_is_left_out(telemetry):
         noise = 0.02 * rng.standard_normal(dark.shape)
         sensors[name] = np.where(dark, np.maximum(noise, 0.0), sensors[name])
     read = dataclasses.replace(telemetry, sensors=sensors)
-    one, other = (calibrate(SCENARIO, each.until(700.0)) for each in (telemetry, read))
+    one, other = (calibrate(SCENARIO, each.truncate(700.0)) for each in (telemetry, read))
     apart = np.abs(one.states - other.states) / np.sqrt(np.diag(one.covariance))
     assert apart.max() < 0.3
     assert describe_findings(SCENARIO, read)["repeated numbers"] == ()
@@ -69,8 +69,8 @@ def test_three_lit_faces_say_where_the_sun_is(telemetry):
     sun = np.einsum("kij,kj->ki", telemetry.truth.attitude[k], model.references[k, 0])
     off = found[there] - sun[there]  # light from the Earth is in the one
     assert np.abs(np.median(off, axis=0)).max() < 0.15
-    dark = dataclasses.replace(SCENARIO, world=EnvironmentErrors())
-    clean = fly(dark, PLAN, 2)
+    dark = dataclasses.replace(SCENARIO, environment_errors=EnvironmentErrors())
+    clean = simulate_telemetry(dark, PLAN, 2)
     data = build_batch(dark, clean)
     true = clean.truth.states[np.searchsorted(clean.times, data.times)]
     found = compute_sun_directions(data.suite, data.readings, true)

@@ -115,7 +115,7 @@ def test_the_linear_case_is_filterpys_smoother():
 
 def cost_by_scipy(scenario, data, p, constants):
     """Cost of errors p from the held attitude, halved Gibbs vectors by scipy's rotations."""
-    process, sigma = data.held.error, scenario.suite.initial_sigma(1.0)[6:]
+    process, sigma = data.pointing.pointing_error, scenario.suite.initial_sigma(1.0)[6:]
     decay = np.exp(-np.diff(data.times) / process.correlation_time)[:, None]
     parts = [p[0] / process.sigma, constants / sigma]
     parts.append((p[1:] - decay * p[:-1]) / (process.sigma * np.sqrt(1.0 - decay**2)))
@@ -123,11 +123,11 @@ def cost_by_scipy(scenario, data, p, constants):
     def turn(g):
         return Rotation.from_quat(np.concatenate([0.5 * g, np.ones((*g.shape[:-1], 1))], axis=-1))
 
-    to_body = (Rotation.from_matrix(data.held.attitude) * turn(p)).inv()
+    to_body = (Rotation.from_matrix(data.pointing.attitude) * turn(p)).inv()
     for i, sensor in enumerate(scenario.sensors):
         mu, b = constants[6 * i : 6 * i + 3], constants[6 * i + 3 : 6 * i + 6]
         seen = turn(mu).apply(to_body.apply(data.vectors[:, i])) + b
-        parts.append((data.sensors[i][:, 0] - seen) / sensor.noise()[0])
+        parts.append((data.readings[i][:, 0] - seen) / sensor.noise_sigmas()[0])
     return sum((np.asarray(each) ** 2).sum() for each in parts)
 
 
@@ -208,7 +208,7 @@ def test_a_wrong_mounting_is_refused():
 
 def test_a_pointing_error_needs_axes_and_a_time():
     declared = {"pointing_error_deg": 2.0, "pointing_correlation_time": 300.0}
-    with pytest.raises(InvalidValue, match=r"pointing_error_deg = 2\.0: expected holds"):
+    with pytest.raises(InvalidValue, match=r"pointing_error_deg = 2\.0: expected reference_axes"):
         GyroChannels(**declared)
     with pytest.raises(InvalidValue, match="pointing_correlation_time = None: expected a pointing"):
         GyroChannels(reference_axes="lvlh", pointing_error_deg=2.0)

@@ -35,8 +35,8 @@ def test_a_block_far_from_its_prior_is_named(block):
     assert found.data_faults == ()
     assert "prior" in found.conclusion.partition(" not support it")[0]
     row = found.build_prior_test_table().loc[block]
-    assert row["sigmas"] == pytest.approx(sigmas, rel=0.1)
-    assert row["chi_square"] >= row["sigmas"] ** 2 * (1.0 - 1e-9)
+    assert row["max_deviation_sigmas"] == pytest.approx(sigmas, rel=0.1)
+    assert row["chi_square"] >= row["max_deviation_sigmas"] ** 2 * (1.0 - 1e-9)
     assert row["p"] < 1e-6
     assert found.build_prior_test_table().loc[ALL_STATES, "p"] < 1e-6
     named = [words for words in found.failures if "prior sigmas" in words]

@@ -40,7 +40,7 @@ def test_scale_factors_and_noise_are_found_and_both_are_compared(flight, first):
     assert np.abs((scale["estimate"] - 1e6 * SCALE) / scale["sigma"]).max() < 4.0
     table = compare_calibrations(first, found).loc["mag.scale_factor"]
     assert table["sigma before"].isna().all()
-    assert table["moved"].abs().max() > 20.0
+    assert table["change / sigma [-]"].abs().max() > 20.0
     noise = found.scenario.sensors[0].noise_deg
     assert noise == pytest.approx(SCENARIO.sensors[0].noise_deg, rel=0.02)
     assert f"sun.noise_deg = {noise:.4g}" in describe_noise(found)

@@ -43,10 +43,13 @@ def scenario(name, **gyro):
     gyro = dataclasses.replace(suite.gyro, **gyro)
     return short(
         dataclasses.replace(
-            Scenario.paper(), gyro=gyro, sensors=suite.sensors, world=suite.environment_errors
+            Scenario.paper(),
+            gyro=gyro,
+            sensors=suite.sensors,
+            environment_errors=suite.environment_errors,
         ),
         float(STEPS),
-        channels=CHANNELS,
+        housekeeping_channels=CHANNELS,
     )
 
 
@@ -61,12 +64,12 @@ def near(of, seed=1, broken=True):
     data = dataclasses.replace(
         data,
         times=data.times[keep],
-        gyro=rates,
-        change=np.zeros_like(rates),
-        added=np.linspace(0.0, 1e-10, len(breaks))[:, None] * [1.0, 1.0, 1.0],
+        gyro_rates=rates,
+        rate_changes=np.zeros_like(rates),
+        excess_angle_variance=np.linspace(0.0, 1e-10, len(breaks))[:, None] * [1.0, 1.0, 1.0],
         breaks=breaks,
-        bias_sensitivities=data.channel_values[keep],
-        sensors=tuple(rows[keep] for rows in data.readings),
+        channel_values=data.channel_values[keep],
+        readings=tuple(rows[keep] for rows in data.readings),
         vectors=data.vectors[keep],
     )
     k = np.searchsorted(telemetry.times, data.times)
@@ -91,12 +94,15 @@ def spread(solution, n=None):
 
 def covariances(solution, found):
     """Of the n leading driven states at every sample, shape (N, n, n)."""
-    return found.given + found.slope @ solution.covariance @ found.slope.swapaxes(1, 2)
+    return (
+        found.conditional_covariance
+        + found.derivative @ solution.covariance @ found.derivative.swapaxes(1, 2)
+    )
 
 
 def dense(data, sigma, at, parts):
     """Rows of J and r of all residuals over their 1-sigmas, for e_0, e_1, ... and e_c."""
-    N, d, c = len(data.times), len(parts.driven), len(parts.constant)
+    N, d, c = len(data.times), len(parts.stochastic), len(parts.constant)
     move, rows, right = linearize_process(data, at, parts), [], []
 
     def row(m):
@@ -105,7 +111,7 @@ def dense(data, sigma, at, parts):
 
     r, J = PriorEstimate.from_suite(data.suite).compute_residual(at.attitude[0], at.states[0])
     now = row(len(r))
-    now[:, :d], now[:, N * d :] = J[:, parts.driven], J[:, parts.constant]
+    now[:, :d], now[:, N * d :] = J[:, parts.stochastic], J[:, parts.constant]
     right.append(r)
     for k in range(N - 1):
         root = np.linalg.inv(np.linalg.cholesky(move.Q[k]))
@@ -113,13 +119,15 @@ def dense(data, sigma, at, parts):
         now[:, k * d : k * d + d], now[:, k * d + d : k * d + 2 * d] = -root @ move.F[k], root
         now[:, N * d :] = -root[:, :3] @ move.G[k]
         right.append(root @ move.defect[k])
-    for index in range(len(data.sensors)):
+    for index in range(len(data.readings)):
         seen = linearize_sensor(data, index, at)
         for k, z, H in zip(seen.samples, seen.z, seen.H, strict=True):
             now = row(len(z))
             for column, state in zip(H.T, seen.states, strict=True):
-                if state in parts.driven:
-                    now[:, k * d + np.flatnonzero(parts.driven == state)[0]] = column / seen.noise
+                if state in parts.stochastic:
+                    now[:, k * d + np.flatnonzero(parts.stochastic == state)[0]] = (
+                        column / seen.noise
+                    )
                 else:
                     j = np.flatnonzero(parts.constant == state)[0]
                     now[:, N * d + j] = column / seen.noise * move.constant_factors[k, j]

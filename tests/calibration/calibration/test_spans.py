@@ -30,7 +30,7 @@ def spans(monkeypatch):
 def said(of, data, at):
     """All that a solution says, each in its own 1-sigmas or so."""
     belief, parts = PriorEstimate.from_suite(data.suite), Partition.from_suite(data.suite)
-    rejected = np.zeros(data.there.shape, dtype=bool)
+    rejected = np.zeros(data.has_reading.shape, dtype=bool)
     rejected[0, [3, 22]] = True
     found = solve_linearized(data, belief, at, parts, rejected)
     d = len(parts.stochastic)
@@ -71,7 +71,7 @@ def test_spans_say_what_all_at_once_say(name, gyro, spans):
     data, at = near(of)
     sensors = [rows.copy() for rows in data.readings]
     sensors[-1][8:20] = np.nan
-    data = dataclasses.replace(data, sensors=tuple(sensors))
+    data = dataclasses.replace(data, readings=tuple(sensors))
     spans(10**6)
     whole = said(of, data, at)
     for length in (1, 5):

@@ -15,7 +15,7 @@ def reported(suite: Suite, owner, states, vector):
     """Without noise, in the units of telemetry; what varies is zero."""
     x = {state: states[i : i + 3] for state, i in suite.get_first_indices(owner).items()}
     x |= {"to_body": lambda v: v, "gradient": np.zeros((3, 3))}
-    return owner.measured(SimpleNamespace(**x), vector)
+    return owner.predict_measurement(SimpleNamespace(**x), vector)
 
 
 @pytest.mark.parametrize("name", ["every constant", "full gyro", "cubesat_6u_full"])

@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[3]
 @pytest.fixture(scope="module")
 def flight(tmp_path_factory):
     """A folder with a plan, its scenario, and telemetry of its flight."""
-    folder = tmp_path_factory.mktemp("monte_carlo")
+    folder = tmp_path_factory.mktemp("telemetry")
     scenario = short(Scenario.paper(), 900.0)
     scenario.save(folder / "mine.toml")
     write_plan(ManeuverPlan(scenario, PLAN), folder / "plan.json")
@@ -60,7 +60,7 @@ def test_files_and_what_a_plan_promised(run, flight, tmp_path):
         written["estimate"].astype(float), found.build_table()["estimate"]
     )
     page = (out / "calibration.html").read_text()
-    assert f"What the plan predicted for {found.time:.6g} s" in page
+    assert f"1-sigmas predicted by the plan for {found.time:.6g} s" in page
     assert 'class="dataframe wrapped"' in page  # what is to be sent up breaks where it must
     assert "exists" in run(*arguments, code=2).stderr
     run(*arguments, "--overwrite", "--quiet")
@@ -74,8 +74,8 @@ def test_one_document_for_scripts(run, flight):
     page = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
     (row,) = re.findall(r"^\| `attitude calibrate` \| (.*) \|$", page, re.MULTILINE)
     assert list(found) == re.findall(r"`(\w+)`", row)
-    assert found["supported"] is True
-    assert len(found["promised"]) == 18
+    assert found["consistent"] is True
+    assert len(found["predicted"]) == 18
 
 
 def test_a_calibration_that_is_not_supported_has_another_exit_code(run, flight, tmp_path):
@@ -94,8 +94,8 @@ def test_a_scenario_of_another_epoch_than_the_plans_is_refused(run, flight, tmp_
     dataclasses.replace(scenario, epoch=later).save(tmp_path / "s.toml")
     command = ("calibrate", folder / "telemetry.csv", "--plan", folder / "plan.json")
     told = run(*command, "--scenario", tmp_path / "s.toml", code=2).stderr
-    assert "its epoch is 2018-06-05T14:00:00.000Z" in told
-    assert "expected that of the plan, 2018-06-05T00:00:00.000Z" in " ".join(told.split())
+    assert "the epoch is 2018-06-05T14:00:00.000Z" in told
+    assert "expected the epoch of the plan, 2018-06-05T00:00:00.000Z" in " ".join(told.split())
 
 
 @pytest.mark.slow
@@ -110,8 +110,8 @@ def test_all_that_is_tested_is_printed_where_nothing_is_calibrated(run, flight, 
     tests = table(done.stdout, "Attitude-independent checks")
     (check,) = [name for name, text in tests.items() if text and text[0].startswith("gyro at row ")]
     report = json.loads(run(*command, "--diagnose", "--json", code=2).stdout)
-    assert report["refused"].startswith(message)
-    (finding,) = [each["says"] for each in report["checks"] if each["check"] == check]
+    assert report["error"].startswith(message)
+    (finding,) = [each["finding"] for each in report["checks"] if each["check"] == check]
     assert finding.startswith("gyro at row ")
     assert run(*command, code=2).stdout == ""
 
@@ -119,9 +119,9 @@ def test_all_that_is_tested_is_printed_where_nothing_is_calibrated(run, flight, 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((), "--scenario FILE.toml|PRESET: expected it, or --plan"),
+        ((), "--scenario FILE.toml|PRESET: expected this option or --plan"),
         (("--scenario", "paper", "--mapping", "none.toml"), "none.toml"),
-        (("--scenario", "paper", "--pick", "best"), "--pick: expected with --plan RUN"),
+        (("--scenario", "paper", "--pick", "min-trace"), "--pick: expected with --plan RUN"),
     ],
 )
 def test_bad_arguments(run, flight, monkeypatch, arguments, message):
@@ -158,6 +158,6 @@ def test_all_that_is_tested_and_what_is_added_is_printed(run, flight):
         "With and without the additions",
     )
     assert all(title in printed for title in titles)
-    assert "orbit.build_along_track_error" in printed
+    assert "orbit.along_track" in printed
     refused = run(*command, "--fit", "mag.gain", code=2)
     assert "fit = 'mag.gain': " in refused.stderr

@@ -10,7 +10,7 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.scenario import Convergence
 from mgeo_calibration.calibration.calibrate import calibrate
-from mgeo_calibration.simulators.kinematic import fly
+from mgeo_calibration.simulators.kinematic import simulate_telemetry
 from mgeo_calibration.simulators.plan_comparison import END_ERROR, compare_with_plan
 from mgeo_calibration.telemetry.reading import read_telemetry
 
@@ -33,10 +33,10 @@ def test_telemetry_is_what_python_gets_and_truth_has_the_calibration_s_names(run
     found, path = plan
     out, truth = tmp_path / "telemetry.csv", tmp_path / "truth.json"
     text = run("fly", path, "--seed", 3, "--out", out, "--truth", truth).stdout
-    assert "601 samples to 600 s of gyro, sun, mag, simulator own" in text
-    expected = fly(found.scenario, found, 3)
-    off = compare_with_plan(found, expected).loc[END_ERROR, "flown"]
-    assert re.search(rf"\noff the plan, end +deg +0 +{off:.4g} *\n", text)
+    assert "601 samples to 600 s of gyro, sun, mag, simulator kinematic" in text
+    expected = simulate_telemetry(found.scenario, found, 3)
+    off = compare_with_plan(found, expected).loc[END_ERROR, "simulated"]
+    assert re.search(rf"\npointing error, end +deg +0 +{off:.4g} *\n", text)
     read = read_telemetry(out, found.scenario)
     np.testing.assert_array_equal(read.gyro_deg_s, expected.gyro_deg_s[-len(read.times) :])
     document = json.loads(truth.read_text())
@@ -53,8 +53,8 @@ def test_telemetry_is_what_python_gets_and_truth_has_the_calibration_s_names(run
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        (("--simulator", "simulink"), "'simulink' is not one of 'own', 'basilisk'"),
-        (("--vehicle", "paper"), "--vehicle: the own simulator has none"),
+        (("--simulator", "simulink"), "'simulink' is not one of 'kinematic', 'basilisk'"),
+        (("--vehicle", "paper"), "--vehicle: expected only with --simulator basilisk"),
         (("--truth", "truth.csv"), "truth.csv: expected a name that ends in .json"),
     ],
 )
@@ -73,5 +73,5 @@ def test_without_basilisk_one_line_says_how_to_install_it(run, plan, tmp_path, m
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     error = run("fly", plan[1], "--simulator", "basilisk", code=2).stderr
-    assert error == ("Error: a flight by Basilisk needs the package bsk: pip install bsk\n")
+    assert error == ("Error: the simulator basilisk needs the package bsk: pip install bsk\n")
     assert not list(tmp_path.iterdir())

@@ -17,9 +17,20 @@ from mgeo.store.run_folder import read_run
 
 @pytest.mark.slow
 def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path):
-    found = verify(front.plan("best"), n_runs=3, seed=2)
-    file = tmp_path / "verification-best.json"
-    arguments = ("verify", folder, "--pick", "best", "--runs", "3", "--seed", "2", "--out", file)
+    found = verify(front.select_plan("min-trace"), n_runs=3, seed=2)
+    file = tmp_path / "verification-min-trace.json"
+    arguments = (
+        "verify",
+        folder,
+        "--pick",
+        "min-trace",
+        "--monte-carlo",
+        "3",
+        "--seed",
+        "2",
+        "--out",
+        file,
+    )
     run(*arguments, code=0 if found.is_achieved else 3)
     printed = run(*arguments[:-2], "--json", code=0 if found.is_achieved else 3).stdout
     assert json.loads(printed) == json.loads(file.read_text())
@@ -30,7 +41,7 @@ def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path)
     html = (
         build_report_html(run_too).partition("<h2>Monte Carlo</h2>")[2].partition("</section>")[0]
     )
-    assert f"(verification-best.json, solution {front.row('best')})" in html
+    assert f"(verification-min-trace.json, solution {front.find_row('min-trace')})" in html
     assert f"NEES per state {found.nees:.3f}" in html
     assert found.table.shape[0] == 18
     assert all(f">{name}</t" in html for name in found.table.index)
@@ -41,28 +52,28 @@ def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path)
 
 @pytest.fixture(scope="module")
 def flown(front):
-    return verify(front.plan("fastest"), n_runs=2)
+    return verify(front.select_plan("min-time"), n_runs=2)
 
 
 def test_a_run_keeps_how_its_plans_flew(run, folder, front, flown, tmp_path, monkeypatch):
-    table = flown.table.assign(**{"p, predicted": 1.0, "p, claimed": 1.0})
+    table = flown.table.assign(**{"p, predicted": 1.0, "p, filter": 1.0})
     made = dataclasses.replace(flown, table=table, nees_p=1.0)
     monkeypatch.setattr("mgeo_calibration.verification.verify", lambda *_: made)
     own = shutil.copytree(folder, tmp_path / "run")
-    row = front.row("fastest")
-    run("verify", own, "--pick", "fastest", "--seed", "3", "--json")
+    row = front.find_row("min-time")
+    run("verify", own, "--pick", "min-time", "--seed", "3", "--json")
     kept = own / f"verification-solution{row}-seed3.json"
     shown = {name: why for name, why, _ in read_verifications(own, read_run(own), front.problem)}
     assert shown[kept.name] == ""
     assert json.loads(kept.read_text())["design"] == front.X[row].tolist()
-    write_plan(front.plan("fastest"), tmp_path / "alone.json")
+    write_plan(front.select_plan("min-time"), tmp_path / "alone.json")
     run("verify", tmp_path / "alone.json")
     assert {path.name for path in tmp_path.iterdir()} == {"run", "alone.json"}
 
 
 def test_bad_input_has_another_exit_code(run, folder, tmp_path):
     assert "holds no run" in run("verify", tmp_path, code=2).stderr
-    run("verify", folder, "--runs", "1", code=2)
+    run("verify", folder, "--monte-carlo", "1", code=2)
 
 
 @pytest.mark.slow
@@ -83,17 +94,17 @@ def test_a_broken_path_limit_is_told(run, tmp_path):
     found = verify(plan, n_runs=4, seed=2)
     (steered, _, open_loop, _) = found.path_constraints.loc["Sun off camera"]
     assert steered == open_loop == 100.0  # it turns through the Sun
-    arguments = ("verify", tmp_path / "plan.json", "--runs", "4", "--seed", "2")
+    arguments = ("verify", tmp_path / "plan.json", "--monte-carlo", "4", "--seed", "2")
     text = run(*arguments, code=3).stdout
-    assert "path limits broken" in text
+    assert "path constraints violated" in text
     document = json.loads(run(*arguments, "--json", code=3).stdout)
-    assert "Sun off camera broken in 100 % of flights" in document["conclusion"]
+    assert "Sun off camera violated in 100 % of runs" in document["conclusion"]
     assert f"; {format_gyro_guidance(found.gyro_guidance)[0]}" in document["conclusion"]
     assert format_gyro_guidance(found.gyro_guidance)[0] in " ".join(text.split())
-    assert "Sun off camera broken in 100 %" in format_gyro_guidance(found.gyro_guidance)[0]
-    assert document["ends"][2]["as flown"] == "Sun off camera"
-    assert document["ends"][2]["broken [%]"] == 100.0
+    assert "Sun off camera violated in 100 %" in format_gyro_guidance(found.gyro_guidance)[0]
+    assert document["gyro_guidance"][2]["simulated run"] == "Sun off camera"
+    assert document["gyro_guidance"][2]["violated [%]"] == 100.0
     (row,) = document["path_constraints"]
-    assert row["path limit"] == "Sun off camera"
-    assert row["steered: flights [%]"] == 100.0
+    assert row["path constraint"] == "Sun off camera"
+    assert row["steered: runs [%]"] == 100.0
     assert 0.0 < row["open loop: time [%]"] < 100.0

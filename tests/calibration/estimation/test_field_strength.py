@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.sensors.base import scale_noise
-from mgeo_calibration import Telemetry, calibrate, calibrate_magnetometers, fly
+from mgeo_calibration import Telemetry, calibrate, calibrate_magnetometers, simulate_telemetry
 from mgeo_calibration.estimation.field_strength import compute_response_matrix, fit_field_strength
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
@@ -74,7 +74,7 @@ def with_bias(seed, bias):
     """Gyro and magnetometer alone, whose bias is as large as that of two known cubesats."""
     (mag,) = (sensor for sensor in CUBESAT.sensors if sensor.name == "mag")
     flown = dataclasses.replace(CUBESAT, sensors=(mag,))
-    sent = fly(flown, PLAN, seed)
+    sent = simulate_telemetry(flown, PLAN, seed)
     of = dataclasses.replace(CUBESAT, sensors=(dataclasses.replace(mag, initial_bias_nt=40000.0),))
     readings = {"mag": sent.sensors["mag"] + np.array(bias)}
     telemetry = Telemetry(times=sent.times, gyro_deg_s=sent.gyro_deg_s, sensors=readings)

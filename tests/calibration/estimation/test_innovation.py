@@ -48,17 +48,17 @@ CASES = [
 
 def look(suite, sensor):
     """What a sensor looks at, GCRS: the vector, and what else `Suite.looks` has."""
-    change = CHANGE[: len(sensor.delay())]
+    change = CHANGE[: len(sensor.latency_states())]
     if sensor.has_unit_length:
         v = V / np.linalg.norm(V)
-        by_orbit = GRADIENT[: suite.n_gradient(sensor) - 2 - len(change)]
+        by_orbit = GRADIENT[: suite.count_gradient_vectors(sensor) - 2 - len(change)]
         return v, np.vstack([*tangent_vectors(v), *by_orbit, *change])
-    return V, np.vstack([GRADIENT[: suite.n_gradient(sensor) - len(change)], change])
+    return V, np.vstack([GRADIENT[: suite.count_gradient_vectors(sensor) - len(change)], change])
 
 
 def estimate(suite, C, x):
     """One run's estimate of attitude and states with the vectors of rotations."""
-    places = np.arange(3)[:, None] + np.array(suite.rotations)
+    places = np.arange(3)[:, None] + np.array(suite.rotation_indices)
     rotations, states = rotation_matrix(x[places])[..., None], x[:, None].copy()
     rotations[:, :, 0, 0] = C.T
     states[places] = 0.0
@@ -75,7 +75,7 @@ def random(suite, seed):
 def perturbed(suite, C, x, e):
     """The attitude and states whose error from an estimate is e, by scipy."""
     true = x + e
-    for first in suite.rotations[1:]:
+    for first in suite.rotation_indices[1:]:
         block = slice(first, first + 3)
         if not e[block].any():
             true[block] = x[block]
@@ -92,15 +92,15 @@ def measured(suite, sensor, C, x):
     def to_body(vector):
         return C @ vector
 
-    own = {state: x[first : first + 3] for state, first in suite.places(sensor).items()}
+    own = {state: x[first : first + 3] for state, first in suite.get_first_indices(sensor).items()}
     v, further = look(suite, sensor)
-    report = sensor.measured(*apply_latency(sensor, own, [v, *further], to_body, RATE))
+    report = sensor.predict_measurement(*apply_latency(sensor, own, [v, *further], to_body, RATE))
     return stack_measurement(report)[None]
 
 
 def channels(sensor):
     """What its influences are times."""
-    return (1.5, -0.7)[: len(sensor.influences)]
+    return (1.5, -0.7)[: len(sensor.bias_sensitivities)]
 
 
 def expanded(suite, index, y, C, x):
@@ -110,7 +110,7 @@ def expanded(suite, index, y, C, x):
     further = {
         "gradient": gradient,
         "rate": RATE,
-        "bias_sensitivities": channels(suite.sensors[index]),
+        "channel_values": channels(suite.sensors[index]),
     }
     r = compute_innovation(suite, index, unstack_measurement(y), v, at, **further)
     states, H = compute_jacobian(r)
@@ -150,7 +150,7 @@ def test_derivatives_of_the_innovation_are_those_of_finite_differences(suite, in
 
     r, H, B = at(np.zeros(suite.n_states))
     h, local = 1e-4, [0, 1, 2]
-    for first in suite.places(sensor).values():
+    for first in suite.get_first_indices(sensor).values():
         local += range(first, first + 3)
     others = [j for j in range(suite.n_states) if j not in local]
     assert not H[:, others].any()

@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.sensors import StarTracker
-from mgeo_calibration import fly
+from mgeo_calibration import simulate_telemetry
 from mgeo_calibration.calibration.calibrate import calibrate
 from mgeo_calibration.estimation.axis_mistakes import QUATERNION_CONVENTIONS, find_axis_mistakes
 from mgeo_calibration.estimation.batch import build_batch
@@ -20,7 +20,7 @@ SENT = {
 
 
 def sent(scenario, seed=1):
-    return fly(scenario, DESIGN, seed)
+    return simulate_telemetry(scenario, DESIGN, seed)
 
 
 @pytest.fixture(scope="module")

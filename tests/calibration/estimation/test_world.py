@@ -18,7 +18,7 @@ def with_magnetometers(number, world, duration=1500.0):
     return dataclasses.replace(
         base,
         sensors=(sun, *more),
-        world=world,
+        environment_errors=world,
         duration=duration,
         convergence=Convergence(window=duration),
     )

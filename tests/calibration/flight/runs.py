@@ -19,7 +19,7 @@ def none(model, n_steps):
 
 def flown(model, design, draws):
     """What happens."""
-    return simulate_run(model, Motion.from_design(model, design, len(draws.gyro_noise)), draws)
+    return simulate_run(model, Motion.from_design(model, design, len(draws.process_noise)), draws)
 
 
 def estimated(model, design, samples, draws, estimator=None, truth=None, n_watched=0):

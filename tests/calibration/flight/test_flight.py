@@ -17,7 +17,7 @@ from mgeo_attitude.environment.sun_moon import sun_position, visible_sun_fractio
 from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverBounds
 from mgeo_calibration import calibrate
-from mgeo_calibration.simulators.kinematic import fly
+from mgeo_calibration.simulators.kinematic import simulate_telemetry
 from mgeo_calibration.simulators.simulated_run import discretize_at_rest, draw_errors
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -115,7 +115,7 @@ def test_gyro_noise_is_the_markov_process_of_equation_2():
 def test_errors_of_sensors_are_ornstein_uhlenbeck_processes():
     """Stationary, with the autocovariance σ² exp(-t / τ) of the closed form, and independent."""
     world = EnvironmentErrors(albedo=0.05, albedo_correlation_time=15.0, field_error_nt=80)
-    model = FilterModel.from_scenario(short(Scenario.paper(), world=world, step=2.0))
+    model = FilterModel.from_scenario(short(Scenario.paper(), environment_errors=world, step=2.0))
     F, Q = discretize_at_rest(model)
     expected = np.repeat([np.exp(-2.0 / 15.0), np.exp(-2.0 / 300.0)], 3)
     np.testing.assert_allclose(np.diag(F)[6:], expected, rtol=1e-13)
@@ -139,10 +139,13 @@ def test_an_orbit_error_moves_the_eclipse_of_a_flight_and_calibration_does_not_m
     """Though the Sun sensor reports in the dark, too, as it knows no better."""
     world = EnvironmentErrors(orbit_error_m=(40_000.0, 1000.0, 1000.0))
     scenario = dataclasses.replace(
-        Scenario.cubesat_6u(), duration=600.0, world=world, maneuvers=ManeuverBounds(count=3)
+        Scenario.cubesat_6u(),
+        duration=600.0,
+        environment_errors=world,
+        maneuvers=ManeuverBounds(count=3),
     )
     scenario = scenario.shift_start(3700.0)  # the Sun sets after 231 s
-    sent = fly(scenario, [*PLAN[:11], 400.0], seed=6)
+    sent = simulate_telemetry(scenario, [*PLAN[:11], 400.0], seed=6)
     error = 1e3 * sent.truth.states[:, 6:9]
     at, environment = scenario.times, Environment.from_scenario(scenario)
     r, v = environment.position, environment.velocity

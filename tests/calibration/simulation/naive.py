@@ -42,7 +42,7 @@ def estimates(model, readings, rates, estimator):
         for index, sensor in enumerate(suite.sensors):
             y = readings.sensors[index][k, 0]
             if not np.isnan(y).any():
-                R = np.diag(np.square(sensor.noise()))
+                R = np.diag(np.square(sensor.noise_sigmas()))
                 first = 6 + 6 * index
                 C, x, P = update(C, x, P, y, R, model.references[k, index], first, estimator)
         found.append((C.as_matrix(), x, P))

@@ -63,8 +63,8 @@ def test_counts_are_those_of_the_errors():
             np.einsum("kij,kj->ki", attitude, vectors)
             for vectors in (environment.sun[:200], -position / distance[:, None])
         )
-        angles = [np.degrees(np.arccos(sun @ cone.cone().axis)) for cone in cones[:4]]
-        angles.append(np.degrees(np.arccos(nadir @ cones[4].cone().axis)) - limb)
+        angles = [np.degrees(np.arccos(sun @ cone.build_cone().axis)) for cone in cones[:4]]
+        angles.append(np.degrees(np.arccos(nadir @ cones[4].build_cone().axis)) - limb)
         inside = [angle < cone.half_angle_deg for angle, cone in zip(angles, cones, strict=True)]
         expected = [~k if cone.keep_in else k for k, cone in zip(inside, cones, strict=True)]
         assert (200 * shares).tolist() == pytest.approx(np.sum(expected, axis=1), abs=1e-9)

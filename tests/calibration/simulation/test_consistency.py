@@ -72,7 +72,7 @@ def test_false_claims_do_not(result, criterion, changes):
 
 
 def test_bad_arguments_are_named(result):
-    with pytest.raises(ValueError, match=r"since = 50\.0: expected at most 39\.0 s"):
+    with pytest.raises(ValueError, match=r"start_time = 50\.0: expected at most 39\.0 s"):
         evaluate_consistency(result, start_time=50.0)
     with pytest.raises(ValueError, match="confidence = 99"):
         evaluate_consistency(result, confidence=99)

@@ -23,7 +23,10 @@ def model(request):
     )
     suite = SUITES[request.param]
     scenario = dataclasses.replace(
-        scenario, gyro=suite.gyro, sensors=suite.sensors, world=suite.environment_errors
+        scenario,
+        gyro=suite.gyro,
+        sensors=suite.sensors,
+        environment_errors=suite.environment_errors,
     )
     return FilterModel.from_scenario(scenario)
 

@@ -47,7 +47,7 @@ def run(paper, n_runs=60, **options):
 def test_a_run_is_the_same_however_many_run_beside_it(brief):
     one, two = run(brief, 5), run(brief, RUNS_PER_BATCH + 1)
     alone = run(brief, 1)
-    for name in ("errors", "sigma", "nees", "nis", "updates"):
+    for name in ("errors", "sigma", "nees", "nis", "n_innovations"):
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name)[:5])
         np.testing.assert_array_equal(getattr(alone, name), getattr(one, name)[:1])
     assert not np.array_equal(one.errors[0], one.errors[1])
@@ -66,7 +66,7 @@ def test_errors_that_vary_are_estimated_or_considered_consistently(paper, consid
         orbit_error_m=(5000.0, 5000.0, 5000.0),
         considered=considered,
     )
-    result = run((dataclasses.replace(scenario, world=world), environment), 40)
+    result = run((dataclasses.replace(scenario, environment_errors=world), environment), 40)
     assert result.blocks[2:5] == (
         "environment_errors.albedo",
         "environment_errors.field_error",

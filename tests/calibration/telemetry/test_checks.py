@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
-from mgeo_calibration import Telemetry, TelemetryMapping, fly, read_telemetry
+from mgeo_calibration import Telemetry, TelemetryMapping, read_telemetry, simulate_telemetry
 from mgeo_calibration.telemetry.checks import describe_findings
 from mgeo_calibration.telemetry.mapping import PositionChannels
 
@@ -17,12 +17,12 @@ POSITION = ["position_x", "position_y", "position_z"]
 
 @pytest.fixture(scope="module")
 def telemetry():
-    return fly(PAPER, PLAN, 1)
+    return simulate_telemetry(PAPER, PLAN, 1)
 
 
 @pytest.fixture(scope="module")
 def frame(telemetry):
-    return telemetry.frame()
+    return telemetry.to_frame()
 
 
 def spoiled(frame, **columns):
@@ -79,7 +79,7 @@ def with_bias(offset, sigma):
     scenario = dataclasses.replace(
         PAPER, sensors=(sun, dataclasses.replace(mag, initial_bias_nt=sigma))
     )
-    frame = fly(PAPER, PLAN, 1).to_frame()
+    frame = simulate_telemetry(PAPER, PLAN, 1).to_frame()
     return scenario, frame.assign(mag_z=frame["mag_z"] + offset)
 
 

@@ -9,7 +9,7 @@ from astropy import coordinates
 from astropy.time import Time, TimeDelta
 from mgeo_attitude import Environment, Photodiode, Scenario, StarTracker
 from mgeo_attitude.settings.errors import InvalidValue
-from mgeo_calibration import TelemetryMapping, fly, read_telemetry
+from mgeo_calibration import TelemetryMapping, read_telemetry, simulate_telemetry
 from mgeo_calibration.telemetry.mapping import GyroChannels, MountedChannels, SensorChannels
 from scipy.spatial.transform import Rotation
 
@@ -23,12 +23,12 @@ HALF = float(np.sqrt(0.5))
 
 @pytest.fixture(scope="module")
 def telemetry():
-    return fly(TRACKED, PLAN, 1)
+    return simulate_telemetry(TRACKED, PLAN, 1)
 
 
 @pytest.fixture(scope="module")
 def frame(telemetry):
-    return telemetry.frame()
+    return telemetry.to_frame()
 
 
 def tracker(**declared):
@@ -133,7 +133,7 @@ def test_counts_with_scale_and_offset(frame, telemetry):
     np.testing.assert_allclose(found.gyro_deg_s, telemetry.gyro_deg_s, rtol=0, atol=0.51 / 8e3)
     np.testing.assert_allclose(found.find_quantization_steps("mag"), 7.0)
     wrong = TelemetryMapping(sensors=(SensorChannels(name="mag", scale=(1.0, 2.0)),))
-    with pytest.raises(InvalidValue, match=r"mag\.scale = .*: expected one number or 3"):
+    with pytest.raises(InvalidValue, match=r"mag\.scale = .*: expected one number, or 3 numbers"):
         read_telemetry(own, TRACKED, wrong)
 
 
@@ -143,7 +143,7 @@ def test_photodiodes_as_angles():
         for name, normal in (("px", (1.0, 0.0, 0.0)), ("py", (0.0, 1.0, 0.0)))
     )
     scenario = dataclasses.replace(PAPER, sensors=(*PAPER.sensors, *sensors))
-    telemetry = fly(scenario, PLAN, 1)
+    telemetry = simulate_telemetry(scenario, PLAN, 1)
     frame = telemetry.to_frame()
     for name in ("px", "py"):
         frame[name] = np.degrees(np.arccos(np.clip(frame[name], -1.0, 1.0)))

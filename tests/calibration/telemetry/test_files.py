@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.settings.errors import InvalidValue
-from mgeo_calibration import TelemetryMapping, fly, read_telemetry
+from mgeo_calibration import TelemetryMapping, read_telemetry, simulate_telemetry
 from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.telemetry.mapping import GyroChannels, SensorChannels
 
@@ -19,12 +19,12 @@ PAPER = short(Scenario.paper(), 120.0)
 
 @pytest.fixture(scope="module")
 def telemetry():
-    return fly(PAPER, PLAN, 1)
+    return simulate_telemetry(PAPER, PLAN, 1)
 
 
 @pytest.fixture(scope="module")
 def frame(telemetry):
-    return telemetry.frame()
+    return telemetry.to_frame()
 
 
 def commas(text):
@@ -61,7 +61,7 @@ def test_a_table_reads_as_it_was_flown(telemetry, frame, tmp_path, name):
     path = tmp_path / "t.txt"
     path.write_bytes(WRITERS[name](frame.to_csv(index=False)))
     found = read_telemetry(path, PAPER)
-    pd.testing.assert_frame_equal(found.to_frame(), telemetry.frame(), check_exact=True)
+    pd.testing.assert_frame_equal(found.to_frame(), telemetry.to_frame(), check_exact=True)
 
 
 def test_units_of_a_row_count_unless_the_mapping_says_others(telemetry, frame, tmp_path):
@@ -150,14 +150,14 @@ def test_without_a_gyro_axes_that_are_held_say_the_rate(telemetry, frame):
     steps = np.degrees(2.0 * np.arcsin(0.5 * np.linalg.norm(np.diff(r, axis=0), axis=1)))
     np.testing.assert_allclose(found[1:, 0], -steps, rtol=1e-6)
     assert not found[:, 1:].any()
-    with pytest.raises(InvalidValue, match="holds says that there is no gyro"):
+    with pytest.raises(InvalidValue, match="reference_axes declares that there is no gyro"):
         GyroChannels(reference_axes="lvlh", unit="rad/s")
 
 
 def test_positions_with_a_gap_at_their_own_rate():
     """They are where the orbit is, and so is the field to a nanotesla, nothing beside its noise."""
     of = short(Scenario.paper(), 1200.0)
-    flown = fly(of, PLAN, 1)
+    flown = simulate_telemetry(of, PLAN, 1)
     truth = Environment.from_times(of, flown.times).position
     own = flown.to_frame()
     own[["position_x", "position_y", "position_z"]] = truth

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from mgeo_attitude import Scenario, StarTracker
 from mgeo_attitude.plan import ManeuverPlan, format_aem, format_stk, to_csv
-from mgeo_calibration import TelemetryMapping, calibrate, fly, read_telemetry
+from mgeo_calibration import TelemetryMapping, calibrate, read_telemetry, simulate_telemetry
 from mgeo_calibration.calibration.corrections import compute_corrections
 from mgeo_calibration.calibration.document import from_json, to_json
 from mgeo_calibration.telemetry.mapping import SensorChannels
@@ -27,7 +27,7 @@ Q = ["tracker_q1", "tracker_q2", "tracker_q3", "tracker_q4"]
 
 @pytest.fixture(scope="module")
 def telemetry():
-    return fly(TRACKED, PLAN, 1)
+    return simulate_telemetry(TRACKED, PLAN, 1)
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def calibration(telemetry):
 
 def read_as_tracker(telemetry, rows):
     """Attitudes, GCRS to body, of rows that are read as those of a star tracker."""
-    frame = telemetry.frame().assign(**dict(zip(Q, np.asarray(rows).T, strict=True)))
+    frame = telemetry.to_frame().assign(**dict(zip(Q, np.asarray(rows).T, strict=True)))
     q = read_telemetry(frame, TRACKED).sensors["tracker"]
     q = np.where(np.isnan(q), (0.0, 0.0, 0.0, 1.0), q)
     return Rotation.from_quat(q).inv().as_matrix()
@@ -53,7 +53,7 @@ def test_mountings_sent_up_are_those_of_a_mapping(telemetry, mounting):
     suite, rng = TRACKED.suite, np.random.default_rng(2)
     states = 0.1 * rng.standard_normal(suite.n_states)
     entry = json.loads(json.dumps(compute_corrections(suite, states)))["mag"]
-    frame, true = telemetry.frame(), telemetry.sensors["mag"]
+    frame, true = telemetry.to_frame(), telemetry.sensors["mag"]
     frame[["mag_x", "mag_y", "mag_z"]] = true @ np.array(entry["dcm"]).T + entry["bias"]
     back = Rotation.from_matrix(entry["dcm"]).inv().apply(-np.array(entry["bias"]))
     declared = {mounting: entry[mounting], "rotation": entry["rotation"], "unit": entry["unit"]}
@@ -65,8 +65,8 @@ def test_mountings_sent_up_are_those_of_a_mapping(telemetry, mounting):
 
 
 def test_telemetry_of_a_flight_reads_back_and_is_the_true_attitude(telemetry):
-    found = read_telemetry(telemetry.frame(), TRACKED)
-    pd.testing.assert_frame_equal(found.to_frame(), telemetry.frame(), check_exact=True)
+    found = read_telemetry(telemetry.to_frame(), TRACKED)
+    pd.testing.assert_frame_equal(found.to_frame(), telemetry.to_frame(), check_exact=True)
     q = found.sensors["tracker"][1:]
     reported = Rotation.from_quat(q).inv().as_matrix()
     assert angle(reported, telemetry.truth.attitude[1:]) < np.radians(1.0)  # it is misaligned

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from mgeo_attitude import Scenario, StarTracker
 from mgeo_attitude.settings.errors import InvalidValue
-from mgeo_calibration import Telemetry, TelemetryMapping, fly, read_telemetry
+from mgeo_calibration import Telemetry, TelemetryMapping, read_telemetry, simulate_telemetry
 from mgeo_calibration.telemetry.mapping import GyroChannels, MountedChannels, SensorChannels
 from scipy.spatial.transform import Rotation
 
@@ -25,16 +25,16 @@ def scenario():
 
 @pytest.fixture(scope="module")
 def telemetry(scenario):
-    return fly(scenario, PLAN, 1)
+    return simulate_telemetry(scenario, PLAN, 1)
 
 
 @pytest.fixture(scope="module")
 def frame(telemetry):
-    return telemetry.frame()
+    return telemetry.to_frame()
 
 
 def same(one, other):
-    pd.testing.assert_frame_equal(one.frame(), other.frame(), check_exact=True)
+    pd.testing.assert_frame_equal(one.to_frame(), other.to_frame(), check_exact=True)
 
 
 def test_between_samples_of_a_sensor_there_is_nothing():
@@ -45,7 +45,7 @@ def test_between_samples_of_a_sensor_there_is_nothing():
         dataclasses.replace(mag, sample_interval=6.0),
     )
     of = dataclasses.replace(PAPER, sensors=sensors, step=2.0)
-    telemetry = fly(of, PLAN, 1)
+    telemetry = simulate_telemetry(of, PLAN, 1)
     for name, every in (("sun", 4.0), ("mag", 6.0)):
         seen = telemetry.times[np.isfinite(telemetry.sensors[name][:, 0])]
         np.testing.assert_array_equal(seen, np.arange(every, 301.0, every))
@@ -160,7 +160,7 @@ def test_arrays_that_are_no_telemetry():
         ({"times": [0.0, 0.0]}, "increasing order"),
         ({"gyro_deg_s": [[1.0, 2.0]]}, r"gyro: expected an array of shape \(2, 3\)"),
         ({"sensors": {"mag": [[1.0, np.nan, 2.0], [1.0, 2.0, 3.0]]}}, "all of its numbers or none"),
-        ({"others": {"temp": [1.0, np.nan]}}, "temp: expected 2 finite numbers"),
+        ({"housekeeping": {"temp": [1.0, np.nan]}}, "temp: expected 2 finite numbers"),
         ({"sensors": {"mag": [[np.inf, 1.0, 2.0], [1.0, 2.0, 3.0]]}}, "finite"),
     ):
         good = {"times": [0.0, 1.0], "gyro_deg_s": np.zeros((2, 3))}

@@ -1,4 +1,6 @@
-"""Calibration of a scenario from telemetry."""
+"""Calibration of gyro and sensors from telemetry: fit, consistency tests and assembly of the
+result.
+"""
 
 from __future__ import annotations
 
@@ -65,7 +67,8 @@ def calibrate(
     *,
     gate: float = GATE_PROBABILITY,
 ) -> Calibration:
-    """Estimate attitude, gyro bias and sensor calibration parameters from telemetry.
+    """Estimate attitude, gyro bias and sensor calibration parameters from telemetry, and test the
+    result for consistency.
 
     No prior attitude is needed. The initial 1-sigmas of the parameters, noise, orbit and eclipses
     come from the scenario; a scenario that continues a calibration provides its estimates as the
@@ -98,28 +101,31 @@ def calibrate(
     Examples
     --------
     >>> from mgeo_attitude import Scenario
-    >>> from mgeo_calibration import calibrate, fly
+    >>> from mgeo_calibration import calibrate, simulate_telemetry
     >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
     >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
-    >>> calibrate(scenario, fly(scenario, design, seed=1)).supported
+    >>> telemetry = simulate_telemetry(scenario, design, seed=1)
+    >>> calibrate(scenario, telemetry).is_consistent
     True
     """
     if not 0.0 < gate < 0.5:
         raise ValueError(f"gate = {gate!r}: expected a probability in (0, 0.5)")
     if mapping is not None and mapping.gyro.reference_axes == "unknown":
         raise InvalidValue(
-            "gyro.holds", "unknown", "expected none, or that of calibrate_magnetometers"
+            "gyro.reference_axes",
+            "unknown",
+            "expected 'lvlh', 'inertial' or no value. Use calibrate_magnetometers",
         )
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
     data = None
     try:
         data = build_batch(scenario, telemetry)
-        data, belief = add_step_noise(data, PriorEstimate.from_scenario(scenario, data.pointing))
-        calibration = _build_calibration(scenario, telemetry, belief, fit(data, belief, gate))
+        data, prior = add_step_noise(data, PriorEstimate.from_scenario(scenario, data.pointing))
+        calibration = _build_calibration(scenario, telemetry, prior, fit(data, prior, gate))
     except FitError as error:
         assert data is not None
-        calibration = _calibrate_without_fit(scenario, telemetry, data, belief, error)
+        calibration = _calibrate_without_fit(scenario, telemetry, data, prior, error)
     except ValueError as error:
         raise CalibrationError(str(error), run_checks(scenario, telemetry, data)) from error
     if calibration.is_consistent:
@@ -132,7 +138,11 @@ def calibrate(
 def _calibrate_without_fit(
     scenario: Scenario, telemetry: Telemetry, data: Batch, prior: PriorEstimate, error: FitError
 ) -> Calibration:
-    """Return an inconsistent calibration from all readings if no check finds a cause.
+    """Return an inconsistent calibration after a fit that did not converge, or raise
+    CalibrationError with the cause.
+
+    The calibration is that of a fit that rejects no outliers. It is returned only if no check finds
+    a cause.
 
     Raises
     ------
@@ -155,16 +165,18 @@ def _calibrate_without_fit(
 
 
 def _estimate_gyro_walk(scenario: Scenario, telemetry: Telemetry) -> float | None:
-    """Return an angle random walk [deg/sqrt(h)] that makes telemetry consistent, or None."""
+    """Return the angle random walk [deg/sqrt(h)] with which a fit of the telemetry is consistent,
+    or None if more gyro noise does not help.
+    """
     noisy = dataclasses.replace(scenario, gyro=scale_noise(scenario.gyro, _RETRY_NOISE_FACTOR))
     try:
-        data, belief = add_step_noise(
+        data, prior = add_step_noise(
             build_batch(noisy, telemetry), PriorEstimate.from_scenario(noisy)
         )
-        result = fit(data, belief, GATE_PROBABILITY)
+        result = fit(data, prior, GATE_PROBABILITY)
     except ValueError:
         return None
-    if not _build_calibration(noisy, telemetry, belief, result).is_consistent:
+    if not _build_calibration(noisy, telemetry, prior, result).is_consistent:
         return None
     return float(60.0 * np.degrees(estimate_angle_random_walk(result.solution)))
 
@@ -174,20 +186,31 @@ def _build_calibration(
 ) -> Calibration:
     data, n = fit_result.batch, len(fit_result.batch.times)
     last = fit_result.solution.estimate
-    past = compute_filter_estimates(fit_result.solution)
+    filter_results = compute_filter_estimates(fit_result.solution)
     states, covariance = compute_final_estimate(prior, fit_result)
-    whole = _refit_all_readings(prior, fit_result)
-    all_past = past if whole is fit_result else compute_filter_estimates(whole.solution)
-    channels, left_out = select_correlated_channels(telemetry, data, all_past.innovations)
-    tested = build_hypotheses(whole.solution, channels, telemetry.has_gyro)
+    full_fit = _refit_all_readings(prior, fit_result)
+    full_filter_results = (
+        filter_results if full_fit is fit_result else compute_filter_estimates(full_fit.solution)
+    )
+    channels, left_out = select_correlated_channels(
+        telemetry, data, full_filter_results.innovations
+    )
+    hypotheses = build_hypotheses(full_fit.solution, channels, telemetry.has_gyro)
     before = PriorEstimate.from_scenario(scenario, data.pointing)
-    n_tests: float = count_prior_tests(before) + left_out * (1 + len(past.innovations))
-    n_tests += sum(each.weight for each in tested.values())
-    # The tests of NIS and correlation are one-sided: together they count as one test.
-    n_tests += sum(len(each.samples) > 0 for each in past.innovations)
-    tests = run_sensor_tests(fit_result, past, n_tests)
-    scatter = models.compute_variance_ratio(run_sensor_tests(whole, all_past, n_tests))
-    model_tests, doubts = models.run_model_tests(whole.solution, tested, n_tests, scatter)
+    n_tests: float = count_prior_tests(before) + left_out * (1 + len(filter_results.innovations))
+    n_tests += sum(each.weight for each in hypotheses.values())
+    # The NIS test and the correlation test are one-sided. Together they count as one test.
+    n_tests += sum(len(each.samples) > 0 for each in filter_results.innovations)
+    tests = run_sensor_tests(fit_result, filter_results, n_tests)
+    all_tests = (
+        tests
+        if full_fit is fit_result
+        else run_sensor_tests(full_fit, full_filter_results, n_tests)
+    )
+    variance_ratio = models.compute_variance_ratio(all_tests)
+    model_tests, doubts = models.run_model_tests(
+        full_fit.solution, hypotheses, n_tests, variance_ratio
+    )
     return Calibration(
         scenario=scenario,
         time=float(data.times[-1]),
@@ -212,21 +235,37 @@ def _build_calibration(
             *describe_overestimated_errors(fit_result.solution, tests),
             *doubts,
         ),
-        history=_build_history(fit_result, past),
+        history=_build_history(fit_result, filter_results),
     )
 
 
 def _refit_all_readings(prior: PriorEstimate, fit_result: Fit) -> Fit:
-    """Return a fit without outlier rejection if a sensor has too many outliers."""
+    """Repeat the fit without outlier rejection if a sensor has too many outliers; otherwise return
+    the given fit.
+    """
     counts = fit_result.solution.is_used.sum(axis=1) + fit_result.is_rejected.sum(axis=1)
     if not (fit_result.is_rejected.sum(axis=1) > MAX_OUTLIER_FRACTION * counts).any():
         return fit_result
-    whole = fit_from_trajectory(fit_result.batch, prior, fit_result.solution.estimate, 0.0)
-    return whole if whole.solution.is_converged() else fit_result
+    full_fit = fit_from_trajectory(fit_result.batch, prior, fit_result.solution.estimate, 0.0)
+    return full_fit if full_fit.solution.is_converged() else fit_result
 
 
 def compute_final_estimate(prior: PriorEstimate, fit_result: Fit) -> tuple[Floats, Floats]:
-    """Return the states at the last sample, rotations as rotation vectors, and their covariance."""
+    """Return the state estimate at the last sample and its covariance matrix, with considered
+    states at their prior.
+
+    Parameters
+    ----------
+    prior : PriorEstimate
+        Prior at the first sample.
+    fit_result : Fit
+
+    Returns
+    -------
+    states : array, shape (n_states,)
+        Rotations are vectors of `rotation.rotate`; the attitude block is zero.
+    covariance : array, shape (n_states, n_states)
+    """
     solution, own = fit_result.solution, list_states_without_step_noise(fit_result.batch.suite)
     states = solution.estimate.states[-1]
     states, covariance = reset_considered_states(
@@ -238,7 +277,8 @@ def compute_final_estimate(prior: PriorEstimate, fit_result: Fit) -> tuple[Float
 def reset_considered_states(
     prior: PriorEstimate, solution: Solution, states: Floats, covariance: Floats
 ) -> tuple[Floats, Floats]:
-    """Reset the considered states at the last sample to their prior.
+    """Return states and covariance at the last sample with the considered states reset to the
+    propagated prior.
 
     The smoother weights all readings at once. Errors of the best estimate are independent of the
     readings, so that estimating the considered states does not degrade the other states or their
@@ -272,7 +312,9 @@ def reset_considered_states(
 
 
 def _propagate_prior(prior: PriorEstimate, solution: Solution) -> tuple[Floats, Floats]:
-    """Propagate the prior to the last sample: decay factor and added variance of each state."""
+    """Return the decay factor and the added process noise variance of each state between the first
+    and the last sample.
+    """
     parts, batch = solution.partition, solution.batch
     left, added = np.ones_like(prior.sigma), np.zeros_like(prior.sigma)
     left[parts.constant] = solution.constant_factors[-1]
@@ -285,7 +327,8 @@ def _propagate_prior(prior: PriorEstimate, solution: Solution) -> tuple[Floats, 
         )
         F, Q = discretize_dynamics(own.suite, np.zeros((len(durations), 3)), durations, follows)
         decay, new = (np.einsum("nii->ni", matrix)[:, driven] for matrix in (F, Q))
-        later = np.cumprod(decay[::-1], axis=0)[::-1]  # from the start of each step to the end
+        # Decay from the start of each step to the end of the batch.
+        later = np.cumprod(decay[::-1], axis=0)[::-1]
         after = np.vstack([later[1:], np.ones_like(later[:1])])
         left[driven] *= later[0]
         added[driven] = later[0] ** 2 * added[driven] + (after**2 * new).sum(axis=0)
@@ -307,31 +350,31 @@ def _list_outliers(fit_result: Fit) -> tuple[tuple[float, str, float], ...]:
 
 
 def _describe_readings(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
-    """Describe quantization that adds to the noise, and spikes of the gyro."""
+    """Return notes for the user on quantized readings and on isolated spikes of the gyro."""
     at, _ = select_gyro_samples(telemetry)
     sigma = compute_rate_sigma(data.suite, compute_median_step(at))
-    seen = {
+    quantization = {
         "gyro": (
             is_quantization_relevant(np.radians(telemetry.find_quantization_steps("gyro")), sigma),
             "deg/s",
         )
     }
     for sensor, noise in zip(data.suite.sensors, data.noise, strict=True):
-        believed = sensor.noise_sigmas()
-        more = noise[: len(believed)] ** 2 >= (1.0 + MIN_VARIANCE_RATIO) * np.square(believed)
-        seen[sensor.name] = more, sensor.telemetry_unit.text
+        declared = sensor.noise_sigmas()
+        is_noisier = noise[: len(declared)] ** 2 >= (1.0 + MIN_VARIANCE_RATIO) * np.square(declared)
+        quantization[sensor.name] = is_noisier, sensor.telemetry_unit.text
     notes = [
-        f"{name} counts in steps of {telemetry.find_quantization_steps(name).max():.3g} {unit}".rstrip()
-        + ", which are part of its noise"
-        for name, (some, unit) in seen.items()
-        if some.any()
+        f"{name} is quantized in steps of {step:.3g} {unit}".rstrip() + ", which add to its noise"
+        for name, (is_relevant, unit) in quantization.items()
+        if is_relevant.any()
+        for step in [telemetry.find_quantization_steps(name).max()]
     ]
     off = np.degrees(np.abs(find_gyro_spikes(data.suite, telemetry)).max(axis=1))
     if off.any():
         notes.append(
-            f"gyro: {np.count_nonzero(off)} of {len(at)} samples stand apart from both neighbors, "
-            f"by {off.max():.3g} deg/s at {at[off.argmax()]:.6f} s: taken half way between these, "
-            "with that as 1-sigma"
+            f"gyro: {np.count_nonzero(off)} of {len(at)} samples differ from both neighbors, by "
+            f"{off.max():.3g} deg/s at {at[off.argmax()]:.6f} s. The mean of the neighbors "
+            "replaces each of them, with the difference as its 1-sigma"
         )
     return tuple(notes)
 

@@ -1,4 +1,4 @@
-"""Result of a calibration, with its tables, tests, conclusions and JSON entries."""
+"""Result of a calibration: estimates, covariance, consistency tests, tables and JSON entries."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Calibration:
-    """Estimates at the last sample of telemetry, with their consistency tests.
+    """Estimated attitude and calibration parameters at the last sample of telemetry, with
+    covariance and consistency tests.
 
     Attributes
     ----------
@@ -44,7 +45,8 @@ class Calibration:
     time : float
         Time of the last sample [s].
     quaternion : array, shape (4,)
-        Attitude at the last sample, from GCRF to body, scalar last; see `quaternions_from_matrices`.
+        Attitude at the last sample, from GCRF to body, scalar last; see
+        `quaternions_from_matrices`.
     rate_deg_s : array, shape (3,)
         Body rate in the last step from the corrected gyro [deg/s].
     states : array, shape (n_states,)
@@ -71,11 +73,11 @@ class Calibration:
     Examples
     --------
     >>> from mgeo_attitude import Scenario
-    >>> from mgeo_calibration import calibrate, fly
+    >>> from mgeo_calibration import calibrate, simulate_telemetry
     >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
     >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
-    >>> found = calibrate(scenario, fly(scenario, design, seed=1))
-    >>> found.table()[["block", "estimate", "sigma"]].head(3).round(4)
+    >>> calibration = calibrate(scenario, simulate_telemetry(scenario, design, seed=1))
+    >>> calibration.build_table()[["block", "estimate", "sigma"]].head(3).round(4)
            block  estimate   sigma
     0  gyro.bias   -0.0136  0.0006
     1  gyro.bias    0.0095  0.0004
@@ -98,16 +100,19 @@ class Calibration:
 
     @property
     def suite(self) -> Suite:
-        """Gyro, sensors and environment model errors of the scenario."""
+        """Gyro, sensors and environment model errors of the scenario, whose states are
+        estimated.
+        """
         return self.scenario.suite
 
     @property
     def utc(self) -> str:
-        """UTC of the last sample, ISO 8601."""
+        """UTC of the last sample as an ISO 8601 string."""
         return format_time_stamps(self.scenario.epoch, [self.time])[0]
 
     def build_table(self) -> pd.DataFrame:
-        """Return a table with one row per calibration parameter and axis.
+        """Return the estimated calibration parameters as a table with one row per parameter and
+        axis.
 
         Columns: ``block``, ``axis``, ``unit``, ``estimate``, ``sigma`` (1-sigma of the estimate)
         and ``prior_sigma``. Varying parameters are given at the last sample. The gyro bias is in
@@ -120,36 +125,37 @@ class Calibration:
             values = convert_block(self.suite, self.states, block)
             for i, axis in enumerate("xyz"):
                 k = 3 * number + i
-                spread = (sigma[k] * unit.factor, prior[k] * unit.factor)
-                rows.append((block, axis, unit.text, float(values[i]), *map(float, spread)))
+                sigmas = (sigma[k] * unit.factor, prior[k] * unit.factor)
+                rows.append((block, axis, unit.text, float(values[i]), *map(float, sigmas)))
         columns = ["block", "axis", "unit", "estimate", "sigma", "prior_sigma"]
         return pd.DataFrame(rows, columns=columns)
 
     def compute_corrections(self) -> dict[str, Any]:
-        """Return the correction parameters of the gyro and the sensors, by name.
+        """Return the parameters that correct raw readings, as a dict per gyro or sensor name, for
+        upload to the satellite.
 
         A sensor reports R (I + diag k + N) s + b for a vector s in the body frame, and the gyro for
         the body rate. ``dcm`` is R in row-major order, and ``quaternion`` the same rotation from
-        body to sensor, scalar last. ``scale_factor`` is k. ``nonorthogonality`` holds the elements
-        yz, zx and xy of the symmetric N with zero diagonal. ``bias`` is b in the unit ``unit`` of
-        the readings. If k or N is estimated, ``correction`` is the matrix C = (I + diag k + N)⁻¹ Rᵀ
-        of the correction s = C (report - b). Parameters that the scenario does not estimate and
-        parameters that vary are omitted.
+        body to sensor, scalar last. ``scale_factor`` is k. ``nonorthogonality`` contains the
+        elements yz, zx and xy of the symmetric N with zero diagonal. ``bias`` is b in the unit
+        ``unit`` of the readings. If k or N is estimated, ``correction`` is the matrix C = (I + diag
+        k + N)⁻¹ Rᵀ of the correction s = C (report - b). Parameters that the scenario does not
+        estimate and parameters that vary are omitted.
         """
         return compute_corrections(self.suite, self.states)
 
     @property
     def failures(self) -> list[str]:
-        """Descriptions of all failed tests; empty for a consistent calibration.
+        """One-line descriptions of all failed consistency tests, as a list that is empty for a
+        consistent calibration.
 
-        `causes` come first. Contradictions of the prior and unmodeled errors follow, starting with
-        the group of the largest chi-square. Failed innovation tests come last, because an unmodeled
-        error also affects the innovations of healthy sensors.
+        `data_faults` come first. Contradictions of the prior and unmodeled errors follow, starting
+        with the group of the largest chi-square. Failed innovation tests come last, because an
+        unmodeled error also affects the innovations of healthy sensors.
         """
         innovation_failures = [words for test in self.tests for words in test.describe_failures()]
-        scatter = compute_variance_ratio(
-            self.tests
-        )  # Chi-squares of model tests are divided by the scatter.
+        # Chi-squares of model tests are divided by the variance ratio.
+        variance_ratio = compute_variance_ratio(self.tests)
         # A change since an earlier calibration resembles a change soon after the first sample.
         since = [
             f"{test.block} "
@@ -158,7 +164,9 @@ class Calibration:
         ]
         named = [
             (
-                0.0 if test.description.startswith(tuple(since)) else scatter * test.chi_square,
+                0.0
+                if test.description.startswith(tuple(since))
+                else variance_ratio * test.chi_square,
                 test.summary,
             )
             for test in self.model_tests
@@ -170,47 +178,57 @@ class Calibration:
 
     @property
     def is_consistent(self) -> bool:
-        """True if innovations and estimate are statistically consistent with the scenario."""
+        """True if no test of the innovations, the prior or the model fails, and no check finds a
+        fault of the data.
+        """
         return not self.failures
 
     @property
     def conclusion(self) -> str:
-        """Conclusion of all tests in one line."""
+        """One line for the user: consistent, or which kinds of tests failed and why."""
         if self.is_consistent:
             return CONSISTENT
         return f"{self._subjects} not support it: {'; '.join(self.failures)}"
 
     @property
     def _subjects(self) -> str:
-        against = {
+        has_failed = {
             "prior": any(test.is_failed for test in self.prior_tests),
             "model": any(test.is_selected for test in self.model_tests),
             "innovations": any(test.describe_failures() for test in self.tests),
         }
-        (*others, last) = (name for name, speaks in against.items() if speaks)
+        (*others, last) = (name for name, speaks in has_failed.items() if speaks)
         if others:
             return f"{', '.join(others)} and {last} do"
         return "the innovations do" if last == "innovations" else f"the {last} does"
 
     def build_sensor_test_table(self) -> pd.DataFrame:
-        """Return a table with one row per sensor; see `SensorTest`."""
+        """Return the innovation tests as a table with one row per sensor. Columns are the fields of
+        `SensorTest`.
+        """
         return tabulate_tests(SensorTest, self.tests, "sensor")
 
     def build_prior_test_table(self) -> pd.DataFrame:
-        """Return a table with one row per block of states and one for all; see `PriorTest`."""
+        """Return the comparison of estimate and prior as a table with one row per state block and
+        one for all states. Columns are the fields of `PriorTest`.
+        """
         return tabulate_tests(PriorTest, self.prior_tests, "block")
 
     def build_model_test_table(self) -> pd.DataFrame:
-        """Return a table with one row per unmodeled error; see `ModelTest`."""
+        """Return the score tests as a table with one row per unmodeled error. Columns are the
+        fields of `ModelTest`.
+        """
         return tabulate_tests(ModelTest, self.model_tests, "name")
 
     def build_outlier_table(self) -> pd.DataFrame:
-        """Return a table with one row per outlier: ``time``, ``sensor``, ``chi_square``."""
+        """Return the rejected readings as a table with the columns ``time``, ``sensor`` and
+        ``chi_square``.
+        """
         return pd.DataFrame(list(self.outliers), columns=["time", "sensor", "chi_square"])
 
     @property
     def attitude(self) -> pd.DataFrame:
-        """Table of the attitude at every sample.
+        """Smoothed and filtered attitude at every sample, as a table of quaternions and 1-sigmas.
 
         Columns: ``time`` [s]; smoothed quaternion ``q1`` to ``q4`` from GCRF to body and 1-sigma
         ``sigma_x`` to ``sigma_z`` about the body axes [deg]; the filtered quaternion and 1-sigma
@@ -224,8 +242,8 @@ class Calibration:
         history = self.history
         if history is None:
             raise ValueError(
-                "no history of the attitude: a file holds the last sample only. Repeat the "
-                "calibration from telemetry"
+                "no history of the attitude: a calibration file contains only the last sample. "
+                "Repeat the calibration from telemetry"
             )
         columns = {"time": history.times}
         for name, R, sigma in (
@@ -238,7 +256,9 @@ class Calibration:
         return pd.DataFrame(columns)
 
     def to_entries(self) -> dict[str, Any]:
-        """Return scenario, estimates and covariance as JSON entries for a follow-up scenario."""
+        """Return scenario, estimates and covariance as a dict of JSON values, from which a
+        follow-up scenario starts.
+        """
         states = self.states.reshape(-1, 3)[1:].tolist()
         return {
             "scenario": self.scenario.to_dict(),
@@ -250,8 +270,8 @@ class Calibration:
         }
 
     def build_followup_scenario(self, changes: Mapping[str, Any] | None = None) -> Scenario:
-        """Return a scenario for planning, simulation and calibration that starts from this
-        calibration.
+        """Return a scenario that starts at the last sample, with the estimates and the covariance
+        of this calibration as its prior.
 
         The epoch of the scenario is the last sample. Its `Scenario.prior` contains attitude, rate,
         estimates and the full covariance. A later ``epoch`` may be given in the changes: the
@@ -262,20 +282,20 @@ class Calibration:
         Parameters
         ----------
         changes : mapping, optional
-            Changes of the scenario as in `Scenario.from_dict`, for example
-            ``{"maneuvers": {"count": 2}}``.
+            Changes of the scenario as in `Scenario.from_dict`, for example ``{"maneuvers":
+            {"count": 2}}``.
 
         Raises
         ------
         InvalidValue
-            If the calibration is not `supported` and the changes lack ``{"accept_inconsistent":
+            If the calibration is not `is_consistent` and the changes lack ``{"accept_inconsistent":
             True}``, or if the scenario is invalid, for example beyond the range of the field model.
         """
         document = {**self.to_entries(), "conclusion": self.conclusion}
         return Scenario.from_dict({**(changes or {}), "after": document})
 
     def compare(self, plan: ManeuverPlan) -> pd.DataFrame:
-        """Compare the 1-sigmas that a plan predicts with the achieved 1-sigmas, per state.
+        """Compare the achieved 1-sigma of each state with the 1-sigma that a plan predicted.
 
         Parameters
         ----------
@@ -327,19 +347,21 @@ class Calibration:
         )
         result.attrs |= {
             "time_s": float(history.times[k]),
-            "flown": format_nominal_suffix(plan.scenario),
+            "motion": format_nominal_suffix(plan.scenario),
         }
         return result
 
     def draw_figures(self) -> dict[str, go.Figure]:
-        """Return the figure ``constants``, and with history ``innovations`` and ``attitude``."""
+        """Return Plotly figures by name: ``parameters``, and ``innovations`` and ``attitude`` if
+        the history is available.
+        """
         from mgeo_calibration.calibration.figures import draw_calibration_figures
 
         names, known = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior
         states = np.zeros_like(self.states) if known is None else known.estimates
-        believed = [
+        prior_values = [
             convert_block(self.suite, states, block) for block in list_telemetry_units(self.suite)
         ]
         return draw_calibration_figures(
-            self.build_table(), np.concatenate(believed), names, self.history
+            self.build_table(), np.concatenate(prior_values), names, self.history
         )

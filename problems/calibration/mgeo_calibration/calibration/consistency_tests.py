@@ -1,4 +1,6 @@
-"""Consistency tests of an estimate with the readings and with the prior."""
+"""Statistical tests of a calibration: innovations of each sensor, and distance of the estimate from
+the prior.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,7 @@ ALL_STATES = "all"
 
 @dataclass(frozen=True, kw_only=True)
 class SensorTest:
-    """Tests of the innovations of a sensor.
+    """Result of the innovation tests of one sensor: NIS, whiteness and share of outliers.
 
     Attributes
     ----------
@@ -72,17 +74,21 @@ class SensorTest:
 
     @property
     def variance_ratio(self) -> float:
-        """Ratio of actual to predicted variance of the mean of neighboring innovations."""
+        """Ratio of the actual to the predicted variance of averaged innovations, which includes
+        their correlation.
+        """
         correlated = self.correlation if self.correlation > self.correlation_bound else 0.0
         return self.nis * (1.0 + 2.0 * N_LAGS * correlated)
 
     @property
     def has_negative_correlation(self) -> bool:
-        """True if varying errors are declared larger than the innovations show."""
+        """True if the innovations correlate negatively, because varying errors are declared too
+        large.
+        """
         return self.correlation < -self.correlation_bound
 
     def describe_failures(self) -> list[str]:
-        """Describe the tests that fail."""
+        """Return one line for each failed test: NIS, whiteness, or share of outliers."""
         result = []
         if not self.nis <= self.nis_high:
             result.append(
@@ -100,22 +106,28 @@ class SensorTest:
         return result
 
     def describe_excess_noise(self) -> list[str]:
-        """Describe noise declared too large, which inflates the 1-sigmas of the estimates."""
+        """Return a note if the declared sensor noise is larger than the innovations show, otherwise
+        an empty list.
+        """
         if self.nis >= self.nis_low or self.has_negative_correlation:
             return []
         less = float(np.sqrt(self.nis))
-        angle = self.unit == "-"  # of a unit vector
-        unit, said = ("deg", np.degrees(self.rms_noise)) if angle else (self.unit, self.rms_noise)
+        is_angle = self.unit == "-"  # The noise of a unit vector is an angle.
+        unit, declared = (
+            ("deg", np.degrees(self.rms_noise)) if is_angle else (self.unit, self.rms_noise)
+        )
         return [
-            f"{self.sensor}: sigmas are too large by {1.0 / less:.3g}; measured {less * said:.3g} "
-            f"{unit}, the scenario says {said:.3g}"
+            f"{self.sensor}: sigmas are too large by {1.0 / less:.3g}; measured "
+            f"{less * declared:.3g} {unit}, the scenario declares {declared:.3g}"
         ]
 
 
 def describe_overestimated_errors(
     solution: Solution, tests: Iterable[SensorTest]
 ) -> tuple[str, ...]:
-    """Describe varying errors that are declared larger than telemetry shows."""
+    """Return a note on varying errors, such as gyro noise, whose declared 1-sigma is larger than
+    telemetry shows.
+    """
     cautious = [test for test in tests if test.has_negative_correlation]
     if not cautious:
         return ()
@@ -138,7 +150,8 @@ def describe_overestimated_errors(
 
 
 def compute_nis_bounds(n_values: int, n_tests: float) -> tuple[float, float]:
-    """Return the acceptance interval of the mean of squared standard normal numbers.
+    """Return the lower and upper bound of the mean NIS for readings that agree with their declared
+    noise.
 
     Parameters
     ----------
@@ -153,7 +166,8 @@ def compute_nis_bounds(n_values: int, n_tests: float) -> tuple[float, float]:
 
 
 def compute_correlation_bound(n_values: int, n_tests: float) -> float:
-    """Return the bound of the largest of `N_LAGS` autocorrelations of white noise.
+    """Return the bound that the largest of `N_LAGS` autocorrelations exceeds for white innovations
+    with the probability of a false alarm.
 
     Parameters
     ----------
@@ -166,7 +180,9 @@ def compute_correlation_bound(n_values: int, n_tests: float) -> float:
 
 
 def compute_max_autocorrelation(innovations: Innovations) -> float:
-    """Return the autocorrelation of largest magnitude over all lags, averaged over components."""
+    """Return the autocorrelation of largest magnitude among the first `N_LAGS` lags of whitened
+    innovations, averaged over components.
+    """
     w: Floats = innovations.whitened_values
     variance = (w * w).mean() if len(w) else 1.0
     result = [
@@ -180,12 +196,12 @@ def compute_max_autocorrelation(innovations: Innovations) -> float:
 def run_sensor_tests(
     fit_result: Fit, filter_results: FilterEstimates, n_tests: float
 ) -> tuple[SensorTest, ...]:
-    """Return the tests of all sensors with readings.
+    """Test the innovations of each sensor that has readings, and return one result per sensor.
 
     Parameters
     ----------
     fit_result : Fit
-    filter_results : Filtered
+    filter_results : FilterEstimates
         Innovations of the fit.
     n_tests : float
         Number of tests that share the significance level.
@@ -225,12 +241,13 @@ def run_sensor_tests(
 
 @dataclass(frozen=True, kw_only=True)
 class PriorTest:
-    """Test of an estimate x against the prior estimate x0 with covariance P0.
+    """Result of a chi-square test of the distance between an estimate and its prior, for a block of
+    states or all states.
 
     Attributes
     ----------
     block : str
-        Block of states, or `ALL`.
+        Block of states, or `ALL_STATES`.
     chi_square : float
         (x - x0)ᵀ P0⁻¹ (x - x0) at the first sample. Without readings it is zero; the test therefore
         fails less often than its significance level.
@@ -253,12 +270,14 @@ class PriorTest:
 
     @property
     def is_failed(self) -> bool:
-        """True if the estimate contradicts the prior."""
+        """True if the p-value is below the significance level, so that the estimate contradicts the
+        prior.
+        """
         return self.p < self.significance_level
 
     @property
     def description(self) -> str:
-        """Description of the difference from the prior."""
+        """One line on the distance of the estimate from its prior, with chi-square and p-value."""
         off = format_chi_square(self.chi_square, self.degrees_of_freedom, self.p)
         if self.block == ALL_STATES:
             return f"the estimate contradicts the prior {off}"
@@ -266,13 +285,14 @@ class PriorTest:
 
 
 def format_chi_square(chi_square: float, degrees_of_freedom: int, p: float) -> str:
-    """Format a chi-square with its degrees of freedom and p-value."""
     chance = f"p = {p:.1g}" if p > 1e-300 else "p < 1e-300"
     return f"(chi-square {chi_square:.4g} of {degrees_of_freedom}, {chance})"
 
 
 def tabulate_tests(test_class: type[Any], tests: Sequence[Any], index: str) -> pd.DataFrame:
-    """Return a table with one row per test, indexed by one of the fields."""
+    """Return test results of one class as a table with one row per test and its fields as columns,
+    indexed by one field.
+    """
     columns = [field.name for field in fields(test_class)]
     rows = [vars(test) for test in tests]
     frame = pd.DataFrame(rows, columns=columns).set_index(index)
@@ -280,7 +300,7 @@ def tabulate_tests(test_class: type[Any], tests: Sequence[Any], index: str) -> p
 
 
 def list_prior_contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, str]]:
-    """Return the chi-square and the description of each failed prior test.
+    """Return chi-square and one-line description of each failed prior test.
 
     The test of all states is included only if no block fails.
     """
@@ -290,14 +310,17 @@ def list_prior_contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, s
 
 
 def count_prior_tests(prior: PriorEstimate) -> int:
-    """Return the number of prior tests: one per block with a prior, and one of all blocks."""
+    """Return the number of prior tests: one for each block of states with a prior, and one for all
+    states.
+    """
     return len(_list_blocks(prior)) + 1
 
 
 def run_prior_tests(
     prior: PriorEstimate, attitude: Floats, states: Floats, significance_level: float
 ) -> tuple[PriorTest, ...]:
-    """Test the estimate at the first sample against the prior, for all states and for each block.
+    """Test whether the estimate at the first sample agrees with the prior, for each block of states
+    and for all states.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Correction parameters for the readings of gyro and sensors, and their units."""
+"""Correction parameters for the satellite and telemetry units of estimated states."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ DEG_S = Unit("deg/s", "deg_s", float(np.degrees(1.0)))
 
 
 def compute_corrections(suite: Suite, states: Floats) -> dict[str, Any]:
-    """Return the correction parameters of all owners; see `Calibration.uplink`.
+    """Return the correction parameters of the gyro and of each sensor, as a dict by name; see
+    `Calibration.compute_corrections`.
 
     Parameters
     ----------
@@ -49,20 +50,20 @@ def compute_corrections(suite: Suite, states: Floats) -> dict[str, Any]:
 def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[str, Any]:
     entry: dict[str, Any] = {}
     R = stretch = np.eye(3)
-    followed = {each.state_name: each for each in owner.bias_sensitivities}
+    sensitivities = {each.state_name: each for each in owner.bias_sensitivities}
     for state, value in constants.items():
-        if state in followed:
-            influence = followed[state]
-            unit = influence.coefficient_unit(find_error_unit(owner, influence))
+        if state in sensitivities:
+            sensitivity = sensitivities[state]
+            unit = sensitivity.coefficient_unit(find_error_unit(owner, sensitivity))
             kind = (
                 "bias_sensitivities"
-                if influence.error == "bias"
-                else f"{influence.error}_influences"
+                if sensitivity.error == "bias"
+                else f"{sensitivity.error}_sensitivities"
             )
-            entry.setdefault(kind, {})[influence.channel] = {
-                f"{influence.error}_per_unit": (unit.factor * value).tolist(),
+            entry.setdefault(kind, {})[sensitivity.channel] = {
+                f"{sensitivity.error}_per_unit": (unit.factor * value).tolist(),
                 "unit": unit.text,
-                "reference": influence.reference,
+                "reference": sensitivity.reference,
             }
         elif state in owner.rotations:
             R = rotation_matrix(value)
@@ -72,7 +73,7 @@ def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) ->
             unit = find_bias_unit(owner)
             entry |= {"bias": (unit.factor * value).tolist(), "unit": unit.text}
         elif state == "latency":
-            entry["delay_s"] = float(value.mean())
+            entry["latency_s"] = float(value.mean())
         else:
             entry[state] = value.tolist()
     if isinstance(owner, Photodiode) and "sensitivity" in constants:
@@ -89,22 +90,28 @@ def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) ->
 
 
 def find_bias_unit(owner: Gyro | Sensor) -> Unit:
-    """Return the telemetry unit of a bias."""
+    """Return the unit in which telemetry reports the bias of the gyro or of a sensor."""
     return DEG_S if isinstance(owner, Gyro) else owner.telemetry_unit
 
 
 def find_error_unit(owner: Gyro | Sensor, sensitivity: BiasSensitivity) -> Unit:
-    """Return the telemetry unit of the error that a bias sensitivity changes."""
+    """Return the telemetry unit of the error that depends on a housekeeping channel: a bias or a
+    misalignment.
+    """
     return find_bias_unit(owner) if sensitivity.error == "bias" else DEG
 
 
 def find_innovation_unit(sensor: Sensor) -> Unit:
-    """Return the unit of innovations: the unit of the readings, or degrees for quaternions."""
+    """Return the unit in which innovations of a sensor are reported: the unit of its readings, or
+    degrees for quaternions.
+    """
     return DEG if len(sensor.telemetry_suffixes) == 4 else sensor.telemetry_unit
 
 
 def list_telemetry_units(suite: Suite) -> dict[str, Unit]:
-    """Return the telemetry unit of each block except the attitude."""
+    """Return the telemetry unit of each state block, as a dict by block name without the
+    attitude.
+    """
     units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
     biases: dict[str, Unit] = {}
     owners: tuple[Gyro | Sensor, ...] = (suite.gyro, *suite.sensors)
@@ -119,7 +126,9 @@ def list_telemetry_units(suite: Suite) -> dict[str, Unit]:
 
 
 def convert_block(suite: Suite, states: Floats, block: str) -> Floats:
-    """Return a block of states in its telemetry unit, shape (3,); rotations as rotation vectors."""
+    """Return a state block converted to its telemetry unit, as an array of three components.
+    Rotations become rotation vectors.
+    """
     first = 3 * suite.blocks.index(block)
     values = states[first : first + 3]
     if first in suite.rotation_indices:

@@ -1,4 +1,4 @@
-"""Attitude-independent checks that diagnose telemetry without a valid calibration."""
+"""Checks of telemetry that need no attitude, which name the cause if a calibration fails."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.telemetry.checks import describe_findings
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-#: Descriptions of the causes that each check found, by check name, most reliable check first.
+#: Findings of each check as one-line texts, by name of the check, most reliable check first.
 CheckResults = Mapping[str, tuple[str, ...]]
 #: Checks that also explain an inconsistent calibration. The other checks apply only if there is no
 #: fit, because the model tests of a fit estimate the sizes of these errors.
@@ -20,7 +20,8 @@ EXPLANATORY_CHECKS = ("repeated samples", "repeated numbers")
 
 
 def run_checks(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> CheckResults:
-    """Run all attitude-independent checks, most reliable check first.
+    """Run all checks of telemetry that need no attitude, and return their findings as one-line
+    texts by name of the check.
 
     Parameters
     ----------
@@ -33,19 +34,20 @@ def run_checks(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> 
 
 
 def list_data_faults(checks: CheckResults) -> tuple[str, ...]:
-    """Return the causes that all checks found, most reliable check first."""
+    """Return the findings of all checks as one-line texts, most reliable check first."""
     return tuple(words for result in checks.values() for words in result)
 
 
 class CalibrationError(ValueError):
-    """Telemetry does not determine an attitude, or the fit does not converge.
+    """Error of a calibration whose telemetry does not determine the attitude, or whose fit does not
+    converge.
 
-    The message starts with the most reliable cause that a check found.
+    The message starts with the most reliable finding of the checks.
 
     Attributes
     ----------
     checks : mapping of str to tuple of str
-        Result of `check`.
+        Result of `run_checks`.
     """
 
     def __init__(self, message: str, checks: CheckResults | None = None) -> None:
@@ -54,6 +56,8 @@ class CalibrationError(ValueError):
         self.checks = checks or {}
 
     def build_check_table(self) -> pd.DataFrame:
-        """Return a table with one row per check and its findings in the column ``says``."""
+        """Return a table with one row per check of telemetry and its findings in the column
+        ``finding``.
+        """
         rows = {name: "; ".join(result) or "nothing" for name, result in self.checks.items()}
         return pd.DataFrame({"finding": rows}).rename_axis("check")

@@ -1,9 +1,9 @@
-"""JSON documents of calibrations.
+"""JSON documents of calibrations: conversion, reading and writing.
 
 The keys ``scenario``, ``time_s``, ``quaternion``, ``rate_deg_s``, ``states``, ``covariance``,
-``tests``, ``prior_tests``, ``model_tests``, ``causes``, ``notes`` and ``rejected`` define the
-calibration. ``utc``, ``table``, ``uplink`` and ``conclusion`` are derived from the other keys and
-ignored on reading.
+``tests``, ``prior_tests``, ``model_tests``, ``data_faults``, ``notes`` and ``outliers`` define the
+calibration. ``utc``, ``table``, ``corrections`` and ``conclusion`` are derived from the other keys
+and ignored on reading.
 """
 
 from __future__ import annotations
@@ -30,28 +30,30 @@ _ESTIMATES = {"quaternion": list, "rate_deg_s": list, "states": dict, "covarianc
 
 
 def to_json(calibration: Calibration) -> str:
-    """Return a calibration as JSON text, with floats that round-trip exactly."""
+    """Return a calibration as JSON text. Floats are written so that reading restores them
+    exactly.
+    """
     return serialize(build_document(calibration))
 
 
 def build_document(calibration: Calibration) -> dict[str, Any]:
-    """Return a calibration as a JSON-compatible mapping."""
+    """Return a calibration as a dict of JSON values."""
     return _FORM.build_document(calibration)
 
 
 def from_json(text: str) -> Calibration:
-    """Return the calibration of a JSON text, without history.
+    """Parse the JSON text of a calibration file and return the calibration, without history.
 
     Raises
     ------
     ValueError
-        As `Form.read`.
+        With the invalid key, or if the text is not a calibration document.
     """
     return _FORM.parse(text)
 
 
 def read_json(path: Path | str) -> Calibration:
-    """Read a calibration from a JSON file.
+    """Read a calibration, without history, from a JSON file.
 
     Raises
     ------

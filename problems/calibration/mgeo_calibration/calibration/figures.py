@@ -20,14 +20,15 @@ N_POINTS = 1500
 def draw_calibration_figures(
     table: pd.DataFrame, prior: Floats, sensors: Sequence[str], history: History | None
 ) -> dict[str, go.Figure]:
-    """Return the figure ``constants`` and, if there is a history, ``innovations`` and ``attitude``.
+    """Return Plotly figures by name: ``parameters``, and ``innovations`` and ``attitude`` if there
+    is a history.
 
     Parameters
     ----------
     table : DataFrame
-        `Calibration.table`.
+        Result of `Calibration.build_table`.
     prior : array, shape (n,)
-        Prior value of each row of the table.
+        Prior estimate of the parameter in each row of the table, in its unit.
     sensors : sequence of str
         Sensor names in the order of the history's innovations.
     history : History, optional
@@ -40,7 +41,9 @@ def draw_calibration_figures(
 
 
 def _plot_parameters(table: pd.DataFrame) -> go.Figure:
-    """Plot the change of each parameter from its prior with 3-sigma bars, in prior 1-sigmas."""
+    """Plot the change of each calibration parameter from its prior, with 3-sigma bars, in units of
+    the prior 1-sigma.
+    """
     figure = go.Figure()
     for number, block in enumerate(table["block"].unique()):
         rows = table[table["block"] == block]
@@ -72,7 +75,7 @@ def _plot_parameters(table: pd.DataFrame) -> go.Figure:
 
 
 def _plot_innovations(names: Sequence[str], history: History) -> go.Figure:
-    """Plot the mean NIS of consecutive readings."""
+    """Plot the mean NIS per component of consecutive readings over time, one line per sensor."""
     figure = go.Figure()
     for number, (name, each) in enumerate(zip(names, history.innovations, strict=True)):
         if not len(each.samples):

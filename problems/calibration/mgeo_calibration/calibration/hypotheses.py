@@ -1,4 +1,4 @@
-"""Hypotheses for score tests: errors that a scenario does not model."""
+"""Errors that a scenario does not model and that the score tests of a calibration look for."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from mgeo_calibration.estimation.smoother import Solution
 from mgeo_calibration.telemetry.columns import find_channel
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-#: Advice for errors that no state models.
-_SPLIT_ADVICE = "calibrate what is before and after on its own"
+#: Advice for errors that no state can model.
+_SPLIT_ADVICE = "calibrate the data before and after the change separately"
 _TIMING_ADVICE = 'rate = "instantaneous" under [gyro] of the mapping, or its times'
 _REMOVAL_ADVICE = "no state models it, remove it from the readings"
-#: Key of an error that is proportional to a column.
+#: Scenario key that models the dependence of an error on a housekeeping channel.
 _SENSITIVITY_KEYS = {
     "bias": "bias_sensitivities",
-    "misalignment": 'influences with error = "misalignment"',
+    "misalignment": 'bias_sensitivities with error = "misalignment"',
 }
-#: Offset profiles: slow drifts, and a step within one part of the data. A step in the first part is
-#: covered by the prior test.
+#: Time profiles of an offset: slow drifts, and a step within one part of the data. The prior test
+#: covers a step in the first part.
 _DRIFT_PROFILES: tuple[model_errors.Profile, ...] = (
     model_errors.compute_linear_profile,
     model_errors.compute_cosine_profiles,
@@ -45,7 +45,8 @@ _TIME_FRACTIONS = np.linspace(0.0, 1.0, 1001)
 #: Number of 1-sigmas by which a decay may be negative, and largest coefficient of an axes error for
 #: which the model is linear.
 _MAX_NEGATIVE_DECAY, _MAX_COEFFICIENT = 4.0, 5.0
-#: Largest number of tested columns. Each column adds hypotheses for the gyro and every sensor.
+#: Largest number of tested housekeeping channels. Each channel adds a hypothesis for the gyro and
+#: for every sensor.
 _MAX_CHANNELS = 4
 _RARE_WEIGHT = 0.02
 _LARGE_AXES_ERROR_DEG = float(np.degrees(model_errors.LARGE_AXES_ERROR))
@@ -57,25 +58,26 @@ _AXES_ERRORS = {
     "scale_asymmetry": (
         model_errors.LARGE_AXES_ERROR,
         "",
-        f"influences of {', '.join(RATE_MAGNITUDES)}",
+        f"bias_sensitivities of {', '.join(RATE_MAGNITUDES)}",
     ),
 }
 
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Error that the scenario does not model.
+    """Unmodeled error that a score test looks for, with the scenario key that models the error and
+    a formatter of its estimated size.
 
     Attributes
     ----------
     name : str
-        Owner and error, for example ``mag.latency``.
+        Gyro or sensor, and error: for example ``mag.latency``.
     key : str
         Key of the scenario that models the error, or advice.
     describe : function
         Formats the estimate of a score with its 1-sigma and unit.
-    options : tuple of Departure or Combined
-        Alternative forms of the error; the most significant form counts.
+    options : tuple of ModelError or ModelErrorCombination
+        Alternative models of the error, of which the most significant is reported.
     is_applicable : bool
         False if the scenario already models the error.
     is_possible : function
@@ -103,12 +105,12 @@ class Hypothesis:
 def build_hypotheses(
     solution: Solution, channels: Mapping[str, Floats], has_gyro: bool = True
 ) -> dict[str, Hypothesis]:
-    """Return all hypotheses that a calibration can test, by name.
+    """Return the unmodeled errors that can be tested at a converged fit, as a dict by name.
 
     Parameters
     ----------
     channels : mapping of str to array, shape (N,)
-        Other columns at the samples, in any unit.
+        Housekeeping channels at the samples of the fit, in any unit.
     has_gyro : bool
         False for a satellite without gyro, which has no gyro errors.
     """
@@ -126,18 +128,18 @@ def build_hypotheses(
         "its orbit along the track",
         model_errors.build_along_track_error(len(sensors), changes),
     )
-    says = partial(_format_delay, "the satellite is", f"behind {track}", f"ahead of {track}")
+    describe = partial(_format_latency, "the satellite is", f"behind {track}", f"ahead of {track}")
     has_field = any(isinstance(sensor, Magnetometer) for sensor in sensors)
-    tested.append(
-        Hypothesis("orbit.build_along_track_error", "orbit, epoch", says, (shifted,), has_field)
-    )
+    tested.append(Hypothesis("orbit.along_track", "orbit, epoch", describe, (shifted,), has_field))
     return {each.name: each for each in tested if each.is_applicable}
 
 
 def select_correlated_channels(
     telemetry: Telemetry, data: Batch, innovations: Sequence[Innovations]
 ) -> tuple[dict[str, Floats], int]:
-    """Return the columns that correlate most with the innovations, and the number of the rest."""
+    """Return the housekeeping channels that correlate most with the innovations, at the samples of
+    the fit, and the number of omitted channels.
+    """
     result = {}
     for name, values in telemetry.housekeeping.items():
         channel = np.interp(data.times, telemetry.times, values)
@@ -154,7 +156,9 @@ def select_correlated_channels(
 
 
 def has_sensitivity(owner: Gyro | Sensor, column: str, error: str = "bias") -> bool:
-    """Return whether the scenario models a bias sensitivity of an owner to a column."""
+    """Return True if the scenario models that an error of the gyro or sensor depends on a
+    housekeeping channel.
+    """
     return any(
         find_channel([column], each.channel)
         for each in owner.bias_sensitivities
@@ -169,16 +173,16 @@ def _list_gyro_hypotheses(
     times, durations = batch.times, batch.durations
     duration, size = float(times[-1] - times[0]), gyro.initial_bias_deg_s
 
-    def decays(score: Score) -> str:
+    def describe_decay(score: Score) -> str:
         result, sigma = score.estimate[0] / duration, score.sigma[0] / duration
         decay = format_with_sigma(gyro.bias_decay + result, sigma)
         return f"gyro.bias decays by {decay} 1/s, not {gyro.bias_decay:g}"
 
-    def may_decay(score: Score) -> bool:
+    def is_decay_possible(score: Score) -> bool:
         total = gyro.bias_decay * duration + score.estimate[0]
         return bool(total > -_MAX_NEGATIVE_DECAY * score.sigma[0])
 
-    def drifts(score: Score) -> str:
+    def describe_drift(score: Score) -> str:
         by = size * _compute_range(_DRIFT_PROFILES, score)
         walk = math.radians(by) / math.sqrt(duration)
         return (
@@ -186,13 +190,13 @@ def _list_gyro_hypotheses(
             f"{max(gyro.effective_rate_random_walk):g} rad/s^1.5"
         )
 
-    def is_noisy(score: Score) -> str:
+    def describe_noise(score: Score) -> str:
         # Gyro and sensors contribute about half of the variance of a score each.
         more = 2.0 * max(0.0, score.chi_square / max(score.degrees_of_freedom, 1) - 1.0)
         walk = max(expand_per_axis(gyro.angle_random_walk_deg_per_sqrt_h)) * math.sqrt(1.0 + more)
         return f"gyro is noisier than declared, about {walk:.2g} deg/sqrt(h)"
 
-    rises, steps = (
+    drift_error, steps = (
         model_errors.build_bias_drift_error(solution),
         partial(_format_step, "gyro.bias", size, "deg/s", times),
     )
@@ -203,18 +207,26 @@ def _list_gyro_hypotheses(
     constant = -gyro.bias_decay * duration or None
     walk, name = "gyro.angle_random_walk_deg_per_sqrt_h", "gyro.bias_decay"
     yield Hypothesis(
-        name, name, decays, decay, is_possible=may_decay, alternative_coefficient=constant
+        name,
+        name,
+        describe_decay,
+        decay,
+        is_possible=is_decay_possible,
+        alternative_coefficient=constant,
     )
     yield Hypothesis(
         "gyro.drift",
         "gyro.rate_random_walk",
-        drifts,
-        model_errors.build_profile_errors(rises, _DRIFT_PROFILES),
+        describe_drift,
+        model_errors.build_profile_errors(drift_error, _DRIFT_PROFILES),
     )
     yield Hypothesis(
-        "gyro.step", _SPLIT_ADVICE, steps, model_errors.build_profile_errors(rises, _STEP_PROFILES)
+        "gyro.step",
+        _SPLIT_ADVICE,
+        steps,
+        model_errors.build_profile_errors(drift_error, _STEP_PROFILES),
     )
-    yield Hypothesis("gyro.noise", walk, is_noisy, noise, weight=_RARE_WEIGHT)
+    yield Hypothesis("gyro.noise", walk, describe_noise, noise, weight=_RARE_WEIGHT)
     modeled = {*gyro.states()} | (
         {"scale_asymmetry"} if has_sensitivity(gyro, RATE_MAGNITUDES[0]) else set()
     )
@@ -228,17 +240,17 @@ def _list_gyro_hypotheses(
     yield Hypothesis(
         "gyro.latency",
         _TIMING_ADVICE,
-        partial(_format_delay, "gyro reports rates", "early", "late"),
+        partial(_format_latency, "gyro reports rates", "early", "late"),
         (model_errors.build_gyro_time_tag_error(rates, durations),),
-        # With a single sensor, a delay of the gyro is equivalent to a delay of the sensor.
+        # With a single sensor, a latency of the gyro is equivalent to a latency of the sensor.
         is_applicable=int(solution.is_used.any(axis=1).sum()) > 1,
         observability_condition="rotation",
         alternative_coefficient=0.5 * float(np.median(durations)) / model_errors.LARGE_DELAY_S,
     )
     for column, channel in channels.items():
-        departure = model_errors.build_gyro_channel_error(solution, _scale_channel(channel))
+        model_error = model_errors.build_gyro_channel_error(solution, _scale_channel(channel))
         yield _build_channel_hypothesis(
-            "gyro", gyro, "bias", (column, channel), departure, (size, "deg/s")
+            "gyro", gyro, "bias", (column, channel), model_error, (size, "deg/s")
         )
 
 
@@ -248,12 +260,12 @@ def _list_sensor_hypotheses(
     times, sensor = solution.batch.times, solution.batch.suite.sensors[index]
     name, states, unit = sensor.name, sensor.states(), find_innovation_unit(sensor)
     size = model_errors.LARGE_OFFSET * float(np.max(sensor.noise_sigmas())) * unit.factor
-    offset, rises = (
+    offset, drift_error = (
         f"{name}.{sensor.offset_state}",
         model_errors.build_offset_drift_error(solution, index),
     )
 
-    def wanders(score: Score) -> str:
+    def describe_drift(score: Score) -> str:
         by = f"{offset} changes by {size * _compute_range(_DRIFT_PROFILES, score):.3g} {unit.text}"
         if not score.alternative:
             return f"{by}, evenly"
@@ -263,21 +275,21 @@ def _list_sensor_hypotheses(
     yield Hypothesis(
         f"{name}.drift",
         _SPLIT_ADVICE,
-        wanders,
-        model_errors.build_profile_errors(rises, _DRIFT_PROFILES),
+        describe_drift,
+        model_errors.build_profile_errors(drift_error, _DRIFT_PROFILES),
     )
     yield Hypothesis(
         f"{name}.step",
         _SPLIT_ADVICE,
         steps,
-        model_errors.build_profile_errors(rises, _STEP_PROFILES),
+        model_errors.build_profile_errors(drift_error, _STEP_PROFILES),
     )
     yield Hypothesis(
         f"{name}.latency",
         f"{name}.initial_latency_s",
-        partial(_format_delay, f"{name} is", "late", "early"),
+        partial(_format_latency, f"{name} is", "late", "early"),
         (latency,),
-        is_applicable="delay" not in states,
+        is_applicable="latency" not in states,
         observability_condition="rotation",
     )
     for state in ("scale_factor", "nonorthogonality"):
@@ -286,9 +298,9 @@ def _list_sensor_hypotheses(
             yield _build_axes_hypothesis(name, state, error, state not in states)
     for each in channels.items():
         channel = _scale_channel(each[1])
-        departure = model_errors.build_offset_channel_error(index, channel)
+        model_error = model_errors.build_offset_channel_error(index, channel)
         yield _build_channel_hypothesis(
-            name, sensor, sensor.offset_state, each, departure, (size, unit.text)
+            name, sensor, sensor.offset_state, each, model_error, (size, unit.text)
         )
         if "misalignment" in states and sensor.offset_state == "bias":
             turned = model_errors.build_misalignment_channel_error(index, channel)
@@ -301,12 +313,12 @@ def _build_axes_hypothesis(
     name: str, state: str, error: ModelError, is_applicable: bool
 ) -> Hypothesis:
     size, unit, key = _AXES_ERRORS[state]
-    says = partial(_format_worst_axis, f"{name}.{state} is", size, unit)
+    describe = partial(_format_worst_axis, f"{name}.{state} is", size, unit)
     weight = _RARE_WEIGHT if state == "scale_asymmetry" else 1.0
     return Hypothesis(
         f"{name}.{state}",
         f"{name}.{key}",
-        says,
+        describe,
         (error,),
         is_applicable,
         is_possible=lambda score: bool(np.abs(score.estimate).max() < _MAX_COEFFICIENT),
@@ -339,7 +351,9 @@ def _build_channel_hypothesis(
 
 
 def format_with_sigma(value: float, sigma: float) -> str:
-    """Format a value with its 1-sigma, rounded to the same digit."""
+    """Format a value and its 1-sigma as text, with the value rounded to the first digit of the
+    1-sigma.
+    """
     if not 0.0 < sigma < np.inf:
         return f"{value:.2g} ± {sigma:.1g}"
     digit = math.floor(math.log10(sigma))
@@ -355,7 +369,7 @@ def _format_worst_axis(prefix: str, factor: float, unit: str, score: Score) -> s
     return " ".join(filter(None, (prefix, value, unit, f"along {'xyz'[axis]}")))
 
 
-def _format_delay(prefix: str, positive: str, negative: str, score: Score) -> str:
+def _format_latency(prefix: str, positive: str, negative: str, score: Score) -> str:
     (off,), (sigma,) = score.estimate.tolist(), score.sigma.tolist()
     side = positive if off >= 0.0 else negative
     large = model_errors.LARGE_DELAY_S
@@ -371,13 +385,13 @@ def _format_step(offset: str, size: float, unit: str, times: Floats, score: Scor
 
 
 def _scale_channel(channel: Floats) -> Floats:
-    """Return a channel minus its mean, divided by its range."""
+    """Return a housekeeping channel minus its mean, divided by its range."""
     scaled: Floats = (channel - channel.mean()) / np.ptp(channel)
     return scaled
 
 
 def _evaluate_offset(profiles: Sequence[model_errors.Profile], score: Score) -> Floats:
-    """Return the estimated offset over the data, shape (1001, 3)."""
+    """Return the estimated offset at each of `_TIME_FRACTIONS`, one row per time."""
     path: Floats = profiles[score.alternative](_TIME_FRACTIONS) @ score.estimate.reshape(-1, 3)
     return path
 
@@ -389,7 +403,9 @@ def _compute_range(profiles: Sequence[model_errors.Profile], score: Score) -> fl
 def _find_change_time(
     times: Floats, profiles: Sequence[model_errors.Profile], score: Score
 ) -> float:
-    """Return the time of the fastest change of an offset; the middle for a constant slope."""
+    """Return the time at which an estimated offset changes fastest; the middle of the data for a
+    constant slope.
+    """
     speed = np.linalg.norm(np.diff(_evaluate_offset(profiles, score), axis=0), axis=1)
     fastest = np.flatnonzero(speed >= 0.999 * speed.max())
     share = 0.5 * (_TIME_FRACTIONS[fastest[0]] + _TIME_FRACTIONS[fastest[-1] + 1])

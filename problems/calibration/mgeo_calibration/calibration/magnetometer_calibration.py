@@ -1,4 +1,4 @@
-"""Attitude-independent calibration of magnetometers from the field strength."""
+"""Calibration of magnetometers from the measured field strength, without an attitude."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Note on the limits of the method in each calibration.
 METHOD_NOTE = (
-    "magnetometers are calibrated by the field strength alone: misalignments and errors that vary "
-    "keep their prior, attitude and rate are those of [initial]"
+    "magnetometers are calibrated from the field strength alone: misalignments and varying errors "
+    "keep their prior, and attitude and rate are those of [initial]"
 )
 
 
@@ -47,17 +47,19 @@ def calibrate_magnetometers(
     telemetry: Telemetry | pd.DataFrame | Path | str,
     mapping: TelemetryMapping | None = None,
 ) -> Calibration:
-    """Calibrate the magnetometers of a scenario from the field strength alone.
+    """Estimate bias, scale factor and non-orthogonality of each magnetometer from the field
+    strength, without an attitude.
 
-    Bias, scale factor and non-orthogonality are estimated if the scenario contains them. All other
-    states, the attitude and the rate keep their prior, so that a scenario can continue from the
-    result as from any calibration.
+    A scale factor or non-orthogonality is estimated only if the scenario contains its state. All
+    other states, the attitude and the rate keep their prior, so that a scenario can continue from
+    the result as from any calibration.
 
     Parameters
     ----------
     scenario : Scenario
     telemetry, mapping
-        As in `calibrate`. A mapping with ``holds = "unknown"`` under ``gyro`` needs no gyro.
+        As in `calibrate`. A mapping with ``reference_axes = "unknown"`` under ``gyro`` needs no
+        gyro.
 
     Returns
     -------
@@ -73,16 +75,17 @@ def calibrate_magnetometers(
     Examples
     --------
     >>> from mgeo_attitude import Scenario
-    >>> from mgeo_calibration import calibrate_magnetometers, fly
+    >>> from mgeo_calibration import calibrate_magnetometers, simulate_telemetry
     >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
     >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
-    >>> found = calibrate_magnetometers(scenario, fly(scenario, design, seed=1))
-    >>> found.uplink()["mag"]["unit"], found.supported
+    >>> telemetry = simulate_telemetry(scenario, design, seed=1)
+    >>> calibration = calibrate_magnetometers(scenario, telemetry)
+    >>> calibration.compute_corrections()["mag"]["unit"], calibration.is_consistent
     ('nT', True)
     """
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
-    data, belief, suite = (
+    data, prior, suite = (
         build_batch(scenario, telemetry),
         PriorEstimate.from_scenario(scenario),
         scenario.suite,
@@ -92,23 +95,25 @@ def calibrate_magnetometers(
         raise ValueError(
             "sensors: expected at least one magnetometer to calibrate by the field strength"
         )
-    states = belief.states.copy()
-    covariance = belief.sigma[:, None] * belief.correlation * belief.sigma
-    n_tests = count_prior_tests(belief) + 2 * len(magnetometers)
+    states = prior.states.copy()
+    covariance = prior.sigma[:, None] * prior.correlation * prior.sigma
+    n_tests = count_prior_tests(prior) + 2 * len(magnetometers)
     tests = []
     for index in magnetometers:
         sensor = suite.sensors[index]
         try:
-            result = fit_magnetometer(data, index, belief)
+            result = fit_magnetometer(data, index, prior)
         except ValueError as error:
             raise ValueError(f"{sensor.name}: {error}") from None
-        places = suite.get_first_indices(sensor)
-        numbers = [i for i, block in enumerate(BLOCKS) if block in places]
-        own = np.concatenate([places[BLOCKS[i]] + np.arange(3) for i in numbers])
-        here = np.concatenate([3 * i + np.arange(3) for i in numbers])
-        states[own] = result.parameters[here]
-        covariance[own], covariance[:, own] = 0.0, 0.0
-        covariance[np.ix_(own, own)] = result.covariance[np.ix_(here, here)]
+        first_indices = suite.get_first_indices(sensor)
+        numbers = [i for i, block in enumerate(BLOCKS) if block in first_indices]
+        state_indices = np.concatenate([first_indices[BLOCKS[i]] + np.arange(3) for i in numbers])
+        fit_indices = np.concatenate([3 * i + np.arange(3) for i in numbers])
+        states[state_indices] = result.parameters[fit_indices]
+        covariance[state_indices], covariance[:, state_indices] = 0.0, 0.0
+        covariance[np.ix_(state_indices, state_indices)] = result.covariance[
+            np.ix_(fit_indices, fit_indices)
+        ]
         tests.append(_test_residuals(data, index, result, n_tests))
     time = float(data.times[-1])
     last = Environment.from_times(
@@ -116,7 +121,7 @@ def calibrate_magnetometers(
     )
     covariance[:3], covariance[:, :3] = 0.0, 0.0
     covariance[:3, :3] = scenario.initial_attitude_covariance
-    nothing = belief.reset_varying_states()
+    nothing = prior.reset_varying_states()
     return Calibration(
         scenario=scenario,
         time=time,
@@ -134,9 +139,9 @@ def calibrate_magnetometers(
 def _test_residuals(data: Batch, index: int, fit: FieldStrengthFit, n_tests: int) -> SensorTest:
     sensor, residuals = data.suite.sensors[index], fit.residuals
     measured = data.readings[index][:, 0]
-    seen = np.isfinite(measured[:, 0])
-    strength = np.linalg.norm(data.vectors[seen, index], axis=1)
-    unbiased = (measured[seen] - fit.parameters[:3]) @ np.linalg.inv(
+    is_measured = np.isfinite(measured[:, 0])
+    strength = np.linalg.norm(data.vectors[is_measured, index], axis=1)
+    unbiased = (measured[is_measured] - fit.parameters[:3]) @ np.linalg.inv(
         compute_response_matrix(fit.parameters)
     )
 
@@ -146,8 +151,8 @@ def _test_residuals(data: Batch, index: int, fit: FieldStrengthFit, n_tests: int
     low, high = compute_nis_bounds(len(residuals), n_tests)
     return SensorTest(
         sensor=sensor.name,
-        n_readings=int(seen.sum()),
-        n_outliers=int(seen.sum()) - len(residuals),
+        n_readings=int(is_measured.sum()),
+        n_outliers=int(is_measured.sum()) - len(residuals),
         nis=float((residuals**2).mean()),
         nis_low=low,
         nis_high=high,
@@ -157,6 +162,6 @@ def _test_residuals(data: Batch, index: int, fit: FieldStrengthFit, n_tests: int
         correlation_bound=compute_correlation_bound(len(residuals), n_tests),
         unit=sensor.telemetry_unit.text,
         rms_noise=rms(data.noise[index]),
-        rms_before=rms(np.linalg.norm(measured[seen], axis=1) - strength),
+        rms_before=rms(np.linalg.norm(measured[is_measured], axis=1) - strength),
         rms_after=rms(np.linalg.norm(unbiased, axis=1) - strength),
     )

@@ -1,4 +1,4 @@
-"""Score tests of all hypotheses, and the selection of the errors that explain the data."""
+"""Score tests for unmodeled errors, and selection of the errors that explain the data."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ _MAX_DISTANCE_SIGMAS = 3.0
 
 @dataclass(frozen=True, kw_only=True)
 class ModelTest:
-    """Score test of an error that the scenario does not model.
+    """Result of the score test for one error that the scenario does not model.
 
     Attributes
     ----------
     name : str
-        Owner and error.
+        Gyro or sensor, and error: for example ``mag.latency``.
     description : str
         Size of the error with its 1-sigma, or the reason why it is not tested.
     key : str
@@ -64,15 +64,18 @@ class ModelTest:
 
     @property
     def summary(self) -> str:
-        """Description of the error with its significance, key and alternatives."""
-        text = f"{self.description} {format_chi_square(self.chi_square, self.degrees_of_freedom, self.p)}: {self.key}"
+        """One line on the estimated error: size, significance, scenario key that models the error,
+        and alternatives.
+        """
+        significance = format_chi_square(self.chi_square, self.degrees_of_freedom, self.p)
+        text = f"{self.description} {significance}: {self.key}"
         return f"either {text}, {self.alternatives}" if self.alternatives else text
 
 
 def run_model_tests(
     solution: Solution, hypotheses: Mapping[str, Hypothesis], n_tests: float, variance_ratio: float
 ) -> tuple[tuple[ModelTest, ...], tuple[str, ...]]:
-    """Test all hypotheses at a converged solution.
+    """Test a converged fit for unmodeled errors, and select the errors that explain the data.
 
     The most significant error is selected first. The other errors are then tested again with the
     selected error estimated, until none is significant: one error resembles many others. The number
@@ -83,7 +86,7 @@ def run_model_tests(
     ----------
     solution : Solution
     hypotheses : mapping of str to Hypothesis
-        Result of `hypotheses.hypotheses`.
+        Result of `build_hypotheses`.
     n_tests : float
         Sum of the weights of tests of all kinds.
     variance_ratio : float
@@ -96,19 +99,19 @@ def run_model_tests(
     doubts : tuple of str
         Notes on doubtful conventions, if no error is selected.
     """
-    departures = {
-        _format_key(name, option): departure
+    model_errors = {
+        _format_key(name, option): model_error
         for name, hypothesis in hypotheses.items()
-        for option, departure in enumerate(hypothesis.options)
+        for option, model_error in enumerate(hypothesis.options)
     }
-    result = compute_scores(solution, departures)
-    alone = _score_hypotheses(result, hypotheses, ())
-    named = _select_errors(result, hypotheses, alone, n_tests, variance_ratio)
+    result = compute_scores(solution, model_errors)
+    single_scores = _score_hypotheses(result, hypotheses, ())
+    selected = _select_errors(result, hypotheses, single_scores, n_tests, variance_ratio)
     tests = []
-    for name in (*named, *(name for name in hypotheses if name not in named)):
+    for name in (*selected, *(name for name in hypotheses if name not in selected)):
         hypothesis = hypotheses[name]
-        score, alternatives = named.get(name, (alone[name], ""))
-        says = (
+        score, alternatives = selected.get(name, (single_scores[name], ""))
+        description = (
             hypothesis.describe(score)
             if score.degrees_of_freedom
             else (f"not tested: no {hypothesis.observability_condition} that shows it")
@@ -116,22 +119,26 @@ def run_model_tests(
         tests.append(
             ModelTest(
                 name=name,
-                description=says,
+                description=description,
                 key=hypothesis.key,
                 chi_square=score.chi_square / variance_ratio,
                 degrees_of_freedom=score.degrees_of_freedom,
                 p=score.compute_p_value(variance_ratio),
                 significance_level=hypothesis.weight * SIGNIFICANCE / n_tests,
-                is_selected=name in named,
+                is_selected=name in selected,
                 alternatives=alternatives,
             )
         )
-    doubts = () if named else tuple(_describe_doubts(solution, hypotheses, alone, result))
+    doubts = (
+        () if selected else tuple(_describe_doubts(solution, hypotheses, single_scores, result))
+    )
     return tuple(tests), doubts
 
 
 def compute_variance_ratio(tests: Sequence[SensorTest]) -> float:
-    """Return the largest ratio of actual to predicted variance of mean innovations, at least 1."""
+    """Return the largest ratio of actual to predicted variance of averaged innovations among all
+    sensors, at least 1.
+    """
     return max([1.0, *(test.variance_ratio for test in tests)])
 
 
@@ -142,37 +149,47 @@ def _select_errors(
     n_tests: float,
     variance_ratio: float,
 ) -> dict[str, tuple[Score, str]]:
-    """Select the significant errors; return the score and the alternatives of each."""
-    named: dict[str, tuple[Score, str]] = {}
-    beside, rest = single_scores, n_tests
+    """Select the significant errors one after the other. Return score and description of
+    alternatives of each, as a dict by name.
+    """
+    selected: dict[str, tuple[Score, str]] = {}
+    current_scores, n_remaining = single_scores, n_tests
 
     def is_significant(name: str, score: Score) -> bool:
-        return score.compute_p_value(variance_ratio) < hypotheses[name].weight * SIGNIFICANCE / rest
+        return (
+            score.compute_p_value(variance_ratio)
+            < hypotheses[name].weight * SIGNIFICANCE / n_remaining
+        )
 
     while True:
         evidence = {
             name: score.compute_evidence(variance_ratio) + 2.0 * math.log(hypotheses[name].weight)
-            for name, score in beside.items()
+            for name, score in current_scores.items()
             if hypotheses[name].is_possible(score)
         }
         best = max(evidence, key=lambda name: evidence[name], default=None)
-        if best is None or not is_significant(best, beside[best]):
-            return named
-        keys = [_format_key(name, score.alternative) for name, (score, _) in named.items()]
-        keys.append(_format_key(best, beside[best].alternative))
-        others = {n: each for n, each in hypotheses.items() if n not in named and n != best}
-        left = _score_hypotheses(all_scores, others, keys)
-        least = evidence[best] - 2.0 * math.log(_MAX_P_RATIO)
-        rivals = sorted(
+        if best is None or not is_significant(best, current_scores[best]):
+            return selected
+        keys = [_format_key(name, score.alternative) for name, (score, _) in selected.items()]
+        keys.append(_format_key(best, current_scores[best].alternative))
+        others = {n: each for n, each in hypotheses.items() if n not in selected and n != best}
+        remaining_scores = _score_hypotheses(all_scores, others, keys)
+        min_evidence = evidence[best] - 2.0 * math.log(_MAX_P_RATIO)
+        alternatives = sorted(
             (
                 name
                 for name in evidence
-                if name != best and evidence[name] > least and not is_significant(name, left[name])
+                if name != best
+                and evidence[name] > min_evidence
+                and not is_significant(name, remaining_scores[name])
             ),
             key=lambda name: -evidence[name],
         )
-        named[best] = beside[best], _describe_alternatives(hypotheses, beside, left, rivals)
-        beside, rest = left, rest - hypotheses[best].weight
+        selected[best] = (
+            current_scores[best],
+            _describe_alternatives(hypotheses, current_scores, remaining_scores, alternatives),
+        )
+        current_scores, n_remaining = remaining_scores, n_remaining - hypotheses[best].weight
 
 
 def _describe_alternatives(
@@ -187,7 +204,8 @@ def _describe_alternatives(
         correlation = math.sqrt(max(0.0, 1.0 - unexplained))
         hypothesis = hypotheses[name]
         words.append(
-            f"or {hypothesis.describe(current_scores[name])}: {hypothesis.key} (correlated {correlation:.2f})"
+            f"or {hypothesis.describe(current_scores[name])}: {hypothesis.key} "
+            f"(correlated {correlation:.2f})"
         )
     return ", ".join(words)
 
@@ -195,7 +213,9 @@ def _describe_alternatives(
 def _score_hypotheses(
     all_scores: ScoreTests, hypotheses: Mapping[str, Hypothesis], keys: Sequence[str]
 ) -> dict[str, Score]:
-    """Return the score of the most significant option of each hypothesis, with others estimated."""
+    """Return the score of each hypothesis with its most significant model, if the errors in `keys`
+    are estimated as well.
+    """
     best = {}
     for name, hypothesis in hypotheses.items():
         count = len(hypothesis.options)
@@ -221,17 +241,21 @@ def _describe_doubts(
     single_scores: Mapping[str, Score],
     all_scores: ScoreTests,
 ) -> Iterator[str]:
-    """Yield notes on alternative conventions that fit telemetry better, but not significantly."""
+    """Yield notes on conventions, such as the time tags of the gyro, for which the alternative fits
+    telemetry better, but not significantly.
+    """
     order = np.concatenate([solution.partition.stochastic, solution.partition.constant])
     sigma = np.sqrt(np.diag(compute_last_covariance(solution)))[order]
     for name, hypothesis in hypotheses.items():
-        score, other = single_scores[name], hypothesis.alternative_coefficient
-        if other is None or not score.degrees_of_freedom:
+        score, alternative = single_scores[name], hypothesis.alternative_coefficient
+        if alternative is None or not score.degrees_of_freedom:
             continue
-        off = abs(other - score.estimate[0])
+        off = abs(alternative - score.estimate[0])
         if off > min(_MAX_DISTANCE_SIGMAS * score.sigma[0], abs(score.estimate[0])):
             continue
-        change = all_scores.state_changes[:, all_scores.slices[_format_key(name, 0)]][:, 0] * other
+        change = (
+            all_scores.state_changes[:, all_scores.slices[_format_key(name, 0)]][:, 0] * alternative
+        )
         moved = np.abs(change) / sigma
         if (most := float(moved.max())) >= _MIN_CHANGE_SIGMAS:
             block = solution.batch.suite.blocks[int(order[moved.argmax()]) // 3]

@@ -1,4 +1,6 @@
-"""Repeated calibration with additional states, or with noise estimated from the data."""
+"""Repetition of a calibration with additional states, or with sensor noise estimated from the
+innovations.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +38,7 @@ INITIAL_SIGMAS = {
     "scale_factor": 0.02,
     "misalignment_deg": 1.0,
     "nonorthogonality_deg": 1.0,
-    "delay_s": 1.0,
+    "latency_s": 1.0,
 }
 T = TypeVar("T", Gyro, Sensor)
 _N_ROUNDS = 3  # The set of outliers depends on the noise.
@@ -47,7 +49,8 @@ def recalibrate(
     telemetry: Telemetry,
     keys: Sequence[str],
 ) -> Calibration:
-    """Repeat a calibration with additional states, or with noise estimated from the data.
+    """Repeat a calibration with additional states, with noise estimated from the innovations, or
+    both.
 
     Parameters
     ----------
@@ -55,7 +58,7 @@ def recalibrate(
     telemetry : Telemetry
     keys : sequence of str
         States such as ``mag.scale_factor`` or ``gyro.misalignment``, bias sensitivities such as
-        ``mag.temp`` for the column ``temp``, and `NOISE`.
+        ``mag.temp`` for the column ``temp``, and `NOISE_KEY`.
 
     Raises
     ------
@@ -75,7 +78,8 @@ def recalibrate(
 def add_states(
     scenario: Scenario, keys: Sequence[str], housekeeping: Mapping[str, Floats]
 ) -> Scenario:
-    """Return a scenario with additional states of typical size.
+    """Return a copy of a scenario in which additional sensor or gyro errors are estimated, with
+    typical initial 1-sigmas.
 
     Parameters
     ----------
@@ -91,20 +95,22 @@ def add_states(
     )
     for key in keys:
         if key not in options:
-            expected = f"expected something that can be added{format_known_names(key, [*options, NOISE_KEY])}"
+            known = format_known_names(key, [*options, NOISE_KEY])
+            expected = f"expected a state that can be added{known}"
             raise InvalidValue("fit", key, expected)
     if keys and scenario.prior is not None:
-        raise InvalidValue("fit", keys[0], "expected no earlier calibration, which is without it")
+        expected = "expected a scenario without an earlier calibration, whose prior lacks the state"
+        raise InvalidValue("fit", keys[0], expected)
 
     def extend(owner: T) -> T:
         name = getattr(owner, "name", "gyro")
-        own = [key for key in keys if key.partition(".")[0] == name]
+        own_keys = [key for key in keys if key.partition(".")[0] == name]
         more: dict[str, Any] = {
             options[key]: INITIAL_SIGMAS[options[key].removeprefix("initial_")]
-            for key in own
+            for key in own_keys
             if key not in channels
         }
-        new: list[BiasSensitivity] = [each for key in own for each in channels.get(key, ())]
+        new: list[BiasSensitivity] = [each for key in own_keys for each in channels.get(key, ())]
         if new:
             more[_SENSITIVITIES_FIELD] = (*getattr(owner, _SENSITIVITIES_FIELD), *new)
         return dataclasses.replace(owner, **more)
@@ -117,7 +123,9 @@ def add_states(
 
 
 def list_addable_states(scenario: Scenario) -> dict[str, str]:
-    """Return the states that can be added to a scenario, with the field that adds each state."""
+    """Return the states that a scenario does not estimate but could, as a dict from
+    ``sensor.state`` to the scenario key that adds the state.
+    """
     result = {}
     owners: tuple[Any, ...] = (scenario.gyro, *scenario.sensors)
     for owner in owners:
@@ -132,7 +140,9 @@ def list_addable_states(scenario: Scenario) -> dict[str, str]:
 def list_addable_sensitivities(
     scenario: Scenario, housekeeping: Mapping[str, Floats]
 ) -> dict[str, tuple[BiasSensitivity, ...]]:
-    """Return the bias sensitivities that a scenario lacks, by the keys of `add_states`."""
+    """Return the bias sensitivities to housekeeping channels that a scenario does not estimate but
+    could, by the keys of `add_states`.
+    """
     result: dict[str, tuple[BiasSensitivity, ...]] = {}
     owners: tuple[Gyro | Sensor, ...] = (scenario.gyro, *scenario.sensors)
     for owner in owners:
@@ -159,19 +169,21 @@ def list_addable_sensitivities(
                 channel, unit = split_name_and_unit(column)
                 sigma = _BIAS_VARIATION_FACTOR * np.max(get_initial_sigma(states[error]))
                 in_key = find_bias_unit(owner) if error == "bias" else DEG
-                influence = BiasSensitivity(
+                sensitivity = BiasSensitivity(
                     channel,
                     initial_sigma=float(in_key.factor * sigma / np.ptp(values)),
                     unit=unit or "unit",
                     reference=float(np.mean(values)),
                     error=error,
                 )
-                result[f"{name}.{prefix}{channel}"] = (influence,)
+                result[f"{name}.{prefix}{channel}"] = (sensitivity,)
     return result
 
 
 def update_noise(calibration: Calibration) -> Scenario:
-    """Return the scenario of a calibration with sensor noise estimated from its innovations."""
+    """Return the scenario of a calibration with each sensor noise scaled so that the NIS of its
+    innovations becomes 1.
+    """
     factors = {test.sensor: float(np.sqrt(test.nis)) for test in calibration.tests}
     sensors = tuple(
         scaled_noise(sensor, factors.get(sensor.name, 1.0))
@@ -181,10 +193,11 @@ def update_noise(calibration: Calibration) -> Scenario:
 
 
 def compare_calibrations(first: Calibration, second: Calibration) -> pd.DataFrame:
-    """Compare the estimates and 1-sigmas of two calibrations for the states of the second.
+    """Return a table of the estimates and 1-sigmas of two calibrations, with one row per state of
+    the second.
 
-    ``moved`` is the difference in units of the second 1-sigma. A state that the first calibration
-    lacks is compared with zero.
+    The column ``change / sigma [-]`` is the difference in units of the second 1-sigma. A state that
+    the first calibration lacks is compared with zero.
     """
     columns = ["estimate", "sigma"]
     keys = ["block", "axis", "unit"]
@@ -207,7 +220,9 @@ def compare_calibrations(first: Calibration, second: Calibration) -> pd.DataFram
 
 
 def describe_noise(calibration: Calibration) -> str:
-    """Describe the sensor noise as keys of the scenario."""
+    """Return the noise keys of all sensors with their values as text, such as ``mag.noise_nt =
+    300``.
+    """
     return ", ".join(
         f"{sensor.name}.{name} = {_format_sigma(getattr(sensor, name))}"
         for sensor in calibration.scenario.sensors

@@ -1,4 +1,4 @@
-"""Self-contained HTML report of a calibration."""
+"""HTML report of a calibration."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from markupsafe import escape
 from mgeo.figures.page import render_report_page
 from mgeo_calibration.calibration.calibration import Calibration
 
-#: Largest number of listed outliers; the JSON file contains all.
+#: Largest number of outliers in the report. The JSON file contains all outliers.
 MAX_OUTLIERS = 100
 
 
 def build_report(calibration: Calibration, predicted: pd.DataFrame | None = None) -> str:
-    """Return the HTML report of a calibration, which loads no external resources.
+    """Return an HTML page with the estimates, tests and figures of a calibration. The page loads no
+    external resources.
 
     Parameters
     ----------
@@ -30,11 +31,11 @@ def build_report(calibration: Calibration, predicted: pd.DataFrame | None = None
         _format_table(calibration.build_table().set_index("block")),
     ]
     if predicted is not None:
-        title = f"What the plan predicted for {predicted.attrs['time_s']:.6g} s"
+        title = f"1-sigmas predicted by the plan for {predicted.attrs['time_s']:.6g} s"
         title += predicted.attrs["motion"]
         parts += [f"<h2>{title}</h2>", _format_table(predicted.reset_index())]
     figures = calibration.draw_figures()
-    parts += [figures.pop("constants"), "<h2>Innovations</h2>"]
+    parts += [figures.pop("parameters"), "<h2>Innovations</h2>"]
     parts.append(_format_table(calibration.build_sensor_test_table().T.reset_index()))
     parts += [
         "<h2>Estimate and prior</h2>",
@@ -46,12 +47,12 @@ def build_report(calibration: Calibration, predicted: pd.DataFrame | None = None
             _format_table(calibration.build_model_test_table().reset_index(), classes="wrapped"),
         ]
     parts += list(figures.values())
-    rejected = calibration.build_outlier_table()
-    if len(rejected):
-        more = f", the first {MAX_OUTLIERS}" if len(rejected) > MAX_OUTLIERS else ""
+    outliers = calibration.build_outlier_table()
+    if len(outliers):
+        more = f", the first {MAX_OUTLIERS}" if len(outliers) > MAX_OUTLIERS else ""
         parts += [
-            f"<h2>{len(rejected)} outliers{more}</h2>",
-            _format_table(rejected[:MAX_OUTLIERS]),
+            f"<h2>{len(outliers)} outliers{more}</h2>",
+            _format_table(outliers[:MAX_OUTLIERS]),
         ]
     parts += ["<h2>Correction parameters</h2>", _format_corrections(calibration)]
     return render_report_page(title, parts)

@@ -1,4 +1,6 @@
-"""Command line of simulation and calibration: ``mgeo attitude verify | fly | calibrate``."""
+"""Command line of simulation and calibration: options of ``mgeo attitude verify``, ``fly`` and
+``calibrate``.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,8 @@ app = typer.Typer()
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "verify": (
         "mgeo attitude verify plan.json --monte-carlo 500",
-        "mgeo attitude verify runs/first --pick min-trace --out runs/first/verification-min-trace.json",
+        "mgeo attitude verify runs/first --pick min-trace "
+        "--out runs/first/verification-min-trace.json",
     ),
     "fly": (
         "mgeo attitude fly plan.json --out telemetry.csv --truth truth.json",
@@ -84,8 +87,8 @@ def verify(
         if target := out or command.build_result_path(source, picked, seed):
             write_file(target, f"{format_json(document)}\n".encode())
             output.print(f"written: {target}")
-    holds = result.is_achieved and not document["violations"]
-    raise typer.Exit(ExitCode.SUCCESS if holds else ExitCode.INCOMPLETE)
+    is_verified = result.is_achieved and not document["violations"]
+    raise typer.Exit(ExitCode.SUCCESS if is_verified else ExitCode.INCOMPLETE)
 
 
 @app.command(epilog=format_examples("fly", EXAMPLES))
@@ -95,16 +98,18 @@ def fly(
     time: Time = None,
     solution: Solution = None,
     simulator: Annotated[
-        Literal["own", "basilisk"],
+        Literal["kinematic", "basilisk"],
         typer.Option(
-            help="Exact rates, or rigid-body dynamics with actuators by Basilisk (an extra)."
+            help="Exact rates (kinematic), or rigid-body dynamics with actuators (basilisk)."
         ),
-    ] = "own",
+    ] = "kinematic",
     vehicle: Annotated[
         Literal["paper", "cubesat_6u"] | None,
-        typer.Option(help="Inertia and wheels for Basilisk [default: from the scenario]."),
+        typer.Option(
+            help="Satellite with inertia and wheels for Basilisk [default: from the scenario]."
+        ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of errors and noise.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random errors and the noise.")] = 1,
     after: Annotated[
         Path | None,
         typer.Option(
@@ -186,7 +191,7 @@ def calibrate(
         Path | None,
         typer.Option(
             metavar="FILE.toml",
-            help="Columns, units and mounting frames that differ from the defaults.",
+            help="Columns, units and mounting rotations that differ from the defaults.",
         ),
     ] = None,
     out: Annotated[
@@ -197,11 +202,14 @@ def calibrate(
         str | None,
         typer.Option(
             metavar="KEY,...",
-            help="Repeat with additional states, such as mag.scale_factor, or estimated noise.",
+            help="Repeat with more states, such as mag.scale_factor, or with estimated noise.",
         ),
     ] = None,
     diagnose: Annotated[
-        bool, typer.Option("--diagnose", help="Print all tests, not only failed tests.")
+        bool,
+        typer.Option(
+            "--diagnose", help="Print the results of all tests, not only of failed tests."
+        ),
     ] = False,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
@@ -238,8 +246,8 @@ def calibrate(
         alone = read is not None and read.gyro.reference_axes == "unknown"
         if alone and fit is not None:
             raise ValueError(
-                '--fit: expected none with reference_axes = "unknown" in the mapping, which gives no '
-                "attitude. Remove --fit"
+                '--fit: expected no value with reference_axes = "unknown" in the mapping, because '
+                "the calibration has no attitude. Remove --fit"
             )
         samples = read_telemetry(telemetry, of, read)
         try:

@@ -1,4 +1,4 @@
-"""Functions of the command ``mgeo attitude calibrate``."""
+"""Input, output and result document of the command ``mgeo attitude calibrate``."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ FILES = ("calibration.csv", "attitude.csv", "calibration.html", "calibration.jso
 
 
 def select_scenario(text: str | None, plan: ManeuverPlan | None) -> Scenario:
-    """Return the scenario of the option --scenario, or the scenario of the plan.
+    """Return the scenario of the option --scenario, a file or a preset, or else the scenario of the
+    plan.
 
     Raises
     ------
@@ -33,12 +34,12 @@ def select_scenario(text: str | None, plan: ManeuverPlan | None) -> Scenario:
 
     Warns
     -----
-    Implausible
+    ImplausibleValue
         If a value in the file is implausible.
     """
     if text is None:
         if plan is None:
-            raise ValueError("--scenario FILE.toml|PRESET: expected it, or --plan, which has one")
+            raise ValueError("--scenario FILE.toml|PRESET: expected this option or --plan")
         return plan.scenario
     path = Path(text)
     if path.suffix != ".toml" and len(path.parts) == 1:
@@ -46,11 +47,12 @@ def select_scenario(text: str | None, plan: ManeuverPlan | None) -> Scenario:
     elif path.is_file():
         scenario = Scenario.from_toml(path)
     else:
-        raise FileNotFoundError(f"there is no scenario file {path}")
+        raise FileNotFoundError(f"--scenario {path}: expected an existing file or a preset")
     if plan is not None and plan.scenario.epoch != scenario.epoch:
         raise ValueError(
-            f"--scenario {text}: its epoch is {format_instant(scenario.epoch, 0.0)}; expected that of "
-            f"the plan, {format_instant(plan.scenario.epoch, 0.0)} (taken where there is no --scenario)"
+            f"--scenario {text}: the epoch is {format_instant(scenario.epoch, 0.0)}; expected "
+            f"the epoch of the plan, {format_instant(plan.scenario.epoch, 0.0)}. Without "
+            "--scenario, the scenario of the plan is used"
         )
     return scenario
 
@@ -58,7 +60,7 @@ def select_scenario(text: str | None, plan: ManeuverPlan | None) -> Scenario:
 def load_optional_plan(
     source: Path | None, pick: str | None, time: float | None, solution: int | None
 ) -> SelectedPlan | None:
-    """Return the plan of the option --plan, if given.
+    """Load the plan of the option --plan, or return None without the option.
 
     Raises
     ------
@@ -74,19 +76,23 @@ def load_optional_plan(
 
 
 def validate_folder(folder: Path, overwrite: bool) -> None:
-    """Raise OSError if the output files cannot be written to a folder."""
+    """Check that the output folder is writable, and raise OSError if it contains output files that
+    may not be overwritten.
+    """
     if folder.exists() and not folder.is_dir():
-        raise FileExistsError(f"{folder} is no folder: choose another name")
+        raise FileExistsError(f"{folder} is not a folder: choose another name")
     check_writable(folder)
     for path in (folder / name for name in FILES):
         if path.exists() and not overwrite:
-            raise FileExistsError(f"{path} exists: choose another name or allow --overwrite")
+            raise FileExistsError(f"{path} exists: choose another folder or use --overwrite")
 
 
 def write_calibration(
     calibration: Calibration, predicted: pd.DataFrame | None, folder: Path
 ) -> list[str]:
-    """Write `FILES` to a folder and return the paths; attitude.csv only if there is a history."""
+    """Write tables, report and JSON document of a calibration to a folder, and return the paths of
+    the files.
+    """
     from mgeo_calibration.calibration.report import build_report
 
     attitude = calibration.attitude if calibration.history is not None else None
@@ -110,7 +116,9 @@ def print_calibration(
     picked: SelectedPlan | None,
     output: Output,
 ) -> None:
-    """Print estimates, tests and conclusion of a calibration."""
+    """Print estimates, innovation tests, notes and conclusion of a calibration, and the comparison
+    with a plan if given.
+    """
     table = calibration.build_table().set_index("block")
     output.print(
         f"scenario {calibration.scenario.name}: calibrated at {calibration.time:.6g} s, "
@@ -130,14 +138,16 @@ def print_calibration(
 
 
 def print_checks(error: CalibrationError, output: Output) -> None:
-    """Print the findings of attitude-independent checks if a calibration is not possible."""
+    """Print the findings of the checks that need no attitude, if telemetry cannot be calibrated."""
     table = error.build_check_table()
     output.print(*build_titled_table("Attitude-independent checks", table))
     output.print_document({"error": str(error), "checks": to_records(table)})
 
 
 def print_tests(calibration: Calibration, output: Output) -> None:
-    """Print the tests of model and prior, and the causes that attitude-independent checks found."""
+    """Print the tests for unmodeled errors, the tests against the prior, and the faults that checks
+    of the data found.
+    """
     columns = ["description", "chi_square", "degrees_of_freedom", "p", "is_selected", "key"]
     output.print(
         *build_titled_table(
@@ -145,15 +155,14 @@ def print_tests(calibration: Calibration, output: Output) -> None:
         )
     )
     output.print(*build_titled_table("Estimate and prior", calibration.build_prior_test_table()))
-    for cause in calibration.data_faults:
-        output.print(f"found without an attitude: {cause}")
+    for fault in calibration.data_faults:
+        output.print(f"fault of the data: {fault}")
 
 
 def print_comparison(first: Calibration, second: Calibration, output: Output) -> None:
-    """Print the comparison of two calibrations with and without additional states or noise."""
     output.print(
         *build_titled_table("With and without the additions", compare_calibrations(first, second)),
-        format_note("moved: change of the estimate in units of its 1-sigma"),
+        format_note("change / sigma: change of the estimate in units of its 1-sigma"),
         format_note(f"noise: {describe_noise(second)}"),
         format_note(f"without: {first.conclusion}"),
     )
@@ -162,7 +171,9 @@ def print_comparison(first: Calibration, second: Calibration, output: Output) ->
 def build_calibration_document(
     calibration: Calibration, predicted: pd.DataFrame | None, files: list[str]
 ) -> dict[str, Any]:
-    """Return calibration.json with the comparison to a plan and the list of files."""
+    """Return the JSON document of a calibration, with the comparison to a plan and the list of
+    written files, as a dict.
+    """
     compared = [] if predicted is None else to_records(predicted)
     return {
         **build_document(calibration),

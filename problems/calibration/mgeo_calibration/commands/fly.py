@@ -1,4 +1,4 @@
-"""Functions of the command ``mgeo attitude fly``."""
+"""Simulation and output of the command ``mgeo attitude fly``."""
 
 from __future__ import annotations
 
@@ -17,22 +17,34 @@ def simulate_plan(
     seed: int,
     initial_truth: Truth | None = None,
 ) -> Telemetry:
-    """Simulate one run of a plan with the selected simulator.
+    """Simulate one run of a plan with the selected simulator, and return the telemetry.
+
+    Parameters
+    ----------
+    plan : ManeuverPlan
+    simulator : str
+        ``kinematic`` or ``basilisk``.
+    vehicle : str, optional
+        Name of a Basilisk vehicle. Default: the vehicle of the scenario.
+    seed : int
+        Seed of the random errors.
+    initial_truth : Truth, optional
+        Truth of an earlier run from which the run continues.
 
     Raises
     ------
     ValueError
-        If the vehicle is unknown, a vehicle is given for the own simulator, or the simulator
-        refuses the plan.
+        If the vehicle is unknown, a vehicle is given for the kinematic simulator, or the simulator
+        cannot simulate the plan.
     ImportError
         If the simulator is not installed.
     """
     scenario, environment = plan.scenario, plan.problem.environment
-    if simulator == "own":
+    if simulator == "kinematic":
         from mgeo_calibration.simulators.kinematic import simulate_telemetry
 
         if vehicle is not None:
-            raise ValueError("--vehicle: the own simulator has none. Use --simulator basilisk")
+            raise ValueError("--vehicle: expected only with --simulator basilisk. Remove --vehicle")
         return simulate_telemetry(
             scenario, plan, seed, initial_truth=initial_truth, environment=environment
         )
@@ -52,7 +64,9 @@ _MAGNETORQUER_NOTE = format_note(
 
 
 def format_constraints(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return a constraint table for the terminal, with bound and limit in one column."""
+    """Return a table of constraints for the terminal, in which bound and limit share one column and
+    rows without a bound are blank.
+    """
     shown = frame.drop(columns="bound")
     limits = zip(frame["bound"], frame["limit"], strict=True)
     shown["limit"] = [f"{bound} {limit:.4g}" if bound else "" for bound, limit in limits]
@@ -70,7 +84,7 @@ def print_simulation(
     files: list[str],
     output: Output,
 ) -> None:
-    """Print plan, files and the comparison of the simulated run with the plan.
+    """Print the plan, the comparison of the simulated run with the plan, and the written files.
 
     Parameters
     ----------

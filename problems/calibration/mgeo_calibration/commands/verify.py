@@ -1,4 +1,4 @@
-"""Functions of the command ``mgeo attitude verify``."""
+"""Output and result document of the command ``mgeo attitude verify``."""
 
 from __future__ import annotations
 
@@ -24,11 +24,14 @@ from mgeo_calibration.verification import (
 )
 
 #: Short column names for the terminal.
-_SHORT_COLUMNS = {"rms / predicted [-]": "/ predicted", "rms / claimed [-]": "/ filter 1-sigma"}
+_SHORT_COLUMNS = {
+    "rms / predicted [-]": "/ predicted",
+    "rms / filter 1-sigma [-]": "/ filter 1-sigma",
+}
 
 
 def print_verification(picked: SelectedPlan, verification: Verification, output: Output) -> None:
-    """Print the errors of Monte Carlo runs with their prediction, and suggestions."""
+    """Print conclusion, suggestions, error table and constraint violations of a verification."""
     plan = picked.plan
     shown = verification.table.iloc[:, :5].rename(columns=_SHORT_COLUMNS)
     output.print(
@@ -48,7 +51,7 @@ def print_verification(picked: SelectedPlan, verification: Verification, output:
     output.print(*render_table(TABLES["monte_carlo"], plan))
     if len(verification.path_constraints):
         output.print(
-            *build_titled_table("path limits broken", verification.path_constraints),
+            *build_titled_table("path constraints violated", verification.path_constraints),
             format_note(
                 "steered: attitude control with the estimate; open loop: exact rates of the plan"
             ),
@@ -66,7 +69,9 @@ def print_verification(picked: SelectedPlan, verification: Verification, output:
 def build_verification_document(
     picked: SelectedPlan, verification: Verification, seed: int
 ) -> dict[str, Any]:
-    """Return the verification with problem and design as a JSON-compatible mapping."""
+    """Return the results of a verification, with the problem and the design of the plan, as a dict
+    of JSON values.
+    """
     plan = picked.plan
     table = verification.table.reset_index()
     lines = [
@@ -78,8 +83,8 @@ def build_verification_document(
         *format_gyro_guidance(verification.gyro_guidance),
     ]
     return {
-        "title": f"{verification.n_runs} Monte Carlo runs of the plan with t_end {plan.t_end:.6g} s and "
-        f"trace {plan.trace:.5g}, seed {seed}",
+        "title": f"{verification.n_runs} Monte Carlo runs of the plan with t_end "
+        f"{plan.t_end:.6g} s and trace {plan.trace:.5g}, seed {seed}",
         "conclusion": "; ".join(lines),
         "seed": seed,
         "findings": [] if verification.is_achieved else describe_failures(verification),
@@ -102,7 +107,9 @@ def build_verification_document(
 
 
 def build_result_path(source: Path, picked: SelectedPlan, seed: int) -> Path | None:
-    """Return the result file of a solution in its run folder, or None for a plan."""
+    """Return the path of the result file in the run folder of a solution, or None for a plan
+    without a run folder.
+    """
     number = picked.solution
     return None if number is None else source / f"verification-solution{number}-seed{seed}.json"
 
@@ -110,8 +117,8 @@ def build_result_path(source: Path, picked: SelectedPlan, seed: int) -> Path | N
 def _describe_constraints(verification: Verification) -> Iterator[str]:
     for name, row in verification.path_constraints.iterrows():
         ways = ", ".join(
-            f"{row[f'{way}: flights [%]']:.3g} % of flights ({row[f'{way}: time [%]']:.3g} % of "
+            f"{row[f'{way}: runs [%]']:.3g} % of runs ({row[f'{way}: time [%]']:.3g} % of "
             f"the time) {way}"
             for way in ("steered", "open loop")
         )
-        yield f"{name} broken in {ways}"
+        yield f"{name} violated in {ways}"

@@ -1,1 +1,1 @@
-"""Simulated flights: true attitude and errors, and the telemetry of gyro and sensors."""
+"""Simulators of plans: true attitude and errors, and the telemetry of gyro and sensors."""

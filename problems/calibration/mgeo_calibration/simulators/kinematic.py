@@ -1,4 +1,6 @@
-"""Telemetry of simulated runs, with errors drawn from the scenario or from another truth."""
+"""Kinematic simulator: telemetry of a plan whose rates are executed exactly, with random sensor
+errors.
+"""
 
 from __future__ import annotations
 
@@ -28,8 +30,8 @@ from mgeo_calibration.simulators.simulated_run import (
 )
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
-#: Keys in which a truth may differ from the scenario, and keys without effect on a run. Of
-#: `initial`, only the attitude uncertainty may differ.
+#: Keys in which a true scenario may differ from the assumed scenario, and keys without effect on a
+#: run. Of `initial`, only the attitude uncertainty may differ.
 FREE_KEYS = (
     "epoch",
     "eclipse",
@@ -52,12 +54,14 @@ def simulate_telemetry(
     initial_truth: Truth | None = None,
     environment: Environment | None = None,
 ) -> Telemetry:
-    """Simulate one run of a plan up to the end of the scenario.
+    """Simulate one run of a plan and return the telemetry, with exact rates and random sensor
+    errors.
 
-    True errors are drawn from the scenario, and the rates of the plan are executed exactly from the
-    true initial attitude, as in `simulation.simulate`. Magnetorquers produce other rates from
-    another attitude. A slew back that the scenario requires starts after the predicted convergence
-    time, or after the time until which the plan is held. There are no readings at the start.
+    The run lasts until the end of the scenario. True errors are drawn from the scenario, and the
+    rates of the plan are executed exactly from the true initial attitude, as in
+    `simulation.simulate`. Magnetorquers produce other rates from another attitude. A slew back that
+    the scenario requires starts after the predicted convergence time, or after the time until which
+    the last attitude of the plan is kept. There are no readings at the start.
 
     Parameters
     ----------
@@ -65,7 +69,7 @@ def simulate_telemetry(
     plan : ManeuverPlan or array_like, shape (4 m,)
         Plan, or a design with rates [deg/s] and duration [s] of each maneuver; ``[]`` for none.
     seed : int or Generator, optional
-        None draws fresh entropy.
+        Equal seeds give identical telemetry. None draws fresh entropy.
     truth : Scenario, optional
         True scenario, if it differs from `scenario`; see `simulation.simulate`.
     initial_truth : Truth, optional
@@ -86,39 +90,46 @@ def simulate_telemetry(
     Examples
     --------
     >>> from mgeo_attitude import Scenario
-    >>> from mgeo_calibration import fly
+    >>> from mgeo_calibration import simulate_telemetry
     >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
     >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
-    >>> telemetry = fly(scenario, design, seed=1)
+    >>> telemetry = simulate_telemetry(scenario, design, seed=1)
     >>> len(telemetry.times), {name: values.shape for name, values in telemetry.sensors.items()}
     (901, {'sun': (901, 3), 'mag': (901, 3)})
     """
     environment = environment or Environment.from_scenario(scenario)
-    planned = FilterModel.from_scenario(scenario, environment)
-    design = complete_design(scenario, plan, planned)
-    model = planned if truth is None else build_true_model(truth, scenario, environment)
+    nominal_model = FilterModel.from_scenario(scenario, environment)
+    design = complete_design(scenario, plan, nominal_model)
+    model = nominal_model if truth is None else build_true_model(truth, scenario, environment)
     n = model.n_steps
-    draws = continue_errors(
+    random_errors = continue_errors(
         model, draw_errors(model, n, np.random.default_rng(seed)), initial_truth
     )
-    motion = compute_true_motion(planned, design, n, draws.initial_errors)
-    flight = simulate_run(
-        model, motion, draws, build_true_environment(truth or scenario, scenario, environment)
+    motion = compute_true_motion(nominal_model, design, n, random_errors.initial_errors)
+    simulated_run = simulate_run(
+        model,
+        motion,
+        random_errors,
+        build_true_environment(truth or scenario, scenario, environment),
     )
-    mean = flight.readings.gyro + compute_design_coning(planned, design, n, flight.initial_rotation)
-    readings = dataclasses.replace(flight.readings, gyro=mean)
-    return build_telemetry(model, dataclasses.replace(flight, readings=readings))
+    mean = simulated_run.readings.gyro + compute_design_coning(
+        nominal_model, design, n, simulated_run.initial_rotation
+    )
+    readings = dataclasses.replace(simulated_run.readings, gyro=mean)
+    return build_telemetry(model, dataclasses.replace(simulated_run, readings=readings))
 
 
 def continue_errors(
     model: FilterModel, random_errors: RandomErrors, initial_truth: Truth | None
 ) -> RandomErrors:
-    """Replace the initial errors of a run by the final errors of an earlier run, if given."""
+    """Return the random errors of a run with the final attitude error and states of an earlier run
+    as initial errors, if given.
+    """
     if initial_truth is None:
         return random_errors
     if initial_truth.states.shape[1] != model.suite.n_states:
         raise ValueError(
-            f"after: truth of {initial_truth.states.shape[1]} states: expected the scenario's "
+            f"initial_truth has {initial_truth.states.shape[1]} states: expected the scenario's "
             f"{model.suite.n_states}"
         )
     errors = initial_truth.states[-1].copy()
@@ -127,18 +138,22 @@ def continue_errors(
 
 
 def complete_design(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
-    """Return the design of a plan, including the slew back that the scenario requires."""
+    """Return the design of a plan as an array, with the slew back to the initial attitude appended
+    if the scenario requires it.
+    """
     design = np.asarray(getattr(plan, "design", plan), dtype=float)
     design = design if design.size else build_hold_design(model.initial_rate)
     if not scenario.maneuvers.slew_back:
         return design
-    held = getattr(plan, "hold_end", 0.0)
+    hold_end = getattr(plan, "hold_end", 0.0)
     t_end = float(evaluate(model, design).t_end[0])
-    return Trajectory(scenario, model, design, t_end, held).commanded_design
+    return Trajectory(scenario, model, design, t_end, hold_end).commanded_design
 
 
 def build_telemetry(model: FilterModel, simulated_run: SimulatedRun) -> Telemetry:
-    """Return the readings of a run as telemetry with its truth."""
+    """Convert the readings and the true states of a simulated run to telemetry in telemetry
+    units.
+    """
     suite, rates = model.suite, np.degrees(simulated_run.readings.gyro)
     states = np.tile(simulated_run.initial_states, (len(simulated_run.varying_states), 1))
     states[:, 3 : suite.n_dynamic] = simulated_run.varying_states
@@ -161,7 +176,8 @@ def build_telemetry(model: FilterModel, simulated_run: SimulatedRun) -> Telemetr
 
 
 def build_true_model(truth: Scenario, scenario: Scenario, environment: Environment) -> FilterModel:
-    """Return the model of a truth that differs from the scenario.
+    """Return the filter model of a true scenario that differs from the assumed scenario, after a
+    check that both are compatible.
 
     Parameters
     ----------
@@ -199,7 +215,9 @@ def build_true_model(truth: Scenario, scenario: Scenario, environment: Environme
 def build_true_environment(
     truth: Scenario, scenario: Scenario, environment: Environment
 ) -> Environment:
-    """Return the environment of a truth, without shadow if the truth has no eclipses."""
+    """Return the environment along the true orbit, without eclipses if the true scenario has
+    none.
+    """
     if (truth.epoch, truth.orbit) != (scenario.epoch, scenario.orbit):
         environment = Environment.from_scenario(truth)
     return environment if truth.eclipse else environment.without_eclipses()

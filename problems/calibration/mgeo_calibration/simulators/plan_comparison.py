@@ -1,4 +1,6 @@
-"""Pointing errors and constraint values of the true attitude, for one or many simulated runs."""
+"""Comparison of the true attitude in simulated runs with the plan: pointing errors, constraints and
+wheel momentum.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,7 @@ from mgeo_calibration.simulators.simulated_run import (
 )
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-END_ERROR, MAX_ERROR = "off the plan, end", "off the plan, most"
+END_ERROR, MAX_ERROR = "pointing error, end", "pointing error, largest"
 WHEEL_MOMENTUM = "wheel momentum"
 #: Upper quantile of the Monte Carlo runs in a table, in addition to the median.
 UPPER_QUANTILE = 0.9
@@ -34,7 +36,8 @@ MEDIAN_COLUMN, QUANTILE_COLUMN, VIOLATED_COLUMN = "median", "90 % quantile", "vi
 
 
 def compare_with_plan(plan: ManeuverPlan, telemetry: Telemetry) -> pd.DataFrame:
-    """Compare the true attitude of a simulated run with its plan.
+    """Compare the true attitude of a simulated run with its plan, as a table of pointing errors,
+    constraint values and wheel momentum.
 
     The comparison ends at the end of the plan or at the last sample of telemetry. Rows: pointing
     errors, path constraints and the largest momentum of a wheel.
@@ -42,9 +45,9 @@ def compare_with_plan(plan: ManeuverPlan, telemetry: Telemetry) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns: ``unit``; ``plan`` and ``flown``, values of the planned and of the true attitude
-        without margin; ``bound`` ("at most", "at least" or empty), ``limit`` and ``kept``, whether
-        the constraint is satisfied. ``attrs["time_s"]`` is the end time [s].
+        Columns: ``unit``; ``plan`` and ``simulated``, values of the planned and of the true
+        attitude without margin; ``bound`` ("at most", "at least" or empty), ``limit`` and
+        ``satisfied``. ``attrs["time_s"]`` is the end time [s].
 
     Raises
     ------
@@ -53,7 +56,7 @@ def compare_with_plan(plan: ManeuverPlan, telemetry: Telemetry) -> pd.DataFrame:
     """
     truth = telemetry.truth
     if truth is None:
-        raise ValueError("telemetry has no truth: expected that of a simulated flight")
+        raise ValueError("telemetry has no truth: expected telemetry of a simulated run")
     n = min(len(plan.attitude), len(truth.attitude))
     wheels = None if truth.wheel_momentum is None else truth.wheel_momentum[:n]
     rows = build_constraint_table(
@@ -68,7 +71,8 @@ def compare_with_plan(plan: ManeuverPlan, telemetry: Telemetry) -> pd.DataFrame:
 def compute_constraint_values(
     plan: ManeuverPlan, attitude: Floats, wheel_momentum: Floats | None = None
 ) -> dict[str, float]:
-    """Return the pointing errors, constraint values and wheel momentum of an attitude, by label.
+    """Return pointing errors, path constraint angles and largest wheel momentum of an attitude
+    history, as a dict by row label.
 
     Parameters
     ----------
@@ -81,18 +85,22 @@ def compute_constraint_values(
     apart = np.linalg.norm(attitude - plan.attitude[:n], axis=(1, 2))
     off = 2.0 * np.arcsin(np.minimum(apart / np.sqrt(8.0), 1.0))
     result = {END_ERROR: float(np.degrees(off[-1])), MAX_ERROR: float(np.degrees(off.max()))}
-    turn = Rotation.from_matrix(attitude[:-1] @ attitude[1:].transpose(0, 2, 1)).as_rotvec()
+    step_rotations = Rotation.from_matrix(
+        attitude[:-1] @ attitude[1:].transpose(0, 2, 1)
+    ).as_rotvec()
     around = plan.problem.environment
     at = SatelliteState(*(getattr(around, name)[:n] for name in SatelliteState._fields))
     at = at if scenario.eclipse else at.without_eclipses()
     for limit in scenario.path_constraints:
         result[limit.label] = _compute_constraint_angle(
-            limit, scenario, at, attitude, np.vstack([np.zeros(3), turn])
+            limit, scenario, at, attitude, np.vstack([np.zeros(3), step_rotations])
         )
     if scenario.wheels is not None:
         if wheel_momentum is None:
             start = plan.problem.model.initial_rate
-            wheel_momentum = _compute_momentum(scenario, attitude, turn / scenario.step, start)
+            wheel_momentum = _compute_momentum(
+                scenario, attitude, step_rotations / scenario.step, start
+            )
         result[WHEEL_MOMENTUM] = float(np.abs(wheel_momentum).max())
     return result
 
@@ -100,10 +108,16 @@ def compute_constraint_values(
 def build_constraint_table(
     plan: ManeuverPlan, planned: dict[str, float], simulated: dict[str, float]
 ) -> pd.DataFrame:
-    """Return the table of `compare_with_plan` from planned and true values."""
+    """Build the table of `compare_with_plan` from the values of the planned and of the true
+    attitude.
+    """
     limits: dict[str, tuple[str, str, float]] = {}
     for each in plan.scenario.path_constraints:
-        limits[each.label] = "deg", "at most" if each.keep_in else "at least", each.half_angle_deg
+        limits[each.label] = (
+            "deg",
+            "at most" if each.keep_in else "at least",
+            each.half_angle_deg,
+        )
     wheels = plan.scenario.wheels
     if wheels is not None:
         bound = "at most" if wheels.max_momentum else ""
@@ -120,7 +134,8 @@ def build_constraint_table(
 def simulate_gyro_guidance(
     plan: ManeuverPlan, model: FilterModel, random_errors: RandomErrors, n_steps: int
 ) -> Floats:
-    """Simulate the true attitude of a satellite that follows the plan with its gyro.
+    """Simulate the true attitude of a satellite whose ideal controller follows the plan with a
+    gyro-based attitude estimate.
 
     The attitude estimate starts at the plan's initial attitude and integrates the corrected gyro
     rates. The controller is ideal and keeps the estimate on the plan; the Basilisk simulator
@@ -128,8 +143,7 @@ def simulate_gyro_guidance(
 
     Parameters
     ----------
-    random_errors : Draws
-        Random errors of the run.
+    random_errors : RandomErrors
     n_steps : int
 
     Returns
@@ -179,19 +193,23 @@ def _compute_constraint_angle(
 def _compute_momentum(
     scenario: Scenario, attitude: Floats, rates: Floats, initial_rate: Floats
 ) -> Floats:
-    """Return the momentum of each wheel at both ends of all steps, shape (2 n, k) [N m s].
+    """Return the momentum of each wheel at both ends of all steps, from the conservation of total
+    momentum.
 
-    As `filter.wheel_load`, without disturbance torques and magnetic unloading.
+    The model is that of `filter.wheel_load` without disturbance torques and magnetic unloading. The
+    result has the shape (2 n, k) and the unit N m s.
     """
     wheels = scenario.wheels
     assert wheels is not None
     axes, J = wheels.normalized_axes(), wheels.inertia_matrix()
     total, circulating = np.zeros(3), np.zeros(len(wheels.compute_load_matrix()))
     if wheels.initial_momentum:
-        held = np.array(wheels.initial_momentum)
-        total = attitude[0].T @ (axes.T @ held + J @ initial_rate)
+        initial_momentum = np.array(wheels.initial_momentum)
+        total = attitude[0].T @ (axes.T @ initial_momentum + J @ initial_rate)
         if wheels.allocation == "pseudo-inverse":
-            circulating = held - pseudo_inverse_allocation(axes) @ (axes.T @ held)
+            circulating = initial_momentum - pseudo_inverse_allocation(axes) @ (
+                axes.T @ initial_momentum
+            )
     ends = np.concatenate([attitude[:-1], attitude[1:]])
     result: Floats = (
         ends @ total - np.tile(rates, (2, 1)) @ J.T
@@ -200,33 +218,35 @@ def _compute_momentum(
 
 
 def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.DataFrame:
-    """Summarize the pointing errors and constraints of Monte Carlo runs with gyro-based guidance.
+    """Summarize pointing errors and constraints over Monte Carlo runs whose attitude estimate
+    integrates the gyro, as a table.
 
     Returns
     -------
     DataFrame
-        Rows as in `compare_with_plan`. Columns: ``unit``, ``plan``, median and 90 % quantile of the runs on
-        the unfavorable side, ``bound``, ``limit`` and the percentage of runs that violate the
-        constraint. Empty for a satellite with magnetorquers, whose motion does not follow the gyro.
+        Rows as in `compare_with_plan`. Columns: ``unit``, ``plan``, median and 90 % quantile of the
+        runs on the unfavorable side, ``bound``, ``limit`` and the percentage of runs that violate
+        the constraint. Empty for a satellite with magnetorquers, whose motion does not follow the
+        gyro.
     """
     if plan.scenario.is_magnetorquer_driven:
         return pd.DataFrame()
     model = plan.problem.model
     n = min(round(min(plan.duration, plan.scenario.duration) / model.step), model.n_steps)
-    flown = [
+    true_values = [
         compute_constraint_values(
             plan, simulate_gyro_guidance(plan, model, draw_errors(model, n, generator), n)
         )
         for generator in np.random.default_rng(seed).spawn(n_runs)
     ]
     planned = compute_constraint_values(plan, plan.attitude[: n + 1])
-    each = [build_constraint_table(plan, planned, one) for one in flown]
+    each = [build_constraint_table(plan, planned, one) for one in true_values]
     result = each[0][["unit", "plan", "bound", "limit"]].copy()
     table = np.array([one["simulated"] for one in each])
-    least = (result["bound"] == "at least").to_numpy()
+    is_lower = (result["bound"] == "at least").to_numpy()
     for at, name in ((0.5, MEDIAN_COLUMN), (UPPER_QUANTILE, QUANTILE_COLUMN)):
         low, high = np.quantile(table, [1.0 - at, at], axis=0)
-        result[name] = np.where(least, low, high)
+        result[name] = np.where(is_lower, low, high)
     result[VIOLATED_COLUMN] = 100.0 * np.mean(
         [~one["satisfied"].to_numpy(bool) for one in each], axis=0
     )
@@ -237,15 +257,18 @@ def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.Da
 
 
 def format_gyro_guidance(summary: pd.DataFrame) -> list[str]:
-    """Format the summary of `ends` as at most one line."""
+    """Return one line of text on the table of `summarize_gyro_guidance`, as a list; empty for an
+    empty table.
+    """
     if not len(summary):
         return []
     half, most = summary.loc[END_ERROR, [MEDIAN_COLUMN, QUANTILE_COLUMN]]
-    broken = summary[summary[VIOLATED_COLUMN] > 0.0]
+    violations = summary[summary[VIOLATED_COLUMN] > 0.0]
     limits = "".join(
-        f"; {label} broken in {share:.3g} %" for label, share in broken[VIOLATED_COLUMN].items()
+        f"; {label} violated in {share:.3g} %"
+        for label, share in violations[VIOLATED_COLUMN].items()
     )
     return [
         "with gyro-based guidance from an uncertain initial attitude, half of the runs end less "
-        f"than {half:.3g} deg off the plan, 9 of 10 less than {most:.3g} deg{limits}"
+        f"than {half:.3g} deg from the plan and 90 % less than {most:.3g} deg{limits}"
     ]

@@ -1,4 +1,4 @@
-"""Random errors, true motion and readings of a simulated run."""
+"""Monte Carlo run of a plan with exact rates: random errors, true motion and sensor readings."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from scipy.signal import lfilter
 
 @dataclass(frozen=True)
 class RandomErrors:
-    """Random numbers of a run of n steps.
+    """All random numbers of a simulated run: initial errors, process noise and measurement noise.
 
     Attributes
     ----------
@@ -50,7 +50,9 @@ class RandomErrors:
 
 
 def draw_errors(model: FilterModel, n_steps: int, generator: np.random.Generator) -> RandomErrors:
-    """Draw the random numbers of a run from a model."""
+    """Draw initial errors, process noise and measurement noise of a run from the covariances of a
+    filter model.
+    """
     suite = model.suite
     (_, Q), k = discretize_at_rest(model), suite.n_kinematic
     # The covariance of a constant bias is singular and has no Cholesky factor.
@@ -68,7 +70,9 @@ def draw_errors(model: FilterModel, n_steps: int, generator: np.random.Generator
 
 
 def add_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
-    """Return true states from estimates and their errors, shape (n_states,)."""
+    """Return true states from estimated states and their errors. Rotation states are composed,
+    other states added.
+    """
     true = states + errors
     for first in suite.rotation_indices[1:]:
         block = slice(first, first + 3)
@@ -80,7 +84,8 @@ def add_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
 
 
 def discretize_at_rest(model: FilterModel) -> tuple[Floats, Floats]:
-    """Return the exact transition and process noise matrices of one step without rotation.
+    """Return transition matrix and process noise covariance of one filter step for a body that does
+    not rotate.
 
     Returns
     -------
@@ -92,7 +97,7 @@ def discretize_at_rest(model: FilterModel) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True)
 class SimulatedRun:
-    """True motion, errors and readings of a run of n steps.
+    """True motion, true states and sensor readings of a simulated run of n steps.
 
     Attributes
     ----------
@@ -100,12 +105,12 @@ class SimulatedRun:
         Motion of the plan, executed exactly.
     initial_rotation : array, shape (3, 3)
         Rotation of the true attitude from the planned attitude, in GCRS axes. The true attitude is
-        ``motion.attitude @ start``.
+        ``motion.attitude @ initial_rotation``.
     initial_states : array, shape (n_states,)
         True gyro and sensor states at the start; the attitude block is zero.
     varying_states : array, shape (n + 1, n_dynamic - 3)
         True gyro states and varying sensor states at every sample.
-    readings : Readings
+    readings : Measurements
     """
 
     motion: Motion
@@ -116,7 +121,8 @@ class SimulatedRun:
 
 
 def compute_coning_correction(start_rates: Floats, end_rates: Floats, step: float) -> Floats:
-    """Return the mean rate minus the rotation vector per unit time of steps, shape (n, 3) [rad/s].
+    """Return the difference between the mean rate of each step and its rotation vector per unit
+    time.
 
     Third-order expansion for linearly varying rates (J. E. Bortz, A New Mathematical Formulation
     for Strapdown Inertial Navigation, IEEE Transactions on Aerospace and Electronic Systems AES-7
@@ -136,29 +142,37 @@ def compute_coning_correction(start_rates: Floats, end_rates: Floats, step: floa
 def compute_design_coning(
     nominal_model: FilterModel, design: Floats, n_steps: int, initial_rotation: Floats
 ) -> Floats:
-    """Return the `compute_coning_correction` of the first n steps of a design, shape (n, 3) [rad/s].
+    """Return the difference between mean rate and rotation vector per unit time in the steps of a
+    design, for an initial attitude with an error.
 
     Parameters
     ----------
     nominal_model : FilterModel
+        Model with the planned initial attitude.
     design : array, shape (4 m,)
     n_steps : int
     initial_rotation : array, shape (3, 3)
-        See `Flight.start`.
+        See `SimulatedRun`.
+
+    Returns
+    -------
+    array, shape (n_steps, 3)
+        [rad/s]
     """
     body = nominal_model.rotate_initial_attitude(initial_rotation.T)
     if body.slew_limits is None:  # The rate is constant within each step.
         return np.zeros((n_steps, 3))
     plan = body.build_schedule(design[None], n_steps)
-    stretch = np.searchsorted(plan.starts[0], np.arange(n_steps), side="right") - 1
-    end = plan.end_rates[0][stretch]
+    maneuver = np.searchsorted(plan.starts[0], np.arange(n_steps), side="right") - 1
+    end = plan.end_rates[0][maneuver]
     return compute_coning_correction(np.vstack([body.initial_rate, end[:-1]]), end, body.step)
 
 
 def compute_true_motion(
     nominal_model: FilterModel, design: Floats, n_steps: int, errors: Floats
 ) -> Motion:
-    """Return the motion of a design for an initial attitude with a drawn error.
+    """Return the true motion of a design if the initial attitude has a random error, relative to
+    the planned attitude.
 
     The motion is given relative to the planned attitude. Its rates are the planned rates, except
     for magnetorquers, whose torque depends on the field in the body frame.
@@ -166,26 +180,36 @@ def compute_true_motion(
     Parameters
     ----------
     errors : array, shape (n_states,)
-        See `Draws.errors`.
+        See `RandomErrors.initial_errors`.
     """
     start = _build_initial_rotation(nominal_model.initial_attitude, errors)
     return Motion.from_design(nominal_model.rotate_initial_attitude(start.T), design, n_steps)
 
 
 def _build_initial_rotation(nominal_attitude: Floats, errors: Floats) -> Floats:
-    """Return `Flight.start` for a planned initial attitude and drawn errors."""
+    """Return the rotation from the planned to the true initial attitude, in GCRS axes, for a drawn
+    attitude error.
+    """
     return rotation_matrix(-errors[:3] @ nominal_attitude)
 
 
 def simulate_gyro(
     model: FilterModel, rates: Floats, random_errors: RandomErrors
 ) -> tuple[Floats, Floats]:
-    """Simulate the gyro of a body with given rates.
+    """Simulate the gyro errors along a motion, and return true gyro states and reported rates.
+
+    Parameters
+    ----------
+    model : FilterModel
+        True model.
+    rates : array, shape (n, 3)
+        True mean body rate in each step [rad/s].
+    random_errors : RandomErrors
 
     Returns
     -------
     gyro : array, shape (n + 1, n_dynamic - 3)
-        See `Flight.gyro`.
+        See `SimulatedRun.varying_states`.
     reported : array, shape (n, 3)
         Reported rates [rad/s].
     """
@@ -212,14 +236,14 @@ def simulate_run(
     random_errors: RandomErrors,
     environment: Environment | None = None,
 ) -> SimulatedRun:
-    """Simulate a plan with drawn errors.
+    """Simulate the true states and all readings of a run from its motion and its random errors.
 
     Parameters
     ----------
     model : FilterModel
         True model.
     motion : Motion
-    random_errors : Draws
+    random_errors : RandomErrors
     environment : Environment, optional
         Environment of the model. If given, eclipses follow the true orbit, otherwise the estimated
         orbit.
@@ -232,13 +256,13 @@ def simulate_run(
     errors[:3] = 0.0
     gyro, reported = simulate_gyro(model, motion.rates, random_errors)
     attitude = motion.attitude @ start
-    seen = model if environment is None else apply_true_eclipses(model, environment, gyro)
+    sensor_model = model if environment is None else apply_true_eclipses(model, environment, gyro)
     readings = Measurements(
         np.full(len(motion.rates), model.step),
         reported,
         tuple(
             _simulate_readings(
-                seen,
+                sensor_model,
                 index,
                 attitude,
                 motion.rates,
@@ -255,12 +279,13 @@ def simulate_run(
 def select_sensitivity_channels(
     channel_deviations: Floats, suite: Suite, owner: Gyro | Sensor
 ) -> list[Floats]:
-    """Return the channels of an owner's bias sensitivities, each of shape (n, 1).
+    """Return the housekeeping channels on which the biases of a gyro or sensor depend, as one
+    column per bias sensitivity.
 
     Parameters
     ----------
     channel_deviations : array, shape (n, m)
-        Channels of all owners.
+        Deviations of the channels from their reference, for gyro and all sensors.
     """
     own = suite.find_sensitivity_columns(owner)
     return [channel_deviations[:, [k]] for k in range(own.start, own.stop)]
@@ -275,7 +300,9 @@ def _simulate_readings(
     varying_states: Floats,
     noise: Floats,
 ) -> Floats:
-    """Return the readings of a sensor at every sample; NaN at the start and without measurement."""
+    """Return the readings of one sensor at every sample; NaN at the start and where the sensor
+    cannot measure.
+    """
     sensor = model.suite.sensors[index]
     x = {
         name: varying_states[:, first - 3 : first]
@@ -295,37 +322,38 @@ def _simulate_readings(
         x,
         select_sensitivity_channels(model.sensitivity_factors, model.suite, sensor),
     )
-    looks = model.references[:, model.suite.list_vector_indices(index)].swapaxes(0, 1)
+    references = model.references[:, model.suite.list_vector_indices(index)].swapaxes(0, 1)
     rate = np.vstack([rates[:1], rates])  # rate of the step that ends at each sample
-    report = sensor.predict_measurement(*apply_latency(sensor, x, list(looks), to_body, rate))
-    seen = can_measure(model, index, attitude, rates)
-    seen[0] = False  # The prior describes the start.
+    report = sensor.predict_measurement(*apply_latency(sensor, x, list(references), to_body, rate))
+    is_measured = can_measure(model, index, attitude, rates)
+    is_measured[0] = False  # The prior describes the start.
     reported = stack_measurement(sensor.add_noise(report, noise[:, : len(sensor.noise_sigmas())]))
-    return np.where(seen[:, None, None], reported, np.nan)
+    return np.where(is_measured[:, None, None], reported, np.nan)
 
 
 def apply_true_eclipses(
     model: FilterModel, environment: Environment, varying_states: Floats
 ) -> FilterModel:
-    """Return a model whose sensors see the Sun according to the true orbit.
+    """Return a copy of a filter model in which the eclipses follow the true orbit instead of the
+    estimated orbit.
 
     Parameters
     ----------
     environment : Environment
         Environment of the estimated orbit.
     varying_states : array, shape (n + 1, n_dynamic - 3)
-        See `Flight.gyro`.
+        See `SimulatedRun`.
     """
     suite = model.suite
     if not suite.environment_errors.has_orbit_error or not environment.has_eclipses:
         return model
     first = 3 * suite.blocks.index("environment_errors.orbit_error") - 3
-    there = compute_availability(
+    available = compute_availability(
         suite,
         suite.environment_errors.displace_position(
             environment, varying_states[:, first : first + 3]
         ),
     )
-    for column, sensor in zip(there.T, suite.sensors, strict=True):
-        column &= find_sample_instants(sensor, model.step, len(there))
-    return dataclasses.replace(model, available=there)
+    for column, sensor in zip(available.T, suite.sensors, strict=True):
+        column &= find_sample_instants(sensor, model.step, len(available))
+    return dataclasses.replace(model, available=available)

@@ -1,4 +1,4 @@
-"""JSON documents of the true attitude and errors at the end of a simulated run."""
+"""JSON documents with the true attitude and the true errors at the end of a simulated run."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ _MAX_TIME_DIFFERENCE = 1e-3
 
 
 def read_truth(path: Path, plan: ManeuverPlan) -> Truth:
-    """Read the truth of an earlier run for a follow-up plan.
+    """Read the true attitude and states at the end of an earlier run from a file, as the start of a
+    follow-up plan.
 
     Raises
     ------
@@ -59,7 +60,8 @@ def _parse_truth(text: str, plan: ManeuverPlan) -> Truth:
 def build_truth_document(
     plan: ManeuverPlan, telemetry: Telemetry, simulator: str, seed: int
 ) -> dict[str, Any]:
-    """Return the truth at the last sample as a document with the keys of calibration.json.
+    """Return the true attitude and states at the last sample as a dict of JSON values, with the
+    keys of calibration.json.
 
     ``table`` has the column ``value`` instead of ``estimate``.
     """

@@ -1,4 +1,6 @@
-"""Axes that a satellite without a gyro holds: attitude, rates and pointing error."""
+"""Attitude, rates and pointing error of a satellite without a gyro that keeps its body aligned with
+reference axes.
+"""
 
 from __future__ import annotations
 
@@ -18,16 +20,17 @@ from mgeo_calibration.telemetry.mapping import GyroChannels
 
 
 class AssumedAttitude(NamedTuple):
-    """Held attitude at n samples, and the pointing error about it.
+    """Nominal attitude of a satellite without a gyro at n samples, and the random pointing error
+    about this attitude.
 
-    The true attitude is the held one times `rotation.matrix` of an error, body to GCRS.
+    The true attitude is ``attitude @ rotation_matrix(e)`` for a pointing error e.
 
     Attributes
     ----------
     attitude : array, shape (n, 3, 3)
-        Body to GCRS.
+        Rotation matrices from the body frame to GCRS.
     pointing_error : GaussMarkov
-        Error about each body axis [rad].
+        Process of the error about each body axis [rad].
     """
 
     attitude: Floats
@@ -36,16 +39,17 @@ class AssumedAttitude(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class AttitudeHold:
-    """Axes that a satellite holds with a pointing error.
+    """Reference axes with which a satellite without a gyro keeps its body aligned, up to a random
+    pointing error.
 
     Attributes
     ----------
     axes : str
-        Frame of the axes, ``LVLH`` or ``GCRF``.
+        Frame of the reference axes, ``LVLH`` or ``GCRF``.
     to_body : array, shape (3, 3)
-        Rotation of coordinates from the axes to the body without pointing error.
+        Rotation matrix from the reference axes to the body frame without pointing error.
     pointing_error : GaussMarkov
-        Error about each body axis [rad].
+        Process of the error about each body axis [rad].
     """
 
     axes: str
@@ -54,7 +58,9 @@ class AttitudeHold:
 
     @staticmethod
     def from_channels(gyro: GyroChannels) -> AttitudeHold | None:
-        """Return the hold of a mapping that declares a pointing error."""
+        """Return the attitude hold that the gyro table of a mapping declares, or None if it
+        declares no pointing error.
+        """
         sigma, time = gyro.pointing_error_deg, gyro.pointing_correlation_time
         if sigma is None or time is None:
             return None
@@ -67,15 +73,38 @@ class AttitudeHold:
     def compute_attitude(
         self, scenario: Scenario, times: Floats, position: Floats | None
     ) -> AssumedAttitude:
-        """Return the held attitude at times [s]; parameters as in `compute_frame_rotations`."""
+        """Compute the nominal attitude at given times from the orbit and the mounting on the
+        reference axes.
+
+        Parameters
+        ----------
+        scenario, times, position
+            As in `compute_frame_rotations`.
+        """
         axes = compute_frame_rotations(self.axes, scenario, times, position)
         return AssumedAttitude(axes @ self.to_body.T, self.pointing_error)
 
 
 def compute_assumed_rates(axes: str, scenario: Scenario, times: Floats) -> Floats:
-    """Return the rate of a satellite that holds LVLH or inertial axes, in those [deg/s], (n, 3).
+    """Return the body rate of a satellite that keeps its attitude relative to LVLH or to inertial
+    axes, at given times.
 
-    LVLH has x forward, y against the orbit's normal and z down. It rotates at |r × v| / r².
+    LVLH has x forward, y against the orbit normal and z down. It rotates at the rate ``|r × v| /
+    r²`` about -y.
+
+    Parameters
+    ----------
+    axes : str
+        ``lvlh`` or ``inertial``.
+    scenario : Scenario
+        Scenario with the orbit.
+    times : array, shape (n,)
+        Seconds since the epoch of the scenario.
+
+    Returns
+    -------
+    array, shape (n, 3)
+        Rate about the reference axes [deg/s].
     """
     rates = np.zeros((len(times), 3))
     if axes == "lvlh":
@@ -87,21 +116,28 @@ def compute_assumed_rates(axes: str, scenario: Scenario, times: Floats) -> Float
 def compute_frame_rotations(
     frame: str, scenario: Scenario, times: Floats, position: Floats | None
 ) -> Floats:
-    """Return the matrices that take vectors of a frame to GCRS, shape (n, 3, 3).
+    """Return the rotation matrices from a reference frame to GCRS, one per time.
 
     Parameters
     ----------
     frame : str
         One of `mapping.AttitudeFrame`.
+    scenario : Scenario
+        Scenario with epoch and orbit.
     times : array, shape (n,)
-        [s]
+        Seconds since the epoch.
     position : array, shape (n, 3), optional
-        Satellite [m], GCRS, NaN without a sample. Default: the scenario's orbit.
+        Satellite position in GCRS [m], with NaN for missing samples, for the frame LVLH. Default:
+        the orbit of the scenario.
+
+    Returns
+    -------
+    array, shape (n, 3, 3)
     """
     if frame != "LVLH":
         return rotation_to_gcrs(frame, compute_julian_dates(scenario.epoch, times))
     if position is None:
         return lvlh_to_gcrs(*scenario.orbit.propagate(scenario.epoch, times))
-    known = np.isfinite(position[:, 0])
-    course = CubicSpline(times[known], position[known])
-    return lvlh_to_gcrs(course(times), course(times, 1))
+    is_known = np.isfinite(position[:, 0])
+    orbit = CubicSpline(times[is_known], position[is_known])
+    return lvlh_to_gcrs(orbit(times), orbit(times, 1))

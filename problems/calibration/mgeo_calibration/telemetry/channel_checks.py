@@ -1,4 +1,6 @@
-"""Checks of single channels for constant, saturated, frozen, repeated and clipped values."""
+"""Checks of single telemetry channels for constant, saturated, frozen, repeated and clipped
+values.
+"""
 
 from __future__ import annotations
 
@@ -15,20 +17,20 @@ _MIN_SATURATED_SAMPLES = 5  # smallest number of consecutive equal extremes of a
 _MIN_REPETITIONS = 5  # smallest count of a repeated value, also relative to the next frequent value
 _MIN_FROZEN_SAMPLES = 10  # smallest number of consecutive equal samples of a frozen sensor
 _MAX_EQUAL_FRACTION = 0.01  # largest fraction of equal neighbors of a finely resolved channel
-_MAX_CLIPPING_GAP = (
-    0.05  # largest gap next to a clipping limit, relative to the range of the channel
-)
+# largest gap next to a clipping limit, relative to the range of the channel
+_MAX_CLIPPING_GAP = 0.05
 
 
 def find_constant_channels(samples: Samples) -> Iterator[Finding]:
-    """Find columns that never change: one of three components, or all columns of a sensor."""
+    """Yield a finding for each gyro or sensor with a channel that has the same value in all
+    samples.
+    """
     for name, (columns, rows) in samples.columns.items():
-        seen = np.flatnonzero(np.isfinite(rows).all(axis=1))
-        result = rows[seen]
-        reported = samples.telemetry.sensors.get(name, rows)[seen]
-        in_the_dark = (
-            len(columns) == 1 and (np.abs(reported) < _MAX_DARK_READING).all()
-        )  # a photodiode
+        indices = np.flatnonzero(np.isfinite(rows).all(axis=1))
+        result = rows[indices]
+        reported = samples.telemetry.sensors.get(name, rows)[indices]
+        # A photodiode in the dark is constant without a fault.
+        in_the_dark = len(columns) == 1 and (np.abs(reported) < _MAX_DARK_READING).all()
         if len(result) < _MIN_SAMPLES or in_the_dark:
             continue
         stuck = np.ptp(result, axis=0) == 0.0
@@ -36,26 +38,28 @@ def find_constant_channels(samples: Samples) -> Iterator[Finding]:
             k = int(np.argmax(stuck))
             value = f"{float(result[0, k])!r} in all {len(result)} samples"
             advice = f"check {name}.columns, or leave {name} out of the scenario"
-            place = samples.format_place(seen[0])
+            place = samples.format_place(indices[0])
             yield Finding(columns[k], place, value, "a channel that changes", advice)
 
 
 def find_saturated_rates(samples: Samples) -> Iterator[Finding]:
-    """Find gyro rates beyond the range, or at the same extreme in many consecutive samples."""
+    """Yield a finding for each gyro axis whose rate exceeds the range, or stays at its extreme
+    value for many consecutive samples.
+    """
     if "gyro" not in samples.columns:
         return
     (columns, rows), gyro = samples.columns["gyro"], samples.mapping.gyro
-    seen = np.flatnonzero(np.isfinite(rows).all(axis=1))
+    indices = np.flatnonzero(np.isfinite(rows).all(axis=1))
     advice = "leave these samples out, or correct gyro.range_deg_s"
     unit = gyro.unit or "deg/s"
     limit = np.inf if gyro.range_deg_s is None else gyro.range_deg_s / gyro.compute_factor("deg/s")
-    for name, rate in zip(columns, np.abs(rows[seen].T), strict=True):
+    for name, rate in zip(columns, np.abs(rows[indices].T), strict=True):
         if (rate >= limit).any():
             k = int(np.argmax(rate >= limit))
             expected = f"less than range_deg_s, {limit:.6g} {unit}"
             value = f"{rate[k]:.6g} {unit}"
-            yield Finding(name, samples.format_place(seen[k]), value, expected, advice)
-    for name, rate in zip(columns, rows[seen].T, strict=True):
+            yield Finding(name, samples.format_place(indices[k]), value, expected, advice)
+    for name, rate in zip(columns, rows[indices].T, strict=True):
         same = np.diff(rate) == 0.0
         extreme = same & (np.abs(rate[1:]) == np.abs(rate).max(initial=0.0))
         lengths, starts = _find_runs(extreme)
@@ -65,13 +69,15 @@ def find_saturated_rates(samples: Samples) -> Iterator[Finding]:
         ).sum() < _MAX_EQUAL_FRACTION * len(rate):
             k = starts[int(lengths.argmax())]
             value = f"{rate[k]:.6g} {unit} in {longest} samples in a row, and never beyond"
-            place = samples.format_place(seen[k])
+            place = samples.format_place(indices[k])
             yield Finding(name, place, value, "a gyro that does not saturate", advice)
 
 
 def find_repeated_samples(samples: Samples) -> Iterator[Finding]:
-    """Find sensors that repeat every sample, or freeze for a while."""
-    for name, _, seen, rows in _select_readings(samples):
+    """Yield a finding for each sensor that reports every sample several times, or whose readings
+    freeze for a while.
+    """
+    for name, _, indices, rows in _select_readings(samples):
         lengths, starts = _find_runs((np.diff(rows, axis=0) == 0.0).all(axis=1))
         if not len(lengths):
             continue
@@ -80,17 +86,19 @@ def find_repeated_samples(samples: Samples) -> Iterator[Finding]:
         if rests and (len(lengths) + lengths.sum()) > 0.9 * len(rows):
             value = f"each sample {np.median(lengths) + 1.0:g} times"
             expected, advice = "each sample once", "leave the cells between samples empty"
-            yield Finding(name, samples.format_place(seen[0]), value, expected, advice)
+            yield Finding(name, samples.format_place(indices[0]), value, expected, advice)
         elif not rests and lengths[longest] + 1 >= _MIN_FROZEN_SAMPLES:
             first, last = starts[longest], starts[longest] + lengths[longest]
-            value = f"{last - first + 1} equal samples, until {samples.format_place(seen[last])}"
+            value = f"{last - first + 1} equal samples, until {samples.format_place(indices[last])}"
             advice = "leave the cells of frozen samples empty"
-            yield Finding(name, samples.format_place(seen[first]), value, "noise", advice)
+            yield Finding(name, samples.format_place(indices[first]), value, "noise", advice)
 
 
 def find_repeated_numbers(samples: Samples) -> Iterator[Finding]:
-    """Find values that occur far more often than others, such as fill values or clipped values."""
-    for _, columns, seen, rows in _select_readings(samples):
+    """Yield a finding for each channel with a value that occurs far more often than others, such as
+    a fill value or a clipping limit.
+    """
+    for _, columns, indices, rows in _select_readings(samples):
         for column, values in zip(columns, rows.T, strict=True):
             numbers, counts = np.unique(values, return_counts=True)
             if len(numbers) < _MIN_FROZEN_SAMPLES:
@@ -107,19 +115,19 @@ def find_repeated_numbers(samples: Samples) -> Iterator[Finding]:
                     value += f", and never {'below' if most == 0 else 'above'}"
                     expected, advice = "a channel that is not clipped", "leave these samples out"
             k = int(np.argmax(values == numbers[most]))
-            yield Finding(column, samples.format_place(seen[k]), value, expected, advice)
+            yield Finding(column, samples.format_place(indices[k]), value, expected, advice)
 
 
 def _select_readings(samples: Samples) -> Iterator[tuple[str, list[str], Ints, Floats]]:
     for name, (columns, rows) in samples.columns.items():
-        there = np.isfinite(rows).all(axis=1)
+        is_complete = np.isfinite(rows).all(axis=1)
         if rows.shape[1] == 1:  # Photodiodes read zero in the dark.
-            there &= rows[:, 0] != 0.0
-        if there.sum() >= 2 * _MIN_FROZEN_SAMPLES:
-            yield name, list(columns), np.flatnonzero(there), rows[there]
+            is_complete &= rows[:, 0] != 0.0
+        if is_complete.sum() >= 2 * _MIN_FROZEN_SAMPLES:
+            yield name, list(columns), np.flatnonzero(is_complete), rows[is_complete]
 
 
 def _find_runs(mask: np.ndarray) -> tuple[Ints, Ints]:
-    """Return the lengths and the first indices of the runs of True values."""
+    """Return the lengths and the first indices of all runs of consecutive True values."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
     return edges[1::2] - edges[::2], edges[::2]

@@ -1,4 +1,4 @@
-"""List of all telemetry checks against declared conventions and physical limits."""
+"""All checks of telemetry against declared conventions and physical limits, and their execution."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 
 
 class Check(NamedTuple):
-    """Telemetry check; reading fails on a finding if ``is_fatal`` is true."""
+    """Check of telemetry by name, with the function that finds contradictions. Reading a table
+    fails on a finding if ``is_fatal`` is True.
+    """
 
     name: str
     find: Callable[[Samples], Iterator[Finding]]
@@ -34,13 +36,15 @@ CHECKS = (
 
 
 def reject_findings(samples: Samples) -> None:
-    """Raise ValueError with the first finding of the checks that refuse telemetry."""
+    """Run the fatal checks of telemetry, and raise ValueError with the first finding."""
     for check in CHECKS:
         for finding in check.find(samples) if check.is_fatal else ():
             raise ValueError(str(finding))
 
 
 def describe_findings(scenario: Scenario, telemetry: Telemetry) -> dict[str, tuple[str, ...]]:
-    """Return the descriptions of all findings, by check name."""
+    """Run all checks of telemetry and return their findings as one-line texts, by name of the
+    check.
+    """
     samples = Samples.from_telemetry(scenario, telemetry)
     return {check.name: tuple(map(str, check.find(samples))) for check in CHECKS}

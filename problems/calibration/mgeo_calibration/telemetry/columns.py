@@ -1,4 +1,4 @@
-"""Columns of a telemetry table: search by name, numbers and units."""
+"""Columns of a telemetry table: search by name, conversion to numbers, and units."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ T = TypeVar("T", bound=Channels)
 
 @dataclass(frozen=True)
 class Column:
-    """Position of a column in the table, sign of its values, and unit."""
+    """Index of a column in the table, sign with which its values count, and unit."""
 
     index: int
     sign: float
@@ -33,16 +33,16 @@ class Column:
 
 
 def has_columns(frame: pd.DataFrame, required: Sequence[str]) -> bool:
-    """Return whether the table has at least one of the wanted columns."""
     return not {_normalize_name(name) for name in frame.columns}.isdisjoint(
         map(_normalize_name, required)
     )
 
 
 def find_columns(frame: pd.DataFrame, required: Sequence[str]) -> dict[str, Column]:
-    """Find the wanted columns of a table.
+    """Return the index, sign and unit of each required column of a table, as a dict by required
+    name.
 
-    Names are compared without case and without a unit in brackets. A minus before a wanted name
+    Names are compared without case and without a unit in brackets. A minus before a required name
     negates the values.
 
     Raises
@@ -56,25 +56,27 @@ def find_columns(frame: pd.DataFrame, required: Sequence[str]) -> dict[str, Colu
     for name in required:
         sign = -1.0 if name.startswith("-") and name not in names else 1.0
         bare = name[1:].strip() if sign < 0.0 else name
-        places = [k for k, each in enumerate(names) if each == bare]
-        places = places or [k for k, each in enumerate(plain) if each == _normalize_name(bare)]
-        if len(places) > 1 or any(k == other.index for k in places for other in result.values()):
+        indices = [k for k, each in enumerate(names) if each == bare]
+        indices = indices or [k for k, each in enumerate(plain) if each == _normalize_name(bare)]
+        if len(indices) > 1 or any(k == other.index for k in indices for other in result.values()):
             raise ValueError(
                 f"column {bare!r} occurs, or is declared, more than once: expected it once. "
                 "Rename or remove one of them"
             )
-        for k in places:
+        for k in indices:
             result[name] = Column(k, sign, split_name_and_unit(names[k])[1])
-        missing += [] if places else [bare]
+        missing += [] if indices else [bare]
     if missing:
         raise ValueError(f"missing columns {', '.join(missing)}: there are {', '.join(names)}")
     if frame.empty:
-        raise ValueError("there are no rows")
+        raise ValueError("the table has no rows: expected at least one")
     return result
 
 
 def split_name_and_unit(name: object) -> tuple[str, str]:
-    """Split a column name into the bare name and the unit in trailing brackets."""
+    """Split a column name such as ``gyro_x [deg/s]`` into the name and the unit in trailing
+    brackets.
+    """
     text = str(name).strip()
     parts = _NAME_AND_UNIT.fullmatch(text)
     return (parts[1].strip(), parts[2].strip()) if parts else (text, "")
@@ -85,7 +87,8 @@ def _normalize_name(name: object) -> str:
 
 
 def assign_unit(name: str, entry: T, columns: Sequence[Column]) -> T:
-    """Return a mapping entry with the unit of its columns, unless the entry declares a unit.
+    """Return an entry of the mapping with the unit that its column names contain, unless the entry
+    declares a unit.
 
     Raises
     ------
@@ -102,14 +105,14 @@ def assign_unit(name: str, entry: T, columns: Sequence[Column]) -> T:
 
 
 def normalize_unit(unit: str) -> str:
-    """Return a unit in the spelling of `mapping.UNITS`."""
+    """Return a unit in the spelling of `mapping.UNITS`, for example without degree signs."""
     for sign, known in _SPELLINGS.items():
         unit = unit.replace(sign, known)
     return _SYNONYMS.get(unit, unit)
 
 
 def parse_numbers(column: pd.Series) -> Floats:
-    """Return a column as floats; empty cells are NaN.
+    """Convert a column of cells to floats. Empty cells become NaN.
 
     Raises
     ------
@@ -123,21 +126,21 @@ def parse_numbers(column: pd.Series) -> Floats:
     if wrong.any():
         row = int(np.argmax(wrong))
         raise ValueError(
-            f"row {row + 1}, {column.name} = {format_cell(column.iloc[row])}: expected a number, or "
-            "an empty cell"
+            f"row {row + 1}, {column.name} = {format_cell(column.iloc[row])}: expected a number, "
+            "or an empty cell"
         )
     return values
 
 
 def find_channel(columns: Iterable[str], name: str) -> str | None:
-    """Return the column with a name, ignoring case and unit, or None."""
+    """Return the column name that equals a channel name except for case and unit, or None."""
     return next((each for each in columns if _normalize_name(each) == _normalize_name(name)), None)
 
 
 def find_sensitivity_channels(
     suite: Suite, housekeeping: Mapping[str, Floats]
 ) -> dict[str, Floats]:
-    """Return the columns of telemetry for the bias sensitivities of a suite, by channel name.
+    """Return the telemetry columns on which biases depend according to the suite, by channel name.
 
     Raises
     ------
@@ -145,29 +148,32 @@ def find_sensitivity_channels(
         With the bias sensitivity whose channel is missing.
     """
     result = {}
-    for key, influence in suite.sensitivities_by_key.items():
-        name = find_channel(housekeeping, influence.channel)
+    for key, sensitivity in suite.sensitivities_by_key.items():
+        name = find_channel(housekeeping, sensitivity.channel)
         if name is None:
             hint = (
-                format_known_names(influence.channel, housekeeping)
+                format_known_names(sensitivity.channel, housekeeping)
                 if housekeeping
-                else ": it has no other columns"
+                else ", which has no other columns"
             )
-            way = "; give it a column of this name, or take the influence out of the scenario"
+            way = (
+                ". Add a column of this name to the telemetry, or remove the bias sensitivity from "
+                "the scenario"
+            )
             expected = f"expected a column of the telemetry{hint}{way}"
-            raise InvalidValue(f"{key}.channel", influence.channel, expected)
-        result[influence.channel] = housekeeping[name]
+            raise InvalidValue(f"{key}.channel", sensitivity.channel, expected)
+        result[sensitivity.channel] = housekeeping[name]
     return result
 
 
 def select_housekeeping(
     frame: pd.DataFrame, used_indices: Collection[int], required: Collection[str] = ()
 ) -> dict[str, Floats]:
-    """Return the unused numeric columns that vary and are mostly filled, by name.
+    """Return all numeric columns that neither gyro, sensors nor position use, as a dict by name.
 
-    Wanted columns need only one value.
+    A column must vary and be mostly filled. A required column needs only one value.
     """
-    asked = {_normalize_name(name) for name in required}
+    required_names = {_normalize_name(name) for name in required}
     result = {}
     for place, name in enumerate(frame.columns):
         column = frame.iloc[:, place]
@@ -177,9 +183,9 @@ def select_housekeeping(
             values = parse_numbers(column)
         except ValueError:
             continue
-        there = np.isfinite(values)
-        varies = 2 * there.sum() > len(values) and np.ptp(values[there]) > 0.0
-        if there.any() if _normalize_name(name) in asked else varies:
+        has_value = np.isfinite(values)
+        varies = 2 * has_value.sum() > len(values) and np.ptp(values[has_value]) > 0.0
+        if has_value.any() if _normalize_name(name) in required_names else varies:
             result[str(name)] = values
     return result
 

@@ -1,4 +1,4 @@
-"""Conversion of sensor readings to the body frame and to the units of telemetry."""
+"""Conversion of raw sensor readings to the body frame and to telemetry units."""
 
 from __future__ import annotations
 
@@ -29,11 +29,12 @@ def convert_readings(
     scenario: Scenario,
     position: Floats | None,
 ) -> tuple[Floats, Floats]:
-    """Convert the readings of a sensor to the body frame and the units of telemetry.
+    """Convert the raw readings of a sensor to the body frame and telemetry units, and return them
+    with their quantization steps.
 
     Parameters
     ----------
-    values : Values
+    values : ColumnValues
         Columns of the sensor.
     position : array, shape (n, 3), optional
         Satellite position in GCRS [m], if the table contains it.
@@ -58,7 +59,7 @@ def convert_readings(
         ), estimate_quantization_steps(rows)
     for key in ("attitude", "frame"):
         value = getattr(entry, key)
-        expect(value is None, key, value, f"none: {sensor.name} is no star tracker")
+        expect(value is None, key, value, f"none, because {sensor.name} is no star tracker")
     if len(sensor.telemetry_suffixes) == 1:
         return _convert_diode(sensor, rows, entry)
     if rows.shape[1] == 2:
@@ -72,18 +73,25 @@ def convert_readings(
 
 
 def rotate_to_body(rows: Floats, entry: MountedChannels) -> Floats:
-    """Rotate vectors, shape (n, 3), from sensor to body axes in place and return them."""
+    """Rotate vectors from the sensor axes of a mapping entry to body axes. The array is changed in
+    place and returned.
+    """
     if entry.is_mounted:
-        there = np.isfinite(rows).all(axis=1)
-        rows[there] = entry.build_body_rotation().apply(rows[there])
+        reported = np.isfinite(rows).all(axis=1)
+        rows[reported] = entry.build_body_rotation().apply(rows[reported])
     return rows
 
 
 def compute_body_steps(rows: Floats, entry: MountedChannels, unit: str) -> Floats:
-    """Return the quantization steps along the body axes, as the root sum square of the channels.
+    """Return the quantization step along each body axis, which is the root sum square of the
+    contributions of all channels.
 
     Parameters
     ----------
+    rows : array, shape (n, 3)
+        Raw values in the axes and the unit of the table.
+    entry : MountedChannels
+        Declarations of the columns.
     unit : str
         Unit of the result.
     """
@@ -93,9 +101,11 @@ def compute_body_steps(rows: Floats, entry: MountedChannels, unit: str) -> Float
 
 
 def _convert_diode(sensor: Sensor, rows: Floats, entry: SensorChannels) -> tuple[Floats, Floats]:
-    """Return the readings of a photodiode, cosines or angles in the table, and their step."""
+    """Return the readings of a photodiode as cosines, from cosines or angles in the table, and
+    their quantization step.
+    """
     for key in ("quaternion", "dcm"):
-        mounted = f"none: sensors.normal of the scenario mounts {sensor.name}"
+        mounted = f"none, because sensors.normal of the scenario mounts {sensor.name}"
         expect(getattr(entry, key) is None, key, getattr(entry, key), mounted)
     if entry.unit not in UNITS["deg"]:
         factor = entry.compute_factor(sensor.telemetry_unit.text)
@@ -107,16 +117,18 @@ def _convert_diode(sensor: Sensor, rows: Floats, entry: SensorChannels) -> tuple
 
 
 def _convert_angles(sensor: Sensor, values: ColumnValues, table: TelemetryTable) -> Floats:
-    """Return unit vectors in the body frame from the angles atan(x / z) and atan(y / z)."""
+    """Return unit vectors in the body frame from two columns with the angles atan(x / z) and atan(y
+    / z) in sensor axes.
+    """
     entry = values.entry
     assert isinstance(entry, SensorChannels)
     angles = entry.compute_factor("deg") * values.rows
     if (beyond := np.abs(angles) >= 90.0).any():
         row, column = np.argwhere(beyond)[0]
         raise ValueError(
-            f"{values.columns[column]} at {table.format_place(row)} = {angles[row, column]:.6g} deg: "
-            f"expected less than 90 deg; declare unit or scale of {sensor.name}, or leave the cell "
-            "empty"
+            f"{values.columns[column]} at {table.format_place(row)} = {angles[row, column]:.6g} "
+            f"deg: expected less than 90 deg; declare unit or scale of {sensor.name}, or leave the "
+            "cell empty"
         )
     x, y = np.tan(np.radians(angles.T))
     along = np.column_stack([x, y, np.ones_like(x)])
@@ -130,29 +142,31 @@ def _convert_attitudes(
     scenario: Scenario,
     position: Floats | None,
 ) -> Floats:
-    """Return the quaternions of a star tracker from GCRF to body, scalar last."""
+    """Return the attitudes of a star tracker as quaternions from GCRF to body, scalar last, from
+    any declared frame and direction.
+    """
     rows, entry, _ = values
     assert isinstance(entry, SensorChannels)
     entry.compute_factor("-")
     rows[~rows.any(axis=1)] = np.nan  # Many sensors report zeros without a measurement.
-    there = np.flatnonzero(np.isfinite(rows).all(axis=1))
-    lengths = np.linalg.norm(rows[there], axis=1)
+    reported = np.flatnonzero(np.isfinite(rows).all(axis=1))
+    lengths = np.linalg.norm(rows[reported], axis=1)
     if (np.abs(lengths - 1.0) > _MAX_NORM_ERROR).any():
         k = int(np.argmax(np.abs(lengths - 1.0)))
         raise ValueError(
-            f"{sensor.name} at {table.format_place(there[k])} = {rows[there[k]].tolist()}, of length "
-            f"{lengths[k]:.6g}: expected a quaternion of length 1; declare columns and scale of "
-            f"{sensor.name}, or leave the cells empty"
+            f"{sensor.name} at {table.format_place(reported[k])} = "
+            f"{rows[reported[k]].tolist()}, of length {lengths[k]:.6g}: expected a quaternion of "
+            f"length 1; declare columns and scale of {sensor.name}, or leave the cells empty"
         )
     q = convert_to_scalar_last(rows, entry.scalar)
     inverse, frame = entry.attitude == "sensor-to-frame", entry.frame or "GCRF"
-    if not (entry.is_mounted or inverse or frame != "GCRF") or not len(there):
+    if not (entry.is_mounted or inverse or frame != "GCRF") or not len(reported):
         return q
-    turned = Rotation.from_quat(q[there])  # sensor coordinates to frame coordinates
+    turned = Rotation.from_quat(q[reported])  # sensor coordinates to frame coordinates
     turned = (turned.inv() if inverse else turned) * entry.build_body_rotation().inv()
     if frame != "GCRF":
         to_gcrs = compute_frame_rotations(frame, scenario, table.times, position)
-        turned = Rotation.from_matrix(to_gcrs[there]) * turned
+        turned = Rotation.from_matrix(to_gcrs[reported]) * turned
     result = np.full_like(q, np.nan)
-    result[there] = turned.as_quat(canonical=True)
+    result[reported] = turned.as_quat(canonical=True)
     return result

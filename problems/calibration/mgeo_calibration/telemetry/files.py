@@ -17,7 +17,7 @@ _NUMBER = re.compile(r"\s*[-+.,]?\d")
 
 
 def read_table(path: Path) -> pd.DataFrame:
-    """Read a telemetry table from a file.
+    """Read a telemetry table from a CSV or Parquet file.
 
     Files with the extension ``.parquet`` or ``.pq`` need pyarrow. Other files are UTF-8 text,
     optionally compressed with gzip; see `parse_table`.
@@ -44,7 +44,7 @@ def read_table(path: Path) -> pd.DataFrame:
 
 
 def parse_table(text: str) -> pd.DataFrame:
-    """Parse delimited text with a header.
+    """Parse a telemetry table from text with a header line and delimited cells.
 
     Cells are separated by semicolons, tabs or commas, depending on the header, otherwise by spaces.
     Decimal commas are accepted unless commas separate cells. Empty lines and lines that start with

@@ -1,4 +1,4 @@
-"""Input and findings of the telemetry checks."""
+"""Input and result type of the telemetry checks."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from mgeo_calibration.telemetry.telemetry import Telemetry, format_place, list_c
 
 
 class Finding(NamedTuple):
-    """Sample that contradicts a declared convention or a physical limit.
+    """Result of a telemetry check: a sample that contradicts a declared convention or a physical
+    limit, with advice.
 
     Attributes
     ----------
     column : str
         Column, gyro or sensor.
     place : str
-        Row and time; see `telemetry.place`.
+        Row and time; see `telemetry.format_place`.
     value : str
         Value with its unit.
     expected : str
@@ -43,7 +44,8 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Telemetry with the original columns and declarations, as input of checks.
+    """Input of the telemetry checks: telemetry in the body frame, with the raw columns and the
+    declarations of its table.
 
     Attributes
     ----------
@@ -62,7 +64,9 @@ class Samples:
 
     @classmethod
     def from_telemetry(cls, scenario: Scenario, telemetry: Telemetry) -> Samples:
-        """Return the input of checks for telemetry in the body frame without declarations."""
+        """Build the input of checks from telemetry without a table, whose columns are in body axes
+        and default units.
+        """
         gyro = {"gyro": telemetry.gyro_deg_s} if telemetry.has_gyro else {}
         rows = gyro | dict(telemetry.sensors)
         columns = {
@@ -71,5 +75,4 @@ class Samples:
         return cls(scenario, telemetry, columns, TelemetryMapping())
 
     def format_place(self, k: int) -> str:
-        """Return row and time of a sample as text."""
         return format_place(k, self.telemetry.times, self.telemetry.row_numbers)

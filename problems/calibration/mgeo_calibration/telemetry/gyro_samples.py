@@ -1,4 +1,4 @@
-"""Gyro samples: rates in steps, missing samples, spikes and noise."""
+"""Gyro samples: mean rates of arbitrary time steps, missing samples, spikes and noise."""
 
 from __future__ import annotations
 
@@ -17,27 +17,33 @@ MISSING_SAMPLE_RATIO = 1.5
 UNKNOWN_RATE_RATIO = 10.0
 #: Smallest size of a spike relative to the scatter, and number of samples for the scatter.
 _MIN_SPIKE_RATIO, _N_NEIGHBORS = 10.0, 11
-_SIGMA_PER_MAD = (
-    1.4826  # ratio of 1-sigma to the median absolute deviation of a normal distribution
-)
+# ratio of 1-sigma to the median absolute deviation of a normal distribution
+_SIGMA_PER_MAD = 1.4826
 
 
 def compute_averaging_durations(sample_times: Floats) -> Floats:
-    """Return the averaging duration of each gyro sample [s], shape (m,).
+    """Return the duration over which each gyro sample averages the rate: the time since the
+    previous sample, or the median step after missing samples.
 
     Parameters
     ----------
     sample_times : array, shape (m,)
         Times of the samples [s].
+
+    Returns
+    -------
+    array, shape (m,)
+        [s]
     """
     usual = float(np.median(np.diff(sample_times)))
     since = np.diff(sample_times, prepend=sample_times[0] - usual)
-    stands: Floats = np.where(since > MISSING_SAMPLE_RATIO * usual, usual, since)
-    return stands
+    durations: Floats = np.where(since > MISSING_SAMPLE_RATIO * usual, usual, since)
+    return durations
 
 
 def integrate_rates(sample_times: Floats, mean_rates: Floats) -> CubicSpline:
-    """Return the integral of a smooth rate that has given means.
+    """Return the rotation angle about each axis over time, as a cubic spline whose increments match
+    the mean rates of all gyro samples.
 
     Knots at missing samples have the mean of their neighbors. Derivatives of the spline at its
     knots have fourth-order accuracy in the time between samples.
@@ -67,7 +73,7 @@ def integrate_rates(sample_times: Floats, mean_rates: Floats) -> CubicSpline:
 
 
 def compute_mean_rates(sample_times: Floats, rates: Floats) -> Floats:
-    """Return mean rates from instantaneous rates, shape (m, 3).
+    """Convert instantaneous gyro rates to mean rates since the previous sample, one row per sample.
 
     The means follow from a cubic spline through the samples, with fourth-order accuracy in the time
     between samples. The first mean is the sample itself.
@@ -78,20 +84,26 @@ def compute_mean_rates(sample_times: Floats, rates: Floats) -> Floats:
         Times of the samples [s].
     rates : array, shape (m, 3)
         Rates at the samples.
+
+    Returns
+    -------
+    array, shape (m, 3)
+        In the unit of `rates`.
     """
     if len(sample_times) < 2:
         return rates
-    angle, stands = (
+    angle, durations = (
         CubicSpline(sample_times, rates).antiderivative(),
         compute_averaging_durations(sample_times),
     )
-    result: Floats = (angle(sample_times) - angle(sample_times - stands)) / stands[:, None]
+    result: Floats = (angle(sample_times) - angle(sample_times - durations)) / durations[:, None]
     result[0] = rates[0]
     return result
 
 
 def find_spikes(rates: Floats, min_scatter: Floats) -> Floats:
-    """Return the deviation of spikes from both neighbors, zero for other samples, shape (m, 3).
+    """Return by how much each isolated spike of the gyro rates differs from the mean of its
+    neighbors, and zero for all other samples.
 
     A spike returns after one or two samples, unlike a step of the rate. A spike on one axis is
     reported on all axes.
@@ -101,6 +113,11 @@ def find_spikes(rates: Floats, min_scatter: Floats) -> Floats:
     rates : array, shape (m, 3)
     min_scatter : array, shape (3,)
         Smallest scatter of the samples, 1-sigma.
+
+    Returns
+    -------
+    array, shape (m, 3)
+        In the unit of `rates`.
     """
     result = np.zeros(rates.shape)
     if len(rates) < _N_NEIGHBORS:
@@ -123,32 +140,52 @@ def find_spikes(rates: Floats, min_scatter: Floats) -> Floats:
 
 
 def select_gyro_samples(telemetry: Telemetry) -> tuple[Floats, Floats]:
-    """Return the times [s], shape (m,), and rates [rad/s], shape (m, 3), of the gyro samples.
+    """Return the times and the rates of the samples in which the gyro reports, as two arrays.
+
+    Returns
+    -------
+    times : array, shape (m,)
+        [s]
+    rates : array, shape (m, 3)
+        [rad/s]
 
     Raises
     ------
     ValueError
         If there are fewer than two samples.
     """
-    there = np.isfinite(telemetry.gyro_deg_s[:, 0])
-    if there.sum() < 2:
-        raise ValueError(f"gyro: {there.sum()} samples: expected 2 or more")
-    return telemetry.times[there], np.radians(telemetry.gyro_deg_s[there])
+    reported = np.isfinite(telemetry.gyro_deg_s[:, 0])
+    if reported.sum() < 2:
+        raise ValueError(f"gyro: {reported.sum()} samples: expected 2 or more")
+    return telemetry.times[reported], np.radians(telemetry.gyro_deg_s[reported])
 
 
 def compute_median_step(sample_times: Floats) -> float:
-    """Return the median time between gyro samples [s]."""
+    """Return the median time between consecutive gyro samples, in seconds."""
     return float(np.median(np.diff(sample_times)))
 
 
 def compute_rate_sigma(suite: Suite, duration: float) -> Floats:
-    """Return the 1-sigma of the mean rate over a duration [s], per axis [rad/s]."""
+    """Return the 1-sigma of the gyro noise, per axis, in a rate that is averaged over a duration.
+
+    Returns
+    -------
+    array, shape (3,)
+        [rad/s]
+    """
     noise: Floats = np.sqrt(np.array(suite.gyro.compute_noise_density()["theta"]) / duration)
     return noise
 
 
 def find_gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
-    """Return the `find_spikes` of gyro samples, shape (m, 3) [rad/s]."""
+    """Return by how much each isolated spike of the gyro differs from its neighbors, and zero for
+    all other gyro samples.
+
+    Returns
+    -------
+    array, shape (m, 3)
+        [rad/s]
+    """
     at, rates = select_gyro_samples(telemetry)
     step = np.radians(telemetry.find_quantization_steps("gyro"))
     return find_spikes(rates, np.maximum(compute_rate_sigma(suite, compute_median_step(at)), step))
@@ -157,16 +194,17 @@ def find_gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
 def compute_step_rates(
     times: Floats, sample_times: Floats, rates: Floats, median_step: float
 ) -> tuple[Floats, Floats, Floats, Bools]:
-    """Return mean rates of arbitrary steps from gyro samples.
+    """Return the mean rate of arbitrary time steps from gyro samples, with the uncertainty due to
+    missing samples.
 
-    Within the duration that a sample covers, the rate is the derivative of `turned`, with the
-    sample as its mean. In gaps, the rate is the constant mean of both neighbors.
+    Within the duration that a sample covers, the rate is the derivative of `integrate_rates`, with
+    the sample as its mean. In gaps, the rate is the constant mean of both neighbors.
 
     Parameters
     ----------
     times : array, shape (n + 1,)
         Boundaries of the steps [s].
-    at : array, shape (m,)
+    sample_times : array, shape (m,)
         Times of the gyro samples [s].
     rates : array, shape (m, 3)
         Mean rate of each sample [rad/s].
@@ -189,18 +227,18 @@ def compute_step_rates(
     before = np.maximum(j - 1, 0)
     since = np.where(j > before, sample_times[j] - sample_times[before], median_step)
     since[end > sample_times[-1]] = median_step
-    stands = compute_averaging_durations(sample_times)[j]
+    durations = compute_averaging_durations(sample_times)[j]
     known = np.clip(
-        np.minimum(end, sample_times[j]) - np.maximum(start, sample_times[j] - stands), 0.0, None
+        np.minimum(end, sample_times[j]) - np.maximum(start, sample_times[j] - durations), 0.0, None
     )
     missing = (end - start) - known
     missing[missing < 1e-9 * median_step] = 0.0
     middle, half = 0.5 * (rates[j] + rates[before]), 0.5 * np.abs(rates[j] - rates[before])
     gyro = (known[:, None] * rates[j] + missing[:, None] * middle) / (end - start)[:, None]
     # All steps of a gap share one rate: their errors are fully correlated.
-    variance = missing * np.maximum(since - stands, missing) * (half**2).max(axis=1)
+    variance = missing * np.maximum(since - durations, missing) * (half**2).max(axis=1)
     angle, inside = integrate_rates(sample_times, rates), missing == 0.0
-    part = inside & (known < (1.0 - 1e-9) * stands)
+    part = inside & (known < (1.0 - 1e-9) * durations)
     if part.any():
         gyro[part] = (angle(end[part]) - angle(start[part])) / (end - start)[part, None]
     change = np.where(inside[:, None], np.diff(angle(times, 1), axis=0), 0.0)

@@ -1,4 +1,6 @@
-"""Declarations of a telemetry table: columns, units, mounting, frames and time scales."""
+"""Declarations of a telemetry table, from TOML: columns, units, mountings, frames and time
+scales.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,7 @@ from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 from scipy.spatial.transform import Rotation
 
-#: Conversion factors to each unit of telemetry, by unit of telemetry and given unit.
+#: Conversion factors to each telemetry unit, by telemetry unit and given unit.
 UNITS = {
     "deg/s": {"deg/s": 1.0, "rad/s": math.degrees(1.0), "deg/h": 1.0 / 3600.0},
     "nT": {"nT": 1.0, "uT": 1e3, "mG": 1e2, "G": 1e5, "T": 1e9},
@@ -43,7 +45,7 @@ EPOCHS = {
     "J2000": (datetime(2000, 1, 1, 12, tzinfo=UTC), "TT"),
 }
 
-#: Largest deviation of a matrix or a quaternion from a rotation; allows rounding to five digits.
+#: Largest deviation of a matrix or a quaternion from a rotation. It allows rounding to five digits.
 _MAX_ROUNDING_ERROR = 1e-4
 
 Row = tuple[float, float, float]
@@ -58,7 +60,8 @@ def _format_date(value: object) -> object:
 
 
 def compute_conversion_factor(unit: str, given_unit: str | None) -> float:
-    """Return the conversion factor from a given unit to a unit of telemetry.
+    """Return the factor that converts values from a given unit to a telemetry unit of the same
+    quantity.
 
     Parameters
     ----------
@@ -81,7 +84,8 @@ def compute_conversion_factor(unit: str, given_unit: str | None) -> float:
 
 
 def convert_to_scalar_last(q: Floats, scalar: str) -> Floats:
-    """Return quaternions, shape (..., 4), with the scalar last.
+    """Return quaternions with the scalar as the last component, from quaternions with the scalar
+    first or last.
 
     Parameters
     ----------
@@ -93,7 +97,7 @@ def convert_to_scalar_last(q: Floats, scalar: str) -> Floats:
 
 @dataclass(frozen=True, kw_only=True)
 class Channels(Settings):
-    """Columns of a quantity and the conversion of their values.
+    """Columns of one quantity in a telemetry table, with the linear conversion of their numbers.
 
     A value is ``scale`` times the number plus ``offset``, in ``unit``. A minus before a column name
     changes the sign afterwards, for example for mirrored axes.
@@ -104,9 +108,10 @@ class Channels(Settings):
     tracker, or NAME for a photodiode; two columns of a direction sensor are the angles
     atan(x / z) and atan(y / z) in sensor axes"""
     unit: str | None = None
-    """unit of the values; default: unit of telemetry"""
+    """unit of the values after scale and offset; default: telemetry unit of the quantity"""
     scale: float | tuple[float, ...] = 1.0
-    """factor of the numbers, such as the size of a count; one for all columns, or one per column"""
+    """factor of the raw numbers, such as the size of a count; one for all columns, or one per
+    column"""
     offset: float | tuple[float, ...] = 0.0
     """constant added to the scaled numbers; one for all columns, or one per column"""
 
@@ -114,7 +119,8 @@ class Channels(Settings):
         expect(np.all(self.scale), "scale", self.scale, "numbers other than zero")
 
     def expand_conversion(self, n: int) -> tuple[Floats, Floats]:
-        """Return scale and offset of each of n columns, shape (n,) each.
+        """Return the scale and the offset of each of n columns, as two arrays with one element per
+        column.
 
         Raises
         ------
@@ -123,11 +129,14 @@ class Channels(Settings):
         """
         given = {"scale": self.scale, "offset": self.offset}
         for key, value in given.items():
-            expect(np.size(value) in (1, n), key, value, f"one number or {n}, one a column")
+            expect(
+                np.size(value) in (1, n), key, value, f"one number, or {n} numbers, one per column"
+            )
         return np.broadcast_to(self.scale, n), np.broadcast_to(self.offset, n)
 
     def compute_factor(self, unit: str) -> float:
-        """Return the conversion factor from `unit` of the values to a unit of telemetry.
+        """Return the factor that converts values of these columns to a telemetry unit of the same
+        quantity.
 
         Raises
         ------
@@ -139,7 +148,8 @@ class Channels(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class MountedChannels(Channels):
-    """Columns of a gyro or sensor, and its mounting on the body.
+    """Columns of the gyro or of a sensor, with the mounting rotation between sensor axes and body
+    axes.
 
     A quaternion "from A to B" follows CCSDS 504.0-B: (e sin(φ/2), cos(φ/2)) for the rotation by φ
     about e that rotates the axes of A to the axes of B. Coordinates of a vector transform by the
@@ -147,19 +157,19 @@ class MountedChannels(Channels):
     """
 
     rotation: Literal["sensor-to-body", "body-to-sensor"] | None = None
-    """direction of the mounting rotation: dcm x (vector in axes of the first) = vector in axes of
-    the second; required with quaternion or dcm"""
+    """direction of the mounting rotation; dcm times the coordinates in the first axes gives the
+    coordinates in the second axes; required with quaternion or dcm"""
     quaternion: Quaternion | None = None
-    """mounting as a quaternion from the axes of the first to the axes of the second"""
+    """mounting as a quaternion from the first to the second axes of rotation"""
     dcm: Triple[Row] | None = None
-    """mounting as a rotation matrix, row by row"""
+    """mounting as a rotation matrix from the first to the second axes of rotation, row by row"""
     scalar: Literal["first", "last"] = "last"
     """position of the scalar in quaternions, including the columns of a star tracker"""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         q, matrix = self.quaternion, self.dcm
-        expect(q is None or matrix is None, "dcm", matrix, "no quaternion beside it")
+        expect(q is None or matrix is None, "dcm", matrix, "either dcm or quaternion, not both")
         if q is not None and abs(np.linalg.norm(q) - 1.0) > _MAX_ROUNDING_ERROR:
             raise InvalidValue("quaternion", q, "expected a quaternion of unit length")
         if matrix is not None:
@@ -175,11 +185,11 @@ class MountedChannels(Channels):
 
     @property
     def is_mounted(self) -> bool:
-        """True if a mounting other than the body axes is declared."""
+        """True if the mapping declares a rotation between sensor axes and body axes."""
         return self.quaternion is not None or self.dcm is not None
 
     def build_body_rotation(self) -> Rotation:
-        """Return the rotation of coordinates from sensor to body axes."""
+        """Return the rotation that converts vector coordinates from sensor axes to body axes."""
         if self.dcm is not None:
             result = Rotation.from_matrix(self.dcm)
         else:
@@ -193,19 +203,22 @@ class MountedChannels(Channels):
 
 @dataclass(frozen=True, kw_only=True)
 class GyroChannels(MountedChannels):
-    """Columns of the gyro, or the reference axes of a satellite without gyro."""
+    """Gyro columns of a telemetry table, or the reference axes with which a satellite without a
+    gyro stays aligned.
+    """
 
     rate: Literal["mean", "instantaneous"] = "mean"
-    """mean rate since the previous sample, or rate at the sample"""
+    """whether the columns contain the mean rate since the previous sample, or the rate at the
+    sample"""
     range_deg_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
-    """rate at which the gyro saturates"""
+    """rate at which the gyro saturates, in the positive and the negative direction"""
     reference_axes: Literal["lvlh", "inertial", "unknown"] | None = None
-    """reference axes that a satellite without gyro tracks; dcm or quaternion then gives the
-    rotation from these axes to the body; lvlh has x forward and z down; with unknown, only
-    magnetometers are calibrated"""
+    """reference axes with which a satellite without a gyro stays aligned; dcm or quaternion then
+    gives the rotation between these axes, as sensor axes, and the body; lvlh has x forward and z
+    down; with unknown, only magnetometers are calibrated"""
     pointing_error_deg: Degrees | None = Field(default=None, gt=0.0)
-    """1-sigma, about each body axis, of the rotation from the held attitude to the true attitude;
-    for inertial axes, which are GCRF, the mounting is required"""
+    """1-sigma of the rotation between the nominal and the true attitude of a satellite without a
+    gyro, about each body axis; requires dcm or quaternion for the inertial axes, which are GCRF"""
     pointing_correlation_time: Seconds | None = Field(default=None, gt=0.0)
     """time in which the autocorrelation of the pointing error falls to 1/e"""
 
@@ -218,12 +231,22 @@ class GyroChannels(MountedChannels):
                     getattr(self, key) is None,
                     key,
                     getattr(self, key),
-                    "none: holds says that there is no gyro",
+                    "none, because reference_axes declares that there is no gyro",
                 )
-        held = self.reference_axes in ("lvlh", "inertial") or error is None
-        expect(held, "pointing_error_deg", error, "holds = 'lvlh' or 'inertial' with it")
-        oriented = error is None or self.reference_axes != "inertial" or self.is_mounted
-        expect(oriented, "pointing_error_deg", error, "dcm or quaternion of GCRF with it")
+        has_known_axes = self.reference_axes in ("lvlh", "inertial") or error is None
+        expect(
+            has_known_axes,
+            "pointing_error_deg",
+            error,
+            "reference_axes = 'lvlh' or 'inertial' together with it",
+        )
+        has_known_mounting = error is None or self.reference_axes != "inertial" or self.is_mounted
+        expect(
+            has_known_mounting,
+            "pointing_error_deg",
+            error,
+            "dcm or quaternion from GCRF to the body together with it",
+        )
         expect(
             (error is None) == (time is None),
             "pointing_correlation_time",
@@ -234,54 +257,57 @@ class GyroChannels(MountedChannels):
 
 @dataclass(frozen=True, kw_only=True)
 class SensorChannels(MountedChannels):
-    """Columns of a sensor, and the conventions of a star tracker."""
+    """Columns of a sensor, with the direction and reference frame of star tracker quaternions."""
 
     name: str
     """name of the sensor in the scenario"""
     attitude: Literal["frame-to-sensor", "sensor-to-frame"] | None = None
-    """direction of the rotation of a star tracker; default: frame-to-sensor"""
+    """direction of star tracker quaternions; default: frame-to-sensor"""
     frame: AttitudeFrame | None = None
-    """reference frame of a star tracker; default: GCRF; LVLH has x forward and z down"""
+    """reference frame of star tracker quaternions; default: GCRF; LVLH has x forward and z down"""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PositionChannels(Channels):
-    """Columns of the satellite position."""
+    """Columns of the satellite position, with their reference frame."""
 
     frame: PositionFrame | None = None
-    """frame of the positions; default: GCRF, checked against the scenario's orbit"""
+    """reference frame of the positions; default: GCRF, checked against the orbit of the scenario"""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TelemetryMapping(Settings):
-    """Declarations of a telemetry table. Defaults are the conventions of `Telemetry.frame`.
+    """Declarations of a telemetry table: columns, units, mountings, frames and time scale. Defaults
+    describe the table of `Telemetry.to_frame`.
 
     Examples
     --------
     >>> from mgeo_attitude import Scenario
-    >>> from mgeo_calibration import TelemetryMapping, fly, read_telemetry
+    >>> from mgeo_calibration import TelemetryMapping, read_telemetry, simulate_telemetry
     >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
     >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
-    >>> table = fly(scenario, design, seed=1).frame().rename(columns={"time": "t"})
+    >>> table = simulate_telemetry(scenario, design, seed=1).to_frame()
+    >>> table = table.rename(columns={"time": "t"})
     >>> mapping = TelemetryMapping(time="t")
     >>> len(read_telemetry(table, scenario, mapping).times)
     901
     """
 
     time: str = "time"
-    """column of ISO 8601 times, or of numbers counted from an epoch"""
+    """column with ISO 8601 times, or with numbers that count from an epoch"""
     time_unit: TimeUnit | None = None
-    """unit of the numbers; default: unit in brackets after the column name, or s"""
+    """unit of a time column with numbers; default: unit in brackets after the column name, or s"""
     time_fraction: str | None = None
-    """second time column to add, such as milliseconds or the GPS time of week"""
+    """second time column, which is added to the first, such as milliseconds or the GPS time of
+    week"""
     time_fraction_unit: TimeUnit = "ms"
     """unit of the second time column"""
     time_epoch: Annotated[
         Literal["Unix", "GPS", "J2000", "2000-01-01"] | Instant | None,
         BeforeValidator(_format_date),
     ] = None
-    """instant from which the numbers are counted; default: epoch of the scenario, in SI seconds;
-    2000-01-01 is midnight and J2000 noon of that day in the time scale"""
+    """instant from which a time column with numbers counts; default: epoch of the scenario, in SI
+    seconds; 2000-01-01 is midnight and J2000 is noon of that day in the time scale"""
     time_system: Literal["UTC", "TAI", "GPS", "TT"] | None = None
     """time scale of ISO 8601 times and of counted numbers; UTC excludes leap seconds, like Unix
     time; default: GPS for the epoch GPS, TT for J2000, otherwise UTC"""
@@ -294,13 +320,15 @@ class TelemetryMapping(Settings):
 
     @property
     def time_scale(self) -> str:
-        """Declared or default time scale."""
+        """Time scale of the time column: declared, or usual for the declared epoch."""
         named = EPOCHS.get(str(self.time_epoch), (None, "UTC"))[1]
         return self.time_system or named
 
     @property
     def count_start(self) -> datetime | None:
-        """Epoch of counted times in the time scale; None for the scenario's epoch."""
+        """Epoch from which the time column counts, in its time scale; None for the epoch of the
+        scenario.
+        """
         if not isinstance(self.time_epoch, datetime):
             return EPOCHS[self.time_epoch][0] if self.time_epoch else None
         ahead = 0.0
@@ -310,7 +338,7 @@ class TelemetryMapping(Settings):
 
     @staticmethod
     def from_toml(path: str | os.PathLike[str]) -> TelemetryMapping:
-        """Read a mapping from a TOML file.
+        """Read the declarations of a telemetry table from a TOML file.
 
         Raises
         ------

@@ -1,4 +1,6 @@
-"""Checks of times, positions, field strengths and rates against the scenario's orbit and field."""
+"""Checks of times, positions, field strengths and rates against the orbit and the field model of
+the scenario.
+"""
 
 from __future__ import annotations
 
@@ -32,28 +34,26 @@ _MIN_UNIT_FACTOR = 4.0  # factor of the field strength that indicates another un
 _MAX_EPOCH_DISTANCE = 366.0 * DAY  # largest time from the epoch of the orbit [s]
 _MAX_RADIUS = 1e9  # largest radius of a satellite [m]
 _FRAMES = ("TOD", "TEME", "ITRF")  # EME2000 agrees with GCRF within a meter.
-_MIN_ORBIT_DISTANCE = (
-    5e3  # smallest distance from the orbit that indicates another frame or time scale [m]
-)
+# smallest distance from the orbit that indicates another frame or time scale [m]
+_MIN_ORBIT_DISTANCE = 5e3
 _MAX_FRAME_DISTANCE = 1.5e3  # largest distance between TOD and TEME [m]
-_MAX_FRAME_RESIDUAL, _MAX_SCALE_RESIDUAL = (
-    0.2,
-    0.06,
-)  # largest fraction of the distance that may remain
+# largest fraction of the distance that another frame or time scale may leave
+_MAX_FRAME_RESIDUAL, _MAX_SCALE_RESIDUAL = 0.2, 0.06
 _MAX_MEDIAN_MISFIT = 3.0  # largest median misfit of the field strength, in 1-sigmas
 _FIELD_MODEL_ERROR = 0.003  # relative error of the field model
 _N_ITERATIONS = 4  # number of iterations for the bias of a magnetometer
 _NORMAL_MEDIAN = 0.6745  # median magnitude of a standard normal variable
 _FIELD_ROTATION_RATE = 0.15  # rotation rate of the field direction along a low orbit [deg/s]
 _LAGS = (1, 2, 4, 8, 16, 32, 64)  # number of samples between compared vectors
-_MAX_BIAS_RATIO = (
-    0.1  # smallest bias, relative to the field strength, that corrupts field directions
-)
+# smallest bias, relative to the field strength, that corrupts field directions
+_MAX_BIAS_RATIO = 0.1
 _MAX_ROTATION = 1.0  # largest rotation between compared vectors [rad]
 
 
 def find_invalid_times(samples: Samples) -> Iterator[Finding]:
-    """Find times far from the epoch, times outside the field model, wrong time units, and gaps."""
+    """Yield a finding for times far from the epoch, times outside the field model, a wrong time
+    unit, and long gaps.
+    """
     times, epoch = samples.telemetry.times, samples.scenario.epoch
     start, end = ((limit - epoch).total_seconds() for limit in (FIELD_MODEL_START, FIELD_MODEL_END))
     inside = (times >= start) & (times <= end) & (np.abs(times) < _MAX_EPOCH_DISTANCE)
@@ -62,7 +62,9 @@ def find_invalid_times(samples: Samples) -> Iterator[Finding]:
     result = []
     if not inside.all():
         k = int(np.argmin(inside))
-        expected = f"a time within a year of it, and in the years of IGRF-14, {years}"
+        expected = (
+            f"a time within a year of the epoch, and within the field model, IGRF-14, {years}"
+        )
         result.append((k, f"{times[k] / DAY:.6g} days after the epoch", expected))
     if (steps > _MAX_GAP).any():
         k = int(np.argmax(steps > _MAX_GAP))
@@ -77,7 +79,9 @@ def find_invalid_times(samples: Samples) -> Iterator[Finding]:
 
 
 def find_invalid_norms(samples: Samples) -> Iterator[Finding]:
-    """Find positions and fields in another unit; a declared bias widens the range of a field."""
+    """Yield a finding for each position or field vector whose length is implausible, which
+    indicates another unit.
+    """
     position = samples.telemetry.position
     if position is not None:
         radius = _compute_length(position)
@@ -102,11 +106,12 @@ def find_invalid_norms(samples: Samples) -> Iterator[Finding]:
 
 
 def find_inconsistent_positions(samples: Samples) -> Iterator[Finding]:
-    """Find positions in another frame or time scale, unless frame or time scale is declared.
+    """Yield a finding if positions deviate from the orbit of the scenario as in another frame or
+    time scale.
 
-    Positions that deviate from the scenario's orbit by more than `_APART` are compared with the
-    orbit for each frame and time scale. The finding names the frame or time scale that explains the
-    deviation.
+    Positions that deviate from the scenario's orbit by more than `_MIN_ORBIT_DISTANCE` are compared
+    with the orbit for each frame and time scale. The finding names the frame or time scale that
+    explains the deviation.
     """
     telemetry, mapping = samples.telemetry, samples.mapping
     if telemetry.position is None or len(k := _select_samples(telemetry.position)) < _MIN_SAMPLES:
@@ -125,33 +130,34 @@ def find_inconsistent_positions(samples: Samples) -> Iterator[Finding]:
     frames = {"": position}
     if mapping.position.frame is None:
         frames |= {name: rotate(rotation_to_gcrs(name, at), position) for name in _FRAMES}
-    apart = {
+    distances = {
         (frame, scale): float(np.median(_compute_length(there - where)))
         for (frame, there), (scale, where) in product(frames.items(), orbit.items())
     }
-    (frame, scale), least = min(apart.items(), key=lambda each: each[1])
-    now = apart["", mapping.time_scale]
-    looks, keys = [], []
+    (frame, scale), min_distance = min(distances.items(), key=lambda each: each[1])
+    distance = distances["", mapping.time_scale]
+    descriptions, keys = [], []
     if frame:
-        alike = [f for f in _FRAMES if apart[f, scale] < least + _MAX_FRAME_DISTANCE]
-        looks.append(f"positions look like {' or '.join(alike)}")
+        alike = [f for f in _FRAMES if distances[f, scale] < min_distance + _MAX_FRAME_DISTANCE]
+        descriptions.append(f"positions look like {' or '.join(alike)}")
         keys.append("position.frame")
     if scale != mapping.time_scale:
-        looks.append(f"time tags look like {scale} time: {abs(shifts[scale]):.6g} s")
+        descriptions.append(f"time tags look like {scale} time: {abs(shifts[scale]):.6g} s")
         keys.append("time_system")
     if (
-        looks
-        and now > _MIN_ORBIT_DISTANCE
-        and least < now * (_MAX_FRAME_RESIDUAL if frame else _MAX_SCALE_RESIDUAL)
+        descriptions
+        and distance > _MIN_ORBIT_DISTANCE
+        and min_distance < distance * (_MAX_FRAME_RESIDUAL if frame else _MAX_SCALE_RESIDUAL)
     ):
-        value = f"{1e-3 * now:.4g} km from the scenario's orbit (median)"
-        expected = f"{1e-3 * least:.1f} km: {' and '.join(looks)}"
+        value = f"{1e-3 * distance:.4g} km from the scenario's orbit (median)"
+        expected = f"{1e-3 * min_distance:.1f} km: {' and '.join(descriptions)}"
         advice = f"declare {' and '.join(keys)}"
         yield Finding("position", samples.format_place(k[0]), value, expected, advice)
 
 
 def find_inconsistent_field_strengths(samples: Samples) -> Iterator[Finding]:
-    """Find field strengths that no magnetometer bias within its prior explains.
+    """Yield a finding for each magnetometer whose field strengths disagree with the orbit for every
+    plausible bias.
 
     The bias b minimizes the difference between |y - b|² and |B|² (R. Alonso, M. D. Shuster,
     TWOSTEP, Journal of the Astronautical Sciences 50 (2002) 433-451).
@@ -178,14 +184,14 @@ def find_inconsistent_field_strengths(samples: Samples) -> Iterator[Finding]:
             value = f"{_compute_length(measured - bias)[worst]:.5g} nT without its bias"
             expected = f"{strength[worst]:.5g} ± {sigma[worst]:.2g} nT, the field on the orbit"
             advice = "declare time_epoch, time_unit and time_system, correct epoch and orbit, or "
-            advice += f"add influences, such as a torquer's current, to {sensor.name}"
+            advice += f"add bias_sensitivities, such as a torquer's current, to {sensor.name}"
             yield Finding(sensor.name, samples.format_place(k[worst]), value, expected, advice)
 
 
 def find_inconsistent_rates(samples: Samples) -> Iterator[Finding]:
-    """Find gyro rates that disagree with the rotation of observed vectors.
+    """Yield a finding if the gyro rates disagree with the rotation of observed vectors.
 
-    Vectors are compared over the longest lag with a rotation below `_TURN`.
+    Vectors are compared over the longest lag with a rotation below `_MAX_ROTATION`.
     """
     telemetry, scenario = samples.telemetry, samples.scenario
     bias = 3.0 * np.sqrt(3.0) * scenario.gyro.initial_bias_deg_s
@@ -194,10 +200,10 @@ def find_inconsistent_rates(samples: Samples) -> Iterator[Finding]:
         both = np.flatnonzero(np.isfinite(rows[:, 0]) & np.isfinite(telemetry.gyro_deg_s[:, 0]))
         if len(sensor.telemetry_suffixes) != 3 or len(both) < 2 * _LAGS[-1]:
             continue
-        times, noise, turning = telemetry.times[both], max(sensor.noise_sigmas()), 0.0
+        times, noise, field_rate = telemetry.times[both], max(sensor.noise_sigmas()), 0.0
         if isinstance(sensor, Magnetometer):
             length = float(np.median(_compute_length(rows[both])))
-            noise, turning = noise * FIELD_UNIT_NT / length, _FIELD_ROTATION_RATE
+            noise, field_rate = noise * FIELD_UNIT_NT / length, _FIELD_ROTATION_RATE
             if sensor.initial_bias_nt > _MAX_BIAS_RATIO * length:
                 continue
         unit = rows[both] / _compute_length(rows[both])[:, None]
@@ -212,7 +218,7 @@ def find_inconsistent_rates(samples: Samples) -> Iterator[Finding]:
         rate = (angle[lag:] - angle[:-lag]) / duration[:, None]
         reported = float(np.median(_compute_length(np.cross(rate, unit[lag:]))))
         result = float(np.median(np.degrees(chord) / duration))
-        slack = bias + turning + np.degrees(3.0 * noise) / float(np.median(duration))
+        slack = bias + field_rate + np.degrees(3.0 * noise) / float(np.median(duration))
         if not result / 1.5 - slack < reported < 1.5 * result + slack:
             value = f"{reported:.3g} deg/s across {sensor.name} (median)"
             expected = f"about {result:.3g} deg/s, as {sensor.name} rotates"
@@ -221,7 +227,9 @@ def find_inconsistent_rates(samples: Samples) -> Iterator[Finding]:
 
 
 def _select_vectors(samples: Samples) -> Iterator[tuple[Sensor, Ints, Floats, Floats]]:
-    """Yield sensor, sample indices, vectors and expected lengths of the vector sensors."""
+    """Yield each sensor that measures vectors, with sample indices, vectors and the expected vector
+    lengths.
+    """
     telemetry = samples.telemetry
     for sensor in samples.scenario.sensors:
         k = _select_samples(telemetry.sensors.get(sensor.name, np.empty((0, 3))))
@@ -241,7 +249,9 @@ def _select_vectors(samples: Samples) -> Iterator[tuple[Sensor, Ints, Floats, Fl
 
 
 def _select_samples(rows: Floats) -> Ints:
-    """Return the indices of at most `_SAMPLES` samples, evenly distributed over the data."""
+    """Return the indices of at most `_MAX_SAMPLES` complete rows, evenly distributed over the
+    data.
+    """
     k = np.flatnonzero(np.isfinite(rows[:, 0]))
     if len(k) <= _MAX_SAMPLES:
         return k

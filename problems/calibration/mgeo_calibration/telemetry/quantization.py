@@ -1,4 +1,6 @@
-"""Quantization of channels: step sizes, and the resulting error of integrated rates."""
+"""Quantization of telemetry channels: estimation of step sizes, and the error of integrated
+rates.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,8 @@ MIN_VARIANCE_RATIO = 1e-2
 
 
 def estimate_quantization_steps(values: Floats) -> Floats:
-    """Return the quantization step of each channel; zero without quantization.
+    """Estimate the quantization step of each channel from its samples; zero for a channel without
+    quantization.
 
     A channel with few distinct values does not determine its step and has the finest step of the
     other channels.
@@ -41,7 +44,9 @@ def estimate_quantization_steps(values: Floats) -> Floats:
 
 
 def _estimate_step(channel: Floats) -> float:
-    """Return the step of a channel; zero if values are not quantized, NaN if undetermined."""
+    """Return the quantization step of a channel; zero if the values are not quantized, NaN if there
+    are too few distinct values.
+    """
     apart = np.diff(np.sort(channel))
     # The quantile ignores outliers.
     apart = apart[apart > _ROUNDING_TOLERANCE * np.quantile(np.abs(channel), _MAGNITUDE_QUANTILE)]
@@ -56,7 +61,9 @@ def _estimate_step(channel: Floats) -> float:
 
 
 def is_quantization_relevant(step: Floats, sigma: Floats) -> Bools:
-    """Return whether the quantization variance is relevant compared with the noise, per axis."""
+    """Return, for each axis, True if the variance of the quantization error matters beside the
+    noise variance.
+    """
     result: Bools = step**2 / 12.0 >= MIN_VARIANCE_RATIO * np.square(sigma)
     return result
 
@@ -64,7 +71,8 @@ def is_quantization_relevant(step: Floats, sigma: Floats) -> Bools:
 def compute_angle_variance_rate(
     rates: Floats, duration: float, step: Floats, sigma: Floats
 ) -> Floats:
-    """Return the growth rate of the angle variance due to quantization, shape (m, 3) [rad²/s].
+    """Return how fast the variance of the integrated angle grows because rates are quantized, per
+    sample and axis.
 
     The error of a rounded value has the variance step² / 12. Noise over several steps makes the
     error white. With less noise, part of the error is constant while the rate stays within about
@@ -82,6 +90,11 @@ def compute_angle_variance_rate(
         Quantization step of each axis [rad/s].
     sigma : array, shape (3,)
         1-sigma of the noise of a sample before rounding [rad/s].
+
+    Returns
+    -------
+    array, shape (m, 3)
+        Variance per time [rad²/s].
     """
     result = np.zeros(rates.shape)
     for axis in np.flatnonzero(is_quantization_relevant(step, sigma)):
@@ -96,7 +109,9 @@ def compute_angle_variance_rate(
 
 
 def _measure_stretches(counts: Floats, levels: int) -> Floats:
-    """Return, for each count, the length of its stretch of counts within `levels` steps."""
+    """Return, for each sample, the length of the uninterrupted sequence around it whose counts
+    differ by at most `levels` steps.
+    """
     ends, low, high = [], counts[0], counts[0]
     for k, count in enumerate(counts.tolist()):
         low, high = min(low, count), max(high, count)

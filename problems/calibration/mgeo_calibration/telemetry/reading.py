@@ -1,4 +1,4 @@
-"""Reading of telemetry tables from CSV, Parquet or a DataFrame, with checks."""
+"""Reading of telemetry from CSV and Parquet files or a DataFrame, with conversion and checks."""
 
 from __future__ import annotations
 
@@ -31,12 +31,13 @@ def read_telemetry(
     scenario: Scenario,
     mapping: TelemetryMapping | None = None,
 ) -> Telemetry:
-    """Read a telemetry table with the columns of `Telemetry.frame` or of a mapping.
+    """Read telemetry of gyro, sensors and position from a table, convert it to the body frame, and
+    check it for plausibility.
 
     Rows may be unordered. Rows with equal times are merged, so that sensors may have separate rows.
     Missing samples are empty cells; a zero vector or quaternion counts as missing. Other numeric
-    columns become `others`. Column names are compared without case and without a unit in brackets,
-    which is the unit of the column unless the mapping declares one.
+    columns become `Telemetry.housekeeping`. Column names are compared without case and without a
+    unit in brackets, which is the unit of the column unless the mapping declares one.
 
     Parameters
     ----------
@@ -59,15 +60,15 @@ def read_telemetry(
         If pyarrow is missing for Parquet.
     ValueError
         With file, column, row, time, value, expectation and key, if a cell is not a number, cells
-        contradict each other, or a check refuses the telemetry; see `checks.CHECKS`.
+        contradict each other, or a fatal check has a finding; see `checks.CHECKS`.
 
     Examples
     --------
     >>> from mgeo_attitude import Scenario
-    >>> from mgeo_calibration import fly, read_telemetry
+    >>> from mgeo_calibration import read_telemetry, simulate_telemetry
     >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
     >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
-    >>> fly(scenario, design, seed=1).frame().to_csv("telemetry.csv", index=False)
+    >>> simulate_telemetry(scenario, design, seed=1).to_csv("telemetry.csv")
     >>> read_telemetry("telemetry.csv", scenario).sensors["mag"].shape
     (901, 3)
     """
@@ -124,7 +125,9 @@ def _build_telemetry(
 def _convert_rates(
     times: Floats, values: ColumnValues, gyro: GyroChannels, scenario: Scenario
 ) -> tuple[Floats, Floats]:
-    """Return mean rates about the body axes and the quantization step of each axis [deg/s]."""
+    """Return mean rates about the body axes, in degrees per second, and the quantization step of
+    each axis.
+    """
     rows, entry, _ = values
     assert isinstance(entry, GyroChannels)
     if gyro.reference_axes:
@@ -136,6 +139,6 @@ def _convert_rates(
         step = compute_body_steps(rows, entry, "deg/s")
         rates = rotate_to_body(rows * entry.compute_factor("deg/s"), entry)
     if gyro.reference_axes or gyro.rate == "instantaneous":
-        there = np.isfinite(rates).all(axis=1)
-        rates[there] = compute_mean_rates(times[there], rates[there])
+        is_reported = np.isfinite(rates).all(axis=1)
+        rates[is_reported] = compute_mean_rates(times[is_reported], rates[is_reported])
     return rates, step

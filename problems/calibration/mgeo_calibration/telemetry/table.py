@@ -1,4 +1,6 @@
-"""Values of gyro, sensors and position from the cells of a table, in order of time."""
+"""Numbers of gyro, sensors, position and housekeeping channels from the cells of a table, sorted by
+time.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,9 @@ from mgeo_calibration.telemetry.times import convert_times
 
 
 class ColumnValues(NamedTuple):
-    """Values of gyro, position or a sensor, with declarations and column names."""
+    """Numbers of the gyro, the position or a sensor in a table, with column names and
+    declarations.
+    """
 
     rows: Floats
     entry: Channels
@@ -34,7 +38,7 @@ class ColumnValues(NamedTuple):
 
 
 class TelemetryTable(NamedTuple):
-    """Values of a table by owner at increasing times.
+    """Numbers of a telemetry table at increasing times, before conversion to the body frame.
 
     Attributes
     ----------
@@ -42,10 +46,10 @@ class TelemetryTable(NamedTuple):
         Increasing times [s].
     row_numbers : array of int, shape (n,)
         First row of each time.
-    values : dict of str to Values
-        Values by owner.
+    values : dict of str to ColumnValues
+        Numbers of ``gyro``, ``position`` and each sensor.
     housekeeping : dict of str to array
-        Other columns.
+        Housekeeping channels: all other numeric columns.
     """
 
     times: Floats
@@ -54,14 +58,14 @@ class TelemetryTable(NamedTuple):
     housekeeping: dict[str, Floats]
 
     def format_place(self, k: int) -> str:
-        """Return row and time of sample k as text."""
         return format_place(k, self.times, self.row_numbers)
 
 
 def read_values(
     frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping
 ) -> TelemetryTable:
-    """Read the values of gyro, sensors and position from a table.
+    """Read the numbers of gyro, sensors and position from the cells of a table, and sort and merge
+    rows by time.
 
     Raises
     ------
@@ -69,14 +73,14 @@ def read_values(
         If a column is missing, a cell is not a number or a time, or a column has two values at one
         time.
     """
-    asked = _collect_entries(frame, scenario, mapping)
+    entries = _collect_entries(frame, scenario, mapping)
     of_time = [mapping.time] + ([mapping.time_fraction] if mapping.time_fraction else [])
-    names = [column for _, own in asked.values() for column in own]
+    names = [column for _, own in entries.values() for column in own]
     columns = find_columns(frame, [*of_time, *names])
     series = {name: frame.iloc[:, column.index] for name, column in columns.items()}
     times = convert_times([series[name] for name in of_time], mapping, scenario.epoch)
     values = []
-    for owner, (entry, own) in asked.items():
+    for owner, (entry, own) in entries.items():
         with prefix_errors(owner):
             for name, scale, offset in zip(own, *entry.expand_conversion(len(own)), strict=True):
                 values.append(columns[name].sign * (scale * parse_numbers(series[name]) + offset))
@@ -89,11 +93,11 @@ def read_values(
     del values  # The columns take as much memory as the table.
     at, table = _merge_rows(times, table, names)
     first = np.unique(times, return_index=True)[1] + 1
-    ends = np.cumsum([len(own) for _, own in asked.values()])
+    ends = np.cumsum([len(own) for _, own in entries.values()])
     result = {
         name: ColumnValues(rows, assign_unit(name, entry, [columns[column] for column in own]), own)
         for (name, (entry, own)), rows in zip(
-            asked.items(), np.hsplit(table, ends[:-1]), strict=True
+            entries.items(), np.hsplit(table, ends[:-1]), strict=True
         )
     }
     return TelemetryTable(at, first, result, others)
@@ -103,33 +107,35 @@ def _collect_entries(
     frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping
 ) -> dict[str, tuple[Channels, list[str]]]:
     names = [sensor.name for sensor in scenario.sensors]
-    given: dict[str, SensorChannels] = {}
+    declared: dict[str, SensorChannels] = {}
     for i, entry in enumerate(mapping.sensors):
         if entry.name not in names:
             expected = f"unknown sensor{format_known_names(entry.name, names)}"
             raise InvalidValue(f"sensors[{i}].name", entry.name, expected)
-        if entry.name in given:
-            raise InvalidValue(f"sensors[{i}].name", entry.name, "is named twice: expected it once")
-        given[entry.name] = entry
-    asked: dict[str, tuple[Channels, list[str]]] = {
+        if entry.name in declared:
+            raise InvalidValue(f"sensors[{i}].name", entry.name, "expected each sensor once")
+        declared[entry.name] = entry
+    entries: dict[str, tuple[Channels, list[str]]] = {
         "gyro": (
             mapping.gyro,
             [] if mapping.gyro.reference_axes else _list_columns("gyro", mapping.gyro),
         )
     }
     for sensor in scenario.sensors:
-        channel = given.get(sensor.name, SensorChannels(name=sensor.name))
+        channel = declared.get(sensor.name, SensorChannels(name=sensor.name))
         widths = (3, 2) if sensor.has_unit_length else (len(sensor.telemetry_suffixes),)
-        asked[sensor.name] = channel, _list_columns(sensor.name, channel, *widths)
+        entries[sensor.name] = channel, _list_columns(sensor.name, channel, *widths)
     position = _list_columns("position", mapping.position)
     if "position" not in names and (mapping.position.columns or has_columns(frame, position)):
-        asked["position"] = mapping.position, position
-    return asked
+        entries["position"] = mapping.position, position
+    return entries
 
 
 @contextmanager
 def prefix_errors(name: str) -> Iterator[None]:
-    """Prefix the key of an `InvalidValue` with the owner's name."""
+    """Context manager that adds the name of a gyro, sensor or position table to the key of an
+    InvalidValue.
+    """
     try:
         yield
     except InvalidValue as error:
@@ -147,7 +153,7 @@ def _list_columns(
 
 
 def _merge_rows(times: Floats, table: Floats, names: Sequence[str]) -> tuple[Floats, Floats]:
-    """Sort rows by time and merge rows with equal times.
+    """Sort rows by time, and merge rows with equal times into one.
 
     Raises
     ------
@@ -163,17 +169,19 @@ def _merge_rows(times: Floats, table: Floats, names: Sequence[str]) -> tuple[Flo
         here = [int(np.flatnonzero((times == time) & (table[:, column] == v))[0]) for v in values]
         raise ValueError(
             f"{names[column]} at time {time:.6f} s = {values[0]!r} in row {here[0] + 1} and "
-            f"{values[1]!r} in row {here[1] + 1}: expected one value at a time; leave one row out, "
-            "or declare time_fraction if a second column has the fractions of a second"
+            f"{values[1]!r} in row {here[1] + 1}: expected one value per time. Remove one row, "
+            "or declare time_fraction if a second column contains fractions of a second"
         )
     return low.index.to_numpy(copy=True), low.to_numpy(copy=True)
 
 
 def _merge_channels(times: Floats, channels: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Sort channels by time and interpolate missing values linearly."""
+    """Sort housekeeping channels by time, merge equal times, and interpolate missing values
+    linearly.
+    """
     order, at = np.argsort(times, kind="stable"), np.unique(times)
     result = {}
     for name, values in channels.items():
-        there = order[np.isfinite(values[order])]
-        result[name] = np.interp(at, times[there], values[there])
+        filled = order[np.isfinite(values[order])]
+        result[name] = np.interp(at, times[filled], values[filled])
     return result

@@ -1,4 +1,4 @@
-"""Telemetry samples of gyro and sensors, and their truth in simulations."""
+"""Telemetry: samples of gyro, sensors and housekeeping channels, and the truth of a simulation."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _MIN_POSITIONS = 4
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Truth:
-    """True attitude and errors at the n samples of a simulation.
+    """True attitude, gyro states and sensor states at the n samples of a simulation.
 
     Attributes
     ----------
@@ -56,7 +56,8 @@ class Truth:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Telemetry:
-    """Samples of gyro and sensors at n times; missing samples are rows of NaN.
+    """Samples of gyro, sensors and housekeeping channels at n times. Missing samples are rows of
+    NaN.
 
     Attributes
     ----------
@@ -68,7 +69,8 @@ class Telemetry:
         Samples by sensor name: vectors [nT or unit length], quaternions from GCRF to body with the
         scalar last, or scalars; see `Sensor.channels`.
     position : array, shape (n, 3), optional
-        Satellite position in GCRS [m], which replaces the scenario's orbit; see `interpolate_positions`.
+        Satellite position in GCRS [m], which replaces the scenario's orbit; see
+        `interpolate_positions`.
     row_numbers : array of int, shape (n,), optional
         Rows of the samples in the source table; the first row below the header is 1.
     truth : Truth, optional
@@ -81,8 +83,8 @@ class Telemetry:
         example after a rotation; see `find_quantization_steps`.
     has_gyro : bool
         True if the rates are measured, false if assumed.
-    attitude_hold : Hold, optional
-        Attitude that a satellite without gyro holds with a pointing error.
+    attitude_hold : AttitudeHold, optional
+        Reference axes and pointing error of a satellite without a gyro.
 
     Raises
     ------
@@ -97,7 +99,7 @@ class Telemetry:
     >>> times = np.arange(1.0, 4.0)
     >>> sensors = {"mag": np.full((3, 3), 2e4)}
     >>> telemetry = Telemetry(times=times, gyro_deg_s=np.zeros((3, 3)), sensors=sensors)
-    >>> telemetry.frame().columns.to_list()
+    >>> telemetry.to_frame().columns.to_list()
     ['time', 'gyro_x', 'gyro_y', 'gyro_z', 'mag_x', 'mag_y', 'mag_z']
     """
 
@@ -130,14 +132,18 @@ class Telemetry:
             object.__setattr__(
                 self, "position", self._validate_samples("position", self.position, (3,))
             )
-        others = {name: np.array(values, dtype=float) for name, values in self.housekeeping.items()}
-        for name, values in others.items():
+        housekeeping = {
+            name: np.array(values, dtype=float) for name, values in self.housekeeping.items()
+        }
+        for name, values in housekeeping.items():
             if values.shape != times.shape or not np.isfinite(values).all():
                 raise ValueError(f"{name}: expected {len(times)} finite numbers")
-        object.__setattr__(self, "others", others)
+        object.__setattr__(self, "housekeeping", housekeeping)
 
     def to_frame(self) -> pd.DataFrame:
-        """Return a table with ``time``, ``gyro_x``..., the channels of all sensors and `others`."""
+        """Return the telemetry as a table with the columns ``time``, ``gyro_x``..., all sensor
+        channels and all housekeeping channels.
+        """
         columns = {"time": self.times} | _build_columns("gyro", self.gyro_deg_s)
         for name, rows in self.sensors.items():
             columns |= _build_columns(name, rows)
@@ -149,7 +155,9 @@ class Telemetry:
         return pd.DataFrame(columns)
 
     def find_quantization_steps(self, name: str) -> Floats:
-        """Return the quantization step of each channel of ``gyro`` or a sensor; zero for none."""
+        """Return the quantization step of each channel of the gyro or a sensor, declared or
+        estimated; zero without quantization.
+        """
         return self._effective_steps[name]
 
     @cached_property
@@ -162,7 +170,7 @@ class Telemetry:
         }
 
     def truncate(self, time: float) -> Telemetry:
-        """Return the samples up to a time [s].
+        """Return the telemetry without the samples after a time in seconds.
 
         Raises
         ------
@@ -187,7 +195,8 @@ class Telemetry:
         )
 
     def to_csv(self, path: Path | str) -> None:
-        """Write the table as CSV, with floats that round-trip exactly.
+        """Write the telemetry to a CSV file. Floats are written so that reading restores them
+        exactly.
 
         Raises
         ------
@@ -197,10 +206,16 @@ class Telemetry:
         write_file(path, self.to_frame().to_csv(index=False, lineterminator="\n").encode())
 
     def interpolate_positions(self, times: Floats) -> Floats | None:
-        """Return the positions at m of the sample times, shape (m, 3) [m], or None.
+        """Return the satellite position at given sample times, or None if the telemetry has no
+        positions.
 
         Missing positions are interpolated by a cubic spline. With positions 300 s apart, the
         resulting error of the field is 4 nT.
+
+        Returns
+        -------
+        array, shape (m, 3), or None
+            Position in GCRS [m].
 
         Raises
         ------
@@ -209,10 +224,10 @@ class Telemetry:
         """
         if self.position is None:
             return None
-        there = np.isfinite(self.position[:, 0])
-        if there.all():
+        is_known = np.isfinite(self.position[:, 0])
+        if is_known.all():
             return self.position[np.searchsorted(self.times, times)]
-        at = self.times[there]
+        at = self.times[is_known]
         if len(at) < _MIN_POSITIONS:
             raise ValueError(f"position: {len(at)} samples: expected {_MIN_POSITIONS} or more")
         k = np.clip(np.searchsorted(at, times), 1, len(at) - 1)
@@ -227,11 +242,16 @@ class Telemetry:
                 f"position: none near time {times[np.argmax(far)]:.6f} s: expected samples at most "
                 f"{MAX_POSITION_STEP:g} s apart, from the start to the end"
             )
-        result: Floats = CubicSpline(at, self.position[there])(times)
+        result: Floats = CubicSpline(at, self.position[is_known])(times)
         return result
 
     def build_readings(self, suite: Suite) -> tuple[Floats, ...]:
-        """Return the readings of each sensor of a suite in the filter's units, shape (n, k, 3).
+        """Convert the readings of each sensor of a suite to the units of the filter.
+
+        Returns
+        -------
+        tuple of arrays, shape (n, k, 3)
+            One array per sensor, with k vectors per reading.
 
         Raises
         ------
@@ -258,19 +278,22 @@ class Telemetry:
             if wrong.any():
                 k = int(np.argmax(wrong))
                 raise ValueError(
-                    f"{name} at {format_place(k, self.times, self.row_numbers)} = {rows[k].tolist()}: {what}"
+                    f"{name} at {format_place(k, self.times, self.row_numbers)} = "
+                    f"{rows[k].tolist()}: {what}"
                 )
         return rows
 
 
 def format_place(k: int, times: Floats, row_numbers: Ints | None = None) -> str:
-    """Return the time of sample k [s] and, if known, its row in the table as text."""
+    """Return the time of sample `k` and, if known, its row in the table as text for messages."""
     time = f"time {times[k]:.6f} s"
     return time if row_numbers is None else f"row {row_numbers[k]}, {time}"
 
 
 def list_column_names(name: str, width: int = 3) -> list[str]:
-    """Return column names: ``mag_x``... for vectors, ``mag_q1``... for quaternions, or ``mag``."""
+    """Return the column names of a quantity by its number of components: ``mag_x``... for three,
+    ``mag_q1``... for four, or ``mag``.
+    """
     if width == 1:
         return [name]
     return [f"{name}_{part}" for part in ("xyz" if width == 3 else ("q1", "q2", "q3", "q4"))]

@@ -1,4 +1,4 @@
-"""Conversion of table times to SI seconds since the scenario's epoch."""
+"""Conversion of table times to SI seconds since the epoch of the scenario."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ _UTC_OFFSET = r"([+-])(\d\d):?(\d\d)$"
 def convert_times(
     columns: Sequence[pd.Series], mapping: TelemetryMapping, epoch: datetime
 ) -> Floats:
-    """Return SI seconds since an epoch, shape (n,), from numbers, time stamps or ISO 8601 texts.
+    """Convert the time columns of a table, with numbers or ISO 8601 texts, to SI seconds since an
+    epoch.
 
     Parameters
     ----------
@@ -33,6 +34,10 @@ def convert_times(
         Column of times and, if the mapping declares one, column of fractions.
     mapping : TelemetryMapping
     epoch : datetime
+
+    Returns
+    -------
+    array, shape (n,)
 
     Raises
     ------
@@ -49,8 +54,8 @@ def convert_times(
         times = _convert_counts(column, more, mapping, epoch)
     elif mapping.time_epoch is not None:
         raise ValueError(
-            f"row 1, {column.name} = {format_cell(column.iloc[0])}: expected a number, since time_epoch "
-            "is declared; remove the key for ISO 8601 times"
+            f"row 1, {column.name} = {format_cell(column.iloc[0])}: expected a number, because "
+            "time_epoch is declared. Remove the key for ISO 8601 times"
         )
     elif column.dtype.kind == "M":
         clock = (pd.to_datetime(column, utc=True) - pd.Timestamp(epoch)).dt.total_seconds()
@@ -62,8 +67,8 @@ def convert_times(
     if np.isnan(times).any():
         row = int(np.argmax(np.isnan(times)))
         raise ValueError(
-            f"row {row + 1}, {column.name} = {format_cell(column.iloc[row])}: expected seconds since "
-            "the epoch or a time of ISO 8601; time_epoch declares another count"
+            f"row {row + 1}, {column.name} = {format_cell(column.iloc[row])}: expected a number of "
+            "seconds since the epoch, or an ISO 8601 time. Declare time_epoch for another epoch"
         )
     return times
 
@@ -81,7 +86,9 @@ def _convert_counts(
 
 
 def _parse_stamps(stamps: pd.Series, epoch: datetime, time_scale: str) -> Floats:
-    """Return SI seconds since the epoch; NaN for text that is not ISO 8601."""
+    """Return SI seconds since the epoch for ISO 8601 texts in a time scale, and NaN for other
+    texts.
+    """
     offsets = stamps.str.extract(_UTC_OFFSET)
     ahead = 3600.0 * offsets[1].astype(float) + 60.0 * offsets[2].astype(float)
     ahead = ahead.where(offsets[0] != "-", -ahead).fillna(0.0)

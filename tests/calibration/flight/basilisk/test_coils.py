@@ -11,7 +11,7 @@ from mgeo_attitude.maneuvers.schedule import build_hold_design
 from mgeo_attitude.scenario import InitialConditions, Magnetorquers, Scenario
 from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry
 from mgeo_calibration.simulators.basilisk.vehicle import MagnetorquerVehicle, Vehicle
-from mgeo_calibration.simulators.kinematic import fly as fly_exactly
+from mgeo_calibration.simulators.kinematic import simulate_telemetry as fly_exactly
 from scipy.spatial.transform import Rotation
 
 from ...calibration.independent import tumble, turned
@@ -34,7 +34,7 @@ def one_unit(coils=COILS, duration=850.0):
     scenario = Scenario.cubesat_6u()
     gyro = dataclasses.replace(scenario.gyro, angle_random_walk_deg_per_sqrt_h=1e-9)
     initial = InitialConditions(rate_deg_s=(0.4, -0.3, 0.2), attitude_deg=5.0)
-    return short(scenario, duration, gyro=gyro, coils=coils, initial=initial)
+    return short(scenario, duration, gyro=gyro, magnetorquers=coils, initial=initial)
 
 
 def flown(scenario):

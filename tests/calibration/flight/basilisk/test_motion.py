@@ -16,7 +16,7 @@ from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import InitialConditions, ManeuverBounds, Orbit, Wheels
 from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry
 from mgeo_calibration.simulators.basilisk.vehicle import Vehicle
-from mgeo_calibration.simulators.kinematic import fly as fly_exactly
+from mgeo_calibration.simulators.kinematic import simulate_telemetry as fly_exactly
 from scipy.spatial.transform import Rotation
 
 from .flights import PLAN, errorless, seen, short
@@ -128,7 +128,7 @@ def test_torque_and_momentum_stay_within_what_wheels_give():
     scenario = short(Scenario.paper(), 900.0, step=0.5)
     C = simulate_telemetry(scenario, PLAN, 1, vehicle=vehicle).truth.attitude
     rates = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec() / 0.5
-    momentum = rates @ wheels.matrix()
+    momentum = rates @ wheels.inertia_matrix()
     # a wheel is stopped at the first step beyond its limit
     assert np.abs(momentum).max() == pytest.approx(0.02, rel=0.06)
     # of the body's axes: the torque, and what keeps the momentum's direction in space
@@ -160,14 +160,14 @@ socket.socket.connect = socket.create_connection = socket.getaddrinfo = refused
 import sys
 import numpy as np
 from mgeo_attitude import Scenario
-from mgeo_calibration.simulators.basilisk.telemetry import fly
+from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry
 from mgeo_attitude.scenario import Convergence
 import dataclasses
 
 scenario = dataclasses.replace(
     Scenario.cubesat_6u(), duration=20.0, convergence=Convergence(window=20.0)
 )
-telemetry = fly(scenario, np.zeros(12), 1)
+telemetry = simulate_telemetry(scenario, np.zeros(12), 1)
 assert np.isfinite(telemetry.sensors["mag"][1:]).all()
 assert not {"pooch", "requests"} & set(sys.modules), "what fetches data was imported"
 """

@@ -55,9 +55,9 @@ def reported(quiet, plan=(0.0,) * 12, start=None, **errors):
         first = 3 * model.suite.blocks.index(block.replace("__", "."))
         drawn.true_states[first : first + 3] = value
     if start is not None:
-        drawn = dataclasses.replace(drawn, start=start)
+        drawn = dataclasses.replace(drawn, attitude=start)
     bias = np.tile(drawn.true_states[3:6], (model.n_steps, 1))
-    drawn = dataclasses.replace(drawn, bias=bias)
+    drawn = dataclasses.replace(drawn, mean_bias=bias)
     motion = Motion.from_design(model, plan, model.n_steps)
     return seen(scenario, motion, drawn, Vehicle.amazonia(), environment)
 

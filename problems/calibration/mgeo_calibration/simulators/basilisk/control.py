@@ -1,4 +1,4 @@
-"""Guidance and control of the Basilisk simulation, based on the gyro."""
+"""Guidance and control modules of the Basilisk simulation, based on the gyro."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ DAMPING_RATIO = 0.7
 
 @dataclass(frozen=True)
 class Reference:
-    """Reference attitude trajectory at n + 1 instants in Basilisk's representation.
+    """Reference attitude, rate and acceleration of the controller at the n + 1 boundaries of the
+    simulation steps.
 
     Attributes
     ----------
@@ -46,7 +47,8 @@ class Reference:
     def from_motion(
         cls, motion: Motion, initial_rate: Floats, step: float, n_substeps: int
     ) -> Reference:
-        """Return the reference of a motion with constant rates in each step.
+        """Compute the reference of the controller from a motion with constant rates in each filter
+        step.
 
         The rate at the boundary of two steps is the mean of both rates, as on a linear ramp.
 
@@ -60,8 +62,8 @@ class Reference:
             Number of simulation steps per step of the motion.
         """
         h, rates = step / n_substeps, np.repeat(motion.rates, n_substeps, axis=0)
-        turns = np.tile(h * np.arange(n_substeps), len(motion.rates))[:, None] * rates
-        within = Rotation.from_rotvec(-turns).as_matrix()
+        rotations = np.tile(h * np.arange(n_substeps), len(motion.rates))[:, None] * rates
+        within = Rotation.from_rotvec(-rotations).as_matrix()
         to_body = np.concatenate(
             [within @ np.repeat(motion.attitude[:-1], n_substeps, axis=0), motion.attitude[-1:]]
         )
@@ -75,7 +77,8 @@ class Reference:
 
 
 class Guidance(sysModel.SysModel):
-    """Gyro-based navigation and reference of the attitude controller.
+    """Basilisk module that estimates the attitude from the gyro and publishes estimate and
+    reference for the controller.
 
     The initial attitude and rate are the planned values. The attitude is propagated with the
     measured rates, corrected by the estimated gyro errors; the remaining errors are not observed.
@@ -118,20 +121,21 @@ class Guidance(sysModel.SysModel):
     def _write(self, nanoseconds: int, rate: Any) -> None:
         k = round(nanoseconds / self._step_ns)
         self._imu.senRotBias = self._bias[min(k, len(self._bias) - 1)]  # valid until the next step
-        now, wanted = messaging.NavAttMsgPayload(), messaging.AttRefMsgPayload()
+        now, reference = messaging.NavAttMsgPayload(), messaging.AttRefMsgPayload()
         now.sigma_BN, now.omega_BN_B = self._attitude, rate
-        wanted.sigma_RN = self._reference.attitude[k]
-        wanted.omega_RN_N = self._reference.rate[k]
-        wanted.domega_RN_N = self._reference.acceleration[k]
+        reference.sigma_RN = self._reference.attitude[k]
+        reference.omega_RN_N = self._reference.rate[k]
+        reference.domega_RN_N = self._reference.acceleration[k]
         self.navigation.write(now, nanoseconds, self.moduleID)
-        self.reference_message.write(wanted, nanoseconds, self.moduleID)
+        self.reference_message.write(reference, nanoseconds, self.moduleID)
 
 
 def add_reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple[Any, Any]:
-    """Attach Basilisk's reaction wheels to a satellite.
+    """Attach reaction wheels to a Basilisk satellite, with the momentum and the limits of a
+    vehicle.
 
-    Initial speeds follow `Vehicle.momentum`. A wheel at its momentum limit cannot accelerate
-    further.
+    Initial speeds follow `Vehicle.compute_initial_momentum`. A wheel at its momentum limit cannot
+    accelerate further.
 
     Parameters
     ----------
@@ -167,7 +171,9 @@ def add_reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple
 def build_control_loop(
     vehicle: Vehicle, guidance: Guidance, effector: Any, configuration: Any
 ) -> Sequence[Any]:
-    """Return Basilisk's modules for attitude error, feedback and torque allocation, in order."""
+    """Build the Basilisk modules of the attitude controller, in the order of execution: attitude
+    error, feedback and wheel torques.
+    """
     inertia = vehicle.wheels.inertia_matrix()
     error = attTrackingError.attTrackingError()
     error.attNavInMsg.subscribeTo(guidance.navigation)
@@ -188,10 +194,8 @@ def build_control_loop(
     motors.vehControlInMsg.subscribeTo(feedback.cmdTorqueOutMsg)
     motors.rwParamsInMsg.subscribeTo(configuration)
     effector.rwMotorCmdInMsg.subscribeTo(motors.rwMotorTorqueOutMsg)
-    guidance.referenced_messages = (
-        configuration,
-        satellite,
-    )  # Subscribers do not own their messages.
+    # Subscribers do not own their messages, so that a reference keeps them alive.
+    guidance.referenced_messages = configuration, satellite
     return error, feedback, motors
 
 
@@ -204,7 +208,8 @@ def build_magnetorquer_control(
     bias: Floats,
     timing: tuple[int, int, Floats],
 ) -> tuple[Any, Sequence[Any]]:
-    """Return Basilisk's torque rods along the body axes, and the module that commands them.
+    """Attach torque rods along the body axes to a Basilisk satellite, and build the module that
+    commands their dipoles.
 
     Parameters
     ----------
@@ -219,13 +224,15 @@ def build_magnetorquer_control(
     drive, (nanoseconds, parts, initial_rate) = vehicle.drive, timing
 
     class Controller(sysModel.SysModel):
-        """Cross-product control law with the gyro and the true field; also sets the gyro bias."""
+        """Cross-product control law that uses the gyro and the true field. The module also sets the
+        gyro bias.
+        """
 
         def __init__(self) -> None:
             super().__init__()
             self.ModelTag, self.dipoles = "magnetorquers", messaging.MTBCmdMsg()
             self.off = True
-            self.kept: tuple[Any, ...] = ()
+            self.referenced_messages: tuple[Any, ...] = ()
 
         def Reset(self, now: int) -> None:
             self.off = True
@@ -263,5 +270,6 @@ def build_magnetorquer_control(
     rods.mtbCmdInMsg.subscribeTo(controller.dipoles)
     rods.magInMsg.subscribeTo(field.envOutMsgs[0])
     satellite.addDynamicEffector(rods)
-    controller.kept = (parameters,)  # Subscribers do not own their messages.
+    # Subscribers do not own their messages, so that a reference keeps them alive.
+    controller.referenced_messages = (parameters,)
     return rods, (controller,)

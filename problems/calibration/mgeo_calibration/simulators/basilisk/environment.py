@@ -1,4 +1,4 @@
-"""Orbit, field and shadow of the Basilisk simulation, from tables instead of downloads.
+"""Orbit, magnetic field and eclipses of the Basilisk simulation, from precomputed tables.
 
 Basilisk takes Sun and Earth from ephemeris files and the field from a coefficient file, and
 downloads both. This module provides the data of `mgeo_attitude.environment` instead.
@@ -27,7 +27,9 @@ BASILISK_AU = 149597870.693e3
 
 
 def format_field_coefficients(date: datetime) -> str:
-    """Return IGRF-14 at a date as a coefficient file of the World Magnetic Model, without drift."""
+    """Return the IGRF-14 coefficients at a date in the file format of the World Magnetic Model,
+    without secular variation.
+    """
     result = load_gauss_coefficients(date)
     year = date.year + (date.timetuple().tm_yday - 1) / 365.25
     lines = [f"    {year:.1f}            IGRF-14        {date:%m/%d/%Y}"]
@@ -39,7 +41,7 @@ def format_field_coefficients(date: datetime) -> str:
 
 
 class EnvironmentMessages(sysModel.SysModel):
-    """Module that publishes Sun, Earth and satellite position from tables, one row per step.
+    """Basilisk module that publishes positions of Sun, Earth and satellite from precomputed tables.
 
     Attributes
     ----------
@@ -85,7 +87,7 @@ class EnvironmentMessages(sysModel.SysModel):
 
 
 def build_central_body(messages: EnvironmentMessages) -> Any:
-    """Return the Earth as a point mass for `Spacecraft.gravField`."""
+    """Return the Earth as a point mass, as a list of gravity bodies for `Spacecraft.gravField`."""
     earth = gravityEffector.GravBodyData()
     earth.planetName, earth.mu, earth.isCentralBody = "earth", EARTH_MU, True
     earth.planetBodyInMsg.subscribeTo(messages.earth)
@@ -93,7 +95,7 @@ def build_central_body(messages: EnvironmentMessages) -> Any:
 
 
 def build_field_model(satellite: Any, messages: EnvironmentMessages, coefficients: Path) -> Any:
-    """Return Basilisk's field model with coefficients from a file.
+    """Return Basilisk's magnetic field module with spherical-harmonic coefficients from a file.
 
     The file must exist until the model is initialized.
     """
@@ -106,7 +108,9 @@ def build_field_model(satellite: Any, messages: EnvironmentMessages, coefficient
 
 
 def build_eclipse_model(satellite: Any, messages: EnvironmentMessages) -> Any:
-    """Return Basilisk's model of the Earth's shadow."""
+    """Return Basilisk's module of the Earth's shadow, which publishes the illumination factor of
+    the satellite.
+    """
     model = eclipse.Eclipse()
     model.ModelTag = "eclipse"
     model.addSpacecraftToModel(satellite.scStateOutMsg)
@@ -116,6 +120,6 @@ def build_eclipse_model(satellite: Any, messages: EnvironmentMessages) -> Any:
 
 
 def compute_middle_time(environment: Environment, epoch: datetime) -> datetime:
-    """Return the middle of a run, which is also the date of the field in `Environment`."""
+    """Return the middle of a run, which `Environment` uses as the date of the field model."""
     times = environment.times
     return epoch + timedelta(seconds=0.5 * float(times[0] + times[-1]))

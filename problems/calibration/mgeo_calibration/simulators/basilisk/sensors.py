@@ -1,4 +1,6 @@
-"""Basilisk's sensors with drawn errors, and their readings in the filter's units."""
+"""Basilisk's sensor modules with given errors, and conversion of their messages to readings of the
+filter.
+"""
 
 from __future__ import annotations
 
@@ -33,12 +35,12 @@ _TESLA = 1e-9 * FIELD_UNIT_NT
 
 @dataclass(frozen=True)
 class SensorInputs:
-    """Inputs of the sensor modules.
+    """Modules of the simulation whose messages the sensor modules read.
 
     Attributes
     ----------
     satellite : module
-    environment : Surroundings
+    environment : EnvironmentMessages
     field, eclipse : modules
         Basilisk's field and eclipse models; None if the scenario needs none.
     """
@@ -50,7 +52,9 @@ class SensorInputs:
 
 
 class Recorders(NamedTuple):
-    """Recorders of satellite state, Sun and, with eclipses, the illumination factor."""
+    """Recorders of the satellite state, the Sun position and, with eclipses, the illumination
+    factor.
+    """
 
     state: Any
     sun: Any
@@ -59,7 +63,8 @@ class Recorders(NamedTuple):
 
 @dataclass(frozen=True)
 class SensorModule:
-    """Sensor module of Basilisk.
+    """Basilisk module of a sensor, with the function that converts its recorded messages to
+    readings.
 
     Attributes
     ----------
@@ -68,8 +73,8 @@ class SensorModule:
     message : message
         Output message of the module.
     convert : function
-        Converts the recorded message and the log to readings of the filter, shape (n, k, 3); NaN
-        without a reading.
+        Converts the recorded message and the recorders of `Recorders` to readings of the filter,
+        shape (n, k, 3); NaN without a reading.
     referenced_objects : sequence
         Objects that the module points to without owning them.
     """
@@ -86,7 +91,8 @@ SensorErrors = Mapping[str, Floats]
 def build_gyro(
     gyro: Gyro, errors: SensorErrors, step: float, inputs: SensorInputs, seed: int
 ) -> Any:
-    """Return Basilisk's inertial measurement unit with the errors of a gyro.
+    """Build Basilisk's inertial measurement unit with the noise, scale factors and misalignments of
+    a gyro.
 
     The caller sets the bias in each step, before scaling. Basilisk applies scale factors after the
     misalignment, the filter before it. The difference is the product of both errors, 1e-5 of the
@@ -110,7 +116,9 @@ def build_gyro(
 def build_magnetometer(
     sensor: Magnetometer, errors: SensorErrors, inputs: SensorInputs, draw_seed: Callable[[], int]
 ) -> SensorModule:
-    """Return Basilisk's magnetometer with drawn errors."""
+    """Build Basilisk's magnetometer module with the given misalignment and bias and the declared
+    noise.
+    """
     tam = magnetometer.Magnetometer()
     tam.ModelTag, tam.RNGSeed = sensor.name, draw_seed()
     tam.stateInMsg.subscribeTo(inputs.satellite.scStateOutMsg)
@@ -121,25 +129,25 @@ def build_magnetometer(
     tam.setAMatrix(WHITE_NOISE_MATRIX)
     tam.walkBounds = [LARGE_BOUND] * 3
 
-    def vectors(own: Any, log: Recorders) -> Floats:
-        result: Floats = own.tam_S[:, None] / _TESLA
+    def convert(message: Any, recorders: Recorders) -> Floats:
+        result: Floats = message.tam_S[:, None] / _TESLA
         return result
 
-    return SensorModule(tam, tam.tamDataOutMsg, vectors)
+    return SensorModule(tam, tam.tamDataOutMsg, convert)
 
 
 def build_sun_sensor(
     sensor: SunSensor, errors: SensorErrors, inputs: SensorInputs, draw_seed: Callable[[], int]
 ) -> SensorModule:
-    """Return six of Basilisk's coarse Sun sensors along ± three axes, combined into one vector.
+    """Build a Sun sensor that reports a vector from six coarse Sun sensors of Basilisk, in both
+    directions of three axes.
 
     Each component is the difference of two heads; a head has half of the bias and 1/√2 of the
     noise. Readings are valid in full sunlight only, because the vector is shorter in the penumbra.
     """
     heads, mount = [], rotation_matrix(errors.get("misalignment", np.zeros(3)))
-    each = (*sensor.noise_sigmas(), sensor.noise_sigmas()[-1])[
-        :3
-    ]  # A two-axis sensor has two equal values.
+    # A two-axis sensor has two equal values.
+    each = (*sensor.noise_sigmas(), sensor.noise_sigmas()[-1])[:3]
     for axis, bias, noise in zip(mount, errors["bias"], each, strict=True):
         for sign in (1.0, -1.0):
             head = _build_head(sign * axis, inputs, draw_seed())
@@ -148,24 +156,27 @@ def build_sun_sensor(
     array = coarseSunSensor.CSSConstellation()
     array.ModelTag, array.sensorList = sensor.name, coarseSunSensor.CSSVector(heads)
 
-    def vectors(own: Any, log: Recorders) -> Floats:
-        cosines = own.CosValue[:, :6]
+    def convert(message: Any, recorders: Recorders) -> Floats:
+        cosines = message.CosValue[:, :6]
         result = cosines[:, 0::2] - cosines[:, 1::2]
-        reported: Floats = np.where(_find_visible_samples(sensor, log)[:, None], result, np.nan)
+        reported: Floats = np.where(
+            _find_visible_samples(sensor, recorders)[:, None], result, np.nan
+        )
         if sensor.has_unit_length:
             reported /= np.linalg.norm(reported, axis=1, keepdims=True)
         return reported[:, None]
 
-    return SensorModule(array, array.constellationOutMsg, vectors, heads)
+    return SensorModule(array, array.constellationOutMsg, convert, heads)
 
 
 def build_photodiode(
     sensor: Photodiode, errors: SensorErrors, inputs: SensorInputs, draw_seed: Callable[[], int]
 ) -> SensorModule:
-    """Return one of Basilisk's coarse Sun sensors, which reads zero plus noise in the dark.
+    """Build a photodiode from one of Basilisk's coarse Sun sensors, with the given error of gain
+    and normal.
 
-    The field of view is 90 deg around the normal; readings beyond the half-angle of the scenario
-    are reported, too. There are no readings outside full sunlight.
+    The half-angle of the field of view is 90 deg. Readings beyond the half-angle of the scenario
+    are reported, too. Without full sunlight there are no readings.
     """
     along = sensor.axes[2] + errors["sensitivity"] @ sensor.axes
     gain = float(np.linalg.norm(along))
@@ -173,15 +184,15 @@ def build_photodiode(
     head.ModelTag, head.scaleFactor = sensor.name, gain
     head.senNoiseStd = sensor.relative_noise / gain  # Basilisk multiplies the noise by the gain.
 
-    def vectors(own: Any, log: Recorders) -> Floats:
-        reported: Floats = np.where(_find_sunlit_samples(log), own.OutputData, np.nan)
+    def convert(message: Any, recorders: Recorders) -> Floats:
+        reported: Floats = np.where(_find_sunlit_samples(recorders), message.OutputData, np.nan)
         return reported[:, None, None]
 
-    return SensorModule(head, head.cssDataOutMsg, vectors)
+    return SensorModule(head, head.cssDataOutMsg, convert)
 
 
 def _build_head(normal: Floats, inputs: SensorInputs, seed: int) -> Any:
-    """Return one of Basilisk's coarse Sun sensors with a hemispherical field of view."""
+    """Build one of Basilisk's coarse Sun sensors with a hemispherical field of view."""
     head = coarseSunSensor.CoarseSunSensor()
     head.RNGSeed, head.fov, head.nHat_B = seed, math.pi / 2, normal.tolist()
     head.setAMatrix([[0.0]])
@@ -200,7 +211,9 @@ def _find_sunlit_samples(recorders: Recorders) -> Bools:
 
 
 def _find_visible_samples(sensor: SunSensor, recorders: Recorders) -> Bools:
-    """Return a mask of the samples in full sunlight with the Sun in the field of view."""
+    """Return a boolean array, True at samples in full sunlight with the Sun in the field of view of
+    a sensor.
+    """
     seen = _find_sunlit_samples(recorders)
     to_sun = recorders.sun.PositionVector - recorders.state.r_BN_N
     to_sun /= np.linalg.norm(to_sun, axis=1, keepdims=True)
@@ -213,7 +226,10 @@ def _find_visible_samples(sensor: SunSensor, recorders: Recorders) -> Bools:
 def build_star_tracker(
     sensor: StarTracker, errors: SensorErrors, inputs: SensorInputs, draw_seed: Callable[[], int]
 ) -> SensorModule:
-    """Return Basilisk's star tracker, which always reports; `fly` removes invalid readings."""
+    """Build Basilisk's star tracker module with the given misalignment and the declared noise.
+
+    The module always reports; `telemetry.simulate_telemetry` removes invalid readings.
+    """
     tracker = starTracker.StarTracker()
     tracker.ModelTag, tracker.RNGSeed = sensor.name, draw_seed()
     tracker.scStateInMsg.subscribeTo(inputs.satellite.scStateOutMsg)
@@ -224,13 +240,13 @@ def build_star_tracker(
     tracker.setAMatrix(WHITE_NOISE_MATRIX)
     tracker.setWalkBounds([LARGE_BOUND] * 3)
 
-    def vectors(own: Any, log: Recorders) -> Floats:
-        q = own.qInrtl2Case
+    def convert(message: Any, recorders: Recorders) -> Floats:
+        q = message.qInrtl2Case
         turned: Floats = np.full((len(q), 3, 3), np.nan)
         turned[1:] = Rotation.from_quat(q[1:], scalar_first=True).as_matrix()
         return turned
 
-    return SensorModule(tracker, tracker.sensorOutMsg, vectors)
+    return SensorModule(tracker, tracker.sensorOutMsg, convert)
 
 
 SensorBuilder = Callable[[Any, SensorErrors, SensorInputs, Callable[[], int]], SensorModule]

@@ -1,4 +1,4 @@
-"""Assembly and execution of a Basilisk simulation."""
+"""Assembly of Basilisk modules into a simulation, its execution, and its results."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ MAX_STEP = 1.0
 
 @dataclass(frozen=True)
 class SimulationInputs:
-    """Initial conditions and true errors of a run of n steps.
+    """Initial conditions and true gyro and sensor errors of a Basilisk simulation of n steps.
 
     Attributes
     ----------
@@ -80,7 +80,8 @@ class SimulationInputs:
 
 @dataclass(frozen=True)
 class SimulationResult:
-    """Logged results of Basilisk at n + 1 samples.
+    """Attitude, position, sensor readings and wheel momentum that Basilisk records at n + 1
+    samples.
 
     Attributes
     ----------
@@ -114,27 +115,30 @@ def simulate(
     environment: Environment,
     generator: np.random.Generator,
 ) -> SimulationResult:
-    """Run Basilisk and return the logged results; see `fly`.
+    """Assemble and run a Basilisk simulation, and return the recorded attitude, readings and wheel
+    momentum.
 
     Magnetorquers ignore `motion`. The generator provides only the seeds of the noise.
     """
     bskLogging.setDefaultLogLevel(bskLogging.BSK_ERROR)
     suite, n = scenario.suite, scenario.n_steps
-    parts = math.ceil(scenario.step / MAX_STEP)
-    h = scenario.step / parts
-    nanoseconds = round(h * 1e9)
+    n_substeps = math.ceil(scenario.step / MAX_STEP)
+    h = scenario.step / n_substeps
+    step_ns = round(h * 1e9)
 
-    def errors_of(owner: Any) -> dict[str, Floats]:
-        places = suite.get_first_indices(owner).items()
-        return {name: inputs.true_states[i : i + 3] for name, i in places if name in owner.states()}
+    def select_errors(owner: Any) -> dict[str, Floats]:
+        indices = suite.get_first_indices(owner).items()
+        return {
+            name: inputs.true_states[i : i + 3] for name, i in indices if name in owner.states()
+        }
 
-    def seed() -> int:
+    def draw_seed() -> int:
         return int(generator.integers(1, 2**31 - 1))
 
-    surroundings = EnvironmentMessages(environment, scenario.epoch, parts * nanoseconds)
-    satellite = _build_satellite(scenario, inputs, vehicle, environment, surroundings)
-    modules: list[Any] = [surroundings, satellite]
-    field = shadow = spins = None
+    messages = EnvironmentMessages(environment, scenario.epoch, n_substeps * step_ns)
+    satellite = _build_satellite(scenario, inputs, vehicle, environment, messages)
+    modules: list[Any] = [messages, satellite]
+    field = eclipse = wheel_recorder = None
     with tempfile.TemporaryDirectory() as folder:
         if isinstance(vehicle, MagnetorquerVehicle) or any(
             isinstance(sensor, Magnetometer) for sensor in suite.sensors
@@ -143,58 +147,72 @@ def simulate(
             coefficients.write_text(
                 format_field_coefficients(compute_middle_time(environment, scenario.epoch))
             )
-            modules.append(field := build_field_model(satellite, surroundings, coefficients))
+            modules.append(field := build_field_model(satellite, messages, coefficients))
         if scenario.eclipse:
-            modules.append(shadow := build_eclipse_model(satellite, surroundings))
-        sources = SensorInputs(satellite, surroundings, field, shadow)
-        of_gyro = errors_of(suite.gyro)
-        imu = build_gyro(suite.gyro, of_gyro, h, sources, seed())
-        instruments = [
-            SENSOR_BUILDERS[type(sensor)](sensor, errors_of(sensor), sources, seed)
+            modules.append(eclipse := build_eclipse_model(satellite, messages))
+        sensor_inputs = SensorInputs(satellite, messages, field, eclipse)
+        gyro_errors = select_errors(suite.gyro)
+        imu = build_gyro(suite.gyro, gyro_errors, h, sensor_inputs, draw_seed())
+        sensor_modules = [
+            SENSOR_BUILDERS[type(sensor)](sensor, select_errors(sensor), sensor_inputs, draw_seed)
             for sensor in suite.sensors
         ]
-        bias = np.repeat(inputs.mean_bias / (1.0 + of_gyro.get("scale_factor", 0.0)), parts, axis=0)
-        corrected = _build_rate_correction(suite, inputs.estimates)
+        bias = np.repeat(
+            inputs.mean_bias / (1.0 + gyro_errors.get("scale_factor", 0.0)), n_substeps, axis=0
+        )
+        correct_rate = _build_rate_correction(suite, inputs.estimates)
         loop: Sequence[Any]
         if isinstance(vehicle, MagnetorquerVehicle):
-            timing = nanoseconds, parts, inputs.rate
+            timing = step_ns, n_substeps, inputs.rate
             effector, loop = build_magnetorquer_control(
-                vehicle, satellite, field, imu, corrected, bias, timing
+                vehicle, satellite, field, imu, correct_rate, bias, timing
             )
         else:
             effector, configuration = add_reaction_wheels(vehicle, satellite, inputs.rate)
-            reference = Reference.from_motion(motion, inputs.rate, scenario.step, parts)
-            guidance = Guidance(imu, reference, inputs.rate, corrected, bias, nanoseconds)
+            reference = Reference.from_motion(motion, inputs.rate, scenario.step, n_substeps)
+            guidance = Guidance(imu, reference, inputs.rate, correct_rate, bias, step_ns)
             loop = [guidance, *build_control_loop(vehicle, guidance, effector, configuration)]
-            spins = effector.rwSpeedOutMsg.recorder()
+            wheel_recorder = effector.rwSpeedOutMsg.recorder()
         modules.insert(1, effector)
-        modules += [imu, *(each.module for each in instruments), *loop]
-        log = Recorders(
+        modules += [imu, *(each.module for each in sensor_modules), *loop]
+        recorded = Recorders(
             satellite.scStateOutMsg.recorder(),
-            surroundings.unit_sun.recorder(),
-            shadow and shadow.eclipseOutMsgs[0].recorder(),
+            messages.unit_sun.recorder(),
+            eclipse and eclipse.eclipseOutMsgs[0].recorder(),
         )
-        turns, around = imu.sensorOutMsg.recorder(), field and field.envOutMsgs[0].recorder()
-        reported = [each.message.recorder() for each in instruments]
-        recorders = [each for each in (*log, turns, around, spins, *reported) if each is not None]
-        run = _initialize_simulation([*modules, *recorders], nanoseconds)
-    run.ConfigureStopTime(n * parts * nanoseconds)
+        gyro_recorder, field_recorder = (
+            imu.sensorOutMsg.recorder(),
+            field and field.envOutMsgs[0].recorder(),
+        )
+        reported = [each.message.recorder() for each in sensor_modules]
+        recorders = [
+            each
+            for each in (*recorded, gyro_recorder, field_recorder, wheel_recorder, *reported)
+            if each is not None
+        ]
+        run = _initialize_simulation([*modules, *recorders], step_ns)
+    run.ConfigureStopTime(n * n_substeps * step_ns)
     run.ExecuteSimulation()
     wheels = np.zeros((n + 1, 0))
-    if isinstance(vehicle, Vehicle) and spins is not None:
+    if isinstance(vehicle, Vehicle) and wheel_recorder is not None:
         count = len(vehicle.wheels.axes)
-        wheels = spins.wheelSpeeds[::parts, :count] * configuration.read().JsList[:count]
+        wheels = (
+            wheel_recorder.wheelSpeeds[::n_substeps, :count] * configuration.read().JsList[:count]
+        )
     vectors = [
-        each.convert(own, log)[::parts] for each, own in zip(instruments, reported, strict=True)
+        each.convert(own, recorded)[::n_substeps]
+        for each, own in zip(sensor_modules, reported, strict=True)
     ]
     for each in vectors:
         each[0] = np.nan  # There are no readings at the start.
-    rates = log.state.omega_BN_B[::parts]
-    turned = _compose_rotations(turns.DRFramePlatform[1:].reshape(-1, parts, 3))
+    rates = recorded.state.omega_BN_B[::n_substeps]
+    turned = _compose_rotations(gyro_recorder.DRFramePlatform[1:].reshape(-1, n_substeps, 3))
     return SimulationResult(
-        attitude=Rotation.from_mrp(log.state.sigma_BN[::parts]).inv().as_matrix(),
-        position=log.state.r_BN_N[::parts],
-        field=np.zeros((0, 3)) if around is None else 1e9 * around.magField_N[::parts],
+        attitude=Rotation.from_mrp(recorded.state.sigma_BN[::n_substeps]).inv().as_matrix(),
+        position=recorded.state.r_BN_N[::n_substeps],
+        field=np.zeros((0, 3))
+        if field_recorder is None
+        else 1e9 * field_recorder.magField_N[::n_substeps],
         mean_rates=turned / scenario.step
         + compute_coning_correction(rates[:-1], rates[1:], scenario.step),
         sensors=tuple(vectors),
@@ -202,10 +220,10 @@ def simulate(
     )
 
 
-def _initialize_simulation(modules: list[Any], nanoseconds: int) -> Any:
+def _initialize_simulation(modules: list[Any], step_ns: int) -> Any:
     run = SimulationBaseClass.SimBaseClass()
     run.SetProgressBar(False)
-    run.CreateNewProcess("monte_carlo").addTask(run.CreateNewTask("step", nanoseconds))
+    run.CreateNewProcess("simulation").addTask(run.CreateNewTask("step", step_ns))
     for priority, module in enumerate(reversed(modules)):
         run.AddModelToTask("step", module, priority)
     run.InitializeSimulation()
@@ -213,15 +231,14 @@ def _initialize_simulation(modules: list[Any], nanoseconds: int) -> Any:
 
 
 def _build_rate_correction(suite: Suite, states: Floats) -> Callable[[Floats], Floats]:
-    """Return a function that corrects a rate, shape (3,), by the estimated gyro errors."""
     x = {name: states[None, i : i + 3] for name, i in suite.get_first_indices(suite.gyro).items()}
     errors = SimpleNamespace(**x)
 
-    def corrected(reported: Floats) -> Floats:
+    def correct_rate(reported: Floats) -> Floats:
         rate: Floats = suite.gyro.correct_measurement(errors, reported[None])[0]
         return rate
 
-    return corrected
+    return correct_rate
 
 
 def _build_satellite(
@@ -246,6 +263,8 @@ def _build_satellite(
 
 
 def _compose_rotations(rotations: Floats) -> Floats:
-    """Compose successive rotation vectors, shape (n, m, 3), into one per step, shape (n, 3)."""
+    """Compose the successive rotation vectors within each step, the second axis of the array, into
+    one rotation vector per step.
+    """
     vectors: Floats = reduce(mul, map(Rotation.from_rotvec, rotations.swapaxes(0, 1))).as_rotvec()
     return vectors

@@ -1,4 +1,4 @@
-"""Simulation of a plan by Basilisk, and the checks of the scenario before it."""
+"""Telemetry of a plan that Basilisk simulates with rigid-body dynamics, actuators and sensors."""
 
 from __future__ import annotations
 
@@ -52,13 +52,15 @@ def simulate_telemetry(
     initial_truth: Truth | None = None,
     environment: Environment | None = None,
 ) -> Telemetry:
-    """Simulate one run of a plan with Basilisk up to the end of the scenario.
+    """Simulate one run of a plan with Basilisk, a rigid-body simulator with actuators and sensors,
+    and return the telemetry.
 
-    A rigid body with reaction wheels follows the plan by feedback of modified Rodrigues parameters,
-    with gyro-based attitude estimates. Without ramps in the plan, rates change as fast as the
-    wheels allow. A satellite without wheels uses Basilisk's torque rods with the scenario's
-    magnetorquer law, the gyro and the true field. True errors are drawn from the scenario and equal
-    those of `flight.fly` with the same seed; measurement noise comes from Basilisk.
+    A rigid body with reaction wheels follows the plan by feedback of modified Rodrigues
+    parameters, with gyro-based attitude estimates. Without ramps in the plan, rates change as fast
+    as the wheels allow. A satellite without wheels uses Basilisk's torque rods with
+    the scenario's magnetorquer law, the gyro and the true field. True errors are drawn from
+    the scenario and equal those of `kinematic.simulate_telemetry` with the same seed; measurement
+    noise comes from Basilisk.
 
     Basilisk integrates two-body orbits. Other orbits are prescribed by the environment, because
     Basilisk has neither mean elements nor SGP4. There are no readings at the start.
@@ -71,9 +73,9 @@ def simulate_telemetry(
     seed : int or Generator, optional
         Equal seeds give identical telemetry. None draws fresh entropy.
     vehicle : Vehicle, optional
-        Default: `Vehicle.of` the scenario.
+        Default: result of `Vehicle.from_scenario`.
     initial_truth : Truth, optional
-        Truth of an earlier run to continue from, as in `flight.fly`.
+        Truth of an earlier run to continue from, as in `kinematic.simulate_telemetry`.
     environment : Environment, optional
         Precomputed environment of the scenario.
 
@@ -101,68 +103,75 @@ def simulate_telemetry(
     n, gyro, generator = model.n_steps, scenario.gyro, np.random.default_rng(seed)
     design = complete_design(scenario, plan, model)
     drive = model.slew_limits
-    flying: Vehicle | MagnetorquerVehicle
+    body: Vehicle | MagnetorquerVehicle
     limits: RotationDynamics
     if isinstance(drive, MagnetorquerDrive):
-        flying, limits = MagnetorquerVehicle.from_design(drive, design, model.step, n), drive
+        body, limits = MagnetorquerVehicle.from_design(drive, design, model.step, n), drive
     else:
-        flying = vehicle or Vehicle.from_scenario(scenario)
-        limits = drive or flying.compute_slew_limits(model.initial_rate)
-    drawn = simulate_run(
+        body = vehicle or Vehicle.from_scenario(scenario)
+        limits = drive or body.compute_slew_limits(model.initial_rate)
+    nominal_run = simulate_run(
         model,
         Motion.from_design(model, design, n),
         continue_errors(model, draw_errors(model, n, generator), initial_truth),
     )
-    bias = drawn.varying_states[:, :3]
+    bias = nominal_run.varying_states[:, :3]
     # Mean and 1-sigma of the average of a random walk between two known end points.
-    spread = np.array(gyro.effective_rate_random_walk) * np.sqrt(model.step / 12.0)
-    mean_bias = 0.5 * (bias[:-1] + bias[1:]) + spread * generator.standard_normal((n, 3))
+    sigma = np.array(gyro.effective_rate_random_walk) * np.sqrt(model.step / 12.0)
+    mean_bias = 0.5 * (bias[:-1] + bias[1:]) + sigma * generator.standard_normal((n, 3))
     ramped = dataclasses.replace(model, slew_limits=limits)
-    seen = simulate(
+    result = simulate(
         scenario,
         Motion.from_design(ramped, design, n),
         SimulationInputs(
-            model.initial_attitude @ drawn.initial_rotation,
+            model.initial_attitude @ nominal_run.initial_rotation,
             model.initial_rate,
             model.initial_states,
-            drawn.initial_states,
+            nominal_run.initial_states,
             mean_bias,
         ),
-        flying,
+        body,
         environment,
         generator,
     )
-    turns = Rotation.from_matrix(seen.attitude[:-1] @ seen.attitude[1:].transpose(0, 2, 1))
-    motion = Motion(turns.as_rotvec() / model.step, seen.attitude @ drawn.initial_rotation.T)
-    sensors = _mask_readings(model, seen.attitude, motion.rates, seen.sensors)
-    readings = Measurements(np.full(n, model.step), seen.mean_rates, sensors)
-    sent = build_telemetry(model, dataclasses.replace(drawn, motion=motion, readings=readings))
-    assert sent.truth is not None
-    wheels = seen.wheel_momentum if seen.wheel_momentum.size else None
-    return dataclasses.replace(sent, truth=dataclasses.replace(sent.truth, wheel_momentum=wheels))
+    rotations = Rotation.from_matrix(result.attitude[:-1] @ result.attitude[1:].transpose(0, 2, 1))
+    motion = Motion(
+        rotations.as_rotvec() / model.step, result.attitude @ nominal_run.initial_rotation.T
+    )
+    sensors = _mask_readings(model, result.attitude, motion.rates, result.sensors)
+    readings = Measurements(np.full(n, model.step), result.mean_rates, sensors)
+    telemetry = build_telemetry(
+        model, dataclasses.replace(nominal_run, motion=motion, readings=readings)
+    )
+    assert telemetry.truth is not None
+    wheel_momentum = result.wheel_momentum if result.wheel_momentum.size else None
+    return dataclasses.replace(
+        telemetry, truth=dataclasses.replace(telemetry.truth, wheel_momentum=wheel_momentum)
+    )
 
 
 def _mask_readings(
     model: FilterModel, attitude: Floats, rates: Floats, sensors: tuple[Floats, ...]
 ) -> tuple[Floats, ...]:
-    """Return the readings of each sensor with NaN in eclipse and for blinded star trackers."""
+    """Return the readings of each sensor with NaN in eclipse and for star trackers that are
+    blinded.
+    """
     result = []
     for index, (sensor, vectors) in enumerate(zip(model.suite.sensors, sensors, strict=True)):
-        there = model.available[:, index]
+        is_valid = model.available[:, index]
         if isinstance(sensor, StarTracker):
-            there = can_measure(model, index, attitude, rates)
-        result.append(np.where(there[:, None, None], vectors, np.nan))
+            is_valid = can_measure(model, index, attitude, rates)
+        result.append(np.where(is_valid[:, None, None], vectors, np.nan))
     return tuple(result)
 
 
 def require_basilisk() -> None:
-    """Raise ImportError with installation instructions if Basilisk is missing."""
     if importlib.util.find_spec("Basilisk") is None:
-        raise ImportError("a flight by Basilisk needs the package bsk: pip install bsk")
+        raise ImportError("the simulator basilisk needs the package bsk: pip install bsk")
 
 
 def validate_suite(suite: Suite) -> None:
-    """Raise InvalidValue if Basilisk cannot model a suite.
+    """Check that Basilisk models every sensor and every state of a suite.
 
     Raises
     ------
@@ -173,18 +182,20 @@ def validate_suite(suite: Suite) -> None:
         raise InvalidValue(
             "environment_errors",
             suite.environment_errors,
-            "expected none: Basilisk flies without its errors",
+            "expected none, because Basilisk does not model environment errors",
         )
     for i, sensor in enumerate(suite.sensors):
         states = SENSOR_STATES.get(type(sensor))
         if states is None:
             kinds = ", ".join(kind.kind for kind in SENSOR_STATES)
-            raise InvalidValue(f"sensors[{i}].kind", sensor.kind, f"Basilisk flies with {kinds}")
+            raise InvalidValue(
+                f"sensors[{i}].kind", sensor.kind, f"expected a kind that Basilisk models: {kinds}"
+            )
         _validate_states(f"sensors[{i}]", f"Basilisk's {sensor.kind}", sensor, states)
     _validate_states("gyro", "Basilisk's gyro", suite.gyro, GYRO_STATES)
 
 
 def _validate_states(key: str, name: str, owner: Gyro | Sensor, modeled_states: set[str]) -> None:
     for state in sorted(owner.states().keys() - modeled_states):
-        expected = f"{name} has {', '.join(sorted(modeled_states))} only"
+        expected = f"expected no such state: {name} has only {', '.join(sorted(modeled_states))}"
         raise InvalidValue(f"{key}.{state}", owner.states()[state], expected)

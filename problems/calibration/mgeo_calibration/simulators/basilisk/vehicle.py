@@ -1,4 +1,4 @@
-"""Rigid bodies with reaction wheels or magnetorquers for the Basilisk simulation."""
+"""Satellites with reaction wheels or magnetorquers for the Basilisk simulation."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ALLOCATION = "pseudo-inverse"
 
 @dataclass(frozen=True)
 class MagnetorquerVehicle:
-    """Commands of a satellite with magnetorquers.
+    """Satellite with magnetorquers, with its commanded body rate in each step.
 
     Attributes
     ----------
@@ -42,7 +42,9 @@ class MagnetorquerVehicle:
     def from_design(
         cls, drive: MagnetorquerDrive, design: Floats, step: float, n_steps: int
     ) -> MagnetorquerVehicle:
-        """Return the commands of a design, shape (4 m,), for n steps."""
+        """Build the rate command of each step from a design with the rates and durations of
+        maneuvers.
+        """
         rates, durations = decode_designs(design)
         starts, _ = compute_maneuver_steps(durations, step)
         steps = np.arange(n_steps)
@@ -51,13 +53,13 @@ class MagnetorquerVehicle:
 
     @property
     def inertia(self) -> Floats:
-        """Inertia matrix J, shape (3, 3) [kg m²]."""
+        """Inertia matrix of the satellite about its body axes [kg m²]."""
         return self.drive.inertia
 
 
 @pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
 class Vehicle(Settings):
-    """Satellite with reaction wheels.
+    """Satellite with reaction wheels: inertia, wheels and controller bandwidth.
 
     Raises
     ------
@@ -73,12 +75,13 @@ class Vehicle(Settings):
 
     def __post_init__(self) -> None:
         allocation = self.wheels.allocation
-        expected = f"{ALLOCATION!r}: Basilisk shares a torque so"
+        expected = f"{ALLOCATION!r}, the torque allocation of Basilisk"
         expect(allocation == ALLOCATION, "wheels.allocation", allocation, expected)
 
     @staticmethod
     def amazonia() -> Vehicle:
-        """Return a remote-sensing satellite of 640 kg, similar to Amazonia-1.
+        """Return a remote-sensing satellite of 640 kg with four reaction wheels, similar to
+        Amazonia-1.
 
         Three wheels along the body axes and a skewed wheel follow INPE's description. Wheel size,
         0.2 N m and 12 N m s, and inertia are typical of the class.
@@ -93,16 +96,17 @@ class Vehicle(Settings):
 
     @staticmethod
     def cubesat_6u() -> Vehicle:
-        """Return a 6U cubesat with three small commercial wheels, 4 mN m and 15 mN m s.
+        """Return a 6U cubesat with three small commercial reaction wheels along the body axes.
 
-        The inertia is that of 12 kg distributed evenly over 10 x 22.63 x 36.6 cm.
+        Each wheel has 4 mN m and 15 mN m s. The inertia is that of 12 kg distributed evenly over 10
+        x 22.63 x 36.6 cm.
         """
         wheels = Wheels(inertia=(0.185, 0.144, 0.061), max_torque=0.004, max_momentum=0.015)
         return Vehicle(wheels=wheels)
 
     @staticmethod
     def from_scenario(scenario: Scenario, name: str | None = None) -> Vehicle:
-        """Return the vehicle of a name, or of a scenario.
+        """Return the vehicle with a given name, or the vehicle that the scenario defines.
 
         Without a name, the vehicle has the wheels of the scenario. Without wheels, the name of the
         scenario selects the vehicle from `VEHICLES`.
@@ -128,11 +132,12 @@ class Vehicle(Settings):
 
     @property
     def inertia(self) -> Floats:
-        """Inertia matrix J, shape (3, 3) [kg m²]."""
+        """Inertia matrix of the satellite about its body axes [kg m²]."""
         return self.wheels.inertia_matrix()
 
     def compute_initial_momentum(self, rate: Floats) -> Floats:
-        """Return the initial momentum of each wheel [N m s], shape (n,), for a body rate.
+        """Return the initial momentum of each wheel for a body rate: declared, or such that the
+        total momentum is zero.
 
         Parameters
         ----------
@@ -148,7 +153,8 @@ class Vehicle(Settings):
         return zero
 
     def compute_slew_limits(self, initial_rate: Floats) -> SlewLimits | None:
-        """Return the largest acceleration about all axes at once, or None without a torque limit.
+        """Return the largest acceleration about all axes at once that the wheel torques allow, or
+        None without a torque limit.
 
         Torque is allocated by the pseudo-inverse of the wheel axes.
         """

@@ -1,4 +1,4 @@
-"""Folders that cannot be written, and a disk that is full at the end of a run."""
+"""Errors of the file system: unwritable folders, and a full disk at the end of a run."""
 
 import os
 from pathlib import Path
@@ -11,9 +11,9 @@ from tests.disk import room
 SHORT = ("--evaluations", 160, "--algorithm", "mgeo-real", "--walkers", 4)
 
 
-def test_a_folder_that_cannot_be_written_is_told_before_the_run(mgeo, monkeypatch):
+def test_unwritable_folder_is_reported_before_the_run(mgeo, monkeypatch):
     def evaluate(*arguments, **options):
-        raise AssertionError("something was evaluated")
+        raise AssertionError("the problem was evaluated")
 
     monkeypatch.setattr("stand_in.Cantilever._evaluate", evaluate)
     with room(1000):
@@ -22,8 +22,8 @@ def test_a_folder_that_cannot_be_written_is_told_before_the_run(mgeo, monkeypatc
 
 
 @pytest.mark.parametrize("name", ["front.csv", "run.checkpoint", "front.html"])
-def test_a_full_disk_is_one_error_and_costs_no_more_than_the_file(mgeo, monkeypatch, name):
-    def full(descriptor):
+def test_full_disk_is_one_error_and_loses_only_one_file(mgeo, monkeypatch, name):
+    def fail_for_name(descriptor):
         path = Path(os.readlink(f"/proc/self/fd/{descriptor}"))
         if path.name.startswith(f".{name}"):
             raise OSError(28, "No space left on device")
@@ -31,7 +31,7 @@ def test_a_full_disk_is_one_error_and_costs_no_more_than_the_file(mgeo, monkeypa
 
     fsync = os.fsync
     with monkeypatch.context() as patch:
-        patch.setattr("mgeo.store.atomic.os.fsync", full)
+        patch.setattr("mgeo.store.atomic.os.fsync", fail_for_name)
         done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     error = f"[Errno 28] No space left on device: 'a/{name}'"
     if name == "run.checkpoint":

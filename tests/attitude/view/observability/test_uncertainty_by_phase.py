@@ -1,11 +1,11 @@
-"""What each maneuver bought, against the history and by hand."""
+"""Uncertainty by phase against the covariance history."""
 
 import numpy as np
 import pytest
 from mgeo_attitude.view.observability.error_budget import compute_uncertainty_by_phase
 
 
-def test_rows_are_the_ends_of_the_phases(problem, design, history):
+def test_rows_are_ends_of_phases(problem, design, history):
     table = compute_uncertainty_by_phase(problem.model, design, history)
     assert list(table.index) == ["start", "maneuver 1", "maneuver 3", "constant-rate hold"]
     assert table["time [s]"].tolist() == [0.0, 200.0, 351.0, history.t_end]

@@ -1,4 +1,4 @@
-"""What looks like a slip is told; what cannot be is refused."""
+"""Warnings about implausible values, and rejection of impossible values."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .test_orbit import ISS_1, ISS_2
 
 
 @pytest.mark.parametrize("name", PRESETS)
-def test_nothing_of_a_preset_is_implausible(name: str) -> None:
+def test_presets_have_no_implausible_values(name: str) -> None:
     assert find_implausible_values(Scenario.from_dict({"preset": name})) == ()
 
 
@@ -38,31 +38,33 @@ def test_nothing_of_a_preset_is_implausible(name: str) -> None:
             "gyro.angle_random_walk_deg_per_sqrt_h",
         ),
         ("[orbit]\nsemi_major_axis = 26560e3", "orbit: 4.2 Earth radii from the Earth's center"),
-        ("[orbit]\nsemi_major_axis = 6450e3", "orbit: down to 6"),
+        ("[orbit]\nsemi_major_axis = 6450e3", "orbit: down to an altitude of 6"),
     ],
 )
-def test_a_file_that_says_so_is_read_and_told(text: str, message: str) -> None:
-    with pytest.warns(ImplausibleValue) as told:
+def test_file_with_implausible_value_is_read_with_warning(text: str, message: str) -> None:
+    with pytest.warns(ImplausibleValue) as warnings:
         scenario = Scenario.from_toml(f'preset = "paper"\n{text}\n')
     assert [line for line in find_implausible_values(scenario) if line.startswith(message)]
-    assert any(message in str(each.message) for each in told)
+    assert any(message in str(each.message) for each in warnings)
 
 
-def test_an_element_set_ages_within_a_run() -> None:
+def test_element_set_too_old_at_end_of_run_is_reported() -> None:
     pytest.importorskip("sgp4")
     orbit = TLEOrbit(line1=ISS_1, line2=ISS_2)
     scenario = dataclasses.replace(
-        Scenario.paper(), orbit=orbit, epoch=orbit.instant + timedelta(days=29.9)
+        Scenario.paper(), orbit=orbit, epoch=orbit.element_epoch + timedelta(days=29.9)
     )
     (line,) = find_implausible_values(scenario)
     assert "at the end of the run the element set is 30.0 days old" in line
-    assert find_implausible_values(dataclasses.replace(scenario, epoch=orbit.instant)) == ()
+    assert find_implausible_values(dataclasses.replace(scenario, epoch=orbit.element_epoch)) == ()
 
 
-@pytest.mark.parametrize("of", [Wheels, lambda **k: Magnetorquers(max_dipole=(1.0, 1.0, 1.0), **k)])
-def test_no_body_has_a_moment_beyond_the_sum_of_the_others(of) -> None:
+@pytest.mark.parametrize(
+    "build", [Wheels, lambda **k: Magnetorquers(max_dipole=(1.0, 1.0, 1.0), **k)]
+)
+def test_moment_of_inertia_above_sum_of_others_is_rejected(build) -> None:
     with pytest.raises(InvalidValue, match=r"inertia = .*none exceeds the sum of the"):
-        of(inertia=(0.1, 0.2, 0.31))
-    of(inertia=(0.1, 0.2, 0.3))  # a plate
+        build(inertia=(0.1, 0.2, 0.31))
+    build(inertia=(0.1, 0.2, 0.3))  # The limiting case is a plate.
     with pytest.raises(InvalidValue, match=r"other two, not 0.0"):
-        of(inertia=(0.2, 0.2, 0.2), products_of_inertia=(0.12, 0.12, -0.05))
+        build(inertia=(0.2, 0.2, 0.2), products_of_inertia=(0.12, 0.12, -0.05))

@@ -1,4 +1,4 @@
-"""Bits to numbers and back, for real, integer and binary variables."""
+"""Bit encoding of real, integer and binary variables."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def all_strings(length):
 
 
 @pytest.mark.parametrize("gray", [False, True])
-def test_a_real_variable_has_evenly_spaced_values_from_bound_to_bound(gray):
+def test_real_variable_has_evenly_spaced_values_from_bound_to_bound(gray):
     code = code_of(["real"], [-3.0], [7.0], 5, gray)
     values = code.decode(all_strings(5))[:, 0]
     assert np.sort(values) == pytest.approx(np.linspace(-3, 7, 32), rel=1e-15)
@@ -32,7 +32,7 @@ def test_a_real_variable_has_evenly_spaced_values_from_bound_to_bound(gray):
     assert np.array_equal(code.encode(values[:, None]), all_strings(5))
 
 
-def test_neighbors_in_gray_code_differ_in_one_bit():
+def test_gray_codes_of_neighbors_differ_in_one_bit():
     code = code_of(["real"], [0.0], [1.0], 6, gray=True)
     strings = code.encode(np.linspace(0, 1, 64)[:, None])
     assert (np.abs(np.diff(strings, axis=0)).sum(axis=1) == 1).all()
@@ -40,18 +40,18 @@ def test_neighbors_in_gray_code_differ_in_one_bit():
 
 @pytest.mark.parametrize("levels", [1, 2, 3, 5, 8, 11, 100])
 @pytest.mark.parametrize("gray", [False, True])
-def test_an_integer_has_every_level_about_as_often(levels, gray):
+def test_levels_of_integer_are_equally_frequent(levels, gray):
     code = code_of(["integer", "real"], [-4, 0], [-4 + levels - 1, 1], 1, gray)
     assert code.bits.tolist() == [int(np.ceil(np.log2(levels))), 1]
     values, counts = np.unique(code.decode(all_strings(code.length))[:, 0], return_counts=True)
     assert values.tolist() == list(range(-4, -4 + levels))
-    assert counts.max() - counts.min() <= 2  # of one real bit: each number appears twice
+    assert counts.max() - counts.min() <= 2  # The bit of the real variable doubles all counts.
     points = np.column_stack([values, np.zeros(levels)])
     assert np.array_equal(code.decode(code.encode(points)), points)
 
 
 @pytest.mark.parametrize("gray", [False, True])
-def test_variables_of_any_kind_and_length_side_by_side(gray):
+def test_variables_of_several_kinds_and_lengths_are_encoded_together(gray):
     code = code_of(KINDS, [-1, 2, 0], [1, 8, 1], [9, 1, 1], gray)
     assert code.bits.tolist() == [9, 3, 1]
     strings = np.random.default_rng(0).integers(0, 2, (4, 50, 13)).astype(float)
@@ -63,7 +63,7 @@ def test_variables_of_any_kind_and_length_side_by_side(gray):
     assert np.array_equal(values[..., 2], strings[..., 12])
 
 
-def test_a_variable_with_equal_bounds_stays_there():
+def test_variable_with_equal_bounds_is_constant():
     code = code_of(["real", "integer"], [2.5, 3], [2.5, 3], 4)
     assert np.array_equal(code.decode(all_strings(4)), np.tile([2.5, 3.0], (16, 1)))
     assert np.array_equal(code.encode(np.array([[2.5, 3.0]])), np.zeros((1, 4)))
@@ -73,7 +73,7 @@ def test_a_variable_with_equal_bounds_stays_there():
 
 
 class Knapsack(Problem):
-    """Two values to make large, one weight to respect: 2^10 packings, all of them known."""
+    """Biobjective knapsack problem with a weight constraint and 2^10 designs."""
 
     def __init__(self):
         super().__init__(n_var=10, n_obj=2, n_ieq_constr=1, xl=0, xu=1, vtype=bool)
@@ -87,7 +87,7 @@ class Knapsack(Problem):
 
 
 @pytest.mark.slow
-def test_binary_variables_the_whole_front_is_found():
+def test_whole_front_of_binary_variables_is_found():
     problem = Knapsack()
     X = all_strings(10).astype(bool)
     F, G = problem.evaluate(X)
@@ -108,7 +108,7 @@ class Grid(Problem):
 
 @pytest.mark.parametrize("variant", [MGEOCanonical, MGEOVar])
 @pytest.mark.parametrize("coding", ["plain", "gray"])
-def test_integer_variables_the_whole_front_is_found(variant, coding):
+def test_whole_front_of_integer_variables_is_found(variant, coding):
     problem = Grid()
     axes = [np.arange(low, high + 1) for low, high in zip(problem.xl, problem.xu, strict=True)]
     F = problem.evaluate(np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3).astype(int))
@@ -118,7 +118,7 @@ def test_integer_variables_the_whole_front_is_found(variant, coding):
 
 
 class Mixed(ElementwiseProblem):
-    """Typed variables: a design is a dict."""
+    """Problem with a binary, an integer and a real variable, whose designs are dicts."""
 
     def __init__(self):
         kinds = {
@@ -134,7 +134,7 @@ class Mixed(ElementwiseProblem):
         out["F"] = [near + X["on"], (X["length"] + 1) ** 2 + 3 * (not X["on"])]
 
 
-def test_typed_variables_are_coded_together_and_the_whole_front_is_found():
+def test_whole_front_of_mixed_variables_is_found():
     problem = Mixed()
     X = [
         {"on": on, "count": count, "length": float(length)}
@@ -167,6 +167,6 @@ def test_typed_variables_are_coded_together_and_the_whole_front_is_found():
         ({"vars": {"i": Integer(bounds=(2**53, 2**53 + 9))}}, MGEOCanonical, r"xl\['i'\] = 9.0"),
     ],
 )
-def test_problems_that_cannot_be_coded_are_refused(arguments, variant, message):
+def test_problems_without_encoding_are_rejected(arguments, variant, message):
     with pytest.raises(ValueError, match=message):
         variant().setup(Problem(n_obj=2, **arguments))

@@ -1,4 +1,4 @@
-"""What a scenario cannot do without: a gyro, and the field only where something needs it."""
+"""Models that a scenario requires: a gyro always, and the geomagnetic field for some devices."""
 
 import numpy as np
 import pytest
@@ -20,19 +20,19 @@ WHEELS = {"inertia": [0.1, 0.1, 0.1], "max_momentum": 0.1}
 
 
 @pytest.mark.parametrize("gyro", [False, "none", None, []])
-def test_a_scenario_without_gyro_is_told_in_a_line(gyro):
+def test_scenario_without_gyro_is_rejected(gyro):
     with pytest.raises(
         InvalidValue, match=r"gyro = .*the filter needs a gyro.*docs/errors\.md"
-    ) as no:
+    ) as error:
         Scenario.from_dict({"preset": "paper", "gyro": gyro})
-    assert "\n" not in str(no.value)
+    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize(
     "sensors", [TRACKER, HORIZON, DIODES], ids=["tracker", "horizon", "photodiodes"]
 )
-def test_years_without_a_model_of_the_field_do_for_what_needs_none(sensors):
-    """The Sun is where it is at an equinox; nothing follows from the field of the last year."""
+def test_sensors_without_field_work_outside_years_of_field_model(sensors):
+    """The Sun direction is that of an equinox; the field is that of the last year of the model."""
     scenario = Scenario.from_dict(LATE | SHORT | sensors)
     assert not scenario.needs_field
     problem = AttitudeManeuverProblem(scenario)
@@ -45,7 +45,7 @@ def test_years_without_a_model_of_the_field_do_for_what_needs_none(sensors):
 
 
 @pytest.mark.parametrize(
-    "needs",
+    "devices",
     [
         {},
         TRACKER | {"wheels": WHEELS | {"residual_dipole": [0.01, 0.0, 0.0]}},
@@ -53,12 +53,12 @@ def test_years_without_a_model_of_the_field_do_for_what_needs_none(sensors):
     ],
     ids=["magnetometer", "dipole", "magnetorquers"],
 )
-def test_what_needs_the_field_is_refused_then(needs):
+def test_devices_that_require_field_are_rejected_outside_years_of_field_model(devices):
     with pytest.raises(InvalidValue, match=r"epoch = .*IGRF-14.* or a scenario that"):
-        Scenario.from_dict(LATE | SHORT | needs)
+        Scenario.from_dict(LATE | SHORT | devices)
 
 
-def test_a_flight_may_not_begin_after_the_last_year_of_the_field():
+def test_start_delay_beyond_last_year_of_field_model_is_rejected():
     last = {"preset": "paper", "epoch": "2029-12-31T00:00:00Z", "duration": 600.0} | SHORT
     with pytest.raises(InvalidValue, match=r"duration = 600\.0 s, with the largest start delay"):
         Scenario.from_dict(last | {"monte_carlo": {"start_delay": 86000.0}})

@@ -1,4 +1,4 @@
-"""Starting points that users give and problems suggest, and budgets below one generation."""
+"""Initial designs from users and problems, and budgets of less than one generation."""
 
 import copy
 
@@ -35,12 +35,12 @@ FAMILY = [
     MGEODirected(n_walkers=5),
     MGEOStaged(n_walkers=5),
 ]
-#: Three points of the front of ZDT1, which no candidate of a generation or two reaches.
+#: Three points of the front of ZDT1, which a search does not reach in two generations.
 OPTIMA = np.column_stack([[0.123, 0.456, 0.789], np.zeros((3, 7))])
 
 
 class Counting(ZDT1):
-    """Keeps all points that it evaluates."""
+    """ZDT1 that records all evaluated points."""
 
     def __init__(self):
         super().__init__(n_var=8)
@@ -52,7 +52,7 @@ class Counting(ZDT1):
 
 
 class Corner(BNH):
-    """BNH with the constraint that the second variable is at most 2."""
+    """BNH with an upper bound of 2 on the second variable as a constraint."""
 
     def _evaluate(self, x, out, *args, **kwargs):
         super()._evaluate(x, out, *args, **kwargs)
@@ -65,7 +65,7 @@ def of_family(function):
     )
 
 
-def begin_with(algorithm, sampling):
+def with_sampling(algorithm, sampling):
     given = copy.deepcopy(algorithm)
     given.sampling = sampling
     return given
@@ -73,10 +73,10 @@ def begin_with(algorithm, sampling):
 
 @of_family
 @pytest.mark.parametrize("given", ["array", "population"])
-def test_starting_points_are_evaluated_once_and_belong_to_the_result(algorithm, given):
+def test_initial_designs_are_evaluated_once_and_enter_result(algorithm, given):
     problem = Counting()
     sampling = OPTIMA if given == "array" else Population.new(X=OPTIMA)
-    result = minimize(problem, begin_with(algorithm, sampling), ("n_gen", 2), seed=1)
+    result = minimize(problem, with_sampling(algorithm, sampling), ("n_gen", 2), seed=1)
     assert problem.seen[:3] == OPTIMA.tolist()
     assert result.algorithm.evaluator.n_eval == len(problem.seen)
     found = result.X.tolist()
@@ -84,14 +84,14 @@ def test_starting_points_are_evaluated_once_and_belong_to_the_result(algorithm, 
 
 
 @of_family
-def test_evaluated_starting_points_are_archived_before_the_first_generation(algorithm):
+def test_evaluated_initial_designs_are_archived_before_first_generation(algorithm):
     problem, given = Counting(), Population.new(X=OPTIMA)
     Evaluator().eval(problem, given[:2])
-    run = begin_with(algorithm, given).setup(problem, termination=("n_gen", 2), seed=1)
+    run = with_sampling(algorithm, given).setup(problem, termination=("n_gen", 2), seed=1)
     assert np.array_equal(run.front.F, given[:2].get("F"))
     problem.seen.clear()
     result = run.run()
-    assert problem.seen[0] == OPTIMA[2].tolist()  # the only one that is evaluated
+    assert problem.seen[0] == OPTIMA[2].tolist()  # The only initial design to evaluate.
     others = len(problem.seen) - 1
     assert others == minimize(problem, algorithm, ("n_gen", 2), seed=1).algorithm.evaluator.n_eval
     found = result.X.tolist()
@@ -99,7 +99,7 @@ def test_evaluated_starting_points_are_archived_before_the_first_generation(algo
     assert given[0].X is not run.front.individuals[0].X
 
 
-def test_starting_points_may_be_infeasible_or_of_declared_variables():
+def test_initial_designs_can_be_infeasible_or_dicts():
     given = Population.new(X=np.array([[1.0, 1.0], [0.0, 3.0]]))
     Evaluator().eval(Corner(), given)
     run = MGEOReal(n_walkers=3, sampling=given).setup(Corner(), seed=1)
@@ -111,21 +111,21 @@ def test_starting_points_may_be_infeasible_or_of_declared_variables():
     assert {"a": 0.0, "b": -3, "c": False} in result.X.tolist()
 
 
-def test_points_that_failed_or_have_values_of_another_fidelity_are_evaluated_again():
+def test_failed_and_other_fidelity_initial_designs_are_evaluated_again():
     given = Population.new(X=OPTIMA)
     Evaluator().eval(Counting(), given)
     given[0].set("failed", True)
     run = MGEOReal(n_walkers=3, sampling=given).setup(Counting(), seed=1)
     assert len(run.front) == 2
     problem = Estimated()
-    known = Population.new(X=np.full((2, 4), [[0.2], [0.3]]))
-    Evaluator().eval(problem, known)
-    staged = MGEOStaged(n_walkers=3, sampling=known).setup(problem, seed=1)
+    evaluated = Population.new(X=np.full((2, 4), [[0.2], [0.3]]))
+    Evaluator().eval(problem, evaluated)
+    staged = MGEOStaged(n_walkers=3, sampling=evaluated).setup(problem, seed=1)
     assert len(staged.front) == 0
-    assert np.array_equal(staged.ask()[:2].get("X"), known.get("X"))
+    assert np.array_equal(staged.ask()[:2].get("X"), evaluated.get("X"))
 
 
-def test_individuals_of_another_problem_are_refused():
+def test_individuals_of_another_problem_are_rejected():
     given = Population.new(X=OPTIMA[:, :2])
     Evaluator().eval(BNH(), given)
     with pytest.raises(ValueError, match=r"sampling\[0\]\.G of shape \(2,\): expected \(0,\)"):
@@ -133,20 +133,22 @@ def test_individuals_of_another_problem_are_refused():
 
 
 @of_family
-def test_a_run_restored_before_its_first_generation_begins_with_the_same_points(algorithm):
+def test_run_restored_before_first_generation_has_same_initial_designs(algorithm):
     problem, given = Counting(), Population.new(X=OPTIMA)
     Evaluator().eval(problem, given[:1])
-    run = begin_with(algorithm, given).setup(problem, termination=("n_gen", 2), seed=1)
-    again = restore(capture(run), problem, algorithm)
-    assert np.array_equal(again.run().F, run.run().F)
+    run = with_sampling(algorithm, given).setup(problem, termination=("n_gen", 2), seed=1)
+    restored = restore(capture(run), problem, algorithm)
+    assert np.array_equal(restored.run().F, run.run().F)
 
 
 @of_family
-def test_a_first_generation_beyond_the_budget_is_cut_with_a_warning(algorithm):
+def test_first_generation_beyond_budget_is_truncated_with_warning(algorithm):
     problem = ZDT1(n_var=8)
-    whole = len(copy.deepcopy(algorithm).setup(problem, seed=1).ask())
-    budget = whole // 2
-    with pytest.warns(RuntimeWarning, match=f"takes {whole} evaluations.* budget of {budget}"):
+    n_candidates = len(copy.deepcopy(algorithm).setup(problem, seed=1).ask())
+    budget = n_candidates // 2
+    with pytest.warns(
+        RuntimeWarning, match=f"takes {n_candidates} evaluations.* budget of {budget}"
+    ):
         result = minimize(problem, algorithm, ("n_eval", budget), seed=1)
     assert result.algorithm.evaluator.n_eval == budget
     assert result.algorithm.n_generations == 1
@@ -161,28 +163,28 @@ def test_a_first_generation_beyond_the_budget_is_cut_with_a_warning(algorithm):
     )],
     ids=["default", "any"],
 )  # fmt: skip
-def test_a_budget_among_other_criteria_counts(termination):
+def test_budget_in_combined_termination_is_respected(termination):
     with pytest.warns(RuntimeWarning, match="takes 40 evaluations.* budget of 25"):
         result = minimize(ZDT1(n_var=8), MGEOReal(n_walkers=5), termination, seed=1)
     assert result.algorithm.evaluator.n_eval == 25
 
 
-def test_a_tenth_beyond_the_budget_is_evaluated_and_starting_points_in_any_case():
-    problem, algorithm = ZDT1(n_var=8), MGEOReal(n_walkers=5)  # of 40 candidates
+def test_small_budget_excess_and_initial_designs_are_evaluated():
+    problem, algorithm = ZDT1(n_var=8), MGEOReal(n_walkers=5)  # 40 candidates per generation.
     result = minimize(problem, algorithm, ("n_eval", 37), seed=1)
     assert result.algorithm.evaluator.n_eval == 40
     with pytest.warns(RuntimeWarning, match="takes 43 evaluations"):
-        result = minimize(problem, begin_with(algorithm, OPTIMA), ("n_eval", 2), seed=1)
+        result = minimize(problem, with_sampling(algorithm, OPTIMA), ("n_eval", 2), seed=1)
     assert result.algorithm.evaluator.n_eval == 3
     assert np.array_equal(result.X[:, 0], OPTIMA[:, 0])
 
 
 class Suggesting(ZDT1):
-    """Suggests points of its front, and remembers the first batch that it evaluates."""
+    """ZDT1 that suggests points of its front, and records the first batch of evaluated points."""
 
     first = None
 
-    def starts(self, n, random_state):
+    def suggest_initial_designs(self, n, random_state):
         return np.column_stack([random_state.random(n), np.zeros((n, self.n_var - 1))])
 
     def _evaluate(self, x, out, *args, **kwargs):
@@ -199,26 +201,26 @@ class Suggesting(ZDT1):
         NSGA2(pop_size=20, sampling=SuggestedSampling(5)),
     ],
 )
-def test_they_are_evaluated_in_the_first_generation(algorithm):
+def test_suggested_designs_are_evaluated_in_first_generation(algorithm):
     problem = Suggesting(n_var=6)
     result = minimize(problem, algorithm, ("n_gen", 1), seed=3)
     suggested = problem.first[:5]
     assert (suggested[:, 1:] == 0.0).all()
     assert len(np.unique(suggested[:, 0])) == 5
-    assert np.isin(suggested[:, 0], result.X[:, 0]).all()  # they are of the front
+    assert np.isin(suggested[:, 0], result.X[:, 0]).all()
     assert len(result.pop) == len(problem.first) == result.algorithm.evaluator.n_eval
 
 
 @pytest.mark.parametrize(
-    ("n", "starts", "message"),
+    ("n", "suggest", "message"),
     [
-        (17, None, "starts = 17: expected at most 16, the number of initial"),
+        (17, None, "initial_designs = 17: expected at most 16, the number of initial"),
         (2, lambda n, rng: np.full((2, 6), 3.0), r"sampling\[0, 0\] = 3.0: expected a number in"),
     ],
 )
-def test_what_cannot_be_begun_with_is_refused(n, starts, message):
+def test_invalid_suggested_designs_are_rejected(n, suggest, message):
     problem = Suggesting(n_var=6)
-    if starts is not None:
-        problem.starts = starts
+    if suggest is not None:
+        problem.suggest_initial_designs = suggest
     with pytest.raises(ValueError, match=message):
         MGEODirected(sampling=SuggestedSampling(n)).setup(problem, seed=1)

@@ -1,4 +1,4 @@
-"""Why a plan leaves what it leaves, and what its sensors saw."""
+"""Error budgets, improvements and measurement times of plans."""
 
 import dataclasses
 
@@ -19,23 +19,25 @@ def plan():
     return ManeuverPlan(dataclasses.replace(scenario, convergence=end), DESIGN)
 
 
-def test_squares_add_up_to_the_worst_axis(plan):
+def test_squares_of_contributions_add_up_to_worst_axis(plan):
     table = plan.compute_error_budget()
-    parts, whole = table.iloc[:-1].to_numpy(), table.loc["all"].to_numpy()
-    np.testing.assert_allclose((parts**2).sum(axis=0), whole**2, rtol=1e-12)
+    parts, total = table.iloc[:-1].to_numpy(), table.loc["all"].to_numpy()
+    np.testing.assert_allclose((parts**2).sum(axis=0), total**2, rtol=1e-12)
     worst = plan.build_accuracy_table()["after"].to_numpy().reshape(-1, 3).max(axis=1)
-    np.testing.assert_allclose(whole, worst, rtol=1e-9)
+    np.testing.assert_allclose(total, worst, rtol=1e-9)
 
 
-def worst(model, design, t_end):
-    """By the reference filter, on its own tables."""
+def compute_worst_sigma(model, design, t_end):
+    """Return the worst-axis 1-sigmas of a design at a time by the filter history, in display
+    units.
+    """
     history = run_filter(model.full_duration_model, design)
     sigma = history.sigma[round(t_end / model.step)].reshape(-1, 3).max(axis=1)
     return sigma * [unit.factor for unit in list_block_units(model.suite)]
 
 
-def test_what_would_help_is_what_another_scenario_gives(plan):
-    """Each change made in the scenario, and run by the other filter."""
+def test_improvements_equal_runs_of_changed_scenarios(plan):
+    """Each change is made in the scenario instead of the filter model."""
     scenario, table, t_end = plan.scenario, plan.evaluate_improvements(), plan.t_end
     sun, mag = scenario.sensors
     gyro = scenario.gyro
@@ -51,28 +53,30 @@ def test_what_would_help_is_what_another_scenario_gives(plan):
     }
     for name, changes in changed.items():
         model = FilterModel.from_scenario(dataclasses.replace(scenario, **changes))
-        np.testing.assert_allclose(table.loc[name], worst(model, DESIGN, t_end), rtol=1e-9)
+        np.testing.assert_allclose(
+            table.loc[name], compute_worst_sigma(model, DESIGN, t_end), rtol=1e-9
+        )
 
 
-def test_a_turn_more_is_a_plan_with_one_more_maneuver(plan):
+def test_additional_rotation_is_an_additional_maneuver(plan):
     scenario = dataclasses.replace(
         plan.scenario, convergence=dataclasses.replace(plan.scenario.convergence, rule="end")
     )
     short = ManeuverPlan(scenario, DESIGN)
     assert short.t_end == 600.0
-    table, most = short.evaluate_improvements(), scenario.maneuvers.max_rate_deg_s
+    table, max_rate = short.evaluate_improvements(), scenario.maneuvers.max_rate_deg_s
     for name, more in {
         "at the last rate": (*DESIGN[-4:-1], 300.0),
-        "about body y": (0.0, most, 0.0, 300.0),
+        "about body y": (0.0, max_rate, 0.0, 300.0),
     }.items():
-        found = worst(short.problem.model, (*DESIGN, *more), 900.0)
-        np.testing.assert_allclose(table.loc[f"300 s more {name}"], found, rtol=1e-9)
+        expected = compute_worst_sigma(short.problem.model, (*DESIGN, *more), 900.0)
+        np.testing.assert_allclose(table.loc[f"300 s more {name}"], expected, rtol=1e-9)
 
 
-def test_in_the_shadow_no_second_of_a_sun_sensor_is_counted(plan):
-    use = plan.compute_measurement_times()
-    assert use["duration [s]"].sum() == pytest.approx(plan.t_end)
+def test_sun_sensor_measures_only_outside_eclipse(plan):
+    times = plan.compute_measurement_times()
+    assert times["duration [s]"].sum() == pytest.approx(plan.t_end)
     sunlit = plan.problem.environment.sunlit[1 : len(plan.history.times)].sum() * 4.0
-    assert use["sun [s]"].sum() == pytest.approx(sunlit)
+    assert times["sun [s]"].sum() == pytest.approx(sunlit)
     assert 0.0 < sunlit < plan.t_end
-    assert (use["mag [s]"] == use["duration [s]"]).all()
+    assert (times["mag [s]"] == times["duration [s]"]).all()

@@ -1,4 +1,4 @@
-"""Tables of solutions against filterpy's run of the same designs, and counts made by hand."""
+"""Tables of plans against runs of filterpy, and counts of front points by hand."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from mgeo_attitude.view.summaries import BOUND_RATIO_COLUMN, count_front_points
 from mgeo.plugins.view import build_view
 
 DEG = 180.0 / np.pi
-#: Filter's units to the table's, by column, in the order of the state.
+#: Factors from filter units to those of the table, by column, in the order of the state.
 PAPER_SIGMAS = {
     "attitude 1-sigma [deg]": DEG,
     "gyro bias 1-sigma [deg/h]": DEG * 3600.0,
@@ -36,7 +36,7 @@ def table(problem):
     return problem.view(X).describe()
 
 
-def test_numbers_are_those_of_the_reference_filter(problem, table):
+def test_table_equals_results_of_the_reference_filter(problem, table):
     for row, x in enumerate(X):
         history = run_reference_filter(problem.model, x)
         assert table.loc[row, "t_end [s]"] == history.t_end
@@ -47,24 +47,24 @@ def test_numbers_are_those_of_the_reference_filter(problem, table):
         np.testing.assert_allclose(shown, worst * list(PAPER_SIGMAS.values()), rtol=1e-9)
 
 
-def test_the_trace_stands_beside_what_no_maneuver_can_beat(problem, table):
-    limit = problem.lower_bound
-    least = np.interp(table["t_end [s]"], limit.times, limit.trace)
+def test_table_has_ratio_of_trace_to_lower_bound(problem, table):
+    bound = problem.lower_bound
+    least = np.interp(table["t_end [s]"], bound.times, bound.trace)
     np.testing.assert_allclose(table[BOUND_RATIO_COLUMN], table["trace [-]"] / least, rtol=1e-12)
     assert (table[BOUND_RATIO_COLUMN] > 1.0).all()
 
 
-def test_counts_of_a_front_made_by_hand():
+def test_front_points_are_counted_by_orbit():
     scenario = Scenario.paper()
     period = scenario.orbit.period
     F = [
         [1000.0, 1e-4],
-        [1000.0, 1e-4],  # the same point again
-        [1000.0, 2e-4],  # dominated at equal time
-        [2000.0, 1e-4],  # dominated at equal trace
-        [period, 1e-5],  # counts as the first orbit
+        [1000.0, 1e-4],  # Duplicate point.
+        [1000.0, 2e-4],  # Dominated at equal time.
+        [2000.0, 1e-4],  # Dominated at equal trace.
+        [period, 1e-5],  # Counts for the first orbit.
         [period + 1.0, 9e-6],
-        [7000.0, 2e-5],  # dominated
+        [7000.0, 2e-5],  # Dominated.
         [9000.0, 3e-6],
         [11984.0, 2e-6],
         [np.nan, np.nan],

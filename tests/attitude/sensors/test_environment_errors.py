@@ -1,4 +1,4 @@
-"""One state per source of error, whoever sees it; and what older files say of it."""
+"""Environment model errors: shared states, uncertainties and effects on measurements."""
 
 import dataclasses
 
@@ -23,22 +23,22 @@ from mgeo_attitude.scenario import Convergence
 from mgeo_attitude.sensors.environment_errors import FIELD_UNIT_NT, POSITION_UNIT
 from mgeo_attitude.settings.errors import InvalidValue
 
-WORLD = EnvironmentErrors(albedo=0.05, field_error_nt=150.0, orbit_error_m=(2000.0, 100.0, 300.0))
+ERRORS = EnvironmentErrors(albedo=0.05, field_error_nt=150.0, orbit_error_m=(2000.0, 100.0, 300.0))
 PLAN = np.array([[0.5, -0.3, 0.8, 80.0, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0]])
 
 
-def short(**changes):
+def build_short_scenario(**changes):
     return dataclasses.replace(
         Scenario.paper(), duration=60.0, convergence=Convergence(window=60.0), **changes
     )
 
 
-def test_all_sensors_that_see_an_error_see_the_same_states():
+def test_affected_sensors_share_error_states():
     fine = SunSensor(name="fine", includes_albedo=False)
     suite = Suite(
         Gyro(),
         (SunSensor(), fine, Magnetometer(), Magnetometer(name="outer"), StarTracker()),
-        WORLD,
+        ERRORS,
     )
     assert suite.blocks[2:5] == (
         "environment_errors.albedo",
@@ -53,29 +53,32 @@ def test_all_sensors_that_see_an_error_see_the_same_states():
         )
         for sensor in suite.sensors
     )
-    none = np.zeros((3, 3))
-    np.testing.assert_array_equal(sun[:, shared], np.hstack([np.eye(3), none, none]))
-    np.testing.assert_array_equal(mag[:, shared], np.hstack([none, np.eye(3), gradient.T]))
+    zero = np.zeros((3, 3))
+    np.testing.assert_array_equal(sun[:, shared], np.hstack([np.eye(3), zero, zero]))
+    np.testing.assert_array_equal(mag[:, shared], np.hstack([zero, np.eye(3), gradient.T]))
     np.testing.assert_array_equal(outer[:, shared], mag[:, shared])
     assert not fine[:, shared].any()
     assert not tracker[:, shared].any()
-    assert (outer[:, -9:-3] != mag[:, -9:-3]).any()  # its own constants are its own
+    assert (
+        outer[:, -9:-3] != mag[:, -9:-3]
+    ).any()  # The constants of each magnetometer are separate states.
 
 
 @pytest.mark.slow
-def test_sigmas_differ_by_axis_and_stay_what_they_are():
-    scenario = short(world=WORLD)
+def test_orbit_error_keeps_its_sigma_per_axis_without_measurements():
+    scenario = build_short_scenario(environment_errors=ERRORS)
     model = FilterModel.from_scenario(scenario)
-    blind = dataclasses.replace(model, available=np.zeros_like(model.available))
+    without_measurements = dataclasses.replace(model, available=np.zeros_like(model.available))
     first = 3 * model.suite.blocks.index("environment_errors.orbit_error")
-    variances = evaluate(blind, PLAN, history=True).variances[0][:, first : first + 3]
+    variances = evaluate(without_measurements, PLAN, history=True).variances[0][
+        :, first : first + 3
+    ]
     expected = np.square([2.0, 0.1, 0.3])
     np.testing.assert_allclose(variances, np.tile(expected, (len(variances), 1)), rtol=1e-12)
 
 
-def test_an_error_along_track_moves_the_field_as_it_is_farther_along():
-    """Against IGRF where the satellite is seconds later."""
-    scenario = short(world=WORLD)
+def test_field_gradient_by_orbit_error_equals_difference_of_igrf():
+    scenario = build_short_scenario(environment_errors=ERRORS)
     environment = Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
     rows = model.suite.gradient_rows(1)
@@ -87,64 +90,70 @@ def test_an_error_along_track_moves_the_field_as_it_is_farther_along():
         (environment.velocity / speed[:, None], normal, radial),
         strict=True,
     ):
-        off = 500.0 * direction
-        there = Environment.from_times(
-            scenario, environment.times, environment.position + off
+        offset = 500.0 * direction
+        displaced_field = Environment.from_times(
+            scenario, environment.times, environment.position + offset
         ).field
-        expected = (there - environment.field) / FIELD_UNIT_NT / (500.0 / POSITION_UNIT)
-        size = np.linalg.norm(expected, axis=1).max()
-        np.testing.assert_allclose(column, expected, rtol=0, atol=1e-3 * size)
+        expected = (displaced_field - environment.field) / FIELD_UNIT_NT / (500.0 / POSITION_UNIT)
+        scale = np.linalg.norm(expected, axis=1).max()
+        np.testing.assert_allclose(column, expected, rtol=0, atol=1e-3 * scale)
 
 
-def test_an_orbit_error_for_which_the_gradient_is_too_rough_is_told():
-    near, far = (
-        short(world=EnvironmentErrors(orbit_error_m=(m, 9.0, 9.0))) for m in (30_000.0, 31_000.0)
+def test_orbit_error_beyond_validity_of_field_gradient_is_reported():
+    valid, invalid = (
+        build_short_scenario(environment_errors=EnvironmentErrors(orbit_error_m=(m, 9.0, 9.0)))
+        for m in (30_000.0, 31_000.0)
     )
-    (line,) = find_validity_violations(far)
+    (line,) = find_validity_violations(invalid)
     assert line.startswith("environment_errors.orbit_error_m = 31000: ")
-    assert find_validity_violations(near) == ()
+    assert find_validity_violations(valid) == ()
 
 
-def test_near_an_eclipse_that_may_be_elsewhere_nothing_that_sees_the_sun_is_used():
-    """An error along track is a satellite that comes earlier or later; by the disc that is lit."""
-    off = EnvironmentErrors(orbit_error_m=(40_000.0, 1.0, 1.0))
-    scenario = dataclasses.replace(Scenario.cubesat_6u(), duration=4300.0, world=off)
-    lit, used, always = (
+def test_sun_measurements_near_uncertain_eclipse_are_not_used():
+    """An along-track error is a satellite that is earlier or later on its orbit."""
+    errors = EnvironmentErrors(orbit_error_m=(40_000.0, 1.0, 1.0))
+    scenario = dataclasses.replace(
+        Scenario.cubesat_6u(), duration=4300.0, environment_errors=errors
+    )
+    nominal, used, without_eclipses = (
         FilterModel.from_scenario(each).available
         for each in (
-            dataclasses.replace(scenario, world=EnvironmentErrors()),
+            dataclasses.replace(scenario, environment_errors=EnvironmentErrors()),
             scenario,
             dataclasses.replace(scenario, eclipse=False),
         )
     )
-    late = 3.0 * 40_000.0 / np.linalg.norm(Environment.from_scenario(scenario).velocity[0])
-    expected = lit[:, 0].copy()
-    for delay in (-late, late):
+    max_delay = 3.0 * 40_000.0 / np.linalg.norm(Environment.from_scenario(scenario).velocity[0])
+    expected = nominal[:, 0].copy()
+    for delay in (-max_delay, max_delay):
         times = np.clip(scenario.times + delay, 0.0, None)
         position, _ = scenario.orbit.propagate(scenario.epoch, times)
         sun = sun_position(compute_julian_dates(scenario.epoch, times))
         expected &= visible_sun_fraction(position, sun) >= 0.5
-    assert 25 <= np.sum(lit[:, 0] & ~expected) <= 40  # two edges, 16 s each
-    assert np.sum(expected != used[:, 0]) <= 2  # a sample an edge
+    # The two edges of the eclipse take 16 s each; one sample per edge may differ.
+    assert 25 <= np.sum(nominal[:, 0] & ~expected) <= 40
+    assert np.sum(expected != used[:, 0]) <= 2
     assert used[:, 1].all()
-    assert always.all()
+    assert without_eclipses.all()
 
 
 @pytest.mark.slow
-def test_light_from_the_earth_is_in_what_a_coarse_sensor_looks_at():
-    whole = Scenario.paper()
+def test_albedo_changes_reference_vector_of_coarse_sun_sensor_only():
+    paper = Scenario.paper()
     sensors = (SunSensor(), SunSensor(name="fine", includes_albedo=False))
-    plain, lit = (
-        FilterModel.from_scenario(dataclasses.replace(whole, sensors=sensors, world=world))
-        for world in (EnvironmentErrors(), EnvironmentErrors(earth_albedo=0.3))
+    plain, with_albedo = (
+        FilterModel.from_scenario(
+            dataclasses.replace(paper, sensors=sensors, environment_errors=errors)
+        )
+        for errors in (EnvironmentErrors(), EnvironmentErrors(earth_albedo=0.3))
     )
-    added = lit.references - plain.references
-    assert not added[:, 1].any()
-    assert 0.01 < np.linalg.norm(added[:, 0], axis=1).max() < 0.3
+    albedo = with_albedo.references - plain.references
+    assert not albedo[:, 1].any()
+    assert 0.01 < np.linalg.norm(albedo[:, 0], axis=1).max() < 0.3
 
 
 @pytest.mark.parametrize(
-    ("environment_errors", "message"),
+    ("table", "message"),
     [
         ({"orbit_error_m": (1.0, 0.0, 0.0)}, "orbit_error_m = .*expected three numbers > 0 m, or"),
         ({"orbit_error_axes": "body"}, "orbit_error_axes = 'body': expected one of 'orbital'"),
@@ -152,13 +161,13 @@ def test_light_from_the_earth_is_in_what_a_coarse_sensor_looks_at():
         ({"considered": ("albedo",)}, r"considered\[0\] = 'albedo': unknown state"),
     ],
 )
-def test_a_world_that_cannot_be_is_refused(world, message):
+def test_invalid_environment_errors_are_rejected(table, message):
     with pytest.raises(InvalidValue, match=message):
-        EnvironmentErrors(**world)
+        EnvironmentErrors(**table)
 
 
-def test_no_sensor_is_called_the_world():
+def test_sensor_name_environment_errors_is_rejected():
     with pytest.raises(
         InvalidValue, match=r"sensors\[0\].name = 'environment_errors': expected another name"
     ):
-        short(sensors=(Magnetometer(name="environment_errors"),))
+        build_short_scenario(sensors=(Magnetometer(name="environment_errors"),))

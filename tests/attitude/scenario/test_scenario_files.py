@@ -1,4 +1,4 @@
-"""Scenarios from tables and files: round trips, presets with overrides, errors."""
+"""Scenarios from tables and files: round trips, presets with overrides, and errors."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ def test_presets_round_trip_exactly(preset: str) -> None:
     assert Scenario.from_toml(f'preset = "{preset}"') == scenario
 
 
-@pytest.mark.filterwarnings("ignore::mgeo_attitude.scenario.validity.Implausible")
+@pytest.mark.filterwarnings("ignore::mgeo_attitude.scenario.validity.ImplausibleValue")
 @settings(max_examples=20, deadline=None)
 @given(scenario=scenarios())
 def test_scenarios_round_trip_exactly(scenario: Scenario) -> None:
     assert Scenario.from_toml(scenario.to_toml()) == scenario
     assert Scenario.from_dict(json.loads(json.dumps(scenario.to_dict()))) == scenario
-    twin = pickle.loads(pickle.dumps(scenario))
-    assert (twin, hash(twin)) == (scenario, hash(scenario))
+    copied = pickle.loads(pickle.dumps(scenario))
+    assert (copied, hash(copied)) == (scenario, hash(scenario))
 
 
-def test_reading_leaves_the_table_alone() -> None:
+def test_from_dict_does_not_modify_table() -> None:
     table = PAPER | {"orbit": {"eccentricity": 0.01}, "sensors": [{"kind": "star-tracker"}]}
     before = copy.deepcopy(table)
     Scenario.from_dict(table)
     assert table == before
 
 
-def test_overrides_change_only_what_they_name() -> None:
+def test_overrides_change_only_their_keys() -> None:
     orbit = {"propagator": "j2", "eccentricity": 0.01}
     expected = Scenario.paper().to_dict()
     expected["name"] = "mine"
@@ -56,7 +56,7 @@ def test_overrides_change_only_what_they_name() -> None:
     assert Scenario.from_dict(PAPER | {"name": "mine", "orbit": orbit}).to_dict() == expected
 
 
-def test_a_sensor_over_a_preset_takes_what_it_leaves_out_from_there() -> None:
+def test_sensor_inherits_missing_keys_from_preset() -> None:
     sun, mag = Scenario.cubesat_6u().sensors
 
     def read(*sensors: dict[str, Any]) -> tuple[Sensor, ...]:
@@ -67,7 +67,7 @@ def test_a_sensor_over_a_preset_takes_what_it_leaves_out_from_there() -> None:
         mag,
         dataclasses.replace(sun, noise_deg=0.3),
     )
-    # a new name: the preset's only one of the kind
+    # A sensor with a new name inherits from the only sensor of its kind.
     assert read(
         {"kind": "sun-sensor", "name": "left"},
         {"kind": "sun-sensor", "name": "right", "boresight": [1.0, 0.0, 0.0]},
@@ -75,11 +75,11 @@ def test_a_sensor_over_a_preset_takes_what_it_leaves_out_from_there() -> None:
         dataclasses.replace(sun, name="left"),
         dataclasses.replace(sun, name="right", boresight=(1.0, 0.0, 0.0)),
     )
-    # a kind that the preset has not, whatever its name
+    # A kind that the preset does not contain uses defaults, whatever its name.
     assert read({"kind": "star-tracker", "name": "sun"}) == (StarTracker(name="sun"),)
 
 
-def test_without_a_preset_what_has_a_default_may_be_left_out() -> None:
+def test_keys_with_default_are_optional_without_preset() -> None:
     paper = Scenario.paper().to_dict()
     table = {key: paper[key] for key in ("epoch", "duration", "orbit")}
     del table["orbit"]["propagator"]
@@ -89,7 +89,7 @@ def test_without_a_preset_what_has_a_default_may_be_left_out() -> None:
     assert scenario.orbit.propagator == "two-body"
 
 
-def test_an_element_set_replaces_the_presets_elements() -> None:
+def test_element_set_replaces_elements_of_preset() -> None:
     orbit = {"propagator": "sgp4", "line1": ISS_1, "line2": ISS_2}
     scenario = Scenario.from_dict(PAPER | {"epoch": "2008-09-20T12:00:00Z", "orbit": orbit})
     assert scenario.orbit == TLEOrbit(line1=ISS_1, line2=ISS_2)
@@ -97,14 +97,14 @@ def test_an_element_set_replaces_the_presets_elements() -> None:
     assert Scenario.from_toml(scenario.to_toml()) == scenario
 
 
-def test_weights_come_flat_or_nested() -> None:
-    flat = Scenario.from_dict(PAPER | {"trace_weights": {"mag.bias": 0.0, "attitude": 2.0}})
+def test_trace_weights_may_be_dotted_or_nested() -> None:
+    dotted = Scenario.from_dict(PAPER | {"trace_weights": {"mag.bias": 0.0, "attitude": 2.0}})
     nested = Scenario.from_toml('preset = "paper"\n[trace_weights]\nmag.bias = 0\nattitude = 2')
-    assert flat == nested
+    assert dotted == nested
     assert dict(nested.trace_weights) == {"mag.bias": 0.0, "attitude": 2.0}
 
 
-def test_an_epoch_is_a_string_or_a_datetime() -> None:
+def test_epoch_may_be_string_or_datetime() -> None:
     for epoch in ("2020-01-02T03:04:05Z", datetime(2020, 1, 2, 3, 4, 5, tzinfo=UTC)):
         scenario = Scenario.from_dict(PAPER | {"epoch": epoch})
         assert scenario.epoch == datetime(2020, 1, 2, 3, 4, 5, tzinfo=UTC)
@@ -133,40 +133,42 @@ def test_an_epoch_is_a_string_or_a_datetime() -> None:
         ("trace_weights = {'mag.bias' = 1, mag = {bias = 1}}", "trace_weights.mag.bias: given"),
     ],
 )
-def test_an_error_names_file_and_key(tmp_path: Path, text: str, message: str) -> None:
+def test_error_names_file_and_key(tmp_path: Path, text: str, message: str) -> None:
     path = tmp_path / "scenario.toml"
     path.write_text(f'preset = "paper"\n{text}\n', encoding="utf-8")
-    with pytest.raises(ScenarioFileError) as caught:
+    with pytest.raises(ScenarioFileError) as error:
         Scenario.from_toml(path)
-    assert str(caught.value).startswith(f"{path}: {message}")
+    assert str(error.value).startswith(f"{path}: {message}")
 
 
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"# a comment only\n", 'empty; the shortest scenario is preset = "paper"'),
+        (b"# a comment only\n", 'empty; the shortest scenario is: preset = "paper"'),
         (b'preset = "paper"\nstep 1\n', "not TOML: .*line 2"),
         (b"\xff\xfe\x00", "not TOML: 'utf-8' codec"),
     ],
 )
-def test_a_file_that_is_no_scenario_is_named(tmp_path: Path, content: bytes, message: str) -> None:
+def test_error_names_file_that_is_not_a_scenario(
+    tmp_path: Path, content: bytes, message: str
+) -> None:
     path = tmp_path / "scenario.toml"
     path.write_bytes(content)
     with pytest.raises(ScenarioFileError, match=f"^{path}: {message}"):
         Scenario.from_toml(path)
 
 
-def test_a_file_may_be_named_by_a_string(tmp_path: Path) -> None:
+def test_file_may_be_given_as_string(tmp_path: Path) -> None:
     path = tmp_path / "scenario.toml"
     path.write_text('preset = "cubesat_6u"', encoding="utf-8-sig")
     assert Scenario.from_toml(str(path)) == Scenario.cubesat_6u()
     with pytest.raises(FileNotFoundError, match=r"missing\.toml"):
         Scenario.from_toml(str(tmp_path / "missing.toml"))
-    with pytest.raises(ScenarioFileError, match=r"the name of a file ends in \.toml"):
+    with pytest.raises(ScenarioFileError, match=r"a file name must end in \.toml"):
         Scenario.from_toml("runs/scenario")
 
 
-def test_a_saved_scenario_is_plain_toml(tmp_path: Path) -> None:
+def test_saved_scenario_is_valid_toml(tmp_path: Path) -> None:
     path = tmp_path / "scenario.toml"
     Scenario.paper().save(path)
     table = tomllib.loads(path.read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Plans to begin a search with."""
+"""Initial designs of a search."""
 
 import dataclasses
 
@@ -14,64 +14,67 @@ from mgeo_attitude.refine.initial_designs import (
 )
 from mgeo_attitude.scenario import PathConstraint
 
-from .conftest import by_each_rule, short
+from .conftest import build_short_problem, parametrize_rule
 
 
-def test_each_stage_has_the_rate_that_leaves_the_least_trace(problem):
-    at = FixedTimeEvaluator(problem.scenario, problem.model)
-    plan = build_receding_horizon_plan(at, 3, 360.0).reshape(3, 4)
+def test_each_stage_has_the_rate_with_the_smallest_trace(problem):
+    evaluator = FixedTimeEvaluator(problem.scenario, problem.model)
+    plan = build_receding_horizon_plan(evaluator, 3, 360.0).reshape(3, 4)
     assert plan[:, 3].tolist() == [120.0] * 3
     rates = build_rate_grid(1.0)
     assert len(rates) == 343
     for stage in range(3):
-        tried = np.tile(plan[: stage + 1], (len(rates), 1, 1))
-        tried[:, -1, :3] = rates
-        values, _ = at.evaluate_at_steps(tried.reshape(len(rates), -1), 60 * (stage + 1))
+        candidates = np.tile(plan[: stage + 1], (len(rates), 1, 1))
+        candidates[:, -1, :3] = rates
+        values, _ = evaluator.evaluate_at_steps(
+            candidates.reshape(len(rates), -1), 60 * (stage + 1)
+        )
         (own,) = np.flatnonzero((rates == plan[stage, :3]).all(axis=1))
         assert values[own] == values.min()
 
 
-def test_a_beam_as_wide_as_all_plans_has_the_best_of_them(problem):
-    at = FixedTimeEvaluator(problem.scenario, problem.model)
-    plans = beam_search(at, 3, 360.0, n_levels=2, width=512)
+def test_beam_as_wide_as_the_grid_finds_the_optimum(problem):
+    evaluator = FixedTimeEvaluator(problem.scenario, problem.model)
+    plans = beam_search(evaluator, 3, 360.0, n_levels=2, width=512)
     assert plans.shape == (512, 12)
-    assert len(np.unique(plans, axis=0)) == 512  # eight corners, three stages
+    assert len(np.unique(plans, axis=0)) == 512  # There are eight corners and three stages.
     assert (plans[:, 3::4] == 120.0).all()
-    values, _ = at.evaluate_at_steps(plans, 180)
+    values, _ = evaluator.evaluate_at_steps(plans, 180)
     assert (np.diff(values) >= 0.0).all()
-    narrow = beam_search(at, 3, 360.0, n_levels=2, width=20)
-    few, _ = at.evaluate_at_steps(narrow, 180)
+    narrow_beam = beam_search(evaluator, 3, 360.0, n_levels=2, width=20)
+    few, _ = evaluator.evaluate_at_steps(narrow_beam, 180)
     assert len(few) == 20
     assert (
         values[0]
         <= few[0]
-        < at.evaluate_at_steps(beam_search(at, 3, 360.0, n_levels=2), 180)[0][0] + 1e-12
+        < evaluator.evaluate_at_steps(beam_search(evaluator, 3, 360.0, n_levels=2), 180)[0][0]
+        + 1e-12
     )
 
 
-def test_rates_are_held_until_a_plan_has_converged():
-    problem = short(4, "trace")
-    at = FixedTimeEvaluator(problem.scenario, problem.model)
-    plan = build_receding_horizon_plan(at, 3, 360.0)
-    found = append_converging_rate(at, plan)
+def test_final_rates_are_nondominated():
+    problem = build_short_problem(4, "trace")
+    evaluator = FixedTimeEvaluator(problem.scenario, problem.model)
+    plan = build_receding_horizon_plan(evaluator, 3, 360.0)
+    found = append_converging_rate(evaluator, plan)
     assert (found[:, :12] == plan).all()
     F = problem.evaluate(found, return_values_of=["F"])
     every = np.array([[*plan, *rate, 0.0] for rate in build_rate_grid(1.0)])
     other = problem.evaluate(every, return_values_of=["F"])
     worse = (other[:, None] >= F).all(axis=2).any(axis=1)
-    assert worse.all()  # no rate of the grid is better than what is found
+    assert worse.all()  # No rate of the grid dominates a returned rate.
     assert len(F) == len(np.unique(F, axis=0))
-    late = abs(F[:, 0] - 360.0 - 100.0)  # the window of this rule
-    assert late[0] == late.min()
+    deviation = abs(F[:, 0] - 360.0 - 100.0)  # The window of the rule is 100 s.
+    assert deviation[0] == deviation.min()
 
 
-@by_each_rule
-def test_starts_are_far_better_than_chance(problem):
+@parametrize_rule
+def test_initial_designs_dominate_random_designs(problem):
     found = problem.suggest_initial_designs(6, np.random.default_rng(1))
     assert found.shape == (6, problem.n_var)
     assert ((found >= problem.xl) & (found <= problem.xu)).all()
     F = problem.evaluate(found, return_values_of=["F"])
-    assert (np.diff(F[:, 0]) > -100.0).all()  # of ever later times, but for the window
+    assert (np.diff(F[:, 0]) > -100.0).all()  # End times ascend, up to the window of the rule.
     rng = np.random.default_rng(2)
     X = problem.xl + (problem.xu - problem.xl) * rng.random((200, problem.n_var))
     X[:, 3::4] *= 0.15
@@ -80,7 +83,7 @@ def test_starts_are_far_better_than_chance(problem):
     assert better.max() < 0.05
 
 
-def test_starts_repeat_with_their_seed(problem):
+def test_initial_designs_repeat_with_their_seed(problem):
     first, again, other = (
         problem.suggest_initial_designs(3, np.random.default_rng(s)) for s in (5, 5, 6)
     )
@@ -92,35 +95,40 @@ def test_starts_repeat_with_their_seed(problem):
 
 
 @pytest.mark.parametrize("rule", ["trace", "end"])
-def test_starts_keep_off_what_must_not_be_seen(rule):
-    limits = (
+def test_initial_designs_satisfy_path_constraints(rule):
+    constraints = (
         PathConstraint(
             name="camera", reference="sun", boresight=(0.0, 0.0, 1.0), half_angle_deg=40.0
         ),
     )
-    free = short(4, rule).suggest_initial_designs(5, np.random.default_rng(1))
-    problem = short(4, rule, path_constraints=limits)
+    free = build_short_problem(4, rule).suggest_initial_designs(5, np.random.default_rng(1))
+    problem = build_short_problem(4, rule, path_constraints=constraints)
     found = problem.suggest_initial_designs(5, np.random.default_rng(1))
     assert (problem.evaluate(free, return_values_of=["G"]) > 0.0).any()
     assert (problem.evaluate(found, return_values_of=["G"]) <= 0.0).all()
 
 
-def test_where_coils_turn_it_starts_are_those_of_rates_that_it_has_at_once():
+def test_magnetorquer_designs_assume_instantaneous_rate_changes():
     small = {"preset": "cubesat_1u", "duration": 1200.0, "maneuvers": {"count": 2}}
     scenario = Scenario.from_dict(small)
-    freely = AttitudeManeuverProblem(dataclasses.replace(scenario, magnetorquers=None))
+    problem_without_magnetorquers = AttitudeManeuverProblem(
+        dataclasses.replace(scenario, magnetorquers=None)
+    )
     problem = AttitudeManeuverProblem(scenario)
     found = problem.suggest_initial_designs(2, np.random.default_rng(1))
     np.testing.assert_array_equal(
-        found, freely.suggest_initial_designs(2, np.random.default_rng(1))
+        found, problem_without_magnetorquers.suggest_initial_designs(2, np.random.default_rng(1))
     )
-    F, other = (each.evaluate(found, return_values_of=["F"]) for each in (problem, freely))
+    F, other = (
+        each.evaluate(found, return_values_of=["F"])
+        for each in (problem, problem_without_magnetorquers)
+    )
     assert (F[:, 1] != other[:, 1]).all()
 
 
 @pytest.mark.parametrize("count", [1, 2])
-def test_there_are_starts_of_few_maneuvers(count):
-    problem = short(count, "trace")
+def test_initial_designs_of_few_maneuvers_are_finite(count):
+    problem = build_short_problem(count, "trace")
     F = problem.evaluate(
         problem.suggest_initial_designs(3, np.random.default_rng(1)), return_values_of=["F"]
     )
@@ -128,14 +136,11 @@ def test_there_are_starts_of_few_maneuvers(count):
 
 
 @pytest.mark.slow
-def test_ten_stages_are_within_a_quarter_of_the_limit():
+def test_ten_stages_are_within_a_fifth_of_the_lower_bound():
     problem = AttitudeManeuverProblem(Scenario.paper(), n_maneuvers=10)
-    at, found = (
-        FixedTimeEvaluator(problem.scenario, problem.model),
-        compute_lower_bound(problem.scenario),
-    )
-    for time, bar in ((1000, 1.2), (1560, 1.2)):
-        value, _ = at.evaluate_at_steps(
-            build_receding_horizon_plan(at, 10, float(time))[None], time
-        )
-        assert 1.0 < np.exp(value[0]) / found.trace[time] < bar
+    evaluator = FixedTimeEvaluator(problem.scenario, problem.model)
+    bound = compute_lower_bound(problem.scenario)
+    for time in (1000, 1560):
+        design = build_receding_horizon_plan(evaluator, 10, float(time))
+        value, _ = evaluator.evaluate_at_steps(design[None], time)
+        assert 1.0 < np.exp(value[0]) / bound.trace[time] < 1.2

@@ -1,4 +1,6 @@
-"""Plans of a satellite that coils turn: what is commanded, what is exported, what is assumed."""
+"""Plans of a satellite with magnetorquers: exported attitude, constraints and predicted
+accuracy.
+"""
 
 import dataclasses
 
@@ -20,27 +22,29 @@ DESIGN = (0.1, -0.2, 1.5, 300.0, 0.0, 0.0, 0.0, 200.0, 1.0, 0.0, 0.2, 250.0)
 def plan():
     table = {"preset": "cubesat_1u", "duration": 900.0, "maneuvers": {"count": 3}}
     table["convergence"] = {"rule": "trace", "window": 60.0}
-    limit = {"boresight": [0.0, 0.0, 1.0], "half_angle_deg": 10.0, "attitude_sigmas": 0.0}
-    limit |= {"reference": "nadir"}
-    return ManeuverPlan(Scenario.from_dict(table | {"path_constraints": [limit]}), DESIGN)
+    constraint = {"boresight": [0.0, 0.0, 1.0], "half_angle_deg": 10.0, "attitude_sigmas": 0.0}
+    constraint |= {"reference": "nadir"}
+    return ManeuverPlan(Scenario.from_dict(table | {"path_constraints": [constraint]}), DESIGN)
 
 
-def test_the_exported_attitude_is_that_of_the_motion(plan):
+def test_exported_attitude_equals_simulated_motion(plan):
     model, step = plan.problem.model, plan.scenario.step
     rows = [
         line.split()[1:5]
         for block in format_aem(plan, spacing=step).split("DATA_START\n")[1:]
         for line in block.split("DATA_STOP")[0].splitlines()
     ]
-    found = Rotation.from_quat(np.array(rows, dtype=float)).inv().as_matrix()
+    exported = Rotation.from_quat(np.array(rows, dtype=float)).inv().as_matrix()
     motion = Motion.from_design(model, DESIGN, round(plan.duration / step))
     first, last = motion.attitude[0], motion.attitude[-1]
-    np.testing.assert_allclose(found[[0, -1]], [first, last], rtol=0.0, atol=1e-12)
-    assert len(found) == len(motion.attitude) + len(plan.phases) - 1  # edges twice
+    np.testing.assert_allclose(exported[[0, -1]], [first, last], rtol=0.0, atol=1e-12)
+    assert (
+        len(exported) == len(motion.attitude) + len(plan.phases) - 1
+    )  # Ends of phases appear twice.
 
 
-def test_path_limits_are_of_the_motion(plan):
-    """The least angle from nadir at samples is not below that of the constraint."""
+def test_path_constraint_covers_the_whole_motion(plan):
+    """The value of the constraint is not above the smallest sampled angle from nadir."""
     (row,) = plan.build_constraint_table().to_dict("records")
     steps = slice(plan.to_steps(plan.t_end) + 1)
     position, boresight = plan.problem.environment.position[steps], plan.attitude[steps, 2]
@@ -50,8 +54,8 @@ def test_path_limits_are_of_the_motion(plan):
     assert row["value"] <= angles.min() + 1e-9
 
 
-def test_what_it_promises_is_what_flights_of_it_know(plan):
-    """Against one flight after another, each by itself: no flight is turned as the plan is."""
+def test_predicted_sigma_is_rms_over_monte_carlo_runs(plan):
+    """The runs are evaluated one by one. None of them has the nominal motion."""
     errors = dataclasses.replace(
         MonteCarloSettings(), n_runs=20, seed=MonteCarloSettings().seed + 1
     )
