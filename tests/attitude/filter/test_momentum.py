@@ -85,14 +85,14 @@ def test_gravity_gradient_equals_torque_on_point_masses():
     )
 
 
-def simulate_unloading(coils, C, B, momentum, step):
+def simulate_unloading(magnetorquers, C, B, momentum, step):
     """Yield the unloaded momentum (GCRS) and the torques before and after each step (body axes)."""
-    max_dipole = coils.duty_cycle * np.array(coils.max_dipole)
+    max_dipole = magnetorquers.duty_cycle * np.array(magnetorquers.max_dipole)
     total, dipole = np.zeros(3), np.zeros(3)
     for attitude, b, loaded_momentum in zip(C, B, momentum, strict=True):
         before = np.cross(dipole, b)
         total = total + 0.5 * step * attitude.T @ before
-        tau = -attitude @ (loaded_momentum + total) / coils.time_constant
+        tau = -attitude @ (loaded_momentum + total) / magnetorquers.time_constant
         dipole = np.cross(b, tau) / (b @ b)
         dipole = dipole / max(1.0, np.abs(dipole / max_dipole).max())
         after = np.cross(dipole, b)

@@ -146,8 +146,8 @@ def _validate_initial_rate(scenario: Scenario, rate: Floats) -> None:
     key: str = "initial.pointing"
     value: object = scenario.initial.pointing
     for section in ("initial", "prior"):
-        given = getattr(getattr(scenario, section), "rate_deg_s", None)
-        key, value = (key, value) if given is None else (f"{section}.rate_deg_s", given)
+        rate_deg_s = getattr(getattr(scenario, section), "rate_deg_s", None)
+        key, value = (key, value) if rate_deg_s is None else (f"{section}.rate_deg_s", rate_deg_s)
     max_rate, axis_rates = scenario.maneuvers.max_rate_deg_s, np.abs(np.degrees(rate))
     worst = int(axis_rates.argmax())
     expected = (

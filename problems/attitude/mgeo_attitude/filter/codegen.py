@@ -229,7 +229,9 @@ def _monitor_states(step: _StepBuilder) -> None:
     """
     code, states = step.find_part("monitor_states"), step.monitors.states
     weights = step.take_constants(code, len(states))
-    ratios = [code.slot(slot_index(i, i)) * each for i, each in zip(states, weights, strict=True)]
+    ratios = [
+        code.slot(slot_index(i, i)) * weight for i, weight in zip(states, weights, strict=True)
+    ]
     largest_ratio = reduce(maximum, ratios)
     count_slot = step.slots.monitors + len(step.monitors.paths)
     n_satisfied = (-largest_ratio).choose(-1.0, code.slot(count_slot) + 1.0, 0.0)

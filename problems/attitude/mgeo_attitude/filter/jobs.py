@@ -66,8 +66,8 @@ def build_separate_jobs(variant_index: Ints) -> Jobs:
         Model variant of each design.
     """
     n = len(variant_index)
-    each, none = np.arange(n), np.full(n, -1)
-    return Jobs(each, np.zeros(n, dtype=np.int64), none, -1 - variant_index, none, each)
+    indices, none = np.arange(n), np.full(n, -1)
+    return Jobs(indices, np.zeros(n, dtype=np.int64), none, -1 - variant_index, none, indices)
 
 
 def build_shared_jobs(

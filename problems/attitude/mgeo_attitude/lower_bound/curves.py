@@ -183,9 +183,9 @@ class LowerBound:
         """
         is_finite = np.isfinite(times)
         steps = np.rint(times[is_finite] / self.times[1]).astype(np.int64)
-        least = np.full(len(times), np.nan)
-        least[is_finite] = self.trace[steps]
-        return least
+        bounds = np.full(len(times), np.nan)
+        bounds[is_finite] = self.trace[steps]
+        return bounds
 
 
 def assemble_bounds(
