@@ -16,7 +16,7 @@ def test_only_new_designs_are_evaluated():
         return designs * 10.0
 
     cache = EvaluationCache()
-    for batch, ran in [
+    for batch, evaluated in [
         ([1, 2, 3], [1, 2, 3]),
         ([3, 4, 1], [4]),
         ([2, 4], [2]),  # Design 2 is not in the previous batch.
@@ -26,7 +26,7 @@ def test_only_new_designs_are_evaluated():
     ]:
         designs = np.array(batch, dtype=float).reshape(-1, 1)
         np.testing.assert_array_equal(cache.evaluate(designs, run), 10.0 * designs)
-        assert runs == ran
+        assert runs == evaluated
         runs.clear()
 
 
@@ -44,8 +44,8 @@ def test_cached_values_with_constraints_equal_evaluated_values(monkeypatch):
     X = np.random.default_rng(0).uniform(one.xl, one.xu, (6, 12))
     one.evaluate(X[:4])
     values = one.evaluate(X[::-1], return_as_dictionary=True)
-    alone = other.evaluate(X[::-1], return_as_dictionary=True)
+    separate = other.evaluate(X[::-1], return_as_dictionary=True)
     assert counts == [4, 2, 6]
-    np.testing.assert_array_equal(values["F"], alone["F"])
-    np.testing.assert_array_equal(values["G"], alone["G"])
+    np.testing.assert_array_equal(values["F"], separate["F"])
+    np.testing.assert_array_equal(values["G"], separate["G"])
     assert values["G"].shape == (6, 1)

@@ -35,8 +35,12 @@ def scenario(**errors) -> Scenario:
 
 
 def draw_test_runs(**errors):
-    of = scenario(**errors)
-    return draw_runs(of, FilterModel.from_scenario(of), of.monte_carlo)
+    modified_scenario = scenario(**errors)
+    return draw_runs(
+        modified_scenario,
+        FilterModel.from_scenario(modified_scenario),
+        modified_scenario.monte_carlo,
+    )
 
 
 def designs(n, seed=0):

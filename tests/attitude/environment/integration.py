@@ -23,8 +23,8 @@ def rates(_time: float, state: np.ndarray, oblate: bool = True) -> np.ndarray:
 
 def integrated(state: np.ndarray, times: np.ndarray, oblate: bool = True) -> np.ndarray:
     """Return states [m], [m/s], shape (n, 6), at times [s]. The first time is that of `state`."""
-    found: Any = solve_ivp(
+    actual: Any = solve_ivp(
         partial(rates, oblate=oblate), times[[0, -1]], state, "DOP853", times,
         rtol=1e-13, atol=1e-6,
     )  # fmt: skip
-    return np.asarray(found.y.T)
+    return np.asarray(actual.y.T)

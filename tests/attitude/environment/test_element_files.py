@@ -101,8 +101,8 @@ def test_object_is_selected_in_each_notation(tmp_path: Path, name: str) -> None:
     expected = read_orbit(OMM)
     other = FIELDS | {"NORAD_CAT_ID": "799501234", "OBJECT_NAME": "NEW", "OBJECT_ID": "2026-123A"}
     path.write_text(NOTATIONS[name](other, FIELDS))
-    for wanted in ("63130", "cosmos 2584 (704k)"):
-        orbit = read_orbit(path, object=wanted)
+    for requested_object in ("63130", "cosmos 2584 (704k)"):
+        orbit = read_orbit(path, object=requested_object)
         assert dataclasses.replace(orbit, source=expected.source) == expected
     assert " NEW " in read_orbit(path, object="799501234").source
     with pytest.raises(InvalidValue, match=r"object = '' matches 2 entries: .* of NEW .* COSMOS"):
@@ -125,17 +125,20 @@ def test_element_set_is_selected_in_file_of_lines(tmp_path: Path) -> None:
         f"{build_line_pair('25544')}{build_line_pair('00005')}",
         newline="",
     )
-    for wanted in ("T0001", "270001", "new"):
-        assert read_orbit(path, ISS_EPOCH, object=wanted).source.startswith(
+    for requested_object in ("T0001", "270001", "new"):
+        assert read_orbit(path, ISS_EPOCH, object=requested_object).source.startswith(
             "stations.txt, NEW 1998-"
         )
-    for wanted in ("00005", "5"):
-        assert read_orbit(path, ISS_EPOCH, object=wanted).source == "stations.txt, 1998-067A 5"
+    for requested_object in ("00005", "5"):
+        assert (
+            read_orbit(path, ISS_EPOCH, object=requested_object).source
+            == "stations.txt, 1998-067A 5"
+        )
     orbit = read_orbit(path, ISS_EPOCH, object="old (a)")
     assert (orbit.line1, orbit.line2) == (ISS_1, ISS_2)
-    for wanted in ("", "1998-067A"):
+    for requested_object in ("", "1998-067A"):
         with pytest.raises(InvalidValue, match=r"entries: expected the name or number of"):
-            read_orbit(path, ISS_EPOCH, object=wanted)
+            read_orbit(path, ISS_EPOCH, object=requested_object)
 
 
 @pytest.mark.parametrize(

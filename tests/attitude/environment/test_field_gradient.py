@@ -56,11 +56,11 @@ def test_dipole_gradient_approximates_igrf():
 
 def test_field_gradient_equals_differences_of_igrf():
     position = draw_positions(60)
-    found, expected = (
+    actual, expected = (
         field_gradient(position, DATE),
         compute_differences(compute_igrf_field, position),
     )
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+    np.testing.assert_allclose(actual, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
 
 
 def test_environment_gradient_is_derivative_in_inertial_axes():

@@ -29,11 +29,11 @@ def test_states_are_converted_to_gcrs(frame: str, from_gcrs, meters: float) -> N
     brahe.set_global_eop_provider(brahe.StaticEOPProvider.from_zero())
     at = brahe.Epoch.from_datetime(2018, 6, 5, 3, 4, 5.0, 0.0, brahe.TimeSystem.UTC)
     state = from_gcrs(at, STATE)
-    found = convert_to_gcrs(
+    actual = convert_to_gcrs(
         frame, compute_julian_dates(EPOCH, [0.0]), state[None, :3], state[None, 3:]
     )
-    assert np.abs(found[0] - STATE[:3]).max() <= meters
-    assert np.abs(found[1] - STATE[3:]).max() <= 2e-3 * meters
+    assert np.abs(actual[0] - STATE[:3]).max() <= meters
+    assert np.abs(actual[1] - STATE[3:]).max() <= 2e-3 * meters
 
 
 @pytest.mark.parametrize(
@@ -60,9 +60,9 @@ def test_true_of_date_agrees_with_astropy() -> None:
     true_of_date = (
         GCRS(given, obstime=when).transform_to(TETE(obstime=when)).cartesian.xyz.to_value("m")
     )
-    found, _ = convert_to_gcrs("TOD", compute_julian_dates(EPOCH, [0.0]), true_of_date[None], None)
+    actual, _ = convert_to_gcrs("TOD", compute_julian_dates(EPOCH, [0.0]), true_of_date[None], None)
     assert (
-        np.abs(found[0] - STATE[:3]).max() < 0.5
+        np.abs(actual[0] - STATE[:3]).max() < 0.5
     )  # The nutation model of astropy is IAU 2006/2000B.
 
 

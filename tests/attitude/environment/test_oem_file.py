@@ -62,9 +62,9 @@ def compute_max_errors(
     orbit: EphemerisOrbit, start: datetime = SCENARIO.epoch
 ) -> tuple[float, float]:
     """Return the largest errors of position [m] and velocity [m/s] for the two-body orbit."""
-    found = orbit.propagate(start, SCENARIO.times)
+    actual = orbit.propagate(start, SCENARIO.times)
     expected = SCENARIO.orbit.propagate(start, SCENARIO.times)
-    apart = [np.linalg.norm(a - b, axis=1).max() for a, b in zip(found, expected, strict=True)]
+    apart = [np.linalg.norm(a - b, axis=1).max() for a, b in zip(actual, expected, strict=True)]
     return float(apart[0]), float(apart[1])
 
 
@@ -120,8 +120,8 @@ def test_message_in_teme_agrees_with_sgp4(
     times = np.arange(0.0, 5401.0, 10.0)
     satellite = TLEOrbit(line1=ISS_1, line2=ISS_2).build_satellite()
     expected, motion = compute_gcrs_states(satellite, compute_julian_dates(ISS_EPOCH, times))
-    found, velocity = orbit.propagate(ISS_EPOCH, times)
-    assert least < np.linalg.norm(found - expected, axis=1).max() < most
+    actual, velocity = orbit.propagate(ISS_EPOCH, times)
+    assert least < np.linalg.norm(actual - expected, axis=1).max() < most
     assert np.linalg.norm(velocity - motion, axis=1).max() < 0.5  # SGP4 alone causes 0.4 m/s.
     assert orbit.degree == degree
     assert orbit.period == pytest.approx(86400.0 / 15.72125391, rel=2e-3)
@@ -154,12 +154,15 @@ def test_scenario_stores_samples_instead_of_file(tmp_path: Path) -> None:
 
 def test_unneeded_samples_are_omitted_without_effect() -> None:
     file = OrbitFile(file=str(ISS), interpolation="hermite", degree=7)
-    whole, part = file.prepare_for_run(ISS_EPOCH, 5400.0), file.prepare_for_run(ISS_EPOCH, 1800.0)
-    assert len(part.times) < 25 < len(whole.times)
+    complete, part = (
+        file.prepare_for_run(ISS_EPOCH, 5400.0),
+        file.prepare_for_run(ISS_EPOCH, 1800.0),
+    )
+    assert len(part.times) < 25 < len(complete.times)
     times = np.arange(0.0, 1801.0, 7.0)
-    found, expected = (orbit.propagate(ISS_EPOCH, times)[0] for orbit in (part, whole))
+    actual, expected = (orbit.propagate(ISS_EPOCH, times)[0] for orbit in (part, complete))
     # The nutation is interpolated over the samples, see `gcrs_to_itrs`.
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=2e-3)
+    np.testing.assert_allclose(actual, expected, rtol=0.0, atol=2e-3)
 
 
 def remove_rows(text: str, start: int, stop: int | None) -> str:
@@ -234,10 +237,10 @@ def test_invalid_keys_are_rejected(
 def test_compressed_file_gives_same_orbit(tmp_path: Path) -> None:
     packed = tmp_path / "iss.oem.gz"
     packed.write_bytes(gzip.compress(ISS.read_bytes()))
-    found, expected = (
+    actual, expected = (
         OrbitFile(file=str(f)).prepare_for_run(ISS_EPOCH, 5400.0) for f in (packed, ISS)
     )
-    assert (found.times, found.position) == (expected.times, expected.position)
+    assert (actual.times, actual.position) == (expected.times, expected.position)
     packed.write_bytes(packed.read_bytes()[:-100])
     with pytest.raises(InvalidValue, match=r"iss\.oem\.gz': "):
         OrbitFile(file=str(packed)).prepare_for_run(ISS_EPOCH, 5400.0)

@@ -27,17 +27,17 @@ def test_satellite_state_equals_environment() -> None:
     scenario = Scenario.from_dict({"preset": "cubesat_6u", "duration": 1000.0})
     environment = Environment.from_scenario(scenario)
     place = SatelliteState.from_times(scenario, scenario.times[::100])
-    for name, found in place._asdict().items():
-        np.testing.assert_array_equal(found, getattr(environment, name)[::100])
+    for name, actual in place._asdict().items():
+        np.testing.assert_array_equal(actual, getattr(environment, name)[::100])
 
 
 def test_nadir_pointing_equals_radial_frame_of_brahe(at: SatelliteState) -> None:
     """The frame is LVLH: z down, x along track, y opposite to the orbit normal."""
-    found = InitialConditions(pointing="nadir").compute_attitude(at)
+    actual = InitialConditions(pointing="nadir").compute_attitude(at)
     for k in (0, 17, 300, 4000):
         radial, along, normal = brahe.rotation_eci_to_rtn(np.append(at.position[k], at.velocity[k]))
         expected = [along, -np.array(normal), -np.array(radial)]
-        np.testing.assert_allclose(found[k], expected, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(actual[k], expected, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("axis", AXES)
@@ -95,9 +95,9 @@ def test_quaternion_and_axes_give_same_attitude(at: SatelliteState) -> None:
     axes = ((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     by_axes = InitialConditions(axes=axes)
     for law in (by_quaternion, by_axes):
-        found = law.compute_attitude(at)
-        assert found.shape == (len(at.position), 3, 3)
-        np.testing.assert_allclose(found[[0, -1]], [axes, axes], rtol=0, atol=1e-15)
+        actual = law.compute_attitude(at)
+        assert actual.shape == (len(at.position), 3, 3)
+        np.testing.assert_allclose(actual[[0, -1]], [axes, axes], rtol=0, atol=1e-15)
         assert not law.compute_rate(at).any()
     typed = InitialConditions(quaternion=(0.0, 0.0, 0.7071, 0.7071))
     np.testing.assert_allclose(typed.compute_attitude(at)[0], axes, rtol=0, atol=1e-15)

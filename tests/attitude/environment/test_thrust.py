@@ -19,9 +19,9 @@ END = datetime(2023, 7, 4, 21, 35, 52, 102000, tzinfo=UTC)
 
 
 def read_orbit(epoch: datetime, duration: float) -> EphemerisOrbit:
-    found = OrbitFile(file=str(FILE)).prepare_for_run(epoch, duration)
-    assert isinstance(found, EphemerisOrbit)
-    return found
+    actual = OrbitFile(file=str(FILE)).prepare_for_run(epoch, duration)
+    assert isinstance(actual, EphemerisOrbit)
+    return actual
 
 
 @pytest.mark.parametrize(
@@ -46,8 +46,8 @@ def test_orbit_after_thrust_is_unpowered() -> None:
     state = np.concatenate([orbit.position[0], orbit.velocity[0]])
     at = np.linspace(0.0, 240.0, 25)
     expected = integrated(state, at)[:, :3]
-    found, _ = orbit.propagate(END, at)
-    assert np.linalg.norm(found - expected, axis=1).max() < 5.0
+    actual, _ = orbit.propagate(END, at)
+    assert np.linalg.norm(actual - expected, axis=1).max() < 5.0
 
 
 def test_orbit_agrees_with_element_set_of_previous_day() -> None:
@@ -61,10 +61,10 @@ def test_orbit_agrees_with_element_set_of_previous_day() -> None:
         (END, 2e3, 35e3),
     ):
         times = np.arange(0.0, 3600.0, 20.0)
-        (found, _), (expected, _) = (
+        (actual, _), (expected, _) = (
             one.propagate(epoch, times) for one in (read_orbit(epoch, 3600.0), elements)
         )
-        apart = np.linalg.norm(found - expected, axis=1)
+        apart = np.linalg.norm(actual - expected, axis=1)
         assert least <= apart.min() < apart.max() < most
 
 
@@ -78,7 +78,7 @@ def test_thrust_is_detected_for_any_sample_interval(spacing: float) -> None:
     thrust = np.clip(times - 1800.0, 0.0, 600.0)[:, None] * [6e-4, 8e-4, 0.0]
     velocity = np.round(coasting[:, 3:] + thrust, 3)
     assert find_thrust(times, coasting[:, :3], np.round(coasting[:, 3:], 3)) == []
-    (found,) = find_thrust(times, coasting[:, :3], velocity)
-    assert abs(found.start - 1800.0) <= max(spacing, 60.0)
-    assert abs(found.end - 2400.0) <= max(spacing, 60.0)
-    assert found.acceleration == pytest.approx(1e-3, rel=0.05)
+    (actual,) = find_thrust(times, coasting[:, :3], velocity)
+    assert abs(actual.start - 1800.0) <= max(spacing, 60.0)
+    assert abs(actual.end - 2400.0) <= max(spacing, 60.0)
+    assert actual.acceleration == pytest.approx(1e-3, rel=0.05)

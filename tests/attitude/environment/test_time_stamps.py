@@ -35,8 +35,8 @@ def test_calendar_date_and_day_of_year_are_equivalent(stamp: str) -> None:
 def test_uniform_time_scales_agree_with_astropy(system: str) -> None:
     utc = Time("2023-03-04T05:06:07.5", scale="utc")
     stamp = (utc.tai - 19.0 * units.s if system == "GPS" else getattr(utc, system.lower())).isot
-    found = parse_time_stamps(datetime(2023, 3, 4, 5, 6, 0, tzinfo=UTC), [stamp], system)
-    assert found[0] == pytest.approx(7.5, abs=1e-3)  # The format isot has milliseconds.
+    actual = parse_time_stamps(datetime(2023, 3, 4, 5, 6, 0, tzinfo=UTC), [stamp], system)
+    assert actual[0] == pytest.approx(7.5, abs=1e-3)  # The format isot has milliseconds.
     clock = (datetime.fromisoformat(stamp).replace(tzinfo=UTC) - EPOCH).total_seconds()
     assert convert_calendar_seconds(EPOCH, [clock], system)[0] == pytest.approx(
         (utc - Time(EPOCH.replace(tzinfo=None), scale="utc")).to_value("s"), abs=1e-3
@@ -48,11 +48,11 @@ def test_elapsed_seconds_agree_with_erfa() -> None:
     start = sum(np.array(erfa.utctai(*erfa.dtf2d("UTC", 1972, 7, 1, 2, 0, 0.0))))
     for year in range(1973, 2024):
         end = sum(np.array(erfa.utctai(*erfa.dtf2d("UTC", year, 2, 3, 4, 5, 6.0))))
-        found = parse_time_stamps(epoch, [f"{year}-02-03T04:05:06"])[0]
-        assert found == pytest.approx(
+        actual = parse_time_stamps(epoch, [f"{year}-02-03T04:05:06"])[0]
+        assert actual == pytest.approx(
             86400.0 * (end - start), abs=1e-4
         )  # A Julian date in a single float has this resolution.
-        assert found == seconds_between(epoch, datetime(year, 2, 3, 4, 5, 6, tzinfo=UTC))
+        assert actual == seconds_between(epoch, datetime(year, 2, 3, 4, 5, 6, tzinfo=UTC))
 
 
 @pytest.mark.parametrize(

@@ -62,8 +62,8 @@ def test_interpolated_attitude_rotates_at_constant_rate(omega, at):
 def test_time_stamps_equal_calendar_between_leap_seconds(epoch, microseconds):
     expected = epoch + timedelta(microseconds=microseconds)
     (text,) = format_time_stamps(epoch.replace(tzinfo=UTC), [1e-6 * microseconds])
-    found = datetime.fromisoformat(text)
-    assert abs(found - expected) <= timedelta(microseconds=1)  # resolution of a float
+    actual = datetime.fromisoformat(text)
+    assert abs(actual - expected) <= timedelta(microseconds=1)  # resolution of a float
     assert len(text) == 26
 
 

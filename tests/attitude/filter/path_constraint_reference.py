@@ -7,7 +7,7 @@ from mgeo_attitude.maneuvers.motion import Motion
 PARALLEL = 1e-6
 
 
-def nearest(cone, turn, passage):
+def find_extreme(cone, turn, passage):
     before, after, radius_before, radius_after, appears = passage
     axis, sign = np.array(cone.axis), -1.0 if cone.keep_in else 1.0
     angle, moved = np.linalg.norm(turn, axis=1), after - before
@@ -24,22 +24,22 @@ def nearest(cone, turn, passage):
     theta = theta / np.where(angle > 0.0, angle, 1.0)
     share = np.where(within, last, begins) / np.where(within, last - first, 1.0)
     back = np.moveaxis(exponential_map((theta[:, None] * turn).T), -1, 0)
-    seen = np.einsum("kij,kj->ki", back, after - share[:, None] * moved)
-    length = np.linalg.norm(seen, axis=1, keepdims=True)
+    direction = np.einsum("kij,kj->ki", back, after - share[:, None] * moved)
+    length = np.linalg.norm(direction, axis=1, keepdims=True)
     radius = radius_after - share * (radius_after - radius_before)
-    return seen / np.where(length > 0.0, length, 1.0), radius, back
+    return direction / np.where(length > 0.0, length, 1.0), radius, back
 
 
-def excess(cone, sigmas, turn, passage, covariance):
-    (seen, radius, back), axis = nearest(cone, turn, passage), np.array(cone.axis)
-    sine = np.linalg.norm(np.cross(axis, seen), axis=-1)
-    angle = np.arctan2(sine, seen @ axis) - radius
+def compute_violation(cone, sigmas, turn, passage, covariance):
+    (direction, radius, back), axis = find_extreme(cone, turn, passage), np.array(cone.axis)
+    sine = np.linalg.norm(np.cross(axis, direction), axis=-1)
+    angle = np.arctan2(sine, direction @ axis) - radius
     known = back @ covariance @ back.swapaxes(1, 2)
     margin = sigmas * np.maximum(
-        angle_sigma(axis, seen, known), angle_sigma(axis, passage.end, covariance)
+        angle_sigma(axis, direction, known), angle_sigma(axis, passage.end, covariance)
     )
-    found = margin + angle if cone.keep_in else margin - angle
-    return np.where(seen.any(axis=-1), found, -np.inf)
+    violation = margin + angle if cone.keep_in else margin - angle
+    return np.where(direction.any(axis=-1), violation, -np.inf)
 
 
 def angle_sigma(axis, direction, covariance):
@@ -55,7 +55,7 @@ def angle_sigma(axis, direction, covariance):
 
 def path_angles(model, run, x):
     """Return the worst angle [rad] of each path constraint along a run of the reference filter."""
-    n, found = len(run.times), []
+    n, angles = len(run.times), []
     turn = np.vstack(
         [np.zeros(3), model.step * Motion.from_design(model, x, model.n_steps).rates[: n - 1]]
     )
@@ -64,8 +64,8 @@ def path_angles(model, run, x):
         passage = model.compute_direction_motion(cone.direction, slice(n)).rotate_to_body(
             run.attitude
         )
-        worst = excess(
+        worst = compute_violation(
             cone, limit.attitude_sigmas, turn, passage, run.predicted_attitude_covariance
         ).max()
-        found.append(worst if limit.keep_in else -worst)
-    return found
+        angles.append(worst if limit.keep_in else -worst)
+    return angles
