@@ -21,7 +21,7 @@ settings.register_profile(
 settings.load_profile("any machine")
 
 #: This module compiles the kernels of the filter and of the smoother, which most others need.
-COMPILES = "tests/calibration/calibration/test_after.py"
+COMPILES = "tests/calibration/calibration/test_followup.py"
 #: These folders need no kernel.
 WITHOUT_KERNELS = ("tests/mgeo/", "tests/security/")
 

@@ -118,7 +118,7 @@ class Verification:
 
 def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification:
     """Test in Monte Carlo runs whether a plan achieves its predicted accuracy at its convergence
-    time.
+    time, and return the result.
 
     `simulation.simulate` describes the simulation of the runs.
 

@@ -9,7 +9,7 @@ from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence, PathConstraint
 
 from ...attitude.geometry.test_rotation import as_scipy
-from ..flight.runs import estimated, none
+from ..simulators.runs import build_zero_errors, run_filter
 
 STEPS = 300
 #: Rates [deg/s] that turn a satellite with GCRS axes through some 100 deg.
@@ -45,9 +45,9 @@ def test_counts_are_those_of_the_errors():
     cones += (PathConstraint(reference="earth", boresight=(1.0, 0.3, 0.0), half_angle_deg=10.0),)
     model = FilterModel.from_scenario(scenario(*cones))
     blind = dataclasses.replace(model, available=np.zeros_like(model.available))
-    draws = none(blind, STEPS)
+    draws = build_zero_errors(blind, STEPS)
     draws.initial_errors[:6] = [0.1, -0.15, 0.05, 1e-3, -5e-4, 8e-4]  # attitude and gyro bias
-    record = estimated(blind, PLAN, np.arange(STEPS + 1), draws, n_watched=200)
+    record = run_filter(blind, PLAN, np.arange(STEPS + 1), draws, n_watched=200)
 
     plan = Motion.from_design(blind, PLAN, STEPS).attitude[:200]
     errors = np.array([as_scipy(-e[:3]).as_matrix() for e in record.errors[0, :200]])

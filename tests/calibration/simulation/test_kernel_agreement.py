@@ -10,7 +10,7 @@ from mgeo_attitude.scenario import Convergence
 from mgeo_calibration import FilterSettings
 
 from ...attitude.filter.suites import SUITES
-from ..flight.runs import estimated, none
+from ..simulators.runs import build_zero_errors, run_filter
 
 PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
 STEPS = 160  # of 1 s: until the third maneuver has begun
@@ -33,8 +33,12 @@ def model(request):
 
 @pytest.mark.cases(1)
 def test_variances_of_a_run_without_errors_are_the_kernels(model):
-    record = estimated(
-        model, PLAN, np.arange(STEPS + 1), none(model, STEPS), FilterSettings.build_textbook()
+    record = run_filter(
+        model,
+        PLAN,
+        np.arange(STEPS + 1),
+        build_zero_errors(model, STEPS),
+        FilterSettings.build_textbook(),
     )
     kernel = evaluate(model, PLAN, history=True).variances[0]
     np.testing.assert_allclose(record.sigma[0] ** 2, kernel, rtol=1e-9)
@@ -44,8 +48,12 @@ def test_variances_of_a_run_without_errors_are_the_kernels(model):
 @pytest.mark.cases(1)
 def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model):
     ramped = dataclasses.replace(model, slew_limits=SlewLimits(np.radians(1.7), np.inf, np.eye(3)))
-    record = estimated(
-        ramped, PLAN, np.arange(STEPS + 1), none(ramped, STEPS), FilterSettings.build_textbook()
+    record = run_filter(
+        ramped,
+        PLAN,
+        np.arange(STEPS + 1),
+        build_zero_errors(ramped, STEPS),
+        FilterSettings.build_textbook(),
     )
     kernel = evaluate(ramped, PLAN, history=True).variances[0]
     np.testing.assert_allclose(record.sigma[0] ** 2, kernel, rtol=1e-9)

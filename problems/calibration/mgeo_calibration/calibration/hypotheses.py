@@ -65,8 +65,8 @@ _AXES_ERRORS = {
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Unmodeled error that a score test looks for, with the scenario key that models the error and
-    a formatter of its estimated size.
+    """Unmodeled error that a score test looks for, with the scenario key that would model it and a
+    text of its estimated size.
 
     Attributes
     ----------
@@ -137,8 +137,8 @@ def build_hypotheses(
 def select_correlated_channels(
     telemetry: Telemetry, data: Batch, innovations: Sequence[Innovations]
 ) -> tuple[dict[str, Floats], int]:
-    """Return the housekeeping channels that correlate most with the innovations, at the samples of
-    the fit, and the number of omitted channels.
+    """Return the housekeeping channels that correlate most with the innovations, interpolated to
+    the samples of the fit, and the number of omitted channels.
     """
     result = {}
     for name, values in telemetry.housekeeping.items():

@@ -213,7 +213,7 @@ def _describe_alternatives(
 def _score_hypotheses(
     all_scores: ScoreTests, hypotheses: Mapping[str, Hypothesis], keys: Sequence[str]
 ) -> dict[str, Score]:
-    """Return the score of each hypothesis with its most significant model, if the errors in `keys`
+    """Return the score of the most significant model of each hypothesis, while the errors in `keys`
     are estimated as well.
     """
     best = {}
