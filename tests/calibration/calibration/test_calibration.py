@@ -138,10 +138,12 @@ def test_comparison_with_plan_predicts_achieved_sigma(scenario, calibration):
     # Prior attitude and true path differ slightly.
     assert found["achieved / predicted [-]"].between(0.6, 1.4).all()
     other = dataclasses.replace(scenario, sensors=scenario.sensors[:1])
-    with pytest.raises(ValueError, match="the plan is for a satellite with the states"):
+    with pytest.raises(ValueError, match="the plan has the states"):
         calibration.compare(ManeuverPlan(other, PLAN))
     later = dataclasses.replace(scenario, epoch=scenario.epoch + timedelta(hours=1))
-    with pytest.raises(ValueError, match=r"the plan begins at .* expected the calibration's epoch"):
+    with pytest.raises(
+        ValueError, match=r"the plan has the epoch .* expected the epoch of the calibration"
+    ):
         calibration.compare(ManeuverPlan(later, PLAN))
 
 

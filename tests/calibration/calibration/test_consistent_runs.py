@@ -34,7 +34,7 @@ def test_unobservable_errors_are_not_tested():
     found = calibrate(scenario, simulate_telemetry(scenario, [0.0, 0.0, 0.0, 1500.0], 1))
     table = found.build_model_test_table().loc[GYRO_ERRORS]
     assert (table["degrees_of_freedom"] == 0).all()
-    assert (table["description"] == "not tested: no rotation that shows it").all()
+    assert (table["description"] == "not tested: no rotation makes it observable").all()
 
 
 def test_satellite_without_gyro_has_no_gyro_tests():

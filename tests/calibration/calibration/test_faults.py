@@ -66,7 +66,7 @@ def test_instantaneous_rates_of_spinning_body_give_note():
         told = [note for note in found.notes if note.startswith("gyro reports rates ")]
         assert len(told) == instantaneous
         if told:
-            assert "misalignment would be" in told[0]
+            assert "misalignment would change by" in told[0]
 
 
 @pytest.mark.slow

@@ -26,7 +26,7 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 #: Advice for errors that no state can model.
 _SPLIT_ADVICE = "calibrate the data before and after the change separately"
 _TIMING_ADVICE = 'rate = "instantaneous" under [gyro] of the mapping, or its times'
-_REMOVAL_ADVICE = "no state models it, remove it from the readings"
+_REMOVAL_ADVICE = "no state models this error, correct the readings"
 #: Scenario key that models the dependence of an error on a housekeeping channel.
 _SENSITIVITY_KEYS = {
     "bias": "bias_sensitivities",

@@ -114,7 +114,7 @@ def run_model_tests(
         description = (
             hypothesis.describe(score)
             if score.degrees_of_freedom
-            else (f"not tested: no {hypothesis.observability_condition} that shows it")
+            else (f"not tested: no {hypothesis.observability_condition} makes it observable")
         )
         tests.append(
             ModelTest(
@@ -260,6 +260,6 @@ def _describe_doubts(
         if (most := float(moved.max())) >= _MIN_CHANGE_SIGMAS:
             block = solution.batch.suite.blocks[int(order[moved.argmax()]) // 3]
             yield (
-                f"{hypothesis.describe(score)}; if so, {block} would be {most:.2g} of its 1-sigmas "
-                f"elsewhere: {hypothesis.key}"
+                f"{hypothesis.describe(score)}; if so, {block} would change by {most:.2g} of its "
+                f"1-sigmas: {hypothesis.key}"
             )
