@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from mgeo.store.recorder import read_record as read_record
     from mgeo.studies.execute import compare as compare
 
-#: Public names by module. A name is imported at its first use, so that the command line starts
+#: Public names by module. A name is imported on first use, so that the command line starts
 #: quickly.
 _NAMES = {
     "mgeo.algorithms.archive": ["ParetoArchive"],

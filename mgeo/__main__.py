@@ -5,8 +5,9 @@ import sys
 
 
 def main() -> None:
-    """Run the command line, or exit with an installation hint if its libraries are missing."""
-    # Objects that imports create are never garbage. Checking them takes 20 % of a short command.
+    """Run the command ``mgeo``, or exit with a hint if the libraries of the command are missing."""
+    # Objects that imports create are never garbage. Checking them takes 20 % of the time of a short
+    # command.
     gc.set_threshold(100_000)
     try:
         from mgeo.cli.app import main as run

@@ -1,6 +1,6 @@
-"""Formatting of text for messages."""
+"""Formatting of messages."""
 
 
 def join_lines(text: str) -> str:
-    """Join the stripped lines of a text with spaces, without empty lines."""
+    """Join the lines of a text by spaces, without surrounding blanks and empty lines."""
     return " ".join(filter(None, map(str.strip, text.splitlines())))

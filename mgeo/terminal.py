@@ -1,6 +1,6 @@
 """Terminal output of commands: text and tables, or one JSON document.
 
-Commands of plugins use this module, too.
+The commands of mgeo and of its plugins use this module.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from rich.text import Text
 if TYPE_CHECKING:
     import pandas as pd
 
-_PIPE_WIDTH = 400  # Columns of tables in pipes and files, unless COLUMNS is set.
-_stdout_stack: list[TextIO] = []  # The real stdout while `reserve_stdout` is active.
+_PIPE_WIDTH = 400  # width of tables in pipes and files [columns], unless COLUMNS is set
+_stdout_stack: list[TextIO] = []  # the original stdout while `reserve_stdout` is active
 
 
 @dataclass(frozen=True)
 class Output:
-    """Output of a command in the format that the user selected.
+    """Output of a command as text or JSON, as requested by ``--quiet`` and ``--json``.
 
     Attributes
     ----------
     quiet : bool
-        True to print only errors, and the JSON document if `json` is true.
+        True to print no text except errors.
     json : bool
-        True to print only one JSON document on stdout.
+        True to print one JSON document on stdout in place of the text.
     """
 
     quiet: bool = False
@@ -43,26 +43,26 @@ class Output:
 
     @property
     def is_text(self) -> bool:
-        """True if text and tables are printed."""
+        """True if text and tables are printed, that is, if both `quiet` and `json` are false."""
         return not (self.quiet or self.json)
 
     def print(self, *renderables: str | RenderableType) -> None:
-        """Print text and tables on separate lines, unless `quiet` or `json` is true."""
+        """Print texts and tables, each on a new line, unless `quiet` or `json` is true."""
         if self.is_text:
             show(*renderables)
 
     def print_note(self, text: str) -> None:
-        """Print a line on stderr."""
+        """Print a line of text on stderr, even if `quiet` or `json` is true."""
         show(text, stderr=True)
 
     def print_document(self, document: Mapping[str, Any]) -> None:
-        """Print a JSON document on stdout if `json` is true."""
+        """Print a dict as a JSON document on stdout if `json` is true, otherwise print nothing."""
         if self.json:
             print(format_json(document), file=_stdout_stack[0] if _stdout_stack else sys.stdout)
 
 
 def format_json(document: Mapping[str, Any]) -> str:
-    """Return a document as JSON text, with null for NaN and infinite numbers."""
+    """Return a dict as indented JSON text, with null in place of NaN and infinite numbers."""
     from pydantic_core import to_jsonable_python
 
     finite = to_jsonable_python(dict(document), inf_nan_mode="null")
@@ -70,16 +70,22 @@ def format_json(document: Mapping[str, Any]) -> str:
 
 
 def to_records(frame: pd.DataFrame) -> list[dict[Any, Any]]:
-    """Return the rows of a table as dicts, including the index unless it is a RangeIndex."""
+    """Return the rows of a DataFrame as a list of dicts by column.
+
+    The index is included, unless it is a RangeIndex.
+    """
     import pandas as pd
 
-    named = frame if isinstance(frame.index, pd.RangeIndex) else frame.reset_index()
-    return named.to_dict("records")
+    complete = frame if isinstance(frame.index, pd.RangeIndex) else frame.reset_index()
+    return complete.to_dict("records")
 
 
 @contextmanager
 def reserve_stdout() -> Iterator[None]:
-    """Reserve stdout for `Output.result` and redirect all other output to stderr."""
+    """Context manager that reserves stdout for `Output.print_document`.
+
+    All other output on stdout is redirected to stderr.
+    """
     _stdout_stack.append(sys.stdout)
     try:
         with redirect_stdout(sys.stderr):
@@ -91,16 +97,16 @@ def reserve_stdout() -> Iterator[None]:
 def build_table(
     titles: Iterable[object], rows: Iterable[Sequence[object]], digits: int = 5
 ) -> Table:
-    """Return a table without borders, with text left-aligned and other values right-aligned.
+    """Return a table without borders for the terminal, with text left- and numbers right-aligned.
 
     Parameters
     ----------
     titles : iterable
         Column titles.
     rows : iterable of sequences
-        Values of each row.
+        Values of each row, one per column.
     digits : int
-        Significant digits of floats.
+        Number of significant digits of floats.
     """
     entries = list(rows)
     table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 3, 0, 0))
@@ -115,25 +121,35 @@ def build_table(
 
 
 def is_within_width(content: Table, width: int) -> bool:
-    """Return whether a table fits into a width in columns without wrapping a cell."""
-    out = build_console()
-    measurement = Measurement.get(out, out.options.update(max_width=_PIPE_WIDTH), content)
+    """Return True if a table fits into a number of terminal columns without wrapping a cell."""
+    console = build_console()
+    measurement = Measurement.get(console, console.options.update(max_width=_PIPE_WIDTH), content)
     return measurement.maximum <= width
 
 
 def build_titled_table(title: str, frame: pd.DataFrame, digits: int = 4) -> tuple[Text, Table]:
-    """Return a bold title and the `table` of a DataFrame, including its index."""
+    """Return a bold title, and the terminal table of a DataFrame with its index.
+
+    Parameters
+    ----------
+    title : str
+        Title, which is preceded by an empty line.
+    frame : DataFrame
+        Table, whose index becomes the first column.
+    digits : int
+        Number of significant digits of floats.
+    """
     rows = frame.itertuples(name=None)
     return escape_text(f"\n{title}", "bold"), build_table(["", *frame.columns], rows, digits)
 
 
 def format_note(text: str) -> Text:
-    """Return dimmed text, for a note below a table."""
+    """Return text in a dim style, for a note below a table."""
     return escape_text(text, "dim")
 
 
 def build_key_value_table(texts: Mapping[str, str]) -> Table:
-    """Return a table with one name and its text per line."""
+    """Return a two-column table for the terminal: names, and their texts."""
     grid = Table.grid(padding=(0, 2))
     for name, text in texts.items():
         grid.add_row(escape_text(name, style="dim"), escape_text(text))
@@ -146,9 +162,10 @@ def _format_value(value: object, digits: int) -> str:
 
 
 def build_console(*, stderr: bool = False) -> Console:
-    """Return a console on stdout or stderr, with 400 columns if it is not a terminal.
+    """Return a rich console on stdout or stderr.
 
-    The environment variable COLUMNS overrides the width.
+    Its width is 400 columns if the stream is not a terminal. The environment variable COLUMNS
+    overrides the width.
     """
     console = Console(stderr=stderr, highlight=False)
     if not console.is_terminal and "COLUMNS" not in os.environ:
@@ -157,21 +174,24 @@ def build_console(*, stderr: bool = False) -> Console:
 
 
 def show(*renderables: str | RenderableType, stderr: bool = False) -> None:
-    """Print text and tables on separate lines; lines of text are wrapped only in a terminal."""
-    out = build_console(stderr=stderr)
-    for each in renderables:
-        if isinstance(each, str | Text):
-            text = escape_text(each) if isinstance(each, str) else each
+    """Print texts and tables on stdout or stderr, each on a new line.
+
+    Long lines of text are wrapped on a terminal only.
+    """
+    console = build_console(stderr=stderr)
+    for renderable in renderables:
+        if isinstance(renderable, str | Text):
+            text = escape_text(renderable) if isinstance(renderable, str) else renderable
             # Long paths must not be truncated.
-            out.print(text, soft_wrap=not out.is_terminal, overflow="ignore", crop=False)
+            console.print(text, soft_wrap=not console.is_terminal, overflow="ignore", crop=False)
         else:
-            out.print(each)
+            console.print(renderable)
 
 
 def escape_text(text: object, style: str = "") -> Text:
-    """Return text for a console, with control characters escaped.
+    """Return a value as styled text for the terminal, with control characters escaped.
 
-    Prevents that names from files or plugins send control sequences to the terminal.
+    Escaping prevents texts from files or plugins from sending control sequences to the terminal.
     """
-    escaped = (c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in str(text))
-    return Text("".join(escaped), style=style)
+    characters = (c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in str(text))
+    return Text("".join(characters), style=style)

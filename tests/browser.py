@@ -1,4 +1,4 @@
-"""Pages in headless Chromium."""
+"""Pages in headless Chromium, for tests of reports and of the explorer."""
 
 import json
 import shutil
@@ -16,19 +16,19 @@ FLAGS = (
     *("disable-background-networking", "disable-component-update", "disable-sync"),
     "enable-unsafe-swiftshader",  # WebGL without a graphics card
 )
-_PATIENCE = 60.0  # seconds, on a busy machine
+_TIMEOUT = 60.0  # s; enough for a busy machine
 
 
 def find_browser():
-    """Return the path of an installed browser; skip the test if there is none."""
-    found = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if found is None:
+    """Return the path of an installed browser, or skip the test if there is none."""
+    path = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if path is None:
         pytest.skip(f"none of {', '.join(BROWSERS)} is installed")
-    return found
+    return path
 
 
 class Page:
-    """An open page.
+    """Open page of a browser.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Page:
         self.driver = driver
 
     def evaluate(self, expression):
-        """Return the value of a JavaScript expression; a promise is awaited."""
+        """Return the value of a JavaScript expression, after waiting for a promise."""
         return self.driver.execute_script(f"return ({expression})")
 
     def run(self, script):
@@ -48,27 +48,27 @@ class Page:
 
     def until(self, condition):
         """Wait until a JavaScript expression is true, and return its value."""
-        end = time.monotonic() + _PATIENCE
+        end = time.monotonic() + _TIMEOUT
         while not (value := self.evaluate(condition)):
             assert time.monotonic() < end, f"never true: {condition}"
             time.sleep(0.05)
         return value
 
     def until_close(self, expression, expected, atol):
-        """Wait until numbers are as expected."""
-        end = time.monotonic() + _PATIENCE
-        while not np.allclose(found := self.evaluate(expression), expected, rtol=0.0, atol=atol):
+        """Wait until the values of a JavaScript expression are close to the expected ones."""
+        end = time.monotonic() + _TIMEOUT
+        while not np.allclose(values := self.evaluate(expression), expected, rtol=0.0, atol=atol):
             if time.monotonic() > end:
-                np.testing.assert_allclose(found, expected, rtol=0.0, atol=atol)
+                np.testing.assert_allclose(values, expected, rtol=0.0, atol=atol)
             time.sleep(0.05)
 
     def set(self, selector, value):
-        """Move a range input."""
-        found = f"document.querySelector({json.dumps(selector)})"
-        self.run(f"{found}.value = {value}; {found}.dispatchEvent(new Event('input'))")
+        """Set the value of the range input that a CSS selector identifies."""
+        element = f"document.querySelector({json.dumps(selector)})"
+        self.run(f"{element}.value = {value}; {element}.dispatchEvent(new Event('input'))")
 
     def print(self):
-        """Show the page as it is printed."""
+        """Switch the page to its print layout."""
         self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
         self.run("dispatchEvent(new Event('beforeprint'))")
 
@@ -77,17 +77,27 @@ class Page:
         width, height = self.evaluate("[innerWidth, document.documentElement.scrollHeight]")
         clip = {"x": 0, "y": 0, "width": width, "height": height, "scale": 1}
         options = {"format": "png", "captureBeyondViewport": True, "clip": clip}
-        found = self.driver.execute_cdp_cmd("Page.captureScreenshot", options)
-        path.write_bytes(b64decode(found["data"]))
+        result = self.driver.execute_cdp_cmd("Page.captureScreenshot", options)
+        path.write_bytes(b64decode(result["data"]))
 
     def errors(self):
-        """Return messages of errors on the console."""
+        """Return the error messages on the JavaScript console of the browser."""
         return [e["message"] for e in self.driver.get_log("browser") if e["level"] == "SEVERE"]
 
 
 @contextmanager
 def opened(address, width=1200, **features):
-    """Open a file or an address in a window of a width, such as with ``color_scheme="dark"``."""
+    """Context manager that opens a file or URL in a browser, and yields its `Page`.
+
+    Parameters
+    ----------
+    address : path or str
+        File or URL.
+    width : int
+        Width of the window [px].
+    **features
+        CSS media features, such as ``color_scheme="dark"``.
+    """
     options = webdriver.ChromeOptions()
     options.binary_location = find_browser()
     for flag in FLAGS:
@@ -105,7 +115,7 @@ def opened(address, width=1200, **features):
         page, is_file = Page(driver), not str(address).startswith("http://")
         driver.get(f"file://{address}" if is_file else address)
         if is_file:
-            page.until("document.body.dataset.shown")  # all figures are drawn
+            page.until("document.body.dataset.shown")  # It is set when all figures are drawn.
         yield page
     finally:
         driver.quit()

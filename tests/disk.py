@@ -1,4 +1,4 @@
-"""Disks with little room."""
+"""Simulation of a full disk."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,9 +13,12 @@ except ImportError:
 
 @contextmanager
 def room(limit: int) -> Iterator[None]:
-    """Files of this process cannot grow beyond so many bytes: writes fail as on a full disk."""
+    """Context manager that limits the size of the files that this process writes, in bytes.
+
+    Writing more fails as on a full disk.
+    """
     if resource is None:
-        pytest.skip("a process whose files cannot be limited")
+        pytest.skip("the size of files cannot be limited on this platform")
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, hard))
     try:

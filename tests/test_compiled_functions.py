@@ -1,8 +1,9 @@
-"""Compiled functions that numba keeps on disk: unique names and one signature each.
+"""Compiled functions that numba caches on disk: unique names, and one signature each.
 
-numba names files by function and signature. Two functions of one name, or two signatures compiled
-at once by two processes, can load each other's code (numba/numba#10486), which shows once in many
-runs and without an error. So the condition itself is tested, on numba's own objects.
+numba names cache files by function and signature. If two functions have equal names, or if two
+processes compile different signatures at the same time, one can load the code of the other
+(numba/numba#10486). This happens rarely and without an error, so that the tests check the names and
+signatures in the objects of numba.
 """
 
 import inspect
@@ -22,7 +23,7 @@ SMOOTHER = [
     )
     for _, name, _ in iter_modules(kernels.__path__)
     if name not in WITHOUT_LOOPS
-    for is_slow in [name == "process_noise"]  # no other fast test compiles this one
+    for is_slow in [name == "process_noise"]  # No other fast test compiles this module.
 ]
 
 
@@ -44,6 +45,6 @@ def test_cached_functions_have_unique_names_and_one_signature(load):
     assert all(len(each.signatures) == 1 and not each._can_compile for each in cached)
     while more := {each for one in functions for each in called_functions(one)} - functions:
         functions |= more
-    # A function that only compiled functions call is kept within their files.
+    # A function that only compiled functions call is cached as a part of their files.
     assert all(isinstance(each._cache, NullCache) for each in functions - cached)
     assert len({(each.__module__, each.__qualname__) for each in functions}) == len(functions)

@@ -1,4 +1,4 @@
-"""The packages: one version, the same requirements, and mgeo without its extras."""
+"""Versions and requirements of the packages, and mgeo without its extras."""
 
 import os
 import re
@@ -14,12 +14,12 @@ ROOT = Path(__file__).parents[1]
 PROJECTS = [ROOT / "pyproject.toml", *sorted(ROOT.glob("problems/*/pyproject.toml"))]
 
 
-def project(path):
+def read_project(path):
     return tomllib.loads(path.read_text(encoding="utf-8"))["project"]
 
 
-def requirements(declared):
-    """Version bounds by name, those of the command line included."""
+def parse_requirements(declared):
+    """Return the version bounds by package name, including the extra ``cli``."""
     lines = declared["dependencies"] + declared.get("optional-dependencies", {}).get("cli", [])
     parts = (re.fullmatch(r"([\w-]+)(?:\[.*\])?(.*)", line) for line in lines)
     return {part[1]: part[2] for part in parts}
@@ -30,38 +30,38 @@ def set_version(*arguments, root=ROOT):
     return subprocess.run(command, capture_output=True, text=True)
 
 
-def test_a_version_is_set_everywhere_by_one_command(tmp_path):
-    assert set_version().stdout.strip() == project(PROJECTS[0])["version"]
+def test_command_sets_the_version_everywhere(tmp_path):
+    assert set_version().stdout.strip() == read_project(PROJECTS[0])["version"]
     for path in [*PROJECTS, ROOT / "CITATION.cff", ROOT / "docs/citing.md", ROOT / ".ci/version"]:
         copy = tmp_path / path.relative_to(ROOT)
         copy.parent.mkdir(parents=True, exist_ok=True)
         copy.write_bytes(path.read_bytes())
     assert set_version("12.4.0rc1", root=tmp_path).stdout == "12.4.0rc1\n"
     assert set_version(root=tmp_path).stdout == "12.4.0rc1\n"
-    suite = project(tmp_path / "problems" / "suite" / "pyproject.toml")
+    suite = read_project(tmp_path / "problems" / "suite" / "pyproject.toml")
     assert suite["version"] == "12.4.0rc1"
     assert "mgeo[cli]>=12.4.0rc1,<12.5" in suite["dependencies"]
 
 
 @pytest.mark.parametrize("path", PROJECTS[1:], ids=lambda path: path.parent.name)
-def test_a_plugin_agrees_with_the_first_package(path):
-    first, plugin = project(PROJECTS[0]), project(path)
+def test_plugin_agrees_with_the_main_package(path):
+    first, plugin = read_project(PROJECTS[0]), read_project(path)
     for key in ("version", "license", "requires-python", "authors"):
         assert plugin[key] == first[key], key
-    both = requirements(first).keys() & requirements(plugin).keys()
-    assert {key: requirements(plugin)[key] for key in both} == {
-        key: requirements(first)[key] for key in both
+    common = parse_requirements(first).keys() & parse_requirements(plugin).keys()
+    assert {key: parse_requirements(plugin)[key] for key in common} == {
+        key: parse_requirements(first)[key] for key in common
     }
 
 
 @pytest.mark.parametrize("path", PROJECTS, ids=lambda path: path.parent.name)
-def test_a_package_knows_its_version(path):
-    name = project(path)["name"]
+def test_package_has_its_version(path):
+    name = read_project(path)["name"]
     module = __import__(name.replace("-", "_"))
-    assert module.__version__ == metadata.version(name) == project(path)["version"]
+    assert module.__version__ == metadata.version(name) == read_project(path)["version"]
 
 
-#: What works without the command line.
+#: Code that needs no package of the command line.
 CORE = """
 from pymoo.optimize import minimize
 from pymoo.problems.multi import ZDT1
@@ -88,16 +88,16 @@ sys.meta_path.insert(0, Missing())
 """
 
 
-def extra():
-    """Import names of the packages of the command line."""
+def list_cli_packages():
+    """Return the import names of the packages in the extra ``cli``."""
     return {
-        re.match(r"\w+", line)[0] for line in project(PROJECTS[0])["optional-dependencies"]["cli"]
+        re.match(r"\w+", line)[0]
+        for line in read_project(PROJECTS[0])["optional-dependencies"]["cli"]
     }
 
 
-def test_without_the_packages_of_the_command_line_only_the_command_is_missing():
-    """It says what to install."""
-    code = WITHOUT_EXTRA.replace("{missing}", repr(extra())) + CORE
+def test_command_without_its_packages_names_the_extra():
+    code = WITHOUT_EXTRA.replace("{missing}", repr(list_cli_packages())) + CORE
     code += "from mgeo.__main__ import main\nmain()"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
     assert (done.returncode, done.stdout) == (1, "")
@@ -105,8 +105,8 @@ def test_without_the_packages_of_the_command_line_only_the_command_is_missing():
 
 
 @pytest.mark.slow
-def test_mgeo_alone_in_a_new_environment(tmp_path):
-    """With its requirements and nothing else; pip downloads them."""
+def test_mgeo_works_in_a_new_environment(tmp_path):
+    """pip downloads the requirements of mgeo."""
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
 
     def run(*command):
@@ -120,8 +120,8 @@ def test_mgeo_alone_in_a_new_environment(tmp_path):
     if "Failed to establish a new connection" in installed.stderr:
         pytest.skip("no network")
     assert installed.returncode == 0, installed.stderr
-    searched = run(python, "-c", CORE)
-    assert searched.returncode == 0, searched.stderr
+    completed = run(python, "-c", CORE)
+    assert completed.returncode == 0, completed.stderr
     command = run(str(tmp_path / "venv" / "bin" / "mgeo"))
     assert command.returncode == 1
     assert command.stderr.count("\n") == 1

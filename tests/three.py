@@ -1,4 +1,4 @@
-"""Presets with three maneuvers and the rule "trace": many tests have designs of twelve numbers."""
+"""Presets with three maneuvers, for tests whose designs have twelve variables."""
 
 from mgeo_attitude import Scenario
 
@@ -6,6 +6,6 @@ TRACE = {"rule": "trace"}
 
 
 def three(preset):
-    """A preset with both."""
+    """Return a preset with three maneuvers and the convergence rule "trace"."""
     table = {"preset": preset, "maneuvers": {"count": 3}, "convergence": TRACE}
     return Scenario.from_dict(table)

@@ -20,9 +20,9 @@ SEEDS = range(1, 8)
 
 
 class Arc(Problem):
-    """The unit circle in the first quadrant; further variables are best at 0.5.
+    """Problem whose front is the unit circle in the first quadrant, with other variables at 0.5.
 
-    The front is the whole arc, from corner to corner of the bounds, and its hypervolume pi / 4.
+    The front extends from corner to corner of the bounds and has the hypervolume pi / 4.
     """
 
     def __init__(self, n_var=2):
@@ -35,11 +35,11 @@ class Arc(Problem):
 
 
 class Portfolio(Problem):
-    """Shares of assets, which add up to one, for the least loss -m x and variance.
+    """Portfolio problem: shares x of assets that sum to 1 minimize the loss -m x and the variance.
 
-    Assets are independent with means m and variances v. A portfolio of least variance
-    for its mean is one of a parametric quadratic program (Markowitz 1952); here the
-    front is computed on a grid of multipliers. Every corner with one share of 1 is feasible.
+    The returns of the assets are independent with means m and variances v. The efficient portfolios
+    solve a parametric quadratic program (Markowitz 1952), and the front is computed on a grid of
+    multipliers. Every corner of the bounds with a share of 1 is feasible.
     """
 
     def __init__(self, n_var=6):
@@ -52,7 +52,8 @@ class Portfolio(Problem):
         out["H"] = X.sum(axis=1, keepdims=True) - 1.0
 
     def front(self):
-        """Objectives of the efficient portfolios: x_i = max(0, (t m_i + u) / v_i), summing to 1."""
+        """Return the objectives of the efficient portfolios."""
+        # For a multiplier t, x_i = max(0, (t m_i + u) / v_i), with u such that the sum is 1.
         rows = []
         for t in np.geomspace(1e-4, 1e3, 4000):
             low, high = -10.0 * t - 10.0, 10.0
@@ -79,7 +80,7 @@ ALGORITHMS = {
 
 
 def main():
-    """Print the least, median and greatest share of the best hypervolume as a table."""
+    """Print a table of the median and range of the hypervolume, relative to the best value."""
     print(f"| problem | {' | '.join(ALGORITHMS)} |\n| --- |{' --- |' * len(ALGORITHMS)}")
     for name, (problem, reference, best) in PROBLEMS.items():
         cells = []

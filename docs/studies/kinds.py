@@ -1,7 +1,7 @@
 """Figures of the kinds of candidates of `MGEODirected`, in two variables, for directed.md.
 
-The archive is a curved valley of eleven points, and the walker stands beside it. All candidates
-come from the functions that the algorithm uses.
+The archive consists of eleven points along a curved valley, and the walker is near the valley. All
+candidates come from the functions that the algorithm uses.
 """
 
 import numpy as np
@@ -21,50 +21,50 @@ COLOR = "#0072b2"
 
 
 def normal_steps(rng):
-    """Normal steps, mostly of one variable."""
-    own, cls = rng.integers(2, size=NUMBER), MGEODirected
-    steps, _, _ = draw_joint_steps(own, HIGH, cls.sigma_range, cls.coupling, 0.0, None, rng)
+    """Return the end points of normal steps, which change mostly one variable."""
+    primary, cls = rng.integers(2, size=NUMBER), MGEODirected
+    steps, _, _ = draw_joint_steps(primary, HIGH, cls.sigma_range, cls.coupling, 0.0, None, rng)
     return WALKER + steps
 
 
 def differences(rng):
-    """Fractions of the difference of two archived points, half of them pulled to the nearest."""
-    own, cls = rng.integers(2, size=NUMBER), MGEODirected
+    """Return the end points of difference steps, half of them attracted to the nearest point."""
+    primary, cls = rng.integers(2, size=NUMBER), MGEODirected
     share, coupling = cls.attraction
     attraction = Attraction(share, coupling, WALKER, NEAREST)
     steps, _, _ = draw_joint_steps(
-        own,
+        primary,
         HIGH,
         cls.sigma_range,
         cls.coupling,
         1.0,
-        lambda shape: pairs(shape, rng),
+        lambda shape: draw_pairs(shape, rng),
         rng,
         attraction,
     )
     return WALKER + steps
 
 
-def pairs(shape, rng):
-    """Twice as many points of the archive."""
+def draw_pairs(shape, rng):
+    """Return random pairs of archived points as two arrays."""
     first, second = rng.integers(len(ARCHIVE), size=(2, *shape))
     return ARCHIVE[first], ARCHIVE[second]
 
 
 def momentum(rng):
-    """Steps that go on as before, and towards a point of the archive."""
+    """Return the end points of steps with momentum towards a point of the archive."""
     return WALKER + draw_momentum_steps(WALKER, BEFORE, np.tile(NEAREST, (NUMBER, 1)), HIGH, rng)
 
 
 def recombinations(rng):
-    """Points recombined of the walker's best or nearest point and another archived point."""
+    """Return children of the walker's best or nearest point and another archived point."""
     first = np.where(rng.random((NUMBER, 1)) < 0.5, NEAREST, BEST)
     second = ARCHIVE[rng.integers(len(ARCHIVE), size=NUMBER)]
     return recombine(first, second, LOW, HIGH, np.zeros(2, dtype=bool), rng)
 
 
 def kind_figure(candidates):
-    """Scatter plot of the candidates that one of the functions above makes."""
+    """Return a scatter plot of the candidates that one of the functions above draws."""
     X = np.clip(candidates(np.random.default_rng(1)), LOW, HIGH)
     figure = go.Figure()
     for name, points, marker in (

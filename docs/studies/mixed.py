@@ -1,9 +1,9 @@
-"""What takes mixed variables, on a problem whose right options change along the front.
+"""Comparison of algorithms for mixed variables, on a problem whose options change along the front.
 
     .venv/bin/python docs/studies/mixed.py [SEEDS]
 
-prints the table of docs/algorithms.md, mean and deviation of the hypervolume of all evaluations,
-and writes that of each run to data/mixed.csv.
+prints the table of docs/algorithms.md, with mean and standard deviation of the hypervolume of all
+evaluations, and writes the hypervolume of each run to data/mixed.csv.
 """
 
 import sys
@@ -26,10 +26,10 @@ AREA = HV(ref_point=np.array([1.1, 1.1]))
 
 
 class Halves(Problem):
-    """As ZDT1, with 9 reals, 4 integers, 4 choices and 4 bits.
+    """Variant of ZDT1 with 9 real variables, 4 integers, 4 choices and 4 binary variables.
 
-    The front is f2 = 1 - sqrt(f1); where f1 is below a half, it takes other integers, options and
-    bits than above.
+    The front is f2 = 1 - sqrt(f1). The optimal integers, options and bits for f1 < 0.5 differ from
+    those for larger f1.
     """
 
     def __init__(self):
@@ -63,7 +63,7 @@ ALGORITHMS = {
 
 
 def volume(algorithm, evaluations, seed):
-    """Of all evaluations of one run."""
+    """Return the hypervolume of all evaluations of a run."""
     seen, problem = [], Halves()
     minimize(
         problem,

@@ -1,11 +1,12 @@
-"""What each kind of move contributes along a run of `MGEODirected`.
+"""Contribution of each kind of candidate along a run of `MGEODirected`.
 
     .venv/bin/python docs/studies/moves.py
 
-from the folder above docs writes data/moves.csv, which directed.md draws: of 14 of COCO's functions
-in 10 variables (an instance for tuning) and of the paper's satellite, by kind and by stretch of the
-run, the shares of the candidates made, of those that entered the front, and of the gain of
-hypervolume. Needs the extra: pip install 'mgeo[coco]'.
+from the folder above docs writes data/moves.csv, which directed.md plots. For each kind of
+candidate and each interval of a run, the table contains the share of all candidates, of the
+candidates that entered the front, and of the gain of hypervolume. The problems are 14 functions of
+COCO in 10 variables (an instance for tuning) and the paper's satellite. Needs the extra: pip
+install 'mgeo[coco]'.
 """
 
 from bisect import bisect_left
@@ -26,7 +27,10 @@ SEEDS = range(1, 6)  # of the satellite
 
 
 class Watched(MGEODirected):
-    """The same run, bit by bit; `seen` has kinds, objectives and violations of all candidates."""
+    """MGEODirected that records kind, objectives and violation of all candidates in `seen`.
+
+    The recording does not affect the run.
+    """
 
     def __init__(self, **options):
         super().__init__(**options)
@@ -34,16 +38,16 @@ class Watched(MGEODirected):
 
     def generate_candidates(self):
         n = min(len(self.variables.xl), self.max_candidates)
-        self._kinds = np.zeros((self.n_walkers, n), int)  # as long as there is no front
+        self._kinds = np.zeros((self.n_walkers, n), int)  # Normal steps, before there is a front.
         X = super().generate_candidates()
         self._kinds[self.is_recombined] = 3
         return X
 
     def _apply_momentum(self, steps, spread, donor, nearest_points):
-        learned, before = (spread == 0.0).all(axis=-1), steps.copy()
+        is_difference, before = (spread == 0.0).all(axis=-1), steps.copy()
         super()._apply_momentum(steps, spread, donor, nearest_points)
-        made = (steps != before).any(axis=-1)
-        self._kinds = np.where(made, 2, np.where(learned, 1, 0))
+        has_momentum = (steps != before).any(axis=-1)
+        self._kinds = np.where(has_momentum, 2, np.where(is_difference, 1, 0))
 
     def accept(self, F, violation):
         self.seen.append((self._kinds.ravel(), F.copy(), violation.copy()))
@@ -51,38 +55,43 @@ class Watched(MGEODirected):
 
 
 def gains(problem, seed):
-    """A row a feasible candidate: stretch, kind, whether it entered the front, what it added.
+    """Return a table of the feasible candidates of a run, with their gains of hypervolume.
 
-    That is hypervolume, scaled by the front at the end of the stretch; its reference point is 1.1.
-    Candidates of a generation count in the order of the walkers, which says nothing of their kinds.
+    Columns are the end of the interval, the kind, whether the candidate entered the front, and the
+    gain. The hypervolume is scaled by the front at the end of the interval, with the reference
+    point 1.1. Candidates of a generation are added in the order of the walkers, which does not
+    depend on their kinds.
     """
     algorithm = Watched()
     algorithm.setup(problem, seed=seed, termination=("n_eval", EDGES[-1] * problem.n_var))
     algorithm.run()
     kinds, F, violation = (np.concatenate(each) for each in zip(*algorithm.seen, strict=True))
     last = np.array(EDGES[1:]) * problem.n_var
-    of_stretch = np.searchsorted(last, np.arange(len(F)), side="right")
-    known, steps = ParetoArchive(2), Staircase()
+    interval = np.searchsorted(last, np.arange(len(F)), side="right")
+    archive, front = ParetoArchive(2), Staircase()
     rows = []
     for k, until in enumerate(EDGES[1:]):
-        numbers = np.flatnonzero(of_stretch == k)
-        known.add(F[numbers], numbers.astype(object), violation[numbers])
-        ideal, nadir = known.ideal_and_nadir
+        numbers = np.flatnonzero(interval == k)
+        archive.add(F[numbers], numbers.astype(object), violation[numbers])
+        ideal, nadir = archive.ideal_and_nadir
         width = np.where(nadir > ideal, nadir - ideal, 1.0)
         for i in numbers[(violation[numbers] == 0) & np.isfinite(F[numbers]).all(axis=1)]:
-            gain = steps.add(*F[i].tolist(), *(ideal + 1.1 * width).tolist())
+            gain = front.add(*F[i].tolist(), *(ideal + 1.1 * width).tolist())
             rows.append((until, kinds[i], gain is not None, (gain or 0.0) / width.prod()))
     return pd.DataFrame(rows, columns=["until", "kind", "entered", "gain"])
 
 
 class Staircase:
-    """A front of two objectives that tells by how much each new point raises its hypervolume."""
+    """Front of two objectives that computes the gain of hypervolume by each new point."""
 
     def __init__(self):
-        self.f, self.g = [], []  # ascending, and descending
+        self.f, self.g = [], []  # Objectives, ascending and descending.
 
     def add(self, x, y, x_end, y_end):
-        """The area that is dominated by the new point alone, up to the reference point, or None."""
+        """Add the point (x, y) and return its gain of hypervolume, or None for a dominated point.
+
+        The reference point is (x_end, y_end).
+        """
         f, g = self.f, self.g
         first = bisect_left(f, x)
         if (first and g[first - 1] <= y) or (first < len(f) and f[first] == x and g[first] <= y):
@@ -98,14 +107,14 @@ class Staircase:
 
 
 def shares(problem, seed):
-    """By stretch of the run and kind: shares of candidates, of those that entered, of the gain."""
-    found = gains(problem, seed).assign(candidates=1.0)
-    sums = found.groupby(["until", "kind"])[["candidates", "entered", "gain"]].sum()
+    """Return the share of each kind in the candidates, entered points and gain, by interval."""
+    table = gains(problem, seed).assign(candidates=1.0)
+    sums = table.groupby(["until", "kind"])[["candidates", "entered", "gain"]].sum()
     return sums.div(sums.groupby("until").transform("sum").replace(0.0, np.nan))
 
 
 def moves_figure():
-    """Shares of the gain of hypervolume, and of the candidates, by kind along a run."""
+    """Return a figure of the shares in the gain of hypervolume and in the candidates, by kind."""
     table = pd.read_csv(DATA)
     titles = {"COCO": "14 functions of COCO, 10 variables", "satellite": "the paper's satellite"}
     figure = make_subplots(cols=2, subplot_titles=list(titles.values()), shared_yaxes=True)

@@ -1,9 +1,9 @@
-"""Algorithms where every value is off by noise: how good what they find really is.
+"""Quality of the fronts that algorithms find if all objectives are noisy.
 
     .venv/bin/python docs/studies/noise.py [SEEDS]
 
-from the folder above docs writes data/noise.csv: of the front of all evaluations, as the noisy
-values make it, the hypervolume of the exact values of its points.
+from the folder above docs writes data/noise.csv. The table contains the hypervolume of the exact
+objectives of the points that form the front by their noisy objectives.
 """
 
 import sys
@@ -19,18 +19,19 @@ from mgeo.runs.algorithms import build_algorithm
 from mgeo.studies.run import Task, record_run
 
 EVALUATIONS = 3_000
-LEVELS = (0.0, 0.05)  # standard deviation, of the front's extent
+LEVELS = (0.0, 0.05)  # Standard deviations as a fraction of the extent of the front.
 PROBLEMS = tuple(f"shifted:wfg{i}" for i in range(1, 10))
-EXTENT = (2.0, 4.0)  # of their fronts
+EXTENT = (2.0, 4.0)  # Extent of the fronts of all problems.
 RIVALS = ("nsga2", "nsga3", "moead", "spea2", "cmopso")
 ALGORITHMS = {"MGEO directed (ours)": "mgeo-directed"} | {name: name for name in RIVALS}
 
 
 class Noisy(Problem):
-    """Another problem, with normal noise on each objective; equal points have equal noise.
+    """Problem that adds normal noise to the objectives of another problem.
 
-    The noise is drawn by a generator that the point seeds: so a run repeats, and no algorithm gains
-    by evaluating a point twice, which none of these does.
+    The random generator is seeded by the point, so that equal points have equal noise and runs are
+    repeatable. No algorithm can therefore profit from repeated evaluations of a point, and none of
+    the compared algorithms makes them.
     """
 
     def __init__(self, inner, deviations):
@@ -48,14 +49,14 @@ class Noisy(Problem):
 
 
 def quality(name, algorithm, level, seed):
-    """Hypervolume of the exact values of a noisy front, in units of the front's extent."""
+    """Return the hypervolume of the exact objectives of a noisy front, scaled by the extent."""
     inner = load_problem(name, {"n_var": 10, "n_obj": 2})
     parameters = {} if algorithm == "mgeo-directed" else {"population": 100}
     problem = Noisy(inner, level * np.array(EXTENT))
-    found = record_run(
+    run = record_run(
         Task(problem, build_algorithm(algorithm, parameters, problem), EVALUATIONS, seed)
     )
-    return hypervolume(inner.evaluate(found.X) / EXTENT, ref=np.full(2, 1.1))
+    return hypervolume(inner.evaluate(run.X) / EXTENT, ref=np.full(2, 1.1))
 
 
 def main():

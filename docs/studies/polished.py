@@ -1,8 +1,9 @@
-"""What a polish adds to each part of the front, the paper's satellite, held-out seeds.
+"""Gain of hypervolume by local refinement in each part of the front, for the paper's satellite.
 
-``python docs/studies/polished.py ALGORITHM SEED`` adds to data/polished.csv a search of 20,000
-evaluations, as in held-out.toml, and its polish; ``python docs/studies/polished.py`` prints means.
-What is measured and polished is what ``mgeo solve`` has: of NSGA-II its last population.
+``python docs/studies/polished.py ALGORITHM SEED`` makes a search of 20,000 evaluations, as in
+held-out.toml, refines its front, and adds both results to data/polished.csv. ``python
+docs/studies/polished.py`` prints the means. As in ``mgeo solve``, the front of NSGA-II is its last
+population.
 """
 
 import sys
@@ -25,23 +26,24 @@ DATA = HERE / "data" / "polished.csv"
 PARAMETERS = {"mgeo-directed": {}, "nsga2": {"population": 100}}
 
 
-def measured(name, seed):
-    """A row of the search and one of its polish: hypervolume by parts, plans and CPU seconds.
+def measure_run(name, seed):
+    """Return a row for the search and a row for the refinement of a run.
 
-    Plans are those judged whole and those whose value at one time is asked, for slopes mostly and
-    by fewer samples.
+    A row contains the hypervolume by parts of the front, the CPU time, and the numbers of evaluated
+    plans: complete evaluations, and evaluations at a single time with fewer samples, mostly for
+    gradients.
     """
     study = read_study(HERE / "held-out.toml")
     plans, rows, spent = Counter(), [], time.process_time()
 
-    def counted(kind, method):
-        def counting(self, designs, *args, **kwargs):
+    def count_designs(kind, method):
+        def counting_method(self, designs, *args, **kwargs):
             plans[kind] += len(designs)
             return method(self, designs, *args, **kwargs)
 
-        return counting
+        return counting_method
 
-    def row(stage, F):
+    def build_row(stage, F):
         space = build_indicator_space(run.problem, [F], parts=study.problems[0].parts)
         parts = {
             part.name: part.evaluate(space(F), space) for part in build_part_indicators(space, "")
@@ -49,9 +51,9 @@ def measured(name, seed):
         cpu = time.process_time() - spent
         return {"algorithm": name, "seed": seed, "stage": stage, **parts, **plans, "cpu_s": cpu}
 
-    def look(state):
+    def record_search(state):
         if state.refinement is None and state.n_evaluations >= study.evaluations:
-            rows[:] = [row("search", state.build_front()[1])]
+            rows[:] = [build_row("search", state.build_front()[1])]
 
     run = prepare_run(
         "attitude",
@@ -67,16 +69,16 @@ def measured(name, seed):
             ("whole", AttitudeManeuverProblem, "_evaluate"),
             ("at_one_time", FixedTimeEvaluator, "evaluate_at_steps"),
         ):
-            count = counted(kind, getattr(owner, method))
+            count = count_designs(kind, getattr(owner, method))
             patched.enter_context(patch.object(owner, method, count))
-        found = run.solve(look)
-    return [*rows, row("polish", found.F)]
+        outcome = run.solve(record_search)
+    return [*rows, build_row("polish", outcome.F)]
 
 
 def main(*given):
     if given:
-        known = pd.read_csv(DATA) if DATA.exists() else pd.DataFrame()
-        table = pd.concat([known, pd.DataFrame(measured(given[0], int(given[1])))])
+        existing = pd.read_csv(DATA) if DATA.exists() else pd.DataFrame()
+        table = pd.concat([existing, pd.DataFrame(measure_run(given[0], int(given[1])))])
         table.to_csv(DATA, index=False, lineterminator="\n", float_format="%.6g")
         return
     rows = pd.read_csv(DATA).drop(columns="seed")

@@ -1,4 +1,4 @@
-"""What the pages of the studies share: the results kept beside them, and a word on their size."""
+"""Functions that the pages of the studies share: they load stored results and format tables."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -25,19 +25,19 @@ HERE = Path(__file__).parent
 
 
 def load(name: str) -> tuple[Study, dict[str, Comparison]]:
-    """A study and what is kept of it, by problem."""
+    """Return a study and its stored comparisons by problem label."""
     study = read_study(HERE / f"{name}.toml", allow_imports=False)
     return study, {label: read_comparison(place) for label, place in _places(name, study).items()}
 
 
 def size(name: str) -> Markdown:
-    """How much of a study is kept, and by what it was made."""
+    """Return a text with the numbers of evaluations, seeds and runs of a study, and versions."""
     study = read_study(HERE / f"{name}.toml", allow_imports=False)
-    made = [
+    provenance = [
         json.loads((place / PROVENANCE_FILE).read_text(encoding="utf-8"))
         for place in _places(name, study).values()
     ]
-    first = made[0]
+    first = provenance[0]
     evaluations, seeds = first["evaluations"], len(first["seeds"])
     if study.per_variable:
         evaluations //= load(name)[1][first["problem"]["label"]].problem.n_var
@@ -46,24 +46,24 @@ def size(name: str) -> Markdown:
         for package, v in first["versions"].items()
     )
     each = " per variable" if study.per_variable else ""
-    failed = sum(data["runs_failed"] for data in made)
+    failed = sum(data["runs_failed"] for data in provenance)
     text = (
-        f"Shown here: **{evaluations:,} evaluations{each}, {seeds} seeds**, "
-        f"{sum(data['runs_finished'] for data in made):,} runs"
-        + (f" and {failed} that failed" if failed else "")
-        + f"; {max(data['written'] for data in made)[:10]}, with {versions}."
+        f"Results on this page: **{evaluations:,} evaluations{each}, {seeds} seeds**, "
+        f"{sum(data['runs_finished'] for data in provenance):,} runs"
+        + (f" and {failed} failed runs" if failed else "")
+        + f"; {max(data['written'] for data in provenance)[:10]}, with {versions}."
     )
     if (evaluations, seeds) != (study.evaluations, len(study.seeds)):
         text += (
-            "\n\n```{warning}\nThat is a trial of the page, not the study, which has "
-            f"{study.evaluations:,} evaluations{each} and {len(study.seeds)} seeds. Nothing "
-            "follows from these numbers.\n```"
+            "\n\n```{warning}\nThese results test the page only. The study has "
+            f"{study.evaluations:,} evaluations{each} and {len(study.seeds)} seeds. Do not draw "
+            "conclusions from these numbers.\n```"
         )
     return Markdown(text)
 
 
 def pooled(name: str) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Ranks and targets of a study of many problems, of which only these are kept."""
+    """Return the stored tables of ranks and targets of a study of many problems."""
     place = HERE / "data" / name
     return pd.read_csv(place / "ranks.csv"), pd.read_csv(place / "targets.csv")
 
@@ -71,7 +71,10 @@ def pooled(name: str) -> tuple[pd.DataFrame, pd.DataFrame]:
 def ranks_and_shares(
     ranks: pd.DataFrame, budgets: Sequence[int]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Average ranks, and shares of problems on which the control is ahead; *variables: budget*."""
+    """Return two tables: average ranks, and shares of problems on which the control is better.
+
+    Rows are algorithms. Columns are titled *variables: budget*.
+    """
     shown = ranks[ranks["evaluations"].isin(budgets)]
     shown = shown.assign(
         after=shown["variables"].map(lambda n: f"{n or 'all'}: ")
@@ -87,30 +90,33 @@ def ranks_and_shares(
 
 
 def after(name: str, evaluations: int, variables: int = 0) -> pd.DataFrame:
-    """Rows of a study's pooled ranks: of all problems, or of those of one size."""
+    """Return the average ranks of a study after a budget, over all problems or one size only."""
     ranks = pooled(name)[0]
     return ranks[(ranks["evaluations"] == evaluations) & (ranks["variables"] == variables)]
 
 
 def under_noise() -> dict[float, pd.DataFrame]:
-    """Ranks over functions by the noise on their values: docs/studies/noise.py."""
+    """Return the average ranks over functions for each noise level of docs/studies/noise.py."""
     rows = pd.read_csv(HERE / "data" / "noise.csv")
     ranks = {}
     for noise, now in rows.groupby("noise"):
         values = now.pivot_table("hypervolume", "problem", "algorithm").reset_index()
-        # of one size and budget, and no function twice
+        # All problems have the same size and budget, and each function occurs once.
         values = values.assign(function=values["problem"], variables=0, evaluations=0)
         ranks[noise] = compute_average_ranks(values, "MGEO directed (ours)")
     return ranks
 
 
 def ranked(columns: Mapping[str, pd.DataFrame]) -> Markdown:
-    """Average ranks over functions, 1 being the best; a star where a rival is not significantly
-    different from the control, in bold where it is ahead of it.
+    """Return a table of average ranks over functions, 1 being the best.
+
+    A star marks a rival that is not significantly different from the control. A rival that is
+    better than the control is bold.
 
     Parameters
     ----------
-    columns : by title, rows of `compute_average_ranks` of one size and budget.
+    columns : mapping of str to DataFrame
+        Rows of `compute_average_ranks` for one size and budget, by column title.
     """
     texts = {}
     for title, rows in columns.items():
@@ -121,8 +127,12 @@ def ranked(columns: Mapping[str, pd.DataFrame]) -> Markdown:
 
 
 def functions_ahead(name: str, rivals: Sequence[str], budgets: Sequence[int]) -> Markdown:
-    """Against each rival after each budget: on how many functions the control is ahead on most of
-    their problems, and on which it is behind on most, the worst first."""
+    """Return a table of the functions on which the control is better and worse than each rival.
+
+    The control is better on a function if it is better on most of the problems of this function.
+    The table has the number of these functions after each budget, and the names of the functions
+    on which the control is worse, the worst first.
+    """
     values = pd.read_csv(HERE / "data" / name / "values.csv")
     control = read_study(HERE / f"{name}.toml", allow_imports=False).control
     rows = {}
@@ -140,7 +150,7 @@ def functions_ahead(name: str, rivals: Sequence[str], budgets: Sequence[int]) ->
 
 
 def mean_values(name: str, budgets: Sequence[int]) -> Markdown:
-    """Mean hypervolume over the problems of a study after each budget, 0 where there is none."""
+    """Return a table of the mean hypervolume over the problems of a study after each budget."""
     values = pd.read_csv(HERE / "data" / name / "values.csv")
     names = [
         algorithm.label
@@ -152,14 +162,14 @@ def mean_values(name: str, budgets: Sequence[int]) -> Markdown:
 
 
 def polished() -> Markdown:
-    """What a polish adds to each part of the front, and what it takes: docs/studies/polished.py."""
+    """Return a table of gain and cost of the local refinement, by docs/studies/polished.py."""
     rows = pd.read_csv(HERE / "data" / "polished.csv").fillna(0)
-    rows["front"] = rows["algorithm"] + rows["stage"].map({"search": "", "polish": ", polished"})
+    rows["front"] = rows["algorithm"] + rows["stage"].map({"search": "", "polish": ", refined"})
     columns = {
         "hypervolume_1": ("hypervolume, to 1200", "{:.4f}"),
         "hypervolume_2": ("from 1200 to 6000", "{:.4f}"),
         "hypervolume_3": ("from 6000", "{:.4f}"),
-        "whole": ("plans judged", "{:,.0f}"),
+        "whole": ("plans evaluated", "{:,.0f}"),
         "at_one_time": ("at one time", "{:,.0f}"),
         "cpu_s": ("CPU [s]", "{:.1f}"),
     }
@@ -168,18 +178,21 @@ def polished() -> Markdown:
 
 
 def table(values: pd.DataFrame) -> Markdown:
-    """A table as the page's own, with no break within mean ± standard deviation."""
+    """Return a table in Markdown, without line breaks between mean and standard deviation."""
     return Markdown(format_markdown(values).replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}"))
 
 
 def control_against(study: Study, comparison: Comparison) -> Markdown:
-    """The study's control against every other algorithm, by every indicator."""
+    """Return a table that compares the control with all other algorithms by all indicators."""
     assert study.control is not None
     return table(format_control_table(comparison, study.control, comparison.indicators))
 
 
 def at_budgets(study: Study, comparison: Comparison, budgets: Sequence[int]) -> Markdown:
-    """Means after smaller budgets, too; a star where a rival is not significantly different."""
+    """Return a table of the mean indicators after several budgets.
+
+    A star marks a rival that is not significantly different from the control.
+    """
     assert study.control is not None
     columns = {}
     for name in ("hypervolume", "igd_plus"):
@@ -196,12 +209,16 @@ def at_budgets(study: Study, comparison: Comparison, budgets: Sequence[int]) -> 
 
 
 def by_parts(study: Study, comparison: Comparison, parts: Sequence[float] = ()) -> Markdown:
-    """Mean hypervolume by parts of the front; a star where a rival is not significantly different
-    from the control, in bold where it is ahead of it.
+    """Return a table of the mean hypervolume by parts of the front.
+
+    A star marks a rival that is not significantly different from the control. A rival that is
+    better than the control is bold.
 
     Parameters
     ----------
-    parts : of the first objective, where that was not measured; then of the fronts that are kept.
+    parts : sequence of float
+        Limits of the parts in the first objective, if the study does not define them. The
+        hypervolume is then computed from the stored fronts.
     """
     assert study.control is not None
     if parts:
@@ -221,9 +238,10 @@ def by_parts(study: Study, comparison: Comparison, parts: Sequence[float] = ()) 
 
 
 def on_each(name: str) -> Markdown:
-    """Mean hypervolume on each problem of a study, IGD+ where there is none.
+    """Return a table of the mean hypervolume on each problem, or of IGD+ with many objectives.
 
-    A star where a rival is not significantly different from the control, in bold where it is ahead.
+    A star marks a rival that is not significantly different from the control. A rival that is
+    better than the control is bold.
     """
     study, found = load(name)
     assert study.control is not None
@@ -238,15 +256,15 @@ def on_each(name: str) -> Markdown:
 
 
 def _marked(values: "pd.Series[str]", rivals: pd.DataFrame) -> "pd.Series[str]":
-    """Texts with a star where a rival is like the control, in bold where it is ahead of it."""
+    """Mark texts of insignificantly different rivals by a star, and make better rivals bold."""
     rivals = rivals.reindex(values.index)
-    alike = rivals["p_holm"] >= SIGNIFICANCE_LEVEL
-    values = values.where(~alike, values + "*")
-    return values.where(alike | ~(rivals["A"] < 0.5), "**" + values + "**")
+    is_equivalent = rivals["p_holm"] >= SIGNIFICANCE_LEVEL
+    values = values.where(~is_equivalent, values + "*")
+    return values.where(is_equivalent | ~(rivals["A"] < 0.5), "**" + values + "**")
 
 
 def with_and_without(name: str) -> Markdown:
-    """Average ranks over a study's problems as they are and over those that are shifted."""
+    """Return a table of the average ranks over the original problems and over the shifted ones."""
     _, found = load(name)
     parts: dict[str, dict[str, Comparison]] = {"as they are": {}, "shifted": {}}
     for label, comparison in found.items():
@@ -260,7 +278,7 @@ def with_and_without(name: str) -> Markdown:
 
 
 def on_each_against(name: str, rival: str) -> Markdown:
-    """Mean hypervolume on each problem, and the control against a rival by every indicator."""
+    """Return a table of the mean hypervolume on each problem, and the comparison with a rival."""
     study, found = load(name)
     assert study.control is not None
     rows = {}
@@ -276,7 +294,7 @@ def on_each_against(name: str, rival: str) -> Markdown:
 
 
 def means(found: Mapping[str, Comparison], suite: str) -> pd.DataFrame:
-    """Mean hypervolume, algorithms by problems of a suite, the highest of each in bold."""
+    """Return the mean hypervolume of each algorithm on each problem of a suite, best in bold."""
     columns = {}
     for label, comparison in found.items():
         if label.startswith(suite):
@@ -287,7 +305,7 @@ def means(found: Mapping[str, Comparison], suite: str) -> pd.DataFrame:
 
 
 def _places(name: str, study: Study) -> dict[str, Path]:
-    """Folder of each problem's results."""
+    """Return the folder with the results of each problem, by label."""
     data = HERE / "data" / name
     if len(study.problems) == 1:
         return {study.problems[0].label: data}

@@ -1,15 +1,16 @@
-"""Keeps what a study found beside its page, small enough for a repository.
+"""Store the results of a study in a small form, next to its page in the repository.
 
     python docs/studies/store.py studies/table3
     python docs/studies/store.py studies/tuning --no-fronts
     python docs/studies/store.py studies/bbob-biobj --no-problems
     python docs/studies/store.py studies/coco-data/mgeo_directed --coco
 
-Of the folder that ``mgeo study`` wrote, what `mgeo.studies.read_comparison` needs goes into
-``docs/studies/data/NAME``, a folder each below it where there are several problems: numbers to six
-digits, the front of each algorithm's median run whole, those of its other runs truncated. Of many
-problems only what is pooled over them may be kept: values, ranks and targets. Of what COCO's
-observer logged of an algorithm an archive is kept, which ``cocopp`` reads.
+The script reads a folder that ``mgeo study`` wrote, and writes the files that
+`mgeo.studies.read_comparison` needs to ``docs/studies/data/NAME``, with a subfolder per problem if
+there are several. Numbers are rounded to six digits. The front of the median run of each algorithm
+is stored completely, and the fronts of its other runs are truncated. With ``--no-problems``, only
+values, ranks and targets over all problems are stored. With ``--coco``, the data of COCO's observer
+are stored in an archive that ``cocopp`` reads.
 """
 
 import argparse
@@ -29,11 +30,11 @@ from mgeo.studies.study import RANKS_FILE, TARGETS_FILE, VALUES_FILE
 
 DATA = Path(__file__).parent / "data"
 DIGITS = 6
-POINTS = 40  # of a front that is not the median one
+POINTS = 40  # Number of points of a truncated front.
 
 
 def store_pooled(source: Path, target: Path) -> list[Path]:
-    """Keep values, ranks, targets, and the provenance of the first problem."""
+    """Store values, ranks, targets and the provenance of the first problem; return the files."""
     first = min(source.glob(f"*/{PROVENANCE_FILE}"))
     target.mkdir(parents=True, exist_ok=True)
     write_files(target, {VALUES_FILE: _csv(pd.read_csv(source / VALUES_FILE))})
@@ -44,18 +45,18 @@ def store_pooled(source: Path, target: Path) -> list[Path]:
 
 
 def store(source: Path, target: Path, fronts: bool = True) -> list[Path]:
-    """Write the small form of every comparison in `source`; the folders written.
+    """Store the small form of every comparison in a folder, and return the written folders.
 
     Raises
     ------
     FileNotFoundError
-        If there is none.
+        If the folder contains no comparison.
     """
-    found = sorted(path.parent for path in source.glob(f"**/{PROVENANCE_FILE}"))
-    if not found:
+    sources = sorted(path.parent for path in source.glob(f"**/{PROVENANCE_FILE}"))
+    if not sources:
         raise FileNotFoundError(f"{source} holds no comparison: there is no {PROVENANCE_FILE}")
     written = []
-    for folder in found:
+    for folder in sources:
         contents = small_tables(read_comparison(folder), fronts)
         data = json.loads((folder / PROVENANCE_FILE).read_text(encoding="utf-8"))
         data["kept"] = {"digits": DIGITS, "points_of_other_fronts": POINTS if fronts else 0}
@@ -68,8 +69,11 @@ def store(source: Path, target: Path, fronts: bool = True) -> list[Path]:
 
 
 def store_coco(source: Path, target: Path) -> Path:
-    """Keep what ``cocopp`` reads of an algorithm's runs: not restarts and recommendations."""
-    # of one kind after the other, as they are alike
+    """Store the files that ``cocopp`` reads in an archive, and return its path.
+
+    Data on restarts and recommendations are left out.
+    """
+    # Files of the same kind are similar, so that they are compressed better in sequence.
     files = [path for end in (".info", ".dat", ".tdat") for path in sorted(source.rglob(f"*{end}"))]
     if not files:
         raise FileNotFoundError(f"{source} holds no data of COCO's observer: there is no .info")
@@ -84,7 +88,7 @@ def store_coco(source: Path, target: Path) -> Path:
 
 
 def small_tables(comparison: Comparison, fronts: bool = True) -> dict[str, bytes]:
-    """The tables of a comparison, by file."""
+    """Return the content of each table file of a comparison, with rounded numbers."""
     contents = {TABLE_FILE: _csv(comparison.table), RUNS_FILE: _csv(comparison.runs)}
     if fronts:
         contents[FRONTS_FILE] = _csv(_fronts(comparison))

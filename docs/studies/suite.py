@@ -1,9 +1,10 @@
-"""MGEODirected and what else takes mixed variables, on the choice of sensors.
+"""Comparison of algorithms for mixed variables on the selection of sensors.
 
     .venv/bin/python docs/studies/suite.py [SEEDS] [FOLDER]
 
-compares them by `mgeo.compare`, prints what docs/suite.md quotes, and writes what each run found to
-data/suite.csv. FOLDER stores runs as they finish; an interrupted comparison continues there.
+compares the algorithms by `mgeo.compare`, prints the numbers that docs/suite.md quotes, and writes
+the result of each run to data/suite.csv. FOLDER stores runs as they finish, so that an interrupted
+comparison can continue.
 """
 
 import sys
@@ -21,7 +22,7 @@ DATA = Path(__file__).parent / "data" / "suite.csv"
 ALGORITHMS = {
     "MGEO directed (ours)": mgeo.MGEODirected(),
     "NSGA-II, mixed operators": build_algorithm("nsga2", {}, SensorSuiteProblem()),
-    # its own survival is that of a single objective
+    # The default survival operator is for a single objective.
     "MixedVariableGA": MixedVariableGA(pop_size=50, survival=RankAndCrowdingSurvival()),
     "MGEO canonical": mgeo.MGEOCanonical(tau=1.0, n_walkers=5, bits=8),
     "MGEO var": mgeo.MGEOVar(tau=1.0, n_walkers=5, bits=8),
@@ -30,7 +31,7 @@ ACCURATE = 0.03  # deg
 
 
 def study(seeds, folder=None):
-    """The comparison at 10,000 evaluations."""
+    """Compare the algorithms after 10,000 evaluations."""
     problem = SensorSuiteProblem(threads=1)
     return mgeo.compare(
         problem,
@@ -45,18 +46,18 @@ def study(seeds, folder=None):
 
 
 def cheapest(F):
-    """Least price [kEUR] of what is as accurate as `ACCURATE`."""
+    """Return the lowest price [kEUR] of a suite whose error is at most `ACCURATE`."""
     return F[F[:, 1] <= ACCURATE, 0].min(initial=np.inf)
 
 
 if __name__ == "__main__":
     seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 20
-    found = study(seeds, sys.argv[2] if len(sys.argv) > 2 else None)
-    runs = found.select_final_rows().set_index(["algorithm", "seed"])
-    runs = runs[[each.name for each in found.indicators]]
-    runs["price"] = {key: cheapest(run.front_F) for key, run in found.finished_runs.items()}
+    comparison = study(seeds, sys.argv[2] if len(sys.argv) > 2 else None)
+    runs = comparison.select_final_rows().set_index(["algorithm", "seed"])
+    runs = runs[[each.name for each in comparison.indicators]]
+    runs["price"] = {key: cheapest(run.front_F) for key, run in comparison.finished_runs.items()}
     runs.to_csv(DATA, float_format="%.6g", lineterminator="\n")
     print(runs.groupby("algorithm").agg(["mean", "std"]).to_string())
-    for indicator in found.indicators:
-        print(indicator.name, found.rank_algorithms(indicator.name))
-        print(found.test_differences(indicator.name).pairs.to_string(index=False))
+    for indicator in comparison.indicators:
+        print(indicator.name, comparison.rank_algorithms(indicator.name))
+        print(comparison.test_differences(indicator.name).pairs.to_string(index=False))

@@ -1,4 +1,4 @@
-"""Tables and the figure of a study that sweeps parameters."""
+"""Tables and the figure of a study on a grid of parameters."""
 
 import pandas as pd
 import plotly.graph_objects as go
@@ -10,13 +10,13 @@ PARAMETERS = {"perturbation": "perturbation", "tau": "τ", "n_walkers": "n_i"}
 
 
 def swept(study: Study, comparison: Comparison) -> pd.DataFrame:
-    """Each run's final row, with the parameters of its algorithm."""
+    """Return the final row of each run, with the parameters of its algorithm as columns."""
     rows = {c.label: {p: c.parameters[p] for p in PARAMETERS} for c in study.algorithms}
     return comparison.select_final_rows().join(pd.DataFrame(rows).T, on="algorithm")
 
 
 def marginal(runs: pd.DataFrame) -> pd.DataFrame:
-    """Mean and standard deviation of the hypervolume for every value of each parameter."""
+    """Return mean and standard deviation of the hypervolume for each value of each parameter."""
     rows = {}
     for parameter, name in PARAMETERS.items():
         for value, group in runs.groupby(parameter):
@@ -26,7 +26,7 @@ def marginal(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def swept_figure(runs: pd.DataFrame) -> go.Figure:
-    """One map of mean hypervolume over τ and n_i for each perturbation, in one color scale."""
+    """Return heat maps of the mean hypervolume over τ and n_i, one for each perturbation."""
     kinds = list(dict.fromkeys(runs["perturbation"]))
     figure = make_subplots(cols=len(kinds), subplot_titles=kinds, shared_yaxes=True)
     for column, kind in enumerate(kinds, 1):

@@ -1,13 +1,14 @@
-"""The directed walkers with other constants, for studies that compare with them.
+"""Variants of `MGEODirected` with other constants, for comparison in studies.
 
-Of studies that are run in the folder above docs: ``name = "docs.studies.variants:Former"``.
+A study that is run in the folder above docs refers to them as in ``name =
+"docs.studies.variants:Former"``.
 """
 
 from mgeo import MGEODirected
 
 
 class Former(MGEODirected):
-    """What was the default before: any targets, and one measure of progress."""
+    """Former default, with random targets and a single threshold of progress."""
 
     target_selection = (0.5, 0.0)
     progress_threshold = (1e-3, 1e-3)

@@ -39,7 +39,7 @@ _SETUP_OPTIONS = _OPTIONS | {"pf"}
 
 
 def is_dynamic(problem: Problem) -> bool:
-    """Return whether the objectives of a problem depend on time, as in `pymoo.problems.dyn`."""
+    """Return True if the objectives of a problem depend on time, as in `pymoo.problems.dyn`."""
     return isinstance(problem, DynamicProblem) or callable(getattr(problem, "tic", None))
 
 
@@ -52,11 +52,11 @@ class ExtremalOptimization(Algorithm, ABC):
     probability proportional to k^-tau, where k is the rank of the candidate. The walker moves even
     if the candidate is worse than its current point.
 
-    A subclass implements `build_encoding`, `generate_candidates`, `accept` and `restart_idle_walkers`, and extends
-    `create_state` and `reset_walkers` if it has additional state. It can call `restart_walkers` and
-    `get_archived_points`. It must store each constructor parameter as an attribute of the same name, and all
-    data that persist between generations in a `mgeo.algorithms.run_state.RunState`.
-    `docs/your-algorithm.md` has an example.
+    A subclass implements `build_encoding`, `generate_candidates`, `accept` and
+    `restart_idle_walkers`, and extends `create_state` and `reset_walkers` if it has additional
+    state. It can call `restart_walkers` and `get_archived_points`. It must store each constructor
+    parameter as an attribute of the same name, and all data that persist between generations in a
+    `mgeo.algorithms.run_state.RunState`. `docs/your-algorithm.md` has an example.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class ExtremalOptimization(Algorithm, ABC):
     encoding: RealEncoding | BitEncoding
     variables: Variables
     state: RunState
-    #: Values that `candidates` may leave for `accept` of the same generation.
+    #: Proposed coordinates, which `generate_candidates` can store for `accept`.
     proposals: FloatArray
 
     def __init__(
@@ -113,8 +113,10 @@ class ExtremalOptimization(Algorithm, ABC):
             validate_integer("archive_size", archive_size, low=1)
         self.archive_size = archive_size
         self._pending_designs: Any = None
-        self._n_initial_designs = 0  # Number of starting points at the beginning of `_asked`.
-        self._n_over_budget = 0  # Candidates beyond the evaluation budget in the first generation.
+        # Number of initial designs at the beginning of `_pending_designs`.
+        self._n_initial_designs = 0
+        # Number of candidates of the first generation that exceed the evaluation budget.
+        self._n_over_budget = 0
 
     def __repr__(self) -> str:
         return format_call(self, ExtremalOptimization)
@@ -129,9 +131,9 @@ class ExtremalOptimization(Algorithm, ABC):
         return duplicate
 
     def get_params(self) -> dict[str, Any]:
-        """Return the constructor parameters by name, without the options of pymoo.
+        """Return the constructor parameters as a dict, without the options of pymoo.
 
-        The same convention as `get_params` of scikit-learn.
+        The convention is that of `get_params` in scikit-learn.
 
         Raises
         ------
@@ -147,23 +149,23 @@ class ExtremalOptimization(Algorithm, ABC):
 
     @property
     def front(self) -> ParetoArchive:
-        """Archive of the nondominated points."""
+        """Archive of the nondominated points of the run."""
         return self.state.front
 
     @property
     def streams(self) -> list[np.random.Generator]:
-        """Random streams, one per walker."""
+        """Random number generators, one per walker."""
         return self.state.streams
 
     @property
     def walkers(self) -> FloatArray:
-        """Current points of the walkers, shape (n_walkers, n_coordinates)."""
+        """Current points of the walkers, one encoded point per row."""
         return self.state.walkers
 
     def setup(
         self, problem: Problem, verbose: bool = False, progress: bool = False, **options: Any
     ) -> "ExtremalOptimization":
-        """Set up the algorithm for a problem and place the walkers.
+        """Prepare a run of the algorithm on a problem, and draw the initial points of the walkers.
 
         Parameters
         ----------
@@ -208,7 +210,7 @@ class ExtremalOptimization(Algorithm, ABC):
 
     @abstractmethod
     def build_encoding(self, problem: Problem) -> RealEncoding | BitEncoding:
-        """Return the encoding of the problem's variables by walkers.
+        """Return the encoding that converts variables of the problem to coordinates of walkers.
 
         Raises
         ------
@@ -218,33 +220,37 @@ class ExtremalOptimization(Algorithm, ABC):
 
     @abstractmethod
     def generate_candidates(self) -> FloatArray:
-        """Return the candidates of a generation, shape (n_walkers * n_candidates, n_var).
+        """Generate the candidates of all walkers for the next generation.
 
-        Rows are ordered by walker; each walker has the same number of candidates.
+        Returns
+        -------
+        array, shape (n_walkers * n_candidates, n_var)
+            Variables of the candidates, first all candidates of the first walker. Each walker has
+            the same number of candidates.
         """
 
     @abstractmethod
     def accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
-        """Move each walker to one of its evaluated candidates.
+        """Move each walker to one of its evaluated candidates, and return which walkers improved.
 
         Parameters
         ----------
         F : array, shape (n, n_obj)
-            Objectives of `candidates`; NaN where the evaluation failed.
+            Objectives of the candidates; NaN where the evaluation failed.
         violation : array, shape (n,)
             Constraint violations, 0 where feasible.
 
         Returns
         -------
         array of bool, shape (n_walkers,)
-            True for each walker that improved on its own best fitness.
+            True for each walker that improved on its best fitness so far.
         """
 
     @abstractmethod
     def restart_idle_walkers(
         self, has_progress: BoolArray, has_archived_candidate: BoolArray
     ) -> None:
-        """Restart walkers that no longer make progress.
+        """Restart the walkers that have made no progress for too many generations.
 
         Parameters
         ----------
@@ -257,11 +263,24 @@ class ExtremalOptimization(Algorithm, ABC):
     def create_state(
         self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
     ) -> RunState:
-        """Create the state before the first generation; `forget` then initializes each walker."""
+        """Create the state of a run before its first generation.
+
+        The per-walker arrays of the state may be uninitialized, because `reset_walkers` is called
+        next.
+
+        Parameters
+        ----------
+        streams : list of numpy.random.Generator
+            Random number generators, one per walker.
+        front : ParetoArchive
+            Empty archive.
+        walkers : array, shape (n_walkers, n_coordinates)
+            Points at which the walkers start.
+        """
         return RunState.create(streams, front, walkers)
 
     def reset_walkers(self, rows: IntArray) -> None:
-        """Reset all state of the given walkers except their points."""
+        """Reset all state of the walkers with given indices, except their points."""
         self.state.n_idle_generations[rows] = 0
 
     # ---- implementation of pymoo's `Algorithm` ----------------------------------------------
@@ -274,20 +293,20 @@ class ExtremalOptimization(Algorithm, ABC):
             front = ParetoArchive(problem.n_obj, self.archive_size)
         except ValueError as error:
             raise ValueError(f"archive_size = {self.archive_size}: {error}") from error
-        starts = build_initial_designs(
+        designs = build_initial_designs(
             self.sampling, problem, self.variables, self.n_walkers, self.random_state
         )
-        n = len(starts)
-        walkers = np.concatenate([self.encoding.encode(starts), self.encoding.draw(streams[n:])])
+        n = len(designs)
+        walkers = np.concatenate([self.encoding.encode(designs), self.encoding.draw(streams[n:])])
         self.state = self.create_state(streams, front, walkers)
         self.state.initial_designs = np.full((self.n_walkers, problem.n_var), np.nan)
-        self.state.initial_designs[:n] = starts
+        self.state.initial_designs[:n] = designs
         self.reset_walkers(np.arange(self.n_walkers))
         if isinstance(self.sampling, Population) and self.problem is problem:
             self._archive_evaluated(self.sampling)
 
     def _archive_evaluated(self, population: Population) -> None:
-        """Archive the starting points that are already evaluated, and skip their evaluation."""
+        """Archive the initial designs that are already evaluated, and skip their evaluation."""
         is_evaluated = find_evaluated(population, self.problem)
         evaluated = copy.deepcopy(population[is_evaluated])
         evaluated.set("n_gen", 0)
@@ -297,15 +316,16 @@ class ExtremalOptimization(Algorithm, ABC):
         self.state.initial_designs[: len(population)][is_evaluated] = np.nan
 
     def _initialize_infill(self) -> Population:
-        """Return starting points and first candidates, limited to the evaluation budget."""
-        starts = self.state.initial_designs[~np.isnan(self.state.initial_designs).any(axis=1)]
+        """Return the initial designs and the first candidates, limited to the evaluation budget."""
+        points = self.state.initial_designs
+        points = points[~np.isnan(points).any(axis=1)]
         candidates = self._infill()
-        self._n_initial_designs = len(starts)
-        if len(starts):
-            designs = self.variables.to_designs(starts)
+        self._n_initial_designs = len(points)
+        if len(points):
+            designs = self.variables.to_designs(points)
             self._pending_designs = np.concatenate([designs, self._pending_designs])
             candidates = Population.merge(build_population(designs), candidates)
-        allowed = count_allowed_evaluations(self, len(starts), len(candidates))
+        allowed = count_allowed_evaluations(self, len(points), len(candidates))
         self._n_over_budget = len(candidates) - allowed
         self._pending_designs = self._pending_designs[:allowed]
         return candidates[:allowed]
@@ -321,9 +341,9 @@ class ExtremalOptimization(Algorithm, ABC):
         infills = self._restore_ask_order(infills)
         F, violation, tolerated = self._get_objectives_and_violations(infills)
         entered = self.front.add(F, infills, violation)
-        own = slice(self._n_initial_designs, None)
-        F, tolerated, entered = F[own], tolerated[own], entered[own]
-        if self._n_over_budget:  # Candidates that were not evaluated rank as failed.
+        candidates = slice(self._n_initial_designs, None)
+        F, tolerated, entered = F[candidates], tolerated[candidates], entered[candidates]
+        if self._n_over_budget:  # Candidates that were not evaluated are ranked as failed.
             F = _append_rows(F, self._n_over_budget, np.nan)
             tolerated = _append_rows(tolerated, self._n_over_budget, 0.0)
             entered = _append_rows(entered, self._n_over_budget, False)
@@ -336,7 +356,7 @@ class ExtremalOptimization(Algorithm, ABC):
         self.state.n_generations = self.n_iter
 
     def restart_walkers(self, rows: IntArray, new_points: FloatArray | None = None) -> None:
-        """Restart walkers at given or random points.
+        """Move walkers to given or random points and reset their state.
 
         Parameters
         ----------
@@ -353,11 +373,17 @@ class ExtremalOptimization(Algorithm, ABC):
         self.reset_walkers(rows)
 
     def get_archived_points(self, rows: Any) -> FloatArray:
-        """Return the variables, shape (n, n_var), of archived points selected by index or mask."""
+        """Return the variables of selected archived points as rows of a float array.
+
+        Parameters
+        ----------
+        rows : array of int or bool
+            Indices or mask of the points in the archive.
+        """
         return self.variables.to_numbers(get_values(self.front.individuals[rows], "X"))
 
     def _restore_ask_order(self, infills: Any) -> Population:
-        """Return evaluated candidates, passed to `tell` in any order, in the order of `ask`."""
+        """Sort the evaluated candidates that were passed to `tell` into the order of `ask`."""
         if (
             infills is not None
             and self._pending_designs is not None
@@ -381,11 +407,11 @@ class ExtremalOptimization(Algorithm, ABC):
     def _get_objectives_and_violations(
         self, population: Population
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return objectives, shape (n, n_obj), and two arrays of constraint violations, shape (n,).
+        """Return objectives, violations with the default tolerance, and with the current tolerance.
 
-        Violations are 0 where feasible. The first array uses pymoo's default tolerance, for the
-        archive. The second uses the tolerance in the configuration of the individuals, which a
-        constraint handling of pymoo may relax during a run.
+        Violations are 0 where feasible. The default tolerance of pymoo decides on feasibility in
+        the archive. The current tolerance, in the configuration of the individuals, is used in the
+        selection. A constraint handling of pymoo may relax it during a run.
         """
         F = get_values(population, "F")
         if F.shape != (len(population), self.problem.n_obj):

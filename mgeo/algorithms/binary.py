@@ -19,8 +19,8 @@ CODINGS = ("plain", "gray")
 class BitStrings(IndependentWalkers, ABC):
     """Base class of algorithms whose walkers are bit strings.
 
-    A subclass defines by `layout` which bits compete with each other. The parameters are described
-    in `MGEOCanonical`.
+    A subclass defines in `build_layout` which bits compete with each other. The parameters are
+    described in `MGEOCanonical`.
     """
 
     encoding: BitEncoding
@@ -93,7 +93,7 @@ class MGEOVar(BitStrings):
     """Multiobjective generalized extremal optimization with one bit flip per variable (M-GEO_var).
 
     In every generation, each walker generates one candidate per bit, with this bit flipped. The
-    candidates of each variable are ranked separately and one per variable is accepted, so that a
+    candidates of each variable are ranked separately, and one per variable is accepted, so that a
     walker changes all variables at once. The resulting point is evaluated in the next generation. A
     generation therefore takes as many evaluations as all walkers have bits, plus one per walker.
     (GEOvar_BINARIO.cs of leobeckerdaluz/GEO_OptimizationAlgorithms also evaluates the walkers, and

@@ -1,4 +1,4 @@
-"""MGEODirected: walkers that head each for its own part of the front, and learn from the others."""
+"""MGEODirected, decomposition-based extremal optimization with cooperating walkers."""
 
 from collections.abc import Sequence
 from typing import Any, ClassVar
@@ -17,66 +17,75 @@ from mgeo.validation.arguments import (
     validate_pair,
 )
 
-_PROGRESS_FACTOR = 0.1  # over the points of the front: the share of its extent that is progress
-_SIGMA_LIMITS = 1e-6, 10.0  # widths of a distribution, of the bounds', between which it goes on
+#: Progress threshold times the number of points of the front, as a fraction of the extent of the
+#: front. The threshold follows the distance between neighboring points.
+_PROGRESS_FACTOR = 0.1
+#: Smallest and largest standard deviation of a search distribution, as a fraction of the width of
+#: the bounds. A distribution outside this range restarts.
+_SIGMA_LIMITS = 1e-6, 10.0
 
 
 class MGEODirected(DirectedMoves):
-    """Extremal optimization by walkers that head each for its own part of the front.
+    """Decomposition-based extremal optimization, in which each walker searches a part of the front.
 
-    As in MGEO_real, a walker tries a change of each of some variables, ranks what comes out, and
-    accepts the change of rank k with a probability proportional to k^-tau, be it better or not.
-    Four things are different:
+    As in MGEO_real, a walker generates candidates that change one variable or more, ranks them, and
+    accepts the candidate of rank k with a probability proportional to k^-tau, even if the candidate
+    is worse than the current point. Four mechanisms differ from MGEO_real:
 
-    - **A goal of its own.** A walker ranks by the distance along its weight vector (weighted
-      Tchebycheff, scaled by the front found so far). A share of them has extreme weights, of one
-      objective alone; the others are spread between these extremes.
-    - **Four kinds of candidates.** Recombination crosses two good points variable by variable, and
+    - **Decomposition.** A walker ranks its candidates by the weighted Tchebycheff distance for its
+      weight vector, with objectives scaled by the current front. A share of the walkers has extreme
+      weights, for a single objective. The weights of the other walkers are mixed and spread evenly.
+    - **Four kinds of candidates.** Recombination crosses two good points variable by variable and
       mutates one variable on average (genetic algorithms; Deb & Agrawal 1995); its share of the
-      candidates follows its gains (`mgeo.algorithms.recombination`). Momentum repeats part of the
-      step that led to the walker's best point, and adds part of the way to an archived point, in
-      all variables (particle swarms; Zhang et al. 2018). A difference is a fraction of the vector
-      between two points of the archive or bests of walkers, in many variables (differential
-      evolution; Storn & Price 1997). A normal step changes mostly one variable.
-    - **Return.** After most generations a walker goes back to its best point, or, more rarely, to
-      the archive's nearest along its weight vector.
-    - **Restart.** Without progress it begins anew: with other weights, or, where it minimizes one
-      objective alone and local optima are many, at a random point.
+      candidates follows its gains (`mgeo.algorithms.recombination`). A step with momentum continues
+      the step that led to the walker's best point and moves towards an archived point, in all
+      variables (particle swarms; Zhang et al. 2018). A difference step is a fraction of the
+      difference between two good points, in many variables (differential evolution; Storn & Price
+      1997). A normal step usually changes a single variable.
+    - **Return.** After most generations, a walker returns to its best point or, more rarely, to the
+      archived point that is nearest to its weight vector.
+    - **Restart.** A walker without progress restarts. A walker with mixed weights draws a new
+      weight vector. A walker with extreme weights starts at a random point, because it may be in a
+      local optimum.
 
-    In long runs, after 2,000 evaluations per variable, half of the walkers make their candidates by
-    a normal distribution of their own, whose covariance they learn (`mgeo.algorithms.steps`).
+    In long runs, after 2,000 evaluations per variable, half of the walkers draw their candidates
+    from a normal distribution with an adaptive covariance (`mgeo.algorithms.matrix_adaptation`).
 
-    Variables are real, or, with `Problem(vars=...)`, integers, bits and choices beside them: steps
-    are rounded then, and a choice takes the option of a donor (`mgeo.algorithms.steps`). A
-    generation costs n_walkers x min(n_var, max_candidates) evaluations; nothing depends on the
-    termination. With one objective all walkers minimize it.
+    Variables can be real or, with `Problem(vars=...)`, also integer, binary or choices. The steps
+    of integer and binary variables are rounded, and a choice takes the option of another good point
+    (`mgeo.algorithms.steps`). A generation takes n_walkers x min(n_var, max_candidates)
+    evaluations. The search does not depend on the termination. With a single objective, all walkers
+    minimize this objective.
 
     Parameters
     ----------
-    tau : selection pressure, >= 0.
+    tau : selection pressure, >= 0: the candidate of rank k is accepted with probability ~ k^-tau.
     n_walkers : number of walkers.
-    extreme_weights : share of the walkers that minimize one objective alone, in [0, 1].
-    difference : shares of the candidates made by differences, of those without momentum or
-        recombination, in [0, 1]. Of this pair and others, the first is for walkers between the
-        extremes, the second for those at them.
-    momentum : shares of the candidates with momentum, of those without recombination, in [0, 1]
-        (`draw_momentum_steps`); at the extremes only where the point that they are drawn to is within
-        a step.
-    max_candidates : largest number of candidates a walker; of more variables they are drawn.
-    bounds : treatment of a step that leaves them: "clip" to the bound, "reflect" from it, or
-        "resample", drawn anew until it stays inside (`mgeo.algorithms.steps`). "auto" reflects
-        where the problem has equality constraints, and clips elsewhere.
+    extreme_weights : share of the walkers that minimize a single objective, in [0, 1].
+    difference : probabilities of a difference step, among candidates without momentum and
+        recombination, in [0, 1]. The first number applies to walkers with mixed weights, the second
+        to walkers that minimize a single objective; likewise for momentum.
+    momentum : probabilities of a step with momentum, among candidates without recombination, in
+        [0, 1]. A walker that minimizes a single objective needs a target within reach of one step
+        (`mgeo.algorithms.moves`).
+    max_candidates : largest number of candidates per walker. With more variables than candidates,
+        the variables to change are drawn at random.
+    bounds : treatment of steps beyond the bounds: "clip" to the bound, "reflect" at the bound, or
+        "resample" until the step stays inside (`mgeo.algorithms.steps`). "auto" reflects if the
+        problem has equality constraints, and clips otherwise.
     options : `sampling` and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and
-        those of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
-        given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
+        options of every pymoo algorithm: `termination` (5000 // n_walkers generations by default),
+        `callback`, `output`, `verbose`, `seed`, `save_history`, ...
 
     Attributes
     ----------
-    state : the `DirectedState`.
+    state : DirectedState
+        Data that persist between generations.
 
     Raises
     ------
-    TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one.
+    TypeError, ValueError
+        If a parameter is unknown, has the wrong type or is out of range.
 
     Examples
     --------
@@ -88,19 +97,22 @@ class MGEODirected(DirectedMoves):
     (2, True)
     """
 
-    #: Probability a generation that a walker returns to its best point.
+    #: Probability that a walker returns to its best point after a generation.
     return_probability: ClassVar[float] = 0.7
-    #: Probabilities a generation that it goes to the archive's nearest point instead; rare at the
-    #: extremes, where each walker may have a local optimum of its own.
+    #: Probability that a walker moves to the nearest archived point instead, for walkers with mixed
+    #: and with extreme weights. The second number is small, because each walker with extreme
+    #: weights may search near another local optimum.
     migration_probability: ClassVar[Pair] = (0.2, 0.02)
-    #: Generations without progress after which a walker restarts: soon where other weights are all
-    #: that it costs, late where it is the way to an optimum.
+    #: Generations without progress before a restart, for walkers with mixed and with extreme
+    #: weights. A walker with mixed weights loses little by a restart, because it continues at an
+    #: archived point. A walker with extreme weights continues at a random point.
     patience: ClassVar[tuple[int, int]] = (4, 50)
-    #: Smallest and largest share of the front's extent by which a best point must come nearer, to
-    #: count as progress; between them it is 0.1 / n: the more points, the less is left between two.
+    #: Smallest and largest decrease of the distance that counts as progress, as a fraction of the
+    #: extent of the front. In this range the threshold is 0.1 / n for n points of the front,
+    #: because the distance between neighboring points decreases with n.
     progress_threshold: ClassVar[Pair] = (1e-5, 1e-3)
-    #: Smallest and largest standard deviation with which a walker begins to learn a covariance, of
-    #: the bounds' width.
+    #: Smallest and largest initial standard deviation of a search distribution, as a fraction of
+    #: the width of the bounds.
     initial_sigma_range: ClassVar[Pair] = (3e-3, 0.3)
 
     def __init__(
@@ -133,38 +145,44 @@ class MGEODirected(DirectedMoves):
         state, rng, walker = self.state, self.random_state, np.arange(self.n_walkers)
         F = F.reshape(self.n_walkers, -1, F.shape[1])
         violation = np.where(np.isfinite(F).all(axis=2), violation.reshape(F.shape[:2]), np.inf)
-        far = tchebycheff_distance(F, state.weights[:, None], *state.front.ideal_and_nadir)
-        ranking = rank(far, violation, rng.random(far.shape))
-        place = draw_position(rng.random(self.n_walkers), F.shape[1], float(self.tau))
-        learning = self._select_adapting_walkers()
-        means = state.walkers[learning]
+        distances = tchebycheff_distance(F, state.weights[:, None], *state.front.ideal_and_nadir)
+        ranking = rank(distances, violation, rng.random(distances.shape))
+        position = draw_position(rng.random(self.n_walkers), F.shape[1], float(self.tau))
+        adaptive_rows = self._select_adapting_walkers()
+        means = state.walkers[adaptive_rows]
         best = walker, ranking[:, 0]
-        before = tchebycheff_distance(
+        previous_distances = tchebycheff_distance(
             state.incumbent_F, state.weights, *state.front.ideal_and_nadir
         )
-        self._update_credit(far, violation, before, learning)
-        less = self._update_incumbents(
-            self.proposals[best], F[best], violation[best], far[best], before
+        self._update_credit(distances, violation, previous_distances, adaptive_rows)
+        has_less_violation = self._update_incumbents(
+            self.proposals[best], F[best], violation[best], distances[best], previous_distances
         )
-        state.walkers = self.proposals[walker, ranking[walker, place]]
-        self._return_to_incumbents(learning)
-        if len(learning):
-            state.walkers[learning] = means + self._adapt_distributions(learning, F, violation)
+        state.walkers = self.proposals[walker, ranking[walker, position]]
+        self._return_to_incumbents(adaptive_rows)
+        if len(adaptive_rows):
+            mean_steps = self._adapt_distributions(adaptive_rows, F, violation)
+            state.walkers[adaptive_rows] = means + mean_steps
             np.clip(state.walkers, self.variables.xl, self.variables.xu, out=state.walkers)
-        return less
+        return has_less_violation
 
     def _adapt_distributions(
         self, rows: IntArray, F: FloatArray, violation: FloatArray
     ) -> FloatArray:
-        """(n, n_var) steps of the means of walkers, by what their candidates are worth."""
-        state, normals = self.state, self.state.distributions
-        if not normals.add_evaluations(F[rows], violation[rows]):
+        """Add the candidates of adapting walkers to their samples, and return the mean steps.
+
+        The steps, shape (len(rows), n_var), are 0 until the samples are full.
+        """
+        state, distributions = self.state, self.state.distributions
+        if not distributions.add_evaluations(F[rows], violation[rows]):
             return np.zeros((len(rows), state.walkers.shape[1]))
-        far = tchebycheff_distance(
-            normals.F, state.weights[rows, None], *state.front.ideal_and_nadir
+        distances = tchebycheff_distance(
+            distributions.F, state.weights[rows, None], *state.front.ideal_and_nadir
         )
-        ranking = rank(far, normals.violation, self.random_state.random(far.shape))
-        return (self.variables.xu - self.variables.xl) * normals.adapt(ranking)
+        ranking = rank(
+            distances, distributions.violation, self.random_state.random(distances.shape)
+        )
+        return (self.variables.xu - self.variables.xl) * distributions.adapt(ranking)
 
     def _update_credit(
         self,
@@ -173,15 +191,18 @@ class MGEODirected(DirectedMoves):
         previous_distances: FloatArray,
         adaptive_rows: IntArray,
     ) -> None:
-        """Account for the gains of the candidates along the weights, except of learning walkers."""
-        known = self.state.incumbent_violation == 0
-        known[adaptive_rows] = False
+        """Record how much recombined and other candidates have decreased the distance.
+
+        Walkers that adapt a covariance are excluded.
+        """
+        has_reference = self.state.incumbent_violation == 0
+        has_reference[adaptive_rows] = False
         gains = np.where(
-            (violation == 0) & known[:, None], previous_distances[:, None] - distances, 0.0
+            (violation == 0) & has_reference[:, None], previous_distances[:, None] - distances, 0.0
         )
-        gains = np.where(gains > 0, gains, 0.0)  # NaN of failed candidates as well
-        others = np.delete(np.arange(self.n_walkers), adaptive_rows)
-        self.state.credit.update(gains[others], self.is_recombined[others])
+        gains = np.where(gains > 0, gains, 0.0)  # The gain of a failed candidate is NaN.
+        rows = np.delete(np.arange(self.n_walkers), adaptive_rows)
+        self.state.credit.update(gains[rows], self.is_recombined[rows])
 
     def _update_incumbents(
         self,
@@ -191,28 +212,37 @@ class MGEODirected(DirectedMoves):
         distances: FloatArray,
         previous_distances: FloatArray,
     ) -> BoolArray:
-        """Update the incumbents; tells whose constraint violation is less than ever."""
+        """Replace the incumbent of each walker whose best candidate is better.
+
+        Returns
+        -------
+        array of bool, shape (n_walkers,)
+            True for each walker whose smallest constraint violation decreased.
+        """
         state = self.state
-        less = violation < state.incumbent_violation
-        feasible = (violation == 0) & (state.incumbent_violation == 0)
-        better = less | (feasible & (distances < previous_distances))
+        has_less_violation = violation < state.incumbent_violation
+        both_feasible = (violation == 0) & (state.incumbent_violation == 0)
+        better = has_less_violation | (both_feasible & (distances < previous_distances))
         state.momentum[better] = points[better] - state.walkers[better]
         state.incumbents[better] = points[better]
         state.incumbent_F[better] = F[better]
         state.incumbent_violation[better] = violation[better]
-        return np.asarray(less)
+        return np.asarray(has_less_violation)
 
     def _return_to_incumbents(self, adaptive_rows: IntArray) -> None:
-        """Let some walkers return to their incumbents, and some that do not learn migrate."""
-        state, chance = self.state, self.random_state.random(self.n_walkers)
-        returns = (chance < self.return_probability) & np.isfinite(state.incumbent_violation)
+        """Move some walkers at random to their incumbents, and some to archived points.
+
+        Walkers that adapt a covariance do not move to archived points.
+        """
+        state, uniform = self.state, self.random_state.random(self.n_walkers)
+        returns = (uniform < self.return_probability) & np.isfinite(state.incumbent_violation)
         state.walkers[returns] = state.incumbents[returns]
-        migrate = self.return_probability + self._select_by_weights(self.migration_probability)
-        chance[adaptive_rows] = 1.0
-        self._migrate(np.flatnonzero((chance >= self.return_probability) & (chance < migrate)))
+        threshold = self.return_probability + self._select_by_weights(self.migration_probability)
+        uniform[adaptive_rows] = 1.0
+        self._migrate(np.flatnonzero((uniform >= self.return_probability) & (uniform < threshold)))
 
     def _migrate(self, rows: IntArray) -> None:
-        """Put walkers on the archive's points nearest along their weight vectors."""
+        """Move walkers to the archived points that are nearest to their weight vectors."""
         state, front = self.state, self.state.front
         if not len(rows) or not len(front):
             return
@@ -226,55 +256,66 @@ class MGEODirected(DirectedMoves):
     def restart_idle_walkers(
         self, has_progress: BoolArray, has_archived_candidate: BoolArray
     ) -> None:
-        # progress is less violation, or a feasible incumbent that has come nearer by enough
+        # Progress is a smaller constraint violation, or a feasible incumbent whose distance has
+        # decreased by the threshold since the last progress.
         state = self.state
         ideal, nadir = state.front.ideal_and_nadir
-        far, before = (
+        distances, reference_distances = (
             tchebycheff_distance(F, state.weights, ideal, nadir)
             for F in (state.incumbent_F, state.reference_F)
         )
-        # the nearer the front's points are to each other, the less there is to come nearer by
         smallest, largest = self.progress_threshold
-        share = min(max(_PROGRESS_FACTOR / max(len(state.front), 1), smallest), largest)
-        least = share if (ideal < nadir).all() else 0.0  # one objective has no extent
-        feasible = state.incumbent_violation == 0
-        nearer = feasible & ~(far >= before - least)  # true where nothing is marked yet
-        state.reference_F[nearer] = state.incumbent_F[nearer]
-        state.n_idle_generations = np.where(nearer | has_progress, 0, state.n_idle_generations + 1)
-        between = self._has_mixed_weights()
-        idle = state.n_idle_generations >= self._select_by_weights(self.patience)
+        threshold = min(max(_PROGRESS_FACTOR / max(len(state.front), 1), smallest), largest)
+        if not (ideal < nadir).all():
+            threshold = 0.0  # The front has no extent, as with a single objective.
+        is_feasible = state.incumbent_violation == 0
+        # The negation makes the comparison true for new walkers, whose reference distance is NaN.
+        is_nearer = is_feasible & ~(distances >= reference_distances - threshold)
+        state.reference_F[is_nearer] = state.incumbent_F[is_nearer]
+        state.n_idle_generations = np.where(
+            is_nearer | has_progress, 0, state.n_idle_generations + 1
+        )
+        has_mixed_weights = self._has_mixed_weights()
+        is_idle = state.n_idle_generations >= self._select_by_weights(self.patience)
         if len(rows := self._select_adaptive_walkers(state.weights)) and self._is_adaptation_due():
-            idle[rows] = False
+            is_idle[rows] = False
             self._start_distributions(rows)
-        if len(rows := np.flatnonzero(idle & between)) and len(state.front):
+        if len(rows := np.flatnonzero(is_idle & has_mixed_weights)) and len(state.front):
             state.weights[rows] = draw_weights(len(rows), state.weights.shape[1], self.random_state)
             self._migrate(rows)
             state.reference_F[rows] = state.incumbent_F[rows]
             state.n_idle_generations[rows] = 0
-        if len(rows := np.flatnonzero(idle & ~between)):
+        if len(rows := np.flatnonzero(is_idle & ~has_mixed_weights)):
             self.restart_walkers(rows)
 
     def _is_adaptation_due(self) -> bool:
-        made = (self.state.n_generations + 1) * self.n_walkers * self._n_candidates
-        return made >= self.adaptation_delay * len(self.variables.xl) and len(self.state.front) > 0
+        n_candidates = (self.state.n_generations + 1) * self.n_walkers * self._n_candidates
+        is_late = n_candidates >= self.adaptation_delay * len(self.variables.xl)
+        return is_late and len(self.state.front) > 0
 
     def _start_distributions(self, rows: IntArray) -> None:
-        """Let distributions begin at the archive's nearest points: all, and later those in vain."""
-        state, normals, rng = self.state, self.state.distributions, self.random_state
-        if normals.n_drawn:
+        """Start all search distributions, or restart those that have converged or make no progress.
+
+        The means are the archived points that are nearest to the weight vectors. Walkers with mixed
+        weights draw new weight vectors. `rows` are the indices of the walkers that adapt a
+        covariance.
+        """
+        state, distributions, rng = self.state, self.state.distributions, self.random_state
+        if distributions.n_drawn:
             return
-        patience = (10 + len(self.variables.xl)) * (normals.z.shape[1] // self._n_candidates)
-        narrow, wide = _SIGMA_LIMITS
-        goes_on = (
-            (normals.max_sigma > narrow)
-            & (normals.max_sigma < wide)
+        patience = (10 + len(self.variables.xl)) * (distributions.z.shape[1] // self._n_candidates)
+        narrowest, widest = _SIGMA_LIMITS
+        continues = (
+            (distributions.max_sigma > narrowest)
+            & (distributions.max_sigma < widest)
             & (state.n_idle_generations[rows] < patience)
         )
-        if not len(which := np.flatnonzero(~goes_on)):
+        if not len(restarted := np.flatnonzero(~continues)):
             return
-        rows = rows[which]
-        drawn = rows[self._has_mixed_weights()[rows]]
-        state.weights[drawn] = draw_weights(len(drawn), state.weights.shape[1], rng)
+        rows = rows[restarted]
+        mixed_rows = rows[self._has_mixed_weights()[rows]]
+        state.weights[mixed_rows] = draw_weights(len(mixed_rows), state.weights.shape[1], rng)
         state.walkers[rows] = self.get_archived_points(self._find_nearest(rows))
         self.reset_walkers(rows)
-        normals.reset(which, np.exp(rng.uniform(*np.log(self.initial_sigma_range), len(rows))))
+        sigma = np.exp(rng.uniform(*np.log(self.initial_sigma_range), len(rows)))
+        distributions.reset(restarted, sigma)

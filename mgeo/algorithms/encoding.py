@@ -1,4 +1,4 @@
-"""Encodings of the variables by walkers: real vectors, or plain or Gray-coded bit strings."""
+"""Encodings, which convert variables to coordinates of walkers: real vectors or bit strings."""
 
 from __future__ import annotations
 
@@ -16,25 +16,31 @@ MAX_BITS = 52
 
 @dataclass(frozen=True, eq=False)
 class RealEncoding:
-    """Identity encoding: the coordinates of a walker are the variables."""
+    """Identity encoding, in which the coordinates of a walker are the variables.
+
+    Attributes
+    ----------
+    variables : Variables
+        Variables of the problem.
+    """
 
     variables: Variables
 
     def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
-        """Draw one uniform point within the bounds from each of n streams, shape (n, n_var)."""
-        xl, xu, real = self.variables.xl, self.variables.xu, self.variables.is_real
+        """Draw one uniform point within the bounds from each random stream, one per row."""
+        xl, xu, is_real = self.variables.xl, self.variables.xu, self.variables.is_real
         unit = np.array([stream.random(len(xl)) for stream in streams]).reshape(-1, len(xl))
         points: FloatArray = np.clip(xl + (xu - xl) * unit, xl, xu)
-        if not real.all():
-            points = np.where(real, points, np.minimum(xl + np.floor((xu - xl + 1) * unit), xu))
+        if not is_real.all():
+            points = np.where(is_real, points, np.minimum(xl + np.floor((xu - xl + 1) * unit), xu))
         return points
 
     def decode(self, points: FloatArray) -> FloatArray:
-        """Return points, shape (..., n_var), unchanged: the coordinates are the variables."""
+        """Return the points of walkers unchanged, because their coordinates are the variables."""
         return points
 
     def encode(self, values: FloatArray) -> FloatArray:
-        """Return variables, shape (..., n_var), with values of non-real variables rounded."""
+        """Return variables with the values of integers, binary variables and choices rounded."""
         return np.where(self.variables.is_real, values, np.rint(values))
 
 
@@ -68,7 +74,7 @@ class BitEncoding:
     def from_variables(
         cls, variables: Variables, bits: int | Sequence[int], gray: bool
     ) -> BitEncoding:
-        """Build the encoding of variables.
+        """Return the bit encoding of the variables of a problem.
 
         Parameters
         ----------
@@ -97,29 +103,40 @@ class BitEncoding:
         if np.any(counts > MAX_BITS):
             i = int(counts.argmax())
             raise ValueError(
-                f"integer variable {variables.format_label(i)} has {int(spans[i]) + 1} levels: expected "
-                f"at most 2^{MAX_BITS}"
+                f"integer variable {variables.format_label(i)} has {int(spans[i]) + 1} levels: "
+                f"expected at most 2^{MAX_BITS}"
             )
         if not counts.any():
             raise ValueError("all variables are fixed by their bounds: expected one with xl < xu")
         column = np.arange(counts.max())[None, :] - (counts.max() - counts[:, None])
         first = np.cumsum(counts) - counts
-        places = np.where(column >= 0, first[:, None] + column, -1)
-        return cls(variables, counts, gray, places)
+        positions = np.where(column >= 0, first[:, None] + column, -1)
+        return cls(variables, counts, gray, positions)
 
     @property
     def length(self) -> int:
-        """Total number of bits."""
+        """Total number of bits of a design."""
         return int(self.bits.sum())
 
     def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
-        """Draw one random bit string from each of n streams, shape (n, length)."""
+        """Draw one random bit string from each random stream, one per row of the result."""
         strings = [stream.integers(0, 2, self.length) for stream in streams]
         return np.array(strings, dtype=float).reshape(-1, self.length)
 
     def decode(self, strings: FloatArray) -> FloatArray:
-        """Return the variables, shape (..., n_var), of strings of 0 and 1, shape (..., length)."""
-        if self.positions.min() >= 0:  # All variables have as many bits: several times faster.
+        """Convert bit strings to variables of the problem.
+
+        Parameters
+        ----------
+        strings : array, shape (..., length)
+            Bits 0 and 1.
+
+        Returns
+        -------
+        array, shape (..., n_var)
+        """
+        # A reshape is several times faster, if all variables have the same number of bits.
+        if self.positions.min() >= 0:
             digits = strings.reshape(*strings.shape[:-1], *self.positions.shape)
         else:
             digits = np.where(self.positions >= 0, strings[..., self.positions], 0.0)
@@ -128,13 +145,24 @@ class BitEncoding:
         m = digits @ self._compute_bit_weights()
         xl, xu = self.variables.xl, self.variables.xu
         count = 2.0**self.bits
-        share = m / np.maximum(count - 1.0, 1.0)
-        whole = np.floor(m * (xu - xl + 1.0) / count)
-        decoded: FloatArray = np.where(self.variables.is_real, xl + (xu - xl) * share, xl + whole)
+        fraction = m / np.maximum(count - 1.0, 1.0)
+        level = np.floor(m * (xu - xl + 1.0) / count)
+        is_real = self.variables.is_real
+        decoded: FloatArray = np.where(is_real, xl + (xu - xl) * fraction, xl + level)
         return np.clip(decoded, xl, xu)
 
     def encode(self, values: FloatArray) -> FloatArray:
-        """Return the nearest strings, shape (..., length), of variables, shape (..., n_var)."""
+        """Convert variables to the bit strings that represent the nearest values.
+
+        Parameters
+        ----------
+        values : array, shape (..., n_var)
+            Variables within the bounds.
+
+        Returns
+        -------
+        array, shape (..., length)
+        """
         xl, xu = self.variables.xl, self.variables.xu
         count = 2.0**self.bits
         width = np.where(xu > xl, xu - xl, 1.0)

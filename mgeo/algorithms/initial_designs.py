@@ -1,4 +1,4 @@
-"""Starting points of a run, and the size of its first generation."""
+"""Initial designs of a run, and the size of its first generation."""
 
 from __future__ import annotations
 
@@ -21,14 +21,16 @@ from mgeo.algorithms.variables import Variables, convert_numbers_to_designs
 from mgeo.evaluation.individuals import find_successful
 from mgeo.validation.arguments import validate_integer
 
-_MAX_BUDGET_EXCESS = 0.1  # The first generation may exceed the evaluation budget by this fraction.
+#: Fraction by which the first generation may exceed the evaluation budget.
+_MAX_BUDGET_EXCESS = 0.1
 
 
 class SuggestedSampling(Sampling):
     """Sampling of initial designs that begins with designs suggested by the problem.
 
-    The problem must define a method ``suggest_initial_designs(n, random_state)`` that returns n designs as numbers,
-    shape (n, n_var). Walkers of the MGEO family beyond the first n start at random.
+    The problem must define a method ``suggest_initial_designs(n, random_state)`` that returns n
+    designs as numbers, shape (n, n_var). Walkers of the MGEO family beyond the first n start at
+    random.
 
     Parameters
     ----------
@@ -61,7 +63,7 @@ class SuggestedSampling(Sampling):
     def get_suggested_designs(
         self, problem: Problem, n_max: int, random_state: np.random.Generator
     ) -> FloatArray:
-        """Return the designs that the problem suggests, shape (n, n_var).
+        """Return the n initial designs that the problem suggests, one per row.
 
         Parameters
         ----------
@@ -77,8 +79,8 @@ class SuggestedSampling(Sampling):
         """
         if self.n > n_max:
             raise ValueError(
-                f"initial_designs = {self.n}: expected at most {n_max}, the number of initial designs of "
-                "the algorithm"
+                f"initial_designs = {self.n}: expected at most {n_max}, the number of initial "
+                "designs of the algorithm"
             )
         suggest = getattr(problem, "suggest_initial_designs", None)
         designs = None if suggest is None else suggest(self.n, random_state)
@@ -102,13 +104,14 @@ class SuggestedSampling(Sampling):
 
 
 def find_evaluated(population: Population, problem: Problem) -> BoolArray:
-    """Return the mask of individuals that were successfully evaluated by a problem.
+    """Return the mask of the individuals that are already evaluated without failure.
 
     Parameters
     ----------
     population : Population
         n individuals.
     problem : Problem
+        Problem of the run, whose numbers of values the individuals must have.
 
     Returns
     -------
@@ -141,24 +144,24 @@ def build_initial_designs(
     n_walkers: int,
     random_state: np.random.Generator,
 ) -> FloatArray:
-    """Return the starting points that the user specified.
+    """Convert the parameter `sampling` of an algorithm to initial designs, one per row.
 
     Parameters
     ----------
     sampling : Sampling, Population or array_like, shape (n, n_var), or None
-        Starting points; None for none.
+        Initial designs; None for none.
     problem : Problem
     variables : Variables
         Variables of the problem.
     n_walkers : int
-        Largest number of starting points.
+        Largest number of initial designs.
     random_state : numpy.random.Generator
         Random stream for a `Sampling`.
 
     Returns
     -------
     array, shape (n, n_var)
-        Starting points as numbers; n = 0 for None.
+        Initial designs as numbers; n = 0 for None.
 
     Raises
     ------
@@ -188,29 +191,29 @@ def build_initial_designs(
         or not 1 <= len(initial_designs) <= n_walkers
     ):
         raise ValueError(
-            f"sampling of shape {initial_designs.shape}: expected one row of n_var = {problem.n_var} "
-            f"numbers for each point, and 1 to n_walkers = {n_walkers} points"
+            f"sampling of shape {initial_designs.shape}: expected one row of n_var = "
+            f"{problem.n_var} numbers for each point, and 1 to n_walkers = {n_walkers} points"
         )
     is_outside = ~((initial_designs >= variables.xl) & (initial_designs <= variables.xu))
     for walker, variable in np.argwhere(is_outside):
         raise ValueError(
-            f"sampling[{walker}, {variable}] = {initial_designs[walker, variable]}: expected a number in "
-            f"[{variables.xl[variable]}, {variables.xu[variable]}]"
+            f"sampling[{walker}, {variable}] = {initial_designs[walker, variable]}: expected a "
+            f"number in [{variables.xl[variable]}, {variables.xu[variable]}]"
         )
     return initial_designs
 
 
 def count_allowed_evaluations(algorithm: Algorithm, n_initial_designs: int, n_points: int) -> int:
-    """Return the number of points of the first generation that the evaluation budget allows.
+    """Return the number of points of the first generation that fit in the evaluation budget.
 
     Parameters
     ----------
     algorithm : Algorithm
         Algorithm after `setup`.
     n_initial_designs : int
-        Number of starting points, which are always evaluated.
+        Number of initial designs, which are always evaluated.
     n_points : int
-        Number of starting points and candidates.
+        Number of initial designs and candidates.
 
     Returns
     -------
@@ -226,20 +229,20 @@ def count_allowed_evaluations(algorithm: Algorithm, n_initial_designs: int, n_po
     # A combination that ends when all criteria are met has no evaluation budget.
     is_any = not isinstance(termination, TerminateIfAll)
     criteria = (termination, *(getattr(termination, "criteria", ()) if is_any else ()))
-    limits = [
+    budgets = [
         criterion.n_max_evals
         for criterion in criteria
         if isinstance(criterion, MaximumFunctionCallTermination)
         and criterion.n_max_evals is not None
     ]
-    budget = min(limits, default=math.inf) - algorithm.evaluator.n_eval
+    budget = min(budgets, default=math.inf) - algorithm.evaluator.n_eval
     if n_points <= (1.0 + _MAX_BUDGET_EXCESS) * budget:
         return n_points
     allowed = max(int(budget), n_initial_designs)
     warnings.warn(
-        f"the first generation of {type(algorithm).__name__} takes {n_points:,} evaluations, which exceeds"
-        f" the budget of {budget:,}: only the first {allowed:,} points are evaluated. Reduce the "
-        "number of candidates, for instance by n_walkers, or increase the budget",
+        f"the first generation of {type(algorithm).__name__} takes {n_points:,} evaluations, which "
+        f"exceeds the budget of {budget:,}: only the first {allowed:,} points are evaluated. "
+        "Reduce the number of candidates, for instance by n_walkers, or increase the budget",
         RuntimeWarning,
         stacklevel=2,
     )

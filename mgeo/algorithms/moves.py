@@ -1,4 +1,7 @@
-"""Candidates of `MGEODirected`: recombination, momentum, differences, normal steps."""
+"""Candidates of `MGEODirected`: normal steps, differences, momentum and recombination.
+
+`DirectedMoves` generates the candidates of a generation; the functions draw the steps.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,21 +23,27 @@ from mgeo.algorithms.steps import NORMAL, get_bounding, round_steps
 from mgeo.algorithms.variables import KINDS, Variables
 
 Pair = tuple[float, float]
+#: Function of a shape (...) that returns pairs of points as two arrays of shape (..., n_var).
 Donors = Callable[[tuple[int, ...]], tuple[FloatArray, FloatArray]]
 
 
 class Attraction(NamedTuple):
-    """A pull towards the best that is known: differential evolution's current-to-best move.
+    """Attraction of some difference steps towards good points, as in differential evolution.
 
-    As in Zhang & Sanderson, "JADE" (IEEE Trans. Evol. Comput. 13, 2009), equation 6, but a step
-    goes a fraction of the way that is uniform in [0, 1).
+    This is the move "current-to-best" (Zhang & Sanderson, "JADE", IEEE Trans. Evol. Comput. 13,
+    2009, equation 6), except that a step covers a random fraction of the distance to the target,
+    uniform in [0, 1).
 
     Attributes
     ----------
-    share : of the steps that are differences, those that are pulled as well.
-    coupling : mean probability that such a step changes another variable.
-    start : (..., n_var) where steps begin.
-    target : (..., n_var) what they are pulled to.
+    share : float
+        Share of the difference steps that are attracted.
+    coupling : float
+        Mean probability that an attracted step changes another variable than its primary one.
+    start : array, shape (..., n_var)
+        Points at which the steps begin.
+    target : array, shape (..., n_var)
+        Points towards which the steps are attracted.
     """
 
     share: float
@@ -43,9 +52,10 @@ class Attraction(NamedTuple):
     target: FloatArray
 
 
-#: Of steps with momentum: the largest fraction of the step before, and the largest step of a
-#: variable as a fraction of the width of its bounds.
-_MAX_INERTIA, _MAX_STEP = 1.2, 0.2
+#: Largest factor of the previous step in a step with momentum.
+_MAX_INERTIA = 1.2
+#: Largest change of a variable by a step with momentum, as a fraction of the width of its bounds.
+_MAX_STEP = 0.2
 
 
 def draw_momentum_steps(
@@ -55,31 +65,54 @@ def draw_momentum_steps(
     extent: FloatArray,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Steps of all variables that go on as the step before, and towards a target: a swarm's move.
+    """Draw steps that continue a previous step and move towards a target, as in particle swarms.
 
-    r1 before + r2 (target - x), with r1 and r2 uniform and of each variable its own (Zhang et al.,
-    "A competitive mechanism based multi-objective particle swarm optimizer with fast convergence",
-    Information Sciences 427, 2018, equation 3). What is remembered here is a step that was good.
+    A step is r1 previous_step + r2 (target - x), with r1 uniform in [0, 1.2) and r2 in [0, 1),
+    drawn separately for each variable (Zhang et al., "A competitive mechanism based multi-objective
+    particle swarm optimizer with fast convergence", Information Sciences 427, 2018, equation 3). In
+    this variant, the previous step is the last step that improved a walker. No variable changes by
+    more than a fifth of the width of its bounds.
 
     Parameters
     ----------
-    x : (..., n_var) where steps begin.
-    previous_steps : (..., n_var) the steps before; they broadcast.
-    targets : (..., n_var) what they are drawn to; they broadcast.
-    extent : (n_var,) width of the bounds.
-    rng : stream of random numbers.
+    x : array, shape (..., n_var)
+        Points at which the steps begin.
+    previous_steps : array, shape (..., n_var)
+        Previous steps, which broadcast with `x`.
+    targets : array, shape (..., n_var)
+        Target points, which broadcast with `x`.
+    extent : array, shape (n_var,)
+        Width of the bounds.
+    rng : numpy.random.Generator
 
     Returns
     -------
-    (..., n_var) steps.
+    array, shape (..., n_var)
+        Steps of all variables.
     """
-    way = targets - x
-    step = _MAX_INERTIA * rng.random(way.shape) * previous_steps + rng.random(way.shape) * way
+    offset = targets - x
+    step = (
+        _MAX_INERTIA * rng.random(offset.shape) * previous_steps + rng.random(offset.shape) * offset
+    )
     return np.clip(step, -_MAX_STEP * extent, _MAX_STEP * extent)
 
 
 def is_within_step(x: FloatArray, targets: FloatArray, extent: FloatArray) -> BoolArray:
-    """Which targets, (..., n_var), one step with momentum can reach in every variable."""
+    """Return True for each target that a single step with momentum can reach from its point.
+
+    A target is in reach if no variable differs by more than a fifth of the width of its bounds.
+
+    Parameters
+    ----------
+    x, targets : array, shape (..., n_var)
+        Points and targets.
+    extent : array, shape (n_var,)
+        Width of the bounds.
+
+    Returns
+    -------
+    array of bool, shape (...)
+    """
     return np.asarray((np.abs(targets - x) <= _MAX_STEP * extent).all(axis=-1))
 
 
@@ -93,73 +126,97 @@ def draw_joint_steps(
     rng: np.random.Generator,
     attraction: Attraction | None = None,
 ) -> tuple[FloatArray, FloatArray, FloatArray | None]:
-    """Steps that change each its own variable, and others with some probability.
+    """Draw normal or difference steps that change one given variable and some others at random.
+
+    A normal step has a random standard deviation, log-uniform in `sigma_range`. A difference step
+    is a random fraction, uniform in [0, 1), of the difference between two points (differential
+    evolution; Storn & Price 1997).
+
+    Every step changes its primary variable. The probability that the step changes each of the other
+    variables is u^(1/mean - 1), with u uniform in [0, 1) and drawn once per step. Some steps
+    therefore change hardly any other variable and some change nearly all, so that the search suits
+    problems with independent and with coupled variables.
 
     Parameters
     ----------
-    primary : (...) the variable of each step.
-    extent : (n_var,) width of the bounds.
-    sigma_range : smallest and largest standard deviation of a normal step, as a fraction of `extent`;
-        that of each step is log-uniform between them.
-    coupling : mean probability that another variable changes: of normal steps, and of
-        differences. Each step has its own, u^(1/mean - 1) with u uniform in [0, 1): some steps
-        change hardly any other variable, some nearly all, whatever the problem may need.
-    difference_share : share, or shares that broadcast with `primary`, of the steps that are a fraction,
-        uniform in [0, 1), of the difference between two points (differential evolution's move;
-        Storn & Price 1997).
-    donors : gives as many pairs of points, (..., n_var) each, as it is asked for; None for normal
-        steps only.
-    rng : stream of random numbers.
-    attraction : moves some of the steps that are differences also towards points, if given.
+    primary : array of int, shape (...)
+        Primary variable of each step.
+    extent : array, shape (n_var,)
+        Width of the bounds.
+    sigma_range : pair of float
+        Smallest and largest standard deviation of a normal step, as a fraction of `extent`.
+    coupling : pair of float
+        Mean probability that another variable changes, for normal steps and for difference steps.
+    difference_share : float or array that broadcasts with `primary`
+        Probability that a step is a difference step.
+    donors : function, optional
+        Returns the pairs of points of the difference steps. None for normal steps only.
+    rng : numpy.random.Generator
+    attraction : Attraction, optional
+        Attraction of some difference steps towards other points.
 
     Returns
     -------
-    (..., n_var) steps, zero where a variable stays; their standard deviations, zero where they are
-    such a fraction; and the points towards which it is, if there are any: the first ones of the
-    pairs, or those of the attraction.
+    steps : array, shape (..., n_var)
+        Steps, 0 for variables that do not change.
+    spread : array, shape (..., n_var)
+        Standard deviations of the normal steps, 0 for difference steps.
+    donor : array, shape (..., n_var), or None
+        Points towards which the steps move: the first points of the pairs, or the targets of the
+        attraction. None without `donors`.
     """
     shape = *primary.shape, len(extent)
-    least, largest = np.log(sigma_range)
-    width = np.exp(rng.uniform(least, largest, primary.shape))[..., None]
-    spread = width * extent
+    log_min, log_max = np.log(sigma_range)
+    sigma = np.exp(rng.uniform(log_min, log_max, primary.shape))[..., None]
+    spread = sigma * extent
     step = spread * rng.standard_normal(shape)
     mean = np.full(primary.shape, coupling[0])
-    first = None
+    donor = None
     if donors is not None:
-        learns = rng.random(primary.shape) < difference_share
-        first, second = donors(primary.shape)
-        between = first - second
-        step = np.where(learns[..., None], rng.random(primary.shape)[..., None] * between, step)
-        spread[learns] = 0.0
-        mean[learns] = coupling[1]
+        is_difference = rng.random(primary.shape) < difference_share
+        donor, second = donors(primary.shape)
+        difference = donor - second
+        step = np.where(
+            is_difference[..., None], rng.random(primary.shape)[..., None] * difference, step
+        )
+        spread[is_difference] = 0.0
+        mean[is_difference] = coupling[1]
         if attraction is not None:
-            pulled = learns & (rng.random(primary.shape) < attraction.share)
-            part = rng.random(primary.shape)[..., None] * (attraction.target - attraction.start)
-            step = np.where(pulled[..., None], step + part, step)
-            mean[pulled] = attraction.coupling
-            first = np.where(pulled[..., None], attraction.target, first)
-    with np.errstate(divide="ignore"):  # of a mean of zero, for which every probability is zero
-        chance = rng.random(primary.shape) ** (1.0 / mean - 1.0)
-    changed = rng.random(shape) < chance[..., None]
-    np.put_along_axis(changed, primary[..., None], True, axis=-1)
-    return np.where(changed, step, 0.0), spread, first
+            is_attracted = is_difference & (rng.random(primary.shape) < attraction.share)
+            offset = rng.random(primary.shape)[..., None] * (attraction.target - attraction.start)
+            step = np.where(is_attracted[..., None], step + offset, step)
+            mean[is_attracted] = attraction.coupling
+            donor = np.where(is_attracted[..., None], attraction.target, donor)
+    with np.errstate(divide="ignore"):  # With a mean of 0, the probability is u^inf = 0.
+        probability = rng.random(primary.shape) ** (1.0 / mean - 1.0)
+    is_changed = rng.random(shape) < probability[..., None]
+    np.put_along_axis(is_changed, primary[..., None], True, axis=-1)
+    return np.where(is_changed, step, 0.0), spread, donor
 
 
 @dataclass(kw_only=True, eq=False, slots=True)
 class DirectedState(RunState):
-    """The state of a run of `MGEODirected`.
+    """State of a run of `MGEODirected` between two generations.
 
     Attributes
     ----------
-    weights : (n_walkers, n_obj) weight vectors of the walkers.
-    incumbents : (n_walkers, n_var) the best point of each walker since it started.
-    momentum : (n_walkers, n_var) the step that led to it; 0 while there is none.
-    incumbent_F, incumbent_violation : its objectives, (n_walkers, n_obj), and constraint
-        violation, (n_walkers,), infinite while there is none.
-    reference_F : (n_walkers, n_obj) objectives of the incumbent at its last progress, likewise;
-        `idle` counts the generations since then.
-    distributions : the distributions of the walkers that learn a covariance.
-    credit : the recent gains by recombination and by all other candidates.
+    weights : array, shape (n_walkers, n_obj)
+        Weight vectors of the walkers.
+    incumbents : array, shape (n_walkers, n_var)
+        Best point of each walker since its start.
+    momentum : array, shape (n_walkers, n_var)
+        Step that led to the incumbent; 0 for a new walker.
+    incumbent_F : array, shape (n_walkers, n_obj)
+        Objectives of the incumbents, infinite for a new walker.
+    incumbent_violation : array, shape (n_walkers,)
+        Constraint violations of the incumbents, infinite for a new walker.
+    reference_F : array, shape (n_walkers, n_obj)
+        Objectives of the incumbents at the last progress of each walker, from which further
+        progress is measured. `n_idle_generations` counts the generations since then.
+    distributions : SearchDistributions
+        Normal distributions of the walkers that adapt a covariance.
+    credit : Credit
+        Recent gains by recombined candidates and by all other candidates.
     """
 
     weights: FloatArray
@@ -173,36 +230,45 @@ class DirectedState(RunState):
 
 
 class DirectedMoves(ExtremalOptimization):
-    """The candidates of walkers that know their best point, and an archive.
+    """Base class of `MGEODirected` that generates the candidates of a generation.
 
-    A subclass has the parameters `extreme_weights`, `difference`, `momentum`, `max_candidates` and
-    `bounds`, and says what becomes of the candidates. The constants are what a search over them has
-    found; docs/studies/results.md has what is lost without each. To have another one, derive a
-    class.
+    A subclass declares the parameters `extreme_weights`, `difference`, `momentum`,
+    `max_candidates` and `bounds`, and implements `accept` and `restart_idle_walkers`. The class
+    constants were tuned by a parameter search; docs/studies/results.md shows the loss without each
+    mechanism. A derived class can override them.
+
+    A walker has *mixed* weights if several objectives have positive weight, and *extreme* weights
+    if only one has.
     """
 
-    #: Mean probabilities that a normal step, and that a difference, changes also each of the other
-    #: variables (`draw_joint_steps`): half of a difference, lest it is a copy of what it comes from.
+    #: Mean probability that a step changes each variable other than its primary one, for normal
+    #: steps and for difference steps (see `draw_joint_steps`). A difference step that changed all
+    #: variables could copy the point of its donor.
     coupling: ClassVar[Pair] = (0.05, 0.5)
-    #: Smallest and largest standard deviation of normal steps, of the bounds' width: no scale is
-    #: preferred, as none is known.
+    #: Smallest and largest standard deviation of normal steps, as a fraction of the width of the
+    #: bounds. The range is wide, because the right scale is unknown.
     sigma_range: ClassVar[Pair] = (1e-3, 1.0)
-    #: Share of the differences that move also towards the archive's nearest point, and the mean
-    #: probability that these change each of the other variables: nearly all, as valleys need.
+    #: Share of the difference steps that are attracted to the archived point nearest to the
+    #: walker's weight vector, and mean probability that an attracted step changes each other
+    #: variable. The probability is high, because progress along a curved valley needs steps of
+    #: nearly all variables.
     attraction: ClassVar[Pair] = (0.5, 0.9)
-    #: Share of the steps with momentum that is drawn to the nearest of all archived points, and c:
-    #: the others to the nearest of c sqrt(n) random ones of n, of one at least. The more points
-    #: there are, the nearer they must be, or a walker is drawn along the front and not across it.
+    #: Share of the steps with momentum whose target is the nearest of all n archived points, and
+    #: factor c. The target of all other steps is the nearest of c sqrt(n) random archived points,
+    #: at least one. The sample grows with the archive, because distant targets would move walkers
+    #: along the front instead of towards better points.
     target_selection: ClassVar[Pair] = (0.3, 0.33)
-    #: Smallest and largest share of the candidates that recombine two points. Between them the
-    #: share follows what such candidates gain (`recombination.Credit`).
+    #: Smallest and largest share of the candidates that recombine two points. Within this range,
+    #: the share follows the gains by recombined candidates (see `recombination.Credit`).
     recombination: ClassVar[Pair] = (0.02, 0.9)
-    #: Share of the walkers, of those between the extremes and of those at them, that learn a
-    #: covariance of their own; after how many evaluations per variable: from 500 on, multimodal
-    #: functions gain by 2,000, and unimodal ones lose a little; and of how many variables at most,
-    #: as a larger matrix takes longer than runs are.
+    #: Share of the walkers that adapt a covariance, of the walkers with mixed weights and of the
+    #: walkers with extreme weights.
     adaptive_share: ClassVar[float] = 0.5
+    #: Evaluations per variable before walkers begin to adapt a covariance. Compared to a delay of
+    #: 500, multimodal functions gain and unimodal functions lose a little.
     adaptation_delay: ClassVar[int] = 2000
+    #: Largest number of variables for which walkers adapt a covariance, because the cost of larger
+    #: matrices is too high.
     max_adaptive_variables: ClassVar[int] = 100
 
     state: DirectedState
@@ -211,7 +277,8 @@ class DirectedMoves(ExtremalOptimization):
     momentum: Sequence[float]
     max_candidates: int
     bounds: str
-    #: (n_walkers, candidates a walker) mask that `candidates` leaves for `accept`.
+    #: Mask of the recombined candidates of the current generation, shape (n_walkers,
+    #: candidates per walker). `generate_candidates` sets it for `accept`.
     is_recombined: BoolArray
 
     def build_encoding(self, problem: Problem) -> RealEncoding:
@@ -243,24 +310,28 @@ class DirectedMoves(ExtremalOptimization):
 
     def generate_candidates(self) -> FloatArray:
         xl, xu = self.variables.xl, self.variables.xu
-        own = np.broadcast_to(np.arange(len(xl)), (self.n_walkers, len(xl)))
+        primary = np.broadcast_to(np.arange(len(xl)), (self.n_walkers, len(xl)))
         if len(xl) > self.max_candidates:
-            own = self.random_state.permuted(own, axis=1)[:, : self.max_candidates]
+            primary = self.random_state.permuted(primary, axis=1)[:, : self.max_candidates]
         donors = attraction = None
         if len(self.front):
-            donors, aims = self._draw_donors, self.get_archived_points(self._find_nearest())
+            donors = self._draw_donors
+            nearest_points = self.get_archived_points(self._find_nearest())
             share, coupling = self.attraction
             if share:
-                attraction = Attraction(share, coupling, self.walkers[:, None], aims[:, None])
+                attraction = Attraction(
+                    share, coupling, self.walkers[:, None], nearest_points[:, None]
+                )
+        difference_share = self._select_by_weights(self.difference)[:, None]
         steps, spread, donor = draw_joint_steps(
-            own, xu - xl, self.sigma_range, self.coupling, self._select_by_weights(self.difference)[:, None],
-            donors, self.random_state, attraction,
+            primary, xu - xl, self.sigma_range, self.coupling, difference_share, donors,
+            self.random_state, attraction,
         )  # fmt: skip
         if donor is not None and any(self.momentum):
-            self._apply_momentum(steps, spread, donor, aims)
+            self._apply_momentum(steps, spread, donor, nearest_points)
         self.is_recombined = np.zeros(steps.shape[:2], dtype=np.bool_)
         if donor is not None and len(self.front) > 1 and any(self.recombination):
-            self._recombine(steps, spread, donor, aims)
+            self._recombine(steps, spread, donor, nearest_points)
         if len(rows := self._select_adapting_walkers()):
             steps[rows] = (xu - xl) * self.state.distributions.draw_steps(
                 self._n_candidates, self.random_state
@@ -269,122 +340,148 @@ class DirectedMoves(ExtremalOptimization):
         walkers, uniform = self.walkers[:, None, :], partial(self.random_state.random, steps.shape)
         bounding = get_bounding(self.bounds, self.problem.n_eq_constr)
         self.proposals = bounding(walkers, steps, spread, xl, xu, uniform, NORMAL)
-        whole = ~self.variables.is_real
-        if whole.any():
-            learned = np.full(steps.shape, np.nan) if donor is None else donor
-            learned = np.where((spread == 0.0).all(axis=-1, keepdims=True), learned, np.nan)
-            ended = round_steps(
-                walkers, self.proposals, own, learned, self.variables.is_choice, xl, xu, uniform()
-            )
-            self.proposals = np.where(whole, ended, self.proposals)
+        is_discrete = ~self.variables.is_real
+        if is_discrete.any():
+            # A normal step has no donor from which a choice could take its option.
+            options = np.full(steps.shape, np.nan) if donor is None else donor
+            options = np.where((spread == 0.0).all(axis=-1, keepdims=True), options, np.nan)
+            rounded = round_steps(
+                walkers, self.proposals, primary, options, self.variables.is_choice, xl, xu,
+                uniform(),
+            )  # fmt: skip
+            self.proposals = np.where(is_discrete, rounded, self.proposals)
         return self.proposals.reshape(-1, len(xl))
 
     def _apply_momentum(
         self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest_points: FloatArray
     ) -> None:
-        """Put steps with momentum in the place of some; `nearest_points` are the nearest archived points."""
+        """Replace a random share of the steps in place by steps that continue the last improvement.
+
+        Parameters
+        ----------
+        steps, spread, donor : array, shape (n_walkers, n_candidates, n_var)
+            Return values of `draw_joint_steps`.
+        nearest_points : array, shape (n_walkers, n_var)
+            Archived point nearest to the weight vector of each walker.
+        """
         rng, state = self.random_state, self.state
-        made = rng.random(steps.shape[:2]) < self._select_by_weights(self.momentum)[:, None]
-        rows, columns = np.nonzero(made)
+        is_replaced = rng.random(steps.shape[:2]) < self._select_by_weights(self.momentum)[:, None]
+        rows, columns = np.nonzero(is_replaced)
         if not len(rows):
             return
-        share, few = self.target_selection
-        aimed = self._find_nearest_in_sample(rows, few * len(self.front) ** 0.5)
+        share, factor = self.target_selection
+        sampled = self._find_nearest_in_sample(rows, factor * len(self.front) ** 0.5)
         targets = np.where(
             rng.random((len(rows), 1)) < share,
             nearest_points[rows],
-            self.get_archived_points(aimed),
+            self.get_archived_points(sampled),
         )
-        x, choice = self.walkers[rows], self.variables.is_choice  # options have no order
+        # The options of a choice have no order, and so no distance.
+        x, is_choice = self.walkers[rows], self.variables.is_choice
         extent = self.variables.xu - self.variables.xl
-        near = (
-            is_within_step(x, np.where(choice, x, targets), extent)
+        is_allowed = (
+            is_within_step(x, np.where(is_choice, x, targets), extent)
             | self._has_mixed_weights()[rows]
         )
-        made[rows[~near], columns[~near]] = False
-        rows, targets = rows[near], targets[near]
-        before = np.where(choice, 0.0, state.momentum[rows])
-        steps[made] = draw_momentum_steps(x[near], before, targets, extent, rng)
-        spread[made], donor[made] = 0.0, targets
+        is_replaced[rows[~is_allowed], columns[~is_allowed]] = False
+        rows, targets = rows[is_allowed], targets[is_allowed]
+        previous_steps = np.where(is_choice, 0.0, state.momentum[rows])
+        steps[is_replaced] = draw_momentum_steps(
+            x[is_allowed], previous_steps, targets, extent, rng
+        )
+        spread[is_replaced], donor[is_replaced] = 0.0, targets
 
     def _recombine(
         self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest_points: FloatArray
     ) -> None:
-        """Replace some steps by those to recombined points; `nearest_points` are the nearest archived points.
+        """Replace a random share of the steps in place by steps to recombined points.
 
-        Between the extremes the first parent is the walker's incumbent or its nearest archived
-        point, the second one the nearest of sqrt(n) random ones of the n archived points. At the
-        extremes, where each walker may have a local optimum of its own, the parents are the
-        incumbents of the walker and of any walker.
+        For a walker with mixed weights, the first parent is the incumbent of the walker or its
+        nearest archived point, and the second parent is the nearest of sqrt(n) random points of the
+        n archived points. A walker with extreme weights may search near another local optimum than
+        the archive; its parents are its own incumbent and the incumbent of a random walker.
+
+        Parameters
+        ----------
+        steps, spread, donor : array, shape (n_walkers, n_candidates, n_var)
+            Return values of `draw_joint_steps`.
+        nearest_points : array, shape (n_walkers, n_var)
+            Archived point nearest to the weight vector of each walker.
         """
         rng, state, variables = self.random_state, self.state, self.variables
-        made = rng.random(steps.shape[:2]) < state.credit.compute_share(*self.recombination)
-        rows, _ = np.nonzero(made)
+        is_replaced = rng.random(steps.shape[:2]) < state.credit.compute_share(*self.recombination)
+        rows, _ = np.nonzero(is_replaced)
         if not len(rows):
             return
-        between = self._has_mixed_weights()[rows, None]
-        of_archive = between & (rng.random((len(rows), 1)) < 0.5)
-        first = np.where(of_archive, nearest_points[rows], state.incumbents[rows])
+        has_mixed_weights = self._has_mixed_weights()[rows, None]
+        is_from_archive = has_mixed_weights & (rng.random((len(rows), 1)) < 0.5)
+        first = np.where(is_from_archive, nearest_points[rows], state.incumbents[rows])
         archived = self.get_archived_points(
             self._find_nearest_in_sample(rows, len(state.front) ** 0.5)
         )
-        others = state.incumbents[rng.integers(self.n_walkers, size=len(rows))]
-        second = np.where(between, archived, others)
+        incumbents = state.incumbents[rng.integers(self.n_walkers, size=len(rows))]
+        second = np.where(has_mixed_weights, archived, incumbents)
         points = recombine(first, second, variables.xl, variables.xu, variables.is_choice, rng)
-        steps[made] = points - self.walkers[rows]
-        spread[made], donor[made] = 0.0, points
-        self.is_recombined = made
+        steps[is_replaced] = points - self.walkers[rows]
+        spread[is_replaced], donor[is_replaced] = 0.0, points
+        self.is_recombined = is_replaced
 
     def _find_nearest(self, rows: IntArray | slice = slice(None)) -> IntArray:
-        """Which of the archive's points are nearest along the weight vectors of walkers."""
+        """Return the index of the archived point nearest to the weight vector of each walker."""
         state, F = self.state, self.state.front.F
         return find_nearest(F, state.weights[rows], *state.front.ideal_and_nadir)
 
     def _find_nearest_in_sample(self, rows: IntArray, n_sampled: float) -> IntArray:
-        """Which of so many random points of the archive, one at least, are nearest likewise."""
+        """Return the index of the nearest of `n_sampled` random archived points for each walker.
+
+        `n_sampled` is rounded down, but at least one point is drawn.
+        """
         front = self.state.front
         size = len(rows), max(1, int(n_sampled))
-        drawn = self.random_state.integers(len(front), size=size)
+        sample = self.random_state.integers(len(front), size=size)
         return find_nearest_in_sample(
-            drawn, front.F, self.state.weights[rows], *front.ideal_and_nadir
+            sample, front.F, self.state.weights[rows], *front.ideal_and_nadir
         )
 
     def _draw_donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
-        """Twice (..., n_var) points of the donor pool."""
+        """Draw pairs of points for difference steps, from the archive and from the incumbents."""
         rng, n = self.random_state, len(self.front)
         donors = []
         for _ in range(2):
-            archived = rng.integers(n, size=shape)
+            rows = rng.integers(n, size=shape)
             incumbents = self.state.incumbents[rng.integers(self.n_walkers, size=shape)]
-            of_archive = rng.random((*shape, 1)) < 0.5
-            known = self.get_archived_points(archived.ravel()).reshape(incumbents.shape)
-            donors.append(np.where(of_archive, known, incumbents))
+            is_from_archive = rng.random((*shape, 1)) < 0.5
+            archived = self.get_archived_points(rows.ravel()).reshape(incumbents.shape)
+            donors.append(np.where(is_from_archive, archived, incumbents))
         return donors[0], donors[1]
 
     @property
     def _n_candidates(self) -> int:
-        """Candidates of a walker and generation."""
+        """Number of candidates per walker in a generation."""
         return min(len(self.variables.xl), self.max_candidates)
 
     def _select_adaptive_walkers(self, weights: FloatArray) -> IntArray:
-        """The walkers that learn a covariance in the end: of each kind the last ones."""
+        """Return the indices of the walkers that adapt a covariance after the `adaptation_delay`.
+
+        They are the last ones of the walkers with mixed weights, followed by the last ones of the
+        walkers with extreme weights.
+        """
         if not self.variables.is_real.all() or len(self.variables.xl) > self.max_adaptive_variables:
             return np.empty(0, dtype=np.intp)
-        between = weights.max(axis=1) < 1
-        kinds = np.flatnonzero(between), np.flatnonzero(~between)
+        has_mixed_weights = weights.max(axis=1) < 1
+        groups = np.flatnonzero(has_mixed_weights), np.flatnonzero(~has_mixed_weights)
         return np.concatenate(
-            [rows[len(rows) - round(self.adaptive_share * len(rows)) :] for rows in kinds]
+            [rows[len(rows) - round(self.adaptive_share * len(rows)) :] for rows in groups]
         )
 
     def _select_adapting_walkers(self) -> IntArray:
-        """The walkers that learn a covariance now: all that ever do, or none."""
-        learners = self._select_adaptive_walkers(self.state.weights)
-        return learners[self.state.distributions.sigma > 0]
+        """Return the indices of the walkers that adapt a covariance in this generation."""
+        rows = self._select_adaptive_walkers(self.state.weights)
+        return rows[self.state.distributions.sigma > 0]
 
     def _select_by_weights(self, pair: Sequence[float]) -> FloatArray:
-        """(n_walkers,) the first of two numbers for walkers between the extremes, or the second."""
+        """Return the first number for walkers with mixed weights and the second for all others."""
         return np.where(self._has_mixed_weights(), *pair)
 
     def _has_mixed_weights(self) -> BoolArray:
-        """(n_walkers,) which walkers have weights of several objectives."""
         return np.asarray(self.state.weights.max(axis=1) < 1)

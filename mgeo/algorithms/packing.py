@@ -23,7 +23,7 @@ _BIT_GENERATORS = {cls.__name__: cls for cls in (np.random.PCG64, np.random.PCG6
 
 
 def pack(name: str, value: Any, problem: Problem, arrays: Arrays) -> Any:
-    """Split a value into arrays and a JSON value.
+    """Split one field of a run's state into arrays and a JSON value.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def pack(name: str, value: Any, problem: Problem, arrays: Arrays) -> Any:
         return [pack(f"{name}[{i}]", each, problem, arrays) for i, each in enumerate(value)]
     if isinstance(value, ParetoArchive):
         pack_population(name, value.individuals, problem, arrays)
-        # An array, because JSON has no infinity.
+        # The violation is stored as an array, because JSON has no infinity.
         arrays[f"{name}.violation"] = np.array(value.violation)
         return value.n_rejected
     if is_dataclass(value):
@@ -78,7 +78,7 @@ def unpack(
     arrays: Mapping[str, Any],
     algorithm: ExtremalOptimization,
 ) -> Any:
-    """Reassemble a value from the output of `pack`.
+    """Reassemble a field of a run's state from the arrays and the JSON value that `pack` returned.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def unpack(
 
 
 def pack_stream(stream: np.random.Generator) -> dict[str, Any]:
-    """Return the state of a random stream as JSON values, for `unpack_stream`.
+    """Return the state of a random number generator as a dict of JSON values.
 
     Raises
     ------
@@ -140,7 +140,7 @@ def pack_stream(stream: np.random.Generator) -> dict[str, Any]:
         If the bit generator is neither PCG64 nor PCG64DXSM.
     """
     bits = stream.bit_generator
-    seed = bits.seed_seq  # Included because it counts the spawned streams.
+    seed = bits.seed_seq  # The seed sequence is stored, because it counts the spawned streams.
     if type(bits).__name__ not in _BIT_GENERATORS or not isinstance(seed, np.random.SeedSequence):
         raise TypeError(
             f"{bits!r}: expected one of {', '.join(_BIT_GENERATORS)}, to save its state"
@@ -149,7 +149,7 @@ def pack_stream(stream: np.random.Generator) -> dict[str, Any]:
 
 
 def unpack_stream(state: Mapping[str, Any]) -> np.random.Generator:
-    """Restore a random stream from the return value of `pack_stream`."""
+    """Restore a random number generator from the return value of `pack_stream`."""
     bits = _BIT_GENERATORS[state["bits"]["bit_generator"]](np.random.SeedSequence(**state["seed"]))
     bits.state = state["bits"]
     return np.random.Generator(bits)
@@ -158,9 +158,17 @@ def unpack_stream(state: Mapping[str, Any]) -> np.random.Generator:
 def pack_population(
     name: str, population: Population | None, problem: Problem, arrays: Arrays
 ) -> None:
-    """Add the designs and values of individuals to `arrays`, as ``NAME_X``, ``NAME_F``, ...
+    """Store the designs, objectives and constraints of individuals in a dict of arrays.
 
-    An empty population adds no arrays.
+    Parameters
+    ----------
+    name : str
+        Prefix of the keys, as in ``NAME_X`` and ``NAME_F``.
+    population : Population or None
+        Individuals. No arrays are added for None or an empty population.
+    problem : Problem
+    arrays : dict of str to array
+        Receives the arrays.
     """
     if population is None or not len(population):
         return
@@ -174,7 +182,7 @@ def pack_population(
 def unpack_population(
     name: str, arrays: Mapping[str, Any], algorithm: ExtremalOptimization
 ) -> Population:
-    """Restore the individuals that `pack_population` has stored under a name.
+    """Restore the individuals that `pack_population` has stored in a dict of arrays.
 
     Raises
     ------

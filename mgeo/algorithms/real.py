@@ -26,8 +26,8 @@ SCHEDULES = ("factorial", "geometric")
 class RealVectors(IndependentWalkers, ABC):
     """Base class of algorithms whose walkers are vectors of real variables.
 
-    A subclass implements `compute_step_sigmas`, and can replace the normal law of the steps by setting the
-    class attribute ``law``. The parameters are described in `MGEOReal`.
+    A subclass implements `compute_step_sigmas`, and can replace the normal law of the steps by
+    setting the class attribute ``law``. The parameters are described in `MGEOReal`.
     """
 
     #: Probability law of the steps.
@@ -50,16 +50,17 @@ class RealVectors(IndependentWalkers, ABC):
 
     @abstractmethod
     def compute_step_sigmas(self, sigma: FloatArray) -> FloatArray:
-        """Return the standard deviation of each step of `layout`.
+        """Return the standard deviation of the random step that generates each candidate.
 
         Parameters
         ----------
         sigma : array, shape (n_var,)
-            Standard deviation for each variable.
+            Parameter `sigma` for each variable.
 
         Returns
         -------
-        array that broadcasts to the shape of `layout`, (n_groups, group_size)
+        array that broadcasts to (n_groups, group_size)
+            Standard deviations, in the order of `build_layout`.
         """
 
     def build_encoding(self, problem: Problem) -> RealEncoding:

@@ -7,13 +7,13 @@ import numpy as np
 
 from mgeo._typing import BoolArray, FloatArray
 
-#: Distribution indices of the crossover and of the mutation: the larger, the smaller the changes.
+#: Distribution indices of the crossover and of the mutation. A larger index means smaller changes.
 CROSSOVER_INDEX, MUTATION_INDEX = 15.0, 20.0
 
-_DECAY = 0.95  # factor of earlier gains and candidates in each generation
-_BREAK_EVEN_GAIN_RATIO = (
-    2.0  # ratio of the gains per candidate at which half of the candidates recombine
-)
+#: Factor by which the weight of earlier generations decreases in each generation.
+_DECAY = 0.95
+#: Ratio of the gains per candidate at which half of the candidates recombine two points.
+_BREAK_EVEN_GAIN_RATIO = 2.0
 
 
 def recombine(
@@ -24,24 +24,28 @@ def recombine(
     is_choice: BoolArray,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Cross pairs of points variable by variable, and mutate some variables.
+    """Return one child of each pair of points, by simulated binary crossover and mutation.
 
     Simulated binary crossover (Deb & Agrawal, "Simulated binary crossover for continuous search
-    space", Complex Systems 9, 1995) puts each variable with probability 0.5 near that of either
-    parent; other variables are those of the first parent. Then polynomial mutation (Deb & Goyal,
-    "A combined genetic adaptive search (GeneAS) for engineering design", Computer Science and
-    Informatics 26, 1996) changes each variable with probability 1 / n_var.
+    space", Complex Systems 9, 1995) changes each variable with probability 0.5 to a value near that
+    of a random parent. All other variables are copied from the first parent. Polynomial mutation
+    (Deb & Goyal, "A combined genetic adaptive search (GeneAS) for engineering design", Computer
+    Science and Informatics 26, 1996) then changes each variable with probability 1 / n_var.
 
     Parameters
     ----------
-    first, second : (n, n_var) pairs of points.
-    xl, xu : (n_var,) bounds.
-    is_choice : (n_var,) mask of the variables without order, which take the value of either parent.
-    rng : stream of random numbers.
+    first, second : array, shape (n, n_var)
+        Parents.
+    xl, xu : array, shape (n_var,)
+        Bounds.
+    is_choice : array of bool, shape (n_var,)
+        Mask of the choices, which have no order and take the value of a parent.
+    rng : numpy.random.Generator
 
     Returns
     -------
-    (n, n_var) points, some of them outside the bounds.
+    array, shape (n, n_var)
+        Children, which may be outside the bounds.
     """
     case = rng.random(first.shape)
     crossed, near_second = case >= 0.5, case >= 0.75
@@ -60,13 +64,18 @@ def recombine(
 
 @dataclass(kw_only=True, eq=False, slots=True)
 class Credit:
-    """Recent gains of the recombined candidates and of all other candidates.
+    """Record of the recent improvements by recombined candidates and by all other candidates.
+
+    The gain of a candidate is the decrease of the distance for the walker's weight vector. The
+    weight of earlier generations decreases exponentially.
 
     Attributes
     ----------
-    gains : (2,) gains of the other candidates, and of the recombined ones. The gains of a
-        generation are scaled to a sum of 1, and those of earlier generations fade.
-    n_candidates : (2,) numbers of such candidates, which fade as the gains do.
+    gains : array, shape (2,)
+        Weighted sums of the gains of all other candidates and of recombined candidates. The gains
+        of each generation are scaled to a sum of 1.
+    n_candidates : array, shape (2,)
+        Weighted numbers of all other candidates and of recombined candidates.
     """
 
     gains: FloatArray
@@ -74,30 +83,38 @@ class Credit:
 
     @classmethod
     def create(cls, n: int) -> Self:
-        """Return the credit after a generation of n candidates, half of each kind, equally good."""
+        """Return the initial credit, in which recombined and other candidates are equally good.
+
+        The credit is that of one generation of n candidates, half of which are recombined.
+        """
         return cls(gains=np.full(2, 0.5), n_candidates=np.full(2, n / 2))
 
     def compute_share(self, low: float, high: float) -> float:
-        """Return the share of the candidates to recombine, between two limits.
+        """Return the share of the candidates of the next generation that should be recombined.
 
-        It is q^2 / (q^2 + 4), where q is the gain of a recombined candidate, divided by that of
-        another candidate: 20 % if both gain as much, 50 % if a recombined one gains twice as much.
+        The share is q^2 / (q^2 + 4), clipped to the interval from `low` to `high`, where q is the
+        mean gain of a recombined candidate divided by the mean gain of another candidate. The share
+        is 20 % for equal gains, and 50 % if recombined candidates gain twice as much.
         """
         other, recombined = (self.gains / self.n_candidates) ** 2
         share = recombined / (recombined + _BREAK_EVEN_GAIN_RATIO**2 * other)
         return float(min(max(share, low), high))
 
     def update(self, gains: FloatArray, is_recombined: BoolArray) -> None:
-        """Account for the candidates of a generation that has both kinds, and gains.
+        """Add the gains of the candidates of a generation to the record.
+
+        A generation without gains, or with one kind of candidate only, is ignored.
 
         Parameters
         ----------
-        gains : (...) decrease of the distance along the walker's weights, 0 without progress.
-        is_recombined : (...) mask of the recombined candidates.
+        gains : array, shape (...)
+            Decrease of the distance for the walker's weight vector, 0 without improvement.
+        is_recombined : array of bool, shape (...)
+            Mask of the recombined candidates.
         """
-        total, number = gains.sum(), np.count_nonzero(is_recombined)
-        if not total or not 0 < number < gains.size:
+        total, n_recombined = gains.sum(), np.count_nonzero(is_recombined)
+        if not total or not 0 < n_recombined < gains.size:
             return
-        gained = gains[is_recombined].sum() / total
-        self.gains = _DECAY * self.gains + (1.0 - gained, gained)
-        self.n_candidates = _DECAY * self.n_candidates + (gains.size - number, number)
+        share = gains[is_recombined].sum() / total
+        self.gains = _DECAY * self.gains + (1.0 - share, share)
+        self.n_candidates = _DECAY * self.n_candidates + (gains.size - n_recombined, n_recombined)

@@ -17,9 +17,9 @@ class RunState:
 
     A checkpoint contains every field (see `mgeo.algorithms.state`); other attributes cannot be set.
     An algorithm with additional state declares a subclass, also a dataclass with slots, and creates
-    it in `create_state`. Allowed field types are arrays of numbers of constant shape, random streams,
-    archives, numbers, strings, and lists or dataclasses of these. Candidates, counters, evaluator
-    and the random stream of the algorithm are attributes of pymoo's `Algorithm`.
+    it in `create_state`. Allowed field types are arrays of numbers of constant shape, random
+    streams, archives, numbers, strings, and lists or dataclasses of these. Candidates, counters,
+    evaluator and the random stream of the algorithm are attributes of pymoo's `Algorithm`.
 
     Attributes
     ----------
@@ -39,8 +39,8 @@ class RunState:
     n_idle_generations : array of int, shape (n_walkers,)
         Generations since the last progress of each walker. Updated only if walkers restart.
     initial_designs : array, shape (n_walkers, n_var)
-        Starting points that the first generation evaluates. Rows are NaN for walkers that start at
-        random or at a point that is already evaluated.
+        Initial designs that the first generation evaluates. Rows are NaN for walkers that start at
+        a random point or at a point that is already evaluated.
     """
 
     streams: list[np.random.Generator]
@@ -62,10 +62,17 @@ class RunState:
         walkers: FloatArray,
         **extra_fields: Any,
     ) -> Self:
-        """Create the state before the first generation.
+        """Create the state of a run before its first generation.
 
-        Per-walker arrays other than `walkers` are not initialized; `ExtremalOptimization.forget`
-        sets them. The keywords `extra_fields` are the additional fields of a subclass.
+        Arrays other than `walkers` are not initialized; `ExtremalOptimization.reset_walkers` sets
+        them.
+
+        Parameters
+        ----------
+        streams, front, walkers
+            Fields of the state.
+        **extra_fields
+            Additional fields of a subclass.
         """
         n, n_obj = len(walkers), front.F.shape[1]
         return cls(
@@ -99,17 +106,16 @@ class ArchiveOutput(Output):
         self.minima: list[Column] = []
 
     def initialize(self, algorithm: Any) -> None:
-        """Add the columns that depend on the problem."""
         problem = algorithm.problem
         self.minima = [Column(f"f{j + 1}_min") for j in range(problem.n_obj)]
         constrained = [self.cv] if problem.has_constraints() else []
         self.columns += [self.n_nds, *constrained, *self.minima, self.n_failed]
 
     def update(self, algorithm: Any) -> None:
-        """Set the columns from the archive; pymoo prints a dash for None."""
         super().update(algorithm)
         front = algorithm.front
         has_points = len(front) > 0
+        # pymoo prints a dash for None.
         self.n_failed.set(getattr(algorithm.evaluator, "n_failed", None))
         self.n_nds.set(len(front))
         self.cv.set(front.violation if has_points else None)

@@ -31,22 +31,23 @@ class StagedState(DirectedState):
 
 
 class MGEOStaged(MGEODirected):
-    """`MGEODirected` with low-fidelity evaluations first and full fidelity at the end.
+    """`MGEODirected` that evaluates at low fidelity first and at full fidelity at the end.
 
-    For problems whose objectives are estimates, for example Monte Carlo averages, the run is
-    divided into stages of increasing fidelity and cost. At the beginning of each stage, all
-    archived points are evaluated again, the archive keeps the nondominated ones, and the walkers
-    continue from archived points. If a run ends before the last stage, the archive is evaluated at
-    full fidelity.
+    The algorithm suits problems whose objectives are estimates, for example Monte Carlo averages.
+    Fidelity and cost of the evaluations increase in steps during the run. At each increase, all
+    archived points are evaluated again, the archive is rebuilt from the new values, and the walkers
+    continue from archived points. If a run ends before the last increase, the archive is evaluated
+    at full fidelity.
 
-    The problem defines a method ``at_fidelity(k)`` that returns the problem at the fidelity level k,
-    from 0. The last stage uses the problem itself. If a problem has no such method, or
+    The problem defines a method ``at_fidelity(k)`` that returns the problem at the fidelity level
+    k, from 0. The highest level uses the problem itself. If a problem has no such method, or
     ``at_fidelity(0)`` returns the problem itself, the algorithm is identical to `MGEODirected`.
 
     Parameters
     ----------
-    fidelity_schedule : fractions of the run at which the second and each later stage begin, ascending in [0,
-        1]. A last value of 1 evaluates the final archive at full fidelity without further search.
+    fidelity_schedule : fractions of the run at which the fidelity level increases by 1, ascending
+        in [0, 1]. A last value of 1 evaluates the final archive at full fidelity without further
+        search.
     options : parameters of `MGEODirected`.
 
     Attributes
@@ -78,14 +79,15 @@ class MGEOStaged(MGEODirected):
     state: StagedState
     #: True while archived points are evaluated again, instead of new candidates.
     is_reevaluating = False
-    #: True if `conclude` has evaluated the archive at full fidelity. This is not a generation.
+    #: True after `evaluate_archive` has evaluated the archive at full fidelity. The evaluation does
+    #: not count as a generation.
     is_concluded = False
 
     def __init__(
         self, fidelity_schedule: Sequence[float] = (0.87, 0.99, 1.0), **options: Any
     ) -> None:
         self._full_problem: Problem | None = None
-        self._problems: dict[int, Problem] = {}  # Problem of each stage.
+        self._problems: dict[int, Problem] = {}  # Problems by fidelity level.
         super().__init__(**options)
         if not np.size(fidelity_schedule) or np.ndim(fidelity_schedule) != 1:
             raise ValueError(
@@ -115,7 +117,7 @@ class MGEOStaged(MGEODirected):
 
     @property
     def is_full_fidelity(self) -> bool:
-        """True if the current evaluations have full fidelity."""
+        """True if the algorithm currently evaluates at full fidelity."""
         full_problem = self._full_problem
         if (
             full_problem is None
@@ -130,7 +132,7 @@ class MGEOStaged(MGEODirected):
         return self.variables.to_designs(self.get_archived_points(np.arange(len(self.front))))
 
     def evaluate_archive(self) -> None:
-        """Evaluate the archive at full fidelity, if the run ended before the last stage."""
+        """Evaluate the archive at full fidelity, if the run ended at a lower fidelity."""
         if (self.is_full_fidelity and not self.is_reevaluating) or not len(self.front):
             return
         self.state.fidelity = len(self.fidelity_schedule)
@@ -159,8 +161,8 @@ class MGEOStaged(MGEODirected):
         self.evaluate_archive()
 
     def _infill(self) -> Population:
-        progress, next_stages = self.termination.perc, self.fidelity_schedule[self.fidelity :]
-        if self.is_full_fidelity or progress < next_stages[0]:
+        progress, remaining = self.termination.perc, self.fidelity_schedule[self.fidelity :]
+        if self.is_full_fidelity or progress < remaining[0]:
             return super()._infill()
         self.state.fidelity += 1
         if not len(self.front):
@@ -191,11 +193,11 @@ class MGEOStaged(MGEODirected):
         state.front.add(F, population, violation)
         self.reset_walkers(walkers)
         self._migrate(walkers)
-        marked: FloatArray = state.incumbent_F.copy()
-        state.reference_F = marked
+        reference_F: FloatArray = state.incumbent_F.copy()
+        state.reference_F = reference_F
         self._pending_designs = None
 
 
 def is_low_fidelity(algorithm: Algorithm | None) -> bool:
-    """Return whether an algorithm currently evaluates at low fidelity."""
+    """Return True if an algorithm currently evaluates at less than full fidelity."""
     return isinstance(algorithm, MGEOStaged) and not algorithm.is_full_fidelity

@@ -47,7 +47,7 @@ _BUDGETS: Mapping[str, tuple[type[Termination], str]] = {
 
 @dataclass(frozen=True, eq=False)
 class SavedState:
-    """State of a run as arrays and JSON values.
+    """State of a run, split into arrays and JSON values.
 
     Attributes
     ----------
@@ -65,12 +65,12 @@ class SavedState:
 
 
 def capture(algorithm: ExtremalOptimization) -> SavedState:
-    """Return the state of a run between two generations, in a callback or after `next`.
+    """Return the state of a run between two generations, from which `restore` can continue.
 
-    The state contains the `RunState`, the parameters of the algorithm and of a `TolerantEvaluator`,
-    and the last candidates, random stream, counters and elapsed time of pymoo's `Algorithm`. A
-    termination is included if it limits generations, evaluations or time. The problem, callback,
-    display and history are not included.
+    Call this function in a callback or after `next`. The state contains the `RunState`, the
+    parameters of the algorithm and of a `TolerantEvaluator`, and the last candidates, random
+    stream, counters and elapsed time of pymoo's `Algorithm`. A termination is included if it limits
+    generations, evaluations or time. The problem, callback, display and history are not included.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def set_termination(algorithm: ExtremalOptimization, termination: Any) -> None:
 
 
 def get_qualified_name(cls: type) -> str:
-    """Return the name of a class with its module."""
+    """Return the qualified name of a class, such as ``mgeo.algorithms.real.MGEOReal``."""
     return f"{cls.__module__}.{cls.__qualname__}"
 
 
@@ -210,12 +210,12 @@ def _get_parameters(algorithm: ExtremalOptimization) -> dict[str, Any]:
     return {
         key: _convert_to_json(f"{name}.{key}", value)
         for key, value in algorithm.get_params().items()
-        if key != "sampling"  # Starting points have no effect on the continuation.
+        if key != "sampling"  # Initial designs have no effect on the continuation.
     }
 
 
 def _check_algorithm(algorithm: Algorithm, data: Mapping[str, Any]) -> ExtremalOptimization:
-    """Return the algorithm; raise ValueError if class or parameters differ from the saved run."""
+    """Return the algorithm; raise ValueError if its parameters differ from the saved run."""
     name = get_qualified_name(type(algorithm))
     if data["class"] != name or not isinstance(algorithm, ExtremalOptimization):
         raise ValueError(f"class = {data['class']!r:.80}: the algorithm given is a {name}")
@@ -243,12 +243,13 @@ def _load_state(algorithm: ExtremalOptimization, saved_state: SavedState) -> Non
 
 @contextmanager
 def _convert_errors(source: Path | str) -> Iterator[None]:
-    """Convert all errors to a FileError, because a damaged state can cause any of them."""
+    """Context manager that reraises any exception as a FileError with the name of the file."""
     try:
         yield
     except ValueError as error:
         raise FileError(f"{source}: {error}") from error
-    except Exception as error:  # NumPy does not validate the state of a random stream.
+    # A damaged state can cause any exception: NumPy does not validate the state of a generator.
+    except Exception as error:
         raise FileError(
             f"{source}: the saved state is damaged: {type(error).__name__}: {error}"
         ) from error
@@ -267,7 +268,10 @@ def _convert_to_json(name: str, value: Any) -> Any:
 
 
 def _get_termination_arguments(termination: Termination) -> list[Any] | None:
-    """Return the arguments of `pymoo.termination.get_termination`; None for other terminations."""
+    """Return the arguments from which pymoo can rebuild a termination, or None if not possible.
+
+    The arguments are those of `pymoo.termination.get_termination`.
+    """
     if type(termination) is NoTermination:
         return ["n_gen", None]
     for name, (cls, attribute) in _BUDGETS.items():

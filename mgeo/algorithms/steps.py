@@ -1,4 +1,4 @@
-"""Random steps of variables: probability law, scale, and treatment of the bounds."""
+"""Random steps of variables: probability law, unit of sigma, and treatment of the bounds."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -10,28 +10,32 @@ from mgeo._typing import BoolArray, FloatArray, IntArray
 
 Uniform: TypeAlias = Callable[[], FloatArray]
 
-_MAX_STEP_WIDTHS = 1e9  # Steps of more bound widths are shortened, so that reflections stay finite.
-_MAX_SCALE_WIDTHS = 1e3  # A law of this many bound widths is uniform between the bounds to 1e-6.
+#: Largest step in widths of the bounds. Longer steps are cut, so that reflections stay finite.
+_MAX_STEP_WIDTHS = 1e9
+#: Largest scale of a resampled step in widths of the bounds. With this scale, the law is uniform
+#: between the bounds to 1e-6.
+_MAX_SCALE_WIDTHS = 1e3
 
 
 class StepLaw(ABC):
-    """Probability law of a step of unit scale.
+    """Base class of probability laws of a step with unit scale.
 
-    Base class for other laws than the normal one. Set the class attribute ``law`` of a subclass of
-    `RealVectors` to use it.
+    To search with another law than the normal one, set the class attribute ``law`` in a subclass of
+    `RealVectors`.
     """
 
     @abstractmethod
     def draw(self, stream: np.random.Generator, shape: tuple[int, ...]) -> FloatArray:
-        """Draw an array of steps from a random stream."""
+        """Draw an array of random steps with a given shape."""
 
     @abstractmethod
     def truncated_quantile(
         self, probability: FloatArray, low: FloatArray, high: FloatArray
     ) -> FloatArray:
-        """Return quantiles of the law truncated to [low, high].
+        """Return the quantiles of the law, truncated to [low, high], at given probabilities.
 
-        Used to resample steps that leave the bounds. All arrays have the same shape.
+        The function `resample` calls this method for steps that leave the bounds. All arrays have
+        the same shape.
         """
 
 
@@ -67,9 +71,9 @@ def clip(
     uniform: Uniform,
     law: StepLaw = NORMAL,
 ) -> FloatArray:
-    """Truncate steps at the bounds.
+    """Return the end points of steps that are cut off at the bounds.
 
-    Large steps end exactly on a bound.
+    Steps that would leave the bounds end exactly on a bound.
 
     Parameters
     ----------
@@ -104,7 +108,10 @@ def reflect(
     uniform: Uniform,
     law: StepLaw = NORMAL,
 ) -> FloatArray:
-    """Reflect steps at the bounds until they end inside; parameters as for `clip`."""
+    """Return the end points of steps that are reflected at the bounds until they end inside.
+
+    Parameters and return value are as for `clip`.
+    """
     width = xu - xl
     moved = x + np.clip(step, -_MAX_STEP_WIDTHS * width, _MAX_STEP_WIDTHS * width)
     period = np.where(width > 0, 2.0 * width, 1.0)
@@ -122,11 +129,11 @@ def resample(
     uniform: Uniform,
     law: StepLaw = NORMAL,
 ) -> FloatArray:
-    """Replace steps that leave the bounds by draws from the truncated law.
+    """Return the end points of steps that are drawn again if they would leave the bounds.
 
-    Equivalent to drawing the step again until it ends inside, but with a single draw from the
-    quantile function of the law truncated to the bounds. A step of uniform length becomes uniform
-    between x and the bound. Parameters as for `clip`.
+    The result is distributed as if each step were drawn repeatedly until it ends inside, but needs
+    only a single draw from the law truncated to the bounds. A step of uniform length becomes
+    uniform between x and the bound. Parameters and return value are as for `clip`.
     """
     draw, moved = uniform(), x + step
     clipped = np.clip(moved, xl, xu)
@@ -146,7 +153,7 @@ AUTO = "auto"
 
 
 def get_bounding(name: str, n_eq_constr: int) -> Bounding:
-    """Return the treatment of the bounds with a name.
+    """Return the function that treats steps beyond the bounds, by its name.
 
     Parameters
     ----------
@@ -156,6 +163,11 @@ def get_bounding(name: str, n_eq_constr: int) -> Bounding:
         satisfy an equality exactly, and a search rarely leaves such an isolated feasible point.
     n_eq_constr : int
         Number of equality constraints.
+
+    Returns
+    -------
+    function
+        One of `clip`, `reflect` and `resample`.
     """
     if name == AUTO:
         return reflect if n_eq_constr else clip
@@ -184,7 +196,7 @@ def perturb(
     uniform: Uniform,
     law: StepLaw = NORMAL,
 ) -> FloatArray:
-    """Perturb each variable independently, within the bounds.
+    """Return the values of variables after a random step of each one, within the bounds.
 
     The perturbed value is x + sigma scale(x) z with z from the law (Mainenti-Lopes, Souza & de
     Sousa 2012), equation (9) of docs/theory.md. Each candidate uses one of the perturbed values.
@@ -227,11 +239,11 @@ def round_steps(
     xu: FloatArray,
     uniform: FloatArray,
 ) -> FloatArray:
-    """Convert real steps to steps of integers, binary variables and choices.
+    """Convert the end points of real steps to values of integers, binary variables and choices.
 
-    Steps are rounded. If the rounded step of the primary variable is zero, the variable moves to a
-    neighbor instead; other variables then stay. Options of a choice have no order: a choice that
-    would move takes the option of the donor or, without a donor, a random other option.
+    End points are rounded. If the rounded step of the primary variable is zero, the variable moves
+    to a neighbor instead; other variables then stay. Options of a choice have no order: a choice
+    that would move takes the option of the donor or, without a donor, a random other option.
 
     Parameters
     ----------
@@ -257,7 +269,7 @@ def round_steps(
     """
     levels = xu - xl + 1.0
     end = np.rint(end_points)
-    offset = np.floor(uniform * (levels - 1.0))  # Options to skip after the next one.
+    offset = np.floor(uniform * (levels - 1.0))  # Number of options to skip after the next one.
     random_option = xl + np.mod(x - xl + 1.0 + offset, levels)
     option = np.where(np.isnan(donor), random_option, donor)
     end = np.where(is_choice & (end != x), option, end)

@@ -1,4 +1,4 @@
-"""Variables of a problem, and conversion between arrays of numbers and its designs."""
+"""Variables of a problem, and the conversion of its designs to rows of a float array and back."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Variables:
 
     @classmethod
     def from_problem(cls, problem: Problem, allowed_kinds: Sequence[Kind]) -> Variables:
-        """Read the variables of a problem.
+        """Return the variables of a problem, after a check of their kinds and bounds.
 
         Parameters
         ----------
@@ -105,43 +105,44 @@ class Variables:
 
     def _check_bounds(self, problem: Problem) -> None:
         name, is_real = type(problem).__name__, self.is_real
-        limits = np.where(is_real, MAX_REAL_BOUND, MAX_INTEGER_BOUND)
+        max_bounds = np.where(is_real, MAX_REAL_BOUND, MAX_INTEGER_BOUND)
         for key, bound in (("xl", self.xl), ("xu", self.xu)):
-            is_valid = (np.abs(bound) <= limits) & (is_real | (bound == np.rint(bound)))
+            is_valid = (np.abs(bound) <= max_bounds) & (is_real | (bound == np.rint(bound)))
             for i in np.flatnonzero(~is_valid).tolist():
                 kind = "number" if is_real[i] else "whole number"
                 raise ValueError(
-                    f"{name}.{key}[{self.format_label(i)}] = {bound[i]:g}: expected a finite {kind} of at "
-                    f"most {limits[i]:g} in size"
+                    f"{name}.{key}[{self.format_label(i)}] = {bound[i]:g}: expected a finite "
+                    f"{kind} of at most {max_bounds[i]:g} in size"
                 )
         if np.any(self.xl > self.xu):
             raise ValueError(f"{name}: expected xl <= xu, got xl = {self.xl}, xu = {self.xu}")
 
     def format_label(self, variable: int) -> str:
-        """Return the label of a variable for messages: its quoted name, or else its index."""
+        """Format a variable for messages, as its quoted name or, without names, its index."""
         return str(variable) if self.names is None else repr(self.names[variable])
 
     @property
     def is_real(self) -> BoolArray:
-        """Mask of the real variables, shape (n_var,)."""
+        """Mask of the real variables, a boolean array of length n_var."""
         return np.array([kind == "real" for kind in self.kinds])
 
     @property
     def is_choice(self) -> BoolArray:
-        """Mask of the choices, shape (n_var,)."""
+        """Mask of the choice variables, a boolean array of length n_var."""
         return np.array([kind == "choice" for kind in self.kinds])
 
     def to_designs(self, values: FloatArray) -> NDArray[Any]:
-        """Convert numbers to designs of the problem.
+        """Convert rows of a float array to designs of the problem.
 
         Parameters
         ----------
         values : array, shape (n, n_var)
-            Numbers, with choices as the index of their option.
+            Values of the variables; the value of a choice is the index of its option.
 
         Returns
         -------
-        array, shape (n, n_var) of float, int or bool, or (n,) of dict
+        array of float, int or bool, shape (n, n_var); or array of dict, shape (n,)
+            Dicts if the problem declares its variables as ``Problem(vars=...)``.
         """
         if self.names is not None:
             columns = [
@@ -159,16 +160,24 @@ class Variables:
         return values.astype(_TYPES[self.kinds[0]], copy=False)
 
     def to_numbers(self, designs: NDArray[Any]) -> FloatArray:
-        """Convert designs to numbers, shape (n, n_var); the inverse of `designs`."""
+        """Convert designs of the problem to rows of a float array; the inverse of `to_designs`."""
         if self.names is None:
             return np.array(designs, dtype=float)
         return convert_dicts_to_numbers(designs, self.names, self.options)
 
 
 def get_kind(vtype: Any) -> Kind | None:
-    """Return the kind of variables for a ``vtype`` of pymoo; None if the type is unknown.
+    """Return the kind of the variables of a pymoo problem with a given ``vtype``.
 
-    A ``vtype`` of None means real variables.
+    Parameters
+    ----------
+    vtype : type or None
+        Attribute ``vtype`` of the problem. None means real variables.
+
+    Returns
+    -------
+    {"real", "integer", "binary"} or None
+        None if the type is not supported.
     """
     if vtype is None:
         return "real"
@@ -177,9 +186,20 @@ def get_kind(vtype: Any) -> Kind | None:
 
 
 def convert_numbers_to_designs(problem: Problem, X: FloatArray) -> NDArray[Any]:
-    """Convert numbers, shape (n, n_var), to designs of a problem.
+    """Convert rows of a float array to designs of a problem.
 
-    The inverse of `mgeo.evaluation.individuals.as_numbers`.
+    The inverse of `mgeo.evaluation.individuals.convert_designs_to_numbers`.
+
+    Parameters
+    ----------
+    problem : Problem
+    X : array, shape (n, n_var)
+        Values of the variables; the value of a choice is the index of its option.
+
+    Returns
+    -------
+    array, shape (n, n_var) or (n,)
+        Designs in the form that ``problem.evaluate`` expects.
     """
     if getattr(problem, "vars", None) is None:
         kind = get_kind(problem.vtype)

@@ -25,11 +25,12 @@ RESTARTS = ("never", "random", "archive")
 
 
 class IndependentWalkers(ExtremalOptimization, ABC):
-    """Extremal optimization with independent walkers that change single coordinates.
+    """Base class of extremal optimization with independent walkers that change one coordinate.
 
     Each candidate differs from its walker in one coordinate. In each generation, a walker draws an
     objective, ranks its candidates by this objective, and accepts one candidate per group. A
-    subclass implements `build_encoding`, `build_layout` and `propose`, and sets `evaluates_walkers`.
+    subclass implements `build_encoding`, `build_layout` and `propose`, and sets
+    `evaluates_walkers`.
 
     Walkers do not interact, except in restarts from the archive. Each walker has its own random
     stream (child i of the seed), so that parallel and sequential execution give the same result. A
@@ -52,11 +53,12 @@ class IndependentWalkers(ExtremalOptimization, ABC):
     #: walker then combines several accepted candidates and has not been evaluated yet.
     evaluates_walkers = False
 
-    _coordinates: IntArray  # Return value of `layout`.
-    _candidate_indices: (
-        IntArray  # Index of the candidate at each entry of `layout`, -1 for padding.
-    )
-    _is_candidate: BoolArray  # Mask of the entries of `layout` that are not padding.
+    #: Return value of `build_layout`.
+    _coordinates: IntArray
+    #: Index of the candidate at each entry of the layout, -1 for padding.
+    _candidate_indices: IntArray
+    #: Mask of the entries of the layout that are not padding.
+    _is_candidate: BoolArray
 
     def __init__(
         self,
@@ -79,25 +81,30 @@ class IndependentWalkers(ExtremalOptimization, ABC):
 
     @abstractmethod
     def build_layout(self) -> IntArray:
-        """Return the coordinate that each candidate changes, shape (n_groups, group_size).
+        """Return the coordinate that each candidate changes, with candidates arranged in groups.
 
-        One candidate of each group is accepted. Shorter groups are padded with -1; no group may be
-        empty.
+        One candidate of each group is accepted.
+
+        Returns
+        -------
+        array of int, shape (n_groups, group_size)
+            Indices of coordinates. Shorter groups are padded with -1; no group may be empty.
         """
 
     @abstractmethod
     def propose(self) -> FloatArray:
-        """Return new values of the coordinates, shape (n_walkers, n_groups, group_size).
+        """Return the new value of the changed coordinate for each candidate of each walker.
 
-        Values at the padding of `layout` are ignored.
+        Returns
+        -------
+        array, shape (n_walkers, n_groups, group_size)
+            Values in the order of `build_layout`; values at its padding are ignored.
         """
 
     def _initialize_run(self, problem: Problem) -> None:
         self._coordinates = self.build_layout()
-        self._is_candidate = present = self._coordinates >= 0
-        self._candidate_indices = np.where(
-            present, np.cumsum(present).reshape(present.shape) - 1, -1
-        )
+        self._is_candidate = mask = self._coordinates >= 0
+        self._candidate_indices = np.where(mask, np.cumsum(mask).reshape(mask.shape) - 1, -1)
         super()._initialize_run(problem)
 
     def reset_walkers(self, rows: IntArray) -> None:
@@ -139,7 +146,7 @@ class IndependentWalkers(ExtremalOptimization, ABC):
             improved = improved | self._update_incumbent_fitness(values[:, offset:])
         f = np.take_along_axis(F, objective[:, None, None], axis=2)[:, offset:, 0]
         f[~np.isfinite(F[:, offset:]).all(axis=2)] = np.nan
-        ties = self._arrange_by_group(draws[:, 1 : 1 + n], 2.0)  # Padding ranks last.
+        ties = self._arrange_by_group(draws[:, 1 : 1 + n], 2.0)  # The padding is ranked last.
         ranking = rank(
             self._arrange_by_group(f, np.nan),
             self._arrange_by_group(violation[:, offset:], 0.0),
@@ -158,11 +165,14 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         return improved
 
     def _arrange_by_group(self, values: FloatArray, padding: float) -> FloatArray:
-        """Arrange values of candidates, (n_walkers, n), as (n_walkers, n_groups, group_size)."""
+        """Arrange one value per candidate in the groups of the layout, and fill the padding."""
         return np.where(self._is_candidate, values[:, self._candidate_indices], padding)
 
     def _adapt_tau(self, objective: IntArray, values: FloatArray) -> FloatArray:
-        """Update tau of the drawn objectives by the rule and return it, shape (n_walkers, 1)."""
+        """Update the adaptive tau of each walker for its drawn objective, and return it.
+
+        `values` are the fitness of the candidates. The result has the shape (n_walkers, 1).
+        """
         state = self.state
         is_a_geo1 = self.tau == "a-geo1"
         reference = state.incumbent_fitness if is_a_geo1 else state.current_fitness
@@ -182,9 +192,9 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         return state.taus[drawn][:, None]
 
     def _update_incumbent_fitness(self, values: FloatArray) -> BoolArray:
-        """Update the best fitness of each walker and return the mask of walkers that improved.
+        """Update the best fitness of each walker and return the mask of the walkers that improved.
 
-        `values` has the shape (n_walkers, n, 1 + n_obj).
+        `values` is the fitness of n points per walker, shape (n_walkers, n, 1 + n_obj).
         """
         before = self.state.incumbent_fitness
         self.state.incumbent_fitness = find_best_fitness(

@@ -20,17 +20,20 @@ from mgeo._typing import FloatArray
 
 _NAME = re.compile(r"([a-z-]+)/f([\d,-]+)/d([\d,-]+)/i([\d,-]+)")
 _SUITES = ("bbob", "bbob-biobj", "bbob-biobj-ext", "bbob-boxed", "bbob-largescale")
-_MAX_BIOBJECTIVE_INSTANCE = 15  # COCO takes minutes to construct other instances.
+#: Largest instance of a biobjective function. COCO takes minutes to construct other instances.
+_MAX_BIOBJECTIVE_INSTANCE = 15
 _EXPECTED = "expected SUITE/fFUNCTION/dDIMENSION/iINSTANCE, as bbob-biobj/f12/d10/i3"
-_CACHE_SIZE = 16  # COCO functions, and suites, per process.
-_LOCK = Lock()  # COCO functions of a suite share memory, so they must not run concurrently.
+#: Number of COCO functions, and of COCO suites, that each process keeps in memory.
+_CACHE_SIZE = 16
+#: Lock for all calls of COCO, because functions of a suite share memory.
+_LOCK = Lock()
 
 
 class CocoProblem(Problem):
-    """A COCO function as a pymoo problem.
+    """Pymoo problem whose objectives are a test function of COCO.
 
-    The bounds are COCO's region of interest. The problem can be pickled: each process creates its
-    own COCO object at the first evaluation.
+    The bounds are COCO's region of interest. The problem can be pickled, because each process
+    creates its COCO objects at the first evaluation.
 
     Parameters
     ----------
@@ -58,11 +61,10 @@ class CocoProblem(Problem):
 
     @property
     def function_name(self) -> str:
-        """Name of the function, the same for all its instances and dimensions."""
+        """Name of the COCO function, which is the same for all instances and dimensions."""
         return f"{self.suite} f{self.function}"
 
     def name(self) -> str:
-        """Return suite, function, dimension and instance, such as ``bbob f1 d10 i1``."""
         return f"{self.suite} f{self.function} d{self.n_var} i{self.instance}"
 
     def _evaluate(self, X: FloatArray, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
@@ -72,7 +74,7 @@ class CocoProblem(Problem):
 
 
 def build_coco_problem(name: str) -> CocoProblem:
-    """Build the problem with a name such as ``bbob-biobj/f12/d10/i3``.
+    """Build a COCO problem from its name, such as ``bbob-biobj/f12/d10/i3``.
 
     Raises
     ------
@@ -87,7 +89,9 @@ def build_coco_problem(name: str) -> CocoProblem:
 
 
 def expand_ranges(name: str) -> Iterator[str]:
-    """Expand a name with ranges, ``bbob-biobj/f1-55/d5,10/i1-5``, into names without ranges.
+    """Yield the names of all COCO problems that a name with ranges stands for.
+
+    An example of a name with ranges is ``bbob-biobj/f1-55/d5,10/i1-5``.
 
     Raises
     ------
@@ -108,7 +112,7 @@ def _split_name(name: str) -> tuple[str, ...]:
 
 
 def _parse_ranges(name: str, text: str) -> list[int]:
-    """Parse numbers and ranges: "1-3,7" gives 1, 2, 3 and 7."""
+    """Return the numbers that a text of numbers and ranges stands for: 1, 2, 3, 7 for "1-3,7"."""
     numbers: list[int] = []
     for part in text.split(","):
         ends = re.fullmatch(r"(\d{1,4})(?:-(\d{1,4}))?", part)
@@ -135,7 +139,6 @@ def _load_function(suite: str, function: int, dimension: int, instance: int) -> 
 
 @lru_cache(maxsize=_CACHE_SIZE)
 def _load_suite(suite: str, instance: int) -> Any:
-    # The suite is restricted to one instance.
     if suite not in _SUITES:
         raise ValueError(f"COCO's suite {suite!r}: expected one of {', '.join(_SUITES)}")
     if "biobj" in suite and instance > _MAX_BIOBJECTIVE_INSTANCE:
@@ -149,4 +152,5 @@ def _load_suite(suite: str, instance: int) -> Any:
             "COCO's functions need the extra 'coco': pip install 'mgeo[coco]'"
         ) from error
     with _LOCK:
+        # A suite with a single instance loads faster.
         return cocoex.Suite(suite, f"instances: {instance}", "")

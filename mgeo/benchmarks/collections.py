@@ -1,4 +1,4 @@
-"""Test problems by name with a prefix: ``pymoo:zdt1``, ``shifted:zdt1``, ``coco:...``."""
+"""Construction of test problems from names with a prefix, such as ``pymoo:zdt1``."""
 
 from __future__ import annotations
 
@@ -8,23 +8,24 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
-#: Example of a name for each prefix.
+#: Example of a problem name for each prefix.
 EXAMPLES_BY_PREFIX: Mapping[str, str] = {
     "pymoo": "pymoo:zdt1",
     "shifted": "shifted:zdt1",
     "coco": "coco:bbob-biobj/f1/d10/i1",
 }
-COCO_DISTRIBUTION = "coco-experiment"  # Distribution that the extra ``coco`` installs.
+#: Python distribution that the extra ``coco`` installs.
+COCO_DISTRIBUTION = "coco-experiment"
 
 
 def is_benchmark(name: str) -> bool:
-    """Return whether the name of a problem has one of the prefixes in `EXAMPLES_BY_PREFIX`."""
+    """Return True if a problem name has the prefix of a test problem, such as ``pymoo:``."""
     prefix, colon, _ = name.partition(":")
     return bool(colon) and prefix in EXAMPLES_BY_PREFIX
 
 
 def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
-    """Build a test problem from its name, including the prefix.
+    """Build a test problem from its name and constructor options.
 
     Parameters
     ----------
@@ -43,9 +44,10 @@ def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
 
 
 def expand_name(name: str) -> list[str]:
-    """Expand a COCO name with ranges, ``coco:bbob-biobj/f1-55/d5,10/i1``, into single names.
+    """Return the names of all test problems that a name with ranges stands for, as a list.
 
-    Any other name is returned as the only entry.
+    Only names of COCO problems can have ranges, such as ``coco:bbob-biobj/f1-55/d5,10/i1``. Any
+    other name is returned as the only entry.
 
     Raises
     ------
@@ -61,12 +63,15 @@ def expand_name(name: str) -> list[str]:
 
 
 def list_distributions(name: str) -> list[str]:
-    """Return the distributions, other than pymoo, that the values of a problem depend on."""
+    """Return the names of the Python distributions, other than pymoo, that define a test problem.
+
+    Results of a study depend on the versions of these distributions.
+    """
     return [COCO_DISTRIBUTION] if name.startswith("coco:") else []
 
 
 def format_short_name(name: str) -> str:
-    """Return the name of a problem for tables, such as ``zdt1`` for ``pymoo:zdt1``."""
+    """Shorten the name of a problem for tables, for example ``pymoo:zdt1`` to ``zdt1``."""
     prefix, _, rest = name.partition(":")
     if not is_benchmark(name):
         return name

@@ -1,4 +1,4 @@
-"""Test problems whose optima are moved away from the bounds."""
+"""Test problems with wider bounds, so that no optimum lies on a bound."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ EXTENSION_BELOW, EXTENSION_ABOVE = 0.7, 0.2
 
 
 class ShiftedProblem(Problem):
-    """Problem that is extended to a wider box by mirroring at the original bounds.
+    """Test problem with wider bounds than the original problem, so that no optimum is on a bound.
 
-    Within the original bounds, the objectives and constraints are unchanged, so that all optima
-    remain optima. No optimum lies on a bound of the wider box, which removes the advantage of
-    algorithms that clip steps to the bounds. The CEC 2007 competition extended ZDT and DTLZ by
-    mirroring in the same way (Huang, Qin, Deb, Zitzler, Suganthan, Liang, Preuss & Huband 2007).
+    Beyond the original bounds, the problem is extended by mirroring. Within the original bounds,
+    the objectives and constraints are unchanged, so that all optima remain optima. No optimum lies
+    on a bound of the wider box, which removes the advantage of algorithms that clip steps to the
+    bounds. The CEC 2007 competition extended ZDT and DTLZ by mirroring in the same way (Huang, Qin,
+    Deb, Zitzler, Suganthan, Liang, Preuss & Huband 2007).
 
     Parameters
     ----------
@@ -51,11 +52,20 @@ class ShiftedProblem(Problem):
         self.inner = inner
 
     def name(self) -> str:
-        """Return the name of the original problem with the prefix "Shifted"."""
         return f"Shifted {self.inner.name()}"
 
     def mirror(self, x: FloatArray) -> FloatArray:
-        """Map points, shape (n, n_var), into the original bounds by mirroring."""
+        """Return the points inside the original bounds to which given points are mirrored.
+
+        Parameters
+        ----------
+        x : array, shape (n, n_var)
+            Points inside the wider bounds.
+
+        Returns
+        -------
+        array, shape (n, n_var)
+        """
         xl, xu = self.inner.xl, self.inner.xu
         return np.clip(np.where(x < xl, 2.0 * xl - x, np.where(x > xu, 2.0 * xu - x, x)), xl, xu)
 

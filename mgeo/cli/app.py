@@ -1,4 +1,4 @@
-"""Command ``mgeo`` with its own commands and those of plugins, which are imported at first use."""
+"""Root command ``mgeo``, with its own subcommands and those of installed plugins."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from mgeo.plugins.discovery import (
     list_plugins,
 )
 
-#: Examples of each command, which its help shows and the tests run.
+#: Example command lines by command. The help of the command shows them, and a test parses them.
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "solve": (
         "mgeo solve attitude",
@@ -45,7 +45,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "report": (
         "mgeo report runs/attitude-mgeo-directed-seed1",
         "mgeo report runs/attitude-mgeo-directed-seed1 --figure front --paper",
-        "mgeo report runs/first runs/second --out beside.html",
+        "mgeo report runs/first runs/second --out both.html",
         "mgeo report studies/benchmarks --figure ranks --paper",
     ),
     "explore": (
@@ -64,12 +64,20 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
 
 
 def format_examples(command: str, examples: Mapping[str, Iterable[str]] = EXAMPLES) -> str:
-    """Return the examples of a command as the last part of its help."""
+    """Return the example command lines of a command as text for the end of its help.
+
+    Parameters
+    ----------
+    command
+        Name of the command.
+    examples
+        Example command lines by command. Default: those of the commands of mgeo.
+    """
     return "\n".join(["\b", "Examples:", *(f"  {line}" for line in examples[command])])
 
 
 class CommandGroup(TyperGroup):
-    """Group of commands that prints its help if no command is given."""
+    """Command group that prints its help, and exits with code 2, if no subcommand is given."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         if not (args or ctx.resilient_parsing):
@@ -79,7 +87,10 @@ class CommandGroup(TyperGroup):
 
 
 class RootCommandGroup(CommandGroup):
-    """Commands of mgeo and of plugins; each error is reported in one line with an exit code."""
+    """Root command group, which finds the commands of plugins and reports errors.
+
+    An error of a command is printed as one line on stderr and sets the exit code, see `ExitCode`.
+    """
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         ctx.meta["debug"] = "--debug" in args
@@ -91,21 +102,19 @@ class RootCommandGroup(CommandGroup):
             return super().invoke(ctx)
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Return the names of all commands; plugins cannot replace commands of mgeo."""
         for plugin in list_plugins(COMMANDS):
             # A name with a dot extends the commands of another plugin.
             if "." not in plugin.name:
+                # A plugin must not replace a command of mgeo.
                 self.commands.setdefault(plugin.name, _PluginCommandStub(plugin))
         return super().list_commands(ctx)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command by name; a plugin's command is a stub that is not imported."""
         if cmd_name not in self.commands:
             self.list_commands(ctx)
         return super().get_command(ctx, cmd_name)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the command to run, after importing it."""
         name, command, rest = super().resolve_command(ctx, args)
         if isinstance(command, _PluginCommandStub):
             command = command.load()
@@ -113,7 +122,7 @@ class RootCommandGroup(CommandGroup):
 
 
 class _PluginCommandStub(TyperCommand):
-    """Stub of a plugin's commands, for the help of ``mgeo`` without importing the plugin."""
+    """Placeholder for the commands of a plugin, so that the help of ``mgeo`` imports no plugin."""
 
     def __init__(self, plugin: Plugin) -> None:
         distribution = plugin.entry_point.dist
@@ -122,7 +131,10 @@ class _PluginCommandStub(TyperCommand):
         self._plugin = plugin
 
     def load(self) -> Any:
-        """Import the commands, including those that other distributions add."""
+        """Import the plugin and return its command group.
+
+        The group includes subcommands that other distributions add.
+        """
         group = _build_group(self._plugin)
         for plugin in list_plugins(COMMANDS):
             if plugin.name.startswith(f"{self._plugin.name}."):
@@ -139,7 +151,7 @@ def _build_group(plugin: Plugin) -> Any:
 app = typer.Typer(
     name="mgeo",
     cls=RootCommandGroup,
-    help="Multiobjective generalized extremal optimization of installed problems.",
+    help="Solve multiobjective problems by generalized extremal optimization.",
     epilog="\n\n".join(
         ["Exit codes:", *(f"{int(code)}: {text}" for code, text in EXIT_CODES.items())]
     ),
@@ -150,12 +162,13 @@ app = typer.Typer(
 
 
 def main() -> None:
+    """Run the command ``mgeo`` with the arguments of this process, and exit."""
     # This must precede the import of NumPy. The order of sums in BLAS depends on the number of
     # threads, so that fronts of equal seeds would depend on the number of processors and --jobs.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")  # Some encodings lack characters.
+            stream.reconfigure(errors="backslashreplace")  # The encoding may lack characters.
     raise_on_sigterm()
     warnings.showwarning = print_warning
     app()
@@ -165,7 +178,7 @@ def _print_version(is_requested: bool) -> None:
     if not is_requested:
         return
     groups = (PROBLEMS, ALGORITHMS, COMMANDS)
-    plugins = {each.distribution for group in groups for each in list_plugins(group)}
+    plugins = {plugin.distribution for group in groups for plugin in list_plugins(group)}
     for name in ("mgeo", *sorted(plugins - {"mgeo"}), "numpy", "scipy", "pymoo"):
         typer.echo(f"{name} {metadata.version(name)}")
     typer.echo(f"python {platform.python_version()}")
@@ -184,7 +197,7 @@ def _root(
         ),
     ] = False,
     no_color: Annotated[
-        bool, typer.Option("--no-color", help="Print no colors, as with the variable NO_COLOR.")
+        bool, typer.Option("--no-color", help="Print without colors, as if NO_COLOR were set.")
     ] = False,
 ) -> None:
     if no_color:
@@ -201,5 +214,5 @@ for _command in (
     study.study,
     study.schema,
 ):
-    _about = (_command.__doc__ or "").partition("\n")[0]
-    app.command(epilog=format_examples(_command.__name__), short_help=_about)(_command)
+    _summary = (_command.__doc__ or "").partition("\n")[0]
+    app.command(epilog=format_examples(_command.__name__), short_help=_summary)(_command)

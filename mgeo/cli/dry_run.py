@@ -1,4 +1,4 @@
-"""Output of ``--dry-run``: the size of a run or study, and the files that it would write."""
+"""Output of ``--dry-run``: size of a run or study, and the files that it would write."""
 
 from __future__ import annotations
 
@@ -22,7 +22,17 @@ if TYPE_CHECKING:
 
 
 def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
-    """Print the size, budget and files of a run of ``mgeo solve``."""
+    """Print the problem size, the budget, and the files that a run of ``mgeo solve`` would write.
+
+    Parameters
+    ----------
+    run
+        Prepared run.
+    folder
+        Folder that the run would write.
+    output
+        Destination of the text, or of the JSON document.
+    """
     configuration, size, view = (
         run.configuration,
         describe_size(run.problem),
@@ -35,7 +45,7 @@ def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
         files.append(run_folder.CHECKPOINT_FILE)
     if run.record:
         files.append(f"{run_folder.RECORD_FOLDER}/")
-    notes, facts = call_optional(view, View.notes), call_optional(view, View.facts)
+    warnings, facts = call_optional(view, View.notes), call_optional(view, View.facts)
     texts = {
         "size": _format_size(size),
         "budget": f"{configuration.evaluations:,} evaluations",
@@ -47,7 +57,7 @@ def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
             else {}
         ),
         **facts,
-        **({"warnings": "; ".join(notes)} if notes else {}),
+        **({"warnings": "; ".join(warnings)} if warnings else {}),
     }
     output.print(format_run_title(configuration), build_key_value_table(texts))
     output.print_document(
@@ -56,7 +66,7 @@ def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
             "configuration": configuration.model_dump(),
             **size,
             "facts": dict(facts),
-            "warnings": notes,
+            "warnings": warnings,
             "folder": str(folder),
             "files": files,
         }
@@ -66,23 +76,27 @@ def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
 def print_study_size(
     study: Study, problems: Mapping[str, Problem], folder: Path, output: Output
 ) -> None:
-    """Print the size and budget of a study.
+    """Print the size of each problem of a study, its algorithms, and the budget of all its runs.
 
     Parameters
     ----------
-    study : the study.
-    problems : problems by label, without those named ``module:Class``, because a dry run imports no
-        modules on behalf of a file.
-    folder : folder that the study would write.
-    output : destination of the text.
+    study
+        Study, as read from its file.
+    problems
+        Problems by label. Problems named ``module:Class`` are left out, because a dry run imports
+        no modules on behalf of a file.
+    folder
+        Folder that the study would write.
+    output
+        Destination of the text, or of the JSON document.
     """
     sizes = {label: describe_size(problem) for label, problem in problems.items()}
     algorithms = [algorithm.label for algorithm in study.algorithms]
-    runs = len(study.problems) * len(algorithms) * len(study.seeds)
-    each = " per variable" if study.per_variable else ""
+    n_runs = len(study.problems) * len(algorithms) * len(study.seeds)
+    unit = " per variable" if study.per_variable else ""
     texts = {label: _format_size(size) for label, size in sizes.items()} | {
         "algorithms": ", ".join(algorithms),
-        "budget": f"{runs:,} runs of {study.evaluations:,} evaluations{each}",
+        "budget": f"{n_runs:,} runs of {study.evaluations:,} evaluations{unit}",
         "folder": str(folder),
     }
     output.print(study.title, build_key_value_table(texts))
@@ -94,7 +108,7 @@ def print_study_size(
             "algorithms": algorithms,
             "evaluations": study.evaluations,
             "per_variable": study.per_variable,
-            "n_runs": runs,
+            "n_runs": n_runs,
             "folder": str(folder),
         }
     )

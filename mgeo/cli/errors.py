@@ -1,4 +1,4 @@
-"""Exit codes of the commands, errors as one line on stderr, and handling of Ctrl-C and SIGTERM."""
+"""Exit codes, error messages, and handling of Ctrl-C and SIGTERM, for all commands."""
 
 from __future__ import annotations
 
@@ -19,18 +19,19 @@ from mgeo.terminal import show
 
 
 class TerminationInterrupt(KeyboardInterrupt):
-    """Exception raised on SIGTERM, which ends a command like Ctrl-C."""
+    """Exception raised on SIGTERM, so that the command ends as it does after Ctrl-C."""
 
 
 class StopRequest:
-    """Signal that requested a run to stop; false if there was none.
+    """Request to stop a run, set by SIGINT or SIGTERM. It is true once a signal was received.
 
     Attributes
     ----------
     signal : Signals or None
-        The received signal.
+        First received signal.
     may_raise : bool
-        Whether a second signal raises KeyboardInterrupt. False while results are written.
+        Whether a second signal raises KeyboardInterrupt. It is set to False while results are
+        written.
     """
 
     def __init__(self) -> None:
@@ -42,11 +43,21 @@ class StopRequest:
 
     @property
     def exit_code(self) -> int:
-        """Exit code of a shell for the signal: 130 for Ctrl-C, 143 for SIGTERM, 0 for none."""
+        """Exit code by shell convention: 130 after Ctrl-C, 143 after SIGTERM, otherwise 0."""
         return 0 if self.signal is None else 128 + self.signal
 
     def receive(self, signal_number: int, frame: FrameType | None = None) -> None:
-        """Store the first signal; raise KeyboardInterrupt at the second one, once."""
+        """Store the first signal, and raise KeyboardInterrupt on the second one.
+
+        Later signals are ignored, and so is the second one while `may_raise` is false.
+
+        Parameters
+        ----------
+        signal_number
+            Number of the received signal.
+        frame
+            Unused; part of the interface of signal handlers.
+        """
         if self.signal is None:
             self.signal = signal.Signals(signal_number)
         elif self.may_raise:
@@ -56,9 +67,15 @@ class StopRequest:
 
 @contextmanager
 def collect_stop_requests() -> Iterator[StopRequest]:
-    """Collect SIGINT and SIGTERM, so that a run can end after the current generation.
+    """Context manager that turns SIGINT and SIGTERM into a stop request for the current run.
 
-    A second signal raises KeyboardInterrupt, to end long generations.
+    The run can then end after its current generation. A second signal raises KeyboardInterrupt,
+    which ends a long generation at once. The previous signal handlers are restored on exit.
+
+    Yields
+    ------
+    StopRequest
+        Request that is false until a signal is received.
     """
     request = StopRequest()
     watched = (signal.SIGINT, signal.SIGTERM)
@@ -71,7 +88,10 @@ def collect_stop_requests() -> Iterator[StopRequest]:
 
 
 def raise_on_sigterm() -> None:
-    """Raise `TerminationInterrupt` on SIGTERM, so that workers are stopped and temporary files removed."""
+    """Install a signal handler that raises `TerminationInterrupt` on SIGTERM.
+
+    The exception lets a command stop its worker processes and remove its temporary files.
+    """
 
     def terminate(number: int, frame: FrameType | None) -> None:
         raise TerminationInterrupt
@@ -79,12 +99,12 @@ def raise_on_sigterm() -> None:
     signal.signal(signal.SIGTERM, terminate)
 
 
-#: Exception of typer for an invalid command line; its module differs between versions.
+#: Exception class of typer for invalid command lines. Its module depends on the version of typer.
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 
 class ExitCode(IntEnum):
-    """Exit codes of all commands, see `EXIT_CODES`."""
+    """Exit codes of all commands, which `EXIT_CODES` describes."""
 
     SUCCESS, ERROR, BAD_INPUT, INCOMPLETE = range(4)
     INTERRUPTED, TERMINATED = 130, 143
@@ -104,16 +124,19 @@ EXIT_CODES: Mapping[ExitCode, str] = {
 
 
 class InputError(Exception):
-    """Error that the user can correct; its cause is the original exception."""
+    """Error in the input of a command, which the user can correct.
+
+    The original exception is its ``__cause__``.
+    """
 
 
 @contextmanager
 def convert_input_errors(
     error_types: tuple[type[Exception], ...] = (ValueError, TypeError, OSError),
 ) -> Iterator[None]:
-    """Raise `InputError` for errors of the given kinds.
+    """Context manager that reraises exceptions of the given types as `InputError`.
 
-    Use it around code that reads input or writes files. Errors of other kinds, or in other code,
+    It encloses code that reads input or writes files. Exceptions of other types, or in other code,
     are bugs of mgeo or of a plugin.
     """
     try:
@@ -126,14 +149,19 @@ def convert_input_errors(
 
 @contextmanager
 def report_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None]:
-    """Print an error as one line on stderr and end the command with its exit code.
+    """Context manager that prints an exception as one line on stderr, and exits with an exit code.
 
     Parameters
     ----------
     ctx
-        Context of the command, for the command name in usage errors.
+        Context of the command, which names the command in messages on invalid command lines.
     debug
         Whether to print the traceback as well.
+
+    Raises
+    ------
+    typer.Exit
+        If an exception was printed; it has the exit code.
     """
     try:
         yield
@@ -149,20 +177,20 @@ def report_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None]:
 
 
 def print_warning(message: Warning | str, *_: object, **__: object) -> None:
-    """Print a warning as one line on stderr, as a replacement of `warnings.showwarning`."""
+    """Print a warning as one line on stderr; replacement for `warnings.showwarning`."""
     show(f"Warning: {join_lines(str(message))}", stderr=True)
 
 
 def get_interrupt_exit_code(error: KeyboardInterrupt) -> ExitCode:
-    """Return the exit code of an interrupt by Ctrl-C or SIGTERM."""
+    """Return the exit code for an interrupted command: 143 after SIGTERM, 130 after Ctrl-C."""
     return ExitCode.TERMINATED if isinstance(error, TerminationInterrupt) else ExitCode.INTERRUPTED
 
 
 def _describe_error(error: BaseException, ctx: typer.Context) -> tuple[str, ExitCode]:
     if isinstance(error, UsageError):
-        at: Any = getattr(error, "ctx", None) or ctx
+        error_context: Any = getattr(error, "ctx", None) or ctx
         message = error.format_message().rstrip(".")  # type: ignore[attr-defined]
-        return f"{message} (see {at.command_path} --help)", ExitCode.BAD_INPUT
+        return f"{message} (see {error_context.command_path} --help)", ExitCode.BAD_INPUT
     if isinstance(error, KeyboardInterrupt):
         return "interrupted", get_interrupt_exit_code(error)
     from mgeo.evaluation.evaluator import EvaluationError

@@ -1,7 +1,4 @@
-"""Execution of a run by the command line: progress, run folder, and summary.
-
-On a terminal, the progress is redrawn in place; in a pipe or a log, it is printed as lines.
-"""
+"""Execution of a run for ``mgeo solve`` and ``mgeo resume``: progress, run folder and summary."""
 
 from __future__ import annotations
 
@@ -31,26 +28,28 @@ from mgeo.store.provenance import list_problem_versions
 from mgeo.store.run import Outcome, Run, RunConfiguration
 from mgeo.terminal import Output, build_console, escape_text
 
-_MAX_PROGRESS_SHARE = 0.02  # maximum share of the run time for the computation of the progress
+_MAX_PROGRESS_SHARE = 0.02  # maximum share of the run time that the progress display may use
 _STOP_MESSAGE = "stopping after this generation; Ctrl-C again to stop at once"
 
 
 class Progress:
-    """Callback of a run that shows its progress and forwards stop requests.
+    """Callback of a run that displays its progress, and stops the run after a signal.
+
+    On a terminal, the display is redrawn in place. In a pipe or a log, it is printed as lines.
 
     Parameters
     ----------
     console
-        Console for the progress.
+        Console on which the progress is displayed.
     title
-        First line.
+        First line of the display.
     request
-        Stop request, set by signals.
+        Stop request, which becomes true on a signal.
 
     Attributes
     ----------
     interval
-        Minimum time between two updates [s].
+        Minimum time between two updates of the display [s].
     """
 
     def __init__(self, console: Console, title: str, request: StopRequest) -> None:
@@ -72,7 +71,7 @@ class Progress:
 
     @contextmanager
     def display(self) -> Iterator[None]:
-        """Show the progress within a ``with`` block: redrawn on a terminal, otherwise as lines."""
+        """Context manager that displays progress: in place on a terminal, otherwise as lines."""
         if not self._console.is_terminal:
             self._print(self._title)
             yield
@@ -83,14 +82,14 @@ class Progress:
                 self._update()
 
     def __call__(self, state: SolveState) -> None:
-        """Stop the run if requested, and update the progress if the interval has passed."""
+        """Stop the run if a signal requested it, and update the display if it is due."""
         if self._request:
             state.stop()
         self._state = state
         if time.monotonic() >= self._next_update:
-            begin = time.process_time()
+            start = time.process_time()
             self._update()
-            pause = max(self.interval, (time.process_time() - begin) / _MAX_PROGRESS_SHARE)
+            pause = max(self.interval, (time.process_time() - start) / _MAX_PROGRESS_SHARE)
             self._next_update = time.monotonic() + pause
 
     def __rich__(self) -> Group:
@@ -107,15 +106,21 @@ class Progress:
         self._bar.update(self._task, total=state.budget, completed=completed, done=done)
         if not self._console.is_terminal:
             task, left = self._bar.tasks[0], self._bar.tasks[0].time_remaining
-            times = f"elapsed {format_duration(state.elapsed_time)}  left {'-' if left is None else format_duration(left)}"
-            self._print(escape_text(f"{task.percentage:3.0f}%  {done}  {self._status}  {times}"))
+            elapsed = format_duration(state.elapsed_time)
+            remaining = "-" if left is None else format_duration(left)
+            self._print(
+                escape_text(
+                    f"{task.percentage:3.0f}%  {done}  {self._status}  elapsed {elapsed}  "
+                    f"left {remaining}"
+                )
+            )
 
     def _print(self, line: Any) -> None:
         self._console.print(line, soft_wrap=True)
 
 
 def execute_run(run: PreparedRun, folder: Path, output: Output, max_time: float | None) -> int:
-    """Run until the budget is used, write the run folder and print the summary.
+    """Run a search, write its run folder, print its summary, and return the exit code.
 
     Parameters
     ----------
@@ -126,34 +131,43 @@ def execute_run(run: PreparedRun, folder: Path, output: Output, max_time: float 
     output
         Destination of the summary.
     max_time
-        Time from now after which the run ends [s], or None.
+        Time from now after which the run ends [s]. None: no limit.
 
     Returns
     -------
     int
         Exit code: 0 if a feasible solution was found, 3 if none was found or none can exist, 128 +
         the signal number if a signal stopped the run.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written, or another process is using it.
+    EvaluationError, PluginError
+        If the evaluations of the problem fail, or another method of the problem does.
     """
-    if impossible := call_optional(build_view(run.problem), View.infeasibility_reasons):
-        output.print("no solution can satisfy all constraints", *(f"  {why}" for why in impossible))
-        output.print_document({"infeasibility_reasons": impossible})
+    if reasons := call_optional(build_view(run.problem), View.infeasibility_reasons):
+        output.print(
+            "no solution can satisfy all constraints", *(f"  {reason}" for reason in reasons)
+        )
+        output.print_document({"infeasibility_reasons": reasons})
         return ExitCode.INCOMPLETE
     with convert_input_errors():
         folder.mkdir(parents=True, exist_ok=True)
     with (
-        collect_stop_requests() as stop,
+        collect_stop_requests() as request,
         convert_input_errors((ValueError, OSError)),
         lock_folder(folder),
     ):
         check_writable(folder)
         if run.metadata is None:
             run_folder.remove_run(folder)
-        screen = Console(quiet=True) if output.quiet else build_console(stderr=True)
-        progress = Progress(screen, format_run_title(run.configuration), stop)
+        console = Console(quiet=True) if output.quiet else build_console(stderr=True)
+        progress = Progress(console, format_run_title(run.configuration), request)
         try:
             with progress.display():
                 outcome = run.solve(progress, folder, max_time)
-            stop.may_raise = False
+            request.may_raise = False
             finished_run = Run(
                 run.configuration, outcome, list_problem_versions(run.configuration.problem)
             )
@@ -166,10 +180,10 @@ def execute_run(run: PreparedRun, folder: Path, output: Output, max_time: float 
         view = build_view(run.problem, solutions.X, solutions.F)
         try:
             _write_front_files(run, outcome, view, folder)
-        finally:  # Print the summary even if a figure fails.
+        finally:  # The summary is printed even if drawing the figure fails.
             print_summary(finished_run, view, folder, output)
     if outcome.stop_reason == "signal":
-        return stop.exit_code or ExitCode.INTERRUPTED
+        return request.exit_code or ExitCode.INTERRUPTED
     return ExitCode.SUCCESS if len(outcome.F) else ExitCode.INCOMPLETE
 
 
@@ -186,8 +200,8 @@ def _write_front_files(run: PreparedRun, outcome: Outcome, view: View, folder: P
 
 
 def format_run_title(run: RunConfiguration) -> str:
-    """Return the title of a run, including the parameters that differ from the defaults."""
-    # Convert tuples to lists, because the configuration was read from JSON.
+    """Return the title of a run: problem, algorithm with its non-default parameters, and seed."""
+    # A configuration read from JSON has lists in place of tuples.
     defaults = json.loads(json.dumps(complete_parameters(run.algorithm, {}), default=str))
     values = ", ".join(
         f"{key} = {value}" for key, value in run.parameters.items() if value != defaults.get(key)
@@ -199,18 +213,20 @@ def format_run_title(run: RunConfiguration) -> str:
 
 
 def _format_state(state: SolveState) -> str:
-    """Return the size and quality of the front, and failures, in one line."""
+    """Return the state of a run as one line: size and quality of the front, and failures."""
     _, F = state.build_front()
-    shown = {"front": f"{len(F):,}"}
+    entries = {"front": f"{len(F):,}"}
     if state.refinement is not None:
-        shown["refined"] = f"{int(state.refinement.is_replaced.sum()) + state.refinement.n_added:,}"
+        entries["refined"] = (
+            f"{int(state.refinement.is_replaced.sum()) + state.refinement.n_added:,}"
+        )
     if failed := sum(state.failures.values()):
-        shown["failed"] = f"{failed:,}"
+        entries["failed"] = f"{failed:,}"
     if len(F):
         best = zip(get_column_names(state.problem)[1], F.min(axis=0), strict=True)
-        shown |= {f"best {name}": f"{value:.6g}" for name, value in best}
-    if (volume := state.compute_hypervolume(F)) is not None:
-        shown["hypervolume"] = f"{volume:.4f}"
+        entries |= {f"best {name}": f"{value:.6g}" for name, value in best}
+    if (hypervolume := state.compute_hypervolume(F)) is not None:
+        entries["hypervolume"] = f"{hypervolume:.4f}"
     if state.checkpoint_error is not None:
-        shown["no checkpoint:"] = state.checkpoint_error
-    return "  ".join(f"{name} {text}" for name, text in shown.items())
+        entries["no checkpoint:"] = state.checkpoint_error
+    return "  ".join(f"{name} {text}" for name, text in entries.items())

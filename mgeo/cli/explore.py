@@ -1,4 +1,4 @@
-"""Command ``mgeo explore``: interactive exploration of a run in the browser."""
+"""Command ``mgeo explore``, which serves a page for the exploration of a run in the browser."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def explore(
         Path | None,
         typer.Option(
             metavar="DIR|FILE.json",
-            help="Folder in which the page saves solutions, or default file for saving "
+            help="Folder into which the page saves solutions, or default file for them "
             "[default: DIR/plan.json].",
         ),
     ] = None,
@@ -34,10 +34,11 @@ def explore(
     quiet: options.Quiet = False,
     debug: options.Debug = False,
 ) -> None:
-    """Explore a run in the browser: filter, select, modify and save solutions.
+    """Explore the solutions of a run in the browser: filter, select, modify and save them.
 
     A modified design is evaluated while its slider moves. The page is accessible only from this
-    machine, at the printed address, until Ctrl-C. Requires Dash (pip install 'mgeo[explore]').
+    machine, at the printed address, until Ctrl-C. The command requires Dash
+    (pip install 'mgeo[explore]').
     """
     output = Output(quiet, json)
     with convert_input_errors((ImportError, ValueError, TypeError, OSError)):
@@ -45,7 +46,7 @@ def explore(
 
         server = ExplorerServer(folder, save=save, problem=problem, port=port)
     with server:
-        output.print(server.url, "open on this machine only; Ctrl-C ends it")
+        output.print(server.url, "accessible only from this machine; Ctrl-C ends the server")
         output.print_document(
             {"url": server.url, "folder": str(folder), "save": str(save or folder)}
         )

@@ -1,4 +1,4 @@
-"""Commands ``mgeo problems`` and ``mgeo algorithms``, which list the installed ones."""
+"""Commands ``mgeo problems`` and ``mgeo algorithms``."""
 
 from __future__ import annotations
 
@@ -18,14 +18,16 @@ def problems(json: options.Json = False, debug: options.Debug = False) -> None:
     output = Output(json=json)
     output.print_document({"problems": descriptions})
     if not descriptions:
-        output.print("no problem is installed; the first to try: pip install ./problems/attitude")
+        output.print(
+            "no problem is installed; for the attitude problem: pip install ./problems/attitude"
+        )
         return
     titles = ("name", "distribution", "version", "variables", "objectives")
     rows = [
-        (*(one[key] for key in titles[:3]), len(one["variables"]), ", ".join(one["objectives"]))
-        for one in descriptions
+        (*(each[key] for key in titles[:3]), len(each["variables"]), ", ".join(each["objectives"]))
+        for each in descriptions
     ]
-    errors = [f"Error: {one['name']}: {one['error']}" for one in descriptions if one["error"]]
+    errors = [f"Error: {each['name']}: {each['error']}" for each in descriptions if each["error"]]
     output.print(build_table(titles, rows), *(escape_text(error, style="red") for error in errors))
 
 
@@ -62,7 +64,7 @@ def algorithms(
     output.print(
         f"{name}: {description['description']}",
         build_table(("parameter", "default", "description"), rows),
-        "parameters are given by --set NAME=VALUE",
+        "set a parameter by --set NAME=VALUE",
     )
 
 

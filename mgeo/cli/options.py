@@ -1,6 +1,6 @@
-"""Options shared by several commands, and completion of their values.
+"""Options shared by several commands, and shell completion of their values.
 
-Completion imports no plugins. File and folder names are completed by the shell.
+Completion imports no plugins. The shell completes the names of files and folders.
 """
 
 from __future__ import annotations
@@ -18,24 +18,30 @@ from mgeo.terminal import reserve_stdout
 
 
 def complete_from(names: Iterable[str]) -> Callable[[], list[str]]:
-    """Return a completion function for fixed names."""
+    """Return a callback for shell completion that offers fixed names."""
     return lambda: list(names)
 
 
 def complete_problems() -> list[str]:
-    """Return the names of the installed problems, for completion."""
+    """Return the names of the installed problems; callback for shell completion."""
     return [plugin.name for plugin in list_plugins()]
 
 
 def complete_algorithms() -> list[str]:
-    """Return the names of the algorithms, for completion."""
+    """Return the names of the algorithms; callback for shell completion."""
     names: list[str] = resolve_name("mgeo.runs.algorithms:list_algorithms")()
     return names
 
 
 def complete_scenarios(ctx: typer.Context) -> list[str]:
-    """Return the presets of the problem on the command line, for completion."""
-    # An option without a value makes typer leave the arguments unread.
+    """Return the preset names of the problem on the command line; callback for shell completion.
+
+    Parameters
+    ----------
+    ctx
+        Context of the command line that the shell completes.
+    """
+    # typer does not parse the arguments before an option that still lacks its value.
     words = [str(ctx.params.get("problem")), *ctx.args]
     return [preset for word in words for preset in list_preset_names(word)]
 
@@ -58,7 +64,7 @@ Json = Annotated[
 ]
 Debug = Annotated[
     bool,
-    typer.Option("--debug", help="Show the traceback of an error."),
+    typer.Option("--debug", help="Print the traceback of an error."),
 ]
 DryRun = Annotated[
     bool,
@@ -72,10 +78,12 @@ Problem = Annotated[
     str | None,
     typer.Option(
         metavar="MODULE:CLASS",
-        help="Class of the run's problem, required if the problem is not installed by name.",
+        help="Class of the problem of the run, required if the problem has no installed name.",
     ),
 ]
-Walkers = Annotated[int | None, typer.Option("--walkers", help="Number of walkers.")]
+Walkers = Annotated[
+    int | None, typer.Option("--walkers", help="Number of walkers, the parallel searches.")
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option(
@@ -87,7 +95,12 @@ Settings = Annotated[
 
 
 def parse_parameters(settings: Iterable[str]) -> dict[str, Any]:
-    """Return the parameters of an algorithm from texts NAME=VALUE.
+    """Parse the parameters of an algorithm from the NAME=VALUE texts of ``--set``.
+
+    Returns
+    -------
+    dict
+        Values by name; a value is an integer, a float, a boolean, a word, or a list of these.
 
     Raises
     ------
@@ -104,7 +117,7 @@ def parse_parameters(settings: Iterable[str]) -> dict[str, Any]:
 
 
 def _parse_value(text: str) -> Any:
-    """Return an integer, float, boolean or word; a list of them if the text contains commas."""
+    """Parse an integer, float, boolean or word, or a list of these if the text contains commas."""
     if "," in text:
         return [_parse_value(entry) for entry in text.split(",")]
     if text.lower() in ("true", "false"):

@@ -1,4 +1,4 @@
-"""Command ``mgeo report``: an HTML report of a run, and figures of runs and studies as files."""
+"""Command ``mgeo report``, which writes HTML reports of runs, and figures of runs and studies."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def report(
         list[Path],
         typer.Argument(
             metavar="DIR [DIR]",
-            help="Folder of a run or of a study; or two runs or solution files, to compare them.",
+            help="Folder of a run or study, or two run folders or solution files to compare.",
         ),
     ],
     out: Annotated[
@@ -33,7 +33,7 @@ def report(
     ] = None,
     solution: Annotated[
         int | None,
-        typer.Option(metavar="N", min=0, help="Number of the reviewed solution [default: knee]."),
+        typer.Option(metavar="N", min=0, help="Number of the solution to review [default: knee]."),
     ] = None,
     png: Annotated[
         bool,
@@ -54,14 +54,15 @@ def report(
     paper: Annotated[
         bool,
         typer.Option(
-            "--paper", help="Figures for a paper: 88 mm wide, 8-point serif, no title, as PDF."
+            "--paper",
+            help="Draw the figures for a paper: 88 mm wide, 8-point serif, no title, PDF.",
         ),
     ] = False,
     problem: Annotated[
         list[str] | None,
         typer.Option(
             metavar="MODULE:CLASS",
-            help="Class of a problem, required if the problem is not installed by name; can be "
+            help="Class of a problem, required if the problem has no installed name; can be "
             "repeated.",
         ),
     ] = None,
@@ -69,13 +70,13 @@ def report(
     quiet: options.Quiet = False,
     debug: options.Debug = False,
 ) -> None:
-    """Write an HTML report of a run, for example as a review document.
+    """Write an HTML report of a run, or of two runs side by side.
 
-    The page shows the configuration, the front and each solution, and needs no network. When
-    printed, it is a review document of one solution. Figures show the front, the hypervolume, the
-    knee and the best solutions; PNG and PDF need kaleido (pip install 'mgeo[png]') and Chrome or
-    Chromium. A study already has a report, so only its figures are written; without options, their
-    names are listed.
+    The page shows the configuration, the front and each solution, and loads nothing from the
+    network. Printed, it is a review document of one solution. Figures show the front, the
+    hypervolume, the knee, and the best solution of each objective. PNG and PDF files require
+    kaleido (pip install 'mgeo[png]') and Chrome or Chromium. A study has a report already, so that
+    only its figures are written. Without options, their names are listed.
     """
     from mgeo.report.build import build_report_html
     from mgeo.report.compare import build_comparison_html
@@ -91,10 +92,10 @@ def report(
     from mgeo.studies.report import draw_study_figures
 
     output = Output(quiet, json)
-    formats = [kind for kind, wanted in (("png", png), ("pdf", pdf or paper)) if wanted]
+    formats = [kind for kind, is_requested in (("png", png), ("pdf", pdf or paper)) if is_requested]
     if figure and not formats:
         formats = ["png"]
-    only, named, first = figure or [], problem or [], sources[0]
+    figure_names, trusted_classes, first = figure or [], problem or [], sources[0]
     is_pair, is_study = len(sources) > 1, len(sources) == 1 and (first / STUDY_FILE).is_file()
     page, figures = "", {}
     with convert_input_errors((ValueError, TypeError, OSError, StaticExportError)):
@@ -102,23 +103,33 @@ def report(
         path = out or (Path(COMPARISON_FILE) if is_pair else first / REPORT_FILE)
         _check_page_path(path)
         if is_study:
-            figures = draw_study_figures(read_comparisons(first, trusted_classes=named), only)
+            figures = draw_study_figures(
+                read_comparisons(first, trusted_classes=trusted_classes), figure_names
+            )
         elif is_pair:
-            page = build_comparison_html(*sources, trusted_classes=named)
+            page = build_comparison_html(*sources, trusted_classes=trusted_classes)
         else:
-            figures = draw_run_figures(first, only, trusted_classes=named) if formats else {}
-            page = "" if only else build_report_html(first, solution, trusted_classes=named)
-        pictures = export_figures(prepare_figures(figures, paper), formats)
+            figures = (
+                draw_run_figures(first, figure_names, trusted_classes=trusted_classes)
+                if formats
+                else {}
+            )
+            page = (
+                ""
+                if figure_names
+                else build_report_html(first, solution, trusted_classes=trusted_classes)
+            )
+        files = export_figures(prepare_figures(figures, paper), formats)
         folder = path.parent / FIGURES_FOLDER
-        if pictures:
+        if files:
             folder.mkdir(exist_ok=True)
-            write_files(folder, pictures)
+            write_files(folder, files)
         if page:
             write_file(path, page.encode())
     if page:
         output.print(f"written: {path} ({len(page) / 1e6:.1f} MB)")
-    if pictures:
-        output.print(f"written: {folder} ({len(pictures)} files)")
+    if files:
+        output.print(f"written: {folder} ({len(files)} files)")
     elif is_study:
         output.print(f"report: {path}", f"figures, for --figure: {', '.join(figures)}")
     output.print_document(
@@ -126,7 +137,7 @@ def report(
             **({"compared": list(map(str, sources))} if is_pair else {"folder": str(first)}),
             "file": str(path) if page or is_study else None,
             "bytes": len(page.encode()),
-            "figures": [str(folder / name) for name in pictures],
+            "figures": [str(folder / name) for name in files],
         }
     )
 
@@ -139,7 +150,7 @@ def _check_options(
     solution: int | None,
 ) -> None:
     if len(sources) > 2:
-        raise ValueError(f"{len(sources)} runs: expected one, or two to compare")
+        raise ValueError(f"{len(sources)} runs: expected one run, or two runs to compare")
     if len(sources) == 2 and (formats or solution is not None):
         raise ValueError(
             "a comparison of two runs has no figure files: expected no options for figures or "
@@ -152,7 +163,7 @@ def _check_options(
 
 
 def _check_page_path(path: Path) -> None:
-    """Raise an error if the page cannot be written, before any computation."""
+    """Raise an error if the page cannot be written, before the report is computed."""
     from mgeo.store.atomic import check_writable
 
     if path.suffix != ".html":

@@ -1,4 +1,7 @@
-"""Commands ``mgeo solve`` and ``mgeo resume``; slow modules are imported only for a run."""
+"""Commands ``mgeo solve`` and ``mgeo resume``.
+
+Modules that are slow to import are imported only for a run.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ _SECONDS_PER_UNIT = {"s": 1.0, "m": 60.0, "h": 3600.0}
 
 
 def _parse_duration(text: str) -> float:
-    """Return a time [s] from a number of seconds, or a number with a unit, such as 10m or 2h."""
+    """Parse a duration, such as 90, 10m or 2h, and return it in seconds."""
     unit = text[-1:] if text[-1:] in _SECONDS_PER_UNIT else ""
     try:
         seconds = float(text.removesuffix(unit)) * _SECONDS_PER_UNIT.get(unit, 1.0)
@@ -40,8 +43,8 @@ def solve(
     problem: Annotated[
         str,
         typer.Argument(
-            help="Name from `mgeo problems`, your own class as module:Class, or a test problem, "
-            "such as pymoo:zdt1.",
+            help="Name from `mgeo problems`, a class as module:Class, or a test problem such as "
+            "pymoo:zdt1.",
             autocompletion=options.complete_problems,
         ),
     ],
@@ -57,23 +60,23 @@ def solve(
         Path | None,
         typer.Option(
             metavar="FILE.json",
-            help="Start from an earlier result, such as a calibration, if the problem supports it; "
-            "a scenario file then contains only the options that differ.",
+            help="Start from an earlier result, such as a calibration, if the problem supports it. "
+            "A scenario file then contains only the options that differ.",
         ),
     ] = None,
     robust: Annotated[
         bool,
         typer.Option(
             "--robust",
-            help="Solve the robust version of the problem, with uncertain parameters, if the "
-            "problem supports it.",
+            help="Solve the robust variant of the problem, which has uncertain parameters, if "
+            "there is one.",
         ),
     ] = False,
     algorithm: Annotated[
         str | None,
         typer.Option(
             metavar="NAME|MODULE:CLASS",
-            help="Name from `mgeo algorithms`, or your own class [default: mgeo-directed; "
+            help="Name from `mgeo algorithms`, or a class as module:Class [default: mgeo-directed; "
             "mgeo-staged with --robust].",
             autocompletion=options.complete_algorithms,
         ),
@@ -92,15 +95,15 @@ def solve(
         int | None,
         typer.Option(
             min=0,
-            help="Number of initial designs from the problem [default: recommended by the problem; "
-            "0 with --robust, --evaluations, an algorithm or its parameters].",
+            help="Number of initial designs that the problem suggests [default: the recommendation "
+            "of the problem; 0 with --robust, --evaluations, an algorithm or its parameters].",
         ),
     ] = None,
     refine: Annotated[
         bool | None,
         typer.Option(
             "--refine/--no-refine",
-            help="Refine the front locally after the search, in addition to the budget "
+            help="Refine the front by a local search after the run, in addition to the budget "
             "[default: as for --initial-designs].",
         ),
     ] = None,
@@ -117,19 +120,19 @@ def solve(
         bool, typer.Option("--overwrite", help="Replace the run in an existing folder.")
     ] = False,
     record: Annotated[
-        bool, typer.Option("--record", help="Save every evaluation in DIR/evaluations.")
+        bool, typer.Option("--record", help="Write every evaluation into DIR/evaluations.")
     ] = False,
     dry_run: options.DryRun = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
     debug: options.Debug = False,
 ) -> None:
-    """Search the Pareto front of a problem and write it to a folder.
+    """Search for the Pareto front of a problem, and write it into a folder.
 
     The folder contains front.csv, front.npz (constraints of each solution), run.json (configuration
     and statistics) and front.html. Ctrl-C ends the run after the current generation and saves the
-    results; a second Ctrl-C ends it immediately. Runs of the MGEO family also write run.checkpoint
-    for `mgeo resume`. `mgeo algorithms NAME` lists the parameters of an algorithm.
+    results. A second Ctrl-C ends it at once. Algorithms of the MGEO family also write
+    run.checkpoint for `mgeo resume`. `mgeo algorithms NAME` lists the parameters of an algorithm.
     """
     from mgeo.plugins.problems import read_scenario
     from mgeo.runs.algorithms import select_default_algorithm
@@ -178,7 +181,7 @@ def resume(
         str | None,
         typer.Option(
             metavar="MODULE:CLASS",
-            help="Class of the run's algorithm, required if the algorithm has no name.",
+            help="Class of the algorithm of the run, required if the algorithm has no name.",
         ),
     ] = None,
     problem: options.Problem = None,
@@ -187,7 +190,7 @@ def resume(
         bool,
         typer.Option(
             "--check/--no-check",
-            help="Refuse a run with other software versions or other values of the problem.",
+            help="Refuse to resume if the software versions or the values of the problem differ.",
         ),
     ] = True,
     json: options.Json = False,
@@ -196,8 +199,9 @@ def resume(
 ) -> None:
     """Continue an interrupted run, or extend a finished one.
 
-    The run continues from run.checkpoint in the folder exactly as if it had not stopped, and writes
-    the same files. Runs of another problem or of other software versions are refused.
+    The run continues from run.checkpoint in the folder, and gives the same results as an
+    uninterrupted run. A run is refused if its problem or its software versions differ from the
+    installed ones.
     """
     from mgeo.cli.execution import execute_run
     from mgeo.runs.prepare import resume_run

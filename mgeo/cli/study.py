@@ -1,4 +1,4 @@
-"""Commands ``mgeo study``, which runs a study file, and ``mgeo schema``."""
+"""Commands ``mgeo study`` and ``mgeo schema``."""
 
 from __future__ import annotations
 
@@ -37,16 +37,17 @@ def study(
     jobs: Annotated[int, typer.Option(help="Number of processes; -1 for one per processor.")] = -1,
     cluster: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="Run on the Dask cluster with this scheduler."),
+        typer.Option(metavar="ADDRESS", help="Run on the Dask cluster of this scheduler."),
     ] = None,
     dry_run: options.DryRun = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
     debug: options.Debug = False,
 ) -> None:
-    """Compare algorithms as defined in a study file, and write tables and figures.
+    """Compare algorithms as specified in a study file, and write tables and figures.
 
-    Each run is stored in the folder as it finishes; --resume continues an interrupted study.
+    Each run is stored in the folder when it finishes, so that --resume can continue an interrupted
+    study.
     """
     from mgeo.studies.comparison import ComparisonWarning
     from mgeo.studies.study import run_study
@@ -54,31 +55,33 @@ def study(
 
     folder, output = out or Path("studies", file.stem), Output(quiet, json)
     with convert_input_errors((ValueError, TypeError, OSError, BrokenProcessPool)):
-        read = read_study(file, allow_imports=not dry_run).with_budget(evaluations, seeds)
+        definition = read_study(file, allow_imports=not dry_run).with_budget(evaluations, seeds)
         if dry_run:
             from mgeo.cli.dry_run import print_study_size
             from mgeo.plugins.problems import is_class_path
 
-            problems = {p.label: p.build() for p in read.problems if not is_class_path(p.name)}
-            print_study_size(read, problems, folder, output)
-            listed = [(p.label, p.name) for p in read.problems]
-            listed += [(a.label, a.name) for a in read.algorithms]
-            for label, name in listed:
+            problems = {
+                p.label: p.build() for p in definition.problems if not is_class_path(p.name)
+            }
+            print_study_size(definition, problems, folder, output)
+            labeled_names = [(p.label, p.name) for p in definition.problems]
+            labeled_names += [(a.label, a.name) for a in definition.algorithms]
+            for label, name in labeled_names:
                 if is_class_path(name):
                     output.print_note(
                         f"Note: {label}: not checked, because a dry run imports no modules"
                     )
             return
         with _start_workers(jobs, cluster) as n_jobs, warnings.catch_warnings():
-            warnings.simplefilter("ignore", ComparisonWarning)  # printed as notes instead
+            warnings.simplefilter("ignore", ComparisonWarning)  # They are printed as notes.
             try:
                 comparisons = run_study(
-                    read, folder, resume=resume, n_jobs=n_jobs, progress=not quiet
+                    definition, folder, resume=resume, n_jobs=n_jobs, progress=not quiet
                 )
             except KeyboardInterrupt as error:
                 output.print_note(f"interrupted; --resume continues with the runs in {folder}")
                 raise typer.Exit(get_interrupt_exit_code(error)) from None
-    raise typer.Exit(_print_results(read, comparisons, folder, output))
+    raise typer.Exit(_print_results(definition, comparisons, folder, output))
 
 
 def schema(
@@ -87,7 +90,7 @@ def schema(
 ) -> None:
     """Print the JSON Schema of study files, for completion and validation in editors.
 
-    In editors with Taplo, refer to it in the first line of a file: #:schema ./study.schema.json
+    Editors with Taplo find the schema by the first line of a file: #:schema ./study.schema.json
     """
     from mgeo.studies.schema import build_study_schema
 
@@ -97,7 +100,7 @@ def schema(
 def _print_results(
     study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output
 ) -> int:
-    """Print the results and return the exit code, which reports failed runs."""
+    """Print the tables and conclusions of a study, and return the exit code."""
     from mgeo.store.run_folder import REPORT_FILE
     from mgeo.studies.conclusions import format_conclusions, format_published_table
 
@@ -129,22 +132,22 @@ def _print_results(
     for label, comparison in comparisons.items():
         for text in comparison.describe_failures(label):
             output.print_note(f"Note: {text}")
-    failed = sum(_count_runs(comparison, "failed") for comparison in comparisons.values())
-    if failed:
-        output.print_note(f"{failed} runs failed; --resume repeats them")
-    return ExitCode.INCOMPLETE if failed else ExitCode.SUCCESS
+    n_failed = sum(_count_runs(comparison, "failed") for comparison in comparisons.values())
+    if n_failed:
+        output.print_note(f"{n_failed} runs failed; --resume repeats them")
+    return ExitCode.INCOMPLETE if n_failed else ExitCode.SUCCESS
 
 
 @contextmanager
 def _start_workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
-    """Yield the number of processes, or None after making a Dask cluster joblib's backend."""
+    """Yield the number of worker processes, or None if joblib runs on a Dask cluster."""
     if cluster is None:
         yield jobs
         return
     try:
         from distributed import Client
     except ImportError as error:
-        raise ValueError("--cluster needs the extra: pip install 'mgeo[distributed]'") from error
+        raise ValueError("--cluster requires Dask: pip install 'mgeo[distributed]'") from error
     import joblib
 
     with Client(cluster), joblib.parallel_config("dask"):

@@ -1,4 +1,4 @@
-"""Summary of a finished run, as text and as the document of ``--json``."""
+"""Summary of a finished run, as text and as the JSON document of ``--json``."""
 
 from __future__ import annotations
 
@@ -21,14 +21,16 @@ from mgeo.terminal import Output, build_console, build_table, escape_text, is_wi
 
 
 def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
-    """Print the recommended solution, or suggestions if none is feasible, and the statistics.
+    """Print the statistics of a run, and its recommended solution.
+
+    If no solution is feasible, suggestions to make the problem feasible are printed instead.
 
     Parameters
     ----------
     run
         Finished run.
     view
-        View of the front, or of the nearest solutions if no solution is feasible.
+        View of the front or, if no solution is feasible, of the solutions nearest to feasibility.
     folder
         Run folder.
     output
@@ -37,39 +39,38 @@ def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
     if output.quiet and not output.json:
         return
     outcome = run.outcome
-    best = summarize_default_solution(view) if len(outcome.F) else None
-    stuck = explain_infeasibility(view) if outcome.nearest else None
-    remarks = (
-        call_optional(view, View.remarks) if best else []
-    )  # Remarks can take seconds to compute.
+    summary = summarize_default_solution(view) if len(outcome.F) else None
+    infeasibility = explain_infeasibility(view) if outcome.nearest else None
+    # Remarks can take seconds to compute.
+    remarks = call_optional(view, View.remarks) if summary else []
     output.print_document(
         {
             "folder": str(folder),
             "files": [name for name in RUN_FILES if (folder / name).exists()],
-            "summary": None if best is None else asdict(best),
-            "infeasibility": None if stuck is None else asdict(stuck),
+            "summary": None if summary is None else asdict(summary),
+            "infeasibility": None if infeasibility is None else asdict(infeasibility),
             "remarks": remarks,
             **build_run_document(run),
         }
     )
     if not output.is_text:
         return
-    if best is not None:
-        output.print(escape_text(best, "bold"))
-    if stuck is not None:
+    if summary is not None:
+        output.print(escape_text(summary, "bold"))
+    if infeasibility is not None:
         output.print(
             escape_text("no feasible solution was found; the nearest solutions violate", "bold"),
-            *(f"  {line}" for line in stuck.violations),
+            *(f"  {line}" for line in infeasibility.violations),
             escape_text("suggestions", "bold"),
-            *(f"  {line}" for line in stuck.suggestions),
+            *(f"  {line}" for line in infeasibility.suggestions),
         )
     _print_statistics(outcome, remarks, output)
-    if best is not None:
+    if summary is not None:
         output.print(_build_solutions_table(view, outcome))
-    elif stuck is None:
+    elif infeasibility is None:
         output.print("no feasible solution was found")
-    picture = folder / FIGURE_FILE
-    output.print(f"written: {picture if picture.exists() else folder}")
+    figure_file = folder / FIGURE_FILE
+    output.print(f"written: {figure_file if figure_file.exists() else folder}")
     if outcome.checkpoint_error is not None:
         output.print(f"no checkpoint: {outcome.checkpoint_error}")
     elif outcome.stop_reason in ("signal", "max_time") and (folder / CHECKPOINT_FILE).exists():
@@ -77,7 +78,7 @@ def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
 
 
 def format_duration(seconds: float) -> str:
-    """Return a duration [s] as hours, minutes and seconds, such as 1:02:03."""
+    """Format a duration in seconds as hours, minutes and seconds, such as 1:02:03."""
     return str(timedelta(seconds=round(seconds)))
 
 
@@ -85,8 +86,8 @@ def _print_statistics(outcome: Outcome, remarks: list[str], output: Output) -> N
     size = f"solutions: {len(outcome.F):,}"
     if outcome.hypervolume is not None:
         size += f"; hypervolume {outcome.hypervolume:.4f}"
-    took = f"{outcome.n_evaluations:,} evaluations in {format_duration(outcome.wall_time_s)}"
-    output.print(f"{outcome.end_description} after {took}; {size}", *remarks)
+    cost = f"{outcome.n_evaluations:,} evaluations in {format_duration(outcome.wall_time_s)}"
+    output.print(f"{outcome.end_description} after {cost}; {size}", *remarks)
     if outcome.n_refined or outcome.n_added:
         output.print(
             f"refined: {outcome.n_refined:,} solutions improved, {outcome.n_added:,} added"
@@ -103,10 +104,12 @@ def _build_solutions_table(view: View, outcome: Outcome) -> Table:
 
     Solutions labeled "between" are omitted if the terminal is too narrow.
     """
-    chosen = select_representative_solutions(view.problem, outcome.F, outcome.objectives)
-    described = call_optional(view.select([solution.row for solution in chosen]), View.describe)
-    titles = [f"{solution.label} ({solution.row})" for solution in chosen]
-    frame = described.astype(object).T.set_axis(titles, axis="columns")
+    solutions = select_representative_solutions(view.problem, outcome.F, outcome.objectives)
+    descriptions = call_optional(
+        view.select([solution.row for solution in solutions]), View.describe
+    )
+    titles = [f"{solution.label} ({solution.row})" for solution in solutions]
+    frame = descriptions.astype(object).T.set_axis(titles, axis="columns")
     full_table = build_table(["", *frame], frame.itertuples(name=None))
     if is_within_width(full_table, build_console().width):
         return full_table

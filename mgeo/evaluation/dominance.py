@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 
 from mgeo._typing import BoolArray, FloatArray
 
-# Pairs per comparison: a block of booleans of this size fits into the cache of a core.
+#: Number of pairs that are compared at once. A block of booleans of this size fits into the cache.
 _BLOCK_SIZE = 1 << 18
-# Against a front of more than _LONG rows, every _SAMPLE-th row of the front is compared first.
+#: With a front of more rows than `_MAX_UNSAMPLED_ROWS`, a sample of every `_SAMPLING_STRIDE`-th row
+#: is compared first.
 _SAMPLING_STRIDE, _MAX_UNSAMPLED_ROWS = 16, 4096
 
 
 def find_nondominated(F: FloatArray) -> BoolArray:
-    """Return the mask of the nondominated rows of `F`.
+    """Return a boolean mask that selects the nondominated rows of an array of objective vectors.
 
     The cost is O(n log n) for up to three objectives (Kung, Luccio & Preparata 1975, as implemented
     by moocore).
@@ -40,13 +41,13 @@ def find_nondominated(F: FloatArray) -> BoolArray:
 
 
 def find_front_rows(F: FloatArray) -> NDArray[np.intp]:
-    """Return the indices of the nondominated rows of `F`, sorted by the first objective."""
+    """Return the row indices of the nondominated objective vectors, sorted by first objective."""
     rows = np.flatnonzero(find_nondominated(F))
     return rows[np.argsort(F[rows, 0], kind="stable")]
 
 
 def find_not_weakly_dominated(F: FloatArray, front: FloatArray) -> BoolArray:
-    """Return the mask of the rows of `F` that no row of `front` weakly dominates.
+    """Return a boolean mask of the rows of `F` that no row of `front` weakly dominates.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""An evaluator for pymoo that continues a run when candidates fail."""
+"""Evaluator for pymoo that continues a run when candidates fail."""
 
 from __future__ import annotations
 
@@ -19,13 +19,15 @@ if TYPE_CHECKING:
     from pymoo.core.population import Population
     from pymoo.core.problem import Problem
 
-_MAX_CAUSES = 20  # Further causes are counted together as _OTHER_CAUSES.
+#: Largest number of causes that are counted separately; further ones count as `_OTHER_CAUSES`.
+_MAX_CAUSES = 20
 _OTHER_CAUSES = "other causes"
-_PENALTY = 1e30  # Value of a failed candidate before any candidate has succeeded.
+#: Value of a failed candidate before any candidate has succeeded.
+_PENALTY = 1e30
 
 _N_CHECK_POINTS = 3
-# Tolerance relative to the largest value of a column: batches of another size, and other versions
-# of libraries, round differently.
+#: Tolerance relative to the largest value of a column, because batches of another size and other
+#: versions of libraries round differently.
 _RTOL = 1e-9
 
 
@@ -34,7 +36,7 @@ class EvaluationError(RuntimeError):
 
 
 class TolerantEvaluator(Evaluator):
-    """A pymoo evaluator that continues a run when candidates fail.
+    """Evaluator for pymoo that continues a run when the evaluation of candidates fails.
 
     A candidate fails if the problem raises an exception, if the worker process that evaluates it
     dies, or if an objective is NaN or infinite or a constraint is NaN. When the evaluation of a
@@ -43,10 +45,11 @@ class TolerantEvaluator(Evaluator):
     as evaluations and are marked: ``individual.get("failed")`` is True.
 
     Algorithms of the MGEO family receive the NaN values; they rank failed candidates last and never
-    archive them. Other algorithms can lose their front to a NaN. For them, each objective and
-    constraint of a failed candidate is set to the worst value so far plus the range of values so
-    far, so that every successful candidate dominates it. The failed candidate is also infeasible,
-    so that a run without any successful candidate has no result.
+    archive them. Other algorithms can lose their front to a NaN. For these algorithms, each
+    objective and constraint of a failed candidate is set to the worst value so far plus the range
+    of all values so far, so that every successful candidate dominates the failed one. The failed
+    candidate is also marked as infeasible, so that a run without any successful candidate has no
+    result.
 
     Parameters
     ----------
@@ -104,7 +107,7 @@ class TolerantEvaluator(Evaluator):
 
     @classmethod
     def from_evaluator(cls, evaluator: Evaluator) -> Evaluator:
-        """Return a tolerant copy of a plain pymoo `Evaluator`.
+        """Convert a plain pymoo `Evaluator` to a tolerant one with the same settings.
 
         An instance of any other class is returned unchanged.
         """
@@ -115,7 +118,7 @@ class TolerantEvaluator(Evaluator):
         return tolerant
 
     def get_settings(self) -> dict[str, Any]:
-        """Return the constructor arguments, except the callback, as JSON values."""
+        """Return the constructor arguments, except the callback, as a JSON-compatible dict."""
         return {
             "patience": self.patience,
             "warn": self.warn,
@@ -124,7 +127,7 @@ class TolerantEvaluator(Evaluator):
         }
 
     def get_counts(self) -> dict[str, Any]:
-        """Return the counters as JSON values."""
+        """Return the counters of evaluations and failures as a JSON-compatible dict."""
         return {
             "n_eval": self.n_eval,
             "n_failed": self.n_failed,
@@ -133,12 +136,12 @@ class TolerantEvaluator(Evaluator):
         }
 
     def restore_counts(self, counts: Mapping[str, Any]) -> None:
-        """Set the counters to those of an earlier run, to resume it.
+        """Set the counters to the values of an earlier run, so that the run can be resumed.
 
         Parameters
         ----------
         counts : mapping
-            Return value of `counts`. Only ``n_eval`` is required.
+            Return value of `get_counts`. Only ``n_eval`` is required.
         """
         self.n_eval = counts["n_eval"]
         self.n_failed = counts.get("n_failed", 0)
@@ -158,8 +161,8 @@ class TolerantEvaluator(Evaluator):
         self._count_failures(failures, len(pop))
         failed = np.zeros(len(pop), dtype=np.bool_)
         failed[list(failures)] = True
-        takes_nan = getattr(kwargs.get("algorithm"), "accepts_nan", False)
-        if not takes_nan:
+        accepts_nan = getattr(kwargs.get("algorithm"), "accepts_nan", False)
+        if not accepts_nan:
             for name in values.keys() & {"F", "G", "H"}:
                 self._penalize(name, values[name], failed)
         # A new individual already has empty values, so empty arrays need not be set.
@@ -170,7 +173,7 @@ class TolerantEvaluator(Evaluator):
             individual.evaluated.update(values)
         if failures:
             pop[failed].set("failed", True)
-        if failures and not takes_nan and not problem.has_constraints():
+        if failures and not accepts_nan and not problem.has_constraints():
             pop[failed].set("CV", np.ones((len(failures), 1)))
 
     def _count_failures(self, failures: dict[int, Failure], n: int) -> None:
@@ -204,19 +207,20 @@ class TolerantEvaluator(Evaluator):
         first = self._first_consecutive_failure
         cause = first.cause if first else next(iter(self.causes))
         error = EvaluationError(
-            f"all of the last {self.n_consecutive_failures} candidates failed, the first with {cause}"
+            f"all of the last {self.n_consecutive_failures} candidates failed, the first with "
+            f"{cause}"
         )
         if first and first.trace:
             error.add_note(f"Traceback of the first failure:\n{first.trace}")
         return error
 
     def _penalize(self, name: str, values: FloatArray, is_failed: BoolArray) -> None:
-        """Overwrite the failed rows of `values` by values worse than all successful ones."""
+        """Set the values of failed candidates in place to values worse than all successful ones."""
         if not values.shape[1]:
             return
-        good = np.abs(values[~is_failed]) if name == "H" else values[~is_failed]
-        if len(good):
-            low, high = good.min(axis=0), good.max(axis=0)
+        successful = np.abs(values[~is_failed]) if name == "H" else values[~is_failed]
+        if len(successful):
+            low, high = successful.min(axis=0), successful.max(axis=0)
             if name in self._value_ranges:
                 before = self._value_ranges[name]
                 low, high = np.minimum(low, before[0]), np.maximum(high, before[1])
@@ -234,10 +238,10 @@ class TolerantEvaluator(Evaluator):
 def describe_changed_value(
     problem: Problem, population: Population, options: Mapping[str, Any]
 ) -> str:
-    """Evaluate a few individuals again and describe the first value that changed.
+    """Evaluate up to three individuals again, and return a text about the first changed value.
 
-    The check detects that a problem has changed since `population` was evaluated. The new evaluations
-    are not counted by any evaluator, and the callback of the problem is not called.
+    The check detects that a problem has changed since `population` was evaluated. The new
+    evaluations are not counted by any evaluator, and the callback of the problem is not called.
 
     Parameters
     ----------

@@ -17,12 +17,13 @@ from pymoo.core.problem import Problem, default_shape
 from mgeo._text import join_lines
 
 Values = dict[str, NDArray[Any]]
-_MAX_CAUSE_LENGTH = 200  # characters
+#: Largest number of characters in the description of a cause.
+_MAX_CAUSE_LENGTH = 200
 
 
 @dataclass(frozen=True)
 class Failure:
-    """Failed evaluation of one candidate.
+    """Failed evaluation of one candidate, with the cause and the traceback.
 
     Attributes
     ----------
@@ -37,18 +38,19 @@ class Failure:
 
     @classmethod
     def from_exception(cls, error: Exception) -> Failure:
-        """Build the failure from an exception, with its traceback."""
+        """Create the failure that an exception has caused, with message and traceback."""
         text = join_lines(f"{type(error).__name__}: {error}").removesuffix(":")
         return cls(text[:_MAX_CAUSE_LENGTH], "".join(traceback.format_exception(error)).rstrip())
 
 
+#: Values of a batch by name, and failures by row.
 BatchResult = tuple[Values, dict[int, Failure]]
 
 
 def evaluate_batch(
     problem: Problem, X: NDArray[Any], names: Sequence[str], options: Mapping[str, Any]
 ) -> BatchResult:
-    """Evaluate a batch of candidates and collect the failures.
+    """Evaluate a batch of candidates, even if some of them raise, and return values and failures.
 
     When the evaluation of a batch raises, the batch is bisected until the failing candidates are
     isolated. For an elementwise problem, the exception of each element is caught directly, so that
@@ -116,9 +118,9 @@ def evaluate_batch(
 
 
 class _TolerantElement:
-    """Callable that evaluates one element of a problem and returns a `Failure` on error.
+    """Function of one design that returns a `Failure` instead of raising an exception.
 
-    A class, because pymoo's `RayParallelization` calls the method ``__call__`` by name.
+    It is a class, because pymoo's `RayParallelization` calls the method ``__call__`` by name.
     """
 
     def __init__(self, function: Callable[[Any], dict[str, Any]]) -> None:
@@ -127,7 +129,7 @@ class _TolerantElement:
     def __call__(self, x: Any) -> dict[str, Any] | Failure:
         try:
             return self.function(x)
-        except Exception as error:  # a problem may raise anything
+        except Exception as error:  # A problem may raise any exception.
             return Failure.from_exception(error)
 
 
@@ -136,7 +138,7 @@ def _evaluate_by_bisection(
 ) -> list[BatchResult | Exception]:
     try:
         return [evaluate(X)]
-    except Exception as error:  # a problem may raise anything
+    except Exception as error:  # A problem may raise any exception.
         if len(X) == 1:
             return [error]
     half = len(X) // 2
@@ -144,7 +146,7 @@ def _evaluate_by_bisection(
 
 
 def _build_missing_row(pattern: NDArray[Any]) -> NDArray[Any]:
-    """Return one row of NaN or None with the shape of a row of `pattern`."""
+    """Return one row of missing values, NaN or None, with the shape of a row of `pattern`."""
     value = np.nan if np.issubdtype(pattern.dtype, np.number) else None
     return np.full((1, *pattern.shape[1:]), value)
 
@@ -155,18 +157,19 @@ def _find_nonfinite(values: Values) -> dict[int, Failure]:
         if name not in values:
             continue
         value = values[name]
-        bad = ~np.isfinite(value) if name == "F" else np.isnan(value)
-        for row in np.flatnonzero(bad.any(axis=1)):
-            column = int(bad[row].argmax())
+        is_invalid = ~np.isfinite(value) if name == "F" else np.isnan(value)
+        for row in np.flatnonzero(is_invalid.any(axis=1)):
+            column = int(is_invalid[row].argmax())
             failures[int(row)] = Failure(f"{name}[{column}] = {value[row, column]}")
     return failures
 
 
 def _catch_failures(problem: Problem, failures: dict[int, Failure]) -> Problem:
-    """Return a copy of an elementwise problem that adds failed elements to `failures`.
+    """Return a copy of an elementwise problem that records exceptions instead of raising them.
 
-    The original problem evaluates the elements, so that attributes that its `_evaluate` changes,
-    such as counters, stay up to date.
+    The copy adds the failure of each element to the dict `failures`, by row. The original problem
+    evaluates the elements, so that attributes that its `_evaluate` changes, such as counters, stay
+    up to date.
     """
 
     def run(f: Any, X: Any) -> list[dict[str, Any]]:
@@ -184,7 +187,7 @@ def _catch_failures(problem: Problem, failures: dict[int, Failure]) -> Problem:
                 }
         return results
 
-    # pymoo's copy drops the runner, so the copy is built here.
+    # The copy method of pymoo drops the runner, so the copy is built here.
     guarded: Problem = object.__new__(type(problem))
     vars(guarded).update(
         vars(problem),

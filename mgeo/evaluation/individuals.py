@@ -14,10 +14,10 @@ from mgeo._typing import BoolArray, FloatArray
 
 
 def build_population(X: NDArray[Any]) -> Population:
-    """Build a population of unevaluated individuals.
+    """Return a population of individuals with given designs that are not evaluated yet.
 
-    Replaces ``Population.new("X", X)``, which spends most of its time on a separate configuration
-    of each individual. Here, all individuals share one configuration.
+    This function is faster than ``Population.new("X", X)``, which spends most of its time on a
+    separate configuration of each individual. Here, all individuals share one configuration.
 
     Parameters
     ----------
@@ -39,31 +39,34 @@ def build_population(X: NDArray[Any]) -> Population:
 
 
 def copy_array(value: Any) -> Any:
-    """Return a copy of an array, so that a row does not keep its table alive; else the object."""
+    """Return a copy of an array, and any other object unchanged.
+
+    A copy of a row does not keep the whole array in memory.
+    """
     return value.copy() if isinstance(value, np.ndarray) else value
 
 
 def get_values(population: Population, name: str) -> NDArray[Any]:
-    """Return an attribute of all individuals, such as "X" or "F", as an array of n rows.
+    """Return one attribute of all individuals, such as "X" or "F", as an array with one row each.
 
-    Faster equivalent of ``population.get(name)``.
+    This function is a faster equivalent of ``population.get(name)``.
     """
     return np.array([getattr(individual, name) for individual in population.tolist()])
 
 
 def find_successful(population: Population) -> BoolArray:
-    """Return the mask of the individuals that `mgeo.TolerantEvaluator` did not mark as failed."""
+    """Return the mask of the individuals that `TolerantEvaluator` has not marked as failed."""
     return np.array([not mark for mark in population.get("failed")], dtype=np.bool_)
 
 
 def get_variable_names(problem: Problem) -> tuple[str, ...] | None:
-    """Return the variable names of a problem built as ``Problem(vars={...})``, else None."""
+    """Return the variable names of a problem that declares ``vars``, or None for other problems."""
     declared = getattr(problem, "vars", None)
     return None if declared is None else tuple(declared)
 
 
 def get_choice_options(problem: Problem) -> dict[str, tuple[Any, ...]]:
-    """Return the options of each `Choice` variable of a problem, by variable name.
+    """Return the options of each choice variable of a problem, as a dict by variable name.
 
     Raises
     ------
@@ -87,7 +90,7 @@ def get_choice_options(problem: Problem) -> dict[str, tuple[Any, ...]]:
 def convert_dicts_to_numbers(
     designs: NDArray[Any], names: Sequence[str], options: Mapping[str, Sequence[Any]]
 ) -> FloatArray:
-    """Convert designs that are dicts to an array of numbers.
+    """Encode mixed-variable designs, given as dicts, as rows of a float array.
 
     Parameters
     ----------
@@ -96,7 +99,7 @@ def convert_dicts_to_numbers(
     names : sequence of str, length n_var
         Variables in the order of the columns.
     options : mapping of str to sequence
-        Options of each choice variable. The number of a choice is the index of its option.
+        Options of each choice variable. A choice is encoded as the index of its option.
 
     Returns
     -------
@@ -119,9 +122,19 @@ def convert_dicts_to_numbers(
 
 
 def convert_designs_to_numbers(problem: Problem, X: NDArray[Any]) -> NDArray[Any]:
-    """Convert designs of a problem, arrays or dicts, to numbers of shape (n, n_var).
+    """Encode designs of a problem, given as rows of an array or as dicts, as rows of numbers.
 
-    Choices become the index of their option.
+    A choice is encoded as the index of its option.
+
+    Parameters
+    ----------
+    problem : Problem
+    X : array, shape (n, n_var), or array of dict, shape (n,)
+        Designs.
+
+    Returns
+    -------
+    array, shape (n, n_var)
 
     Raises
     ------

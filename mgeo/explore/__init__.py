@@ -1,4 +1,4 @@
-"""Interactive exploration of a run in the browser: filter, modify and save solutions."""
+"""Interactive exploration of a run in the browser."""
 
 from mgeo.explore.explorer import Explorer
 from mgeo.explore.server import ExplorerServer

@@ -1,4 +1,4 @@
-"""Dash application of the explorer."""
+"""Dash application of the explorer, with the callbacks of its page."""
 
 from __future__ import annotations
 
@@ -16,16 +16,21 @@ from mgeo.explore.explorer import Explorer, extract_row
 from mgeo.plugins.review import format_cells
 
 MAX_ROWS = 200  # maximum number of rows of the table
-MAX_EVALUATION_TIME = (
-    0.2  # evaluation time [s] up to which designs are evaluated while sliders move
-)
+#: Evaluation time [s] up to which designs are evaluated while sliders move, not only afterwards.
+MAX_EVALUATION_TIME = 0.2
 
 
 def build_app(explorer: Explorer) -> Dash:
-    """Return the Dash application of an explorer.
+    """Return the Dash application with the page of an explorer.
 
-    The URL path is random, and requests to host names of other machines are refused, so that
-    neither other users of this machine nor other pages in the browser can access the application.
+    The path of the URL is random, and requests to other host names than 127.0.0.1 and localhost are
+    refused. Hence neither other users of this machine nor other pages in the browser can access the
+    application.
+
+    Parameters
+    ----------
+    explorer
+        Solutions and evaluations that the page shows.
     """
     app = Dash(
         "mgeo.explore",
@@ -87,7 +92,7 @@ def _add_front(app: Dash, explorer: Explorer) -> None:
     @app.callback(
         Output("selected", "value"), Input("front", "clickData"), prevent_initial_call=True
     )
-    def select(click: dict[str, Any]) -> int:
+    def select_solution(click: dict[str, Any]) -> int:
         return int(click["points"][0]["customdata"])
 
 
@@ -121,7 +126,8 @@ def _add_design(app: Dash, explorer: Explorer) -> None:
         metrics, margins = explorer.evaluate(x)
         _show_message("")
         lines: list[Component] = [
-            html.P(str(each), className="" if each.is_satisfied else "violated") for each in margins
+            html.P(str(margin), className="" if margin.is_satisfied else "violated")
+            for margin in margins
         ]
         solution = extract_row(explorer.table, selected)
         return layout.build_comparison(solution, metrics), lines, metrics
@@ -130,10 +136,10 @@ def _add_design(app: Dash, explorer: Explorer) -> None:
         Output("figures", "children"), Input(variables, "value"), prevent_initial_call=True
     )
     def draw_figures(x: list[float]) -> list[Component]:
-        drawings = explorer.build_figures(x).items()
+        figures_by_name = explorer.build_figures(x).items()
         return [
             layout.build_graph(name, figure=figure.update_layout(template="plotly_white"))
-            for name, figure in drawings
+            for name, figure in figures_by_name
         ]
 
     @app.callback(
@@ -143,7 +149,7 @@ def _add_design(app: Dash, explorer: Explorer) -> None:
         State("file", "value"),
         prevent_initial_call=True,
     )
-    def save(_: int, x: list[float], name: str) -> str:
+    def save_design(_: int, x: list[float], name: str) -> str:
         path = explorer.save(x, name)
         _show_message("")
         return f"written: {path}"

@@ -1,4 +1,4 @@
-"""Data of the explorer: a table of the solutions of a run, and evaluations of modified designs."""
+"""Data of the explorer: the solutions of a run, and evaluations of modified designs."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from mgeo.store.solution_file import build_solution_document
 
 
 class Explorer:
-    """Solutions of a run folder, and evaluations of modified designs.
+    """Solutions of a run folder, with methods to evaluate, draw and save modified designs.
 
-    The methods are thread-safe. Evaluations are serialized, because a problem need not be
+    The methods are thread-safe. A lock serializes evaluations, because a problem need not be
     thread-safe.
 
     Parameters
@@ -34,16 +34,16 @@ class Explorer:
     folder : path
         Run folder of ``mgeo solve``.
     save : path, optional
-        Folder into which `save` writes, or ``.json`` file that sets both folder and default file
-        name. Default: the run folder.
+        Folder into which `save` writes, or a ``.json`` file, which sets both the folder and the
+        default file name. Default: the run folder.
     problem : str, optional
-        Problem of the run if it is a ``module:Class``; modules are not imported on behalf of a
-        file.
+        Problem of the run as ``module:Class``, required if the problem has no installed name. No
+        modules are imported on behalf of a file.
 
     Attributes
     ----------
     title : str
-        Problem, algorithm and seed.
+        Title that names problem, algorithm and seed.
     variables : Variables
         Kinds, bounds and options of the design variables.
     names : tuple of str
@@ -51,18 +51,18 @@ class Explorer:
     objectives : tuple of str
         Names of the objectives, with units.
     rows : array of int, shape (n,)
-        Numbers of the shown solutions on the front, at most 2,000.
+        Row numbers of the shown solutions on the front, in ascending order; at most 2,000.
     X : array, shape (n, n_var)
-        Designs of these solutions.
+        Designs of the shown solutions.
     default_position : int
-        Position in `rows` of the solution to show first: the knee.
+        Position in `rows` of the solution to show first, the knee of the front.
     folder, file_name : Path, str
-        Folder into which `save` writes, and default file name.
+        Folder into which `save` writes, and the default file name.
 
     Raises
     ------
     FileNotFoundError
-        If the folder holds no run, or the folder of `save` does not exist.
+        If the folder contains no run, or the folder of `save` does not exist.
     ValueError, TypeError
         If a file of the run is damaged, the options of the problem are invalid, or the run found no
         solution.
@@ -71,45 +71,55 @@ class Explorer:
     --------
     >>> from mgeo.explore import Explorer
     >>> explorer = Explorer("runs/first")  # doctest: +SKIP
-    >>> numbers, margins = explorer.evaluate(explorer.X[0])  # doctest: +SKIP
+    >>> metrics, margins = explorer.evaluate(explorer.X[0])  # doctest: +SKIP
     """
 
     def __init__(
         self, folder: Path | str, *, save: Path | str | None = None, problem: str | None = None
     ) -> None:
         folder = Path(folder)
-        shown = load_run(folder, [problem] if problem else [])
-        if shown.default is None:
-            raise ValueError(f"{folder} holds no solution: expected a run that found one")
-        self.title, self.problem = shown.title, shown.problem
-        self._problem_name = shown.run.configuration.problem
+        loaded = load_run(folder, [problem] if problem else [])
+        if loaded.default is None:
+            raise ValueError(f"{folder} contains no solution: expected a run that found one")
+        self.title, self.problem = loaded.title, loaded.problem
+        self._problem_name = loaded.run.configuration.problem
         self._lock = RLock()
-        self.rows = select_figure_rows(shown.representatives, len(shown.view.X), MAX_HOVER_TEXTS)
-        self._view = shown.view.select(self.rows)
+        self.rows = select_figure_rows(loaded.representatives, len(loaded.view.X), MAX_HOVER_TEXTS)
+        self._view = loaded.view.select(self.rows)
         self.X = self._view.X
         self.variables = Variables.from_problem(self.problem, KINDS)
         self.names, self.objectives = get_column_names(self.problem)
-        self.default_position = int(np.searchsorted(self.rows, shown.default.row))
-        place = folder if save is None else Path(save)
-        self.folder, self.file_name = place, "plan.json"
-        if place.suffix == ".json":
-            self.folder, self.file_name = place.parent, place.name
+        self.default_position = int(np.searchsorted(self.rows, loaded.default.row))
+        target = folder if save is None else Path(save)
+        self.folder, self.file_name = target, "plan.json"
+        if target.suffix == ".json":
+            self.folder, self.file_name = target.parent, target.name
         if not self.folder.is_dir():
-            raise FileNotFoundError(f"--save {place}: the folder {self.folder} does not exist")
+            raise FileNotFoundError(f"--save {target}: the folder {self.folder} does not exist")
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """Objectives and further quick metrics (``View.quick_metrics``) of each solution, one row each."""
+        """Table of objectives and other metrics (``View.quick_metrics``), one row per solution.
+
+        The index "solution" has the row numbers of the solutions on the front.
+        """
         with self._lock:
             return self._compute_metrics(self._view).set_axis(pd.Index(self.rows, name="solution"))
 
     def evaluate(self, x: ArrayLike) -> tuple[dict[str, float], list[ConstraintMargin]]:
-        """Evaluate a design, and return its numbers by `table` column and its constraint margins.
+        """Evaluate a design, and return its quick metrics and constraint margins.
 
         Parameters
         ----------
         x : array_like, shape (n_var,)
             Design.
+
+        Returns
+        -------
+        metrics : dict of str to float
+            Objectives and quick metrics of the design, by column of `table`.
+        margins : list of ConstraintMargin
+            Margin of the design with respect to each constraint.
         """
         with self._lock:
             view = self._build_view(x)
@@ -117,7 +127,9 @@ class Explorer:
             return extract_row(self._compute_metrics(view), 0), margins
 
     def build_figures(self, x: ArrayLike) -> dict[str, go.Figure]:
-        """Return the static figures of a design by name.
+        """Return the figures that the problem draws of a design, as a dict by name.
+
+        Animated figures are left out.
 
         Parameters
         ----------
@@ -125,18 +137,18 @@ class Explorer:
             Design.
         """
         with self._lock:
-            (drawings,) = call_optional(self._build_view(x), View.solution_figures)
-        return {name: figure for name, figure in drawings.items() if get_motion(figure) is None}
+            (figures,) = call_optional(self._build_view(x), View.solution_figures)
+        return {name: figure for name, figure in figures.items() if get_motion(figure) is None}
 
     def save(self, x: ArrayLike, name: str) -> Path:
-        """Write a design as a JSON file for the tools of the problem, and return the path.
+        """Write a design into a new JSON file for the tools of the problem, and return its path.
 
         Parameters
         ----------
         x : array_like, shape (n_var,)
             Design.
         name : str
-            Name of a new file in `folder`, ending in ``.json``.
+            Name of the new file in `folder`, ending in ``.json``.
 
         Raises
         ------
@@ -174,5 +186,5 @@ class Explorer:
 
 
 def extract_row(table: pd.DataFrame, position: int) -> dict[str, float]:
-    """Return a row of a numeric table as a dict by column."""
+    """Return the row of a numeric table at a position as a dict by column."""
     return {str(name): float(value) for name, value in table.iloc[position].items()}

@@ -1,4 +1,4 @@
-"""Figures of the explorer: parallel coordinates, and a scatter plot of two columns."""
+"""Figures of the explorer: parallel coordinates, and a scatter plot of the front."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _MAX_LABEL_LENGTH = 18  # maximum line length of an axis label
 
 
 def draw_parallel_coordinates(table: pd.DataFrame, names: Sequence[str]) -> go.Figure:
-    """Return parallel coordinates of table columns, colored by the first column.
+    """Return a parallel-coordinates plot of columns of a table, colored by the first of them.
 
-    Columns selected by `mgeo.figures.front.logarithmic` are drawn as decimal logarithms.
+    Columns for which `is_logarithmic` is true are drawn as decimal logarithms.
 
     Parameters
     ----------
     table
-        Numbers of the solutions.
+        Metrics of the solutions, one row each.
     names
         Columns to draw.
     """
@@ -35,10 +35,10 @@ def draw_parallel_coordinates(table: pd.DataFrame, names: Sequence[str]) -> go.F
         values = table[name].to_numpy(float)
         dimension = {"label": _wrap_label(name), "name": name, "values": values}
         if is_logarithmic(table[name]):
-            shown = np.log10(values)
-            ticks = np.linspace(shown.min(), shown.max(), 5)
+            exponents = np.log10(values)
+            ticks = np.linspace(exponents.min(), exponents.max(), 5)
             texts = [f"{value:.3g}" for value in 10.0**ticks]
-            dimension |= {"values": shown, "tickvals": ticks, "ticktext": texts}
+            dimension |= {"values": exponents, "tickvals": ticks, "ticktext": texts}
         dimensions.append(dimension)
     line = {"color": dimensions[0]["values"] if dimensions else COLORS[0], "colorscale": "Viridis"}
     figure = go.Figure(go.Parcoords(dimensions=dimensions, line=line, labelfont={"size": 12}))
@@ -50,7 +50,10 @@ def _wrap_label(name: str) -> str:
 
 
 def is_logarithmic(values: pd.Series) -> bool:
-    """Return whether a column is drawn on a logarithmic axis."""
+    """Return True if the values of a column need a logarithmic axis, and all of them are finite.
+
+    See `mgeo.figures.front.needs_log_axis`.
+    """
     numbers = values.to_numpy(float)
     return bool(np.isfinite(numbers).all()) and needs_log_axis(numbers)
 
@@ -63,35 +66,38 @@ def draw_front(
     selected_row: int,
     design_metrics: Mapping[str, float],
 ) -> go.Figure:
-    """Return a scatter plot of two columns; ``customdata`` of each point is its table position.
+    """Return a scatter plot of two metrics of the solutions, with the selected solution marked.
+
+    A star marks the modified design of the sliders. ``customdata`` of each point is the position of
+    its solution in the table.
 
     Parameters
     ----------
     table
-        Numbers of the solutions.
+        Metrics of the solutions, one row each.
     x, y
-        Columns of the axes.
+        Columns on the axes.
     visible_rows
-        Positions of the solutions that pass the filter; other solutions are drawn faint.
+        Positions of the solutions that pass the filter. Other solutions are drawn in gray.
     selected_row
         Position of the selected solution.
     design_metrics
-        Numbers of the design set by the sliders.
+        Metrics of the design of the sliders, by column.
     """
-    rest = np.setdiff1d(np.arange(len(table)), visible_rows)
+    hidden_rows = np.setdiff1d(np.arange(len(table)), visible_rows)
     hover = "solution %{text}<br>%{x:.5g}, %{y:.5g}<extra></extra>"
     figure = go.Figure()
     for positions, color in (
-        (rest, _HIDDEN_COLOR),
+        (hidden_rows, _HIDDEN_COLOR),
         (np.asarray(visible_rows, dtype=int), COLORS[0]),
     ):
-        part = table.iloc[positions]
+        solutions = table.iloc[positions]
         figure.add_scatter(
-            x=part[x],
-            y=part[y],
+            x=solutions[x],
+            y=solutions[y],
             mode="markers",
-            customdata=positions.tolist(),  # Dash cannot read encoded arrays.
-            text=part.index,
+            customdata=positions.tolist(),  # Dash cannot decode arrays in click events.
+            text=solutions.index,
             hovertemplate=hover,
             marker={"color": color, "size": 8},
         )
@@ -101,9 +107,9 @@ def draw_front(
         (extract_row(table, selected_row), ring, "selected solution"),
         (design_metrics, star, "design"),
     ]
-    for numbers, marker, name in marks:
-        place = {"x": [numbers[x]], "y": [numbers[y]]}
-        figure.add_scatter(**place, mode="markers", marker=marker, name=name, hoverinfo="skip")
+    for metrics, marker, name in marks:
+        point = {"x": [metrics[x]], "y": [metrics[y]]}
+        figure.add_scatter(**point, mode="markers", marker=marker, name=name, hoverinfo="skip")
     figure.update_xaxes(build_axis_layout(x, table[x].to_numpy(float)), linecolor=GRAY)
     figure.update_yaxes(
         build_axis_layout(y, table[y].to_numpy(float)), linecolor=GRAY, automargin=True
@@ -113,19 +119,25 @@ def draw_front(
         showlegend=False,
         height=420,
         margin={"l": 70, "r": 10, "t": 10, "b": 50},
-        uirevision=f"{x} {y}",  # preserves the zoom when a marker moves
+        uirevision=f"{x} {y}",  # The zoom is preserved when a mark moves.
     )
 
 
 def select_rows(table: pd.DataFrame, dimensions: Sequence[Mapping[str, Any]]) -> list[int]:
-    """Return the positions of the rows within the selected ranges of all dimensions.
+    """Return the positions of the solutions that lie in the selected ranges of all axes.
 
     Parameters
     ----------
     table
-        Numbers of the solutions.
+        Metrics of the solutions, one row each.
     dimensions
-        Dimensions of a parallel-coordinates trace, as returned by the browser.
+        Dimensions of the parallel-coordinates trace, as the browser returns them. An axis without
+        ``constraintrange`` has no selected range, and excludes no solution.
+
+    Returns
+    -------
+    list of int
+        Ascending positions in the table.
     """
     is_within = np.ones(len(table), dtype=bool)
     for dimension in dimensions:

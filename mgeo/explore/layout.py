@@ -1,4 +1,4 @@
-"""HTML layout of the explorer: controls, and tables."""
+"""HTML layout of the page of the explorer."""
 
 from __future__ import annotations
 
@@ -11,17 +11,20 @@ from dash.development.base_component import Component
 from mgeo.explore.explorer import Explorer, extract_row
 from mgeo.plugins.review import find_column_kinds
 
-N_INITIAL_AXES = 8  # initial number of axes of the parallel coordinates
+N_INITIAL_AXES = 8  # initial number of parallel coordinates
 DESIGN_COLUMNS = ["", "solution", "design", "change"]
 
 
 def build_page(explorer: Explorer) -> Component:
+    """Return the page of an explorer as a Dash component: controls, tables and empty figures."""
     columns = list(explorer.table.columns)
-    numbered = enumerate(explorer.rows.tolist())
-    solutions = [{"label": f"solution {row}", "value": position} for position, row in numbered]
+    solutions = [
+        {"label": f"solution {row}", "value": position}
+        for position, row in enumerate(explorer.rows.tolist())
+    ]
     filters = build_section(
         "Filter",
-        build_hint("Drag along an axis to keep a range; click on the axis to drop the range."),
+        build_hint("Drag along an axis to select a range. Click on the axis to remove the range."),
         dcc.Dropdown(columns, columns[:N_INITIAL_AXES], id="axes", multi=True),
         html.Div(build_graph("parallel"), className="wide"),
         html.P(id="count"),
@@ -31,9 +34,9 @@ def build_page(explorer: Explorer) -> Component:
         build_hint(
             "Click on a point to select its solution. The star is the design of the sliders."
         ),
-        build_labeled_control("across", build_dropdown("x", columns, columns[0])),
+        build_labeled_control("x axis", build_dropdown("x", columns, columns[0])),
         build_labeled_control(
-            "up", build_dropdown("y", columns, columns[min(1, len(columns) - 1)])
+            "y axis", build_dropdown("y", columns, columns[min(1, len(columns) - 1)])
         ),
         build_graph("front"),
     )
@@ -83,14 +86,17 @@ def build_dropdown(name: str, options: Sequence[Any], value: Any) -> Component:
 
 
 def build_graph(name: str, **properties: Any) -> Component:
-    """Return a component for a figure, with the given ID."""
-    # Data must not leave this machine.
+    """Return a Dash component that shows a plotly figure, with the given ID."""
+    # The button that uploads the figure is removed, so that data do not leave this machine.
     config: Any = {"displaylogo": False, "showSendToCloud": False}
     return dcc.Graph(id=name, config=config, **properties)
 
 
 def build_sliders(explorer: Explorer) -> Iterator[Component]:
-    """Yield a slider for each design variable; sliders of choices have their options as marks."""
+    """Yield a labeled slider for each design variable.
+
+    The slider of a categorical variable has the options of the variable as marks.
+    """
     variables = explorer.variables
     columns = zip(explorer.names, variables.kinds, variables.xl, variables.xu, strict=True)
     for j, (name, kind, low, high) in enumerate(columns):
@@ -101,7 +107,7 @@ def build_sliders(explorer: Explorer) -> Iterator[Component]:
 
 
 def build_table(rows: Sequence[Sequence[str]]) -> Component:
-    """Return an HTML table of texts; the first row is the header."""
+    """Return an HTML table with the given rows of cell texts, of which the first is the header."""
     kinds = find_column_kinds(rows)
     head, *body = (
         html.Tr([html.Td(text, className=kind) for text, kind in zip(row, kinds, strict=True)])
@@ -113,10 +119,10 @@ def build_table(rows: Sequence[Sequence[str]]) -> Component:
 def build_comparison(
     solution: Mapping[str, float], design_metrics: Mapping[str, float]
 ) -> Component:
-    """Return a table of the numbers of a solution and of a modified design, and their change."""
+    """Return an HTML table of the metrics of a solution and a modified design, and their change."""
     rows = [DESIGN_COLUMNS]
-    for name, before in solution.items():
-        after = design_metrics[name]
-        change = f"{100 * (after / before - 1):+.3g} %" if before else ""
-        rows.append([name, f"{before:.5g}", f"{after:.5g}", change])
+    for name, value in solution.items():
+        new_value = design_metrics[name]
+        change = f"{100 * (new_value / value - 1):+.3g} %" if value else ""
+        rows.append([name, f"{value:.5g}", f"{new_value:.5g}", change])
     return build_table(rows)

@@ -12,11 +12,11 @@ from mgeo.explore.explorer import Explorer
 try:
     from mgeo.explore.app import build_app
 except ImportError as error:
-    raise ImportError("mgeo explore needs Dash: pip install 'mgeo[explore]'") from error
+    raise ImportError("mgeo explore requires Dash: pip install 'mgeo[explore]'") from error
 
 
 class ExplorerServer(ThreadingMixIn, WSGIServer):
-    """HTTP server that explores a run, accessible only from this machine.
+    """HTTP server of the page on which a run is explored, accessible only from this machine.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class ExplorerServer(ThreadingMixIn, WSGIServer):
     Attributes
     ----------
     url : str
-        Address of the page.
+        Address of the page, which contains a random path.
 
     Raises
     ------
@@ -61,11 +61,14 @@ class ExplorerServer(ThreadingMixIn, WSGIServer):
         try:
             super().__init__(("127.0.0.1", port), _Handler)
         except OSError as error:
-            raise OSError(f"127.0.0.1:{port} cannot be used: {error.strerror}") from error
+            raise OSError(
+                f"127.0.0.1:{port} cannot be used: {error.strerror}; choose another --port"
+            ) from error
         self.set_app(app.server)
         self.url = f"http://127.0.0.1:{self.server_port}{app.config.url_base_pathname}"
 
 
 class _Handler(WSGIRequestHandler):
     def log_message(self, format: str, *args: Any) -> None:
-        """Log nothing, because the path of a request is secret."""
+        # Requests are not logged, because their path is secret.
+        pass

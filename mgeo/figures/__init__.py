@@ -1,1 +1,1 @@
-"""Figures of fronts, and HTML pages of figures."""
+"""Figures of fronts, and HTML pages that show figures."""

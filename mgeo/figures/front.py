@@ -20,7 +20,7 @@ MAX_OBJECTIVES = 3
 #: Maximum number of points with hover texts, and with figures by the problem.
 MAX_HOVER_TEXTS = 2000
 
-_MIN_LOG_RATIO = 20.0  # minimum ratio of the largest to the smallest value of a logarithmic axis
+_MIN_LOG_RATIO = 20.0  # Minimum ratio of the largest to the smallest value on a logarithmic axis.
 _COLOR = "#1f5fa8"
 _MARKER = {"size": 7, "color": _COLOR, "line": {"width": 0.5, "color": "white"}}
 _MARKER_3D = {"size": 4, "color": _COLOR}
@@ -35,21 +35,27 @@ def draw_front(
     title: str = "",
     descriptions: pd.DataFrame | None = None,
 ) -> go.Figure:
-    """Draw a front whose points describe their solution in a hover text.
+    """Draw a front with one to three objectives; hover texts show the variables of each solution.
 
     One objective is drawn over the number of the solution, two objectives with the boundary of the
-    dominated region, and three objectives in space. Axes are logarithmic if `needs_log_axis` is true.
+    dominated region, and three objectives in 3D. Axes are logarithmic if `needs_log_axis` is true.
 
     Parameters
     ----------
-    X, F
-        Variables (n, n_var) and objectives (n, n_obj) of the solutions.
-    variables, objectives
+    X : array, shape (n, n_var)
+        Variables of the solutions.
+    F : array, shape (n, n_obj)
+        Objectives of the solutions.
+    variables, objectives : tuple of str
         Names of the variables and objectives, with units.
-    title
+    title : str
         Title of the figure.
-    descriptions
+    descriptions : DataFrame, optional
         Description of each solution by its problem, one row each, to show instead of the variables.
+
+    Returns
+    -------
+    plotly.graph_objects.Figure
 
     Raises
     ------
@@ -64,9 +70,9 @@ def draw_front(
     if len(F) <= MAX_HOVER_TEXTS:
         texts = format_hover_texts(X, F, variables, objectives, descriptions)
         points |= {"hovertext": texts, "hoverinfo": "text"}
-    space = len(objectives) == 3
+    is_3d = len(objectives) == 3
     axes = [
-        build_axis_layout(name, f, is_3d=space) for name, f in zip(objectives, F.T, strict=True)
+        build_axis_layout(name, f, is_3d=is_3d) for name, f in zip(objectives, F.T, strict=True)
     ]
     figure = go.Figure()
     if len(axes) == 1:
@@ -81,7 +87,7 @@ def draw_front(
     else:
         figure.add_scatter3d(x=F[:, 0], y=F[:, 1], z=F[:, 2], marker=_MARKER_3D, **points)
         figure.update_scenes(dict(zip(("xaxis", "yaxis", "zaxis"), axes, strict=True)))
-        figure.update_scenes(camera_eye=dict.fromkeys("xyz", 1.45))  # shows the whole front
+        figure.update_scenes(camera_eye=dict.fromkeys("xyz", 1.45))  # Shows the whole front.
     return figure.update_layout(
         title=escape_markup(title),
         template="plotly_white",
@@ -98,16 +104,19 @@ def format_hover_texts(
     objectives: tuple[str, ...],
     descriptions: pd.DataFrame | None = None,
 ) -> list[str]:
-    """Return the hover text of each solution: number, objectives, and description or variables."""
+    """Return the hover texts of all solutions: number, objectives, and description or variables.
+
+    The parameters are those of `draw_front`.
+    """
     names, rows = list(variables), X.tolist()
     if descriptions is not None:
         table = descriptions.drop(columns=list(objectives), errors="ignore")
         names, rows = list(map(str, table.columns)), list(table.itertuples(index=False))
-    first, names = list(map(escape_markup, objectives)), list(map(escape_markup, names))
+    objectives, names = tuple(map(escape_markup, objectives)), list(map(escape_markup, names))
     texts = []
     for number, (row, f) in enumerate(zip(rows, F, strict=True)):
         lines = [f"solution {number}"]
-        lines += [f"<b>{name}: {value:.6g}</b>" for name, value in zip(first, f, strict=True)]
+        lines += [f"<b>{name}: {value:.6g}</b>" for name, value in zip(objectives, f, strict=True)]
         lines += [f"{name}: {_format_value(value)}" for name, value in zip(names, row, strict=True)]
         texts.append("<br>".join(lines))
     return texts
@@ -120,34 +129,34 @@ def _format_value(value: object) -> str:
 def build_axis_layout(
     name: str, values: NDArray[np.float64], *, is_3d: bool = False
 ) -> dict[str, object]:
-    """Return the layout of the axis of an objective, logarithmic if `needs_log_axis` is true.
+    """Return plotly's layout of the axis of an objective, logarithmic if this suits the values.
 
     Parameters
     ----------
-    name
+    name : str
         Name of the objective, with its unit.
-    values
-        Values to draw, shape (n,).
-    is_3d
+    values : array, shape (n,)
+        Values to draw.
+    is_3d : bool
         Whether the axis belongs to a three-dimensional figure.
     """
-    log = needs_log_axis(values)
-    narrow = log and values.max() / values.min() < 1e4
+    is_log = needs_log_axis(values)
+    is_narrow = is_log and values.max() / values.min() < 1e4
     largest = np.abs(values).max() if len(values) else 1.0
     return {
         "title": {"text": escape_markup(name, is_3d=is_3d)},
-        "type": "log" if log else "linear",
-        "dtick": "D2" if narrow else None,  # labels at 1, 2 and 5
-        "exponentformat": "none" if not log and 1e-3 <= largest < 1e5 else "power",
+        "type": "log" if is_log else "linear",
+        "dtick": "D2" if is_narrow else None,  # Labels are at 1, 2 and 5.
+        "exponentformat": "none" if not is_log and 1e-3 <= largest < 1e5 else "power",
         "gridcolor": GRID_COLOR,
     }
 
 
 def needs_log_axis(values: NDArray[np.float64]) -> bool:
-    """Return whether positive values need a logarithmic axis.
+    """Return True if positive values are shown better on a logarithmic axis.
 
-    This is the case if the values span a factor of 20 or more and their logarithms are distributed
-    more symmetrically than the values. Symmetry is measured by the median between the 2 % and 98 %
+    The values must span a factor of 20 or more, and their logarithms must be distributed more
+    symmetrically than the values. Symmetry is measured by the median between the 2 % and 98 %
     quantiles, so that a single value near zero has no influence.
     """
     if not len(values) or values.min() <= 0 or values.max() < _MIN_LOG_RATIO * values.min():

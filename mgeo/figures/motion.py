@@ -1,4 +1,4 @@
-"""Animated three-dimensional figures, whose traces rotate about the origin over time.
+"""Format of animated three-dimensional figures, whose traces rotate about the origin over time.
 
 The page computes each frame from a few rotations, so that an animated figure is as small as a
 static one. The animation starts on demand. ``layout.meta["motion"]`` of the plotly figure has these
@@ -28,27 +28,29 @@ import numpy as np
 import plotly.graph_objects as go
 
 _TRACE_TYPES = ("scatter3d", "mesh3d")
-_ROTATION_FORM = "times that ascend from 0 and x, y, z of one number less, all finite"
+_ROTATION_FORM = "times that ascend from 0, and x, y and z with one number less, all finite"
 
 
 def get_motion(figure: go.Figure) -> Any:
-    """Return the motion of a figure, or None for a static figure."""
+    """Return the description of an animation in the metadata of a figure, or None without one."""
     meta = figure.layout.meta
     return meta.get("motion") if isinstance(meta, Mapping) else None
 
 
 def validate_motion(figure: go.Figure) -> None:
-    """Raise an error if the motion of a figure does not have the form that this module describes.
+    """Raise an error if the animation of a figure does not have the format of report pages.
+
+    The format is described at the top of this module.
 
     Raises
     ------
     ValueError
-        If a part of the motion is invalid.
+        If a part of the animation is invalid.
     """
     motion, rotations = get_motion(figure), {}
     if motion is not None:
         has_keys = isinstance(motion, Mapping) and {"end", "rotations"} <= motion.keys()
-        _require(has_keys, "motion", "a dict of end and rotations", motion)
+        _require(has_keys, "motion", "a dict with the keys end and rotations", motion)
         rotations = motion["rotations"]
         for name, rotation in rotations.items():
             where = f"motion: rotations[{name!r}]"
@@ -60,18 +62,19 @@ def validate_motion(figure: go.Figure) -> None:
             _require(trace.type in _TRACE_TYPES, "type of a rotating trace", types, trace.type)
 
 
-def _require(condition: bool, name: str, expected: str, found: Any) -> None:
+def _require(condition: bool, name: str, expected: str, value: Any) -> None:
     if not condition:
-        raise ValueError(f"{name} = {found!r}: expected {expected}")
+        raise ValueError(f"{name} = {value!r}: expected {expected}")
 
 
 def _is_rotation(rotation: Any) -> bool:
     try:
-        times, *vector = (
+        times, *components = (
             np.asarray(rotation[key], dtype=float) for key in ("times", "x", "y", "z")
         )
     except (KeyError, TypeError, ValueError):
         return False
-    ascend = times.ndim == 1 and times.size > 1 and times[0] == 0.0 and (np.diff(times) > 0.0).all()
-    matches = all(part.shape == (times.size - 1,) for part in vector)
-    return bool(ascend and matches and np.isfinite([times[1:], *vector]).all())
+    has_times = times.ndim == 1 and times.size > 1 and times[0] == 0.0
+    is_ascending = has_times and (np.diff(times) > 0.0).all()
+    has_equal_sizes = all(part.shape == (times.size - 1,) for part in components)
+    return bool(is_ascending and has_equal_sizes and np.isfinite([times[1:], *components]).all())

@@ -14,8 +14,9 @@ from markupsafe import Markup
 
 from mgeo.figures.style import PAGE_HEIGHT
 
-LIBRARY_FILE = "plotly.min.js"  # file name of the plotting library, if several pages share it
-_TITLE_HEIGHT = 35  # height of a figure's title [px]
+#: File name of the plotting library, if several pages share it.
+LIBRARY_FILE = "plotly.min.js"
+_TITLE_HEIGHT = 35  # Height of a figure's title [px].
 _CONFIG = {"responsive": True, "displaylogo": False, "showSendToCloud": False}
 _TEMPLATES = Environment(
     loader=PackageLoader("mgeo", ""),
@@ -28,13 +29,13 @@ _TEMPLATES = Environment(
 
 
 def render(template: str, **values: Any) -> str:
-    """Return the HTML of a template; values that are not `Markup` are escaped.
+    """Return the HTML of a template. Values that are not `Markup` are escaped.
 
     Parameters
     ----------
-    template
+    template : str
         Path of the template below the package `mgeo`.
-    values
+    **values
         Variables of the template.
     """
     return _TEMPLATES.get_template(template).render(values)
@@ -47,11 +48,11 @@ def render_figure_page(figure: go.Figure, title: str, note: str = "") -> str:
 
     Parameters
     ----------
-    figure
+    figure : plotly.graph_objects.Figure
         Figure to show.
-    title
+    title : str
         Title of the page.
-    note
+    note : str
         Text above the figure.
     """
     body, heading = _convert_to_html(figure, height="100%")
@@ -67,48 +68,52 @@ def render_report_page(
 
     Parameters
     ----------
-    title
+    title : str
         Title of the page.
-    parts
-        Figures, and texts in HTML.
-    library
-        Path from the page to the file `LIBRARY_FILE`, for pages that share the library; True to include
-        the library in the page.
+    parts : sequence of str or plotly.graph_objects.Figure
+        Figures and HTML texts, in their order on the page.
+    library : bool or str
+        Path from the page to the file `LIBRARY_FILE`, for pages that share the plotting library;
+        True to include the library in the page.
     """
-    written: list[Markup] = []
-    drawn = 0
+    html_parts: list[Markup] = []
+    n_figures = 0
     for part in parts:
         if isinstance(part, str):
-            written.append(Markup(part))
+            html_parts.append(Markup(part))
             continue
-        figure, heading = _convert_to_html(part, f"figure{drawn}", library if not drawn else False)
-        written.append(Markup(render("figures/assets/heading.html", heading=heading)) + figure)
-        drawn += 1
-    return render("figures/assets/report.html", title=title, parts=written)
+        figure, heading = _convert_to_html(
+            part, f"figure{n_figures}", library if not n_figures else False
+        )
+        html_parts.append(Markup(render("figures/assets/heading.html", heading=heading)) + figure)
+        n_figures += 1
+    return render("figures/assets/report.html", title=title, parts=html_parts)
 
 
 def render_figure(figure: go.Figure) -> Markup:
-    """Return a figure as HTML, for a page that includes the scripts of ``scripts.html``."""
+    """Return the HTML of a figure, for a page that includes the template ``scripts.html``."""
     return _convert_to_html(figure)[0]
 
 
 def _convert_to_html(
     figure: go.Figure, name: str = "figure", library: bool | str = True, height: str | None = None
 ) -> tuple[Markup, list[str]]:
-    """Return a figure without its title as HTML, and the lines of the title, which a page can wrap.
+    """Return the HTML of a figure without its title, and the lines of the title as plain text.
+
+    The page shows the title as a heading, which wraps.
 
     Parameters
     ----------
-    figure
+    figure : plotly.graph_objects.Figure
         Figure to convert.
-    name
+    name : str
         ID of the HTML element.
-    library
+    library : bool or str
         Whether to include the plotting library, or the path to its file.
-    height
-        Height in CSS; None for the height of the figure.
+    height : str, optional
+        Height in CSS. Default: the height of the figure.
     """
-    tree: dict[str, Any] = figure.to_dict()  # a copy, because the title is removed below
+    tree: dict[str, Any] = figure.to_dict()  # A copy, because the title is removed below.
     layout = tree["layout"]
     text = layout.get("title", {}).get("text") or ""
     plain = (unescape(re.sub("<[^>]*>", "", line)).strip() for line in re.split("<br ?/?>", text))
@@ -123,7 +128,7 @@ def _convert_to_html(
         full_html=False,
         include_plotlyjs=library,
         config=_CONFIG,
-        div_id=name,  # plotly would use a random ID
+        div_id=name,  # plotly would use a random ID.
         default_height=height or f"{layout.get('height') or PAGE_HEIGHT}px",
     )
     return Markup(html), lines

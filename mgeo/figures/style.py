@@ -26,29 +26,29 @@ CLICK_HINT = "; click the legend to hide"
 GRAY = "#767676"
 GRID_COLOR = "#e3e6ea"
 
-#: Ratio of the largest to the smallest value from which only powers of ten are labeled.
+# Ratio of the largest to the smallest value from which only powers of ten are labeled.
 _MIN_DECADES_RATIO = 1e3
-#: Ratio below which labels at 1, 2 and 5 may be too few.
+# Ratio below which labels at 1, 2 and 5 may be too few.
 _MIN_DIGITS_RATIO = 5.0
 
 #: Width and height of a figure in print [px of 1/96 inch]; the width is the column width of 88 mm
 #: of the IEEE and the AIAA.
 PRINT_WIDTH, PRINT_HEIGHT = 333, 240
-_SCREEN_HEIGHT = 560  # usual height on screen [px]; higher figures have more rows
-_MAX_NARROW_SHARE = 0.5  # share of the figure's width below which an axis has few labels
-#: Font of 8 points.
+_SCREEN_HEIGHT = 560  # Usual height on screen [px]. Higher figures have more rows.
+_MAX_NARROW_SHARE = 0.5  # Share of the figure's width below which an axis has few labels.
+# Font of 8 points.
 _PRINT_FONT = {"family": "Times New Roman, Nimbus Roman, Liberation Serif, serif", "size": 10.7}
-_PRINT_SCALE = 0.6  # size of markers and lines in print relative to the screen
+_PRINT_SCALE = 0.6  # Size of markers and lines in print relative to the screen.
 
 
 def escape_markup(text: object, *, is_3d: bool = False) -> str:
-    """Return a text with markup escaped, so that plotly shows it literally.
+    """Escape HTML tags and templates in a text, so that plotly shows the text literally.
 
     Parameters
     ----------
     text
         Text that may contain HTML tags or ``%{`` templates.
-    is_3d
+    is_3d : bool
         Whether the text is a title of a three-dimensional axis, where plotly interprets tags but
         not entities. A zero-width character then breaks the tags.
     """
@@ -58,15 +58,15 @@ def escape_markup(text: object, *, is_3d: bool = False) -> str:
 
 
 def select_symbol(index: int) -> str:
-    """Return the marker symbol of a trace by its index.
+    """Return the marker symbol of a trace, given its index in the figure.
 
-    Combined with the color of the same index, 49 combinations are distinct.
+    With the color of the same index, 49 combinations are distinct.
     """
     return SYMBOLS[(index + index // len(COLORS)) % len(SYMBOLS)]
 
 
 def apply_style(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
-    """Return the figure with title, subtitle and common style."""
+    """Set title, subtitle and common style of a figure, and return the figure."""
     figure.update_layout(
         template="plotly_white",
         title={
@@ -90,7 +90,9 @@ def apply_style(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
 
 
 def build_log_axis_layout(values: ArrayLike) -> dict[str, Any]:
-    """Return the layout of a logarithmic axis with suitable labels for positive values.
+    """Return plotly's layout of a logarithmic axis, with labels that suit the range of values.
+
+    The values are positive.
 
     Labels are at powers of ten for a wide range and at 1, 2 and 5 for a narrower one; for a very
     narrow range, plotly chooses.
@@ -109,30 +111,34 @@ def format_for_print(figure: go.Figure) -> go.Figure:
 
     Colors and symbols are unchanged, so that traces differ in grayscale by symbol and dash.
     """
-    still = go.Figure(figure)
-    above = still.layout.to_plotly_json().get("xaxis2", {}).get("side") == "top"
-    if above:  # The legend is inside the plot, where it would overlap rotated texts.
-        still.layout.annotations = [each for each in still.layout.annotations if not each.textangle]
-    shared_title = any((each.yshift or 0.0) < 0.0 for each in still.layout.annotations)
-    named = [each for each in still.data if each.showlegend is not False and _has_points(each)]
-    height = PRINT_HEIGHT * max(1.0, (still.layout.height or _SCREEN_HEIGHT) / _SCREEN_HEIGHT)
-    still.update_layout(
+    printed = go.Figure(figure)
+    has_top_axis = printed.layout.to_plotly_json().get("xaxis2", {}).get("side") == "top"
+    if has_top_axis:  # The legend is inside the plot, where it would overlap rotated texts.
+        printed.layout.annotations = [
+            note for note in printed.layout.annotations if not note.textangle
+        ]
+    has_shared_title = any((note.yshift or 0.0) < 0.0 for note in printed.layout.annotations)
+    legend_traces = [
+        trace for trace in printed.data if trace.showlegend is not False and _has_points(trace)
+    ]
+    height = PRINT_HEIGHT * max(1.0, (printed.layout.height or _SCREEN_HEIGHT) / _SCREEN_HEIGHT)
+    printed.update_layout(
         title=None,
         template="plotly_white",
         width=PRINT_WIDTH,
         height=round(height),
-        margin={"l": 8, "r": 8, "t": 8, "b": 22 if shared_title else 8, "pad": 0},
+        margin={"l": 8, "r": 8, "t": 8, "b": 22 if has_shared_title else 8, "pad": 0},
         font={**_PRINT_FONT, "color": "black"},
-        showlegend=still.layout.showlegend is not False and len(named) > 1,
+        showlegend=printed.layout.showlegend is not False and len(legend_traces) > 1,
         legend={
             "font": _PRINT_FONT,
             "title": {"text": ""},
             "orientation": "h",
             "x": 1.0,
             "xanchor": "right",
-            "y": 0.99 if above else 1.0,
+            "y": 0.99 if has_top_axis else 1.0,
             "yref": "paper",
-            "yanchor": "top" if above else "bottom",
+            "yanchor": "top" if has_top_axis else "bottom",
             "bgcolor": "rgba(255,255,255,0.9)",
             "borderwidth": 0,
         },
@@ -143,16 +149,16 @@ def format_for_print(figure: go.Figure) -> go.Figure:
         "ticklen": 3,
         "automargin": True,
     }
-    still.update_xaxes(axes).update_yaxes(axes)
-    still.for_each_xaxis(lambda each: each.update(nticks=4), selector=_is_narrow)
-    still.update_annotations(font={**_PRINT_FONT, "color": "black"})
-    for trace in still.data:
+    printed.update_xaxes(axes).update_yaxes(axes)
+    printed.for_each_xaxis(lambda axis: axis.update(nticks=4), selector=_is_narrow)
+    printed.update_annotations(font={**_PRINT_FONT, "color": "black"})
+    for trace in printed.data:
         for part in ("marker", "line"):
             look = getattr(trace, part, None)
             key = "size" if part == "marker" else "width"
             if look is not None and isinstance(getattr(look, key, None), int | float):
                 look[key] *= _PRINT_SCALE
-    return still
+    return printed
 
 
 def _is_narrow(axis: Any) -> bool:

@@ -51,14 +51,14 @@ class PluginError(ValueError):
 
 @contextmanager
 def convert_plugin_errors(prefix: str, *allowed: type[Exception]) -> Iterator[None]:
-    """Convert errors of plugin code to `PluginError`.
+    """Context manager that reraises any exception of plugin code as a `PluginError`.
 
     Parameters
     ----------
     prefix : str
-        Beginning of the message; the type and the text of the error follow.
+        Beginning of the message; the type and the text of the original exception follow.
     *allowed : exception classes
-        Errors that pass unchanged.
+        Exceptions that are not converted.
     """
     try:
         yield
@@ -70,7 +70,7 @@ def convert_plugin_errors(prefix: str, *allowed: type[Exception]) -> Iterator[No
 
 @dataclass(frozen=True)
 class Plugin:
-    """Entry point of an installed problem, algorithm or command, before its import.
+    """An installed problem, algorithm or command, known by its entry point and not yet imported.
 
     Attributes
     ----------
@@ -88,13 +88,13 @@ class Plugin:
 
     @classmethod
     def from_entry_point(cls, entry_point: EntryPoint) -> Plugin:
-        """Build the plugin from an entry point."""
-        owner = entry_point.dist
-        provider = ("", "") if owner is None else (owner.name, owner.version)
+        """Return the plugin of an entry point, with name and version of its distribution."""
+        distribution = entry_point.dist
+        provider = ("", "") if distribution is None else (distribution.name, distribution.version)
         return cls(entry_point.name, *provider, entry_point)
 
     def load(self) -> Any:
-        """Import the plugin.
+        """Import the plugin and return its class or command app, after a check of its type.
 
         Returns
         -------
@@ -115,10 +115,10 @@ class Plugin:
             loaded = self.entry_point.load()
         base: type = resolve_name(path)
         if group == COMMANDS:
-            fits = isinstance(loaded, base)
+            is_expected = isinstance(loaded, base)
         else:
-            fits = isinstance(loaded, type) and issubclass(loaded, base)
-        if not fits:
+            is_expected = isinstance(loaded, type) and issubclass(loaded, base)
+        if not is_expected:
             raise PluginError(
                 f"{label}: expected {expected.format(path.replace(':', '.'))} at "
                 f"{self.entry_point.value!r}, found {loaded!r}"
@@ -127,7 +127,12 @@ class Plugin:
 
 
 def list_plugins(group: str = PROBLEMS) -> list[Plugin]:
-    """Return the plugins of an entry-point group, sorted by name, without importing them.
+    """Return the installed plugins of one kind, sorted by name, without importing them.
+
+    Parameters
+    ----------
+    group : str
+        Entry-point group: `PROBLEMS`, `ALGORITHMS` or `COMMANDS`.
 
     Raises
     ------
@@ -147,7 +152,14 @@ def list_plugins(group: str = PROBLEMS) -> list[Plugin]:
 
 
 def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
-    """Return the installed plugin with a name, without importing it.
+    """Return the installed plugin with a given name, without importing it.
+
+    Parameters
+    ----------
+    name : str
+        Name of the entry point.
+    group : str
+        Entry-point group: `PROBLEMS`, `ALGORITHMS` or `COMMANDS`.
 
     Raises
     ------
@@ -173,24 +185,36 @@ def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
 
 
 def list_plugin_versions(modules: Iterable[str]) -> dict[str, str]:
-    """Return name and version of each distribution with a plugin in one of the modules."""
-    tops = {module.partition(".")[0] for module in modules}
+    """Return the versions of the plugins that given modules belong to, by distribution name.
+
+    Parameters
+    ----------
+    modules : iterable of str
+        Dotted module names, for example those of the classes of a run.
+
+    Returns
+    -------
+    dict of str to str
+        Version by name of the distribution. A distribution is listed if one of its problems or
+        algorithms is in the top-level package of one of the modules.
+    """
+    packages = {module.partition(".")[0] for module in modules}
     return {
         plugin.distribution: plugin.version
         for plugin in (*list_plugins(), *list_plugins(ALGORITHMS))
-        if plugin.entry_point.module.partition(".")[0] in tops
+        if plugin.entry_point.module.partition(".")[0] in packages
     }
 
 
 def list_preset_names(name: str) -> list[str]:
-    """Return the names of the presets declared for a problem, sorted."""
+    """Return the sorted names of the presets that are declared for a problem."""
     prefix = f"{name}."
     names = {entry.name for entry in metadata.entry_points(group=PRESETS)}
     return sorted(full.removeprefix(prefix) for full in names if full.startswith(prefix))
 
 
 def load_algorithm(name: str) -> Any:
-    """Import the class of an algorithm.
+    """Import an algorithm by name and return its class.
 
     Parameters
     ----------
@@ -206,9 +230,9 @@ def load_algorithm(name: str) -> Any:
 
 
 def import_class(name: str, group: str) -> Any:
-    """Import the problem or algorithm ``module:Class``; the module may be in the current folder.
+    """Import a problem or algorithm class that is specified as ``module:Class``, and return it.
 
-    The current folder is appended to ``sys.path``.
+    The module may be in the current folder, which is appended to ``sys.path``.
 
     Parameters
     ----------

@@ -69,7 +69,7 @@ def read_scenario(
     *,
     trusted_classes: Collection[str] = (),
 ) -> dict[str, Any]:
-    """Return the options of a problem from a scenario file or a preset.
+    """Read the options of a problem from a scenario file or a preset.
 
     Parameters
     ----------
@@ -126,18 +126,21 @@ def _read_files(
     if reader is None:
         return options
     with convert_plugin_errors(f"read_files of problem {name!r} raised", ValueError, OSError):
-        read: dict[str, Any] = reader(options, folder)
-    return read
+        expanded_options: dict[str, Any] = reader(options, folder)
+    return expanded_options
 
 
 def is_class_path(problem: str) -> bool:
-    """Return whether a problem is specified as ``module:Class``, without a collection's prefix."""
+    """Return True if a problem is specified as ``module:Class`` and not as a named test problem.
+
+    Names of test problems also contain a colon, for example ``pymoo:zdt1``.
+    """
     return ":" in problem and not is_benchmark(problem)
 
 
 def _build_problem(name: str, builder: Callable[[], Problem]) -> Problem:
-    # A ValueError passes unchanged: it is the plugin's message about an option. A TypeError usually
-    # comes from Python and does not identify the problem.
+    # A ValueError passes unchanged, because it is the plugin's message about an option. A TypeError
+    # usually comes from Python and does not identify the problem.
     with convert_plugin_errors(f"problem {name!r} cannot be built:", ValueError, OSError):
         return builder()
 

@@ -27,30 +27,30 @@ T = TypeVar("T")
 
 
 class ProblemMixin:
-    """Base class with a default for each optional method of a problem.
+    """Mixin for pymoo problems with a default for each optional method that mgeo calls.
 
     mgeo accepts any pymoo `Problem` and uses the optional methods that the problem defines. A
-    problem need not derive from this class, which only adds the defaults. All designs are arrays of
-    numbers: a choice is the index of its option.
+    problem need not derive from this class, which only adds the defaults. All designs are rows of
+    float arrays; the value of a choice variable is the index of its option.
 
     Attributes
     ----------
     var_names, obj_names, constraint_names : sequence of str, optional
-        Names, with units, of variables, objectives and inequality constraints. Default: ``x1``...,
-        ``f1``... and ``g1``....
+        Names, with units, of variables, objectives and inequality constraints. The defaults are
+        ``x1``, ``f1`` and ``g1``, and so on.
     function_name : str
-        Name of the test function of which the problem is one instance or size. Studies average over
-        the instances of a function before they compare algorithms.
+        Name of the test function, if the problem is one of several instances or sizes of a
+        function. Studies average over the instances of a function before they compare algorithms.
 
     Examples
     --------
     >>> import numpy as np
     >>> from pymoo.problems.multi import ZDT1
     >>> from mgeo import ProblemMixin
-    >>> class Started(ProblemMixin, ZDT1):
+    >>> class ZDT1WithInitialDesigns(ProblemMixin, ZDT1):
     ...     def suggest_initial_designs(self, n, random_state):
     ...         return np.zeros((n, self.n_var))
-    >>> problem = Started(n_var=3)
+    >>> problem = ZDT1WithInitialDesigns(n_var=3)
     >>> problem.suggest_initial_designs(2, np.random.default_rng(1)).shape
     (2, 3)
     """
@@ -61,26 +61,33 @@ class ProblemMixin:
     function_name: str = ""
 
     def view(self, X: ArrayLike) -> View:
-        """Return the `View` that presents designs, shape (n, n_var), n >= 0."""
+        """Return the view that presents designs as tables, figures and texts; by default a `View`.
+
+        Parameters
+        ----------
+        X : array_like, shape (n, n_var)
+            Designs; n may be 0.
+        """
         from mgeo.plugins.view import View
 
         return View(self, X)
 
     def to_options(self) -> dict[str, Any] | None:
-        """Return the options that rebuild this problem, as JSON values.
+        """Return the options from which `from_options` can rebuild this problem, as a dict.
 
-        None, the default, means that the class is built without arguments.
+        The values must be JSON values. None, the default, means that the constructor of the class
+        needs no arguments.
         """
         return None
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> Any:
-        """Build the problem from options, by default as keywords of the constructor."""
+        """Build a problem from a dict of options, by default passed to the constructor."""
         return cls(**options)
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-        """Read the files that the options of a scenario refer to.
+        """Replace the file paths in the options of a scenario by the contents of these files.
 
         Parameters
         ----------
@@ -92,21 +99,24 @@ class ProblemMixin:
         Returns
         -------
         dict of str to value
-            Options in which the content of each file replaces its path.
+            New options with file contents in place of paths. By default, the options unchanged.
         """
         return dict(options)
 
     def to_robust(self) -> Problem | None:
-        """Return the problem with quantiles over random errors as objectives, for ``--robust``.
+        """Return a version of this problem whose objectives are quantiles over random errors.
 
-        The returned problem must define `options`. None, the default, if there is no such problem.
+        The option ``--robust`` of the command line solves this version, which must define
+        `to_options`. None, the default, if there is no such version.
         """
         return None
 
     def suggest_initial_designs(
         self, n: int, random_state: np.random.Generator
     ) -> FloatArray | None:
-        """Return n promising initial designs, for ``--initial-designs``.
+        """Return n promising initial designs for a search.
+
+        The option ``--initial-designs`` of the command line calls this method.
 
         Parameters
         ----------
@@ -122,7 +132,7 @@ class ProblemMixin:
         return None
 
     def refine(self, X: FloatArray) -> Iterator[FloatArray] | None:
-        """Refine the designs of a front locally, step by step.
+        """Return an iterator that improves the designs of a front by a local search, step by step.
 
         Parameters
         ----------
@@ -132,30 +142,42 @@ class ProblemMixin:
         Returns
         -------
         iterator of arrays, shape (m, n_var), or None
-            Designs after each step. The first n rows replace the rows of `X`; further rows are new
-            designs, and m never decreases. mgeo ignores designs that are infeasible or worse. The
-            iterator must be deterministic. ``--dry-run`` uses its length hint, if any. None, the
-            default, if the problem has no refinement.
+            Designs after each step. The first n rows are candidates to replace the rows of `X`;
+            further rows are new designs, and m never decreases. mgeo ignores designs that are
+            infeasible or worse. The iterator must be deterministic. ``--dry-run`` uses its length
+            hint, if any. None, the default, if the problem has no local refinement.
         """
         return None
 
     def recommend_settings(self) -> dict[str, Any]:
-        """Return recommended settings of ``mgeo solve``.
+        """Return the settings of ``mgeo solve`` that suit this problem, as a dict.
 
         Returns
         -------
         dict of str to value
-            Any of ``starts``, the number of initial designs; ``polish``, True to refine the front;
-            and ``evaluations``, the number of evaluations of a run that ends with a refinement.
+            Any of the keys ``initial_designs``, the number of suggested initial designs;
+            ``refine``, True to refine the front at the end; and ``evaluations``, the number of
+            evaluations of a run that ends with a refinement.
         """
         return {}
 
     def at_fidelity(self, fidelity: int) -> Problem:
-        """Return the problem at a fidelity level, 0 being the lowest; see `mgeo.MGEOStaged`."""
+        """Return a version of this problem with cheaper and less accurate evaluations.
+
+        Parameters
+        ----------
+        fidelity : int
+            Fidelity level of `mgeo.MGEOStaged`, 0 for the cheapest and least accurate one.
+
+        Returns
+        -------
+        Problem
+            By default, the problem itself.
+        """
         return self
 
     def map_to_indicator_space(self, F: ArrayLike) -> FloatArray | None:
-        """Map objectives to the space in which quality indicators are computed.
+        """Transform objective vectors to the space in which quality indicators are computed.
 
         Parameters
         ----------
@@ -165,21 +187,40 @@ class ProblemMixin:
         Returns
         -------
         array, shape (n, n_obj), or None
-            Mapped objectives. The map must preserve dominance; the reference point of the
-            hypervolume is (1, ..., 1). With None, the default, objectives are scaled by the extent
-            of the combined front of all runs of a study.
+            Transformed objectives. The transformation must preserve Pareto dominance; the reference
+            point of the hypervolume is (1, ..., 1). With None, the default, objectives are scaled
+            by the extent of the combined front of all runs of a study.
         """
         return None
 
     @classmethod
     def parse_document(cls, document: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any] | None:
-        """Read the options and the design from a JSON document; None for other documents."""
+        """Read a design and the options of its problem from a JSON document.
+
+        Parameters
+        ----------
+        document : mapping
+            Content of a JSON file.
+
+        Returns
+        -------
+        options, design : mapping and array_like, or None
+            None, the default, if the document does not have the format of this problem.
+        """
         return None
 
     def build_document(self, x: FloatArray) -> dict[str, Any] | None:
-        """Return a design, shape (n_var,), as a JSON document that `solution_of` reads.
+        """Return the JSON document of one design, as a dict that `parse_document` can read.
 
-        None, the default, selects mgeo's own format, which includes the name of the problem.
+        Parameters
+        ----------
+        x : array, shape (n_var,)
+            Design.
+
+        Returns
+        -------
+        dict or None
+            None, the default, selects the format of mgeo, which includes the name of the problem.
         """
         return None
 
@@ -187,14 +228,14 @@ class ProblemMixin:
 def call_optional(
     owner: Any, method: Callable[Concatenate[Any, P], T], *args: P.args, **kwargs: P.kwargs
 ) -> T:
-    """Call an optional method of a problem or view, or its default.
+    """Call a method of a problem or view, or the default implementation if the method is missing.
 
     Parameters
     ----------
     owner : Problem or View
-        Object whose method is called.
+        Object whose method of the same name is called.
     method : function
-        Method of `ProblemMixin` or `View`, called on `owner` if `owner` has no method of this name.
+        Default implementation: a method of `ProblemMixin` or `View`.
     *args, **kwargs
         Arguments of the method.
 
@@ -206,14 +247,21 @@ def call_optional(
     name = method.__name__
     problem = getattr(owner, "problem", owner)
     with convert_plugin_errors(f"{name} of problem {type(problem).__name__} raised"):
-        own: Callable[..., T] = getattr(owner, name, None) or partial(method, owner)
-        return own(*args, **kwargs)
+        implementation: Callable[..., T] = getattr(owner, name, None) or partial(method, owner)
+        return implementation(*args, **kwargs)
 
 
 def has_override(owner: Any, method: Callable[..., Any]) -> bool:
-    """Return whether a problem or view overrides a default, for example ``View.describe``."""
-    own = getattr(owner, method.__name__, None)
-    return own is not None and _unwrap(own) is not _unwrap(method)
+    """Return True if a problem or view has its own implementation of an optional method.
+
+    Parameters
+    ----------
+    owner : Problem or View
+    method : function
+        Default implementation, for example ``View.describe``.
+    """
+    implementation = getattr(owner, method.__name__, None)
+    return implementation is not None and _unwrap(implementation) is not _unwrap(method)
 
 
 def _unwrap(method: Any) -> Any:
@@ -221,7 +269,7 @@ def _unwrap(method: Any) -> Any:
 
 
 def get_column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of the variables and of the objectives.
+    """Return the names of the variables and the names of the objectives, as two tuples.
 
     Variables are named by ``var_names`` of the problem, else by the keys of its ``vars``, else x1,
     x2, ...; objectives by ``obj_names``, else f1, f2, ....
@@ -240,7 +288,7 @@ def get_column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]
 
 
 def get_constraint_names(problem: Problem) -> tuple[str, ...]:
-    """Return the names of the constraints, inequalities first.
+    """Return the names of all constraints as a tuple, inequalities first.
 
     Inequalities are named by ``constraint_names`` of the problem, else g1, g2, ...; equalities are
     h1, h2, ....
@@ -270,7 +318,7 @@ def _read_names(
 
 
 def describe_size(problem: Problem) -> dict[str, Any]:
-    """Return variable names, objective names and number of constraints, as JSON values."""
+    """Return the names of variables and objectives and the number of constraints, for JSON."""
     variables, objectives = get_column_names(problem)
     return {
         "variables": list(variables),
@@ -280,7 +328,10 @@ def describe_size(problem: Problem) -> dict[str, Any]:
 
 
 def get_indicator_map(problem: Problem) -> Callable[[ArrayLike], FloatArray] | None:
-    """Return the ``indicator_space`` of the problem as a function, or None if not defined."""
+    """Return the function that transforms objectives for quality indicators, or None.
+
+    None if the problem does not define `ProblemMixin.map_to_indicator_space`.
+    """
     if not has_override(problem, ProblemMixin.map_to_indicator_space):
         return None
     return lambda F: np.asarray(
@@ -289,17 +340,22 @@ def get_indicator_map(problem: Problem) -> Callable[[ArrayLike], FloatArray] | N
 
 
 def get_options(problem: Problem) -> dict[str, Any] | None:
-    """Return the options that rebuild a problem, or None; see `ProblemMixin.options`."""
+    """Return the options from which a problem can be rebuilt, or None if it defines none.
+
+    See `ProblemMixin.to_options`.
+    """
     return call_optional(problem, ProblemMixin.to_options)
 
 
 def get_robust_problem(problem: Problem) -> Problem:
-    """Return the robust version of a problem; see `ProblemMixin.robust`.
+    """Return the version of a problem whose objectives are quantiles over random errors.
+
+    See `ProblemMixin.to_robust`.
 
     Raises
     ------
     ValueError
-        If the problem has no robust version.
+        If the problem does not define a robust version.
     """
     robust_problem = call_optional(problem, ProblemMixin.to_robust)
     if robust_problem is None:
@@ -308,7 +364,9 @@ def get_robust_problem(problem: Problem) -> Problem:
 
 
 def iterate_refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
-    """Yield the designs after each step of a local refinement; see `ProblemMixin.refine`.
+    """Run the local refinement of a problem and yield the designs after each step.
+
+    See `ProblemMixin.refine`.
 
     Parameters
     ----------
@@ -324,8 +382,9 @@ def iterate_refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]
     Raises
     ------
     PluginError
-        If the problem has no refinement, or if the refinement raises, returns arrays of another
-        width or returns fewer designs than before. Callers catch this error to keep the front.
+        If the problem has no local refinement, or if the refinement raises, returns arrays of
+        another width or returns fewer designs than in the step before. Callers catch this error to
+        keep the unrefined front.
     """
     steps = call_optional(problem, ProblemMixin.refine, X.copy())
     name = type(problem).__name__
@@ -349,7 +408,7 @@ def iterate_refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]
 
 
 class RecommendedSettings(NamedTuple):
-    """Settings that a problem recommends for a run.
+    """Settings of ``mgeo solve`` that a problem recommends.
 
     Attributes
     ----------
@@ -367,10 +426,10 @@ class RecommendedSettings(NamedTuple):
 
 
 def get_recommended_settings(problem: Problem) -> RecommendedSettings:
-    """Return the settings that the problem recommends, with defaults for missing ones."""
+    """Return the settings of ``mgeo solve`` that a problem recommends, or the defaults."""
     return RecommendedSettings(**call_optional(problem, ProblemMixin.recommend_settings))
 
 
 def get_function_name(problem: Problem) -> str:
-    """Return the name of the function of which the problem is an instance, or an empty string."""
+    """Return the name of the test function that a problem is an instance of, or an empty string."""
     return str(getattr(problem, "function_name", ""))

@@ -1,4 +1,7 @@
-"""Document for the review of one solution, and conversion of its tables to text."""
+"""Review documents of single solutions, and the conversion of their tables to text.
+
+Commands and reports write these documents for a reviewer who approves a solution.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Section:
-    """Section of a review: a title, paragraphs, and an optional table.
+    """One section of a review document: a title, paragraphs, and an optional table.
 
     Attributes
     ----------
@@ -33,7 +36,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Review:
-    """Document for the review of one solution.
+    """Document with which a reviewer checks and approves one solution.
 
     Attributes
     ----------
@@ -50,7 +53,7 @@ class Review:
 
 
 def format_cells(table: pd.DataFrame, digits: int = 4) -> list[list[str]]:
-    """Return the rows of a table as text, column titles first.
+    """Format the cells of a table as strings, one list per row, column titles first.
 
     Parameters
     ----------
@@ -74,7 +77,18 @@ def format_cells(table: pd.DataFrame, digits: int = 4) -> list[list[str]]:
 
 
 def find_column_kinds(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return the kind of each column of `cells`, ``"text"`` or ``"number"``."""
+    """Return ``"text"`` or ``"number"`` for each column of a table of strings.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of str
+        Return value of `format_cells`. The first row contains the column titles.
+
+    Returns
+    -------
+    list of str
+        ``"number"`` if every cell of the column is a number or empty.
+    """
     return [
         "number" if all(_is_number(value) for value in column[1:]) else "text"
         for column in zip(*rows, strict=True)

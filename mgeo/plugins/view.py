@@ -1,4 +1,4 @@
-"""Presentation of solutions: a base class with defaults for any pymoo problem.
+"""Views, which present solutions of a problem as tables, figures and texts.
 
 Reports, the explorer and the command line call the methods of a view.
 """
@@ -28,29 +28,30 @@ if TYPE_CHECKING:
 
     from mgeo.plugins.review import Review
 
-#: Tolerance of equality constraints, as in pymoo.
+#: Largest absolute value of a satisfied equality constraint, as in pymoo.
 EQUALITY_TOLERANCE = 1e-4
 
 
 class View:
-    """Presentation of solutions of a problem; each method has a default for any problem.
+    """Tables, figures and texts that present solutions of a problem.
 
-    A problem customizes its presentation by returning a subclass from its method ``view(X)``. mgeo
-    calls several methods of the same view; share expensive results between methods by a cached
-    property. The methods `infeasibility_reasons`, `facts`, `notes` and `front_summary` describe the problem
-    and are also called on a view without solutions.
+    Each method has a default that works for any pymoo problem. A problem customizes its
+    presentation by returning a subclass from its method ``view(X)``. mgeo calls several methods of
+    the same view; share expensive results between methods by a cached property. The methods
+    `infeasibility_reasons`, `facts`, `notes` and `front_summary` describe the problem and are also
+    called on a view without solutions.
 
     Parameters
     ----------
     problem : Problem
     X : array_like, shape (n, n_var)
-        Solutions as numbers, with a choice as the index of its option, or as dicts by variable
-        name; n may be 0. An array of shape (n_var,) is one solution.
+        Designs of the solutions as numbers, with a choice as the index of its option, or as dicts
+        by variable name; n may be 0. An array of shape (n_var,) is one solution.
 
     Attributes
     ----------
     X : array, shape (n, n_var)
-        Solutions as numbers.
+        Designs of the solutions as numbers.
 
     Raises
     ------
@@ -79,34 +80,37 @@ class View:
 
     @cached_property
     def F(self) -> FloatArray:
-        """Objectives, shape (n, n_obj): the values passed to `build_view`, or else evaluated."""
+        """Objectives of the solutions, as passed to `build_view` or else evaluated on first use.
+
+        An array of shape (n, n_obj).
+        """
         return self._values[0]
 
     def select(self, rows: ArrayLike) -> View:
-        """Return a view of the solutions with the given row indices.
+        """Return a view of a subset of the solutions, given by their row indices.
 
         A subclass may override this method to pass on results that it has already computed.
         """
         indices = np.asarray(rows, dtype=np.int64)
-        known = self.F[indices] if "F" in self.__dict__ else None
-        return build_view(self.problem, self.X[indices], known)
+        evaluated_F = self.F[indices] if "F" in self.__dict__ else None
+        return build_view(self.problem, self.X[indices], evaluated_F)
 
     def describe(self) -> pd.DataFrame:
-        """Return a table with one row per solution; by default, objectives and variables."""
+        """Describe the solutions in a table, one row each; by default, objectives and variables."""
         import pandas as pd
 
         variables, objectives = get_column_names(self.problem)
         return pd.DataFrame(np.hstack([self.F, self.X]), columns=[*objectives, *variables])
 
     def quick_metrics(self) -> pd.DataFrame:
-        """Return quick metrics of each solution, for interactive sliders.
+        """Return a table of metrics that take only milliseconds to compute, one row per solution.
 
-        A table with one row per solution, computed within milliseconds; by default, `describe`.
+        The explorer shows them while a user moves its sliders. The default is `describe`.
         """
         return self.describe()
 
     def summaries(self) -> list[str]:
-        """Return a summary of each solution in one line; by default, its objectives."""
+        """Return a one-line summary of each solution; by default, its objectives."""
         _, names = get_column_names(self.problem)
         return [
             ", ".join(f"{name} {value:.5g}" for name, value in zip(names, row, strict=True))
@@ -114,11 +118,15 @@ class View:
         ]
 
     def constraints(self) -> list[pd.DataFrame]:
-        """Return the constraint table of each solution, with constraint names as index.
+        """Return a table of all constraints and their margins for each solution.
 
-        Columns are ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit`` and
-        ``margin``. A negative margin is a violation. By default, ``value`` and ``limit`` are NaN,
-        because a pymoo problem provides only margins.
+        Returns
+        -------
+        list of DataFrame
+            One table per solution, with constraint names as index. Columns are ``unit``, ``value``,
+            ``bound_type`` ("at most" or "at least"), ``bound_value`` and ``margin``. A negative
+            margin is a violation. By default, ``value`` and ``bound_value`` are NaN, because a
+            pymoo problem provides only margins.
         """
         import pandas as pd
 
@@ -128,40 +136,43 @@ class View:
 
     @cached_property
     def margins(self) -> FloatArray:
-        """Constraint margins, shape (n, n_ieq_constr + n_eq_constr), inequalities first.
+        """Margins of the constraints at each solution, negative where a constraint is violated.
 
-        A negative margin is a violation.
+        An array of shape (n, n_ieq_constr + n_eq_constr), inequalities first.
         """
         _, G, H = self._values
         return -compute_violations(G, H)
 
     def arrays(self) -> dict[str, np.ndarray[Any, Any]]:
-        """Return additional arrays, shape (n, ...) each, to store with a front; none by default.
+        """Return additional arrays to store with the front of a run, by name; none by default.
 
-        A run stores them in ``front.npz`` next to X, F, G and H; ``read_run(folder)`` returns them
-        as ``outcome.arrays``.
+        Each array has the shape (n, ...). A run stores them in ``front.npz`` next to X, F, G and H;
+        ``read_run(folder)`` returns them as ``outcome.arrays``.
         """
         return {}
 
     def remarks(self) -> list[str]:
-        """Return remarks about the set of solutions, one line each; none by default."""
+        """Return remarks about the solutions as a whole, one line each; none by default."""
         return []
 
     def suggestions(self) -> list[str]:
-        """Return suggestions for a problem without feasible solutions; none by default."""
+        """Return suggestions that could make an infeasible problem feasible, one line each.
+
+        There are none by default.
+        """
         return []
 
     def figures(self) -> dict[str, go.Figure]:
-        """Return figures of the set of solutions by name; by default ``front``, `default_front_figure`.
+        """Return figures of all solutions together, by name; by default, a plot of the front.
 
         Points of the figure ``front`` are clickable in reports if their ``customdata`` is the row
-        of the solution.
+        index of the solution.
         """
         figure = self.default_front_figure(type(self.problem).__name__)
         return {} if figure is None else {"front": figure}
 
     def default_front_figure(self, title: str = "") -> go.Figure | None:
-        """Return the figure of a front with up to three objectives, else None."""
+        """Return a scatter plot of the objectives, or None with more than three objectives."""
         from mgeo.figures.front import MAX_HOVER_TEXTS, MAX_OBJECTIVES, draw_front
 
         if self.problem.n_obj > MAX_OBJECTIVES:
@@ -171,12 +182,16 @@ class View:
         return draw_front(self.X, self.F, *get_column_names(self.problem), title, described)
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """Return small, possibly animated figures of each solution by name; none by default."""
+        """Return small figures of each solution, one dict of figures by name per solution.
+
+        Figures may be animated. There are none by default.
+        """
         return [{} for _ in self.X]
 
     def figure_dicts(self) -> list[dict[str, dict[str, Any]]]:
-        """Return `solution_figures` as dicts with ``data`` and ``layout``, which contain arrays.
+        """Return the `solution_figures` as plain dicts, which are faster to build.
 
+        A dict has the keys ``data`` and ``layout`` of plotly's JSON format and may contain arrays.
         A subclass that builds the dicts directly avoids the validation by plotly, which takes 90 %
         of the time.
         """
@@ -186,41 +201,56 @@ class View:
         ]
 
     def review(self) -> Review:
-        """Return the review of a single solution; by default, its description and constraints.
+        """Build the review document of a single solution; by default, description and constraints.
 
         The view must have exactly one solution.
         """
         from mgeo.plugins.review import Review, Section
 
-        described, (limits,) = self.describe(), self.constraints()
+        description, (constraints,) = self.describe(), self.constraints()
         facts = tuple(f"{name}: {text}" for name, text in self.facts().items())
         sections = [Section("Problem", facts)] if facts else []
-        table = described.T.rename(columns={described.index[0]: "value"})
+        table = description.T.rename(columns={description.index[0]: "value"})
         sections.append(Section("Solution", table=table))
-        if len(limits):
-            sections.append(Section("Limits", table=limits))
-        title, (answer,) = type(self.problem).__name__, self.summaries()
-        return Review(title, answer, tuple(sections))
+        if len(constraints):
+            sections.append(Section("Constraints", table=constraints))
+        title, (summary,) = type(self.problem).__name__, self.summaries()
+        return Review(title, summary, tuple(sections))
 
     def infeasibility_reasons(self) -> list[str]:
-        """Return reasons why the problem has no feasible design; none by default."""
+        """Return the reasons why no design of the problem can be feasible, one line each.
+
+        An empty list, the default, if no such reason is known.
+        """
         return []
 
     def facts(self) -> dict[str, str]:
-        """Return facts about the problem by name for ``--dry-run`` and reports; none by default."""
+        """Return facts about the problem, as a dict of texts by label; none by default.
+
+        ``--dry-run`` and reports show them.
+        """
         return {}
 
     def notes(self) -> list[str]:
-        """Return notes about the problem for ``--dry-run``, one line each; none by default."""
+        """Return notes about the problem that ``--dry-run`` prints, one line each.
+
+        There are none by default.
+        """
         return []
 
     def front_summary(self, F: FloatArray) -> dict[str, float]:
-        """Return metrics of a front, shape (n, n_obj), for tables of studies; none by default."""
+        """Return metrics of a whole front by name, for the tables of studies; none by default.
+
+        Parameters
+        ----------
+        F : array, shape (n, n_obj)
+            Objectives of the points of the front.
+        """
         return {}
 
     @cached_property
     def _values(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        # F, G and H. Deferred import: it loads all algorithms.
+        # Returns F, G and H. The import is deferred, because it loads all algorithms.
         from mgeo.algorithms.variables import convert_numbers_to_designs
 
         problem = self.problem
@@ -238,13 +268,13 @@ class View:
 
 
 def build_view(problem: Problem, X: ArrayLike | None = None, F: FloatArray | None = None) -> View:
-    """Return the view of solutions that a problem defines, by default a `View`.
+    """Return the view with which a problem presents given solutions; by default a `View`.
 
     Parameters
     ----------
     problem : Problem
     X : array_like, shape (n, n_var), optional
-        Solutions. The default is a view without solutions, which only describes the problem.
+        Designs of the solutions. Without them, the view only describes the problem.
     F : array, shape (n, n_obj), optional
         Objectives of the solutions, to avoid their evaluation.
 
@@ -270,28 +300,31 @@ def build_view(problem: Problem, X: ArrayLike | None = None, F: FloatArray | Non
 
 
 def build_front_figure(view: View, title: str) -> go.Figure | None:
-    """Return the figure ``front`` of a view or the plain front; None without solutions."""
+    """Return the figure that a view names ``front``, or else a scatter plot of the objectives.
+
+    None if the view has no solutions.
+    """
     if not len(view.X):
         return None
-    own = (
-        call_optional(view, View.figures).get("front") if has_override(view, View.figures) else None
-    )
-    return view.default_front_figure(title) if own is None else own
+    figures = call_optional(view, View.figures) if has_override(view, View.figures) else {}
+    figure = figures.get("front")
+    return view.default_front_figure(title) if figure is None else figure
 
 
 def compute_violations(G: FloatArray, H: FloatArray) -> FloatArray:
-    """Return the excess over the bound of each constraint, positive where violated.
+    """Return by how much each constraint is violated; values up to 0 mean satisfied.
 
     Parameters
     ----------
     G : array, shape (n, n_ieq_constr)
         Inequality constraints, satisfied where G <= 0.
     H : array, shape (n, n_eq_constr)
-        Equality constraints, satisfied where abs(H) <= `TOLERANCE`.
+        Equality constraints, satisfied where abs(H) <= `EQUALITY_TOLERANCE`.
 
     Returns
     -------
     array, shape (n, n_ieq_constr + n_eq_constr)
+        G and abs(H) - `EQUALITY_TOLERANCE`, side by side.
     """
     return np.hstack(
         [np.asarray(G, dtype=float), np.abs(np.asarray(H, dtype=float)) - EQUALITY_TOLERANCE]

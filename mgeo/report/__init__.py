@@ -1,4 +1,4 @@
-"""HTML reports of runs for reviews: configuration, front and solutions, or two runs compared."""
+"""HTML pages for reviews: the report of a run, and the comparison of two runs."""
 
 from mgeo.report.build import build_report_html
 from mgeo.report.compare import build_comparison_html

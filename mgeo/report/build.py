@@ -1,18 +1,18 @@
 """HTML report of a run folder as one file, which loads nothing from the network.
 
-The report of a recorded run shows the hypervolume over evaluations. It also shows Monte Carlo
-results in files ``verification*.json``, which the tools of a problem write into the run folder.
-Each file is a JSON object with these keys:
+The report of a recorded run shows the hypervolume over evaluations. The report also shows Monte
+Carlo results from files ``verification*.json``, which the tools of a problem write into the run
+folder. Each file is a JSON object with these keys:
 
 ``title``, ``conclusion``
     Texts.
 ``columns``, ``rows``
     Table: a list of strings, and lists of as many numbers or strings.
 ``problem``, ``options``, ``design``
-    Verified solution: the name and options of the problem, and the numbers of a row of
+    Verified solution: the name and options of the problem, and the variables in a row of
     ``front.csv``.
 
-Files whose solution is not on the front of the run, for example after a new run, are ignored.
+A file is ignored if its solution is not on the front of the run, for example after a new run.
 """
 
 from __future__ import annotations
@@ -45,9 +45,15 @@ from mgeo.validation.entries import convert_file_errors
 def format_verification_tables(
     verification: Mapping[str, Any],
 ) -> Iterator[tuple[str, list[list[str]]]]:
-    """Yield the name and rows of each further table in a verification, titles in the first row.
+    """Yield the name and the cell texts of each additional table in a verification file.
 
-    A further table is a list of objects with equal keys.
+    Each list of objects with equal keys in the file is a table. Its first row has the keys as
+    column titles.
+
+    Parameters
+    ----------
+    verification
+        Content of the verification file.
     """
     for key, rows in verification.items():
         if not (isinstance(rows, list) and rows and all(isinstance(row, dict) for row in rows)):
@@ -60,9 +66,18 @@ def format_verification_tables(
 def read_verifications(
     folder: Path, run: Run, problem: Problem
 ) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
-    """Yield name, reason to ignore it, and content of each verification file of a run folder.
+    """Yield the file name, the reason to ignore it, and the content of each verification file.
 
-    The reason is empty if the file verifies a solution of the run's front.
+    The reason is an empty text if the file verifies a solution on the front of the run.
+
+    Parameters
+    ----------
+    folder
+        Run folder.
+    run
+        Run of the folder.
+    problem
+        Problem of the run.
 
     Raises
     ------
@@ -80,42 +95,48 @@ def read_verifications(
             check_verification(document)
         reason = ""
         if {key: document.get(key) for key in expected} != expected:
-            reason = "its problem or options are not those of this run"
+            reason = "its problem or its options differ from those of this run"
         elif document.get("design") not in designs:
-            reason = "its design is no solution of this front"
+            reason = "its design is not a solution of this front"
         yield path.name, reason, document
 
 
 def build_report_html(
     folder: Path | str, solution: int | None = None, *, trusted_classes: Collection[str] = ()
 ) -> str:
-    """Return the HTML report of a run folder.
+    """Return the report of a run folder as the text of one HTML page.
 
     Parameters
     ----------
     folder
         Run folder of ``mgeo solve``.
     solution
-        Number of the reviewed solution, which the page shows first. Default: the knee.
+        Number of the solution to review, which the page shows first. Default: the knee.
     trusted_classes
-        Problems ``module:Class`` whose modules may be imported; no other modules are imported on
-        behalf of a file.
+        Problem classes, as ``module:Class``, whose modules may be imported. No other modules are
+        imported on behalf of a file.
+
+    Returns
+    -------
+    str
+        HTML page, which loads nothing from the network.
 
     Raises
     ------
     FileNotFoundError
-        If the folder holds no run.
+        If the folder contains no run.
     ValueError, TypeError
-        If a file is damaged, the options of the problem are invalid, or there is no such solution.
+        If a file is damaged, the options of the problem are invalid, or the number of the solution
+        is out of range.
 
     Examples
     --------
-    >>> from mgeo.report import report_html
-    >>> page = report_html("runs/first")  # doctest: +SKIP
+    >>> from mgeo.report import build_report_html
+    >>> page = build_report_html("runs/first")  # doctest: +SKIP
     """
     folder = Path(folder)
-    shown = load_run(folder, trusted_classes)
-    run, view, default = shown.run, shown.view, shown.default
+    loaded = load_run(folder, trusted_classes)
+    run, view, default = loaded.run, loaded.view, loaded.default
     n, is_feasible = len(view.X), default is not None and not run.outcome.nearest
     if solution is not None and not 0 <= solution < n:
         raise ValueError(f"solution {solution}: expected 0 to {n - 1}")
@@ -123,7 +144,7 @@ def build_report_html(
     summary, review = None, None
     if default is not None:
         row = default.row if solution is None else solution
-        data = build_solutions_json(shown) | {"first": row}
+        data = build_solutions_json(loaded) | {"first": row}
         selected = view.select([row])
         if has_override(view, View.review):
             review = call_optional(selected, View.review)
@@ -131,11 +152,11 @@ def build_report_html(
             summary = str(summarize_default_solution(view))
         elif is_feasible:
             summary = f"solution {row} of {n:,}: {call_optional(selected, View.summaries)[0]}"
-    history = draw_hypervolume_history(folder, shown.problem, run.outcome)
+    history = draw_hypervolume_history(folder, loaded.problem, run.outcome)
     data["history"] = None if history is None else build_figure_json(history)
     return render(
         "report/assets/report.html",
-        title=shown.title,
+        title=loaded.title,
         review=review,
         format_cells=format_cells,
         find_column_kinds=find_column_kinds,
@@ -149,9 +170,9 @@ def build_report_html(
         X=view.X.tolist(),
         F=view.F.tolist(),
         options=json.dumps(run.configuration.options, indent=2, ensure_ascii=False),
-        representatives=shown.representatives,
+        representatives=loaded.representatives,
         format_verification_tables=format_verification_tables,
-        verifications=list(read_verifications(folder, run, shown.problem)),
+        verifications=list(read_verifications(folder, run, loaded.problem)),
         data=data,
         json=Markup(format_script_json(data)),
         library=Markup(get_plotlyjs()),

@@ -1,4 +1,4 @@
-"""HTML page that compares two runs, or two solutions in files of their problems."""
+"""HTML page that compares two runs, or two solutions in files."""
 
 from __future__ import annotations
 
@@ -32,12 +32,18 @@ class ComparedSolution:
 
     Attributes
     ----------
-    name : name of the run folder or file.
-    view : view of the solution.
-    review : review of the solution by its problem.
-    options : options of the problem.
-    run : run that found the solution, None for a solution file.
-    solution : number and label of the solution in the run.
+    name
+        Name of the run folder or of the solution file.
+    view
+        View of the problem on this solution, see `mgeo.View`.
+    review
+        Review of the solution by its problem.
+    options
+        Options of the problem.
+    run
+        Run that found the solution; None for a solution file.
+    solution
+        Number and label of the solution in the run, such as "3, knee"; empty for a solution file.
     """
 
     name: str
@@ -51,22 +57,28 @@ class ComparedSolution:
 def build_comparison_html(
     first: Path | str, second: Path | str, *, trusted_classes: Collection[str] = ()
 ) -> str:
-    """Return an HTML page that compares two run folders or solution files.
+    """Return an HTML page that compares two run folders or solution files side by side.
 
-    The default solution represents a run.
+    A run is represented by its knee or, if there is none, by its default solution.
 
     Parameters
     ----------
     first, second
-        Run folders of ``mgeo solve``, or JSON files of an installed problem with ``solution_of``.
+        Run folders of ``mgeo solve``, or JSON files that an installed problem can read (see
+        ``parse_document`` in `mgeo.plugins`).
     trusted_classes
-        Problems ``module:Class`` whose modules may be imported; no other modules are imported on
-        behalf of a file.
+        Problem classes, as ``module:Class``, whose modules may be imported. No other modules are
+        imported on behalf of a file.
+
+    Returns
+    -------
+    str
+        HTML page, which loads nothing from the network.
 
     Raises
     ------
     FileNotFoundError
-        If a path does not exist, or a folder holds no run.
+        If a path does not exist, or a folder contains no run.
     ValueError, TypeError
         If a file is damaged, or is not a solution of an installed problem.
 
@@ -77,13 +89,13 @@ def build_comparison_html(
     """
     paths = Path(first), Path(second)
     if paths[0].resolve() == paths[1].resolve():
-        raise ValueError(f"{first} is given twice: expected two runs or solutions")
+        raise ValueError(f"{first} is given twice: expected two different runs or solutions")
     names = [path.resolve().name for path in paths]
     if names[0] == names[1]:
         names = [str(path) for path in paths]
-    both = zip(paths, names, strict=True)
     subjects = [
-        replace(read_compared_solution(path, trusted_classes), name=name) for path, name in both
+        replace(read_compared_solution(path, trusted_classes), name=name)
+        for path, name in zip(paths, names, strict=True)
     ]
     front = draw_fronts(subjects)
     return render(
@@ -101,7 +113,14 @@ def build_comparison_html(
 
 
 def read_compared_solution(path: Path, trusted_classes: Collection[str] = ()) -> ComparedSolution:
-    """Read the default solution of a run folder, or the solution of a file.
+    """Read the default solution of a run folder, or the solution in a JSON file, to compare it.
+
+    Parameters
+    ----------
+    path
+        Run folder or solution file.
+    trusted_classes
+        See `build_comparison_html`.
 
     Raises
     ------
@@ -109,20 +128,21 @@ def read_compared_solution(path: Path, trusted_classes: Collection[str] = ()) ->
         See `build_comparison_html`.
     """
     if path.is_dir():
-        shown = load_run(path, trusted_classes)
-        if shown.default is None:
-            raise ValueError(f"{path} holds no solution: expected a run that found one")
-        view = shown.view.select([shown.default.row])
-        solution = f"{shown.default.row}, {shown.default.label}"
-        review, options = call_optional(view, View.review), shown.run.configuration.options
-        return ComparedSolution(path.name, view, review, options, shown.run, solution)
+        loaded = load_run(path, trusted_classes)
+        if loaded.default is None:
+            raise ValueError(f"{path} contains no solution: expected a run that found one")
+        view = loaded.view.select([loaded.default.row])
+        solution = f"{loaded.default.row}, {loaded.default.label}"
+        review, options = call_optional(view, View.review), loaded.run.configuration.options
+        return ComparedSolution(path.name, view, review, options, loaded.run, solution)
     if not path.exists():
         raise FileNotFoundError(f"there is neither a run folder nor a file {path}")
     document = read_json(path)
     with convert_file_errors(path):
-        problem, own_options, x = parse_solution(document, trusted_classes)
+        problem, problem_options, x = parse_solution(document, trusted_classes)
         view = build_view(problem, [x])
-        return ComparedSolution(path.name, view, call_optional(view, View.review), own_options)
+        review = call_optional(view, View.review)
+        return ComparedSolution(path.name, view, review, problem_options)
 
 
 def _build_summary_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
@@ -154,17 +174,17 @@ def _describe_run(subject: ComparedSolution) -> dict[str, str]:
 
 
 def _build_metrics_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
-    """Return the metrics that describe both solutions, and their ratios."""
-    described = (call_optional(subject.view, View.describe) for subject in subjects)
-    columns = [table.select_dtypes("number").iloc[0] for table in described]
+    """Return a table of the numbers that describe each solution, and of their ratios."""
+    descriptions = (call_optional(subject.view, View.describe) for subject in subjects)
+    columns = [table.select_dtypes("number").iloc[0] for table in descriptions]
     table = pd.concat(columns, axis=1, join="inner", keys=[subject.name for subject in subjects])
     return table.assign(**{"second / first": columns[1] / columns[0]})
 
 
 def _build_options_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
-    """Return the options that differ, by dotted keys."""
+    """Return a table of the problem options in which both solutions differ, by dotted key."""
     columns = {subject.name: dict(_flatten(subject.options)) for subject in subjects}
-    table = pd.DataFrame(columns, dtype=object).rename_axis("option").fillna("left out")
+    table = pd.DataFrame(columns, dtype=object).rename_axis("option").fillna("not set")
     return table[table.nunique(axis=1) > 1]
 
 
@@ -180,28 +200,29 @@ def _flatten(node: Any, key: str = "") -> Iterator[tuple[str, str]]:
 
 
 def draw_fronts(subjects: list[ComparedSolution]) -> go.Figure | None:
-    """Draw the fronts of both subjects and the compared solutions in one figure.
+    """Return a scatter plot of the fronts of both runs, with the compared solutions marked.
 
-    Returns None unless both problems have the same two objectives and a subject is a run.
+    Returns None unless both problems have the same two objectives and at least one of the compared
+    solutions comes from a run.
     """
     names = [get_column_names(subject.view.problem)[1] for subject in subjects]
-    runs = any(subject.run for subject in subjects)
-    if not runs or names[0] != names[1] or len(names[0]) != 2:
+    has_run = any(subject.run for subject in subjects)
+    if not has_run or names[0] != names[1] or len(names[0]) != 2:
         return None
     figure = go.Figure()
-    values = []
+    objectives = []
     for i, subject in enumerate(subjects):
-        look = {"color": COLORS[i], "symbol": SYMBOLS[i], "size": 8, "opacity": 0.8}
+        marker = {"color": COLORS[i], "symbol": SYMBOLS[i], "size": 8, "opacity": 0.8}
         properties = {"mode": "markers", "name": escape_markup(subject.name), "legendgroup": str(i)}
         if subject.run is not None:
             x, y = subject.run.outcome.F.T
-            figure.add_scatter(x=x, y=y, marker=look, **properties)
-            values.append(subject.run.outcome.F)
+            figure.add_scatter(x=x, y=y, marker=marker, **properties)
+            objectives.append(subject.run.outcome.F)
         x, y = subject.view.F.T
         ring = {"color": COLORS[i], "symbol": f"{SYMBOLS[i]}-open", "size": 16, "line_width": 3}
         figure.add_scatter(x=x, y=y, marker=ring, showlegend=subject.run is None, **properties)
-        values.append(subject.view.F)
+        objectives.append(subject.view.F)
     apply_style(figure, "", "")
     for k, update in enumerate((figure.update_xaxes, figure.update_yaxes)):
-        update(build_axis_layout(names[0][k], np.concatenate([value[:, k] for value in values])))
+        update(build_axis_layout(names[0][k], np.concatenate([F[:, k] for F in objectives])))
     return figure.update_layout(title=None, margin={"t": 40}, height=480)

@@ -1,4 +1,4 @@
-"""Hypervolume of a recorded run over evaluations."""
+"""Hypervolume of a recorded run as a function of the number of evaluations."""
 
 from __future__ import annotations
 
@@ -19,11 +19,23 @@ from mgeo.store.recorder import read_record
 from mgeo.store.run import Outcome
 from mgeo.store.run_folder import RECORD_FOLDER
 
-_N_POINTS = 60
+_N_POINTS = 60  # number of points of the curve
 
 
 def draw_hypervolume_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Figure | None:
-    """Draw the hypervolume over evaluations; None without a record or a hypervolume.
+    """Return a line plot of the hypervolume over the evaluations of a recorded run.
+
+    Returns None if the run folder has no record of the evaluations, or no hypervolume is defined
+    (see `compute_hypervolume_history`).
+
+    Parameters
+    ----------
+    folder
+        Run folder.
+    problem
+        Problem of the run.
+    outcome
+        Outcome of the run.
 
     Raises
     ------
@@ -45,7 +57,7 @@ def draw_hypervolume_history(folder: Path, problem: Problem, outcome: Outcome) -
         hovertemplate="%{x:,d} evaluations: %{y:.4f}<extra></extra>",
     )
     title = (
-        f"evaluations, after {outcome.n_low_fidelity:,} by estimates"
+        f"evaluations, of which the first {outcome.n_low_fidelity:,} have low fidelity"
         if outcome.n_low_fidelity
         else "evaluations"
     )
@@ -57,11 +69,14 @@ def draw_hypervolume_history(folder: Path, problem: Problem, outcome: Outcome) -
 def compute_hypervolume_history(
     problem: Problem, outcome: Outcome, record: pd.DataFrame
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]] | None:
-    """Return evaluation counts, and the hypervolume of the evaluations up to each count.
+    """Return the hypervolume of a run as a function of the number of evaluations, as two arrays.
 
-    The hypervolume is measured in the indicator space of the problem or, if it has none, with the
-    objectives scaled to the range of all feasible evaluations. The initial low-fidelity evaluations
-    are excluded.
+    The front after each number of evaluations consists of all feasible designs so far that no other
+    one dominates.
+
+    The objectives are mapped by ``map_to_indicator_space`` of the problem or, if the problem does
+    not define it, scaled to their range over all feasible evaluations. The initial low-fidelity
+    evaluations are excluded.
 
     Parameters
     ----------
@@ -70,31 +85,34 @@ def compute_hypervolume_history(
     outcome
         Outcome of the run.
     record
-        Table of `mgeo.read_record`, with objectives and constraints.
+        Table of all evaluations, as returned by `mgeo.read_record`.
 
     Returns
     -------
     evaluations, hypervolume : arrays, shape (k,)
-        None for one objective, more than `MAX_OBJECTIVES`, or no feasible evaluation.
+        None if the problem has one objective or more than `MAX_OBJECTIVES`, or if no evaluation is
+        feasible.
     """
     if not 1 < problem.n_obj <= MAX_OBJECTIVES:
         return None
     G, H = (record[_list_constraint_columns(problem, kind)].to_numpy(float) for kind in "gh")
-    feasible = (G <= 0.0).all(axis=1) & (np.abs(H) <= EQUALITY_TOLERANCE).all(axis=1)
+    is_feasible = (G <= 0.0).all(axis=1) & (np.abs(H) <= EQUALITY_TOLERANCE).all(axis=1)
     F = record[list(outcome.objectives)].to_numpy(float).copy()
-    F[record["failed"].to_numpy(bool) | ~feasible] = np.nan
-    precise = F[outcome.n_low_fidelity :]
-    feasible_F = precise[~np.isnan(precise).any(axis=1)]
+    F[record["failed"].to_numpy(bool) | ~is_feasible] = np.nan
+    full_fidelity_F = F[outcome.n_low_fidelity :]
+    feasible_F = full_fidelity_F[~np.isnan(full_fidelity_F).any(axis=1)]
     if not len(feasible_F):
         return None
-    space = protocol.get_indicator_map(problem)
+    indicator_map = protocol.get_indicator_map(problem)
     ideal, nadir = feasible_F.min(axis=0), feasible_F.max(axis=0)
     ends = np.unique(np.geomspace(outcome.n_low_fidelity + 1, len(F), _N_POINTS).astype(np.int64))
-    front, volumes, done = F[:0], [], outcome.n_low_fidelity
+    front, volumes, start = F[:0], [], outcome.n_low_fidelity
     for end in ends:
-        candidates = np.vstack([front, F[done:end]])
-        front, done = candidates[find_nondominated(candidates)], end
-        points = scale_objectives(front, ideal, nadir) if space is None else space(front)
+        candidates = np.vstack([front, F[start:end]])
+        front, start = candidates[find_nondominated(candidates)], end
+        points = (
+            scale_objectives(front, ideal, nadir) if indicator_map is None else indicator_map(front)
+        )
         volumes.append(compute_unit_hypervolume(points) if len(front) else 0.0)
     return ends, np.array(volumes)
 

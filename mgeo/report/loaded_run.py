@@ -1,4 +1,4 @@
-"""Run of a folder with its problem and representative solutions, for reports and the explorer."""
+"""Run folder read together with its problem, for reports and for `mgeo.explore`."""
 
 from __future__ import annotations
 
@@ -24,21 +24,23 @@ _MAX_NEAREST = 5  # maximum number of representative infeasible solutions
 
 @dataclass(frozen=True)
 class LoadedRun:
-    """Run with its problem and the solutions to show.
+    """Run that was read from a folder, with its problem and the solutions to show.
 
     Attributes
     ----------
     run : Run
+        Configuration and outcome of the run.
     problem : Problem
         Installed problem with the options of the run.
     view : View
-        View of the front or, if no solution is feasible, of the solutions nearest to feasibility.
+        View of the problem on the front or, if no solution is feasible, on the solutions nearest
+        to feasibility.
     representatives : sequence of RepresentativeSolution
-        The knee, the extremes and solutions between them.
+        The knee of the front, the best solution of each objective, and solutions between them.
     default : RepresentativeSolution, optional
-        Solution to show first; None if the run found none.
+        Solution to show first; None if the run found no solution.
     title : str
-        Problem, algorithm and seed.
+        Title that names problem, algorithm and seed.
     """
 
     run: Run
@@ -50,19 +52,19 @@ class LoadedRun:
 
 
 def load_run(folder: Path, trusted_classes: Collection[str] = ()) -> LoadedRun:
-    """Read the run of a folder, and load its problem.
+    """Read the run of a folder, load its problem, and select the solutions to show.
 
     Parameters
     ----------
     folder
         Run folder.
     trusted_classes
-        Problems ``module:Class`` whose modules may be imported.
+        Problem classes, as ``module:Class``, whose modules may be imported.
 
     Raises
     ------
     FileNotFoundError
-        If the folder holds no run.
+        If the folder contains no run.
     ValueError, TypeError
         If a file is damaged, or the installed problem refuses the options or has another number of
         variables or objectives.
@@ -84,11 +86,13 @@ def load_run(folder: Path, trusted_classes: Collection[str] = ()) -> LoadedRun:
     if outcome.nearest:
         X, F = outcome.nearest.X, outcome.nearest.F
         rows = range(min(_MAX_NEAREST, len(X)))
-        shown = [RepresentativeSolution(row, "near" if row else "nearest") for row in rows]
-        default = shown[0]
+        representatives = [
+            RepresentativeSolution(row, "near" if row else "nearest") for row in rows
+        ]
+        default = representatives[0]
     else:
         X, F = outcome.X, outcome.F
-        shown = select_representative_solutions(problem, F, outcome.objectives)
-        default = select_default_solution(problem, F) if shown else None
+        representatives = select_representative_solutions(problem, F, outcome.objectives)
+        default = select_default_solution(problem, F) if representatives else None
     title = f"{configuration.problem} · {configuration.algorithm} · seed {configuration.seed}"
-    return LoadedRun(run, problem, build_view(problem, X, F), shown, default, title)
+    return LoadedRun(run, problem, build_view(problem, X, F), representatives, default, title)

@@ -1,7 +1,7 @@
-"""Data of the report page: values, constraint margins and figures of the solutions of a front.
+"""Data of the report page: variables, objectives, margins and figures of each solution.
 
-Figures are compressed: arrays are stored as float32, and the common structure of similar figures is
-stored once.
+Figures are compressed. Arrays are stored as float32, and the structure that similar figures have in
+common is stored once.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from mgeo.plugins.view import View
 from mgeo.report.loaded_run import LoadedRun
 from mgeo.runs.summary import RepresentativeSolution, list_constraint_margins
 
-#: Key of a placeholder for a value that differs between solutions.
+#: JSON key that marks a placeholder for a value that differs between solutions.
 PLACEHOLDER = "$placeholder"
 
 Json = Any
@@ -32,15 +32,20 @@ Json = Any
 def build_figure_json(
     figure: go.Figure | Mapping[str, Any], *, use_lists: bool = False
 ) -> dict[str, Json]:
-    """Return the traces and layout of a figure as JSON values, without the layout's template.
+    """Return a plotly figure as a dict of JSON values, without the template of its layout.
 
     Parameters
     ----------
     figure
-        Figure, or dict of its ``data`` and ``layout`` that is not validated.
+        Figure, or a dict of its ``data`` and ``layout``, which is not validated.
     use_lists
-        Whether to convert arrays to lists of numbers, for pages that read them. Otherwise, floats
-        are encoded as arrays of 4 bytes each, which plotly.js decodes.
+        True to convert arrays to lists, for scripts that read the values. Otherwise, arrays of
+        floats are encoded with 4 bytes per value, which plotly.js decodes.
+
+    Returns
+    -------
+    dict
+        ``data``, a list of traces, and ``layout``.
     """
     tree = figure.to_dict() if isinstance(figure, go.Figure) else figure
     layout = {key: value for key, value in tree["layout"].items() if key != "template"}
@@ -54,8 +59,8 @@ def _to_json(node: Any, use_lists: bool) -> Json:
             return _to_json(_decode_array(node), use_lists)
         return {str(key): _to_json(value, use_lists) for key, value in node.items()}
     if isinstance(node, np.ndarray):
-        packs = not use_lists and node.ndim == 1 and node.size and node.dtype.kind == "f"
-        return _encode_array(node) if packs else _to_json(node.tolist(), use_lists)
+        is_encoded = not use_lists and node.ndim == 1 and node.size and node.dtype.kind == "f"
+        return _encode_array(node) if is_encoded else _to_json(node.tolist(), use_lists)
     if isinstance(node, list | tuple):
         return [_to_json(value, use_lists) for value in node]
     if isinstance(node, np.generic):
@@ -64,27 +69,32 @@ def _to_json(node: Any, use_lists: bool) -> Json:
 
 
 def _decode_array(node: Mapping[str, Any]) -> NDArray[Any]:
-    """Return the array that plotly has encoded in a dict."""
+    """Return the array in a plotly dict of base64 text, dtype and, optionally, shape."""
     array = np.frombuffer(b64decode(node["bdata"]), node["dtype"])
     return array.reshape([int(n) for n in node["shape"].split(",")]) if "shape" in node else array
 
 
 def _encode_array(array: NDArray[Any]) -> Json:
-    """Return an array of floats in plotly's encoding, with 4 bytes each."""
+    """Return floats as a plotly dict of base64 text and dtype, with 4 bytes per value."""
     return {"dtype": "f4", "bdata": b64encode(array.astype("<f4").tobytes()).decode()}
 
 
 def split_common(trees: Sequence[Json]) -> tuple[Json, list[list[Json]]]:
-    """Split JSON trees into their common structure and the values that differ.
+    """Split similar JSON trees into their common structure, and the values in which each differs.
+
+    Parameters
+    ----------
+    trees
+        JSON values, at least one.
 
     Returns
     -------
     common
-        Structure of the trees, with a placeholder ``{PLACEHOLDER: k}`` for each value that differs.
+        JSON tree with a placeholder ``{PLACEHOLDER: k}`` in place of each value that differs.
     values
-        For each tree, the values of the placeholders 0, 1, ...
+        Values of the placeholders 0, 1, ... of each tree.
     """
-    holes: dict[str, int] = {}
+    placeholders: dict[str, int] = {}
     columns: list[list[Json]] = []
 
     def merge(nodes: list[Json]) -> Json:
@@ -97,18 +107,18 @@ def split_common(trees: Sequence[Json]) -> tuple[Json, list[list[Json]]]:
             _is_number_list(first)
         ):
             return [merge([node[i] for node in nodes]) for i in range(len(first))]
-        key = json.dumps(nodes)  # Curves over equal times share one placeholder for the times.
-        if key not in holes:
-            holes[key] = len(columns)
+        key = json.dumps(nodes)  # Curves with equal times share one placeholder.
+        if key not in placeholders:
+            placeholders[key] = len(columns)
             columns.append(nodes)
-        return {PLACEHOLDER: holes[key]}
+        return {PLACEHOLDER: placeholders[key]}
 
     common = merge(list(trees))
     return common, [[column[i] for column in columns] for i in range(len(trees))]
 
 
 def format_script_json(value: Json) -> str:
-    """Return JSON text that is safe inside an HTML script element."""
+    """Return a JSON value as text that contains no markup, for an HTML script element."""
     text = json.dumps(value, allow_nan=False, separators=(",", ":"))
     for character in "<>&":
         text = text.replace(character, f"\\u{ord(character):04x}")
@@ -119,29 +129,33 @@ def _is_number_list(node: list[Json]) -> bool:
     return bool(node) and all(isinstance(value, int | float) for value in node)
 
 
-#: Maximum number of solutions with figures in a report, which limits its size.
+#: Maximum number of solutions whose figures are in a report. It limits the size of the report.
 MAX_SOLUTIONS_WITH_FIGURES = 300
 
 
 def build_solutions_json(loaded_run: LoadedRun) -> dict[str, Json]:
-    """Return the data of all solutions; in large fronts, only some have figures and margins."""
+    """Return the data of all solutions of a run as a JSON object for the script of the page.
+
+    Figures, descriptions and constraint margins are included for the rows in ``figure_rows``, which
+    are some of the solutions of a large front, see `select_figure_rows`.
+    """
     view = loaded_run.view
     rows = select_figure_rows(loaded_run.representatives, len(view.X))
-    planned = view.select(rows)
+    selected_view = view.select(rows)
     variables = Variables.from_problem(view.problem, KINDS)
     names, objectives = get_column_names(view.problem)
-    picture = draw_front(view, loaded_run.title)
+    front = draw_front(view, loaded_run.title)
     return {
         "table": {"columns": [*names, *objectives], "rows": np.hstack([view.X, view.F]).tolist()},
         "objectives": len(objectives),
         "figure_rows": rows.tolist(),
-        "summaries": _index_by_row(_list_summaries(planned), rows),
-        "descriptions": _build_descriptions_json(planned, rows),
+        "summaries": _index_by_row(_list_summaries(selected_view), rows),
+        "descriptions": _build_descriptions_json(selected_view, rows),
         "bounds": [variables.xl.tolist(), variables.xu.tolist()],
-        "constraints": _build_margins_json(planned, rows),
+        "constraints": _build_margins_json(selected_view, rows),
         "labels": {str(solution.row): solution.label for solution in loaded_run.representatives},
-        "front": None if picture is None else build_figure_json(picture, use_lists=True),
-        "figures": build_figures_json(planned, rows),
+        "front": None if front is None else build_figure_json(front, use_lists=True),
+        "figures": build_figures_json(selected_view, rows),
     }
 
 
@@ -150,19 +164,24 @@ def select_figure_rows(
     n: int,
     n_max: int = MAX_SOLUTIONS_WITH_FIGURES,
 ) -> NDArray[np.int64]:
-    """Return the ascending rows of the solutions that have figures: at most `n_max` of n.
+    """Return the rows of the solutions of a front whose figures are shown, at most `n_max`.
 
-    In a large front, these are the representative solutions and evenly spaced solutions between
-    them.
+    All rows are returned if the front is small enough. Otherwise, these are the rows of the
+    representative solutions, and evenly spaced rows.
 
     Parameters
     ----------
     representatives
         Representative solutions.
     n
-        Number of solutions, sorted by the first objective.
+        Number of solutions of the front, which are sorted by the first objective.
     n_max
         Maximum number of rows.
+
+    Returns
+    -------
+    array of int, shape (k,)
+        Row numbers in ascending order.
     """
     if n <= n_max:
         return np.arange(n)
@@ -172,10 +191,18 @@ def select_figure_rows(
 
 
 def draw_front(view: View, title: str) -> go.Figure | None:
-    """Return the figure of the front, whose points have their row as ``customdata``.
+    """Return a plotly figure of a front, in which ``customdata`` of a point is its row number.
 
-    The problem's own figure is used if it has ``customdata``, see ``docs/plugins.md``. With more
-    than three objectives, the figure may be None.
+    The figure "front" of the problem is used if its points have ``customdata``, see
+    ``docs/plugins.md``. Otherwise, the objectives are drawn, or None is returned if there are more
+    than three.
+
+    Parameters
+    ----------
+    view
+        View of the problem on the front.
+    title
+        Title of the default figure.
     """
     if len(view.X) <= MAX_HOVER_TEXTS and has_override(view, View.figures):
         figure = call_optional(view, View.figures).get("front")
@@ -185,29 +212,35 @@ def draw_front(view: View, title: str) -> go.Figure | None:
 
 
 def build_figures_json(view: View, rows: NDArray[np.int64]) -> Json:
-    """Return the figures of single solutions, split into common structure and values.
+    """Return the figures of each solution as JSON values, with their common structure stored once.
 
     Parameters
     ----------
     view
-        View of the solutions.
+        View of the problem on the solutions.
     rows
-        Numbers of the solutions on the front.
+        Row numbers of the solutions on the front.
+
+    Returns
+    -------
+    dict
+        ``common``, the structure of the figures by name, and ``values``, the values of the
+        placeholders by row number.
     """
-    drawings = call_optional(view, View.figure_dicts)
-    if not any(drawings):
+    figure_dicts = call_optional(view, View.figure_dicts)
+    if not any(figure_dicts):
         return {"common": {}, "values": {}}
     common, values = split_common(
         [
-            {str(name): build_figure_json(each) for name, each in figures.items()}
-            for figures in drawings
+            {str(name): build_figure_json(figure) for name, figure in figures.items()}
+            for figures in figure_dicts
         ]
     )
     return {"common": common, "values": _index_by_row(values, rows)}
 
 
 def _list_summaries(view: View) -> list[str]:
-    """Return the problem's summary of each solution, or empty texts."""
+    """Return the summary of each solution by its problem, or empty texts if there is none."""
     return (
         call_optional(view, View.summaries)
         if has_override(view, View.summaries)
@@ -216,7 +249,7 @@ def _list_summaries(view: View) -> list[str]:
 
 
 def _build_descriptions_json(view: View, rows: NDArray[np.int64]) -> Json:
-    """Return the problem's description of each solution, or its objectives."""
+    """Return the descriptions of the solutions by their problem, as column names and rows."""
     table = call_optional(view, View.describe)
     if not has_override(view, View.describe):
         table = table.iloc[:, : view.problem.n_obj]
@@ -227,13 +260,13 @@ def _build_descriptions_json(view: View, rows: NDArray[np.int64]) -> Json:
 
 
 def _build_margins_json(view: View, rows: NDArray[np.int64]) -> Json:
-    """Return, for each solution, the name, satisfaction and text of each constraint."""
+    """Return name, satisfaction and text of each constraint margin, as lists by row number."""
     margins = [
         [
-            [limit.name, limit.is_satisfied, str(limit).removeprefix(f"{limit.name}: ")]
-            for limit in each
+            [margin.name, margin.is_satisfied, str(margin).removeprefix(f"{margin.name}: ")]
+            for margin in solution_margins
         ]
-        for each in list_constraint_margins(view)
+        for solution_margins in list_constraint_margins(view)
     ]
     return _index_by_row(margins, rows)
 
@@ -243,7 +276,7 @@ def _index_by_row(values: Sequence[Json], rows: NDArray[np.int64]) -> dict[str, 
 
 
 def format_cell(value: Any) -> Json:
-    """Return a number with seven digits, or any other value as text."""
+    """Return a number rounded to seven significant digits, or any other value as text."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
         return str(value)
     number = float(value)

@@ -1,4 +1,4 @@
-"""Figures of a report as files: PNG for slides, PDF for publications."""
+"""Figures of runs and studies as PNG and PDF files."""
 
 from __future__ import annotations
 
@@ -27,42 +27,42 @@ _PNG_SCALE = 2  # resolution of a PNG relative to the figure's size
 
 
 class StaticExportError(RuntimeError):
-    """Error raised if figures cannot be written, because kaleido or a browser is missing."""
+    """Error raised if figures cannot be exported because kaleido or a browser is missing."""
 
 
 def draw_run_figures(
     folder: Path | str, names: Sequence[str] = (), *, trusted_classes: Collection[str] = ()
 ) -> dict[str, go.Figure]:
-    """Return the figures of a run by name.
+    """Return the static figures of a run as a dict by name.
 
-    These are the front, the hypervolume of a recorded run, and the problem's `solution_figures` of
-    the knee and of the best solution of each objective, without animated figures.
+    The figures are the front, the hypervolume of a recorded run, and the ``solution_figures`` that
+    the problem draws of the knee and of the best solution of each objective.
 
     Parameters
     ----------
     folder
         Run folder.
     names
-        Names of figures. Default: all.
+        Names of the figures to return. Default: all.
     trusted_classes
-        Problems ``module:Class`` whose modules may be imported, see `mgeo.report.report_html`.
+        Problem classes whose modules may be imported, see `mgeo.report.build_report_html`.
 
     Raises
     ------
     ValueError
-        If there is no figure of a name.
+        If the run has no figure of a requested name.
     FileNotFoundError, TypeError
-        See `mgeo.report.report_html`.
+        See `mgeo.report.build_report_html`.
     """
-    shown = load_run(Path(folder), trusted_classes)
-    front = draw_front(shown.view, shown.title) if shown.representatives else None
-    history = draw_hypervolume_history(Path(folder), shown.problem, shown.run.outcome)
+    loaded = load_run(Path(folder), trusted_classes)
+    front = draw_front(loaded.view, loaded.title) if loaded.representatives else None
+    history = draw_hypervolume_history(Path(folder), loaded.problem, loaded.run.outcome)
     figures_by_name = {"front": front, "hypervolume": history}
-    labeled = [solution for solution in shown.representatives if solution.label != "between"]
-    each = call_optional(
-        shown.view.select([solution.row for solution in labeled]), View.solution_figures
+    labeled = [solution for solution in loaded.representatives if solution.label != "between"]
+    figures_of_solutions = call_optional(
+        loaded.view.select([solution.row for solution in labeled]), View.solution_figures
     )
-    for solution, figures in zip(labeled, each, strict=True):
+    for solution, figures in zip(labeled, figures_of_solutions, strict=True):
         for name, figure in figures.items():
             if get_motion(figure) is None:
                 figures_by_name[_join_words(solution.label, str(name))] = figure
@@ -73,28 +73,28 @@ def draw_run_figures(
 
 
 def prepare_figures(figures: Mapping[str, go.Figure], paper: bool) -> dict[str, go.Figure]:
-    """Return copies of figures for files: with a size, without menus and interactive hints.
+    """Return copies of figures for export, with a size, and without menus and interactive hints.
 
     Parameters
     ----------
     figures
         Figures by name.
     paper
-        Whether to use the style for publications, see `mgeo.figures.style.for_paper`.
+        Whether to use the style for publications, see `mgeo.figures.style.format_for_print`.
     """
-    shape = format_for_print if paper else _set_size
-    return {name: shape(_remove_controls(figure)) for name, figure in figures.items()}
+    set_format = format_for_print if paper else _set_size
+    return {name: set_format(_remove_controls(figure)) for name, figure in figures.items()}
 
 
 def export_figures(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str, bytes]:
-    """Return the contents of the figure files, by file name.
+    """Render figures as PNG or PDF, and return the contents of the files as a dict by file name.
 
     Parameters
     ----------
     figures
         Figures by name.
     formats
-        File formats, "png" or "pdf".
+        File formats, "png" or "pdf"; one file per figure and format.
 
     Raises
     ------
@@ -106,11 +106,13 @@ def export_figures(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> 
     try:
         from kaleido import Kaleido
     except ImportError as error:
-        raise StaticExportError("PNG and PDF need kaleido: pip install 'mgeo[png]'") from error
+        raise StaticExportError(
+            "PNG and PDF files require kaleido: pip install 'mgeo[png]'"
+        ) from error
 
     async def draw() -> dict[str, bytes]:
         files = {}
-        async with Kaleido(mathjax=False) as browser:  # MathJax would be loaded from the network.
+        async with Kaleido(mathjax=False) as browser:  # Loading MathJax needs the network.
             for (name, figure), kind in itertools.product(figures.items(), formats):
                 options = {"format": kind, "scale": _PNG_SCALE if kind == "png" else 1}
                 files[f"{name}.{kind}"] = await browser.calc_fig(figure, opts=options)
@@ -120,28 +122,28 @@ def export_figures(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> 
         return asyncio.run(draw())
     except (RuntimeError, OSError) as error:
         raise StaticExportError(
-            "PNG and PDF need Chrome or Chromium, and no working one was found: install one, run "
-            f"kaleido_get_chrome, or set BROWSER_PATH to one ({type(error).__name__})"
+            "PNG and PDF files need Chrome or Chromium, but neither was found or could be started "
+            f"({type(error).__name__}): install one, run kaleido_get_chrome, or set BROWSER_PATH"
         ) from error
 
 
 def _join_words(label: str, figure: str) -> str:
-    """Return the lower-case words of both texts, joined by hyphens."""
+    """Join the lower-case words of both texts by hyphens, for the name of a figure."""
     return "-".join(re.findall(r"[a-z0-9_]+", f"{label} {figure}".lower()))
 
 
 def _set_size(figure: go.Figure) -> go.Figure:
     width, height = _DEFAULT_SIZE if figure.layout.height is None else (_SOLUTION_WIDTH, None)
-    still = go.Figure(figure).update_layout(template="plotly_white", font_color=_TEXT_COLOR)
-    return still.update_layout(width=width, height=height or figure.layout.height)
+    sized = go.Figure(figure).update_layout(template="plotly_white", font_color=_TEXT_COLOR)
+    return sized.update_layout(width=width, height=height or figure.layout.height)
 
 
 def _remove_controls(figure: go.Figure) -> go.Figure:
-    """Return a copy without menus, and without the hints for interactive use in its title."""
+    """Return a copy of a figure without menus, and without interactive hints in its title."""
     still = go.Figure(figure)
     still.layout.updatemenus, still.layout.sliders = (), ()
     if text := still.layout.title.text:
-        for words in (HOVER_HINT, CLICK_HINT):
-            text = text.replace(words, "")
+        for hint in (HOVER_HINT, CLICK_HINT):
+            text = text.replace(hint, "")
         still.update_layout(title_text=text)
     return still

@@ -1,9 +1,10 @@
-"""Runs: prepared from names or a configuration, solved, and repeated from a saved configuration.
+"""Single runs of an algorithm: preparation, execution, local refinement and summary.
 
 ::
 
-    run = prepare("attitude", algorithm="nsga2", seed=3)
-    found = run.solve()
-    write_run("runs/one", Run(run.configuration, found, installed_versions("attitude")))
-    PreparedRun.of(read_run("runs/one").configuration).solve()  # the same front
+    run = prepare_run("attitude", algorithm="nsga2", seed=3)
+    outcome = run.solve()
+    versions = list_problem_versions("attitude")
+    write_run("runs/one", Run(run.configuration, outcome, versions))
+    PreparedRun.from_configuration(read_run("runs/one").configuration).solve()  # equal front
 """

@@ -1,4 +1,4 @@
-"""Algorithms by name: construction, default parameters, and preparation for a run."""
+"""Construction of algorithms by name, their parameters, and their preparation for a run."""
 
 from __future__ import annotations
 
@@ -26,35 +26,40 @@ if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
 
-#: Number of steps without an evaluation after which an algorithm has no new candidates.
+#: Number of generations without an evaluation after which a run ends.
 MAX_IDLE_GENERATIONS = 100
 
 _MAX_POPULATION = 100_000
-_HIDDEN_PARAMETERS = ("sampling", "archive_size")  # parameters that users cannot set
+_HIDDEN_PARAMETERS = ("sampling", "archive_size")  # Users cannot set these parameters.
 
 
 def select_default_algorithm(robust: bool) -> str:
-    """Return the name of the default algorithm of a nominal or robust run."""
+    """Return the name of the default algorithm of ``mgeo solve``, or of ``mgeo solve --robust``."""
     return ROBUST_ALGORITHM if robust else DEFAULT_ALGORITHM
 
 
 def list_algorithms() -> list[str]:
-    """Return the names of all algorithms; those of installed plugins come last."""
+    """Return the names of all available algorithms; those of installed plugins come last."""
     plugins = (plugin.name for plugin in discovery.list_plugins(discovery.ALGORITHMS))
     return list(dict.fromkeys([*ALGORITHMS, *plugins]))
 
 
 def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
-    """Build an algorithm by name for a problem.
+    """Build an algorithm for a problem from its name and parameters.
 
     Parameters
     ----------
-    name
+    name : str
         Name of an algorithm, or ``module:Class``.
-    parameters
+    parameters : mapping
         Parameters that differ from the defaults.
-    problem
+    problem : Problem
         Problem to solve, which determines the operators of pymoo's algorithms.
+
+    Returns
+    -------
+    Algorithm
+        Algorithm that is not set up.
 
     Raises
     ------
@@ -62,31 +67,32 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
         If the name or a parameter is unknown, a value is invalid, or the algorithm does not support
         the constraints or variables of the problem.
     """
-    complete = complete_parameters(name, parameters)
+    all_parameters = complete_parameters(name, parameters)
     cls = _load_class(name)
     if not _has_population_only(name):
-        parameter_errors = ValueError, TypeError
-        with discovery.convert_plugin_errors(
-            f"algorithm {name!r} cannot be built:", *parameter_errors
-        ):
-            algorithm: Algorithm = cls(**complete)
+        passed_on = ValueError, TypeError  # Errors of parameters keep their type.
+        with discovery.convert_plugin_errors(f"algorithm {name!r} cannot be built:", *passed_on):
+            algorithm: Algorithm = cls(**all_parameters)
         return algorithm
-    population = validate_integer("population", complete["population"], low=4, high=_MAX_POPULATION)
+    population = validate_integer(
+        "population", all_parameters["population"], low=4, high=_MAX_POPULATION
+    )
     record = ALGORITHMS[name]
     if not record.supports_constraints and problem.has_constraints():
         raise ValueError(f"algorithm {name!r} does not support the constraints of this problem")
-    declared = getattr(problem, "vars", None) is not None  # Such variables have their own bounds.
-    if not declared and name != "random" and (problem.xl is None or problem.xu is None):
+    # Variables that are declared one by one have their own bounds.
+    is_declared = getattr(problem, "vars", None) is not None
+    if not is_declared and name != "random" and (problem.xl is None or problem.xu is None):
         raise ValueError(f"algorithm {name!r} needs bounds, which this problem does not have")
     arguments: dict[str, Any] = dict.fromkeys(record.population_arguments, population)
     if "ref_dirs" in arguments:
         arguments["ref_dirs"] = _build_reference_directions(population, problem)
     algorithm = cls(**arguments)
-    kind = "mixed" if declared else get_kind(problem.vtype)
+    kind = "mixed" if is_declared else get_kind(problem.vtype)
     if kind not in (None, "real"):
-        from mgeo.runs.pymoo_algorithms import replace_operators  # a slow import
+        from mgeo.runs.pymoo_algorithms import replace_operators  # The import is slow.
 
-        Variables.from_problem(problem, KINDS)  # raises an error if a bound is missing or invalid
+        Variables.from_problem(problem, KINDS)  # Raises an error if a bound is missing or invalid.
         replace_operators(kind, algorithm, name)
     return algorithm
 
@@ -94,20 +100,26 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
 def set_up(
     problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, initial_designs: int = 0
 ) -> Algorithm:
-    """Return a copy of an algorithm that is set up for its first step, without evaluations.
+    """Return a copy of an algorithm that is set up for a problem, but has not evaluated designs.
+
+    The evaluator of the copy tolerates failed evaluations (see `mgeo.TolerantEvaluator`).
 
     Parameters
     ----------
-    problem
+    problem : Problem
         Problem to solve.
-    algorithm
+    algorithm : Algorithm
         Algorithm that is not set up.
-    evaluations
+    evaluations : int
         Budget of evaluations.
-    seed
+    seed : int
         Seed of all random numbers.
-    initial_designs
-        Number of initial designs suggested by the problem.
+    initial_designs : int
+        Number of initial designs that the problem suggests.
+
+    Returns
+    -------
+    Algorithm
 
     Raises
     ------
@@ -121,27 +133,27 @@ def set_up(
     prepared.evaluator.warn = False  # The outcome reports the failures.
     prepared.setup(problem, termination=("n_eval", evaluations), seed=seed)
     if not isinstance(prepared, ExtremalOptimization):
-        from mgeo.runs.pymoo_algorithms import use_seeded_generator  # a slow import
+        from mgeo.runs.pymoo_algorithms import use_seeded_generator  # The import is slow.
 
         use_seeded_generator(prepared)
     return prepared
 
 
 def use_suggested_designs(algorithm: Algorithm, n_suggested: int) -> None:
-    """Start an algorithm from n initial designs that the problem suggests.
+    """Modify an algorithm in place so that it starts from initial designs suggested by its problem.
 
     The remaining initial designs come from the algorithm's own sampling.
 
     Raises
     ------
     ValueError
-        If the algorithm accepts no initial designs, or fewer than n.
+        If the algorithm accepts no initial designs, or fewer than `n_suggested`.
     """
     name = type(algorithm).__name__
-    most = getattr(algorithm, "n_walkers", None) or getattr(algorithm, "pop_size", None)
-    if most is not None and n_suggested > most:
+    n_max = getattr(algorithm, "n_walkers", None) or getattr(algorithm, "pop_size", None)
+    if n_max is not None and n_suggested > n_max:
         raise ValueError(
-            f"initial_designs = {n_suggested}: expected at most {most}, the initial size of {name}"
+            f"initial_designs = {n_suggested}: expected at most {n_max}, the initial size of {name}"
         )
     if isinstance(algorithm, ExtremalOptimization):
         algorithm.sampling = SuggestedSampling(n_suggested)
@@ -155,7 +167,7 @@ def use_suggested_designs(algorithm: Algorithm, n_suggested: int) -> None:
 
 
 def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return all parameters of an algorithm: the given ones, and defaults for the rest.
+    """Return all parameters of an algorithm as a dict: given values, and defaults for the others.
 
     Raises
     ------
@@ -168,7 +180,7 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     is_built_in = ":" in name or name in ALGORITHMS
     if not is_built_in and name not in (names := list_algorithms()):
         raise ValueError(
-            f"no algorithm is called {name!r}: expected one of {', '.join(names)}, or module:Class"
+            f"there is no algorithm {name!r}: expected one of {', '.join(names)}, or module:Class"
             f"{format_suggestion(name, names)}"
         )
     if not isinstance(parameters, Mapping):
@@ -182,7 +194,7 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
 
 
 def compute_default_budget(algorithm: Algorithm, problem: Problem) -> int:
-    """Return the default budget of evaluations, which is nearly equal for all algorithms.
+    """Return the default number of evaluations of a run, which is nearly equal for all algorithms.
 
     The budget is 5000 generations with one candidate per variable, as in the publications, rounded
     down to equal shares of the walkers: 59,760 evaluations for 12 variables and 30 walkers.
@@ -193,13 +205,15 @@ def compute_default_budget(algorithm: Algorithm, problem: Problem) -> int:
 
 
 def describe_algorithm(name: str) -> dict[str, Any]:
-    """Return name, label, description and parameters of an algorithm, as for ``mgeo algorithms``.
+    """Return name, label, description and parameters of an algorithm as a dict that becomes JSON.
+
+    ``mgeo algorithms`` prints this dict.
 
     Returns
     -------
     dict
-        ``name``, ``label``, ``description`` and ``parameters``, a list of dicts of ``name``, ``default``
-        and ``meaning``.
+        ``name``, ``label``, ``description`` and ``parameters``, a list of dicts of ``name``,
+        ``default`` and ``meaning``.
 
     Raises
     ------
@@ -212,14 +226,14 @@ def describe_algorithm(name: str) -> dict[str, Any]:
     else:
         meanings = constructors.get_parameter_descriptions(_load_class(name))
     if name in ALGORITHMS:
-        label, about = ALGORITHMS[name].label, ALGORITHMS[name].description
+        label, description = ALGORITHMS[name].label, ALGORITHMS[name].description
     else:
-        label, about = name, (inspect.getdoc(_load_class(name)) or "").partition("\n")[0]
+        label, description = name, (inspect.getdoc(_load_class(name)) or "").partition("\n")[0]
     rows = [
         {"name": key, "default": value, "meaning": meanings.get(key, "")}
         for key, value in defaults.items()
     ]
-    return {"name": name, "label": label, "description": about, "parameters": rows}
+    return {"name": name, "label": label, "description": description, "parameters": rows}
 
 
 def _has_population_only(name: str) -> bool:
@@ -235,26 +249,31 @@ def _load_class(name: str) -> Any:
 def _list_default_parameters(name: str) -> dict[str, Any]:
     if _has_population_only(name):
         return {"population": 100}
-    cls, left_out = _load_class(name), {*_HIDDEN_PARAMETERS}
+    cls, omitted = _load_class(name), {*_HIDDEN_PARAMETERS}
     root: type = ExtremalOptimization
     if not issubclass(cls, root):  # Only the constructor of the class itself defines parameters.
         from pymoo.core.algorithm import Algorithm
 
-        root = next(each for each in cls.__mro__ if "__init__" in vars(each))
-        left_out |= constructors.get_parameters(Algorithm, Algorithm).keys()
+        root = next(base for base in cls.__mro__ if "__init__" in vars(base))
+        omitted |= constructors.get_parameters(Algorithm, Algorithm).keys()
     parameters = constructors.get_parameters(cls, root)
-    return {key: p.default for key, p in parameters.items() if key not in left_out}
+    return {key: p.default for key, p in parameters.items() if key not in omitted}
 
 
 def _is_plain(value: Any) -> bool:
-    """Return whether a default value can be written into a file."""
+    """Return whether a default value consists of numbers, texts, and lists of these."""
     if isinstance(value, list | tuple):
         return all(map(_is_plain, value))
     return value is None or isinstance(value, bool | int | float | str)
 
 
 def _build_reference_directions(population: int, problem: Problem) -> NDArray[np.float64]:
-    """Return the largest set of Das-Dennis directions that is no larger than the population."""
+    """Return the largest set of Das-Dennis directions that does not exceed the population.
+
+    Returns
+    -------
+    array, shape (n, n_obj)
+    """
     if problem.n_obj < 2:
         raise ValueError("an algorithm with reference directions needs 2 or more objectives")
     from pymoo.util.ref_dirs import get_reference_directions

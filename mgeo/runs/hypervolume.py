@@ -1,4 +1,4 @@
-"""Hypervolume of a front with the reference point (1, ..., 1)."""
+"""Hypervolume of a front with respect to the reference point (1, ..., 1)."""
 
 from __future__ import annotations
 
@@ -14,20 +14,22 @@ from mgeo.plugins.protocol import get_indicator_map
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
-#: Maximum number of objectives, because the computation time grows exponentially: for 300 points,
-#: 1 ms with 5 objectives and a minute with 8.
+#: Maximum number of objectives for which the hypervolume is computed. The computation time grows
+#: exponentially: for 300 points, 1 ms with 5 objectives and a minute with 8.
 MAX_OBJECTIVES = 5
 
 
 def compute_hypervolume(problem: Problem, F: ArrayLike) -> float | None:
-    """Return the hypervolume of a front in the indicator space of its problem.
+    """Return the hypervolume of a front in the scaled objective space defined by its problem.
+
+    The reference point is (1, ..., 1).
 
     Parameters
     ----------
-    problem
+    problem : Problem
         Problem of the front.
-    F
-        Objectives, shape (n, n_obj).
+    F : array_like, shape (n, n_obj)
+        Objectives of the front.
 
     Returns
     -------
@@ -42,21 +44,31 @@ def compute_hypervolume(problem: Problem, F: ArrayLike) -> float | None:
 
 
 def compute_unit_hypervolume(points: FloatArray) -> float:
-    """Return the volume that points, shape (n, m), dominate up to (1, ..., 1)."""
+    """Return the hypervolume of points with respect to the reference point (1, ..., 1).
+
+    Parameters
+    ----------
+    points : array, shape (n, m)
+        Scaled objectives.
+    """
     return float(HV(ref_point=np.ones(points.shape[1]))(points))
 
 
 def scale_objectives(F: FloatArray, ideal: FloatArray, nadir: FloatArray) -> FloatArray:
-    """Scale objectives linearly so that `ideal` maps to 0 and `nadir` to 1.
+    """Scale objectives linearly so that the ideal point becomes 0 and the nadir point becomes 1.
 
     Objectives with equal ideal and nadir are only shifted.
 
     Parameters
     ----------
-    F
-        Objectives, shape (n, n_obj).
-    ideal, nadir
-        Points of shape (n_obj,).
+    F : array, shape (n, n_obj)
+        Objectives.
+    ideal, nadir : array, shape (n_obj,)
+        Ideal and nadir point.
+
+    Returns
+    -------
+    array, shape (n, n_obj)
     """
     extent = nadir - ideal
     return (F - ideal) / np.where(extent > 0, extent, 1.0)

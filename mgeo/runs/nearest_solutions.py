@@ -16,15 +16,16 @@ from mgeo.store.run import NearestSolutions
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
 
-MAX_SOLUTIONS = 10  # maximum number of solutions
+#: Maximum number of solutions that are reported.
+MAX_SOLUTIONS = 10
 
 
 def select_nearest_solutions(algorithm: Algorithm) -> NearestSolutions:
-    """Return up to `MOST` solutions nearest to feasibility, if no solution is feasible.
+    """Return the infeasible solutions of a run that are nearest to feasibility, nearest first.
 
     Candidates are the optimum and the last population of the algorithm. Solutions with nondominated
-    constraint violations come first, sorted by their total violation. Duplicates of objectives and
-    violations are removed.
+    constraint violations come first, sorted by their total violation. Solutions with equal
+    objectives and violations are included once. At most `MAX_SOLUTIONS` are returned.
     """
     problem, candidates = algorithm.problem, algorithm.opt
     if not isinstance(algorithm, MGEOStaged):  # Its population may have low-fidelity values.

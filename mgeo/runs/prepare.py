@@ -1,4 +1,4 @@
-"""Preparation of runs: from names and options, from a configuration, or from a checkpoint."""
+"""Preparation of runs from names and options, from a configuration, or from a checkpoint."""
 
 from __future__ import annotations
 
@@ -33,14 +33,20 @@ from mgeo.validation.tables import validate_table
 
 @dataclass(frozen=True, eq=False)
 class PreparedRun:
-    """Run that is ready to be solved: a configuration with its problem and algorithm.
+    """Run that is ready to be solved: its configuration, problem and algorithm.
 
-    A new run can be solved more than once.
+    A new run can be solved more than once, with equal results.
 
     Attributes
     ----------
-    metadata : Notes or None
-        Notes of the checkpoint of a resumed run.
+    configuration : RunConfiguration
+        All settings of the run.
+    problem : Problem
+        Problem of the configuration.
+    algorithm : Algorithm
+        Algorithm of the configuration, set up only if the run is resumed.
+    metadata : CheckpointMetadata or None
+        Data of the checkpoint of a resumed run.
     record : bool
         Whether every evaluation is recorded if the run is saved in a folder.
     """
@@ -53,7 +59,7 @@ class PreparedRun:
 
     @classmethod
     def from_configuration(cls, configuration: RunConfiguration) -> PreparedRun:
-        """Build the problem and the algorithm of a configuration.
+        """Build the problem and the algorithm of a configuration, and return the run.
 
         Raises
         ------
@@ -72,16 +78,22 @@ class PreparedRun:
         folder: Path | None = None,
         max_time: float | None = None,
     ) -> Outcome:
-        """Run the algorithm until its budget is used or it is stopped, see `mgeo.runs.solve.solve`.
+        """Run the algorithm until its budget is used or it is stopped, and return the outcome.
 
         Parameters
         ----------
-        callback
-            Function called with the `State` after every generation.
-        folder
-            Existing folder for checkpoints (MGEO family only) and the record; None to save nothing.
-        max_time
+        callback : function, optional
+            Called with the `SolveState` after every generation. It may stop the run.
+        folder : Path, optional
+            Existing folder for the record and for checkpoints (MGEO family only). By default,
+            nothing is saved.
+        max_time : float, optional
             Time from now after which the run ends [s].
+
+        Returns
+        -------
+        Outcome
+            Front and statistics, see `mgeo.runs.solve.solve`.
         """
         run = self.configuration
         algorithm = self._set_up(run.initial_designs) if self.metadata is None else self.algorithm
@@ -100,18 +112,17 @@ class PreparedRun:
         return solve(state, refine=run.refine)
 
     def _build_metadata(self, state: SolveState) -> dict[str, Any]:
-        """Return the data that a checkpoint needs for a resumed run."""
-        notes = CheckpointMetadata(
+        metadata = CheckpointMetadata(
             configuration=self.configuration,
             record=self.record,
             start_time=state.start_time,
             wall_time_s=state.elapsed_time,
             n_low_fidelity=state.n_low_fidelity,
         )
-        return notes.model_dump(mode="json")
+        return metadata.model_dump(mode="json")
 
     def check(self) -> None:
-        """Raise ValueError if the configuration cannot be run, without any evaluation.
+        """Raise an error if the configuration cannot be run; no design is evaluated.
 
         Raises
         ------
@@ -131,7 +142,7 @@ class PreparedRun:
 
     def _set_up(self, initial_designs: int = 0) -> Algorithm:
         run = self.configuration
-        protocol.get_column_names(self.problem)  # raises an error if names are invalid
+        protocol.get_column_names(self.problem)  # Raises an error if names are invalid.
         return set_up(self.problem, self.algorithm, run.evaluations, run.seed, initial_designs)
 
 
@@ -148,30 +159,38 @@ def prepare_run(
     refine: bool | None = False,
     record: bool = False,
 ) -> PreparedRun:
-    """Prepare a new run whose configuration contains all settings explicitly.
+    """Prepare a new run: build problem and algorithm, and complete the configuration with defaults.
 
-    If the algorithm, its parameters or the budget are given, or `robust` is true, the
-    recommendations of the problem are not used.
+    The recommendations of the problem are used only if neither the algorithm, its parameters nor
+    the budget are given, and `robust` is false.
 
     Parameters
     ----------
-    problem, options
-        As for `mgeo.plugins.problems.load_problem`.
-    algorithm, parameters
-        As for `mgeo.runs.algorithms.build_algorithm`. Default: `select_default_algorithm`.
-    evaluations
+    problem : str
+        Name of the problem, as for `mgeo.plugins.problems.load_problem`.
+    options : mapping, optional
+        Options of the problem.
+    algorithm : str, optional
+        Name of the algorithm. Default: `select_default_algorithm`.
+    parameters : mapping, optional
+        Parameters of the algorithm that differ from the defaults.
+    evaluations : int, optional
         Budget of evaluations. Default: the problem's recommendation if `refine` is None, otherwise
         `compute_default_budget`.
-    seed
+    seed : int
         Seed of all random numbers.
-    robust
-        Whether to solve the robust version of the problem, from its method ``robust()``.
-    initial_designs
-        Number of initial designs suggested by the problem; None for the problem's recommendation.
-    refine
+    robust : bool
+        Whether to solve the robust version of the problem, from its method ``to_robust()``.
+    initial_designs : int or None
+        Number of initial designs that the problem suggests; None for the problem's recommendation.
+    refine : bool or None
         Whether the problem refines the front locally; None for the problem's recommendation.
-    record
+    record : bool
         Whether to record every evaluation.
+
+    Returns
+    -------
+    PreparedRun
 
     Raises
     ------
@@ -180,11 +199,11 @@ def prepare_run(
     """
     uses_recommendation = not (robust or algorithm or parameters or evaluations)
     algorithm = algorithm or select_default_algorithm(robust)
-    complete = complete_parameters(algorithm, parameters or {})
+    all_parameters = complete_parameters(algorithm, parameters or {})
     built = load_problem(problem, options, trusted_classes=(problem,))
     if robust:
         built = protocol.get_robust_problem(built)
-    optimizer = build_algorithm(algorithm, complete, built)
+    optimizer = build_algorithm(algorithm, all_parameters, built)
     problem_options = protocol.get_options(built)
     recommended = (
         protocol.get_recommended_settings(built)
@@ -200,7 +219,7 @@ def prepare_run(
         "problem": problem,
         "options": dict(options or {}) if problem_options is None else problem_options,
         "algorithm": algorithm,
-        "parameters": complete,
+        "parameters": all_parameters,
         "evaluations": evaluations,
         "seed": seed,
         "initial_designs": initial_designs,
@@ -223,19 +242,23 @@ def resume_run(
     problem: str | None = None,
     check: bool = True,
 ) -> PreparedRun:
-    """Return the run of a folder in the state of its last checkpoint.
+    """Read the run of a folder in the state of its last checkpoint, ready to be continued.
 
     Parameters
     ----------
-    folder
+    folder : path
         Folder of a run with a checkpoint, finished or not.
-    evaluations
-        New budget, counted from the start of the run; None for the budget of the run.
-    algorithm, problem
-        Class ``module:Class`` of the run. The user must specify it, because modules are not
+    evaluations : int, optional
+        New budget, counted from the start of the run. Default: the budget of the run.
+    algorithm, problem : str, optional
+        Class ``module:Class`` of the run. The caller must specify it, because modules are not
         imported on behalf of a file.
-    check
+    check : bool
         Whether to require equal versions and equal problem values, see `mgeo.resume`.
+
+    Returns
+    -------
+    PreparedRun
 
     Raises
     ------
@@ -253,11 +276,11 @@ def resume_run(
         )
     data = read_checkpoint_metadata(path)
     with convert_file_errors(path):
-        notes = validate_table(CheckpointMetadata, data)
-        run = notes.configuration
+        metadata = validate_table(CheckpointMetadata, data)
+        run = metadata.configuration
         if is_class_path(run.algorithm) and algorithm != run.algorithm:
             raise ValueError(
-                f"algorithm = {run.algorithm!r}: its module is imported only if it is named: "
+                f"algorithm = {run.algorithm!r}: its module is imported only if you specify it: "
                 f"--algorithm {run.algorithm}"
             )
         problem_of_run = load_problem(
@@ -269,8 +292,8 @@ def resume_run(
     resumed.evaluator.warn = False  # The outcome reports the failures.
     if budget < min(resumed.evaluator.n_eval, run.evaluations):
         raise ValueError(
-            f"the new budget is {budget} evaluations: expected at least the "
-            f"{resumed.evaluator.n_eval} already made"
+            f"the new budget is {budget} evaluations: expected at least "
+            f"{resumed.evaluator.n_eval}, the number of evaluations already made"
         )
     configuration = run.model_copy(update={"evaluations": budget})
-    return PreparedRun(configuration, problem_of_run, resumed, notes, notes.record)
+    return PreparedRun(configuration, problem_of_run, resumed, metadata, metadata.record)

@@ -1,4 +1,4 @@
-"""Adaptation of pymoo's algorithms: operators for discrete variables, and reproducible runs."""
+"""Adaptation of pymoo algorithms: operators for discrete variables, and reproducible runs."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from pymoo.core.population import Population
     from pymoo.core.problem import Problem
 
-# Comparisons that break ties by random numbers from the operating system, without a seed.
+# These comparisons break ties by random numbers from the operating system, without a seed.
 _UNSEEDED_COMPARISONS = (comp_by_cv_then_random, comp_by_rank_and_ref_line_dist)
 _SAMPLINGS = {
     "integer": IntegerRandomSampling,
@@ -43,15 +43,15 @@ _SAMPLINGS = {
 
 
 def replace_operators(kind: str, algorithm: Algorithm, name: str) -> None:
-    """Replace the operators of a new algorithm by pymoo's operators for discrete variables.
+    """Replace the operators of an algorithm in place by pymoo's operators for discrete variables.
 
     Parameters
     ----------
-    kind
-        Kind of the variables: integer, binary, or mixed (declared one by one).
-    algorithm
+    kind : str
+        Kind of the variables: "integer", "binary", or "mixed" (declared one by one).
+    algorithm : Algorithm
         New algorithm with operators for real variables.
-    name
+    name : str
         Name of the algorithm, for messages.
 
     Raises
@@ -68,13 +68,13 @@ def replace_operators(kind: str, algorithm: Algorithm, name: str) -> None:
     elif not is_genetic or (kind == "mixed" and not takes_dicts):
         raise ValueError(
             f"algorithm {name!r} takes arrays of real variables, and this problem has {kind} ones: "
-            "expected an algorithm with operators for them, such as mgeo-directed or nsga2"
+            "expected an algorithm with suitable operators, such as mgeo-directed or nsga2"
         )
     elif kind == "mixed":
-        same = MixedVariableDuplicateElimination()
-        algorithm.eliminate_duplicates = same
-        algorithm.mating = MixedVariableMating(eliminate_duplicates=same)
-        algorithm.initialization = Initialization(sampling, eliminate_duplicates=same)
+        elimination = MixedVariableDuplicateElimination()
+        algorithm.eliminate_duplicates = elimination
+        algorithm.mating = MixedVariableMating(eliminate_duplicates=elimination)
+        algorithm.initialization = Initialization(sampling, eliminate_duplicates=elimination)
     else:
         algorithm.initialization.sampling = sampling
         if kind == "binary":
@@ -92,11 +92,12 @@ def _add_rounding(operator: Any) -> Any:
 
 
 class SeededComparison:
-    """Comparison of pairs that breaks ties by the algorithm's random generator.
+    """Comparison function for tournaments that breaks ties by the algorithm's random generator.
 
     Parameters
     ----------
-    comparison : comparison function of pymoo's `TournamentSelection`.
+    comparison : function
+        Comparison function of pymoo's `TournamentSelection`.
     """
 
     def __init__(self, comparison: Any) -> None:
@@ -105,18 +106,20 @@ class SeededComparison:
     def __call__(
         self, pop: Population, P: NDArray[np.int_], random_state: Any = None, **options: Any
     ) -> NDArray[np.int_]:
-        """Return the winner of each pair, as rows of the population.
+        """Return the winner of each pair of individuals, as rows of the population.
 
         Parameters
         ----------
-        pop
+        pop : Population
             Population.
-        P
-            Pairs of rows, shape (n, 2).
+        P : array of int, shape (n, 2)
+            Rows of each pair.
+        random_state : numpy.random.Generator
+            Generator that breaks ties.
 
         Returns
         -------
-        array, shape (n, 1)
+        array of int, shape (n, 1)
         """
         violation = pop.get("CV")[P, 0]
         tied = (violation[:, 0] == violation[:, 1]) & (violation[:, 0] > 0.0)
@@ -127,7 +130,7 @@ class SeededComparison:
 
 
 def use_seeded_generator(algorithm: Algorithm) -> None:
-    """Restrict an algorithm that is set up to its own random generator.
+    """Make an algorithm that is set up draw all its random numbers from its own seeded generator.
 
     pymoo breaks ties in NSGA-III and selects elites in CMOPSO by unseeded random numbers, which
     makes runs irreproducible.
@@ -143,10 +146,10 @@ def use_seeded_generator(algorithm: Algorithm) -> None:
 
 
 class FrontRVEA(RVEA):
-    """RVEA of pymoo whose result is the nondominated part of its population.
+    """Variant of pymoo's RVEA whose result is the nondominated part of the population.
 
-    It also uses its whole budget of evaluations, whereas pymoo's RVEA counts the first generation
-    twice and ends one generation early.
+    The algorithm also uses its whole budget of evaluations, whereas pymoo's RVEA counts the first
+    generation twice and ends one generation early.
     """
 
     termination: Any

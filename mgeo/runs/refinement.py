@@ -28,21 +28,24 @@ if TYPE_CHECKING:
 
 
 class Refinement:
-    """Local refinement of a front by the problem's method ``refine``.
+    """Iterable that refines a front locally, step by step, by the method ``refine`` of its problem.
 
-    Iterating over the object performs the refinement. A refined design replaces a solution of the
-    front if it is feasible and no objective is worse. Further designs are added if they are
-    feasible. The refinement is deterministic.
+    A refined design replaces a solution of the front if it is feasible and no objective is worse.
+    Further designs are added if they are feasible. The refinement is deterministic.
 
     Parameters
     ----------
-    problem : problem of the front.
-    front : evaluated individuals that satisfy all constraints.
+    problem : Problem
+        Problem of the front.
+    front : Population
+        Evaluated individuals that satisfy all constraints.
 
     Attributes
     ----------
-    is_replaced : (n,) mask of the solutions of the front that were replaced.
-    error : reason for an early end, otherwise empty.
+    is_replaced : array of bool, shape (n,)
+        Mask of the solutions of the front that were replaced.
+    error : str
+        Reason for an early end, otherwise empty.
     """
 
     def __init__(self, problem: Problem, front: Population) -> None:
@@ -51,37 +54,36 @@ class Refinement:
         self._problem = problem
         # The refinement is not part of the evaluation budget of the search.
         self._evaluator = TolerantEvaluator(warn=False)
-        self._solutions: dict[int, Individual] = dict(enumerate(front))  # by row of the tables
+        self._solutions: dict[int, Individual] = dict(enumerate(front))  # Keyed by row of X.
 
     def __iter__(self) -> Iterator[Population]:
-        """Yield the evaluated designs of each step."""
+        """Refine the front step by step, and yield the evaluated designs of each step."""
         if not self._solutions:
             return
-        last = convert_designs_to_numbers(self._problem, self.solutions.get("X")).astype(float)
+        previous = convert_designs_to_numbers(self._problem, self.solutions.get("X")).astype(float)
         try:
-            with closing(iterate_refinement(self._problem, last)) as tables:
-                for table in tables:
-                    new = np.full((len(table) - len(last), last.shape[1]), np.nan)
-                    rows = np.flatnonzero((table != np.vstack([last, new])).any(axis=1))
-                    last = table
+            with closing(iterate_refinement(self._problem, previous)) as steps:
+                for X in steps:
+                    added = np.full((len(X) - len(previous), previous.shape[1]), np.nan)
+                    rows = np.flatnonzero((np.vstack([previous, added]) != X).any(axis=1))
+                    previous = X
                     if len(rows):
-                        yield self._evaluate_and_replace(rows, table[rows])
+                        yield self._evaluate_and_replace(rows, X[rows])
         except (PluginError, EvaluationError) as error:
             self.error = str(error)
 
     @property
     def solutions(self) -> Population:
-        """Solutions of the front or their replacements, followed by the added solutions."""
+        """Population of the front with replaced solutions, followed by the added solutions."""
         return Population.create(*(self._solutions[row] for row in sorted(self._solutions)))
 
     @property
     def n_added(self) -> int:
-        """Number of added solutions."""
         return len(self._solutions) - len(self.is_replaced)
 
     @property
     def front(self) -> Population:
-        """Nondominated solutions."""
+        """Nondominated solutions of the refined front."""
         archive, solutions = ParetoArchive(self._problem.n_obj), self.solutions
         archive.add(solutions.get("F").astype(float), solutions)
         return archive.individuals

@@ -1,4 +1,4 @@
-"""Registry of algorithms, which the command line and the documentation use."""
+"""Registry of the built-in algorithms, for the command line and the documentation."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ DEFAULT_ALGORITHM, ROBUST_ALGORITHM = "mgeo-directed", "mgeo-staged"
 
 @dataclass(frozen=True)
 class AlgorithmRecord:
-    """Entry of an algorithm in the registry.
+    """Entry of one algorithm in the registry.
 
     Attributes
     ----------
@@ -23,8 +23,8 @@ class AlgorithmRecord:
     path : str
         ``module:Class``, imported when the algorithm is built.
     population_arguments : tuple of str
-        Keyword arguments of a pymoo constructor that the parameter ``population_arguments`` sets. Empty if
-        the parameters are those of the constructor.
+        Keyword arguments of a pymoo constructor that the parameter ``population`` sets. Empty if
+        the parameters of the algorithm are those of the constructor.
     supports_constraints : bool
         Whether the algorithm supports constraints.
     """
@@ -56,29 +56,29 @@ def _build_pymoo_record(
     return AlgorithmRecord(name, label, f"{description}, of pymoo", path, population_arguments)
 
 
-#: The algorithms of mgeo and of pymoo. An installed plugin adds its own by an entry point.
+#: Built-in algorithms, of mgeo and pymoo. Installed plugins add further algorithms by entry points.
 RECORDS = (
     _build_mgeo_record(
-        "mgeo-real", "MGEO_real", "MGEOReal", "normal steps of one variable, published"
+        "mgeo-real", "MGEO_real", "MGEOReal", "normal steps of one variable, as published"
     ),
     _build_mgeo_record(
-        "mgeo-real2", "MGEO_real2", "MGEOReal2", "steps of several sizes, published"
+        "mgeo-real2", "MGEO_real2", "MGEOReal2", "steps of several sizes, as published"
     ),
-    _build_mgeo_record("mgeo-canonical", "MGEO", "MGEOCanonical", "flips of one bit, published"),
+    _build_mgeo_record("mgeo-canonical", "MGEO", "MGEOCanonical", "flips of one bit, as published"),
     _build_mgeo_record(
-        "mgeo-var", "MGEO_var", "MGEOVar", "a flip of one bit of each variable, published"
+        "mgeo-var", "MGEO_var", "MGEOVar", "flips of one bit of each variable, as published"
     ),
     _build_mgeo_record(
         DEFAULT_ALGORITHM,
         "decomposition-based MGEO",
         "MGEODirected",
-        "walkers by direction; the default",
+        "one weight vector per walker; the default",
     ),
     _build_mgeo_record(
         ROBUST_ALGORITHM,
         "staged MGEO",
         "MGEOStaged",
-        "by fidelity levels; the default with --robust",
+        "evaluation by fidelity levels; the default with --robust",
     ),
     _build_pymoo_record(
         "nsga2", "NSGA-II", "moo.nsga2:NSGA2", "nondominated sorting and crowding distance"
@@ -137,5 +137,5 @@ RECORDS = (
     ),
 )
 
-#: Records by name.
+#: Built-in algorithms by name.
 ALGORITHMS: Mapping[str, AlgorithmRecord] = {record.name: record for record in RECORDS}

@@ -27,18 +27,18 @@ if TYPE_CHECKING:
 
 
 class SolveState(Callback):
-    """State of a run, updated after each generation and each step of the local refinement.
+    """State of a run in progress, updated after each generation and each refinement step.
 
     Parameters
     ----------
     algorithm : Algorithm
         Algorithm that is set up or resumed.
     budget : int
-        Budget of evaluations, equal to that of the algorithm's termination.
+        Budget of evaluations, equal to that of the algorithm's termination criterion.
     callback : function, optional
-        Function called with the state after every update. It may call ``state.stop()``.
-    metadata : Notes, optional
-        Notes of the checkpoint of a resumed run.
+        Called with the state after every update. It may call ``state.stop()``.
+    metadata : CheckpointMetadata, optional
+        Data of the checkpoint of a resumed run.
     max_time : float, optional
         Time from now after which the run ends [s].
 
@@ -83,35 +83,40 @@ class SolveState(Callback):
             self.update_from_algorithm()
 
     def stop(self, reason: StopReason = "signal") -> None:
-        """End the run after the current generation."""
+        """End the run after the current generation, for the given reason."""
         self.stop_reason = reason
 
     @property
     def failures(self) -> dict[str, int]:
-        """Number of failed evaluations by cause (see `mgeo.TolerantEvaluator`)."""
+        """Number of failed evaluations by cause, as a dict (see `mgeo.TolerantEvaluator`)."""
         return dict(self.algorithm.evaluator.causes)
 
     @property
     def elapsed_time(self) -> float:
-        """Duration of the run [s], without interruptions of a resumed run."""
+        """Duration of the run so far [s], without the interruptions of a resumed run."""
         return time.perf_counter() - self._start_clock
 
     @property
     def checkpoint_error(self) -> str | None:
-        """Error of the latest attempt to write a checkpoint, None if it succeeded."""
+        """Error of the latest attempt to write a checkpoint; None if it succeeded."""
         error = None if self.checkpoint is None else self.checkpoint.error
         return None if error is None else str(error)
 
     def select_feasible_solutions(self) -> Population:
-        """Return the feasible solutions of the front."""
+        """Return the feasible solutions of the current front, as a pymoo population."""
         if not len(self._front):
             return Population()
         return self._front[self._front.get("feas") & find_successful(self._front)]
 
     def build_front(self) -> tuple[FloatArray, FloatArray]:
-        """Return X (n, n_var) and F (n, n_obj) of `solutions`.
+        """Return the variables and the objectives of the feasible solutions of the current front.
 
-        F has low-fidelity values before the last fidelity level of a staged run.
+        Returns
+        -------
+        X : array, shape (n, n_var)
+            Variables.
+        F : array, shape (n, n_obj)
+            Objectives, of low fidelity before the last fidelity level of a staged run.
         """
         solutions = self.select_feasible_solutions()
         X = solutions.get("X") if len(solutions) else np.empty((0, self.problem.n_var))
@@ -119,11 +124,14 @@ class SolveState(Callback):
         return convert_designs_to_numbers(self.problem, X).astype(float), F
 
     def compute_hypervolume(self, F: FloatArray) -> float | None:
-        """Return the hypervolume of objectives F, None while they have low-fidelity values."""
+        """Return the hypervolume of objectives, or None while they have low-fidelity values.
+
+        It is also None if the problem has no indicator space, see
+        `mgeo.runs.hypervolume.compute_hypervolume`.
+        """
         return None if is_low_fidelity(self.algorithm) else compute_hypervolume(self.problem, F)
 
     def update_from_algorithm(self) -> None:
-        """Update the front and the evaluation counts from the algorithm."""
         opt = self.algorithm.opt
         self._front = Population() if opt is None else opt
         self.n_evaluations = self.algorithm.evaluator.n_eval
@@ -131,7 +139,7 @@ class SolveState(Callback):
             self.n_low_fidelity = self.n_evaluations
 
     def refine(self) -> bool:
-        """Refine the front by the problem; return whether the refinement was completed."""
+        """Let the problem refine the front locally; return whether the refinement was completed."""
         self.refinement = Refinement(self.problem, self.select_feasible_solutions())
         for _ in self.refinement:
             self._front = self.refinement.front
@@ -141,9 +149,9 @@ class SolveState(Callback):
         return True
 
     def _update(self, algorithm: Any) -> None:
-        before = self.n_evaluations
+        n_before = self.n_evaluations
         self.update_from_algorithm()
-        self._n_idle = self._n_idle + 1 if self.n_evaluations == before else 0
+        self._n_idle = self._n_idle + 1 if self.n_evaluations == n_before else 0
         self._check_stop()
         # pymoo's C-TAEA continues forever if it finds no new designs.
         if self.stop_reason is not None or self._n_idle >= MAX_IDLE_GENERATIONS:
@@ -151,7 +159,7 @@ class SolveState(Callback):
             algorithm.termination.update(algorithm)
 
     def _check_stop(self) -> None:
-        """Check the time limit and call the callback, both of which may stop the run."""
+        """Check the time limit and call the callback. Both may stop the run."""
         if self._deadline is not None and time.monotonic() >= self._deadline:
             self.stop("max_time")
         if self._callback is not None:
@@ -167,11 +175,16 @@ def solve(state: SolveState, *, refine: bool = False) -> Outcome:
 
     Parameters
     ----------
-    state
-        State of the run.
-    refine
+    state : SolveState
+        State of the run, with the algorithm.
+    refine : bool
         Whether the problem refines the front locally when the budget is used. The checkpoint
         contains the state before the refinement.
+
+    Returns
+    -------
+    Outcome
+        Front and statistics of the run.
 
     Raises
     ------
@@ -179,7 +192,7 @@ def solve(state: SolveState, *, refine: bool = False) -> Outcome:
         If every evaluation failed.
     """
     algorithm = state.algorithm
-    writers = [each for each in (state.recorder, state.checkpoint) if each is not None]
+    writers = [writer for writer in (state.recorder, state.checkpoint) if writer is not None]
     algorithm.callback = CallbackCollection(state, *writers)
     is_refined = not refine
     try:
@@ -236,20 +249,20 @@ def _build_outcome(state: SolveState, reason: StopReason) -> Outcome:
 
 
 def stack_values(solutions: Population, key: str, n_columns: int) -> FloatArray:
-    """Return objectives or constraints of solutions as floats.
+    """Return the objectives or constraint values of solutions as rows of a float array.
 
     Parameters
     ----------
-    solutions
-        Population, which may be empty.
-    key
+    solutions : Population
+        Solutions; the population may be empty.
+    key : str
         "F", "G" or "H".
-    n_columns
+    n_columns : int
         Number of columns.
 
     Returns
     -------
-    array, shape (n, width)
+    array, shape (n, n_columns)
     """
     values = solutions.get(key) if len(solutions) else np.empty(0)
     return np.asarray(values, dtype=float).reshape(len(solutions), n_columns)

@@ -1,4 +1,4 @@
-"""Summary of a front: representative solutions, violated constraints, and suggestions."""
+"""Summary of a front: representative solutions, constraint margins, and suggestions."""
 
 from __future__ import annotations
 
@@ -17,26 +17,25 @@ if TYPE_CHECKING:
     import pandas as pd
     from pymoo.core.problem import Problem
 
-_FLATNESS_TOLERANCE = (
-    1e-9  # distances below this value are rounding errors, in fronts scaled to size 1
-)
-_MARGIN_COLUMNS = ["margin", "unit", "value", "bound_type", "bound_value"]
-_MAX_RELAXATIONS = 3  # maximum number of combinations of constraints to relax
+# In fronts scaled to size 1, distances below this value are rounding errors.
+_FLATNESS_TOLERANCE = 1e-9
+_MARGIN_COLUMNS = ["margin", "unit", "value", "bound", "limit"]
+_MAX_RELAXATIONS = 3  # Maximum number of suggested combinations of constraints to relax.
 
 
 @dataclass(frozen=True)
 class SolutionSummary:
-    """Summary of the solution of a front that is shown first.
+    """Summary of the default solution of a front: the knee, or the best of the first objective.
 
     Attributes
     ----------
-    row, n_solutions
-        Row of the solution, and number of solutions.
-    label
+    row, n_solutions : int
+        Row of the solution in the front, and number of solutions.
+    label : str
         Reason for the choice, such as "knee".
-    text
-        Summary by the problem.
-    violations
+    text : str
+        Summary of the solution by its problem.
+    violations : tuple of str
         Constraints that the problem reports as violated although the solution is feasible.
     """
 
@@ -48,24 +47,35 @@ class SolutionSummary:
 
     def __str__(self) -> str:
         line = f"solution {self.row} of {self.n_solutions:,}, {self.label}: {self.text}"
-        return "; ".join([line, *(f"BUT {limit}" for limit in self.violations)])
+        return "; ".join([line, *(f"BUT {text}" for text in self.violations)])
 
 
 def summarize_default_solution(view: View) -> SolutionSummary:
-    """Return the summary of the `select_default_solution` of a front with at least one solution."""
+    """Summarize the default solution of a front: the knee, or the best of the first objective.
+
+    The view must present a front with at least one solution.
+    """
     shown = select_default_solution(view.problem, view.F)
     chosen = view.select([shown.row])
-    (line,) = call_optional(chosen, View.summaries)
+    (text,) = call_optional(chosen, View.summaries)
     # Solutions of a front satisfy the constraints of the optimization, so margins are evaluated
     # only if the problem reports further constraints.
     (margins,) = list_constraint_margins(chosen) if has_override(view, View.constraints) else [[]]
-    exceeded = tuple(str(margin) for margin in margins if not margin.is_satisfied)
-    return SolutionSummary(shown.row, len(view.X), shown.label, line, exceeded)
+    violations = tuple(str(margin) for margin in margins if not margin.is_satisfied)
+    return SolutionSummary(shown.row, len(view.X), shown.label, text, violations)
 
 
 @dataclass(frozen=True)
 class RepresentativeSolution:
-    """Row of a solution in a front, and the reason for showing it."""
+    """Row of a solution in a front, and the reason for showing it.
+
+    Attributes
+    ----------
+    row : int
+        Row of the solution.
+    label : str
+        Reason, such as "knee" or "best mass".
+    """
 
     row: int
     label: str
@@ -74,21 +84,25 @@ class RepresentativeSolution:
 def select_representative_solutions(
     problem: Problem, F: ArrayLike, objective_names: tuple[str, ...]
 ) -> list[RepresentativeSolution]:
-    """Return about five representative solutions of a front, sorted by the first objective.
+    """Return about five solutions that represent a front: extremes, knee, and points between.
 
-    These are the best solution of each objective, the knee, and solutions between them, labeled
-    "between". There are more than five if the front has more than four objectives, and fewer if the
-    front is smaller. They are selected in the problem's indicator space, or with the front scaled
-    to its own extent if the problem has none.
+    They are sorted by the first objective. There are more than five if the front has more than four
+    objectives, and fewer if the front is smaller. Distances are computed in the problem's indicator
+    space, or with the front scaled to its own extent if the problem has none.
 
     Parameters
     ----------
-    problem
+    problem : Problem
         Problem of the front.
-    F
-        Objectives of the front, shape (n, n_obj).
-    objective_names
+    F : array_like, shape (n, n_obj)
+        Objectives of the front.
+    objective_names : tuple of str
         Names of the objectives, for the labels.
+
+    Returns
+    -------
+    list of RepresentativeSolution
+        Labels are "best" and the name of the objective, "knee", and "between".
     """
     front = np.asarray(F, dtype=float)
     if not len(front):
@@ -107,14 +121,18 @@ def select_representative_solutions(
 
 
 def select_default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSolution:
-    """Return the knee of a front, or the best solution of the first objective if there is no knee.
+    """Return the default solution of a front: the knee, or the best of the first objective.
 
     Parameters
     ----------
-    problem
+    problem : Problem
         Problem of the front.
-    F
-        Objectives of the front, shape (n, n_obj) with n >= 1.
+    F : array_like, shape (n, n_obj)
+        Objectives of the front, n >= 1.
+
+    Returns
+    -------
+    RepresentativeSolution
     """
     points = _scale_front(problem, np.asarray(F, dtype=float))
     row = find_knee(points)
@@ -124,7 +142,7 @@ def select_default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSol
 
 
 def find_extremes(points: NDArray[np.float64]) -> list[int]:
-    """Return the row with the minimum of each objective.
+    """Return, for each objective, the row of the point with the smallest value.
 
     Ties are broken by the sum of all objectives.
     """
@@ -133,9 +151,14 @@ def find_extremes(points: NDArray[np.float64]) -> list[int]:
 
 
 def find_knee(points: NDArray[np.float64]) -> int | None:
-    """Return the row farthest from the plane through the extremes, on the side of the ideal point.
+    """Return the row of the point that is farthest from the plane through the extremes.
 
-    Returns None if no row is on this side, as in a straight or concave front.
+    Only points on the side of the ideal point are considered.
+
+    Returns
+    -------
+    int or None
+        None if no point is on this side, as in a straight or concave front.
     """
     corners = points[find_extremes(points)]
     normal = _compute_normal(corners)
@@ -154,10 +177,8 @@ def _compute_normal(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the unit normal of the plane through m points, pointing away from the ideal point."""
     diagonal = np.full(corners.shape[1], corners.shape[1] ** -0.5)
     _, sizes, rows = np.linalg.svd(corners[1:] - corners[0])
-    if (
-        len(sizes) and sizes[-1] < _FLATNESS_TOLERANCE
-    ):  # Extremes coincide, so the plane is not unique.
-        return diagonal
+    if len(sizes) and sizes[-1] < _FLATNESS_TOLERANCE:
+        return diagonal  # Extremes coincide, so the plane is not unique.
     normal: NDArray[np.float64] = rows[-1]
     return normal if normal @ diagonal >= 0 else -normal
 
@@ -166,8 +187,8 @@ def _select_spread_rows(points: NDArray[np.float64], chosen: list[int], n_rows: 
     """Return rows to add to the chosen rows, each the farthest from all earlier ones."""
     added: list[int] = []
     while len(chosen) + len(added) < min(n_rows, len(points)):
-        taken = points[chosen + added]
-        distance = np.linalg.norm(points[:, None] - taken[None], axis=2).min(axis=1)
+        selected = points[chosen + added]
+        distance = np.linalg.norm(points[:, None] - selected[None], axis=2).min(axis=1)
         distance[chosen + added] = -1.0  # Duplicates of a chosen point have distance 0.
         added.append(int(np.argmax(distance)))
     return added
@@ -179,14 +200,19 @@ class ConstraintMargin:
 
     Attributes
     ----------
-    name
+    name : str
         Name of the constraint.
-    margin
+    margin : float
         Distance to the bound, negative if the constraint is violated; NaN if unknown.
-    unit, value, bound, bound_value
-        Unit, value of the constrained quantity, type of the bound ("at most" or "at least"), and
-        bound. Value and bound are NaN if the problem defines no ``limits``; the margin is then in
-        the units of the constraint function.
+    unit : str
+        Unit of value, bound and margin.
+    value : float
+        Value of the constrained quantity; NaN if the problem defines no ``constraints`` in its
+        view. The margin is then in the units of the constraint function.
+    bound_type : str
+        "at most" or "at least".
+    bound_value : float
+        Bound; NaN like `value`.
     """
 
     name: str
@@ -198,7 +224,6 @@ class ConstraintMargin:
 
     @property
     def is_satisfied(self) -> bool:
-        """Whether the constraint is satisfied."""
         return self.margin >= 0.0
 
     @property
@@ -207,23 +232,32 @@ class ConstraintMargin:
 
     def __str__(self) -> str:
         state = "margin" if self.is_satisfied else "exceeded by"
-        off = f"{state} {abs(self.margin):.3g}{self._unit_suffix}"
+        text = f"{state} {abs(self.margin):.3g}{self._unit_suffix}"
         if math.isnan(self.value):
-            return f"{self.name}: {off}"
+            return f"{self.name}: {text}"
         required = f"{self.bound_type} {self.bound_value:.4g}{self._unit_suffix}"
-        return f"{self.name}: {self.value:.4g}{self._unit_suffix}, {required}: {off}"
+        return f"{self.name}: {self.value:.4g}{self._unit_suffix}, {required}: {text}"
 
     def format_relaxation(self) -> str:
-        """Return the least relaxation that satisfies the constraint, as text with three digits."""
-        excess = -self.margin
-        if math.isfinite(excess):
-            unit = 10.0 ** (math.floor(math.log10(excess)) - 2)
-            excess = math.ceil(excess / unit) * unit
-        return f"{self.name} by {excess:.3g}{self._unit_suffix}"
+        """Return the smallest relaxation that satisfies the constraint, as text with three digits.
+
+        The value is rounded up, so that the relaxed constraint is satisfied.
+        """
+        violation = -self.margin
+        if math.isfinite(violation):
+            unit = 10.0 ** (math.floor(math.log10(violation)) - 2)
+            violation = math.ceil(violation / unit) * unit
+        return f"{self.name} by {violation:.3g}{self._unit_suffix}"
 
 
 def list_constraint_margins(view: View) -> list[list[ConstraintMargin]]:
-    """Return the constraint margins of each solution of a view, in the problem's order."""
+    """Return the constraint margins of the designs that a view presents, as one list per design.
+
+    Returns
+    -------
+    list of lists of ConstraintMargin
+        One list per solution, in the problem's order of constraints.
+    """
     return _parse_margins(call_optional(view, View.constraints))
 
 
@@ -239,14 +273,14 @@ def _parse_margins(tables: list[pd.DataFrame]) -> list[list[ConstraintMargin]]:
 
 @dataclass(frozen=True)
 class InfeasibilityReport:
-    """Explanation of a result without a feasible solution.
+    """Explanation of a run that found no feasible solution: violated constraints, and suggestions.
 
     Attributes
     ----------
-    violations
-        Each constraint that a nearest solution violates, with the least violation and the number of
-        these solutions.
-    suggestions
+    violations : tuple of str
+        Each constraint that one of the nearest solutions violates, with the smallest violation and
+        the number of these solutions.
+    suggestions : tuple of str
         Suggestions of the problem, followed by sets of constraints to relax, smallest sets first.
     """
 
@@ -255,30 +289,36 @@ class InfeasibilityReport:
 
 
 def explain_infeasibility(view: View) -> InfeasibilityReport:
-    """Return the constraints that the nearest solutions violate, and suggestions.
+    """Return the constraints that the designs of a view violate, and suggestions for feasibility.
 
     Parameters
     ----------
-    view
+    view : View
         View of at least one infeasible solution.
+
+    Returns
+    -------
+    InfeasibilityReport
     """
     # If all constraints reported by the problem are satisfied, use the constraint functions.
     pairs = zip(list_constraint_margins(view), _parse_margins(View.constraints(view)), strict=True)
     rows = [
-        [limit for limit in reported if not limit.is_satisfied]
-        or [limit for limit in computed if not limit.is_satisfied]
+        [margin for margin in reported if not margin.is_satisfied]
+        or [margin for margin in computed if not margin.is_satisfied]
         for reported, computed in pairs
     ]
     by_name: dict[str, list[ConstraintMargin]] = {}
-    ways: dict[frozenset[str], str] = {}  # suggestions by the names of the constraints
+    relaxations: dict[frozenset[str], str] = {}  # Keyed by the names of the constraints.
     for row in sorted(rows, key=len):
-        for limit in row:
-            by_name.setdefault(limit.name, []).append(limit)
-        names = frozenset(limit.name for limit in row)
-        ways.setdefault(names, f"relax {' and '.join(limit.format_relaxation() for limit in row)}")
-    exceeded = (
-        f"{max(margins, key=lambda limit: limit.margin)} at least ({len(margins)} of {len(rows)})"
+        for margin in row:
+            by_name.setdefault(margin.name, []).append(margin)
+        names = frozenset(margin.name for margin in row)
+        terms = " and ".join(margin.format_relaxation() for margin in row)
+        relaxations.setdefault(names, f"relax {terms}")
+    violations = (
+        f"{max(margins, key=lambda m: m.margin)} at least ({len(margins)} of {len(rows)})"
         for margins in by_name.values()
     )
-    suggestions = (*call_optional(view, View.suggestions), *list(ways.values())[:_MAX_RELAXATIONS])
-    return InfeasibilityReport(tuple(exceeded), suggestions)
+    smallest = list(relaxations.values())[:_MAX_RELAXATIONS]
+    suggestions = (*call_optional(view, View.suggestions), *smallest)
+    return InfeasibilityReport(tuple(violations), suggestions)

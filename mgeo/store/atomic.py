@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 #: Name of the file that is locked while a process writes into its folder.
 LOCK_FILE = ".mgeo-lock"
-_PROBE_SIZE = 2**16  # free disk space required before a run [bytes], enough for a small front
+_PROBE_SIZE = 2**16  # Free disk space required before a run [bytes], enough for a small front.
 
 
 def write_file(path: Path | str, content: bytes) -> None:
@@ -41,8 +41,10 @@ def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
 
     Parameters
     ----------
-    folder : existing folder.
-    contents : content of each file by name.
+    folder : path
+        Existing folder.
+    contents : mapping of str to bytes
+        Content of each file by name.
 
     Raises
     ------
@@ -73,7 +75,9 @@ def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
 
 
 def check_writable(folder: Path | str) -> None:
-    """Raise OSError if files cannot be written into a folder, or into its nearest existing parent.
+    """Raise OSError if files cannot be written into a folder.
+
+    If the folder does not exist, its nearest existing parent is checked.
 
     Raises
     ------
@@ -89,7 +93,7 @@ def check_writable(folder: Path | str) -> None:
 
 
 def encode_json(document: Mapping[str, Any]) -> bytes:
-    """Return the content of a JSON file, with floats in the shortest exact form.
+    """Encode a dict as the content of a JSON file, with floats in the shortest exact form.
 
     Raises
     ------
@@ -100,7 +104,7 @@ def encode_json(document: Mapping[str, Any]) -> bytes:
 
 
 def encode_npz(arrays: Mapping[str, NDArray[Any]]) -> bytes:
-    """Return the content of an .npz file with named arrays of numbers."""
+    """Encode named numeric arrays as the content of an .npz file."""
     named: dict[str, Any] = dict(arrays)
     content = io.BytesIO()
     np.savez(content, **named)
@@ -109,13 +113,15 @@ def encode_npz(arrays: Mapping[str, NDArray[Any]]) -> bytes:
 
 @contextmanager
 def lock_folder(folder: Path, timeout: float = 0.0) -> Iterator[None]:
-    """Hold the lock of a folder; the operating system releases it if the process is killed.
+    """Context manager that locks a folder, so that only one process writes into it.
+
+    The operating system releases the lock if the process is killed.
 
     Parameters
     ----------
-    folder
+    folder : Path
         Existing folder.
-    timeout
+    timeout : float
         Maximum time to wait for another process [s].
 
     Raises
@@ -125,11 +131,11 @@ def lock_folder(folder: Path, timeout: float = 0.0) -> Iterator[None]:
     OSError
         If the lock file cannot be written.
     """
-    from filelock import FileLock, Timeout  # an optional dependency, needed only here
+    from filelock import FileLock, Timeout  # This optional dependency is needed only here.
 
-    guard = FileLock(folder / LOCK_FILE)
+    lock = FileLock(folder / LOCK_FILE)
     try:
-        guard.acquire(timeout=timeout)
+        lock.acquire(timeout=timeout)
     except Timeout:
         raise ValueError(f"{folder} is in use: another process is running there") from None
     try:
@@ -137,12 +143,15 @@ def lock_folder(folder: Path, timeout: float = 0.0) -> Iterator[None]:
     finally:
         with suppress(OSError):  # Windows does not remove an open file.
             (folder / LOCK_FILE).unlink()  # A waiting process detects this and creates a new file.
-        guard.release()
+        lock.release()
 
 
 @contextmanager
 def _add_path_to_errors(path: Path) -> Iterator[None]:
-    """Add the path to errors of the operating system, which omit it for a full disk."""
+    """Context manager that adds a path to errors of the operating system.
+
+    A full disk gives errors without a path.
+    """
     try:
         yield
     except OSError as error:

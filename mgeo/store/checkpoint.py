@@ -1,4 +1,4 @@
-"""Checkpoints of runs of the MGEO family, and `resume`.
+"""Checkpoints of runs of the MGEO family, and their continuation by `resume`.
 
 A checkpoint is an .npz archive with the arrays of the algorithm's state. The entry ``json`` holds
 all other data as text, so that nothing is unpickled.
@@ -40,19 +40,26 @@ class Checkpoint(Callback):
 
     Parameters
     ----------
-    path : file to write; its folder must exist.
-    every_seconds : minimum time between two checkpoints [s]; 0 saves every generation.
-    build_metadata : function that returns further JSON values to save, see `read_checkpoint_metadata`.
-    warn : whether to warn if a checkpoint cannot be written.
+    path : path
+        File to write; its folder must exist.
+    every_seconds : float
+        Minimum time between two checkpoints [s]; 0 saves every generation.
+    build_metadata : function
+        Returns further JSON values to save, see `read_checkpoint_metadata`.
+    warn : bool
+        Whether to warn if a checkpoint cannot be written.
 
     Attributes
     ----------
-    error : error of the latest attempt to write a checkpoint, None if it succeeded.
-    generation : number of the last saved generation, None before the first.
+    error : OSError or None
+        Error of the latest attempt to write a checkpoint, None if it succeeded.
+    generation : int or None
+        Number of the last saved generation, None before the first.
 
     Raises
     ------
-    FileNotFoundError : if the folder does not exist.
+    FileNotFoundError
+        If the folder does not exist.
 
     Examples
     --------
@@ -84,7 +91,7 @@ class Checkpoint(Callback):
         self.warn = warn
         self.error: OSError | None = None
         self.generation: int | None = None
-        self._start_time: float | None = None  # identifies the saved run
+        self._start_time: float | None = None  # Identifies the saved run.
         self._next_time = 0.0
 
     def _update(self, algorithm: Any) -> None:
@@ -94,7 +101,7 @@ class Checkpoint(Callback):
             self.write(algorithm)
 
     def write(self, algorithm: ExtremalOptimization) -> None:
-        """Write a checkpoint of the current generation.
+        """Write the current state of an algorithm into the checkpoint file.
 
         Raises
         ------
@@ -133,33 +140,43 @@ def resume(
     check: bool = True,
     **options: Any,
 ) -> ExtremalOptimization:
-    """Return the algorithm of a checkpoint, ready to continue exactly as the saved run.
+    """Return the algorithm saved in a checkpoint, ready to continue exactly as the saved run.
 
     Parameters
     ----------
-    path : file of a `Checkpoint`.
-    problem : problem of the run.
-    termination : new termination in any form that pymoo accepts, counted from the start of the run;
-        None for the termination of the run.
-    algorithm : algorithm of the same class with the same parameters; None for algorithms of mgeo,
+    path : path
+        File of a `Checkpoint`.
+    problem : Problem
+        Problem of the run.
+    termination : optional
+        New termination criterion in any form that pymoo accepts, counted from the start of the run.
+        Default: the termination criterion of the run.
+    algorithm : Algorithm, optional
+        Algorithm of the same class with the same parameters. Not required for algorithms of mgeo,
         which are built from the checkpoint.
-    check : whether to require equal versions of the software, and to reevaluate up to three points
-        of the archive and require equal values. These evaluations are not counted. Use False for a
+    check : bool
+        Whether to require equal versions of the software, and to reevaluate up to three points of
+        the archive and require equal values. These evaluations are not counted. Use False for a
         problem with random values, and to continue with other versions, where results may differ.
-    options : keyword arguments of pymoo's `setup`, such as ``callback`` (to continue with
-        checkpoints) and ``verbose``.
+    **options
+        Keyword arguments of pymoo's `setup`, such as ``callback`` (to continue with checkpoints)
+        and ``verbose``.
 
     Returns
     -------
-    The algorithm; call ``run()`` for its result, or use ``next`` or ask and tell.
+    ExtremalOptimization
+        Algorithm. Call ``run()`` for its result, or use ``next`` or ask and tell.
 
     Raises
     ------
-    FileNotFoundError : if there is no such file.
-    ValueError : if the file is damaged; if the problem, algorithm, parameters or versions differ
-        from those of the run (the message contains the first difference); or if the run has no
-        saved termination and none is given.
-    TypeError : if `setup` has no option of a given name.
+    FileNotFoundError
+        If there is no file at `path`.
+    ValueError
+        If the file is damaged; if the problem, algorithm, parameters or versions differ from those
+        of the run (the message contains the first difference); or if the run has no saved
+        termination criterion and none is given.
+    TypeError
+        If `setup` has no option of a given name.
 
     Examples
     --------
@@ -168,17 +185,17 @@ def resume(
     >>> from mgeo import Checkpoint, MGEOReal, resume
     >>> save, problem = Checkpoint("run.checkpoint"), ZDT1(n_var=4)
     >>> _ = minimize(problem, MGEOReal(0.1), ("n_gen", 5), seed=1, callback=save)
-    >>> longer = resume("run.checkpoint", problem, ("n_gen", 10)).run()
-    >>> at_once = minimize(problem, MGEOReal(0.1), ("n_gen", 10), seed=1)
-    >>> bool((longer.F == at_once.F).all())
+    >>> resumed = resume("run.checkpoint", problem, ("n_gen", 10)).run()
+    >>> uninterrupted = minimize(problem, MGEOReal(0.1), ("n_gen", 10), seed=1)
+    >>> bool((resumed.F == uninterrupted.F).all())
     True
     """
     state, data = _read_checkpoint(path)
-    if changed := describe_difference(data["problem"], identify_problem(problem)):
-        raise ValueError(f"{path} belongs to another problem: {changed}")
-    if check and (changed := describe_difference(data["versions"], list_versions())):
+    if difference := describe_difference(data["problem"], identify_problem(problem)):
+        raise ValueError(f"{path} belongs to another problem: {difference}")
+    if check and (difference := describe_difference(data["versions"], list_versions())):
         raise ValueError(
-            f"{path} was written with another version: {changed}. Install this version, or "
+            f"{path} was written with another version: {difference}. Install this version, or "
             "continue without this check (check=False, --no-check); results may then differ"
         )
     if algorithm is None:
@@ -186,27 +203,29 @@ def resume(
             algorithm = _build_algorithm(state)
     run = restore(state, problem, algorithm, termination=termination, **options)
     if check and (
-        changed := describe_changed_value(run.problem, run.front.individuals, {"algorithm": run})
+        difference := describe_changed_value(run.problem, run.front.individuals, {"algorithm": run})
     ):
         raise ValueError(
-            f"{path} belongs to another problem: {changed}. Continue a problem whose values are "
+            f"{path} belongs to another problem: {difference}. Continue a problem whose values are "
             "random without this check (check=False, --no-check)"
         )
     return run
 
 
 def read_checkpoint_metadata(path: Path | str) -> Mapping[str, Any]:
-    """Return the notes saved in a checkpoint.
+    """Return the data that a checkpoint contains besides the state of the algorithm, as a dict.
+
+    The argument `build_metadata` of `Checkpoint` defines these data.
 
     Raises
     ------
     FileNotFoundError
-        If there is no such file.
+        If there is no file at `path`.
     ValueError
         If the file is damaged.
     """
-    notes: Mapping[str, Any] = _read_checkpoint(path)[1]["metadata"]
-    return notes
+    metadata: Mapping[str, Any] = _read_checkpoint(path)[1]["metadata"]
+    return metadata
 
 
 def _build_algorithm(state: SavedState) -> ExtremalOptimization:
@@ -214,7 +233,9 @@ def _build_algorithm(state: SavedState) -> ExtremalOptimization:
     name = get_entry(state.data, "class", str)
     cls = getattr(algorithms, name.rpartition(".")[2], None)
     if not isinstance(cls, type) or get_qualified_name(cls) != name:
-        raise ValueError(f"class = {name!r:.80} is not an algorithm of mgeo: pass algorithm=...")
+        raise ValueError(
+            f"class = {name!r:.80} is not an algorithm of mgeo: pass the argument algorithm"
+        )
     algorithm: ExtremalOptimization = cls(**get_entry(state.data, "parameters", dict))
     return algorithm
 

@@ -1,4 +1,4 @@
-"""Identity of a problem and versions of the software, as JSON values."""
+"""Identity of a problem and versions of the software, as values that become JSON."""
 
 from __future__ import annotations
 
@@ -19,57 +19,65 @@ from mgeo.plugins.problems import is_class_path
 
 
 def identify_problem(problem: Problem) -> dict[str, Any]:
-    """Return the class, sizes, bounds and ``options()`` of a problem as JSON values."""
-    declared = getattr(problem, "vars", None) or {}
-    options = get_choice_options(problem)
+    """Return the class, sizes, bounds and options of a problem as a dict that becomes JSON."""
+    variables = getattr(problem, "vars", None) or {}
+    choices = get_choice_options(problem)
     data = {
         "class": type(problem).__name__,
         "n_var": problem.n_var,
         "n_obj": problem.n_obj,
         "n_ieq_constr": problem.n_ieq_constr,
         "n_eq_constr": problem.n_eq_constr,
-        "vars": {key: type(variable).__name__ for key, variable in declared.items()},
-        **({"choices": options} if options else {}),
-        "xl": _bound_as_list(problem.xl),
-        "xu": _bound_as_list(problem.xu),
+        "vars": {key: type(variable).__name__ for key, variable in variables.items()},
+        **({"choices": choices} if choices else {}),
+        "xl": _convert_bound_to_list(problem.xl),
+        "xu": _convert_bound_to_list(problem.xu),
         "options": protocol.get_options(problem),
     }
     read_back: dict[str, Any] = json.loads(json.dumps(data, default=str))
     return read_back
 
 
-def _bound_as_list(bound: Any) -> Any:
+def _convert_bound_to_list(bound: Any) -> Any:
     return bound.tolist() if isinstance(bound, np.ndarray) else bound
 
 
 def describe_difference(expected: Any, actual: Any, name: str = "") -> str:
-    """Return the first difference between two JSON values as text, empty if they are equal.
+    """Return the first difference between two JSON values as text; empty if they are equal.
 
     Parameters
     ----------
-    expected, actual : JSON values.
-    name : name of the values in the text.
+    expected, actual
+        JSON values.
+    name : str
+        Name of the values in the text.
     """
     if isinstance(expected, Mapping) and isinstance(actual, Mapping):
         for key in [*expected, *(key for key in actual if key not in expected)]:
-            below = f"{name}.{key}" if name else key
-            if text := describe_difference(expected.get(key), actual.get(key), below):
+            full_name = f"{name}.{key}" if name else key
+            if text := describe_difference(expected.get(key), actual.get(key), full_name):
                 return text
         return ""
     return "" if expected == actual else f"{name} = {actual!r}, expected {expected!r}"
 
 
 def list_versions(*extra_distributions: str) -> dict[str, str]:
-    """Return the installed versions of mgeo, pymoo, numpy and the distributions in `extra_distributions`."""
+    """Return the versions of mgeo, pymoo, numpy and further distributions, as a dict by name."""
     return {name: version(name) for name in ("mgeo", "pymoo", "numpy", *extra_distributions)}
 
 
 def list_problem_versions(problem: str) -> dict[str, str]:
-    """Return the installed versions that affect the runs of a problem, by distribution.
+    """Return the versions of the installed software that affects the runs of a problem, as a dict.
 
     Parameters
     ----------
-    problem : name of the problem.
+    problem : str
+        Name of the problem.
+
+    Returns
+    -------
+    dict of str to str
+        Versions of Python, mgeo, pymoo, numpy and the distributions that provide the problem.
     """
     if is_benchmark(problem):
         names = list_distributions(problem)

@@ -1,4 +1,4 @@
-"""Readers of text, JSON, CSV and .npz files whose errors name the file."""
+"""Readers of text, JSON, CSV and .npz files, whose errors name the file."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
-    """Return the text of a UTF-8 file without its byte-order mark.
+    """Return the text of a UTF-8 file, without its byte-order mark.
 
     Raises
     ------
     OSError
         If the file cannot be read.
     FileError
-        If the file is not UTF-8.
+        If the file is not encoded in UTF-8.
     """
     content = Path(path).read_bytes()
     with convert_file_errors(path):
@@ -44,12 +44,14 @@ def build_exact_float_options() -> dict[str, Any]:
 
 
 def read_json(path: Path | str) -> Any:
-    """Return the data of a JSON file.
+    """Return the content of a JSON file, as dicts, lists, numbers and texts.
 
     Raises
     ------
-    OSError, FileError
-        As `read_text`, or if the file is not JSON.
+    OSError
+        If the file cannot be read.
+    FileError
+        If the file is not valid JSON.
     """
     text = read_text(path)
     with convert_file_errors(path):
@@ -57,12 +59,12 @@ def read_json(path: Path | str) -> Any:
 
 
 def parse_json(text: str) -> Any:
-    """Return the data of a JSON text; the constants NaN and Infinity are refused.
+    """Parse JSON text; the constants NaN and Infinity, which are not JSON, raise an error.
 
     Raises
     ------
     ValueError
-        If the text is not JSON.
+        If the text is not valid JSON.
     """
     return json.loads(text, parse_constant=_reject_constant)
 
@@ -72,7 +74,14 @@ def _reject_constant(name: str) -> float:
 
 
 def decode_npz(content: bytes) -> dict[str, NDArray[Any]]:
-    """Return the arrays of numbers and text in an .npz archive; nothing is unpickled.
+    """Return the arrays in the content of an .npz file as a dict, without unpickling objects.
+
+    Only arrays of numbers and text are accepted.
+
+    Returns
+    -------
+    dict of str to array
+        Arrays by name.
 
     Raises
     ------
@@ -93,13 +102,13 @@ def decode_npz(content: bytes) -> dict[str, NDArray[Any]]:
 
 
 def encode_csv(table: pd.DataFrame) -> bytes:
-    """Return the content of a CSV file with exact floats and NaN as ``nan``."""
+    """Encode a table as the content of a CSV file, with exact floats and NaN as ``nan``."""
     text: str = table.to_csv(index=False, na_rep="nan", lineterminator="\n")
     return text.encode()
 
 
 def read_numeric_table(path: Path) -> pd.DataFrame:
-    """Return the table of a CSV file of finite numbers, with exact floats.
+    """Return the table of a CSV file that contains only finite numbers, with exact floats.
 
     Raises
     ------

@@ -35,9 +35,12 @@ class Recorder(Callback):
 
     Parameters
     ----------
-    folder : folder to write into, created if it does not exist.
-    every_seconds : minimum time between two writes [s]; rows are kept in memory until then.
-    overwrite : whether a new run may replace a record in the folder.
+    folder : path
+        Folder to write into, created if it does not exist.
+    every_seconds : float
+        Minimum time between two writes [s]. Rows are kept in memory until then.
+    overwrite : bool
+        Whether a new run may replace a record in the folder.
 
     Examples
     --------
@@ -63,8 +66,8 @@ class Recorder(Callback):
         self.every_seconds = validate_number("every_seconds", every_seconds, low=0)
         self.overwrite = overwrite
         self._columns: list[str] = []
-        self._buffer: list[FloatArray] = []  # rows of generations that are not written yet
-        self._start_time: float | None = None  # identifies the recorded run
+        self._buffer: list[FloatArray] = []  # Rows of generations that are not written yet.
+        self._start_time: float | None = None  # Identifies the recorded run.
         self._generation = 0
         self._n_eval = 0
         self._next_time = 0.0
@@ -73,12 +76,14 @@ class Recorder(Callback):
         self.record(algorithm)
 
     def record(self, algorithm: Any) -> None:
-        """Record the last generation of an algorithm, unless it is already recorded.
+        """Store the evaluations of the last generation of an algorithm.
+
+        A generation that is already recorded is ignored.
 
         Raises
         ------
         ValueError
-            If the folder holds the record of another run, or the algorithm evaluated candidates
+            If the folder contains the record of another run, or the algorithm evaluated candidates
             that are not among its offspring.
         OSError
             If a file cannot be written.
@@ -88,12 +93,12 @@ class Recorder(Callback):
         if is_same_run and generation == self._generation:
             return
         candidates = algorithm.pop if algorithm.off is None else algorithm.off
-        evaluated = algorithm.evaluator.n_eval - self._n_eval
+        n_new = algorithm.evaluator.n_eval - self._n_eval
         if not is_same_run:
             self._start_record(algorithm.problem, generation)
-        elif evaluated > np.size(candidates):  # The offspring may be a single individual.
+        elif n_new > np.size(candidates):  # The offspring may be a single individual.
             raise ValueError(
-                f"{type(algorithm).__name__} made {evaluated} evaluations in generation "
+                f"{type(algorithm).__name__} made {n_new} evaluations in generation "
                 f"{generation} and has {np.size(candidates)} offspring: "
                 "expected all evaluated candidates among the offspring"
             )
@@ -104,7 +109,9 @@ class Recorder(Callback):
             self.flush()
 
     def flush(self) -> None:
-        """Write the rows in memory into one file, named by the number of its first generation.
+        """Write the evaluations that are still in memory into one file.
+
+        The file is named by the number of its first generation.
 
         Raises
         ------
@@ -130,26 +137,35 @@ class Recorder(Callback):
             _truncate_record(self.folder, self._columns, generation)
         elif not self.overwrite and _list_files(self.folder):
             raise FileError(
-                f"{self.folder} holds a record: choose another folder, or overwrite=True"
+                f"{self.folder} holds a record: choose another folder, or allow overwrite=True"
             )
         else:
             remove_record(self.folder)
 
 
 def read_record(folder: Path | str) -> pd.DataFrame:
-    """Return a record as a table with one row per evaluation; the run may still continue.
+    """Return every recorded evaluation of a run as a table, with one row per evaluation.
 
-    Columns are ``generation`` (from 1), each variable and objective by name, the constraints
-    ``g1``, ..., ``h1``, ..., and ``failed``. Objectives of failed evaluations are NaN.
+    The run may still continue. Columns are ``generation`` (from 1), each variable and objective by
+    name, the constraints ``g1``, ..., ``h1``, ..., and ``failed``. Objectives of failed evaluations
+    are NaN.
 
     Parameters
     ----------
-    folder : folder of a `Recorder`.
+    folder : path
+        Folder of a `Recorder`.
+
+    Returns
+    -------
+    DataFrame
+        Evaluations in their order.
 
     Raises
     ------
-    FileNotFoundError : if there is no record.
-    ValueError : if a file is damaged.
+    FileNotFoundError
+        If the folder contains no record.
+    ValueError
+        If a file is damaged.
 
     Examples
     --------
@@ -165,14 +181,14 @@ def read_record(folder: Path | str) -> pd.DataFrame:
 
     parts = _list_files(Path(folder))
     if not parts:
-        raise FileNotFoundError(f"{folder} holds no record")
+        raise FileNotFoundError(f"{folder} holds no record of evaluations")
     names, rows = _read_part(parts[0])
     rows = np.concatenate([rows, *(_read_part(path, names)[1] for path in parts[1:])])
     return pd.DataFrame(rows, columns=names).astype({"generation": int, "failed": bool})
 
 
 def remove_record(folder: Path) -> None:
-    """Remove the files of a record, and the folder if it is then empty."""
+    """Remove the files that a `Recorder` wrote, and the folder if it is then empty."""
     for path in _list_files(folder):
         path.unlink()
     if folder.is_dir() and not any(folder.iterdir()):
@@ -185,7 +201,10 @@ def _list_files(folder: Path) -> list[Path]:
 
 
 def _read_part(path: Path, columns: list[str] | None = None) -> tuple[list[str], FloatArray]:
-    """Return the columns and rows of one file, and check that the columns equal `columns`."""
+    """Return the column names and the rows of one file of a record.
+
+    Raises FileError if the names differ from `columns`, unless `columns` is None.
+    """
     with convert_file_errors(path):
         arrays = decode_npz(path.read_bytes())
         names: list[str] = arrays.get("columns", np.empty(0)).tolist()
@@ -198,7 +217,7 @@ def _read_part(path: Path, columns: list[str] | None = None) -> tuple[list[str],
 
 
 def _truncate_record(folder: Path, columns: list[str], generation: int) -> None:
-    """Remove the rows of a generation and of all later ones from a record.
+    """Remove the evaluations of a generation and of all later generations from a record.
 
     Rows are written before each checkpoint, so the generation after a checkpoint is always the
     first one of a file.
@@ -212,8 +231,8 @@ def _truncate_record(folder: Path, columns: list[str], generation: int) -> None:
             last = int(rows[-1, 0])
     if last != generation - 1:
         raise FileError(
-            f"{folder} ends with generation {last}: expected the record of the generations "
-            f"before {generation}"
+            f"the record in {folder} ends with generation {last}: expected the record of the "
+            f"generations before {generation}"
         )
 
 

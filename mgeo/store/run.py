@@ -14,10 +14,10 @@ from pydantic import ConfigDict, Field, Strict
 from mgeo._typing import FloatArray
 from mgeo.validation.tables import Table
 
-Names = Annotated[tuple[str, ...], Strict(False)]  # JSON has lists only
+Names = Annotated[tuple[str, ...], Strict(False)]  # JSON has lists, but no tuples.
 
 #: Reasons for the end of a run: its budget of evaluations, ``--max-time``, a signal or a call of
-#: `mgeo.runs.solve.State.stop`, or no new designs from the algorithm.
+#: `mgeo.runs.solve.SolveState.stop`, or no new designs from the algorithm.
 StopReason = Literal["budget", "max_time", "signal", "exhausted"]
 
 _END_DESCRIPTIONS: dict[StopReason, str] = {
@@ -33,17 +33,17 @@ class RunConfiguration(Table):
 
     Attributes
     ----------
-    problem, algorithm
+    problem, algorithm : str
         Names, see `mgeo.plugins.discovery` and `mgeo.runs.algorithms`.
-    options, parameters
+    options, parameters : dict
         Options of the problem and parameters of the algorithm, as JSON values.
-    evaluations
+    evaluations : int
         Budget of evaluations.
-    seed
+    seed : int
         Seed of all random numbers.
-    initial_designs
+    initial_designs : int
         Number of initial designs suggested by the problem.
-    refine
+    refine : bool
         Whether the problem refines the front locally after the search.
     """
 
@@ -63,10 +63,13 @@ class NearestSolutions:
 
     Attributes
     ----------
-    X, F, violation : arrays, shapes (n, n_var), (n, n_obj) and (n, n_constraints) Variables,
-        objectives and constraint violations; n is 0 for a run with a feasible solution. Violations
-        are at least 0, in the units of the constraints: first inequalities, then equalities beyond
-        their tolerance.
+    X : array, shape (n, n_var)
+        Variables; n is 0 for a run with a feasible solution.
+    F : array, shape (n, n_obj)
+        Objectives.
+    violation : array, shape (n, n_constraints)
+        Constraint violations, at least 0, in the units of the constraints: first inequalities, then
+        equalities beyond their tolerance.
     """
 
     X: FloatArray
@@ -75,7 +78,6 @@ class NearestSolutions:
 
     @classmethod
     def empty(cls) -> NearestSolutions:
-        """Return an empty instance, for a run with a feasible solution."""
         return cls(*(np.empty((0, 0)) for _ in range(3)))
 
     def __len__(self) -> int:
@@ -94,19 +96,32 @@ class Outcome(Table):
     X, F, G, H : arrays, shapes (n, n_var), (n, n_obj), (n, n_ieq_constr) and (n, n_eq_constr)
         Variables, objectives, inequality and equality constraints, in units of the problem; n is 0
         if no feasible solution was found.
+    variables, objectives, constraints : tuple of str
+        Names of the columns of X and F, and of the constraints.
     arrays : mapping of arrays, shape (n, ...)
         Further values of each solution, from ``View.arrays()`` of the problem.
-    nearest : Nearest
+    nearest : NearestSolutions
         Solutions nearest to feasibility if no solution is feasible.
     stop_reason : StopReason
-    failures : number of failed evaluations by cause.
-    n_low_fidelity : number of initial low-fidelity evaluations (see `mgeo.MGEOStaged`).
-    n_refined, n_added : numbers of solutions that the local refinement replaced and added.
-    refinement_error : reason for an early end of the local refinement, otherwise empty.
-    checkpoint_error : error of the last checkpoint, None if it was written.
-    hypervolume : hypervolume in the indicator space of the problem, None if it has none.
-    start_time : start time (UTC).
-    wall_time_s : duration [s].
+        Reason for the end of the run.
+    n_evaluations : int
+        Number of evaluations.
+    failures : dict of str to int
+        Number of failed evaluations by cause.
+    n_low_fidelity : int
+        Number of initial low-fidelity evaluations (see `mgeo.MGEOStaged`).
+    n_refined, n_added : int
+        Numbers of solutions that the local refinement replaced and added.
+    refinement_error : str
+        Reason for an early end of the local refinement, otherwise empty.
+    checkpoint_error : str or None
+        Error of the last checkpoint, None if it was written.
+    hypervolume : float or None
+        Hypervolume in the indicator space of the problem, None if the problem has none.
+    start_time : datetime
+        Start of the run (UTC).
+    wall_time_s : float
+        Duration [s].
     """
 
     model_config = ConfigDict(extra="ignore", arbitrary_types_allowed=True)
@@ -134,17 +149,21 @@ class Outcome(Table):
 
     @property
     def end_description(self) -> str:
-        """End of the run in words, to be followed by the number of evaluations."""
+        """Text on the end of the run, such as "finished" or "interrupted"."""
         return _END_DESCRIPTIONS[self.stop_reason]
 
 
 class CheckpointMetadata(Table):
-    """Data in the checkpoint of a run besides the state of the algorithm.
+    """Data of a run that its checkpoint contains besides the state of the algorithm.
 
     Attributes
     ----------
-    record : whether every evaluation is recorded.
-    start_time, wall_time_s, n_low_fidelity : as in `Outcome`.
+    configuration : RunConfiguration
+        All settings of the run.
+    record : bool
+        Whether every evaluation is recorded.
+    start_time, wall_time_s, n_low_fidelity
+        As in `Outcome`, up to the checkpoint.
     """
 
     configuration: RunConfiguration
@@ -156,7 +175,7 @@ class CheckpointMetadata(Table):
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Finished or interrupted run, with the versions of the software that produced it."""
+    """Finished or interrupted run: its configuration, outcome and versions of the software."""
 
     configuration: RunConfiguration
     outcome: Outcome

@@ -49,7 +49,7 @@ class _RunDocument(Table):
 
 
 def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
-    """Return a folder as a path, or raise FileExistsError if a run must not be written into it.
+    """Return a folder as a path if a run may be written into it, otherwise raise FileExistsError.
 
     The folder need not exist.
 
@@ -63,16 +63,16 @@ def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
         raise FileExistsError(f"{folder} is a file: expected a folder to write the run into")
     names = {path.name for path in folder.iterdir()} if folder.exists() else set()
     if not overwrite and names - {LOCK_FILE}:
-        unfinished = (folder / CHECKPOINT_FILE).exists() and not (folder / RUN_FILE).exists()
+        is_unfinished = (folder / CHECKPOINT_FILE).exists() and not (folder / RUN_FILE).exists()
         raise FileExistsError(
             f"{folder} is not empty: choose another folder or allow --overwrite"
-            + (f", or continue its run by mgeo resume {folder}" if unfinished else "")
+            + (f", or continue its run by mgeo resume {folder}" if is_unfinished else "")
         )
     return folder
 
 
 def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
-    """Write the files of a run, and remove the figure and report of an earlier run in the folder.
+    """Write the files of a run into a folder, and remove the figure and report of an earlier run.
 
     Raises
     ------
@@ -81,14 +81,14 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
     """
     folder = check_folder(folder, overwrite=overwrite)
     folder.mkdir(parents=True, exist_ok=True)
-    outcome, near = run.outcome, run.outcome.nearest
+    outcome, nearest = run.outcome, run.outcome.nearest
     contents = {
         FRONT_FILE: _encode_table(_list_front_columns(outcome), outcome.X, outcome.F),
         ARRAYS_FILE: _encode_arrays(outcome, outcome.arrays),
     }
-    if near:
+    if nearest:
         columns = _list_nearest_columns(outcome)
-        contents[NEAREST_FILE] = _encode_table(columns, near.X, near.F, near.violation)
+        contents[NEAREST_FILE] = _encode_table(columns, nearest.X, nearest.F, nearest.violation)
     contents[RUN_FILE] = encode_json(build_run_document(run))
     write_files(folder, contents)
     for name in {NEAREST_FILE, FIGURE_FILE, REPORT_FILE} - contents.keys():
@@ -96,13 +96,16 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
 
 
 def write_arrays(folder: Path, outcome: Outcome, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Replace ``front.npz`` by a file that also contains the given arrays.
+    """Rewrite ``front.npz`` in a run folder so that it contains further values of each solution.
 
     Parameters
     ----------
-    folder : run folder.
-    outcome : outcome of the run.
-    arrays : further arrays with one row per solution.
+    folder : Path
+        Run folder.
+    outcome : Outcome
+        Outcome of the run.
+    arrays : mapping of arrays, shape (n, ...)
+        Further values of each solution, by name.
 
     Raises
     ------
@@ -117,12 +120,12 @@ def _encode_arrays(outcome: Outcome, arrays: Mapping[str, NDArray[Any]]) -> byte
 
 
 def read_run(folder: Path | str) -> Run:
-    """Read a run folder of `write_run`.
+    """Read the configuration, the outcome and the software versions of a run from its folder.
 
     Raises
     ------
     FileNotFoundError
-        If the folder holds no run.
+        If the folder contains no run.
     FileError
         If a file has invalid content. The message contains the file and the key.
     """
@@ -138,7 +141,7 @@ def read_run(folder: Path | str) -> Run:
                 f"format = {file_format!r}: this version of mgeo reads format {FORMAT_VERSION}"
             )
         document = validate_table(_RunDocument, data)
-        arrays = ("X", "F", "G", "H", "arrays", "nearest")  # stored in separate files
+        arrays = ("X", "F", "G", "H", "arrays", "nearest")  # Separate files contain these fields.
         outcome = validate_table(Outcome, {key: data[key] for key in data if key not in arrays})
     front = _read_table(folder / FRONT_FILE, _list_front_columns(outcome), document.n_solutions)
     X, F = np.hsplit(front, [len(outcome.variables)])
@@ -200,7 +203,7 @@ def _encode_table(columns: list[str], *parts: NDArray[np.float64]) -> bytes:
 
 
 def build_run_document(run: Run) -> dict[str, Any]:
-    """Return the content of ``run.json`` as JSON values."""
+    """Return the content of ``run.json``, configuration and statistics of a run, as a dict."""
     return {
         "format": FORMAT_VERSION,
         "configuration": run.configuration.model_dump(),
@@ -212,7 +215,9 @@ def build_run_document(run: Run) -> dict[str, Any]:
 
 
 def check_verification(content: Any) -> None:
-    """Raise an error if the content of a verification file is invalid, see `mgeo.report.build`.
+    """Raise an error if the table that a verification adds to the report of a run is invalid.
+
+    `mgeo.report.build` shows the table.
 
     Raises
     ------
@@ -229,8 +234,8 @@ def check_verification(content: Any) -> None:
 
 
 def remove_run(folder: Path) -> None:
-    """Remove the files of a run; other files in the folder remain."""
-    # run.json is removed first, so that an incomplete folder holds no run.
+    """Remove the files of a run from a folder; other files remain."""
+    # run.json is removed first, so that an interruption leaves no invalid run.
     for name in (RUN_FILE, *RUN_FILES, REPORT_FILE):
         if name != RECORD_FOLDER:
             (folder / name).unlink(missing_ok=True)

@@ -19,16 +19,19 @@ FORMAT_NAME = "mgeo-solution"
 
 
 def build_solution_document(problem: Problem, name: str, x: FloatArray) -> dict[str, Any]:
-    """Return the content of the file of one solution as JSON values.
+    """Return a design with its problem and options, as a dict that becomes a JSON file.
 
-    The content comes from ``build_document(x)`` of the problem, or otherwise consists of its name, its
-    options and the design.
+    The problem can define its own format by the method ``build_document``. The general format
+    consists of the name of the problem, its options and the design.
 
     Parameters
     ----------
-    problem : problem of the solution.
-    name : name under which the problem is installed.
-    x : design, shape (n_var,).
+    problem : Problem
+        Problem of the solution.
+    name : str
+        Name under which the problem is installed.
+    x : array, shape (n_var,)
+        Design.
 
     Raises
     ------
@@ -45,16 +48,25 @@ def build_solution_document(problem: Problem, name: str, x: FloatArray) -> dict[
 def parse_solution(
     document: Any, trusted_classes: Collection[str] = ()
 ) -> tuple[Problem, Mapping[str, Any], Any]:
-    """Return the problem, its options and the design of the content of a solution file.
+    """Parse the content of a solution file, and return the problem, its options and the design.
 
-    Formats other than the general one are passed to ``solution_of`` of each installed problem.
+    Formats other than the general one are passed to ``parse_document`` of each installed problem.
 
     Parameters
     ----------
     document
         Content of a JSON file.
-    trusted_classes
+    trusted_classes : collection of str
         Problems ``module:Class`` that may be imported.
+
+    Returns
+    -------
+    problem : Problem
+        Problem of the solution.
+    options : mapping
+        Options of the problem.
+    x : array, shape (n_var,)
+        Design.
 
     Raises
     ------
@@ -70,7 +82,7 @@ def parse_solution(
 
 
 def _read_problem_format(document: Any) -> tuple[str, Mapping[str, Any], Any] | None:
-    """Return name, options and design by the first installed problem that recognizes them."""
+    """Return name, options and design if an installed problem recognizes a document, else None."""
     for plugin in list_plugins() if isinstance(document, dict) else ():
         with suppress(PluginError):  # A plugin that cannot be loaded recognizes nothing.
             reader = getattr(plugin.load(), "parse_document", None)
@@ -87,5 +99,5 @@ def _read_general_format(
     problem = load_problem(name, options, trusted_classes=trusted_classes)
     x = np.array(get_entry(document, "design", list[float]), dtype=float)
     if x.shape != (problem.n_var,):
-        raise ValueError(f"design of {len(x)} numbers: expected {problem.n_var}")
+        raise ValueError(f"design has {len(x)} numbers: expected {problem.n_var}")
     return problem, options, x

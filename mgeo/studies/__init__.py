@@ -1,4 +1,4 @@
-"""Comparison of algorithms on equal terms: runs, indicators, statistical tests and study study_files.
+"""Comparison of algorithms: runs, quality indicators, statistical tests and study files.
 
 ::
 

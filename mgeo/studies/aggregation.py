@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import scipy  # imports the slow scipy.stats only at first use
+import scipy  # Imports the slow scipy.stats only at first use.
 from numpy.typing import NDArray
 
 from mgeo._typing import FloatArray
@@ -17,97 +17,108 @@ from mgeo.studies.statistics import FriedmanResult, friedman_test, holm_correcti
 
 KEY_COLUMNS = ("problem", "function", "variables", "evaluations")
 
-#: Relative distances of the targets below the best hypervolume, from 0.79 to 1e-5.
+#: Distances of the targets below the best hypervolume, as shares of it, from 0.79 to 1e-5.
 TARGET_DISTANCES = 10.0 ** np.linspace(-0.1, -5.0, 50)
 
 
 def compute_problem_values(
     results: Mapping[str, Comparison], per_variable: bool = False
 ) -> pd.DataFrame:
-    """Return the median indicator of each algorithm on each problem after each evaluation count.
+    """Return a table of the median indicator of each algorithm by problem and evaluation count.
 
-    The value is the median of the first indicator over the finished runs, larger being better. For
-    a run with zero hypervolume, the negative additive epsilon is used instead, so that fronts
-    beyond the reference point still differ. Algorithms without a finished run on a problem have
-    minus infinity.
+    The value is the median of the default indicator over the finished runs, with the sign for which
+    larger is better. For a run with zero hypervolume, the negative additive epsilon is used
+    instead, so that fronts beyond the reference point still differ. Algorithms without a finished
+    run on a problem have minus infinity.
 
     Parameters
     ----------
-    results : comparisons by problem.
-    per_variable : whether to divide evaluation counts by the number of variables.
+    results : mapping of str to Comparison
+        Comparisons by problem label.
+    per_variable : bool
+        Whether to divide evaluation counts by the number of variables.
 
     Returns
     -------
-    A row per ``problem`` and ``evaluations``, with the ``function`` of the problem (its
-    label if the problem declares none, see ``docs/plugins.md``), its number of ``variables``, and a
-    column per algorithm. Tables of several studies can be concatenated.
+    DataFrame
+        One row per ``problem`` and ``evaluations``, with the ``function`` of the problem (its label
+        if the problem declares none, see ``docs/plugins.md``), its number of ``variables``, and one
+        column per algorithm. Tables of several studies can be concatenated.
     """
     rows = [
         row
-        for label, each in results.items()
-        for row in _build_problem_rows(label, each, per_variable)
+        for label, comparison in results.items()
+        for row in _build_problem_rows(label, comparison, per_variable)
     ]
     return pd.DataFrame(rows)
 
 
 def compute_average_ranks(values: pd.DataFrame, control: str | None = None) -> pd.DataFrame:
-    """Return average ranks over problems after each evaluation count that all problems have.
+    """Rank the algorithms on each problem, and average the ranks over all problems, as a table.
 
-    Instances and sizes of one function are not independent problems, so each function counts once:
-    ranks are averaged over the problems of a function first, then over functions. For the tests,
-    the signed ranks of the differences on all problems are averaged over each function. With one
-    problem per function, this is Wilcoxon's signed-rank test (1945), as recommended by Demsar
-    (2006).
+    There is one result per evaluation count that all problems have in common. Instances and sizes
+    of one function are not independent problems, so each function counts once: ranks are averaged
+    over the problems of a function first, then over functions. For the tests, the signed ranks of
+    the differences on all problems are averaged over each function. With one problem per function,
+    this is Wilcoxon's signed-rank test (1945), as recommended by Demsar (2006).
 
     Parameters
     ----------
-    values : table of `compute_problem_values`. Algorithms with a missing value (NaN) are left out.
-    control : label of the algorithm that is tested against each other algorithm; None, or an
-        algorithm that is left out, for the best algorithm of each evaluation count. Choose it
-        before results are available.
+    values : DataFrame
+        Table of `compute_problem_values`. Algorithms with a missing value (NaN) are left out.
+    control : str, optional
+        Label of the algorithm that is tested against every other algorithm. By default, or if this
+        algorithm is left out, the best algorithm of each evaluation count. Choose it before
+        results are available.
 
     Returns
     -------
-    A row per number of ``variables`` (0 for all problems together), ``evaluations`` and
-    ``algorithm``, best first, with these columns:
+    DataFrame
+        One row per number of ``variables`` (0 for all problems together), ``evaluations`` and
+        ``algorithm``, best first, with these columns:
 
-    problems
-        Number of problems.
-    average_rank
-        Average rank; 1 is the best.
-    share_control_better
-        Share of problems on which the control is better; ties count half.
-    functions
-        Number of functions.
-    n_functions_control_better
-        Number of functions on most of whose problems the control is better; ties count half.
-    p_holm
-        p of the signed-rank test against the control, with Holm's correction.
+        problems
+            Number of problems.
+        average_rank
+            Average rank; 1 is the best.
+        share_control_better
+            Share of problems on which the control is better; ties count half.
+        functions
+            Number of functions.
+        n_functions_control_better
+            Number of functions on most of whose problems the control is better; ties count half.
+        p_holm
+            p value of the signed-rank test against the control, with Holm's correction.
     """
     table = values.dropna(axis="columns")
     columns = [name for name in table.columns if name not in KEY_COLUMNS]
-    groups = [0, *sorted(table["variables"].unique())]
+    sizes = [0, *sorted(table["variables"].unique())]
     rows: list[dict[str, object]] = []
-    for variables in groups if len(groups) > 2 else [0]:
-        of_size = table if variables == 0 else table[table["variables"] == variables]
-        counts = of_size["evaluations"].value_counts()
+    for variables in sizes if len(sizes) > 2 else [0]:
+        group = table if variables == 0 else table[table["variables"] == variables]
+        counts = group["evaluations"].value_counts()
         for evaluations in sorted(counts.index[counts == counts.max()]):
-            now = of_size[of_size["evaluations"] == evaluations]
-            standing = {"variables": variables, "evaluations": evaluations}
-            rows += [
-                standing | row for row in _rank_algorithms(now[columns], now["function"], control)
-            ]
+            selected = group[group["evaluations"] == evaluations]
+            keys = {"variables": variables, "evaluations": evaluations}
+            ranked = _rank_algorithms(selected[columns], selected["function"], control)
+            rows += [keys | row for row in ranked]
     return pd.DataFrame(rows)
 
 
 def compute_friedman_test(values: pd.DataFrame) -> FriedmanResult | None:
-    """Return Friedman's test of the values after most evaluations, with functions as blocks.
+    """Return Friedman's test of the median indicators on all problems, after most evaluations.
 
-    Returns None for fewer than two functions or algorithms.
+    Each function is one block: the ranks on its problems are averaged.
 
     Parameters
     ----------
-    values : table of `compute_problem_values`.
+    values : DataFrame
+        Table of `compute_problem_values`.
+
+    Returns
+    -------
+    FriedmanResult or None
+        None for fewer than two functions or algorithms.
     """
     last = values.loc[values.groupby("problem", sort=False)["evaluations"].idxmax()]
     table = last.drop(columns=list(KEY_COLUMNS)).dropna(axis="columns")
@@ -117,63 +128,79 @@ def compute_friedman_test(values: pd.DataFrame) -> FriedmanResult | None:
 
 
 def compute_runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]:
-    """Return the evaluations per variable needed to reach each target, by algorithm.
+    """Return, by algorithm, the evaluations per variable needed to reach each hypervolume target.
 
-    The targets of a problem are `TARGET_DISTANCES` below the best final hypervolume of all runs. Runtimes
-    are resolved to the evaluation counts of the study. Failed runs reach no target, and no run
-    reaches a target if the best hypervolume is zero.
+    The targets of a problem are below the best final hypervolume of all runs by the shares
+    `TARGET_DISTANCES`. Runtimes are resolved to the evaluation counts of the study. Failed runs
+    reach no target, and no run reaches a target if the best hypervolume is zero.
+
+    Parameters
+    ----------
+    results : mapping of str to Comparison
+        Comparisons by problem label.
 
     Returns
     -------
-    Ascending runtimes by algorithm, shape (n_problems x n_runs x n_targets,), infinite for targets
-    that were not reached. Empty if a problem has no hypervolume.
+    dict of str to array, shape (n_problems * n_runs * n_targets,)
+        Ascending runtimes by algorithm, infinite for targets that were not reached. Empty if a
+        problem has no hypervolume.
     """
     times_by_algorithm: dict[str, list[FloatArray]] = {}
-    for each in results.values():
-        if each.select_indicator().name != "hypervolume":
+    for comparison in results.values():
+        if comparison.select_indicator().name != "hypervolume":
             return {}
-        best = float(each.table["hypervolume"].max())
+        best = float(comparison.table["hypervolume"].max())
         targets = best * (1.0 - TARGET_DISTANCES)
-        for name in each.algorithms:
-            n_runs = int((each.runs["algorithm"] == name).sum())
+        for name in comparison.algorithms:
+            n_runs = int((comparison.runs["algorithm"] == name).sum())
             times = np.full((n_runs, len(targets)), np.inf)
-            rows = each.table[each.table["algorithm"] == name]
+            rows = comparison.table[comparison.table["algorithm"] == name]
             if len(rows):
                 wide = rows.pivot(index="seed", columns="evaluations", values="hypervolume")
                 evaluations = wide.columns.to_numpy(float)
                 # Rounding can decrease the hypervolume of a growing front by its last digit.
-                so_far = np.maximum.accumulate(wide.to_numpy(float), axis=1)
-                reached = (so_far[:, :, None] >= targets) & (best > 0.0)
+                best_so_far = np.maximum.accumulate(wide.to_numpy(float), axis=1)
+                reached = (best_so_far[:, :, None] >= targets) & (best > 0.0)
                 first = np.where(reached.any(axis=1), evaluations[reached.argmax(axis=1)], np.inf)
                 times[: len(first)] = first
-            times_by_algorithm.setdefault(name, []).append(times.ravel() / each.problem.n_var)
+            times_by_algorithm.setdefault(name, []).append(times.ravel() / comparison.problem.n_var)
     return {name: np.sort(np.concatenate(times)) for name, times in times_by_algorithm.items()}
 
 
 def compute_runtime_distribution(results: Mapping[str, Comparison]) -> pd.DataFrame:
-    """Return the empirical runtime distribution of each algorithm, see `compute_runtimes`.
+    """Return a table of the share of hypervolume targets that each algorithm reached over
+    evaluations.
+
+    Parameters
+    ----------
+    results : mapping of str to Comparison
+        Comparisons by problem label.
 
     Returns
     -------
-    Columns ``algorithm``, ``evaluations`` (per variable, ascending), and ``share``, the
-    share of all targets, runs and problems reached within this number of evaluations. An algorithm
-    that reached no target has one row of zeros. Empty if a problem has no hypervolume.
+    DataFrame
+        Columns ``algorithm``, ``evaluations`` (per variable, ascending), and ``share``, the share
+        of all targets, runs and problems reached within this number of evaluations (see
+        `compute_runtimes`). An algorithm that reached no target has one row of zeros. Empty if a
+        problem has no hypervolume.
     """
     rows: list[tuple[str, float, float]] = []
     for name, times in compute_runtimes(results).items():
         reached = times[np.isfinite(times)]
-        x, counts = np.unique(reached, return_counts=True)
+        evaluations, counts = np.unique(reached, return_counts=True)
         shares = counts.cumsum() / len(times)
-        rows += [(name, *step) for step in zip(x, shares, strict=True)] or [(name, 0.0, 0.0)]
+        rows += [(name, *step) for step in zip(evaluations, shares, strict=True)] or [
+            (name, 0.0, 0.0)
+        ]
     return pd.DataFrame(rows, columns=["algorithm", "evaluations", "share"])
 
 
 def _build_problem_rows(
     label: str, comparison: Comparison, per_variable: bool
 ) -> list[dict[Hashable, object]]:
-    first, table = comparison.select_indicator(), comparison.table
-    value = first.negate_if_minimized(table[first.name].to_numpy(float))
-    if first.name == "hypervolume":
+    indicator, table = comparison.select_indicator(), comparison.table
+    value = indicator.negate_if_minimized(table[indicator.name].to_numpy(float))
+    if indicator.name == "hypervolume":
         value = np.where(value > 0, value, -table["epsilon"].to_numpy(float))
     n_var, function = comparison.problem.n_var, get_function_name(comparison.problem) or label
     medians = (
@@ -192,28 +219,38 @@ def _build_problem_rows(
 def _rank_algorithms(
     values: pd.DataFrame, functions: pd.Series[str], control: str | None
 ) -> list[dict[str, object]]:
-    """Return the rows of `compute_average_ranks` for values of shape (problems, algorithms)."""
+    """Return average rank and test against the control, as one dict per algorithm.
+
+    Parameters
+    ----------
+    values : DataFrame
+        Value of each algorithm (column) on each problem (row).
+    functions : Series
+        Function of each problem.
+    control : str or None
+        Label of the control algorithm.
+    """
     table, blocks = values.to_numpy(float), functions.to_numpy()
     ranks = mean_block_ranks(table, blocks).mean(axis=0)
     order = np.argsort(ranks, kind="stable")
     names = list(values.columns)
     control_index = names.index(control) if control in names else int(order[0])
     control_values = table[:, control_index]
-    share_ahead = (control_values[:, None] > table) + 0.5 * (control_values[:, None] == table)
-    function_shares = pd.DataFrame(share_ahead).groupby(blocks).mean().to_numpy()
-    n_functions_behind = ((function_shares > 0.5) + 0.5 * (function_shares == 0.5)).sum(axis=0)
-    rivals, p = order[order != control_index], np.full(len(order), np.nan)
-    p[rivals] = holm_correction(
-        [_signed_rank_test(control_values, table[:, i], blocks) for i in rivals]
+    is_better = (control_values[:, None] > table) + 0.5 * (control_values[:, None] == table)
+    function_shares = pd.DataFrame(is_better).groupby(blocks).mean().to_numpy()
+    n_functions_better = ((function_shares > 0.5) + 0.5 * (function_shares == 0.5)).sum(axis=0)
+    others, p = order[order != control_index], np.full(len(order), np.nan)
+    p[others] = holm_correction(
+        [_signed_rank_test(control_values, table[:, i], blocks) for i in others]
     )
     return [
         {
             "algorithm": names[i],
             "problems": len(table),
             "average_rank": ranks[i],
-            "share_control_better": np.nan if i == control_index else share_ahead[:, i].mean(),
+            "share_control_better": np.nan if i == control_index else is_better[:, i].mean(),
             "functions": len(function_shares),
-            "n_functions_control_better": np.nan if i == control_index else n_functions_behind[i],
+            "n_functions_control_better": np.nan if i == control_index else n_functions_better[i],
             "p_holm": p[i],
         }
         for i in order
@@ -221,10 +258,13 @@ def _rank_algorithms(
 
 
 def _signed_rank_test(a: FloatArray, b: FloatArray, blocks: NDArray[Any]) -> float:
-    """Return the two-sided p value of Wilcoxon's test with signed ranks averaged over blocks."""
-    differ = a != b
-    differences = a[differ] - b[differ]
+    """Return the two-sided p value of Wilcoxon's test of paired samples.
+
+    Signed ranks are averaged over each block.
+    """
+    is_different = a != b
+    differences = a[is_different] - b[is_different]
     signed = np.sign(differences) * scipy.stats.rankdata(np.abs(differences))
-    means = pd.Series(signed).groupby(blocks[differ]).mean()
+    means = pd.Series(signed).groupby(blocks[is_different]).mean()
     means = means[means != 0.0]
     return float(scipy.stats.wilcoxon(means).pvalue) if len(means) else 1.0

@@ -1,4 +1,4 @@
-"""Validation of the arguments of a comparison: algorithm labels, seeds, and evaluation counts."""
+"""Validation of the algorithms, seeds and evaluation counts of a comparison."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ DEFAULT_GRID_SIZE = 50
 def label_algorithms(
     algorithms: Mapping[str, Algorithm] | Iterable[Algorithm],
 ) -> dict[str, Algorithm]:
-    """Return the algorithms by label; the default label is the class name.
+    """Return the algorithms as a dict keyed by label, which is the class name by default.
 
     Raises
     ------
@@ -30,7 +30,7 @@ def label_algorithms(
     labeled = dict(pairs)
     if len(labeled) < len(pairs):
         raise ValueError(
-            f"algorithms of equal names among {', '.join(labeled)}: expected labels, "
+            f"two algorithms have the same name, among {', '.join(labeled)}: expected labels, "
             "{'label': algorithm, ...}"
         )
     if not labeled:
@@ -40,14 +40,14 @@ def label_algorithms(
             raise TypeError(f"algorithms[{name!r}] = {algorithm!r}: expected a pymoo Algorithm")
         if algorithm.problem is not None or algorithm.is_initialized:
             raise ValueError(
-                f"algorithms[{name!r}] is set up or has run, and would continue from there: "
+                f"algorithms[{name!r}] is set up or has run, and would continue its run: "
                 f"expected a new {type(algorithm).__name__}"
             )
     return labeled
 
 
 def expand_seeds(seeds: int | Iterable[int]) -> tuple[int, ...]:
-    """Return the seeds 1, ..., `seeds` for an integer, or the listed seeds.
+    """Return the listed seeds as a tuple, or the seeds 1 to n if `seeds` is the number n.
 
     Raises
     ------
@@ -63,12 +63,16 @@ def expand_seeds(seeds: int | Iterable[int]) -> tuple[int, ...]:
 
 
 def expand_grid(grid: int | Sequence[int], n_eval: int) -> list[int]:
-    """Return the ascending evaluation counts at which fronts are measured; the last is `n_eval`.
+    """Return the evaluation counts at which fronts are evaluated, in ascending order.
+
+    The last count is always `n_eval`.
 
     Parameters
     ----------
-    grid : number of equal steps up to `n_eval`, or a sequence of evaluation counts.
-    n_eval : number of evaluations of a run.
+    grid : int or sequence of int
+        Number of equal steps up to `n_eval`, or evaluation counts.
+    n_eval : int
+        Number of evaluations of a run.
 
     Raises
     ------

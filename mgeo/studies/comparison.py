@@ -1,4 +1,4 @@
-"""Results of a comparison: indicator tables, statistical tests, summaries and figures."""
+"""Result of a comparison: indicator tables, statistical tests, summaries and figures."""
 
 from __future__ import annotations
 
@@ -27,26 +27,30 @@ if TYPE_CHECKING:
     from mgeo.studies.indicators import IndicatorSpace
     from mgeo.studies.study_run import StudyRun
 
-_LINE_WIDTH = 80  # characters
+_LINE_WIDTH = 80  # Characters in a line of the representation.
 
 
 class ComparisonWarning(RuntimeWarning):
-    """Warning about a condition that limits the validity of a comparison, see its `notes`."""
+    """Warning about a condition that limits the validity of a comparison."""
 
 
 class FailedRunsWarning(ComparisonWarning):
-    """Warning that every run of an algorithm failed, so that the comparison omits the algorithm."""
+    """Warning that all runs of an algorithm failed, so that the comparison omits the algorithm."""
 
 
 @dataclass(frozen=True, eq=False)
 class SignificanceTests:
-    """Statistical tests of differences between algorithms.
+    """Statistical tests of the differences between algorithms in one quality indicator.
 
     Attributes
     ----------
-    indicator : name of the indicator that was tested.
-    pairs : one row per pair of algorithms, with the columns of `mgeo.studies.statistics.pairwise`.
-    kruskal_wallis : test of all algorithms together, None for fewer than two algorithms.
+    indicator : str
+        Name of the indicator.
+    pairs : DataFrame
+        One row per pair of algorithms, with the columns of
+        `mgeo.studies.statistics.compare_pairwise`.
+    kruskal_wallis : KruskalWallisResult or None
+        Test of all algorithms together; None for fewer than two algorithms.
 
     Examples
     --------
@@ -55,7 +59,7 @@ class SignificanceTests:
     >>> from mgeo import MGEOReal, compare
     >>> algorithms = [MGEOReal(0.1), NSGA2(20)]
     >>> comparison = compare(ZDT1(n_var=2), algorithms, n_eval=200, seeds=3, progress=False)
-    >>> comparison.tests("hypervolume").indicator
+    >>> comparison.test_differences("hypervolume").indicator
     'hypervolume'
     """
 
@@ -66,25 +70,33 @@ class SignificanceTests:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
-    """Runs of several algorithms on one problem, measured in one indicator space.
+    """Runs of several algorithms on one problem, with the quality indicators of their fronts.
 
-    The representation is the `format_overview` after `n_eval` evaluations.
+    The indicators of all runs are computed in one indicator space. The representation is the
+    `format_overview` after `n_eval` evaluations.
 
     Attributes
     ----------
-    problem : the problem that the algorithms were run on.
-    algorithms : labels of the algorithms.
-    n_eval : evaluations of each run.
-    table : one row per algorithm, seed and evaluation count (``evaluations``), sorted by these
-        three, with the indicators, the number of ``points`` on the front, and the columns of the
-        problem's ``front_summary``. The order in which the runs were made does not affect the
-        table.
-    runs : one row per run, with its status, wall time [s], number of failed evaluations, and error
+    problem : Problem
+        Problem that the algorithms solved.
+    algorithms : tuple of str
+        Labels of the algorithms.
+    n_eval : int
+        Number of evaluations of each run.
+    table : DataFrame
+        One row per algorithm, seed and evaluation count (``evaluations``), sorted by these three,
+        with the indicators, the number of ``points`` on the front, and the columns of the problem's
+        ``front_summary``. The table does not depend on the order in which the runs were made.
+    runs : DataFrame
+        One row per run, with its status, wall time [s], number of failed evaluations, and error
         message if the whole run failed.
-    finished_runs : finished runs by (algorithm, seed).
-    space : indicator space in which all fronts were measured.
-    notes : conditions that limit the validity of the comparison, such as a noisy problem or an
-        algorithm whose runs do not repeat; one sentence each.
+    finished_runs : mapping of (str, int) to StudyRun
+        Finished runs by algorithm and seed.
+    space : IndicatorSpace
+        Scaled objective space in which the indicators are computed.
+    notes : tuple of str
+        Conditions that limit the validity of the comparison, such as a noisy problem or an
+        algorithm that is not reproducible; one sentence each.
 
     Examples
     --------
@@ -113,12 +125,15 @@ class Comparison:
 
     @property
     def indicators(self) -> list[Indicator]:
-        """Indicators of the whole front; the first is the default of every method."""
+        """List of the quality indicators of a front; the first is the default of all methods."""
         return select_indicators(self.problem.n_obj)
 
     @property
     def part_indicators(self) -> list[Indicator]:
-        """Hypervolume of each part of the front, empty if it was not measured."""
+        """List of the hypervolume indicators of parts of a front (ranges of objective 1).
+
+        The list is empty if the parts were not evaluated.
+        """
         return [
             part
             for part in build_part_indicators(self.space, self.objectives[0])
@@ -127,16 +142,16 @@ class Comparison:
 
     @property
     def all_indicators(self) -> list[Indicator]:
-        """All `indicators`, followed by the `parts`."""
+        """List of the quality indicators of a front and of its parts."""
         return [*self.indicators, *self.part_indicators]
 
     @property
     def objectives(self) -> tuple[str, ...]:
-        """Names of the objectives with their units."""
+        """Names of the objectives of the problem, with their units."""
         return get_column_names(self.problem)[1]
 
     def select_indicator(self, name: str | None = None) -> Indicator:
-        """Return an indicator or part by name, or the first indicator for None.
+        """Return the quality indicator with the given name, or the default indicator for None.
 
         Raises
         ------
@@ -149,20 +164,27 @@ class Comparison:
         return indicators[name or next(iter(indicators))]
 
     def select_final_rows(self) -> pd.DataFrame:
-        """Return the rows of the table after `n_eval` evaluations."""
+        """Return the final indicator values of every run, as a table with one row per run."""
         return self.table[self.table["evaluations"] == self.n_eval].reset_index(drop=True)
 
     def list_fronts(self, algorithm: str) -> list[FloatArray]:
-        """Return the final front of each finished run of an algorithm, shape (n, n_obj) each."""
+        """Return the final front of each finished run of an algorithm, as arrays of objectives.
+
+        Returns
+        -------
+        list of arrays, shape (n, n_obj)
+        """
         return [r.front_F for (name, _), r in self.finished_runs.items() if name == algorithm]
 
     def describe_failures(self, label: str, *, all_failed_only: bool = False) -> list[str]:
-        """Return one sentence for each algorithm with failed runs.
+        """Return one sentence for each algorithm with failed runs, with the first error.
 
         Parameters
         ----------
-        label : name of the problem in the sentences.
-        all_failed_only : whether to report only algorithms whose runs all failed.
+        label : str
+            Name of the problem in the sentences.
+        all_failed_only : bool
+            Whether to report only algorithms whose runs all failed.
         """
         sentences = []
         for name, runs in self.runs.groupby("algorithm", sort=False):
@@ -175,11 +197,17 @@ class Comparison:
         return sentences
 
     def collect_final_values(self, indicator: str | None = None) -> dict[str, FloatArray]:
-        """Return the final indicator values of the finished runs, larger being better.
+        """Return the final indicator values of all runs by algorithm, negated if lower is better.
+
+        Parameters
+        ----------
+        indicator : str, optional
+            Name of the indicator. Default: the first of `indicators`.
 
         Returns
         -------
-        Values by algorithm, shape (n_runs,) each.
+        dict of str to array, shape (n_runs,)
+            Values by algorithm.
         """
         chosen = self.select_indicator(indicator)
         return {
@@ -188,10 +216,15 @@ class Comparison:
         }
 
     def rank_algorithms(self, indicator: str | None = None) -> list[str]:
-        """Return the algorithms with a finished run, sorted by mean rank, best first.
+        """Return the labels of the algorithms with a finished run, sorted by mean rank, best first.
 
-        The order uses the ranks of the statistical tests, so that a few outlying runs affect it
-        less than an order by means.
+        The mean rank is the one of the statistical tests. A few outlying runs affect it less than
+        they affect the mean.
+
+        Parameters
+        ----------
+        indicator : str, optional
+            Name of the indicator. Default: the first of `indicators`.
 
         Raises
         ------
@@ -201,9 +234,14 @@ class Comparison:
         return [str(name) for name in mean_ranks(self.collect_final_values(indicator)).index]
 
     def find_median_seed(self, algorithm: str) -> int | None:
-        """Return the seed of the run with the median first indicator, None without finished runs.
+        """Return the seed of the run of an algorithm with the median of the default indicator.
 
-        For an even number of runs, the better of the two middle runs is returned.
+        For an even number of runs, the better of the two middle runs is selected.
+
+        Returns
+        -------
+        int or None
+            None if the algorithm has no finished run.
         """
         final, chosen = self.select_final_rows(), self.select_indicator()
         rows = final[final["algorithm"] == algorithm]
@@ -215,10 +253,14 @@ class Comparison:
         return int(rows.loc[order[(len(order) - 1) // 2], "seed"]) if len(order) else None
 
     def summarize(self) -> pd.DataFrame:
-        """Return the number of finished runs and the statistics of each table column.
+        """Return a table of statistics of the final indicator values over the runs.
 
-        There is one row per algorithm. Columns have two levels: the table column, and ``mean``,
-        ``sd`` (sample standard deviation), ``median``, ``min`` and ``max``.
+        Returns
+        -------
+        DataFrame
+            One row per algorithm. Columns have two levels: the column of `table`, and ``mean``,
+            ``sd`` (sample standard deviation), ``median``, ``min`` and ``max``. The column ``runs``
+            is the number of finished runs.
         """
         final = self.select_final_rows().drop(columns=["seed", "evaluations"])
         groups = final.groupby("algorithm", sort=False)
@@ -228,11 +270,18 @@ class Comparison:
         return statistics.reindex(self.algorithms)
 
     def test_differences(self, indicator: str | None = None) -> SignificanceTests:
-        """Test the differences between the algorithms, in pairs and all together.
+        """Return significance tests of the differences between algorithms in an indicator.
+
+        The algorithms are tested in pairs and all together.
 
         Pairs are compared by the Mann-Whitney test with Holm's correction and an effect size, all
         algorithms together by the Kruskal-Wallis test. A finished run without a front has the worst
         indicator value.
+
+        Parameters
+        ----------
+        indicator : str, optional
+            Name of the indicator. Default: the first of `indicators`.
 
         Raises
         ------
@@ -246,20 +295,21 @@ class Comparison:
         )
 
     def format_overview(self) -> pd.DataFrame:
-        """Return the number of runs and mean ± sd of each table column as text, per algorithm.
+        """Return a table of mean ± standard deviation of each indicator by algorithm, as text.
 
-        Indicator columns are named by the titles of the indicators.
+        The first column is the number of finished runs. Indicator columns are named by the titles
+        of the indicators.
         """
         summary = self.summarize()
         columns: dict[str, Any] = {"runs": [str(int(n)) for n in summary[("runs", "")].fillna(0)]}
         for name in dict.fromkeys(summary.columns.get_level_values(0).drop("runs")):
             mean, sd = summary[(name, "mean")], summary[(name, "sd")]
             columns[name] = [_format_mean_and_sd(m, s) for m, s in zip(mean, sd, strict=True)]
-        titles = {each.name: each.title for each in self.all_indicators}
+        titles = {indicator.name: indicator.title for indicator in self.all_indicators}
         return pd.DataFrame(columns, index=summary.index).rename(columns=titles)
 
     def to_latex(self) -> str:
-        """Return the `overview` as a LaTeX booktabs table with a note.
+        """Return the table of `format_overview` in LaTeX, with the best algorithms marked.
 
         For each indicator, the best mean is bold, and algorithms without a significant difference
         from the best one are marked.
@@ -267,11 +317,11 @@ class Comparison:
         return build_problem_table(self).to_latex()
 
     def to_markdown(self) -> str:
-        """Return the `overview` as a Markdown table, marked as in `to_latex`."""
+        """Return the table of `format_overview` in Markdown, with the best algorithms marked."""
         return build_problem_table(self).to_markdown()
 
     def draw_figures(self) -> dict[str, go.Figure]:
-        """Draw all applicable figures by name.
+        """Draw all figures that apply to the problem, as a dict of plotly figures by name.
 
         The names are ``anytime``, ``boxes``, ``fronts`` (two or three objectives), ``panels``,
         ``attainment`` and ``difference`` (two objectives). ``difference`` compares the two best
@@ -295,11 +345,13 @@ class Comparison:
 
 
 def _format_mean_and_sd(mean: float, sd: float) -> str:
-    """Format mean ± sd with two significant digits of the sd."""
+    """Return mean ± sd as text, rounded to two significant digits of the sd."""
     if not np.isfinite(mean):
         return "-" if np.isnan(mean) else str(mean)
     if not np.isfinite(sd) or sd == 0:
         return f"{mean:.6g}"
-    exponent = int(f"{sd:.1e}".partition("e")[2])  # after rounding, because 0.0999 becomes 0.10
+    exponent = int(
+        f"{sd:.1e}".partition("e")[2]
+    )  # The exponent is read after rounding, because 0.0999 becomes 0.10.
     digits = min(max(1 - exponent, 0), 12)
     return f"{mean:.{digits}f} ± {sd:.{digits}f}"

@@ -1,4 +1,4 @@
-"""Files of a finished comparison: tables in CSV and provenance in JSON, written and read back."""
+"""Files of a finished comparison: tables in CSV and provenance in JSON."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ from mgeo.validation.entries import convert_file_errors
 TABLE_FILE, RUNS_FILE, FRONTS_FILE = "table.csv", "runs.csv", "fronts.csv"
 PROVENANCE_FILE = "provenance.json"
 
-_MAX_NAME_LENGTH = 60  # maximum length of a folder name without the unique suffix
-_RESERVED_NAMES = ("runs",)  # names that a study's folder uses for other content
+_MAX_NAME_LENGTH = 60  # Maximum length of a folder name without the unique suffix.
+_RESERVED_NAMES = ("runs",)  # The folder of a study uses these names for other content.
 
 
 def write_comparison(
@@ -41,25 +41,31 @@ def write_comparison(
     plan: Mapping[str, Any],
     extra_files: Mapping[str, bytes] = {},
 ) -> None:
-    """Write the files that `read_comparison` reads, and further files.
+    """Write the tables and the provenance of a comparison into a folder, for `read_comparison`.
 
     The provenance is written last and marks the comparison as complete.
 
     Parameters
     ----------
-    folder : folder of the problem.
-    comparison : the finished comparison.
-    plan : provenance without indicator space, notes and run statistics, which are added.
-    extra_files : contents of further files by name.
+    folder : Path
+        Folder of the problem.
+    comparison : Comparison
+        Finished comparison.
+    plan : mapping
+        Provenance without indicator space, notes and run statistics, which are added.
+    extra_files : mapping of str to bytes
+        Contents of further files by name.
     """
     columns = list(comparison.objectives)
-    parts = {
+    fronts_by_run = {
         key: pd.DataFrame(r.front_F, columns=columns) for key, r in comparison.finished_runs.items()
     }
-    fronts = pd.concat(parts, names=["algorithm", "seed"]).reset_index(["algorithm", "seed"])
+    fronts = pd.concat(fronts_by_run, names=["algorithm", "seed"]).reset_index(
+        ["algorithm", "seed"]
+    )
     tables = {TABLE_FILE: comparison.table, RUNS_FILE: comparison.runs, FRONTS_FILE: fronts}
     runs = comparison.runs
-    about = {
+    provenance = {
         **plan,
         "space": comparison.space.describe(),
         "notes": comparison.notes,
@@ -68,7 +74,7 @@ def write_comparison(
         "written": datetime.now(UTC).isoformat(timespec="seconds"),
     }
     contents = {name: encode_csv(table) for name, table in tables.items()}
-    write_files(folder, {**contents, **extra_files, PROVENANCE_FILE: encode_json(about)})
+    write_files(folder, {**contents, **extra_files, PROVENANCE_FILE: encode_json(provenance)})
 
 
 def read_comparison(
@@ -76,22 +82,30 @@ def read_comparison(
 ) -> Comparison:
     """Read a finished comparison from its folder, without running anything.
 
-    Tables, tests and figures equal the original ones. The records contain only the final fronts,
-    and the indicator space has no reference front. Without ``fronts.csv``, there are no records and
-    no figures of fronts.
+    Tables, tests and figures equal the original ones. The finished runs contain only the final
+    fronts, and the indicator space has no reference front. Without ``fronts.csv``, there are no
+    finished runs and no figures of fronts.
 
     Parameters
     ----------
-    folder : folder of one problem, which contains ``table.csv``.
-    problem : the compared problem, if `mgeo.compare` was called from Python; None to load the
-        problem specified in the study file.
-    trusted_classes : problems ``module:Class`` whose modules may be imported; no other modules are imported
-        on behalf of a file.
+    folder : path
+        Folder of one problem, which contains ``table.csv``.
+    problem : Problem, optional
+        Compared problem, if `mgeo.compare` was called from Python. By default, the problem of the
+        study file is built.
+    trusted_classes : collection of str
+        Problems ``module:Class`` whose modules may be imported. No other modules are imported on
+        behalf of a file.
+
+    Returns
+    -------
+    Comparison
+        Comparison stored in the folder.
 
     Raises
     ------
     FileNotFoundError
-        If the folder holds no finished comparison; see `read_comparisons` for several problems.
+        If the folder contains no finished comparison; see `read_comparisons` for several problems.
     ValueError, TypeError
         If the problem is not installed, or a file is damaged.
 
@@ -110,48 +124,57 @@ def read_comparison(
     folder = Path(folder)
     path = folder / PROVENANCE_FILE
     if not path.is_file():
-        several = " of one problem: see read_comparisons" if (folder / PLAN_FILE).is_file() else ""
+        hint = " of one problem: see read_comparisons" if (folder / PLAN_FILE).is_file() else ""
         raise FileNotFoundError(
-            f"{folder} holds no comparison{several}: there is no {PROVENANCE_FILE}"
+            f"{folder} holds no comparison{hint}: there is no {PROVENANCE_FILE}"
         )
-    about = read_json(path)
+    provenance = read_json(path)
     with convert_file_errors(path):
         try:
             if problem is None:
-                problem = _load_problem(about["problem"], trusted_classes)
-            space = _read_space(problem, about["space"])
-            algorithms, n_eval = tuple(about["algorithms"]), int(about["evaluations"])
+                problem = _load_problem(provenance["problem"], trusted_classes)
+            space = _read_space(problem, provenance["space"])
+            algorithms, n_eval = tuple(provenance["algorithms"]), int(provenance["evaluations"])
         except KeyError as error:
             raise ValueError(f"{error} is missing") from error
     indicators = [indicator.name for indicator in select_indicators(problem.n_obj)]
     table = _read_table(folder / TABLE_FILE, ["evaluations", "points", *indicators])
     runs = _read_table(folder / RUNS_FILE, ["status", "wall_time", "failed_evaluations", "error"])
-    records = {}
+    finished_runs = {}
     if (folder / FRONTS_FILE).exists():
         fronts = _read_table(folder / FRONTS_FILE, protocol.get_column_names(problem)[1])
-        records = {
+        finished_runs = {
             (str(row["algorithm"]), int(row["seed"])): _build_study_run(row, fronts, n_eval)
             for row in runs.to_dict("records")
             if row["status"] == "finished"
         }
-    notes = tuple(about.get("notes", ()))
-    return Comparison(problem, algorithms, n_eval, table, runs, records, space, notes)
+    notes = tuple(provenance.get("notes", ()))
+    return Comparison(problem, algorithms, n_eval, table, runs, finished_runs, space, notes)
 
 
 def read_comparisons(
     folder: Path | str, *, trusted_classes: Collection[str] = ()
 ) -> dict[str, Comparison]:
-    """Read the finished comparisons in the folder of a study, by problem in the order of the study.
+    """Read all finished comparisons of a study from its folder, as a dict keyed by problem label.
+
+    The problems are in the order of the study file. Unfinished ones are omitted.
 
     Parameters
     ----------
-    folder : folder of `run_study`.
-    trusted_classes : problems ``module:Class`` whose modules may be imported, see `read_comparison`.
+    folder : path
+        Folder of `run_study`.
+    trusted_classes : collection of str
+        Problems ``module:Class`` whose modules may be imported, see `read_comparison`.
+
+    Returns
+    -------
+    dict of str to Comparison
+        Comparison of each problem.
 
     Raises
     ------
     FileNotFoundError
-        If the folder holds no finished comparison.
+        If the folder contains no finished comparison.
     ValueError, TypeError
         If a problem is not installed, or a file is damaged.
 
@@ -159,7 +182,7 @@ def read_comparisons(
     --------
     >>> from mgeo.studies import read_comparisons
     >>> comparisons = read_comparisons("studies/benchmarks")  # doctest: +SKIP
-    >>> comparisons["zdt1"].order()  # doctest: +SKIP
+    >>> comparisons["zdt1"].rank_algorithms()  # doctest: +SKIP
     """
     folder = Path(folder)
     path = folder / PLAN_FILE
@@ -167,30 +190,35 @@ def read_comparisons(
         raise FileNotFoundError(f"{folder} holds no study: there is no {PLAN_FILE}")
     plan = read_json(path)
     labels = list(plan.get("problems", ())) if isinstance(plan, dict) else []
-    places = {label: select_problem_folder(folder, label, len(labels)) for label in labels}
-    done = {label: place for label, place in places.items() if (place / PROVENANCE_FILE).is_file()}
-    if not done:
+    folders = {label: select_problem_folder(folder, label, len(labels)) for label in labels}
+    finished = {
+        label: path for label, path in folders.items() if (path / PROVENANCE_FILE).is_file()
+    }
+    if not finished:
         raise FileNotFoundError(f"{folder} holds no finished comparison of a study file")
     return {
-        label: read_comparison(place, trusted_classes=trusted_classes)
-        for label, place in done.items()
+        label: read_comparison(path, trusted_classes=trusted_classes)
+        for label, path in finished.items()
     }
 
 
 def select_problem_folder(folder: Path, label: str, n_problems: int) -> Path:
-    """Return the folder of a problem: the study's folder, or its subfolder for several problems."""
+    """Return the folder in which the results of one problem of a study are stored.
+
+    It is the folder of the study if the study has one problem, otherwise a subfolder.
+    """
     return folder if n_problems == 1 else folder / format_folder_name(label)
 
 
 def format_folder_name(label: str) -> str:
-    """Return a unique folder name for a label.
+    """Convert a label to a valid folder name. Different labels give different names.
 
-    Labels of lower-case words, digits and underscores only have their spaces replaced by hyphens.
-    In other labels, further characters are replaced as well, and the name ends in ``~`` and eight
-    hexadecimal digits of a hash.
+    In labels that consist only of lower-case words, digits and underscores, spaces are replaced by
+    hyphens. In other labels, further characters are replaced as well, and the name ends in ``~``
+    and eight hexadecimal digits of a hash.
     """
-    plain = re.fullmatch(r"[a-z0-9_]+( [a-z0-9_]+)*", label) and len(label) <= _MAX_NAME_LENGTH
-    if plain and label not in _RESERVED_NAMES:
+    is_plain = re.fullmatch(r"[a-z0-9_]+( [a-z0-9_]+)*", label) and len(label) <= _MAX_NAME_LENGTH
+    if is_plain and label not in _RESERVED_NAMES:
         return label.replace(" ", "-")
     readable = re.sub(r"[\W-]+", "-", label.lower())[:_MAX_NAME_LENGTH].strip("-") or "problem"
     return f"{readable}~{hashlib.sha256(label.encode()).hexdigest()[:8]}"
@@ -199,7 +227,7 @@ def format_folder_name(label: str) -> str:
 def _load_problem(description: Mapping[str, Any], trusted_classes: Collection[str]) -> Problem:
     if "name" not in description:
         raise ValueError(
-            "the comparison was made in Python: pass the compared problem as problem=..."
+            "the comparison was made in Python: pass the compared problem as the argument problem"
         )
     return load_problem(
         description["name"], description["options"], trusted_classes=trusted_classes
@@ -209,7 +237,9 @@ def _load_problem(description: Mapping[str, Any], trusted_classes: Collection[st
 def _read_space(problem: Problem, description: Mapping[str, Any]) -> IndicatorSpace:
     origin, n_obj = description["origin"], problem.n_obj
     if (origin == "objective") != (n_obj == 1):
-        raise ValueError(f"space.origin = {origin!r} with {n_obj} objective(s)")
+        raise ValueError(
+            f"space.origin = {origin!r} does not match a problem of {n_obj} objective(s)"
+        )
     if n_obj == 1:
         return SINGLE_OBJECTIVE_SPACE
     points = {key: np.array(description[key], float) for key in POINT_KEYS}
@@ -223,7 +253,7 @@ def _read_space(problem: Problem, description: Mapping[str, Any]) -> IndicatorSp
     )
 
 
-_TEXT_COLUMNS = ("algorithm", "status", "error", "versions")  # columns of text
+_TEXT_COLUMNS = ("algorithm", "status", "error", "versions")
 _COLUMN_TYPES: dict[str, Any] = dict.fromkeys(_TEXT_COLUMNS, str)
 
 
@@ -239,15 +269,15 @@ def _read_table(path: Path, columns: Collection[str]) -> pd.DataFrame:
         )
         for name in ("algorithm", "seed", *columns):
             if name not in table:
-                raise ValueError(f"there is no column {name!r}")
+                raise ValueError(f"the column {name!r} is missing")
         for name in set(table.columns) - {*_TEXT_COLUMNS, *table.select_dtypes("number")}:
             raise ValueError(f"column {name}: expected numbers")
     return table
 
 
 def _build_study_run(row: Mapping[Any, Any], fronts: pd.DataFrame, n_eval: int) -> StudyRun:
-    is_own_row = (fronts["algorithm"] == row["algorithm"]) & (fronts["seed"] == row["seed"])
-    F = fronts[is_own_row].drop(columns=["algorithm", "seed"]).to_numpy(float)
+    is_in_run = (fronts["algorithm"] == row["algorithm"]) & (fronts["seed"] == row["seed"])
+    F = fronts[is_in_run].drop(columns=["algorithm", "seed"]).to_numpy(float)
     return StudyRun(
         evaluation_numbers=np.full(len(F), n_eval),
         F=F,

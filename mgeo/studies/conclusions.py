@@ -1,4 +1,4 @@
-"""Conclusions of a comparison as sentences and small tables, for the report pages."""
+"""Conclusions of a comparison, as sentences and small tables for report pages."""
 
 from __future__ import annotations
 
@@ -15,15 +15,22 @@ from mgeo.studies.study_file import Study
 def format_conclusions(comparison: Comparison, control: str | None = None) -> list[str]:
     """Return sentences on the best algorithm and on its differences from the other algorithms.
 
-    Two sentences describe the first indicator. Further sentences describe the other indicators, and
-    the parts of the front where the best algorithm is significantly worse. The notes of the
+    Two sentences describe the default indicator. Further sentences describe the other indicators,
+    and the parts of the front where the best algorithm is significantly worse. The notes of the
     comparison come last; with fewer than two algorithms, only the notes are returned.
 
     Parameters
     ----------
-    control : label of the control algorithm, chosen before the results were available. If the
-        control ranks first, its p values are corrected for its own pairs; otherwise, p values are
-        corrected for all pairs.
+    comparison : Comparison
+        Finished comparison.
+    control : str, optional
+        Label of the control algorithm, chosen before the results were available. If the control
+        ranks first, its p values are corrected for its own pairs; otherwise, p values are corrected
+        for all pairs.
+
+    Returns
+    -------
+    list of str
     """
     order = comparison.rank_algorithms()
     if len(order) < 2:
@@ -33,18 +40,18 @@ def format_conclusions(comparison: Comparison, control: str | None = None) -> li
     title = comparison.select_indicator().title
     values = comparison.format_overview()[title]
     rivals = compare_with_rivals(comparison, first, is_control=is_control)
-    differs, is_ahead = rivals["p_holm"] < SIGNIFICANCE_LEVEL, rivals["A"] > 0.5
+    is_different, is_better = rivals["p_holm"] < SIGNIFICANCE_LEVEL, rivals["A"] > 0.5
     groups = {
-        "significantly better than": rivals[differs & is_ahead],
-        "significantly worse than": rivals[differs & ~is_ahead],
-        "not significantly different from": rivals[~differs],
+        "significantly better than": rivals[is_different & is_better],
+        "significantly worse than": rivals[is_different & ~is_better],
+        "not significantly different from": rivals[~is_different],
     }
-    differences = [f"{words} {_format_rivals(rows)}" for words, rows in groups.items() if len(rows)]
+    differences = [f"{text} {_format_rivals(rows)}" for text, rows in groups.items() if len(rows)]
     sentences = [
         f"By {title}, {first} ranks first: {values[first]}, then {second}: {values[second]}.",
         f"{first} is {'; '.join(differences)}. A is the probability that a run of {first} beats "
-        "one of the other; Mann-Whitney test with Holm's correction for "
-        f"{'its rivals' if is_control else 'all pairs'}, {100 * SIGNIFICANCE_LEVEL:g} %.",
+        "a run of the other algorithm; Mann-Whitney test with Holm's correction for "
+        f"{'its own pairs' if is_control else 'all pairs'}, {100 * SIGNIFICANCE_LEVEL:g} %.",
     ]
     for indicator in comparison.indicators[1:]:
         best = comparison.rank_algorithms(indicator.name)[0]
@@ -56,10 +63,10 @@ def format_conclusions(comparison: Comparison, control: str | None = None) -> li
         sentences.append(f"{sentence}.")
     for part in comparison.part_indicators:
         rivals = compare_with_rivals(comparison, first, part.name, is_control=is_control)
-        ahead = rivals[(rivals["p_holm"] < SIGNIFICANCE_LEVEL) & (rivals["A"] < 0.5)]
-        if len(ahead):
+        better = rivals[(rivals["p_holm"] < SIGNIFICANCE_LEVEL) & (rivals["A"] < 0.5)]
+        if len(better):
             sentences.append(
-                f"By {part.title}, {first} is significantly worse than {_format_rivals(ahead)}."
+                f"By {part.title}, {first} is significantly worse than {_format_rivals(better)}."
             )
     return [*sentences, *comparison.notes]
 
@@ -67,19 +74,25 @@ def format_conclusions(comparison: Comparison, control: str | None = None) -> li
 def compare_with_rivals(
     comparison: Comparison, name: str, indicator: str | None = None, *, is_control: bool = False
 ) -> pd.DataFrame:
-    """Compare one algorithm with each other algorithm, best rival first.
+    """Return effect size and p value of one algorithm against every other algorithm, as a table.
 
     Parameters
     ----------
-    name : label of the algorithm.
-    indicator : name of the indicator, None for the first.
-    is_control : whether to correct p values only for the pairs of this algorithm, which is valid for
-        an algorithm chosen before the results were available (Demsar 2006, section 3.2.2).
+    comparison : Comparison
+        Finished comparison.
+    name : str
+        Label of the algorithm.
+    indicator : str, optional
+        Name of the indicator. Default: the first of `indicators`.
+    is_control : bool
+        Whether to correct p values only for the pairs of this algorithm. This is valid for an
+        algorithm chosen before the results were available (Demsar 2006, section 3.2.2).
 
     Returns
     -------
-    A row per rival: ``A``, the probability that a run of the algorithm beats a run of the
-    rival, and ``p_holm`` of the Mann-Whitney test.
+    DataFrame
+        One row per other algorithm, best first: ``A``, the probability that a run of the algorithm
+        beats a run of the other, and ``p_holm`` of the Mann-Whitney test with Holm's correction.
 
     Raises
     ------
@@ -88,21 +101,23 @@ def compare_with_rivals(
     """
     pairs = comparison.test_differences(indicator).pairs
     pairs = pairs[(pairs[["a", "b"]] == name).any(axis=1)]
-    second = pairs["b"] == name  # in these rows, A is the probability that the rival wins
-    effect = pairs["A"].where(~second, 1.0 - pairs["A"])
+    is_second = pairs["b"] == name  # In these rows, A is the probability that the rival wins.
+    effect = pairs["A"].where(~is_second, 1.0 - pairs["A"])
     p = holm_correction(pairs["p"]) if is_control else pairs["p_holm"]
     table = pd.DataFrame({"A": effect, "p_holm": p})
-    table.index = pd.Index(pairs["a"].where(second, pairs["b"]), name="other")
+    table.index = pd.Index(pairs["a"].where(is_second, pairs["b"]), name="other")
     return table.loc[[other for other in comparison.rank_algorithms(indicator) if other != name]]
 
 
 def format_control_table(
     comparison: Comparison, control: str, indicators: Sequence[Indicator]
 ) -> pd.DataFrame:
-    """Return A and p of the control against each rival as text, two columns per indicator.
+    """Return a table of effect sizes and p values of the control against every other algorithm.
 
-    Rivals are sorted by the first indicator. p values are corrected for the pairs of the control,
-    see `against`.
+    The cells are text.
+
+    There are two columns per indicator. The other algorithms are sorted by the default indicator.
+    p values are corrected for the pairs of the control, see `compare_with_rivals`.
     """
     columns: dict[str, pd.Series[str]] = {}
     for indicator in indicators:
@@ -118,10 +133,15 @@ def _format_rivals(rivals: pd.DataFrame) -> str:
 
 
 def format_published_table(study: Study, comparison: Comparison) -> pd.DataFrame | None:
-    """Return published values beside the measured values (mean ± sd), per algorithm.
+    """Return a table of published values beside the measured values (mean ± sd), by algorithm.
 
-    The measured first indicator is the last column. Returns None if the study has no published
-    values, or if the published runs had another number of evaluations.
+    The last column is the measured default indicator.
+
+    Returns
+    -------
+    DataFrame or None
+        None if the study has no published values, or if the published runs had another number of
+        evaluations.
     """
     published = study.published
     if published is None or published.evaluations not in (None, comparison.n_eval):
@@ -133,7 +153,7 @@ def format_published_table(study: Study, comparison: Comparison) -> pd.DataFrame
         values = [published.table.get(label, {}).get(name) for label in overview.index]
         columns[f"{name}: published"] = ["-" if v is None else f"{v:.12g}" for v in values]
         if titles.get(name, name) in overview:
-            columns[f"{name}: here"] = overview[titles.get(name, name)].tolist()
+            columns[f"{name}: measured"] = overview[titles.get(name, name)].tolist()
     first = comparison.select_indicator().title
-    columns[f"{first}: here"] = overview[first].tolist()
+    columns[f"{first}: measured"] = overview[first].tolist()
     return pd.DataFrame(columns, index=overview.index)

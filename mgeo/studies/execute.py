@@ -1,4 +1,4 @@
-"""Execution of a comparison on one problem: `compare` makes the runs and measures the fronts."""
+"""Execution of a comparison on one problem: `compare` makes the runs and evaluates the fronts."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ from mgeo.studies.trial_runs import (
 )
 from mgeo.validation.arguments import validate_integer
 
-RUNS_FOLDER = "runs"  # name of the folder that stores the finished runs
+RUNS_FOLDER = "runs"  # Folder of the finished runs.
 
 RunKey = tuple[str, int]
-RunResult = StudyRun | str  # the error message if the run failed
+RunResult = StudyRun | str  # A failed run has an error message.
 
 
 def compare(
@@ -65,13 +65,13 @@ def compare(
     progress: bool = True,
     title: str | None = None,
 ) -> Comparison:
-    """Run every algorithm with every seed, and measure all fronts in one indicator space.
+    """Run every algorithm with every seed on a problem, and compare their fronts by indicators.
 
     The front of a run is the set of nondominated points among *all* its evaluations, independent of
-    the population that the algorithm keeps. It is measured after each evaluation count in `grid`,
-    to the exact evaluation. For a single objective, the best value takes the place of the front. A
-    run that fails is reported, and the other runs continue. Each run uses its own copy of the
-    problem and of the algorithm.
+    the population that the algorithm keeps. Its indicators are computed after each evaluation count
+    in `grid`, to the exact evaluation, in one indicator space for all runs. For a single objective,
+    the best value takes the place of the front. A run that fails is reported, and the other runs
+    continue. Each run uses its own copy of the problem and of the algorithm.
 
     Before its runs, each algorithm makes two short trial runs with the first seed, on random
     objective values. The trial runs show whether the algorithm is reproducible. Three points are
@@ -84,22 +84,37 @@ def compare(
 
     Parameters
     ----------
-    problem : any pymoo problem.
-    algorithms : pymoo algorithms by label; a sequence is labeled by class names.
-    n_eval : evaluations of each run.
-    seeds : number of seeds (1, 2, ...), or a list of seeds.
-    folder : folder in which each run is stored as it finishes, and the tables at the end, for
-        `mgeo.studies.read_comparison`; None to store nothing.
-    resume : whether to continue the study in the folder. Problem, algorithms with their parameters,
-        seeds, evaluations and versions must be equal to the recorded ones. Other changes of code or
-        data are not detected. Runs of algorithms that are not reproducible are repeated.
-    grid : number of equal steps, or a list of evaluation counts, at which fronts are measured;
-        `n_eval` is always included.
-    bounds, reference_front, parts : settings of the indicator space, see
-        `mgeo.studies.indicators.indicator_space`.
-    n_jobs : number of processes in joblib's convention; -1 for one per processor.
-    progress : whether to show failed runs on stderr, and a progress bar on a terminal (with rich).
-    title : name of the problem in messages; default: the class name of the problem.
+    problem : Problem
+        Any pymoo problem.
+    algorithms : mapping of str to Algorithm, or iterable of Algorithm
+        pymoo algorithms by label. Without labels, the class names are the labels.
+    n_eval : int
+        Number of evaluations of each run.
+    seeds : int or iterable of int
+        Number n of seeds, for the seeds 1 to n, or the seeds.
+    folder : path, optional
+        Folder in which each run is stored as it finishes, and the tables at the end, for
+        `mgeo.studies.read_comparison`. Nothing is stored by default.
+    resume : bool
+        Whether to continue the study in the folder. Problem, algorithms with their parameters,
+        seeds, evaluations and versions must equal the recorded ones. Other changes of code or data
+        are not detected. Runs of algorithms that are not reproducible are repeated.
+    grid : int or sequence of int
+        Number of equal steps, or the evaluation counts, at which fronts are evaluated. The last
+        count is always `n_eval`.
+    bounds, reference_front, parts : optional
+        Settings of the indicator space, see `mgeo.studies.indicators.build_indicator_space`.
+    n_jobs : int, optional
+        Number of processes in joblib's convention; -1 for one per processor.
+    progress : bool
+        Whether to show failed runs on stderr, and a progress bar on a terminal (with rich).
+    title : str, optional
+        Name of the problem in messages. Default: the class name of the problem.
+
+    Returns
+    -------
+    Comparison
+        Indicators, statistical tests and figures of all runs.
 
     Warns
     -----
@@ -115,7 +130,7 @@ def compare(
         If an argument is invalid, such as an algorithm that is already set up, an algorithm that
         evaluates fractional values of integer variables, or a dynamic problem.
     FileExistsError
-        If the folder holds a study and `resume` is false.
+        If the folder contains a study and `resume` is false.
     NoFeasibleSolutionError
         If every run failed, or no run found a feasible solution.
 
@@ -125,8 +140,9 @@ def compare(
     >>> from pymoo.problems.multi import ZDT1
     >>> from mgeo import MGEODirected, compare
     >>> algorithms = {"directed": MGEODirected(), "nsga2": NSGA2(20)}
-    >>> found = compare(ZDT1(n_var=4), algorithms, n_eval=500, seeds=3, n_jobs=1, progress=False)
-    >>> found.overview().index.to_list()
+    >>> problem = ZDT1(n_var=4)
+    >>> result = compare(problem, algorithms, n_eval=500, seeds=3, n_jobs=1, progress=False)
+    >>> result.format_overview().index.to_list()
     ['directed', 'nsga2']
     """
     labeled = label_algorithms(algorithms)
@@ -158,14 +174,24 @@ def compare(
 
 @dataclass(frozen=True)
 class Experiment:
-    """Validated arguments of `run` for one problem.
+    """Validated arguments of a comparison on one problem.
 
     Attributes
     ----------
-    grid : ascending evaluation counts at which fronts are measured.
-    space_options : keyword arguments `bounds`, `reference_front` and `parts` of `indicator_space`.
-    runs_folder : folder in which each run is stored as it finishes; None to store nothing.
-    resume : whether to reuse the runs in this folder.
+    problem, algorithms, n_eval, seeds
+        Problem, algorithms by label, evaluations of each run, and seeds.
+    grid : sequence of int
+        Ascending evaluation counts at which fronts are evaluated.
+    space_options : mapping
+        Keyword arguments `bounds`, `reference_front` and `parts` of `build_indicator_space`.
+    title : str
+        Name of the problem in messages.
+    runs_folder : Path or None
+        Folder in which each run is stored as it finishes; None to store nothing.
+    resume : bool
+        Whether to reuse the runs in this folder.
+    n_jobs, progress
+        As for `compare`.
     """
 
     problem: Problem
@@ -181,7 +207,7 @@ class Experiment:
     progress: bool
 
     def run(self) -> Comparison:
-        """Make the runs and return the comparison; warnings and errors are those of `compare`."""
+        """Make all runs and return the comparison, with the warnings and errors of `compare`."""
         problem, n_eval, title = self.problem, self.n_eval, self.title
         keys = list(product(self.algorithms, self.seeds))
         tasks = {
@@ -190,47 +216,54 @@ class Experiment:
         }
         trials = self._make_trial_runs([tasks[label, self.seeds[0]] for label in self.algorithms])
         reject_fractional_values(trials, title)
-        remarks = tuple(describe_limitations(trials, title, n_eval))
-        for message in remarks:
+        notes = tuple(describe_limitations(trials, title, n_eval))
+        for message in notes:
             warnings.warn(message, ComparisonWarning, stacklevel=3)
-        unseeded = {label for label, trial in trials.items() if not trial.is_reproducible}
-        results = self._make_runs(tasks, [key for key in keys if key[0] not in unseeded])
-        records = {key: r for key in keys if isinstance(r := results[key], StudyRun)}
-        if not records:
+        irreproducible = {label for label, trial in trials.items() if not trial.is_reproducible}
+        results = self._make_runs(tasks, [key for key in keys if key[0] not in irreproducible])
+        finished_runs = {key: r for key in keys if isinstance(r := results[key], StudyRun)}
+        if not finished_runs:
             error = results[keys[0]]
             raise NoFeasibleSolutionError(f"all {len(keys)} runs failed, the first with {error}")
-        fronts = [record.front_F for record in records.values()]
+        fronts = [run.front_F for run in finished_runs.values()]
         space = build_indicator_space(problem, fronts, **self.space_options)
         rows = [
             {"algorithm": label, "seed": seed, **row}
-            for (label, seed), record in records.items()
-            for row in build_indicator_rows(problem, record, self.grid, space)
+            for (label, seed), run in finished_runs.items()
+            for row in build_indicator_rows(problem, run, self.grid, space)
         ]
         table, runs = (
             pd.DataFrame(rows),
             pd.DataFrame([_build_run_row(k, results[k]) for k in keys]),
         )
         comparison = Comparison(
-            problem, tuple(self.algorithms), n_eval, table, runs, records, space, remarks
+            problem, tuple(self.algorithms), n_eval, table, runs, finished_runs, space, notes
         )
         for message in comparison.describe_failures(title, all_failed_only=True):
             warnings.warn(message, FailedRunsWarning, stacklevel=3)
         return comparison
 
     def _make_trial_runs(self, tasks: Sequence[Task]) -> dict[str, TrialResult]:
-        tried = joblib.Parallel(self.n_jobs)(
+        results = joblib.Parallel(self.n_jobs)(
             joblib.delayed(make_trial_runs)(task) for task in tasks
         )
-        return {label: t for label, t in zip(self.algorithms, tried, strict=True) if t is not None}
+        return {
+            label: r for label, r in zip(self.algorithms, results, strict=True) if r is not None
+        }
 
     def _make_runs(
         self, tasks: Mapping[RunKey, Task], reusable_keys: Sequence[RunKey]
     ) -> dict[RunKey, RunResult]:
-        """Return the result of each run, and store each run as it finishes.
+        """Execute all runs that are not stored, and return the results by algorithm and seed.
+
+        Each run is stored as it finishes.
 
         Parameters
         ----------
-        reusable_keys : runs that may be read from the folder if the study is resumed.
+        tasks : mapping of (str, int) to Task
+            Tasks by algorithm label and seed.
+        reusable_keys : sequence of (str, int)
+            Labels and seeds of runs that may be read from the folder if the study is resumed.
         """
         folder = self.runs_folder
         files: dict[RunKey, Path] = {}
@@ -243,8 +276,8 @@ class Experiment:
         for key in reusable_keys if self.resume else ():
             with suppress(FileNotFoundError):
                 results[key] = StudyRun.read(files[key])
-        reused = len(results) if self.resume else None
-        with show_progress(self.title, len(tasks), reused, enabled=self.progress) as done:
+        n_reused = len(results) if self.resume else None
+        with show_progress(self.title, len(tasks), n_reused, enabled=self.progress) as report:
             missing = {key: task for key, task in tasks.items() if key not in results}
             calls = [joblib.delayed(_run_with_key)(key, task) for key, task in missing.items()]
             pool: Any = joblib.Parallel(self.n_jobs, return_as="generator_unordered", batch_size=1)
@@ -253,7 +286,7 @@ class Experiment:
                 if isinstance(result, StudyRun) and files:
                     result.write(files[name, seed])
                 results[name, seed] = result
-                done(name, seed, result if isinstance(result, str) else "")
+                report(name, seed, result if isinstance(result, str) else "")
         return results
 
 
@@ -266,8 +299,8 @@ def _build_run_row(key: RunKey, result: RunResult) -> dict[str, Any]:
     row |= {"wall_time": np.nan, "failed_evaluations": 0, "error": ""}
     if isinstance(result, str):
         return row | {"error": result}
-    done = {"wall_time": result.wall_time, "failed_evaluations": result.n_failed}
-    return row | {"status": "finished"} | done
+    statistics = {"wall_time": result.wall_time, "failed_evaluations": result.n_failed}
+    return row | {"status": "finished"} | statistics
 
 
 def _describe_plan(
@@ -275,7 +308,7 @@ def _describe_plan(
 ) -> dict[str, Any]:
     return {
         "problem": describe_problem(problem),
-        "algorithms": {label: describe_algorithm(each) for label, each in algorithms.items()},
+        "algorithms": {label: describe_algorithm(a) for label, a in algorithms.items()},
         "evaluations": n_eval,
         "seeds": list(seeds),
         "versions": list_study_versions(problem, *algorithms.values()),

@@ -1,4 +1,4 @@
-"""Quality indicators of fronts, and the indicator space shared by all runs of a comparison."""
+"""Quality indicators of fronts, and the scaled objective space in which they are computed."""
 
 from __future__ import annotations
 
@@ -25,9 +25,11 @@ from mgeo.runs.hypervolume import MAX_OBJECTIVES, scale_objectives
 from mgeo.studies.study_run import StudyRun
 from mgeo.validation.arguments import validate_list, validate_number
 
-REFERENCE_COORDINATE = 1.1  # reference point if the space is scaled to the union of fronts
-MAX_REFERENCE_POINTS = 500  # number of points of the reference front
-_N_PARTS = 3  # default number of parts of the front
+#: Coordinates of the reference point if the space is scaled to the union of all fronts.
+REFERENCE_COORDINATE = 1.1
+#: Maximum number of points of the reference front.
+MAX_REFERENCE_POINTS = 500
+_N_PARTS = 3  # Default number of parts of the front.
 
 POINT_KEYS = ("ideal", "nadir", "reference_point")
 ScalingSource = Literal["problem", "union", "given", "objective"]
@@ -39,22 +41,28 @@ class NoFeasibleSolutionError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class IndicatorSpace:
-    """Scaled objective space in which the indicators of all runs are computed.
+    """Scaled objective space in which the quality indicators of all runs are computed.
 
     Calling the space maps objectives into it.
 
     Attributes
     ----------
-    ideal, nadir : (n_obj,) points that are mapped to 0 and 1, in the problem's objectives; zeros
-        and ones if the problem's `indicator_space` does the scaling.
-    reference_point : (n_obj,) reference point of the hypervolume, in this space.
-    reference_front : (m, n_obj) reference front of IGD+ and the additive epsilon, in this space.
-    origin : source of the scaling: "problem" (its `indicator_space`), "union" (extent of all
+    ideal, nadir : array, shape (n_obj,)
+        Objectives that are mapped to 0 and 1; zeros and ones if the problem scales the objectives.
+    reference_point : array, shape (n_obj,)
+        Reference point of the hypervolume, in this space.
+    reference_front : array, shape (m, n_obj)
+        Reference front of IGD+ and the additive epsilon, in this space.
+    origin : str
+        Source of the scaling: "problem" (its ``map_to_indicator_space``), "union" (extent of all
         fronts), "given" (by the caller), or "objective" (a single objective, which is not scaled).
-    transform : the problem's `indicator_space`, if `origin` is "problem".
-    parts : ascending values of the first objective that divide the front into parts, in the
-        problem's unit; empty for a single objective.
-    cuts : values of `parts`, in this space.
+    transform : function or None
+        ``map_to_indicator_space`` of the problem, if `origin` is "problem".
+    parts : tuple of float
+        Ascending values of the first objective that divide the front into parts, in the unit of the
+        problem; empty for a single objective.
+    cuts : tuple of float
+        Values of `parts`, in this space.
     """
 
     ideal: FloatArray
@@ -67,14 +75,14 @@ class IndicatorSpace:
     cuts: tuple[float, ...] = ()
 
     def __call__(self, F: FloatArray) -> FloatArray:
-        """Return objectives, shape (n, n_obj), mapped into this space."""
+        """Map objectives, shape (n, n_obj), into this space."""
         if not len(F):
             return np.empty((0, len(self.ideal)))
         F = F if self.transform is None else np.asarray(self.transform(F), dtype=float)
         return scale_objectives(F, self.ideal, self.nadir)
 
     def describe(self) -> dict[str, Any]:
-        """Return the definition of the space as JSON values, for reproduction of the indicators."""
+        """Return the definition of this space as a dict that becomes JSON."""
         if self.origin == "objective":
             return {"origin": self.origin}
         points = {key: getattr(self, key).tolist() for key in POINT_KEYS}
@@ -95,12 +103,12 @@ def build_indicator_space(
     reference_front: ArrayLike | None = None,
     parts: Sequence[float] | None = None,
 ) -> IndicatorSpace:
-    """Build the indicator space of a comparison.
+    """Build the scaled objective space in which the indicators of a comparison are computed.
 
-    The scaling comes from `bounds` if given, otherwise from the problem's `indicator_space` if it
-    has one; the reference point is then (1, ..., 1). Otherwise, the nondominated union of all
-    fronts and of the given reference front is scaled to [0, 1], and each coordinate of the
-    reference point is `REFERENCE_COORDINATE`.
+    The scaling comes from `bounds` if given, otherwise from ``map_to_indicator_space`` of the
+    problem if it is defined; the reference point is then (1, ..., 1). Otherwise, the nondominated
+    union of all fronts and of the given reference front is scaled to [0, 1], and each coordinate of
+    the reference point is `REFERENCE_COORDINATE`. A single objective is not scaled.
 
     The default reference front is the nondominated union of all fronts, truncated to
     `MAX_REFERENCE_POINTS` evenly spaced points, so that an algorithm with crowded points does not
@@ -108,23 +116,31 @@ def build_indicator_space(
     samples some of these fronts at random and downloads others; pass it as `reference_front` if it
     is suitable.
 
-    A single objective is not scaled.
-
     Parameters
     ----------
-    problem : the compared problem.
-    fronts : objectives of the front of each run, shape (n, n_obj) each.
-    bounds : ideal and nadir point, in the problem's objectives.
-    reference_front : reference front, in the problem's objectives.
-    parts : ascending values of the first objective that divide the front into parts; by default,
-        each part has a third of the points of the reference front.
+    problem : Problem
+        Compared problem.
+    fronts : iterable of arrays, shape (n, n_obj)
+        Objectives of the front of each run.
+    bounds : (array_like, array_like), optional
+        Ideal and nadir point, in the units of the objectives.
+    reference_front : array_like, shape (m, n_obj), optional
+        Reference front, in the units of the objectives.
+    parts : sequence of float, optional
+        Ascending values of the first objective that divide the front into parts. By default, each
+        of three parts contains a third of the points of the reference front.
+
+    Returns
+    -------
+    IndicatorSpace
+        Space with scaling, reference point, reference front and parts.
 
     Raises
     ------
     NoFeasibleSolutionError
         If no front has a point.
     ValueError
-        If an argument is invalid, is given for a single objective, or the problem is dynamic.
+        If an argument is invalid or is given for a single objective, or the problem is dynamic.
     """
     ends, reference, part_values = validate_space_arguments(problem, bounds, reference_front, parts)
     n_obj = problem.n_obj
@@ -159,16 +175,17 @@ def validate_space_arguments(
     reference_front: ArrayLike | None = None,
     parts: Sequence[float] | None = None,
 ) -> tuple[tuple[FloatArray, FloatArray] | None, FloatArray | None, list[float] | None]:
-    """Validate the arguments of `indicator_space` before any run is made.
+    """Validate the bounds, reference front and parts of an indicator space, and return them.
 
     Returns
     -------
-    bounds, reference front and parts as numbers, None for those that are not given.
+    bounds, reference_front, parts
+        Validated arguments, None for those that are not given.
 
     Raises
     ------
     ValueError
-        If an argument is invalid, is given for a single objective, or the problem is dynamic.
+        If an argument is invalid or is given for a single objective, or the problem is dynamic.
     """
     n_obj, ends, front, part_values = problem.n_obj, None, None, None
     if is_dynamic(problem):
@@ -202,15 +219,15 @@ def validate_space_arguments(
 def _divide_front(
     space: IndicatorSpace, front: FloatArray, points: FloatArray, part_values: list[float] | None
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the values that divide the front, in the first objective's unit and in the space.
+    """Return the values of the first objective between parts of the front, unscaled and scaled.
 
     A given value is mapped together with the other objectives of a point of the reference front,
-    because a space scales each objective separately.
+    because the space scales each objective separately.
     """
     if part_values is None:
         order = np.argsort(points[:, 0], kind="stable")
         rows = order[[len(order) * k // _N_PARTS for k in range(1, _N_PARTS)]]
-        cuts = dict(zip(points[rows, 0], front[rows, 0], strict=True))  # distinct, ascending
+        cuts = dict(zip(points[rows, 0], front[rows, 0], strict=True))  # Distinct and ascending.
         return tuple(map(float, cuts.values())), tuple(map(float, cuts))
     rows_at_values = np.repeat(front[:1], len(part_values), axis=0)
     rows_at_values[:, 0] = part_values
@@ -229,14 +246,18 @@ IndicatorFunction = Callable[[FloatArray, IndicatorSpace], float]
 
 @dataclass(frozen=True)
 class Indicator:
-    """Quality indicator of a front in an `IndicatorSpace`.
+    """Quality indicator of a front, such as the hypervolume: its name, direction and function.
 
     Attributes
     ----------
-    name : name of the table column.
-    title : name in texts and figures.
-    is_maximized : whether larger values are better.
-    measure : function that returns the value of a front that is not empty.
+    name : str
+        Name of the table column.
+    title : str
+        Name in texts and figures.
+    is_maximized : bool
+        Whether larger values are better.
+    measure : function
+        Returns the value of a front that is not empty.
     """
 
     name: str
@@ -245,18 +266,26 @@ class Indicator:
     measure: IndicatorFunction
 
     def evaluate(self, points: FloatArray, space: IndicatorSpace) -> float:
-        """Return the indicator of a front, shape (n, n_obj); the worst value if n is 0."""
+        """Return the indicator value of a front, or the worst value if the front is empty.
+
+        Parameters
+        ----------
+        points : array, shape (n, n_obj)
+            Front, mapped into the space.
+        space : IndicatorSpace
+            Space of the comparison.
+        """
         if not len(points):
             return 0.0 if self.is_maximized else np.inf
         return float(self.measure(points, space))
 
     @property
     def direction(self) -> str:
-        """Text that states which values are better."""
+        """Text that states whether higher or lower values are better."""
         return "higher is better" if self.is_maximized else "lower is better"
 
     def negate_if_minimized(self, values: Any) -> Any:
-        """Return the values with the sign for which larger is better."""
+        """Return indicator values, negated if lower values are better."""
         return values if self.is_maximized else -values
 
 
@@ -267,7 +296,7 @@ def _use_reference_front(measure: Callable[..., float]) -> IndicatorFunction:
 def _hypervolume_between(
     points: FloatArray, space: IndicatorSpace, low: float = -np.inf, high: float = np.inf
 ) -> float:
-    """Return the hypervolume between two values of the first objective."""
+    """Return the part of the hypervolume between two values of the first objective."""
     end = space.reference_point.copy()
     end[0] = min(high, end[0])
     within = points[points[:, 0] < end[0]].copy()
@@ -283,8 +312,8 @@ BEST_VALUE = Indicator("best_value", "best value", False, lambda points, space: 
 #: Indicators of several objectives.
 #: Hypervolume: dominated volume up to the reference point; 0 for an empty front.
 #: IGD+ (Ishibuchi et al. 2015): mean distance from each point of the reference front to the region
-#: that the front dominates. Additive epsilon (Zitzler et al. 2003): least translation of the front
-#: that weakly dominates the reference front. Both are infinite for an empty front.
+#: that the front dominates. Additive epsilon (Zitzler et al. 2003): smallest translation of the
+#: front after which it weakly dominates the reference front. Both are infinite for an empty front.
 INDICATORS = (
     Indicator("hypervolume", "hypervolume", True, _hypervolume_between),
     Indicator("igd_plus", "IGD+", False, _use_reference_front(moocore.igd_plus)),
@@ -293,15 +322,17 @@ INDICATORS = (
 
 
 def build_part_indicators(space: IndicatorSpace, objective: str) -> list[Indicator]:
-    """Return the hypervolume indicator of each part of the front.
+    """Return one hypervolume indicator for each part of the front, a range of the first objective.
 
-    A part is a range of the first objective. The values of all parts add up to the hypervolume; the
-    last part ends at the reference point.
+    The values of all parts add up to the hypervolume. The last part ends at the reference
+    point.
 
     Parameters
     ----------
-    space : indicator space with the `cuts` between the parts.
-    objective : name of the first objective, for the titles.
+    space : IndicatorSpace
+        Space with the `cuts` between the parts.
+    objective : str
+        Name of the first objective, for the titles.
     """
     edges = [-np.inf, *space.cuts, float("inf")]
     names = [f"{value:.6g}" for value in space.parts]
@@ -320,21 +351,24 @@ def build_part_indicators(space: IndicatorSpace, objective: str) -> list[Indicat
 
 
 def select_indicators(n_obj: int) -> list[Indicator]:
-    """Return the indicators for a number of objectives.
+    """Return the quality indicators for a number of objectives, as a list.
 
     The hypervolume, which is computed exactly, is included up to `MAX_OBJECTIVES` objectives.
     """
     if n_obj == 1:
         return [BEST_VALUE]
-    return [i for i in INDICATORS if n_obj <= MAX_OBJECTIVES or i.name != "hypervolume"]
+    has_hypervolume = n_obj <= MAX_OBJECTIVES
+    return [
+        indicator for indicator in INDICATORS if has_hypervolume or indicator.name != "hypervolume"
+    ]
 
 
 def build_indicator_rows(
     problem: Problem, run: StudyRun, grid: Sequence[int], space: IndicatorSpace
 ) -> list[dict[str, Any]]:
-    """Return the table rows of a run, one per evaluation count in `grid`.
+    """Return the indicator values of a run after each evaluation count, as one dict per count.
 
-    Each row has ``evaluations``, the indicators, the hypervolume of each part, the number of
+    Each dict has ``evaluations``, the indicators, the hypervolume of each part, the number of
     ``points`` on the front (at most 1 for a single objective), and the values of
     ``front_summary(F)`` of the problem's view.
     """
@@ -344,7 +378,7 @@ def build_indicator_rows(
     rows, view = [], build_view(problem)
     for evaluations, F in zip(grid, run.iterate_fronts(grid), strict=True):
         points = space(F)
-        values = {i.name: i.evaluate(points, space) for i in indicators}
+        values = {indicator.name: indicator.evaluate(points, space) for indicator in indicators}
         rows.append(
             {"evaluations": int(evaluations), **values, "points": len(F)}
             | {

@@ -1,4 +1,8 @@
-"""Plan of a study, which identifies an interrupted study, and the lock of its folder."""
+"""Plan of a study, and the lock of its folder.
+
+The plan lists the settings and software versions of a study. A study can be resumed only with an
+equal plan.
+"""
 
 from __future__ import annotations
 
@@ -27,26 +31,29 @@ from mgeo.store.readers import read_json
 PLAN_FILE = "study.json"
 
 _CORE_PACKAGES = ("mgeo", "pymoo", "numpy", "scipy", "moocore")
-_MAX_DEPTH = 4  # levels of nested objects: algorithm, mating, crossover, parameter
-_MAX_ARRAY_SIZE = 100  # size of an array up to which its values are listed
+_MAX_DEPTH = 4  # Levels of nested objects: algorithm, mating, crossover, parameter.
+_MAX_ARRAY_SIZE = 100  # Larger arrays are described by shape and hash.
 
 
 @contextmanager
 def lock_study(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[None]:
-    """Lock a folder for one study and record the plan of the study there.
+    """Context manager that locks the folder of a study and records or compares its settings.
 
     Parameters
     ----------
-    folder : folder of the study, created if it does not exist.
-    plan : names, options, parameters, seeds, budget and versions, as JSON values.
-    resume : whether to continue a study of an equal plan.
+    folder : Path
+        Folder of the study, created if it does not exist.
+    plan : mapping
+        Names, options, parameters, seeds, budget and software versions, as values that become JSON.
+    resume : bool
+        Whether the folder may contain a study with an equal plan.
 
     Raises
     ------
     FileExistsError
-        If the folder holds a study and `resume` is false.
+        If the folder contains a study and `resume` is false.
     ValueError
-        If the folder holds a study of another plan, or another process uses the folder.
+        If the folder contains a study with another plan, or another process uses the folder.
     """
     path, content = folder / PLAN_FILE, encode_json(plan)
     folder.mkdir(parents=True, exist_ok=True)
@@ -55,26 +62,32 @@ def lock_study(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterat
             write_file(path, content)
         elif not resume:
             raise FileExistsError(
-                f"{folder} holds a study: --resume (resume=True in Python) continues it, "
-                "read_comparison reads it; expected one of these, or another folder"
+                f"{folder} contains a study: continue it by --resume (resume=True in Python), "
+                "read it by read_comparison, or choose another folder"
             )
-        elif text := describe_difference(read_json(path), json.loads(content)):
+        elif difference := describe_difference(read_json(path), json.loads(content)):
             raise ValueError(
-                f"{folder} holds another study: {text}; to resume, expected the same names, "
-                "options, parameters, seeds, evaluations and versions"
+                f"{folder} contains another study: {difference}; to resume a study, its names, "
+                "options, parameters, seeds, evaluations and versions must be unchanged"
             )
         yield
 
 
 def describe_algorithm(algorithm: Algorithm) -> dict[str, Any]:
-    """Return the class and the public attributes that distinguish an algorithm, as JSON values."""
+    """Return the class and the distinguishing public attributes of an algorithm as a dict for JSON.
+
+    Attributes that every pymoo algorithm has are omitted.
+    """
     common = vars(Algorithm())
     description: dict[str, Any] = describe_value(algorithm)
-    return {key: each for key, each in description.items() if key not in common}
+    return {key: value for key, value in description.items() if key not in common}
 
 
 def describe_problem(problem: Problem) -> dict[str, Any]:
-    """Return the class and options of a problem as JSON values, or its public attributes."""
+    """Return the class and the options of a problem as a dict for JSON.
+
+    The public attributes take the place of the options if the problem does not define options.
+    """
     options = protocol.get_options(problem)
     description: dict[str, Any] = describe_value(problem, depth=1)
     return (
@@ -85,10 +98,10 @@ def describe_problem(problem: Problem) -> dict[str, Any]:
 
 
 def describe_value(value: Any, depth: int = _MAX_DEPTH) -> Any:
-    """Return JSON values that identify an object by its class and public attributes.
+    """Convert any object to JSON values that identify its class and public attributes.
 
-    Attributes are described recursively to `depth` levels. Equal descriptions do not prove equal
-    behavior.
+    Attributes are converted recursively to `depth` levels of nested objects. Large arrays are
+    replaced by their shape and hash. Objects with equal descriptions may still behave differently.
     """
     if isinstance(value, np.generic):
         value = value.item()
@@ -101,25 +114,37 @@ def describe_value(value: Any, depth: int = _MAX_DEPTH) -> Any:
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, list | tuple):
-        return [describe_value(each, depth) for each in value]
+        return [describe_value(item, depth) for item in value]
     if isinstance(value, Mapping):
-        return {str(key): describe_value(each, depth) for key, each in value.items()}
-    named = value if hasattr(value, "__qualname__") else type(value)
-    name = f"{named.__module__}.{named.__qualname__}"
-    if named is value or depth == 0:
+        return {str(key): describe_value(item, depth) for key, item in value.items()}
+    definition = value if hasattr(value, "__qualname__") else type(value)
+    name = f"{definition.__module__}.{definition.__qualname__}"
+    if definition is value or depth == 0:
         return name
     public = {k: v for k, v in getattr(value, "__dict__", {}).items() if not k.startswith("_")}
-    return {"class": name} | {key: describe_value(each, depth - 1) for key, each in public.items()}
+    return {"class": name} | {key: describe_value(item, depth - 1) for key, item in public.items()}
 
 
-_distributions = cache(packages_distributions)  # reads the metadata of all packages
+# The call reads the metadata of all installed packages.
+_find_distributions = cache(packages_distributions)
 
 
 def list_study_versions(*objects: Any) -> dict[str, str]:
-    """Return the versions of Python, mgeo's dependencies, and the packages that define `objects`."""
-    modules = {cls.__module__ for part in objects for cls in type(part).__mro__}
-    owners = _distributions()
-    names = {name for module in modules for name in owners.get(module.partition(".")[0], ())}
+    """Return the versions of Python, mgeo, and the packages that define objects, as a dict.
+
+    Parameters
+    ----------
+    *objects
+        Problem and algorithms of a study, whose packages are included.
+
+    Returns
+    -------
+    dict of str to str
+        Version by package name, Python first.
+    """
+    modules = {cls.__module__ for instance in objects for cls in type(instance).__mro__}
+    distributions = _find_distributions()
+    names = {name for module in modules for name in distributions.get(module.partition(".")[0], ())}
     if "mgeo.benchmarks.coco" in modules:
         names.add(COCO_DISTRIBUTION)
     versions = {name: version(name) for name in sorted({*_CORE_PACKAGES, *names})}

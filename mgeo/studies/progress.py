@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-#: Callback for each ended run, with algorithm, seed, and error message (empty on success).
+#: Function called when a run ends, with algorithm, seed and error message (empty on success).
 ProgressCallback = Callable[[str, int, str], None]
 
 
@@ -14,20 +14,26 @@ ProgressCallback = Callable[[str, int, str], None]
 def show_progress(
     title: str, n_runs: int, n_reused: int | None, *, enabled: bool
 ) -> Iterator[ProgressCallback]:
-    """Show a progress bar on a terminal, each failed run, and the number of reused runs.
+    """Context manager that reports the progress of the runs of a comparison on stderr.
 
-    Without rich, which comes with ``mgeo[cli]``, only the number of reused runs is shown.
+    It shows the number of reused runs, each failed run and, on a terminal, a progress bar. Without
+    rich, which comes with ``mgeo[cli]``, only the number of reused runs is shown.
 
     Parameters
     ----------
-    title : name of the problem.
-    n_runs : number of runs.
-    n_reused : number of runs read from the folder; None for a new study.
-    enabled : whether to show anything.
+    title : str
+        Name of the problem.
+    n_runs : int
+        Number of runs.
+    n_reused : int or None
+        Number of runs read from the folder; None for a new study.
+    enabled : bool
+        Whether to show anything.
 
     Yields
     ------
-    Function to call when a run ends.
+    function
+        Call it when a run ends, with algorithm, seed and error message (empty on success).
     """
     if enabled and n_reused is not None:
         print(f"{title}: reused {n_reused} of {n_runs} runs", file=sys.stderr)
@@ -45,9 +51,9 @@ def show_progress(
     with progress.Progress(*columns, console=screen, disable=not screen.is_terminal) as bar:
         task = bar.add_task(markup.escape(title), total=n_runs, completed=n_reused or 0)
 
-        def done(name: str, seed: int, error: str) -> None:
+        def report(name: str, seed: int, error: str) -> None:
             if error:
                 bar.console.print(f"{title}: {name}, seed {seed}: {error}", markup=False)
             bar.advance(task)
 
-        yield done
+        yield report

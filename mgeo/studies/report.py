@@ -1,4 +1,4 @@
-"""HTML pages of a study and of its problems, and all figures by name."""
+"""HTML pages of a study and of its problems, and the figures of a study by name."""
 
 from __future__ import annotations
 
@@ -32,15 +32,16 @@ from mgeo.validation.arguments import format_suggestion
 
 
 def render_problem_page(study: Study, label: str, comparison: Comparison) -> str:
-    """Return the HTML page of one problem: conclusions, tables, figures and method.
+    """Return the HTML of the report page of one problem: conclusions, tables, figures and method.
 
-    If the study has several problems, the page loads the plotting library from the study's folder.
+    If the study has several problems, the page loads the plotting library from the folder of the
+    study.
     """
     runs, tests = comparison.runs, comparison.test_differences()
     published = format_published_table(study, comparison)
-    against = None
+    control_table = None
     if study.control in comparison.rank_algorithms():
-        against = format_control_table(comparison, study.control, comparison.all_indicators)
+        control_table = format_control_table(comparison, study.control, comparison.all_indicators)
     results = render(
         "studies/assets/results.html",
         study=study,
@@ -48,7 +49,7 @@ def render_problem_page(study: Study, label: str, comparison: Comparison) -> str
         comparison=comparison,
         conclusions=" ".join(format_conclusions(comparison, study.control)),
         published=published,
-        against=against,
+        control_table=control_table,
         failed=runs[runs["status"] == "failed"].to_dict("records"),
     )
     formats = {"A": "{:.3f}".format, "p": "{:.2g}".format, "p_holm": "{:.2g}".format}
@@ -72,14 +73,18 @@ def render_study_page(
     ranks: pd.DataFrame,
     remarks: Sequence[str],
 ) -> str:
-    """Return the HTML page over all problems: means of the first indicator, ranks and runtimes.
+    """Return the HTML of the report page over all problems: indicators, average ranks and runtimes.
 
     Parameters
     ----------
-    study : the study.
-    comparisons : finished comparisons by problem.
-    ranks : table of `mgeo.studies.aggregation.ranks_over_problems`.
-    remarks : sentences on failures, and the notes of the comparisons.
+    study : Study
+        Study of the problems.
+    comparisons : mapping of str to Comparison
+        Finished comparisons by problem label.
+    ranks : DataFrame
+        Table of `mgeo.studies.aggregation.compute_average_ranks`.
+    remarks : sequence of str
+        Sentences on failures, and the notes of the comparisons.
     """
     problems = render(
         "studies/assets/problems.html",
@@ -95,32 +100,32 @@ def render_study_page(
 
 
 def format_average_ranks(ranks: pd.DataFrame, per_variable: bool) -> pd.DataFrame:
-    """Return the average ranks as text, one row per evaluation count and one column per algorithm.
+    """Format average ranks as a table of text, by evaluation count (rows) and algorithm (columns).
 
-    A star marks ranks without a significant difference (5 %) from the best algorithm of the row, or
-    from the control.
+    A star marks ranks without a significant difference (5 %) from the control, or without a control
+    from the best algorithm of the row.
     """
-    each = " each" if per_variable else ""
+    suffix = " per variable" if per_variable else ""
     sizes = ranks["variables"].map(lambda n: f"{n} variables" if n else "all")
-    budgets = ranks["evaluations"].map("{:,.10g}".format) + each
+    budgets = ranks["evaluations"].map("{:,.10g}".format) + suffix
     blocks = [
         f" ({problems} problems{'' if functions == problems else f' of {functions} functions'})"
         for problems, functions in zip(ranks["problems"], ranks["functions"], strict=True)
     ]
     stars = (ranks["p_holm"] >= SIGNIFICANCE_LEVEL).map({True: "*", False: ""})
-    shown = ranks.assign(
+    texts = ranks.assign(
         row=sizes + ", " + budgets + blocks,
         text=ranks["average_rank"].map("{:.2f}".format) + stars,
     )
-    table = shown.pivot(index="row", columns="algorithm", values="text")
-    order = shown.groupby("algorithm")["average_rank"].mean().sort_values(kind="stable")
-    return table.loc[shown["row"].unique(), order.index].rename_axis("after evaluations")
+    table = texts.pivot(index="row", columns="algorithm", values="text")
+    order = texts.groupby("algorithm")["average_rank"].mean().sort_values(kind="stable")
+    return table.loc[texts["row"].unique(), order.index].rename_axis("after evaluations")
 
 
 def draw_study_figures(
     comparisons: Mapping[str, Comparison], names: Sequence[str] = ()
 ) -> dict[str, go.Figure]:
-    """Return the figures of a study by names that are valid file names.
+    """Return the plotly figures of a study as a dict, by names that are valid file names.
 
     For several problems, the names are ``ranks``, ``targets``, and the figures of each problem with
     the name of its folder, such as ``zdt1-anytime``. The anytime figure of each further indicator
@@ -128,8 +133,10 @@ def draw_study_figures(
 
     Parameters
     ----------
-    comparisons : finished comparisons by problem.
-    names : names of figures to return; a name without the problem selects the figure of all
+    comparisons : mapping of str to Comparison
+        Finished comparisons by problem label.
+    names : sequence of str
+        Names of the figures to return. A name without the problem selects the figure of all
         problems. Empty for all figures.
 
     Raises
@@ -157,9 +164,9 @@ def draw_study_figures(
 
 def _draw_aggregate_figures(comparisons: Mapping[str, Comparison]) -> dict[str, go.Figure]:
     algorithms = next(iter(comparisons.values())).algorithms
-    ranked = compute_friedman_test(compute_problem_values(comparisons))
-    reached = compute_runtime_distribution(comparisons)
-    figures = {"ranks": draw_critical_difference_diagram(ranked, algorithms)} if ranked else {}
-    if len(reached):
-        figures["targets"] = draw_runtime_distribution(reached, len(comparisons))
+    friedman = compute_friedman_test(compute_problem_values(comparisons))
+    distribution = compute_runtime_distribution(comparisons)
+    figures = {"ranks": draw_critical_difference_diagram(friedman, algorithms)} if friedman else {}
+    if len(distribution):
+        figures["targets"] = draw_runtime_distribution(distribution, len(comparisons))
     return figures

@@ -1,7 +1,7 @@
-"""Execution of one run of a study, recorded from outside the algorithm.
+"""Execution of one run of a study, with a log of all its evaluations.
 
-The evaluations are logged instead of the population, so that the record has the same meaning for
-every pymoo algorithm.
+The evaluations are logged outside of the algorithm, so that the log has the same meaning for every
+pymoo algorithm.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from mgeo.evaluation.individuals import find_successful
 from mgeo.runs.algorithms import MAX_IDLE_GENERATIONS, set_up
 from mgeo.studies.study_run import StudyRun
 
-#: Callback for each evaluated batch, with problem, population and algorithm.
+#: Function that is called with problem, population and algorithm after each evaluated batch.
 BatchCallback = Callable[[Any, Population, Any], object]
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """Arguments of one run.
+    """Arguments of one run: problem, algorithm, evaluation budget and seed.
 
     The class has slots and no weak references, because joblib's Dask backend would otherwise store
     the task on one worker only.
@@ -49,7 +49,10 @@ class Task:
 
 
 def run_task(task: Task) -> StudyRun | str:
-    """Make a run; return the error message if it fails, so that other runs continue."""
+    """Execute a run and return its log, or the error message as text if the run fails.
+
+    Returning errors instead of raising them lets the other runs continue.
+    """
     try:
         return record_run(task)
     except Exception as error:  # External algorithms and problems may raise any error.
@@ -57,24 +60,24 @@ def run_task(task: Task) -> StudyRun | str:
 
 
 def record_run(task: Task) -> StudyRun:
-    """Run copies of the algorithm and the problem, and return the record of all evaluations.
+    """Run copies of the algorithm and the problem of a task, and return the log of all evaluations.
 
     The run ends with the generation that completes `n_eval` evaluations. The algorithm uses its own
     random generator, seeded by `Task.seed`. The global generators of NumPy and Python are seeded as
-    well and restored afterwards; algorithms that use them are not reproducible if runs share a
-    process in threads.
+    well and restored afterwards. Algorithms that use the global generators are not reproducible if
+    runs share a process in threads.
 
     Raises
     ------
     RuntimeError
         If the algorithm stops proposing candidates before `n_eval` evaluations.
     EvaluationError
-        If every candidate failed.
+        If the evaluation of every candidate failed.
     """
     start = time.perf_counter()
     log = EvaluationLog(task.problem.n_obj, task.n_eval)
     with seed_global_generators(task.seed), warnings.catch_warnings():
-        # The comparison reports this condition in its notes.
+        # The notes of the comparison state this condition once for all runs.
         warnings.filterwarnings("ignore", "the first generation of")
         problem = copy.deepcopy(task.problem)
         for algorithm in iterate_generations(task, problem, lambda _, *batch: log(*batch)):
@@ -87,15 +90,24 @@ def record_run(task: Task) -> StudyRun:
 
 
 def iterate_generations(task: Task, problem: Problem, on_batch: BatchCallback) -> Iterator[Any]:
-    """Yield a copy of the algorithm after each generation, until `n_eval` evaluations are made.
+    """Run an algorithm until `n_eval` evaluations are made, and yield it after each generation.
 
-    The algorithm's own termination is not used, because some terminations end a generation early.
+    The algorithm's own termination criterion is not used, because some criteria stop within a
+    generation.
 
     Parameters
     ----------
-    task : the run to be made.
-    problem : copy of the problem of the task.
-    on_batch : function called with each evaluated batch, see `ReportingEvaluator`.
+    task : Task
+        Run to execute. Its algorithm is copied.
+    problem : Problem
+        Copy of the problem of the task.
+    on_batch : function
+        Called with problem, population and algorithm after each evaluated batch.
+
+    Yields
+    ------
+    Algorithm
+        The running copy of the algorithm.
 
     Raises
     ------
@@ -104,37 +116,41 @@ def iterate_generations(task: Task, problem: Problem, on_batch: BatchCallback) -
     """
     algorithm = set_up(problem, task.algorithm, task.n_eval, task.seed)
     evaluator = algorithm.evaluator = ReportingEvaluator(algorithm.evaluator, on_batch)
-    idle = 0
+    n_idle = 0
     while evaluator.n_evaluations < task.n_eval:
-        before = evaluator.n_evaluations
+        n_before = evaluator.n_evaluations
         algorithm.next()
-        idle = idle + 1 if evaluator.n_evaluations == before else 0
-        if idle == MAX_IDLE_GENERATIONS:
+        n_idle = n_idle + 1 if evaluator.n_evaluations == n_before else 0
+        if n_idle == MAX_IDLE_GENERATIONS:
             raise RuntimeError(
-                f"{type(task.algorithm).__name__} proposed no new candidate after {before} of "
+                f"{type(task.algorithm).__name__} proposed no new candidate after {n_before} of "
                 f"{task.n_eval} evaluations"
             )
         yield algorithm
 
 
 class EvaluationLog:
-    """Log of every evaluation that no earlier batch weakly dominates.
+    """Log of a run from which its front after any number of evaluations can be reconstructed.
 
-    The log contains every point that can be on the front after any evaluation count up to `n_eval`.
-    Infeasible solutions, failed evaluations (see `mgeo.TolerantEvaluator`) and values that are not
-    finite are counted, but not logged. Low-fidelity values of `mgeo.MGEOStaged` are not logged
-    either: its front is empty until the final high-fidelity evaluation. This final evaluation
-    proposes no new candidates and counts as part of the first `n_eval` evaluations.
+    A point is logged unless a point of an earlier batch weakly dominates it. Infeasible solutions,
+    failed evaluations (see `mgeo.TolerantEvaluator`) and values that are not finite are counted,
+    but not logged. Low-fidelity values of `mgeo.MGEOStaged` are not logged either: its front is
+    empty until the final high-fidelity evaluation. This final evaluation proposes no new candidates
+    and counts as part of the first `n_eval` evaluations.
 
     Parameters
     ----------
-    n_obj : number of objectives.
-    n_eval : number of evaluations to log.
+    n_obj : int
+        Number of objectives.
+    n_eval : int
+        Number of evaluations to log.
 
     Attributes
     ----------
-    n_evaluations : number of evaluations so far, including those beyond `n_eval`.
-    n_failed : number of failures among the first `n_eval` evaluations.
+    n_evaluations : int
+        Number of evaluations so far, including those beyond `n_eval`.
+    n_failed : int
+        Number of failures among the first `n_eval` evaluations.
     """
 
     def __init__(self, n_obj: int, n_eval: int) -> None:
@@ -148,7 +164,7 @@ class EvaluationLog:
         self._X: list[Any] = []
 
     def __call__(self, population: Population, algorithm: Algorithm | None = None) -> None:
-        """Log a batch of evaluated candidates, in the order of evaluation."""
+        """Add a batch of evaluated candidates to the log, in the order of their evaluation."""
         F = population.get("F").astype(float)
         numbers = np.arange(self.n_evaluations + 1, self.n_evaluations + 1 + len(F))
         self.n_evaluations += len(F)
@@ -171,11 +187,12 @@ class EvaluationLog:
         self._X.append(np.array(population[is_logged].get("X")))
 
     def build_run(self, wall_time: float) -> StudyRun:
-        """Return the record of the run.
+        """Return the log as a `StudyRun`, which can be stored.
 
         Parameters
         ----------
-        wall_time : duration of the run [s].
+        wall_time : float
+            Duration of the run [s].
         """
         rows = np.array(self._archive.individuals, dtype=np.int64)
         return StudyRun(
@@ -191,16 +208,19 @@ class EvaluationLog:
 
 
 class ReportingEvaluator(Evaluator):
-    """Evaluator that reports each evaluated batch to a callback.
+    """Evaluator that calls a function after each evaluated batch.
 
     Parameters
     ----------
-    inner : evaluator that evaluates the batch.
-    on_batch : function called with problem, population and algorithm after each batch.
+    inner : Evaluator
+        Evaluator that evaluates the batches.
+    on_batch : function
+        Called with problem, population and algorithm after each batch.
 
     Attributes
     ----------
-    n_evaluations : number of evaluations so far.
+    n_evaluations : int
+        Number of evaluations so far.
     """
 
     def __init__(self, inner: Evaluator, on_batch: BatchCallback) -> None:
@@ -216,7 +236,7 @@ class ReportingEvaluator(Evaluator):
 
 
 def _select_numeric_rows(X: list[Any], rows: Any) -> Any:
-    """Return the given rows as floats, shape (n, n_var), or no columns if they are not numbers."""
+    """Return rows of designs as a float array, without columns if they are not numeric."""
     if not X or X[0].ndim != 2 or X[0].dtype == object:
         return np.empty((len(rows), 0))
     return np.concatenate(X)[rows].astype(float)
@@ -224,7 +244,10 @@ def _select_numeric_rows(X: list[Any], rows: Any) -> Any:
 
 @contextmanager
 def seed_global_generators(seed: int) -> Iterator[None]:
-    """Seed the global generators of NumPy and Python, and restore them on exit."""
+    """Context manager that seeds the global random generators of NumPy and Python.
+
+    Both generators are restored to their previous state on exit.
+    """
     numpy_state, python_state = np.random.get_state(), random.getstate()  # noqa: NPY002
     np.random.seed(seed % 2**32)  # noqa: NPY002
     random.seed(seed)

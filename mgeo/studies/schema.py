@@ -1,4 +1,4 @@
-"""Schema of study files; editors use it as a JSON Schema."""
+"""Schema of study files, from which the JSON Schema for editors is generated."""
 
 from __future__ import annotations
 
@@ -38,99 +38,106 @@ Seeds = Annotated[
 
 
 class ProblemTable(Table):
-    """One problem, or several problems that differ in name or scenario."""
+    """One problem of the study, or several problems that differ in name or scenario."""
 
     name: Names = Field(
-        description="Installed problem, or problem of a collection: pymoo:NAME; shifted:NAME, a "
-        "pymoo problem with its optimum moved off the bounds; or coco:SUITE/fN/dN/iN, where "
-        "numbers may be ranges."
+        description="Name of an installed problem, or of a benchmark problem: pymoo:NAME; "
+        "shifted:NAME, a pymoo problem with its optimum moved off the bounds; or "
+        "coco:SUITE/fN/dN/iN, where numbers may be ranges. Each name in a list "
+        "defines a problem."
     )
     label: str | None = Field(
-        None, description="Label; {name}, {scenario} and {option} are replaced by their values."
+        None,
+        description="Label of the problem in tables and figures. {name}, {scenario} and any "
+        "{option} in braces are replaced by their values.",
     )
     scenario: Names | None = Field(
-        None, description="Scenario files, relative to this file, or presets."
+        None,
+        description="Scenario files, with paths relative to the study file, or names of presets.",
     )
-    options: dict[str, Any] | None = Field(None, description="Options of the problem.")
+    options: dict[str, Any] | None = Field(None, description="Options of the problem, by name.")
     parts: NonEmptyList[float] | None = Field(
         None,
-        description="Ascending values of the first objective that divide the front into parts, for "
-        "the hypervolume of each part. By default, each part has a third of the points of the "
-        "reference front.",
+        description="Ascending values of the first objective that divide the front into parts. "
+        "The hypervolume of each part is reported. By default, each of three parts contains a "
+        "third of the points of the reference front.",
     )
 
 
 class AlgorithmTable(Table):
     """One algorithm with its parameters, or one algorithm per combination of listed values.
 
-    A parameter whose value is a list is written as a list in a list: momentum = [[0.6, 0.4]].
+    A parameter whose value is itself a list is written as a list in a list: momentum = [[0.6,
+    0.4]].
     """
 
     model_config = ConfigDict(extra="allow")
 
     name: Names = Field(
-        description=f"One of {', '.join(ALGORITHMS)}; an algorithm of an installed plugin; or "
-        "module:Class."
+        description=f"Name of the algorithm: one of {', '.join(ALGORITHMS)}; an algorithm of an "
+        "installed plugin; or module:Class."
     )
     label: str | None = Field(
-        None, description="Label; {name} and {parameter} are replaced by their values."
+        None,
+        description="Label of the algorithm in tables and figures. {name} and any {parameter} in "
+        "braces are replaced by their values.",
     )
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Parameters of the algorithm: all keys except name and label."""
+        """Parameters of the algorithm as a dict: all keys except name and label."""
         return self.model_extra or {}
 
 
 class PublishedTable(Table):
-    """Published values for comparison with the results of the study."""
+    """Published values, which reports show beside the results of the study."""
 
-    source: str
+    source: str = Field(description="Publication that the values are taken from.")
     evaluations: int | None = Field(
         None,
         ge=1,
-        description="Evaluations of each published run. The values are listed only beside runs "
-        "with this number of evaluations.",
+        description="Number of evaluations of each published run. The published values are shown "
+        "only beside results with this number of evaluations.",
     )
     table: dict[str, dict[str, float]] = Field(
-        description="Values by algorithm label, then by column."
+        description="Published values, by the label of the algorithm and the table column."
     )
 
 
 class StudySettings(Table):
-    """Keys of a study except its problems and algorithms."""
+    """Settings of a study: all keys of the file except its problems and algorithms."""
 
-    title: str
-    description: str = ""
-    evaluations: int = Field(ge=1, description="Evaluations of each run.")
+    title: str = Field(description="Title of the report pages.")
+    description: str = Field("", description="Introduction on the report pages.")
+    evaluations: int = Field(ge=1, description="Number of evaluations of each run.")
     per_variable: bool = Field(
         False,
-        description="Whether evaluations and grid are multiplied by the number of variables of the "
-        "problem.",
+        description="Whether evaluations and grid are multiplied by the number of variables of "
+        "each problem.",
     )
-    seeds: Seeds = Field(description="Number of seeds (1, 2, ...), or a list of seeds.")
+    seeds: Seeds = Field(description="Number n of seeds, for the seeds 1 to n, or a list of seeds.")
     grid: Grid = Field(
         DEFAULT_GRID_SIZE,
-        description="Number of equal steps, or a list of evaluation counts, at which fronts are "
-        "measured.",
+        description="Number of equal steps of a run after which its front is measured, or a list "
+        "of evaluation counts.",
     )
     control: str | None = Field(
         None,
-        description="Label of the control algorithm, which is compared with each other algorithm. "
-        "The p values are corrected for these comparisons only, so choose the control before "
-        "results are available.",
+        description="Label of the control algorithm, which is compared with every other algorithm. "
+        "The p values are corrected for these comparisons only. Choose the control before results "
+        "are available.",
     )
-    published: PublishedTable | None = None
+    published: PublishedTable | None = Field(None, description="Published values.")
 
 
 class StudyTable(StudySettings):
-    """A comparison of algorithms on problems."""
+    """Study: a comparison of algorithms on problems."""
 
-    problems: NonEmptyList[ProblemTable]
-    algorithms: NonEmptyList[AlgorithmTable]
+    problems: NonEmptyList[ProblemTable] = Field(description="Problems of the study.")
+    algorithms: NonEmptyList[AlgorithmTable] = Field(description="Algorithms of the study.")
 
 
 def build_study_schema() -> str:
-    """Return the JSON Schema of study files as text."""
+    """Return the JSON Schema of study files, as the text of a JSON file."""
     version = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     return json.dumps(version | StudyTable.model_json_schema(), indent=2)

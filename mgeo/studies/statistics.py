@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 import pandas as pd
-import scipy  # imports the slow scipy.stats only at first use
+import scipy  # Imports the slow scipy.stats only at first use.
 from numpy.typing import ArrayLike
 
 from mgeo._typing import FloatArray
@@ -26,9 +26,12 @@ class KruskalWallisResult:
 
     Attributes
     ----------
-    statistic : chi-square with k - 1 degrees of freedom, corrected for ties.
-    p_value : p value of the statistic.
-    ranks : mean rank of each sample, see `mean_ranks`.
+    statistic : float
+        Chi-square with k - 1 degrees of freedom for k samples, corrected for ties.
+    p_value : float
+        p value of the statistic.
+    ranks : Series
+        Mean rank of each sample, see `mean_ranks`.
     """
 
     statistic: float
@@ -38,20 +41,24 @@ class KruskalWallisResult:
 
 @dataclass(frozen=True, eq=False)
 class FriedmanResult:
-    """Result of Friedman's test over problems; rank 1 is the best.
+    """Result of Friedman's test for a difference between algorithms over several problems.
 
     The values of a block must be related, as the values of all algorithms on one problem are. Runs
     of equal seeds are not related, because runs are independent. Instances of one function form one
-    block.
+    block. Rank 1 is the best.
 
     Attributes
     ----------
-    statistic : chi-square with k - 1 degrees of freedom, corrected for ties.
-    p_value : p value of the statistic.
-    ranks : average rank of each algorithm, best first.
-    n_problems, n_blocks : number of problems and of blocks.
-    critical_difference : critical difference of average ranks at 5 %, for all pairs (Nemenyi's
-        test, Demsar 2006).
+    statistic : float
+        Chi-square with k - 1 degrees of freedom for k algorithms, corrected for ties.
+    p_value : float
+        p value of the statistic.
+    ranks : Series
+        Average rank of each algorithm, best first.
+    n_problems, n_blocks : int
+        Number of problems and of blocks.
+    critical_difference : float
+        Critical difference of average ranks at 5 %, for all pairs (Nemenyi's test, Demsar 2006).
     """
 
     statistic: float
@@ -75,7 +82,7 @@ def mann_whitney_p_value(a: ArrayLike, b: ArrayLike) -> float:
 
 
 def holm_correction(p_values: ArrayLike) -> FloatArray:
-    """Return the p values corrected by Holm's step-down procedure."""
+    """Correct p values for multiple tests by Holm's step-down procedure."""
     values = np.asarray(p_values, dtype=float)
     order = np.argsort(values, kind="stable")
     corrected = np.maximum.accumulate(values[order] * np.arange(len(values), 0, -1))
@@ -83,30 +90,43 @@ def holm_correction(p_values: ArrayLike) -> FloatArray:
 
 
 def vargha_delaney_effect_size(a: ArrayLike, b: ArrayLike) -> float:
-    """Return the Vargha-Delaney effect size A.
+    """Return the Vargha-Delaney effect size A, the probability that `a` is larger than `b`.
 
-    A is the probability that a value of `a` is larger than a value of `b`; ties count half.
+    A compares one random value of each sample.
+
+    Ties count half.
     """
     x, y = np.asarray(a, dtype=float)[:, None], np.asarray(b, dtype=float)[None, :]
     return float(np.mean((x > y) + 0.5 * (x == y)))
 
 
 def classify_effect_size(effect_size: float) -> str:
-    """Return the magnitude of an effect size A: negligible, small, medium or large."""
+    """Return the magnitude of an effect size A as text: negligible, small, medium or large.
+
+    The thresholds are those of Vargha and Delaney (2000).
+    """
     return next(
-        (w for least, w in _MAGNITUDES if max(effect_size, 1.0 - effect_size) >= least),
+        (text for low, text in _MAGNITUDES if max(effect_size, 1.0 - effect_size) >= low),
         "negligible",
     )
 
 
 def compare_pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.DataFrame:
-    """Compare all pairs of samples by the Mann-Whitney test, larger values being better.
+    """Compare all pairs of samples by the Mann-Whitney test, as a table with one row per pair.
+
+    Larger values are better.
+
+    Parameters
+    ----------
+    samples : mapping of str to array_like
+        Values of the runs by algorithm.
 
     Returns
     -------
-    A row per pair with the names ``a`` and ``b``; ``A``, the probability that a run of a
-    beats a run of b; its ``magnitude``; ``p`` of the Mann-Whitney test; and ``p_holm``, corrected
-    for all pairs.
+    DataFrame
+        Names ``a`` and ``b``; ``A``, the probability that a run of a beats a run of b; its
+        ``magnitude``; ``p`` of the Mann-Whitney test; and ``p_holm``, corrected for all pairs by
+        Holm's procedure.
     """
     table = pd.DataFrame(combinations(samples, 2), columns=["a", "b"])
     pairs = [(samples[a], samples[b]) for a, b in combinations(samples, 2)]
@@ -117,10 +137,20 @@ def compare_pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.
 
 
 def mean_ranks(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.Series[float]:
-    """Return the mean rank of each sample among all values, best first.
+    """Return the mean rank of each sample among the values of all samples, best first.
 
     The largest value has rank 1; equal values share the mean of their ranks. For two samples, the
-    one with the better mean rank has `vargha_delaney_effect_size` above one half.
+    one with the better mean rank has a `vargha_delaney_effect_size` above one half.
+
+    Parameters
+    ----------
+    samples : mapping of str to array_like
+        Values of the runs by algorithm.
+
+    Returns
+    -------
+    Series
+        Mean rank by algorithm.
     """
     names = np.repeat(list(samples), [len(values) for values in samples.values()])
     values = np.concatenate([np.empty(0), *samples.values()])
@@ -129,7 +159,18 @@ def mean_ranks(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.Series
 
 
 def kruskal_wallis_test(samples: Mapping[str, Sequence[float] | FloatArray]) -> KruskalWallisResult:
-    """Return the Kruskal-Wallis test of independent samples, larger values being better.
+    """Apply the Kruskal-Wallis test for a difference between independent samples.
+
+    Larger values are better.
+
+    Parameters
+    ----------
+    samples : mapping of str to array_like
+        Values of the runs by algorithm.
+
+    Returns
+    -------
+    KruskalWallisResult
 
     Raises
     ------
@@ -147,12 +188,19 @@ def kruskal_wallis_test(samples: Mapping[str, Sequence[float] | FloatArray]) -> 
 
 
 def mean_block_ranks(values: ArrayLike, blocks: ArrayLike) -> FloatArray:
-    """Return the average rank of each algorithm in each block, shape (blocks, algorithms).
+    """Rank the algorithms on each problem, and average the ranks over the problems of each block.
 
     Parameters
     ----------
-    values : (problems, algorithms) values; the largest value of a problem has rank 1.
-    blocks : (problems,) block of each problem.
+    values : array_like, shape (n_problems, n_algorithms)
+        Values, of which the largest on a problem has rank 1.
+    blocks : array_like, shape (n_problems,)
+        Block of each problem.
+
+    Returns
+    -------
+    array, shape (n_blocks, n_algorithms)
+        Average ranks.
     """
     ranks = pd.DataFrame(scipy.stats.rankdata(-np.asarray(values, dtype=float), axis=1))
     return ranks.groupby(np.asarray(blocks)).mean().to_numpy()
@@ -161,14 +209,23 @@ def mean_block_ranks(values: ArrayLike, blocks: ArrayLike) -> FloatArray:
 def friedman_test(
     values: ArrayLike, names: Sequence[str], blocks: Sequence[str] | None = None
 ) -> FriedmanResult:
-    """Return Friedman's test of values by problem and algorithm, larger values being better.
+    """Apply Friedman's test for differences between algorithms over several problems.
+
+    Larger values are better.
 
     Parameters
     ----------
-    values : (problems, algorithms).
-    names : labels of the algorithms.
-    blocks : block of each problem, over which ranks are averaged; None for one block per problem.
+    values : array_like, shape (n_problems, n_algorithms)
+        Values.
+    names : sequence of str
+        Labels of the algorithms.
+    blocks : sequence of str, optional
+        Block of each problem, over which ranks are averaged. By default, each problem is a block.
         Averaged ranks vary less than ranks, so the critical difference is conservative.
+
+    Returns
+    -------
+    FriedmanResult
 
     Raises
     ------
@@ -201,7 +258,15 @@ def friedman_test(
 def nemenyi_critical_difference(
     n_algorithms: int, n_blocks: int, alpha: float = SIGNIFICANCE_LEVEL
 ) -> float:
-    """Return Nemenyi's critical difference of the average ranks of `n_algorithms` algorithms."""
+    """Return Nemenyi's critical difference of average ranks, beyond which two algorithms differ.
+
+    Parameters
+    ----------
+    n_algorithms, n_blocks : int
+        Numbers of algorithms and of blocks.
+    alpha : float
+        Significance level.
+    """
     q = scipy.stats.studentized_range.ppf(1.0 - alpha, n_algorithms, np.inf) / np.sqrt(2.0)
     return float(q * np.sqrt(n_algorithms * (n_algorithms + 1) / (6.0 * n_blocks)))
 
@@ -209,18 +274,25 @@ def nemenyi_critical_difference(
 def bootstrap_band(
     samples: FloatArray, level: float = 0.95, n_resamples: int = 2000, seed: int = 0
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the percentile bootstrap interval of the mean over runs.
+    """Return the bootstrap confidence interval of the mean over runs, at each point of a curve.
+
+    Whole runs are resampled, so that the band applies to whole curves. The bounds are percentiles.
 
     Parameters
     ----------
-    samples : (runs, points). Whole runs are resampled, so that the band applies to whole curves.
-    level : confidence level.
-    n_resamples : number of bootstrap samples.
-    seed : seed of the random generator.
+    samples : array, shape (n_runs, n_points)
+        Curve of each run.
+    level : float
+        Confidence level.
+    n_resamples : int
+        Number of bootstrap samples.
+    seed : int
+        Seed of the random generator.
 
     Returns
     -------
-    Lower and upper bound, (points,) each.
+    low, high : array, shape (n_points,)
+        Bounds of the interval.
     """
     runs = len(samples)
     resampled = np.random.default_rng(seed).integers(0, runs, (n_resamples, runs))

@@ -43,33 +43,41 @@ def run_study(
     n_jobs: int | None = None,
     progress: bool = True,
 ) -> dict[str, Comparison]:
-    """Make the runs of a study, and write tables and report pages.
+    """Run all algorithms of a study on all problems, and write the results into a folder.
 
     The tables of a problem are written when its runs are finished: ``table.csv`` (indicators over
     evaluations), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,
     ``report.html`` and ``provenance.json``. They are in `folder`, or in one subfolder per problem
-    if there are several. In this case, `folder` also contains ``report.html``, ``summary.md``,
-    ``summary.tex``, ``values.csv``, ``ranks.csv`` and ``targets.csv`` (see `mgeo.studies.aggregation`),
-    and the plotting library of all pages. Each run is stored in ``runs/`` as it finishes.
+    if the study has several problems. In this case, `folder` also contains ``report.html``,
+    ``summary.md``, ``summary.tex``, ``values.csv``, ``ranks.csv`` and ``targets.csv`` (see
+    `mgeo.studies.aggregation`), and the plotting library of all pages. Each run is stored in
+    ``runs/`` as it finishes.
 
     Parameters
     ----------
-    study : the study, see `read_study`.
-    folder : folder to write into, created if it does not exist.
-    resume : whether to continue the study in the folder. Its problems, algorithms, options,
-        parameters, seeds, evaluations and versions must be equal to the recorded ones.
-    n_jobs, progress : as for `mgeo.compare`.
+    study : Study
+        Study to run, as returned by `read_study`.
+    folder : path
+        Folder for the results, created if it does not exist.
+    resume : bool
+        Whether to continue the study in the folder. The problems, algorithms, options, parameters,
+        seeds, evaluations and software versions must equal the recorded ones.
+    n_jobs : int, optional
+        Number of processes, as for `mgeo.compare`.
+    progress : bool
+        Whether to show the progress on stderr, as for `mgeo.compare`.
 
     Returns
     -------
-    Comparisons by problem label.
+    dict of str to Comparison
+        Comparison of the algorithms on each problem, by the label of the problem.
 
     Raises
     ------
     FileExistsError
-        If the folder holds a study and `resume` is false.
+        If the folder already contains a study and `resume` is false.
     ValueError, TypeError
-        If a problem or an algorithm cannot be built, or the folder holds another study.
+        If a problem or an algorithm cannot be built, or the folder contains another study.
     OSError
         If a file cannot be written.
     NoFeasibleSolutionError
@@ -89,29 +97,29 @@ def run_study(
     ... algorithms = [{name = "mgeo-directed"}, {name = "nsga2"}]
     ... '''
     >>> _ = Path("study.toml").write_text(text)
-    >>> found = run_study(read_study("study.toml"), "results", n_jobs=1, progress=False)
-    >>> list(found), Path("results/summary.md").exists()
+    >>> comparisons = run_study(read_study("study.toml"), "results", n_jobs=1, progress=False)
+    >>> list(comparisons), Path("results/summary.md").exists()
     (['zdt1'], True)
     """
     folder = Path(folder)
-    places = {
+    problem_folders = {
         p.label: select_problem_folder(folder, p.label, len(study.problems)) for p in study.problems
     }
-    how = {"resume": resume, "n_jobs": n_jobs, "progress": progress}
-    experiments = _build_experiments(study, places, how)
-    parts = [part for e in experiments.values() for part in (e.problem, *e.algorithms.values())]
-    plan = study.build_plan() | {"versions": list_study_versions(*parts)}
+    run_options = {"resume": resume, "n_jobs": n_jobs, "progress": progress}
+    experiments = _build_experiments(study, problem_folders, run_options)
+    objects = [x for e in experiments.values() for x in (e.problem, *e.algorithms.values())]
+    plan = study.build_plan() | {"versions": list_study_versions(*objects)}
     with lock_study(folder, plan, resume=resume):
         write_file(folder / STUDY_TOML_FILE, study.text.encode())
         comparisons: dict[str, Comparison] = {}
-        without: list[str] = []
+        errors: list[str] = []
         for label, experiment in experiments.items():
             try:
                 comparison = comparisons[label] = experiment.run()
             except NoFeasibleSolutionError as error:
-                without.append(f"{label}: {error}")
+                errors.append(f"{label}: {error}")
                 continue
-            about = {
+            provenance = {
                 "title": study.title,
                 "problem": {"label": label, **plan["problems"][label]},
                 "algorithms": plan["algorithms"],
@@ -119,20 +127,19 @@ def run_study(
                 "seeds": plan["seeds"],
                 "versions": plan["versions"],
             }
-            write_comparison(
-                places[label], comparison, about, _build_problem_files(study, label, comparison)
-            )
+            files = _build_problem_files(study, label, comparison)
+            write_comparison(problem_folders[label], comparison, provenance, files)
         if len(study.problems) > 1 and comparisons:
-            write_files(folder, _build_study_files(study, comparisons, without))
-    if without:
-        raise NoFeasibleSolutionError("; ".join(without))
+            write_files(folder, _build_study_files(study, comparisons, errors))
+    if errors:
+        raise NoFeasibleSolutionError("; ".join(errors))
     return comparisons
 
 
 def _build_experiments(
     study: Study, folders: Mapping[str, Path], run_options: Mapping[str, Any]
 ) -> dict[str, Experiment]:
-    """Build all problems and algorithms before the first run, so that errors appear early.
+    """Build the problems and algorithms of all experiments before the first run is started.
 
     Raises
     ------
@@ -149,7 +156,7 @@ def _build_experiments(
         n_eval, grid = study.compute_budget(problem)
         experiments[label] = Experiment(
             problem,
-            {each.label: each.build(problem) for each in study.algorithms},
+            {algorithm.label: algorithm.build(problem) for algorithm in study.algorithms},
             n_eval,
             study.seeds,
             grid=expand_grid(grid, n_eval),
@@ -165,34 +172,32 @@ def _build_study_files(
     study: Study, comparisons: Mapping[str, Comparison], errors: list[str]
 ) -> dict[str, bytes]:
     values = compute_problem_values(comparisons, study.per_variable)
-    standings = compute_average_ranks(values, study.control)
-    marked = build_study_table(comparisons)
-    remarks = [
-        text for label, each in comparisons.items() for text in each.describe_failures(label)
-    ]
-    remarks += [*errors, *(text for each in comparisons.values() for text in each.notes)]
-    summary = marked.to_markdown() + "".join(f"\n{text}\n" for text in remarks)
+    ranks = compute_average_ranks(values, study.control)
+    table = build_study_table(comparisons)
+    remarks = [text for label, c in comparisons.items() for text in c.describe_failures(label)]
+    remarks += [*errors, *(text for c in comparisons.values() for text in c.notes)]
+    summary = table.to_markdown() + "".join(f"\n{text}\n" for text in remarks)
     return {
         LIBRARY_FILE: get_plotlyjs().encode(),
         "summary.md": summary.encode(),
-        "summary.tex": marked.to_latex().encode(),
+        "summary.tex": table.to_latex().encode(),
         VALUES_FILE: encode_csv(values),
-        RANKS_FILE: encode_csv(standings),
+        RANKS_FILE: encode_csv(ranks),
         TARGETS_FILE: encode_csv(compute_runtime_distribution(comparisons)),
-        REPORT_FILE: render_study_page(study, comparisons, standings, remarks).encode(),
+        REPORT_FILE: render_study_page(study, comparisons, ranks, remarks).encode(),
     }
 
 
 def _build_problem_files(study: Study, label: str, comparison: Comparison) -> dict[str, bytes]:
     pairs = {
-        each.name: comparison.test_differences(each.name).pairs
-        for each in comparison.all_indicators
+        indicator.name: comparison.test_differences(indicator.name).pairs
+        for indicator in comparison.all_indicators
     }
     tests = pd.concat(pairs, names=["indicator"])
     summary = comparison.to_markdown() + "".join(f"\n{text}\n" for text in comparison.notes)
     published = format_published_table(study, comparison)
     if published is not None and study.published is not None:
-        summary += f"\nBeside {study.published.source}:\n\n{format_markdown(published)}"
+        summary += f"\nCompared with {study.published.source}:\n\n{format_markdown(published)}"
     return {
         "tests.csv": encode_csv(tests.reset_index(0)),
         "summary.md": summary.encode(),

@@ -1,4 +1,4 @@
-"""Study files: problems, algorithms, budget and seeds in TOML."""
+"""Study files: problems, algorithms, budget and seeds of a study in TOML."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from mgeo.validation.tables import validate_table
 
 @dataclass(frozen=True)
 class ProblemConfiguration:
-    """Name, options and label of one problem of a study."""
+    """One problem of a study: label, name, options, and the values that divide its front."""
 
     label: str
     name: str
@@ -36,32 +36,32 @@ class ProblemConfiguration:
     parts: tuple[float, ...] | None = None
 
     def build(self) -> Problem:
-        """Build the problem of a plugin or of a collection, such as ``pymoo:zdt1``.
+        """Build the problem of this name, from a plugin or a benchmark collection.
 
         Raises
         ------
         ValueError, TypeError
-            If there is no such problem, or an option is invalid.
+            If there is no problem of this name, or an option is invalid.
         """
         return load_problem(self.name, self.options, trusted_classes=(self.name,))
 
 
 @dataclass(frozen=True)
 class AlgorithmConfiguration:
-    """Name, parameters and label of one algorithm of a study."""
+    """One algorithm of a study: its label, name and parameters."""
 
     label: str
     name: str
     parameters: dict[str, Any]
 
     def build(self, problem: Problem) -> Algorithm:
-        """Build the algorithm for a problem.
+        """Build the pymoo algorithm for a problem, without setting it up.
 
         Raises
         ------
         ValueError, TypeError
-            If a parameter is invalid or the algorithm cannot solve the problem. The message begins
-            with the label.
+            If a parameter is invalid, or the algorithm does not support the problem. The message
+            begins with the label of the algorithm.
         """
         try:
             return build_algorithm(self.name, self.parameters, problem)
@@ -71,19 +71,28 @@ class AlgorithmConfiguration:
 
 
 class Study(StudySettings):
-    """Validated content of a study file.
+    """Validated content of a study file: problems, algorithms, evaluation budget and seeds.
 
     Attributes
     ----------
-    title, description : title and introduction of the report page.
-    evaluations : evaluations of each run.
-    per_variable : whether `evaluations` and `grid` are multiplied by the number of variables.
-    seeds : seeds of the runs; each algorithm runs with each seed on each problem.
-    grid : number of equal steps, or evaluation counts, at which fronts are measured.
-    control : label of the control algorithm, which is compared with each other algorithm, or None.
-    problems, algorithms : configurations of the problems and algorithms.
-    published : published values to list beside the results, or None.
-    text : content of the file.
+    title, description : str
+        Title and introduction of the report page.
+    evaluations : int
+        Number of evaluations of each run.
+    per_variable : bool
+        Whether `evaluations` and `grid` are multiplied by the number of variables of the problem.
+    seeds : tuple of int
+        Seeds of the runs. Each algorithm runs with each seed on each problem.
+    grid : int or tuple of int
+        Number of equal steps, or the evaluation counts, at which fronts are measured.
+    control : str or None
+        Label of the control algorithm, which is compared with every other algorithm.
+    problems, algorithms : tuple of ProblemConfiguration and of AlgorithmConfiguration
+        Problems and algorithms of the study.
+    published : PublishedTable or None
+        Published values to show beside the results.
+    text : str
+        Text of the file.
 
     Examples
     --------
@@ -98,7 +107,7 @@ class Study(StudySettings):
     ... '''
     >>> _ = Path("study.toml").write_text(text)
     >>> study = read_study("study.toml")
-    >>> study.seeds, [each.label for each in study.algorithms]
+    >>> study.seeds, [algorithm.label for algorithm in study.algorithms]
     ((1, 2), ['mgeo-directed', 'nsga2'])
     """
 
@@ -107,7 +116,15 @@ class Study(StudySettings):
     text: str
 
     def build_plan(self) -> dict[str, Any]:
-        """Return the problems, algorithms, budget and seeds as JSON values; dates are in ISO 8601.
+        """Return problems, algorithms, budget and seeds as a dict that becomes JSON.
+
+        The plan identifies the study when it is resumed. Dates in options are text in ISO 8601.
+
+        Returns
+        -------
+        dict
+            ``problems`` and ``algorithms`` by label, ``evaluations``, ``per_variable`` and
+            ``seeds``.
 
         Raises
         ------
@@ -128,21 +145,31 @@ class Study(StudySettings):
         return values
 
     def compute_budget(self, problem: Problem) -> tuple[int, int | list[int]]:
-        """Return the evaluations and the `grid` of a run on a problem."""
-        each = problem.n_var if self.per_variable else 1
+        """Return the evaluations of a run, and the evaluation counts at which fronts are measured.
+
+        Returns
+        -------
+        n_eval : int
+            Number of evaluations of a run.
+        grid : int or list of int
+            Number of equal steps, or the evaluation counts, at which fronts are measured.
+        """
+        factor = problem.n_var if self.per_variable else 1
         if isinstance(self.grid, int):
-            return self.evaluations * each, self.grid
-        steps = [step * each for step in self.grid if step <= self.evaluations]
-        return self.evaluations * each, steps
+            return self.evaluations * factor, self.grid
+        steps = [step * factor for step in self.grid if step <= self.evaluations]
+        return self.evaluations * factor, steps
 
     def with_budget(self, evaluations: int | None = None, seeds: int | None = None) -> Study:
-        """Return a copy with another number of evaluations or of seeds.
+        """Return a copy of the study with another number of evaluations or of seeds.
 
         Parameters
         ----------
-        evaluations : evaluations of each run; None for no change.
-        seeds : number of seeds, taken from the start of the list and continued by new seeds if the
-            list is shorter; None for no change.
+        evaluations : int, optional
+            Number of evaluations of each run; None leaves it unchanged.
+        seeds : int, optional
+            Number of seeds; None leaves the seeds unchanged. Seeds are taken from the start of the
+            list, and new ones are appended if the list is shorter.
 
         Raises
         ------
@@ -154,24 +181,31 @@ class Study(StudySettings):
             changes["evaluations"] = validate_integer("evaluations", evaluations, low=1)
         if seeds is not None:
             count = validate_integer("seeds", seeds, low=1)
-            more = range(max(self.seeds) + 1, max(self.seeds) + 1 + count)
-            changes["seeds"] = (*self.seeds, *more)[:count]
+            new_seeds = range(max(self.seeds) + 1, max(self.seeds) + 1 + count)
+            changes["seeds"] = (*self.seeds, *new_seeds)[:count]
         return self.model_copy(update=changes)
 
 
 def read_study(path: Path | str, *, allow_imports: bool = True) -> Study:
-    """Read and validate a study file.
+    """Read and validate a study file, and return its content as a `Study`.
 
     Parameters
     ----------
-    path : path of the TOML file.
-    allow_imports : whether modules of algorithms and problems ``module:Class`` may be imported, so that
-        their parameters are validated.
+    path : path
+        TOML file.
+    allow_imports : bool
+        Whether modules of algorithms and problems ``module:Class`` may be imported to validate
+        their parameters.
+
+    Returns
+    -------
+    Study
+        Content of the file.
 
     Raises
     ------
     FileNotFoundError
-        If there is no such file.
+        If there is no file at `path`.
     ValueError, TypeError
         If the content is invalid. The message contains the file and the key.
 
@@ -199,7 +233,21 @@ def read_study(path: Path | str, *, allow_imports: bool = True) -> Study:
 
 
 def parse_study(text: str, folder: Path, *, allow_imports: bool = True) -> Study:
-    """Parse and validate the text of a study file; scenario files are relative to `folder`.
+    """Parse and validate the TOML text of a study file, and return its content as a `Study`.
+
+    Parameters
+    ----------
+    text : str
+        Text of the file.
+    folder : Path
+        Folder of the file, to which the paths of scenario files are relative.
+    allow_imports : bool
+        Whether modules of algorithms and problems ``module:Class`` may be imported.
+
+    Returns
+    -------
+    Study
+        Content of the file.
 
     Raises
     ------
@@ -213,18 +261,19 @@ def parse_study(text: str, folder: Path, *, allow_imports: bool = True) -> Study
     for i, algorithm in enumerate(table.algorithms):
         configurations_by_key["algorithms"] += _expand_algorithms(algorithm, i, allow_imports)
     for key, configurations in configurations_by_key.items():
-        for label, times in Counter(each.label for each in configurations).items():
-            if times > 1:
+        for label, count in Counter(c.label for c in configurations).items():
+            if count > 1:
                 raise ValueError(
-                    f"{key}: {label!r} is there twice; set different labels by the key label"
+                    f"{key}: the label {label!r} occurs twice; set different labels by the key "
+                    "label"
                 )
-    labels = [each.label for each in configurations_by_key["algorithms"]]
-    mentioned = [] if table.control is None else [("control", table.control)]
-    mentioned += [("published.table", name) for name in getattr(table.published, "table", ())]
-    for key, label in mentioned:
+    labels = [algorithm.label for algorithm in configurations_by_key["algorithms"]]
+    references = [] if table.control is None else [("control", table.control)]
+    references += [("published.table", name) for name in getattr(table.published, "table", ())]
+    for key, label in references:
         if label not in labels:
             raise ValueError(
-                f"{key}: {label!r} is no algorithm of this study: expected one of "
+                f"{key}: {label!r} is not an algorithm of this study: expected one of "
                 f"{', '.join(sorted(labels))}"
             )
     tuples = {key: tuple(configurations) for key, configurations in configurations_by_key.items()}
@@ -234,44 +283,44 @@ def parse_study(text: str, folder: Path, *, allow_imports: bool = True) -> Study
 def _expand_problems(
     table: ProblemTable, index: int, folder: Path, allow_imports: bool
 ) -> Iterator[ProblemConfiguration]:
-    """Yield a configuration for each combination of name and scenario in a table."""
-    where = f"problems[{index}]."
+    """Yield one configuration for each combination of a name and a scenario of a TOML table."""
+    location = f"problems[{index}]."
     if table.scenario is not None and table.options is not None:
-        raise ValueError(f"{where}scenario and options: expected one of them")
-    with _add_location_to_errors(where):
+        raise ValueError(f"{location}scenario and options: expected only one of them")
+    with _add_location_to_errors(location):
         full_names = [name for pattern in table.name for name in expand_name(pattern)]
-    for full, scenario in product(full_names, table.scenario or ("",)):
-        label, options = format_short_name(full), table.options or {}
+    for full_name, scenario in product(full_names, table.scenario or ("",)):
+        label, options = format_short_name(full_name), table.options or {}
         values = {**options, "name": label}
         if scenario:
             options = read_scenario(
-                full, scenario, folder, trusted_classes=(full,) if allow_imports else ()
+                full_name, scenario, folder, trusted_classes=(full_name,) if allow_imports else ()
             )
             values["scenario"] = Path(scenario).stem
             label = f"{label} {values['scenario']}"
         if table.label is not None:
-            label = _fill_label(table.label, where, values)
+            label = _fill_label(table.label, location, values)
         parts = None if table.parts is None else tuple(table.parts)
-        yield ProblemConfiguration(label, full, options, parts)
+        yield ProblemConfiguration(label, full_name, options, parts)
 
 
 def _expand_algorithms(
     table: AlgorithmTable, index: int, allow_imports: bool
 ) -> Iterator[AlgorithmConfiguration]:
-    """Yield a configuration for each combination of the listed parameter values in a table."""
-    where = f"algorithms[{index}]."
+    """Yield one configuration for each combination of a name and listed parameter values."""
+    location = f"algorithms[{index}]."
     parameters = table.parameters
     varied_keys = [key for key, value in parameters.items() if isinstance(value, list)]
     lists = [value if isinstance(value, list) else [value] for value in parameters.values()]
     for name in table.name:
-        with _add_location_to_errors(where):
+        with _add_location_to_errors(location):
             if allow_imports or ":" not in name:
                 complete_parameters(name, parameters)
         for values in product(*lists):
             combination = dict(zip(parameters, values, strict=True))
             label = ", ".join([name, *(f"{key} = {combination[key]}" for key in varied_keys)])
             if table.label is not None:
-                label = _fill_label(table.label, where, {"name": name, **combination})
+                label = _fill_label(table.label, location, {"name": name, **combination})
             yield AlgorithmConfiguration(label, name, combination)
 
 
@@ -280,7 +329,7 @@ def _fill_label(text: str, location: str, values: Mapping[str, Any]) -> str:
     parts = re.split(r"\{(.*?)\}", text)
     if set(parts[1::2]) - set(values):
         raise ValueError(
-            f"{location}label = {text!r:.80}: expected in braces only {', '.join(values)}"
+            f"{location}label = {text!r:.80}: expected only {', '.join(values)} in braces"
         )
     parts[1::2] = (str(values[name]) for name in parts[1::2])
     return "".join(parts)

@@ -1,4 +1,4 @@
-"""Record of one run of a study, from which its front after any evaluation count is computed."""
+"""Stored run of a study, from which its front after any evaluation count is computed."""
 
 from __future__ import annotations
 
@@ -19,19 +19,27 @@ from mgeo.store.readers import decode_npz
 
 @dataclass(frozen=True, eq=False)
 class StudyRun:
-    """Finished run of a study.
+    """Finished run of a study: all points that were on its front at any time, and its statistics.
 
     Attributes
     ----------
-    evaluation_numbers : (k,) evaluation numbers of the points in `F`, counted from 1, ascending.
-    F : (k, n_obj) objectives of the feasible points that no earlier batch weakly dominates; every
+    evaluation_numbers : array of int, shape (k,)
+        Evaluation numbers of the points in `F`, counted from 1, ascending.
+    F : array, shape (k, n_obj)
+        Objectives of the feasible points that no point of an earlier batch weakly dominates. Every
         front of the run is a subset.
-    front_rows : (n,) rows of `F` that form the front after `n_eval` evaluations.
-    X : (n, n_var) variables of the front; (n, 0) if the variables are not numbers.
-    n_eval : budget of evaluations.
-    n_evaluations : number of evaluations made; the last generation may exceed `n_eval`.
-    n_failed : number of failures among the first `n_eval` evaluations.
-    wall_time : duration of the run [s].
+    front_rows : array of int, shape (n,)
+        Rows of `F` that form the front after `n_eval` evaluations.
+    X : array, shape (n, n_var)
+        Variables of the front after `n_eval` evaluations; shape (n, 0) if they are not numeric.
+    n_eval : int
+        Budget of evaluations.
+    n_evaluations : int
+        Number of evaluations made. The last generation may exceed `n_eval`.
+    n_failed : int
+        Number of failures among the first `n_eval` evaluations.
+    wall_time : float
+        Duration of the run [s].
     """
 
     evaluation_numbers: NDArray[np.int64]
@@ -45,15 +53,21 @@ class StudyRun:
 
     @property
     def front_F(self) -> FloatArray:
-        """Objectives of the front after `n_eval` evaluations, shape (n, n_obj)."""
+        """Objectives of the front after `n_eval` evaluations, as an array of shape (n, n_obj)."""
         return self.F[self.front_rows]
 
     def iterate_fronts(self, grid: Sequence[int]) -> Iterator[FloatArray]:
-        """Yield the front after each evaluation count in `grid`, shape (n, n_obj) each.
+        """Yield the objectives of the front of the run after each evaluation count in `grid`.
 
         Parameters
         ----------
-        grid : ascending evaluation counts, at most `n_eval`.
+        grid : sequence of int
+            Ascending evaluation counts, at most `n_eval`.
+
+        Yields
+        ------
+        array, shape (n, n_obj)
+            Objectives of the nondominated feasible points.
         """
         front, start = self.F[:0], 0
         for end in np.searchsorted(self.evaluation_numbers, grid, side="right"):
@@ -62,26 +76,29 @@ class StudyRun:
             yield front
 
     def write(self, path: Path) -> None:
-        """Write the run as a compressed NumPy archive; equal runs give equal bytes."""
+        """Write the run into a compressed NumPy archive.
+
+        Equal runs give equal bytes.
+        """
         buffer = io.BytesIO()
         np.savez_compressed(buffer, **vars(self))
         write_file(path, buffer.getvalue())
 
     @classmethod
     def read(cls, path: Path) -> StudyRun:
-        """Read an archive of `write`; nothing is unpickled.
+        """Read a run from an archive written by `write`, without unpickling objects.
 
         Raises
         ------
         FileNotFoundError
-            If there is no such file.
+            If there is no file at `path`.
         ValueError
-            If the file is not the record of a run.
+            If the file does not contain a run.
         """
         try:
             arrays: dict[str, Any] = decode_npz(path.read_bytes())
             return cls(**{name: a if a.ndim else a.item() for name, a in arrays.items()})
         except (ValueError, TypeError) as error:
             raise ValueError(
-                f"{path}: not the record of a run: {error}; delete it to repeat the run"
+                f"{path}: not a stored run: {error}; delete the file to repeat the run"
             ) from error

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 EQUIVALENCE_MARK = "†"
 
 _NOTE = (
-    f"Mean ± standard deviation of the runs. Bold: the best mean. {EQUIVALENCE_MARK}: does not differ "
-    "significantly from it, by the Mann-Whitney test with Holm's correction for all pairs at "
-    f"{100 * SIGNIFICANCE_LEVEL:g} %."
+    "Mean ± standard deviation of the runs. Bold: the best mean. "
+    f"{EQUIVALENCE_MARK}: no significant difference from the best, by the Mann-Whitney test with "
+    f"Holm's correction for all pairs at {100 * SIGNIFICANCE_LEVEL:g} %."
 )
 
 _LATEX_ESCAPES = {
@@ -40,15 +40,24 @@ _LATEX_ESCAPES = {
     **{character: f"\\{character}" for character in "&%$#_{}"},
 }
 
-#: Cells by (row, column).
+#: Row and column name of each cell.
 Cells = Collection[tuple[str, str]]
 
 
 @dataclass(frozen=True, eq=False)
 class MarkedTable:
-    """Table of text in which the `best` cells are bold and the `equivalent` cells are marked.
+    """Table of text with marks for the best cells and for cells that do not differ significantly.
 
     Row names and column names are unique.
+
+    Attributes
+    ----------
+    table : DataFrame
+        Texts of the cells.
+    best : collection of (str, str)
+        Cells, by row and column, that are shown in bold.
+    equivalent : collection of (str, str)
+        Cells without a significant difference from the best, which are shown with a mark.
     """
 
     table: pd.DataFrame
@@ -57,16 +66,19 @@ class MarkedTable:
 
     @property
     def note(self) -> str:
-        """Explanation of the marks; empty if no cell is marked."""
+        """Explanation of bold and marked cells as a sentence; empty if no cell is marked."""
         return _NOTE if self.best else ""
 
     def to_markdown(self) -> str:
-        """Return the table in Markdown, followed by the note."""
+        """Return the table and the note as Markdown."""
         text = format_markdown(self._mark_cells("**{}**", str))
         return f"{text}\n{self.note}\n" if self.note else text
 
     def to_latex(self) -> str:
-        """Return a booktabs ``tabular`` and the note, for use in a ``table`` environment."""
+        """Return the table as a booktabs ``tabular``, followed by the note.
+
+        The text is for use in a LaTeX ``table`` environment.
+        """
         cells = self._mark_cells(r"\textbf{{{}}}", escape_latex).rename(
             index=escape_latex, columns=escape_latex
         )
@@ -86,26 +98,29 @@ class MarkedTable:
 
 
 def build_problem_table(comparison: Comparison) -> MarkedTable:
-    """Return the `overview` of a comparison with marks in each indicator column."""
-    best, alike = [], []
+    """Return a table of mean ± sd of each indicator by algorithm, with the best ones marked."""
+    best, equivalent = [], []
     for indicator in comparison.all_indicators:
-        first, equivalent = find_best_and_equivalent(comparison, indicator)
-        best += [(name, indicator.title) for name in first]
-        alike += [(name, indicator.title) for name in equivalent]
-    return MarkedTable(comparison.format_overview(), best, alike)
+        winners, similar = find_best_and_equivalent(comparison, indicator)
+        best += [(name, indicator.title) for name in winners]
+        equivalent += [(name, indicator.title) for name in similar]
+    return MarkedTable(comparison.format_overview(), best, equivalent)
 
 
 def build_study_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
-    """Return mean ± sd of the first indicator, problems in rows, with marks in each row."""
-    rows, best, alike = {}, [], []
+    """Return a table of mean ± sd of the default indicator by problem and algorithm.
+
+    Problems are rows and algorithms are columns. The best algorithms are marked in each row.
+    """
+    rows, best, equivalent = {}, [], []
     for label, comparison in comparisons.items():
         indicator = comparison.select_indicator()
         row = f"{label} ({indicator.title})"
         rows[row] = comparison.format_overview()[indicator.title]
-        first, equivalent = find_best_and_equivalent(comparison, indicator)
-        best += [(row, name) for name in first]
-        alike += [(row, name) for name in equivalent]
-    return MarkedTable(pd.DataFrame(rows).T.rename_axis("problem"), best, alike)
+        winners, similar = find_best_and_equivalent(comparison, indicator)
+        best += [(row, name) for name in winners]
+        equivalent += [(row, name) for name in similar]
+    return MarkedTable(pd.DataFrame(rows).T.rename_axis("problem"), best, equivalent)
 
 
 def find_best_and_equivalent(
@@ -113,7 +128,11 @@ def find_best_and_equivalent(
 ) -> tuple[list[str], list[str]]:
     """Return the algorithms with the best mean, and those without a significant difference from it.
 
-    Both lists are empty if fewer than two algorithms have finished runs, or no mean is finite.
+    Returns
+    -------
+    best, equivalent : list of str
+        Labels. Both lists are empty if fewer than two algorithms have finished runs, or no mean is
+        finite.
     """
     order = comparison.rank_algorithms(indicator.name)
     means = indicator.negate_if_minimized(
@@ -123,22 +142,21 @@ def find_best_and_equivalent(
         return [], []
     best = [name for name in order if means[name] == means.max()]
     pairs = comparison.test_differences(indicator.name).pairs
-    alike = pairs[
+    similar = pairs[
         (pairs[["a", "b"]] == best[0]).any(axis=1) & (pairs["p_holm"] >= SIGNIFICANCE_LEVEL)
     ]
-    names = {str(name) for name in alike[["a", "b"]].to_numpy().ravel()}
+    names = {str(name) for name in similar[["a", "b"]].to_numpy().ravel()}
     return best, [name for name in order if name in names and name not in best]
 
 
 def format_markdown(table: pd.DataFrame) -> str:
-    """Return a table in Markdown, with the index as the first column."""
-    shown = table.rename_axis(str(table.index.name or "")).reset_index()
-    lines = [[str(name) for name in shown], ["---", *["---:"] * len(table.columns)]]
-    lines += shown.map(str).to_numpy().tolist()
+    """Return a table as Markdown text, with the index as the first column."""
+    columns = table.rename_axis(str(table.index.name or "")).reset_index()
+    lines = [[str(name) for name in columns], ["---", *["---:"] * len(table.columns)]]
+    lines += columns.map(str).to_numpy().tolist()
     cells = [[cell.replace("|", r"\|") for cell in line] for line in lines]
     return "".join(f"| {' | '.join(line)} |\n" for line in cells)
 
 
 def escape_latex(text: object) -> str:
-    """Escape the characters of a text that LaTeX would interpret."""
     return "".join(_LATEX_ESCAPES.get(character, character) for character in str(text))

@@ -1,4 +1,4 @@
-"""Trial runs before a comparison: reproducibility of algorithms and noise of the problem."""
+"""Trial runs, which detect irreproducible algorithms and noisy problems before a comparison."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ from mgeo.studies.run import Task, iterate_generations, seed_global_generators
 
 # With these values, 20 of 20 trials detect that PatternSearch, NicheGA, SRES and ISRES of
 # pymoo 0.6.2 are not reproducible on a constrained problem. With 4 levels, 11 of 20 detect ISRES.
-_MIN_GENERATIONS, _MIN_EVALUATIONS = 12, 100  # minimum length of a short run
-_UNLIMITED_BUDGET = 10**9  # budget of a short run, because a small one may cut the first generation
-_N_LEVELS = 10  # number of different values of an objective
-_MAX_GENERATION_RATIO = 1.1  # tolerated ratio of the first generation to the budget
-_ROUNDING_TOLERANCE = 1e-9  # differences below this share of the largest value are rounding errors
+_MIN_GENERATIONS, _MIN_EVALUATIONS = 12, 100  # Minimum length of a short run.
+_UNLIMITED_BUDGET = 10**9  # A small budget may cut the first generation short.
+_N_LEVELS = 10  # Number of different values of an objective.
+_MAX_GENERATION_RATIO = 1.1  # Tolerated ratio of the first generation to the budget.
+# Differences below this share of the largest value are rounding errors.
+_ROUNDING_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -33,11 +34,14 @@ class TrialResult:
 
     Attributes
     ----------
-    is_reproducible : whether both runs proposed the same candidates.
-    noise : largest difference between two evaluations of the same points.
-    first_generation_size : number of evaluations of the first generation.
-    fractional_value : a fractional value that the algorithm proposed for an integer or binary variable, or
-        None.
+    is_reproducible : bool
+        Whether both runs proposed the same candidates.
+    noise : float
+        Largest difference between two evaluations of the same points.
+    first_generation_size : int
+        Number of evaluations of the first generation.
+    fractional_value : float or None
+        A fractional value that the algorithm proposed for an integer or binary variable.
     """
 
     is_reproducible: bool
@@ -47,63 +51,76 @@ class TrialResult:
 
 
 def make_trial_runs(task: Task) -> TrialResult | None:
-    """Make two short runs of a task; return None if a run fails.
+    """Test by two short runs whether an algorithm is reproducible and whether its problem is noisy.
 
     A short run has at least twelve generations and 100 evaluations, or `n_eval` evaluations if that
-    is less. Its objectives are random values with many ties: they cost no time, and algorithms must
-    break ties. The problem itself evaluates three points, before and after the second run.
+    is less. Its objectives are random values with many ties: they take no time to evaluate, and the
+    algorithm must break ties. The problem itself evaluates three points, before and after the
+    second run.
+
+    Returns
+    -------
+    TrialResult or None
+        None if one of the runs fails.
     """
     problem = copy.deepcopy(task.problem)
     problem.callback = None
     try:
         sizes, candidates = _make_short_run(task, copy.deepcopy(problem))
         points = candidates[0][[0, len(candidates[0]) // 2, -1]]
-        with seed_global_generators(
-            task.seed + 1
-        ):  # so that the noise differs from the second evaluation
+        # Another seed makes noise from the global generators differ between both evaluations.
+        with seed_global_generators(task.seed + 1):
             first = _evaluate_points(problem, points)
         repeated_candidates = _make_short_run(task, problem)[1]
         with seed_global_generators(task.seed):
             second = _evaluate_points(problem, points)
     except Exception:  # External algorithms and problems may raise any error.
         return None
-    change = np.abs(first - second)
-    differs = change > _ROUNDING_TOLERANCE * np.abs(first).max(axis=0)
-    noise = float(change.max(initial=0.0, where=differs))
-    repeats = joblib.hash(candidates) == joblib.hash(repeated_candidates)
-    return TrialResult(repeats, noise, sizes[0], _find_fractional_value(problem, candidates))
+    difference = np.abs(first - second)
+    is_noise = difference > _ROUNDING_TOLERANCE * np.abs(first).max(axis=0)
+    noise = float(difference.max(initial=0.0, where=is_noise))
+    is_reproducible = joblib.hash(candidates) == joblib.hash(repeated_candidates)
+    return TrialResult(
+        is_reproducible, noise, sizes[0], _find_fractional_value(problem, candidates)
+    )
 
 
 def describe_limitations(trials: Mapping[str, TrialResult], title: str, n_eval: int) -> list[str]:
-    """Return one sentence for each condition that limits the validity of a comparison.
+    """Return the conditions found by trial runs that limit a comparison, one sentence each.
+
+    The conditions are a noisy problem, an algorithm that is not reproducible, and a first
+    generation larger than the budget.
 
     Parameters
     ----------
-    trials : trials by algorithm label.
-    title : name of the problem.
-    n_eval : budget of each run.
+    trials : mapping of str to TrialResult
+        Results of the trial runs by algorithm label.
+    title : str
+        Name of the problem.
+    n_eval : int
+        Budget of each run.
     """
     sentences = []
     noise = max((trial.noise for trial in trials.values()), default=0.0)
     if noise:
         sentences.append(
             f"{title} is noisy: two evaluations of the same point differ by up to {noise:.2g}. The "
-            "best values of a run are partly luck: evaluate final fronts again, or let the problem "
-            "average over several evaluations."
+            "best values of a run are partly chance: evaluate the final fronts again, or let the "
+            "problem average over several evaluations."
         )
-    unseeded = [label for label, trial in trials.items() if not trial.is_reproducible]
-    if unseeded:
+    irreproducible = [label for label, trial in trials.items() if not trial.is_reproducible]
+    if irreproducible:
         sentences.append(
-            f"{title}: two runs of {', '.join(unseeded)} with the same seed differ. Their runs "
-            "cannot be repeated, and none is reused: expected algorithms that draw all random "
+            f"{title}: two runs of {', '.join(irreproducible)} with the same seed differ. Their "
+            "runs cannot be repeated, and none is reused. Use algorithms that draw all random "
             "numbers from their random_state."
         )
     for label, trial in trials.items():
         if trial.first_generation_size > _MAX_GENERATION_RATIO * n_eval:
             sentences.append(
                 f"{title}: the first generation of {label} has {trial.first_generation_size:,} "
-                f"evaluations, of which the first {n_eval:,} count: expected a larger budget, or "
-                "an algorithm of smaller generations."
+                f"evaluations, of which only the first {n_eval:,} count. Use a larger budget, or "
+                "an algorithm with smaller generations."
             )
     return sentences
 
@@ -117,9 +134,9 @@ def reject_fractional_values(trials: Mapping[str, TrialResult], title: str) -> N
     for label, trial in trials.items():
         if trial.fractional_value is not None:
             raise ValueError(
-                f"{title} has integer variables, but {label} evaluates {trial.fractional_value:.4g}: "
-                "expected an algorithm with operators for integers (sampling, crossover, mutation "
-                "and repair), see pymoo's page on discrete variables"
+                f"{title} has integer variables, but {label} evaluates "
+                f"{trial.fractional_value:.4g}: expected an algorithm with operators for integers "
+                "(sampling, crossover, mutation and repair), see pymoo's page on discrete variables"
             )
 
 
@@ -132,7 +149,7 @@ def _find_fractional_value(problem: Problem, batches: Iterable[Any]) -> float | 
 
 
 def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:
-    """Return the number of evaluations of each generation, and the candidates X of each batch."""
+    """Return the evaluations per generation, and the candidates of each evaluated batch."""
     batches: list[Any] = []
     sizes: list[int] = []
     unlimited_task = replace(task, n_eval=_UNLIMITED_BUDGET)
@@ -149,30 +166,33 @@ def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]
 
 @contextmanager
 def _randomize_values(problem: Problem) -> Iterator[None]:
-    """Replace the values of a problem at all fidelity levels by a reproducible random sequence."""
+    """Context manager that replaces the values of a problem by a reproducible random sequence.
+
+    The values of all fidelity levels are replaced.
+    """
     random_state, is_elementwise = np.random.default_rng(0), problem.elementwise
 
     def evaluate(X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        ends = {
+        ranges = {
             "F": (0, _N_LEVELS, problem.n_obj),
             "G": (-1, 2, problem.n_ieq_constr),
             "H": (0, 2, problem.n_eq_constr),
         }
-        for name, (low, high, width) in ends.items():
+        for name, (low, high, width) in ranges.items():
             out[name] = random_state.integers(low, high, (len(X), width)).astype(float)
 
-    replaced = {"_evaluate": evaluate, "at_fidelity": lambda fidelity: problem}
-    vars(problem).update(replaced, elementwise=False)
+    replacements = {"_evaluate": evaluate, "at_fidelity": lambda fidelity: problem}
+    vars(problem).update(replacements, elementwise=False)
     try:
         yield
     finally:
-        for name in replaced:
+        for name in replacements:
             del vars(problem)[name]
         problem.elementwise = is_elementwise
 
 
 def _evaluate_points(problem: Problem, X: Any) -> FloatArray:
-    """Return F, G and H of the points side by side."""
+    """Return objectives and constraint values of points, as columns of one array."""
     population = Population.new("X", X)
     TolerantEvaluator(warn=False).eval(problem, population)
     return np.column_stack(population.get("F", "G", "H"))

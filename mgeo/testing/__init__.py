@@ -1,4 +1,4 @@
-"""Checks for plugin authors, to be called from the tests of a plugin.
+"""Checks of problems and algorithms, to be called from the tests of a plugin.
 
 The checks have no dependencies beyond those of `mgeo`.
 """

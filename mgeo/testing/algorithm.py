@@ -1,4 +1,4 @@
-"""Check of a pymoo algorithm against the requirements of studies, on small problems."""
+"""Check that a pymoo algorithm meets the requirements of studies, by short runs."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def check_algorithm(
     n_obj: tuple[int, ...] = (1, 2, 3),
     constraints: bool = True,
 ) -> None:
-    """Check in short runs on small problems that a pymoo algorithm can be used in studies.
+    """Check by short runs that an algorithm meets the requirements of studies, or raise CheckError.
 
     The checks cover bounds, evaluation counts, the reported front, reproducibility by seed, ask and
     tell, copies and pickles, and constraints. For algorithms of the MGEO family they also cover
@@ -95,7 +95,7 @@ class _Trial:
     n_gen: int
 
     def run(self, **options: Any) -> tuple[Result, FloatArray]:
-        """Run `minimize` and return its result and all evaluated points in order."""
+        """Run `minimize`, and return its result and all evaluated points in order."""
         self.problem.batches.clear()
         with convert_to_check_error(f"minimize with {self.problem.n_obj} objectives"):
             result = minimize(self.problem, self.algorithm, **self._get_options(), **options)
@@ -103,7 +103,7 @@ class _Trial:
         return result, np.concatenate(self.problem.batches)
 
     def set_up(self, generations: int = 0) -> Algorithm:
-        """Return a copy of the algorithm that is set up and has run some generations."""
+        """Return a copy of the algorithm after `setup` and a given number of generations."""
         run = copy.deepcopy(self.algorithm).setup(self.problem, **self._get_options())
         for _ in range(generations):
             run.next()
@@ -114,7 +114,7 @@ class _Trial:
 
 
 def _require_same(actual: Any, expected: Result, rule: str) -> None:
-    """Require equal points and objectives; `actual` is a result or an algorithm."""
+    """Raise CheckError unless two runs found the same points with the same objectives."""
     opt = actual.opt
     require(opt is not None and len(opt) > 0, f"{rule}: the repeated run found no solution")
     for key in ("X", "F"):
@@ -224,7 +224,9 @@ def _check_constraints(trial: _Trial) -> None:
 
 
 class Bowls(Problem):
-    """Test problem whose objectives are squared distances to n_obj centers in [-2, 2]^n_var.
+    """Test problem whose objectives are the squared distances to different center points.
+
+    All variables are in [-2, 2].
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Error of a failed plugin check, and helpers that raise it."""
+"""Exception of a failed plugin check, and functions that raise it."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,14 +8,14 @@ from numpy.typing import ArrayLike
 
 
 class CheckError(AssertionError):
-    """Error raised for a plugin that violates a rule.
+    """Error raised by a check for a plugin that violates a rule.
 
     The message states the rule, the value and the expected value.
     """
 
 
 def require(condition: bool | np.bool_, message: str) -> None:
-    """Raise CheckError with `message` if `condition` is false."""
+    """Raise CheckError with a message if a condition is not satisfied."""
     if not condition:
         raise CheckError(message)
 
@@ -42,7 +42,10 @@ def require_equal(actual: ArrayLike, expected: ArrayLike, rule: str, rtol: float
 
 @contextmanager
 def convert_to_check_error(rule: str) -> Iterator[None]:
-    """Convert any error to a CheckError whose message begins with `rule`."""
+    """Context manager that reraises any exception as a CheckError.
+
+    The message begins with the violated rule.
+    """
     try:
         yield
     except CheckError:

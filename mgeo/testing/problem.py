@@ -1,4 +1,4 @@
-"""Check of a problem against the plugin protocol."""
+"""Check that a problem meets the requirements of mgeo."""
 
 import json
 import pickle
@@ -23,7 +23,7 @@ Values = Mapping[str, FloatArray]
 
 
 def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: float = 1e-12) -> None:
-    """Check a problem against the plugin protocol.
+    """Check that a problem and its optional methods satisfy the rules of mgeo, or raise CheckError.
 
     The problem is evaluated at random points and at its lower and upper bounds. Optional methods of
     `mgeo.ProblemMixin` and the view are checked if the problem defines them.
@@ -53,12 +53,12 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
     """
     require(isinstance(problem, Problem), f"{problem!r} is not a pymoo Problem")
     with convert_to_check_error("variables"):
-        code = RealEncoding(Variables.from_problem(problem, KINDS))
+        encoding = RealEncoding(Variables.from_problem(problem, KINDS))
     with convert_to_check_error("names"):
         protocol.get_column_names(problem)
         protocol.get_constraint_names(problem)
-    points = code.draw([np.random.default_rng(seed)] * n_points)
-    X = np.vstack([points, code.variables.xl, code.variables.xu])
+    points = encoding.draw([np.random.default_rng(seed)] * n_points)
+    X = np.vstack([points, encoding.variables.xl, encoding.variables.xu])
     values = _check_evaluation(problem, X)
     _check_batches(problem, X, values, rtol)
     _check_copies(problem, X, values)
@@ -71,7 +71,7 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
 
 
 def _evaluate(problem: Problem, X: FloatArray) -> Values:
-    """Return F, G and H at the rows of `X` and check that `evaluate` does not modify them."""
+    """Return objectives and constraints, and check that `evaluate` leaves the designs unchanged."""
     designs = convert_numbers_to_designs(problem, X.copy())
     with convert_to_check_error("evaluate(X)"):
         out = problem.evaluate(designs, return_values_of=["F", "G", "H"], return_as_dictionary=True)
@@ -179,16 +179,14 @@ def _check_refinement(problem: Problem, X: FloatArray) -> None:
 
 
 def _check_fidelities(problem: Problem, X: FloatArray, values: Values) -> None:
-    for stage in range(len(MGEOStaged().fidelity_schedule)):
-        with convert_to_check_error(f"at_fidelity({stage})"):
-            level = call_optional(problem, ProblemMixin.at_fidelity, stage)
-        require(
-            isinstance(level, Problem),
-            f"at_fidelity({stage}) = {level!r}: expected a pymoo Problem",
-        )
-        for key, value in _evaluate(level, X).items():
+    for fidelity in range(len(MGEOStaged().fidelity_schedule)):
+        call = f"at_fidelity({fidelity})"
+        with convert_to_check_error(call):
+            cheaper = call_optional(problem, ProblemMixin.at_fidelity, fidelity)
+        require(isinstance(cheaper, Problem), f"{call} = {cheaper!r}: expected a pymoo Problem")
+        for key, value in _evaluate(cheaper, X).items():
             expected = values[key].shape
-            message = f"{key} of at_fidelity({stage}) of shape {value.shape}: expected {expected}"
+            message = f"{key} of {call} of shape {value.shape}: expected {expected}"
             require(value.shape == expected, message)
     _require_values(problem, X, values, "evaluated after at_fidelity(k)")
 

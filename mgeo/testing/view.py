@@ -1,4 +1,4 @@
-"""Check of the view of a problem."""
+"""Check that the view of a problem returns tables, figures and texts of the expected types."""
 
 import json
 from typing import Any
@@ -18,13 +18,15 @@ _CONSTRAINT_COLUMNS = {"unit", "value", "bound_type", "bound_value", "margin"}
 
 
 def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:
-    """Check the view of a problem, with solutions and without.
+    """Check that a view returns tables, figures and texts of the expected types and lengths.
+
+    The view is checked with solutions and without.
 
     Parameters
     ----------
     problem : Problem
     X : array, shape (n, n_var)
-        Solutions, n > 0.
+        Designs of the solutions, n > 0.
     F : array, shape (n, n_obj)
         Objectives of the solutions.
 

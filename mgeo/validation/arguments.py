@@ -1,4 +1,4 @@
-"""Validation of function arguments; each error states the value and the expectation."""
+"""Validation of function arguments; each error message states the value and the expectation."""
 
 import difflib
 import math
@@ -13,7 +13,7 @@ T = TypeVar("T")
 
 
 def validate_integer(name: str, value: Any, *, low: int, high: int | None = None) -> int:
-    """Return an argument as an int in [low, high].
+    """Check that an argument is an integer in a given range, and return it as an int.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def validate_integer(name: str, value: Any, *, low: int, high: int | None = None
 def validate_number(
     name: str, value: Any, *, above: float = -math.inf, low: float = -math.inf
 ) -> float:
-    """Return an argument as a finite float within bounds.
+    """Check that an argument is a finite number in a given range, and return it as a float.
 
     Parameters
     ----------
@@ -73,16 +73,32 @@ def validate_number(
 
 
 def validate_fraction(name: str, value: Any) -> float:
-    """Return an argument as a float in [0, 1]; errors as in `validate_number`."""
+    """Check that an argument is a number in [0, 1], and return it as a float.
+
+    Errors are as for `validate_number`.
+    """
     if (converted := validate_number(name, value, low=0)) > 1:
         raise ValueError(f"{name} = {value!r}: expected a number in [0, 1]")
     return converted
 
 
 def validate_each(name: str, value: Any, check: Callable[..., T], **limits: float) -> T | list[T]:
-    """Validate a number, or each number of a list or array, with a function of this module.
+    """Check an argument that may be one number or a list of numbers, and return it.
 
-    The keywords `limits` are passed to `check`.
+    Parameters
+    ----------
+    name : str
+        Name of the argument, for the message.
+    value : number, list or array
+    check : function
+        Function of this module that validates a single number, such as `validate_number`.
+    **limits
+        Keywords of `check`.
+
+    Returns
+    -------
+    number or list
+        Return value of `check`, or a list of them.
     """
     if np.ndim(value) == 0:
         return check(name, value[()] if isinstance(value, np.ndarray) else value, **limits)
@@ -92,12 +108,25 @@ def validate_each(name: str, value: Any, check: Callable[..., T], **limits: floa
 def validate_list(
     name: str, value: Iterable[Any], check: Callable[..., T], **limits: float
 ) -> list[T]:
-    """Validate each entry of a list, called ``name[i]`` in messages, with `check`."""
+    """Check each entry of a list, and return the list of checked entries.
+
+    Parameters
+    ----------
+    name : str
+        Name of the list. Messages call entry i ``name[i]``.
+    value : iterable
+    check : function
+        Function of this module that validates a single entry, such as `validate_number`.
+    **limits
+        Keywords of `check`.
+    """
     return [check(f"{name}[{i}]", entry, **limits) for i, entry in enumerate(value)]
 
 
 def validate_pair(name: str, value: Any, check: Callable[..., T], **limits: float) -> list[T]:
-    """Validate a pair, whose entries are called ``name[i]`` in messages, with `check`.
+    """Check that an argument has exactly two valid entries, and return them as a list.
+
+    Parameters are as for `validate_list`.
 
     Raises
     ------
@@ -112,7 +141,7 @@ def validate_pair(name: str, value: Any, check: Callable[..., T], **limits: floa
 
 
 def validate_choice(name: str, value: Any, choices: Collection[str]) -> str:
-    """Return an argument that must be one of the strings `choices`.
+    """Check that an argument is one of the allowed strings, and return it.
 
     Raises
     ------
@@ -133,7 +162,7 @@ def reject_unknown_keywords(
     where: str,
     other_keywords: Collection[str] = (),
 ) -> None:
-    """Raise TypeError for the first unknown keyword, with a suggestion.
+    """Raise TypeError if a keyword is not allowed, with a suggestion of a similar keyword.
 
     Parameters
     ----------
@@ -150,13 +179,13 @@ def reject_unknown_keywords(
         if name not in known:
             expected = sorted({*known, *other_keywords})
             raise TypeError(
-                f"{where} got an unknown keyword {name!r}{format_suggestion(name, expected)}; expected "
-                f"one of {', '.join(expected)}"
+                f"{where} got an unknown keyword {name!r}{format_suggestion(name, expected)}; "
+                f"expected one of {', '.join(expected)}"
             )
 
 
 def format_suggestion(value: Any, known: Collection[str]) -> str:
-    """Return a suggestion to append to a message about an unknown name.
+    """Return the text "; did you mean ...?" for a message about an unknown name.
 
     Parameters
     ----------
@@ -168,9 +197,8 @@ def format_suggestion(value: Any, known: Collection[str]) -> str:
     Returns
     -------
     str
-        ``"; did you mean ...?"`` with all known names that contain the words of `value`, such as
-        ``initial_bias_nt`` for ``bias_nt``, else with the most similar name. Empty if no name is
-        similar.
+        Text with all known names that contain the words of `value`, such as ``initial_bias_nt``
+        for ``bias_nt``, or else with the most similar name. Empty if no name is similar.
     """
     words = _split_words(value)
     containing = [name for name in known if words and f" {words} " in f" {_split_words(name)} "]

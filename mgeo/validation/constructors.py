@@ -19,7 +19,7 @@ _SHORT_REPR.maxlevel, _SHORT_REPR.maxlist, _SHORT_REPR.maxtuple, _SHORT_REPR.max
 
 
 def get_parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:
-    """Return the parameters of `cls(...)` by name, including inherited ones.
+    """Return the constructor parameters of a class, including inherited ones, as a dict by name.
 
     If the constructor accepts ``**options``, the parameters of the next constructor in the method
     resolution order follow, and so on up to the constructor of `root`.
@@ -37,17 +37,17 @@ def get_parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:
     collected: dict[str, inspect.Parameter] = {}
     for ancestor in cls.__mro__[: cls.__mro__.index(root) + 1]:
         if "__init__" in vars(ancestor):
-            _, *own = inspect.signature(vars(ancestor)["__init__"]).parameters.values()
-            for parameter in own:
+            _, *declared = inspect.signature(vars(ancestor)["__init__"]).parameters.values()
+            for parameter in declared:
                 if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY):
                     collected.setdefault(parameter.name, parameter)
-            if all(parameter.kind is not parameter.VAR_KEYWORD for parameter in own):
+            if all(parameter.kind is not parameter.VAR_KEYWORD for parameter in declared):
                 break
     return collected
 
 
 def reject_unknown_options(name: str, cls: type, options: Iterable[str]) -> None:
-    """Raise ValueError for the first option that a problem class does not define.
+    """Raise ValueError if an option is not a constructor parameter of a problem class.
 
     The constructor of pymoo's `Problem` silently ignores unknown keywords. Allowed are therefore
     only the parameters of the constructors of derived classes, not those of `Problem`.
@@ -61,8 +61,8 @@ def reject_unknown_options(name: str, cls: type, options: Iterable[str]) -> None
     options : iterable of str
         Names of the options.
     """
-    own = list(takewhile(lambda base: base.__module__ != "pymoo.core.problem", cls.__mro__))
-    known = sorted(get_parameters(cls, own[-1]))
+    derived = list(takewhile(lambda base: base.__module__ != "pymoo.core.problem", cls.__mro__))
+    known = sorted(get_parameters(cls, derived[-1]))
     for option in options:
         if option not in known:
             raise ValueError(
@@ -72,17 +72,21 @@ def reject_unknown_options(name: str, cls: type, options: Iterable[str]) -> None
 
 
 def get_parameter_descriptions(cls: type) -> dict[str, str]:
-    """Return the description of each parameter from the docstrings of a class and its bases.
+    """Return the parameter descriptions in the docstrings of a class and its bases, by name.
 
-    The docstrings have entries ``name : description`` in their section Parameters. Each description
-    becomes one line without a final period.
+    The docstrings have entries ``name : description`` in their section Parameters.
+
+    Returns
+    -------
+    dict of str to str
+        Description of each parameter by name, in one line without a final period.
     """
     lines: dict[str, str] = {}
     for each in cls.__mro__:
         text = inspect.cleandoc(each.__doc__ or "").partition("Parameters\n----------\n")[2]
         entries = re.findall(r"^(\w.*) : (.+(?:\n .+)*)", text.partition("\n\n")[0], re.MULTILINE)
-        for names, meaning in entries:
-            line = " ".join(meaning.split()).rstrip(".")
+        for names, description in entries:
+            line = " ".join(description.split()).rstrip(".")
             lines = dict.fromkeys(names.split(", "), line) | lines
     return lines
 
@@ -90,14 +94,14 @@ def get_parameter_descriptions(cls: type) -> dict[str, str]:
 def get_parameter_values(
     algorithm: object, root: type, exclude: Collection[str] = ()
 ) -> dict[str, Any]:
-    """Return the values of the constructor parameters of an algorithm by name.
+    """Return the values of an algorithm's constructor parameters, as a dict by name.
 
     Parameters
     ----------
     algorithm : object
         Instance that stores each parameter as an attribute of the same name.
     root : type
-        Base class, see `parameters`.
+        Base class, see `get_parameters`.
     exclude : collection of str
         Parameters to omit.
 
@@ -118,16 +122,16 @@ def get_parameter_values(
 
 
 def format_call(algorithm: object, root: type) -> str:
-    """Return the representation ``Class(name=value, ...)`` with all non-default parameters.
+    """Format an algorithm as the call that builds it, ``Class(name=value, ...)``.
 
-    A parameter without an attribute of its name is omitted, or printed as ``...`` if it has no
-    default.
+    Parameters with their default value are omitted. A parameter without an attribute of its name is
+    omitted, or printed as ``...`` if it has no default.
 
     Parameters
     ----------
     algorithm : object
     root : type
-        Base class, see `parameters`.
+        Base class, see `get_parameters`.
     """
     arguments = []
     for parameter in get_parameters(type(algorithm), root).values():

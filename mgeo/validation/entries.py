@@ -1,4 +1,4 @@
-"""Validation of entries of TOML and JSON files; errors name the file, place and value."""
+"""Validation of entries of TOML and JSON files; error messages state file, place and value."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _EXPECTED: Mapping[Any, str] = {
 
 
 class FileError(ValueError):
-    """Error raised for invalid content of a file; the message names file, place and value."""
+    """Error raised for invalid content of a file; the message states file, place and value."""
 
 
 @contextmanager
 def convert_file_errors(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Convert ValueError and TypeError to a FileError whose message begins with the path."""
+    """Context manager that reraises ValueError and TypeError as a FileError that names the file."""
     try:
         yield
     except (ValueError, TypeError) as error:
@@ -32,12 +32,14 @@ def convert_file_errors(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 def get_entry(table: Any, key: str, kind: Any, where: str = "") -> Any:
-    """Return an entry of a table after a check of its type.
+    """Check the type of one entry of a TOML table or JSON object, and return the entry.
 
     Parameters
     ----------
     table : mapping
+        Table or object.
     key : str
+        Key of the entry.
     kind : type
         Expected type: str, bool, int, float (finite; ints are accepted), list, dict, Any, or
         ``list[...]`` and ``dict[str, ...]`` of these.
@@ -64,10 +66,10 @@ def _check_type(value: Any, kind: Any, where: str) -> None:
     if base is Any:
         return
     if base is float:
-        fits = isinstance(value, int | float) and abs(value) <= sys.float_info.max
+        is_valid = isinstance(value, int | float) and abs(value) <= sys.float_info.max
     else:
-        fits = isinstance(value, base)
-    if not fits or (isinstance(value, bool) and base is not bool):
+        is_valid = isinstance(value, base)
+    if not is_valid or (isinstance(value, bool) and base is not bool):
         expected = _EXPECTED.get(base, getattr(base, "__name__", str(base)))
         raise TypeError(f"{where} = {value!r:.80}: expected {expected}")
     if parts and base is list:

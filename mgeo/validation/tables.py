@@ -1,4 +1,4 @@
-"""Validation of whole files with pydantic models; the error describes the first mistake."""
+"""Validation of whole files with pydantic models; the error message states the first mistake."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 
 
 class Table(BaseModel):
-    """Base model of tables: unknown keys are errors, and values are not converted."""
+    """Base class of pydantic models for tables of a file, with strict types and no unknown keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, **_STRICT)
 
@@ -35,7 +35,7 @@ T = TypeVar("T", bound=Table)
 
 
 def validate_table(model: type[T], data: Any) -> T:
-    """Validate the content of a file and return it as a model.
+    """Check the content of a file against a pydantic model, and return it as an instance.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def _describe_first_error(validation_error: ValidationError) -> str:
         return f"{where} is missing"
     if error["type"] == "key":
         return f"{where}.{error['msg']}".lstrip(".")
-    if error["type"] == "value_error":  # The messages of validators already name key and value.
+    if error["type"] == "value_error":  # The messages of validators already state key and value.
         return str(error["ctx"]["error"])
     expected = error["msg"].replace("Input should be", "expected").partition(" or instance")[0]
     value = "" if isinstance(error["input"], Mapping) else f" = {error['input']!r:.80}"

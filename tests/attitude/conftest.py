@@ -1,4 +1,4 @@
-"""What all tests of the attitude problem share."""
+"""Fixtures of all tests of the attitude problem."""
 
 import pytest
 from mgeo_attitude.view.plans import Plans
@@ -6,7 +6,7 @@ from mgeo_attitude.view.plans import Plans
 
 @pytest.fixture(scope="module", autouse=True)
 def few_flights():
-    """Promises are looked at in 20 flights: figures and reports show those of 200 just alike."""
+    """Use 20 instead of 200 Monte Carlo runs, which figures and reports display in the same way."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Plans, "n_monte_carlo_runs", 20)
         yield

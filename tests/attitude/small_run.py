@@ -1,4 +1,4 @@
-"""A real run of mgeo, if a short one, for tests of what is made from run folders."""
+"""Short runs of mgeo for tests of run folders and reports."""
 
 from mgeo.runs.prepare import prepare_run
 from mgeo.store.provenance import list_problem_versions
@@ -6,6 +6,6 @@ from mgeo.store.run import Run
 
 
 def small_run(problem):
-    """A front of a problem after three generations."""
+    """Return a run of about three generations, with its front."""
     made = prepare_run("attitude", problem.to_options(), evaluations=1_080)
     return Run(made.configuration, made.solve(), list_problem_versions("attitude"))

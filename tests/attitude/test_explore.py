@@ -1,4 +1,4 @@
-"""Exploration of plans: fast predictions, and saved plans."""
+"""Explorer of a run: quick metrics and saved plans."""
 
 import json
 
@@ -25,18 +25,18 @@ def problem():
     return AttitudeManeuverProblem(Scenario.paper(), threads=1)
 
 
-def test_quick_metrics_are_those_of_the_table_without_monte_carlo(problem):
+def test_quick_metrics_are_columns_of_the_full_table(problem):
     X = np.random.default_rng(1).uniform(problem.xl, problem.xu, (3, problem.n_var))
     described = problem.view(X).describe()
-    found = problem.view(X).quick_metrics()
-    assert [name for name in described if name not in found] == [
+    quick = problem.view(X).quick_metrics()
+    assert [name for name in described if name not in quick] == [
         *("Monte Carlo t_end [s]", "Monte Carlo trace [-]"),
     ]
-    for name in found:
-        assert (found[name] == described[name]).all()
+    for name in quick:
+        assert (quick[name] == described[name]).all()
 
 
-def test_a_saved_plan_is_the_plans_file(problem):
+def test_saved_plan_is_a_plan_file(problem):
     x = np.random.default_rng(2).uniform(problem.xl, problem.xu)
     document = build_solution_document(problem, "attitude", x)
     plan = from_json(encode_json(document).decode())
@@ -47,7 +47,7 @@ def test_a_saved_plan_is_the_plans_file(problem):
 
 
 @pytest.mark.slow
-def test_a_slider_changes_the_covariance_and_the_saved_plan_is_shown(problem, tmp_path):
+def test_slider_changes_covariance_and_saved_plan(problem, tmp_path):
     folder = tmp_path / "run"
     write_run(folder, small_run(problem))
     sigma = "[...document.querySelectorAll('#numbers tbody tr')].map((row) => row.textContent)"

@@ -1,4 +1,4 @@
-"""The satellite problem as pymoo and the plugin protocol see it."""
+"""Attitude problem as a problem of pymoo and as a plugin of mgeo."""
 
 import dataclasses
 
@@ -21,13 +21,13 @@ def random_designs(problem, n, seed=0):
     return np.random.default_rng(seed).uniform(problem.xl, problem.xu, (n, problem.n_var))
 
 
-def test_keeps_the_plugin_protocol():
+def test_problem_follows_plugin_protocol():
     short = dataclasses.replace(Scenario.paper(), duration=1200.0, step=4.0)
     check_problem(AttitudeManeuverProblem(short), n_points=6)
 
 
 @pytest.mark.slow
-def test_objectives_are_equation_5(problem):
+def test_objectives_are_convergence_time_and_trace(problem):
     X = random_designs(problem, 3)
     for x, (t_end, trace) in zip(X, problem.evaluate(X), strict=True):
         history = run_reference_filter(problem.model, x)
@@ -35,13 +35,13 @@ def test_objectives_are_equation_5(problem):
         assert trace == pytest.approx(np.trace(history.covariance), rel=1e-9)
 
 
-def test_pymoo_runs_it_without_mgeo(problem):
+def test_pymoo_minimizes_the_problem(problem):
     result = minimize(problem, NSGA2(pop_size=12), ("n_eval", 60), seed=1)
     assert len(result.F) >= 1
     np.testing.assert_array_equal(problem.evaluate(result.X), result.F)
 
 
-def test_indicator_space_of_the_paper(problem):
+def test_indicator_space_equals_that_of_the_paper(problem):
     F = [[0.0, 1e-6], [11984.0, 1e-1], [5992.0, 10**-3.5]]
     np.testing.assert_allclose(
         problem.map_to_indicator_space(F), [[0.0, 0.0], [1.0, 1.0], [0.5, 0.5]], atol=1e-12
@@ -67,17 +67,17 @@ def test_options_rebuild_the_problem():
         ({"threads": 0}, ValueError, "threads = 0: expected an integer >= 1"),
     ],
 )
-def test_bad_arguments_are_named(arguments, error, message):
+def test_invalid_arguments_are_rejected(arguments, error, message):
     with pytest.raises(error, match=message):
         AttitudeManeuverProblem(**arguments)
 
 
-def test_a_part_of_a_view_shares_what_is_known(problem, monkeypatch):
+def test_selected_view_shares_cached_results(problem, monkeypatch):
     view = problem.view(random_designs(problem, 4))
-    table, kept = view.describe(), view.monte_carlo_objectives
+    table, monte_carlo_objectives = view.describe(), view.monte_carlo_objectives
     monkeypatch.setattr(problem.__class__, "evaluate_nominal", None)
     monkeypatch.setattr("mgeo_attitude.problem.evaluate", None)
-    part = view.select([2, 0])
-    pd.testing.assert_frame_equal(part.describe(), table.iloc[[2, 0]].reset_index(drop=True))
-    np.testing.assert_array_equal(part.monte_carlo_objectives, kept[[2, 0]])
-    assert part.constraints()[0].empty
+    selection = view.select([2, 0])
+    pd.testing.assert_frame_equal(selection.describe(), table.iloc[[2, 0]].reset_index(drop=True))
+    np.testing.assert_array_equal(selection.monte_carlo_objectives, monte_carlo_objectives[[2, 0]])
+    assert selection.constraints()[0].empty

@@ -1,4 +1,4 @@
-"""The report of a run of this problem: a plan for every point, within its size."""
+"""Report of a run of the attitude problem."""
 
 import dataclasses
 
@@ -14,7 +14,7 @@ from .small_run import small_run
 
 
 @pytest.mark.slow
-def test_each_point_of_the_front_has_its_plan(tmp_path):
+def test_report_contains_small_figures_once(tmp_path):
     scenario = dataclasses.replace(
         Scenario.paper(), duration=2400.0, step=4.0, name="</script>short"
     )
@@ -22,18 +22,18 @@ def test_each_point_of_the_front_has_its_plan(tmp_path):
     write_run(tmp_path / "run", run)
     html = build_report_html(tmp_path / "run")
     for title in ("Body rates", "Sun and field seen from the body", "gyro bias, 1-sigma"):
-        assert html.count(title) == 1  # what all plans have in common is there once
+        assert html.count(title) == 1  # Titles that all plans share appear once.
     assert html.count("</script>") == 3
 
 
-# body x, y and z in inertial axes
+#: JavaScript expression for the body axes x, y and z in inertial axes.
 _AXES = """[...document.querySelector(".moving .js-plotly-plot").data].slice(-3)
   .map(({ x, y, z }) => [x[1], y[1], z[1]])
   .map((tip) => tip.map((part) => part / Math.hypot(...tip)))"""
 
 
 @pytest.mark.slow
-def test_on_a_phone_the_body_stands_as_in_the_filter(tmp_path):
+def test_animation_on_phone_equals_filter_attitude(tmp_path):
     scenario = Scenario.cubesat_6u()
     maneuvers = dataclasses.replace(scenario.maneuvers, max_acceleration_deg_s2=0.02)
     problem = AttitudeManeuverProblem(
@@ -51,7 +51,7 @@ def test_on_a_phone_the_body_stands_as_in_the_filter(tmp_path):
         for time in (0.0, plan.t_end / 3, plan.t_end):
             step = round(time / problem.model.step)
             page.set(".player input", step * problem.model.step)
-            # up to a degree off within a ramp, see test_motion
+            # Within a ramp the animation may be off by up to one degree.
             atol = 0.02 if 0 < time < plan.t_end else 1e-5
             page.until_close(_AXES, plan.history.attitude[step], atol)
         assert page.evaluate("document.documentElement.scrollWidth") == 390

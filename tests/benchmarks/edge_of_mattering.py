@@ -172,7 +172,7 @@ def of(where: Callable, change: Callable) -> Callable[[float], Spoil]:
 
 MAG, SUN = partial(change_sensor, "mag"), partial(change_sensor, "sun")
 UNSURE = dataclasses.replace(
-    SCENARIO, gyro=dataclasses.replace(SCENARIO.gyro, initial_bias_deg_s=1.0)
+    SCENARIO, gyro=dataclasses.replace(SCENARIO.gyro, initial_bias_deg_s=1.0, bias_decay=1e-5)
 )
 DRIFTS, CHANGES = r"gyro\.bias (drifts|decays|changes) by ", r"\.bias changes by "
 KINDS = {

@@ -10,7 +10,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, Scenario
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.sensors import Gyro
-from mgeo_calibration import TelemetryMapping, fly
+from mgeo_calibration import TelemetryMapping, simulate_telemetry
 
 from .pages import DOCS, blocks, run
 
@@ -100,7 +100,7 @@ def test_calibration(tmp_path, monkeypatch):
     scenario.save("mine.toml")
     plan = ManeuverPlan(scenario, (0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0, 0, 0, 1.0))
     write_plan(plan, "plan.json")
-    fly(scenario, plan, 1).to_csv("telemetry.csv")
+    simulate_telemetry(scenario, plan, 1).to_csv("telemetry.csv")
     run(blocks("calibration.md", "sh")[0].strip())
     files = {"calibration.json", "calibration.csv", "attitude.csv", "calibration.html"}
     assert {path.name for path in Path("calibration").iterdir()} == files
@@ -110,14 +110,14 @@ def test_calibration(tmp_path, monkeypatch):
 def test_which_satellite(folder):
     _, coils = blocks("which-satellite.md", "sh")
     run(coils.strip(), "--evaluations", "60", "--quiet")
-    assert "ramp to maneuver 1" in run("mgeo attitude show runs/1u --pick best")
+    assert "ramp to maneuver 1" in run("mgeo attitude show runs/1u --pick min-trace")
 
 
 @pytest.mark.slow
 def test_limits(folder):
     run(blocks("limits.md", "sh")[0].strip(), "--evaluations", "240", "--quiet")
     run("mgeo report runs/limits")
-    assert "ramp to maneuver 1" in run("mgeo attitude show runs/limits --pick best")
+    assert "ramp to maneuver 1" in run("mgeo attitude show runs/limits --pick min-trace")
 
 
 @pytest.mark.slow
@@ -144,7 +144,7 @@ def test_rate_random_walk_from_a_bias_stability():
         angle_random_walk_deg_per_sqrt_h=walk, rate_random_walk=float(factor) * stability**2 / walk
     )
     rng, n = np.random.default_rng(1), 1_000_000  # seconds
-    white, drift = (np.sqrt(gyro.diffusion()[of][0]) for of in ("theta", "bias"))
+    white, drift = (np.sqrt(gyro.compute_noise_density()[of][0]) for of in ("theta", "bias"))
     rate = white * rng.standard_normal(n) + np.cumsum(drift * rng.standard_normal(n))
     angle = np.concatenate([[0.0], np.cumsum(rate)])
     spans = np.unique(np.geomspace(20, 2000, 60).round().astype(int))

@@ -25,6 +25,6 @@ def test_commands(tmp_path, monkeypatch):
     for command in commands.splitlines():
         run(command)
         outcomes.append(read_run("runs/long").outcome)
-    assert [outcome.evaluations for outcome in outcomes] == [1056, 1056, 2112]
+    assert [outcome.n_evaluations for outcome in outcomes] == [1056, 1056, 2112]
     assert outcomes[0].F.tolist() == outcomes[1].F.tolist()
     assert len(read_record("runs/long/evaluations")) == 2112

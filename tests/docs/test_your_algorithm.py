@@ -64,7 +64,7 @@ def test_commands_and_study(folder):
     # worker processes of an earlier test do not know this folder
     get_reusable_executor().shutdown(wait=True)
     found = run("mgeo study study.toml --evaluations 900 --seeds 2 --jobs 2 --json -q")
-    assert json.loads(found)["problems"]["zdt1"]["runs_finished"] == 6
+    assert json.loads(found)["problems"]["zdt1"]["n_finished"] == 6
 
 
 def test_steps_have_a_cauchy_distribution(folder):

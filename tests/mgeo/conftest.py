@@ -1,4 +1,4 @@
-"""The stand-in plugin of these tests, installed by putting its folder on the path."""
+"""Fixtures that install the plugin for the tests by adding its folder to the module path."""
 
 import os
 from pathlib import Path
@@ -10,12 +10,12 @@ STAND_IN = Path(__file__).parent / "stand_in"
 
 @pytest.fixture
 def stand_in(monkeypatch):
-    """The plugin, for this process."""
+    """Install the plugin in this process."""
     monkeypatch.syspath_prepend(str(STAND_IN))
 
 
 @pytest.fixture
 def stand_in_environment():
-    """The plugin, as the environment of another process."""
+    """Environment variables of another process in which the plugin is installed."""
     path = os.pathsep.join(filter(None, [str(STAND_IN), os.environ.get("PYTHONPATH")]))
     return {**os.environ, "PYTHONPATH": path, "PYTHONWARNINGS": "error"}

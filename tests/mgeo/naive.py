@@ -1,4 +1,4 @@
-"""Slow twins written from the papers' words: one loop per sentence, no arrays of walkers."""
+"""Reference implementations in plain Python loops, written from the definitions in the papers."""
 
 import math
 from operator import le, lt
@@ -10,7 +10,7 @@ def dominates(a, b):
 
 
 def nondominated_rows(F):
-    """Rows of the exact front, first of equals, in the order found."""
+    """Return the rows of the nondominated vectors in ascending order, the first of equal ones."""
     finite = [i for i, f in enumerate(F) if all(math.isfinite(v) for v in f)]
     front = []
     for i in finite:
@@ -23,22 +23,22 @@ def nondominated_rows(F):
 
 
 def archive_rows(F, violation):
-    """Rows a `ParetoArchive` holds after seeing all of them, in its order."""
-    able = [
+    """Return the rows of the points that a `ParetoArchive` of all points contains, in its order."""
+    valid = [
         i
         for i, f in enumerate(F)
         if all(math.isfinite(v) for v in f) and not math.isnan(violation[i])
     ]
-    if not able:
+    if not valid:
         return []
-    least = min(violation[i] for i in able)
-    best = [i for i in able if violation[i] == least]
+    least = min(violation[i] for i in valid)
+    best = [i for i in valid if violation[i] == least]
     front = [best[k] for k in nondominated_rows([F[i] for i in best])]
-    return sorted(front, key=lambda i: F[i][0])  # stable: found first stays first
+    return sorted(front, key=lambda i: F[i][0])  # The sort is stable.
 
 
 def rejection_rank(rng, n, tau):
-    """The usual wording: draw a rank, accept it with probability k^-tau, else draw again."""
+    """Draw a rank by rejection: accept a uniform rank k with probability k^-tau, or draw again."""
     while True:
         k = int(rng.integers(1, n + 1))
         if rng.random() <= k**-tau:
@@ -46,7 +46,7 @@ def rejection_rank(rng, n, tau):
 
 
 def geo_minimum(f, xl, xu, generations, sigma, tau, rng):
-    """Best value of one run of one-objective GEO_real with a relative perturbation."""
+    """Return the best value of a run of single-objective GEO_real with relative perturbation."""
     n = len(xl)
     x = [xl[i] + (xu[i] - xl[i]) * rng.random() for i in range(n)]
     best = math.inf

@@ -1,7 +1,8 @@
-"""One walker of each variant on its own, in plain Python: the slow twin of the lockstep loop.
+"""Reference implementation of a single walker in plain Python, for each published variant.
 
-`moves` says how a variant codes and changes a point: `start(stream)` is the first one,
-`trials(point, stream)` are groups of (coordinate, new value), and `design(point)` its variables.
+The classes ...Moves define the encoding and the candidates of a variant: `start(stream)` returns
+the first point, `trials(point, stream)` groups of candidates as pairs of coordinate and new value,
+and `design(point)` the variables of a point.
 """
 
 import math
@@ -11,7 +12,7 @@ from scipy.special import ndtr, ndtri
 
 
 class RealMoves:
-    """MGEO_real: one group, one step a variable."""
+    """Candidates of MGEO_real: a single group with one step per variable."""
 
     def __init__(self, problem, sigma, perturbation="absolute", bounds="clip"):
         self.xl, self.xu = problem.xl.tolist(), problem.xu.tolist()
@@ -48,7 +49,8 @@ class RealMoves:
         return min(max(moved, low), high)
 
     def draws(self, stream, n):
-        """A normal and a uniform number for each of n steps; the latter only to resample."""
+        """Return a normal and a uniform random number for each step."""
+        # Uniform numbers are drawn for resampling only.
         noise = stream.standard_normal(n).tolist()
         return noise, stream.random(n).tolist() if self.bounds == "resample" else [0.0] * n
 
@@ -60,7 +62,7 @@ class RealMoves:
 
 
 class Real2Moves(RealMoves):
-    """MGEO_real2: a group a variable, with ever smaller steps."""
+    """Candidates of MGEO_real2: one group per variable, with decreasing step sizes."""
 
     def __init__(self, problem, sigma, perturbation, bounds, n_steps, divisor, schedule):
         super().__init__(problem, sigma, perturbation, bounds)
@@ -82,13 +84,13 @@ class Real2Moves(RealMoves):
 
 
 class BitMoves:
-    """Strings of bits; each is flipped, in one group or in a group a variable."""
+    """Candidates of bit strings: one flip per bit, in a single group or one group per variable."""
 
-    def __init__(self, problem, bits, gray, a_group_per_variable):
+    def __init__(self, problem, bits, gray, has_groups):
         self.xl, self.xu = problem.xl.tolist(), problem.xu.tolist()
         self.bits = np.broadcast_to(bits, problem.n_var).tolist()
         self.length = sum(self.bits)
-        self.gray, self.a_group_per_variable = gray, a_group_per_variable
+        self.gray, self.has_groups = gray, has_groups
 
     def start(self, stream):
         return [float(bit) for bit in stream.integers(0, 2, self.length)]
@@ -106,7 +108,7 @@ class BitMoves:
 
     def trials(self, point, stream):
         flips = [(i, 1.0 - bit) for i, bit in enumerate(point)]
-        if not self.a_group_per_variable:
+        if not self.has_groups:
             return [flips]
         groups = []
         for count in self.bits:
@@ -116,28 +118,32 @@ class BitMoves:
 
 
 class Walk:
-    """What one walker did.
+    """Run of one walker.
 
     Attributes
     ----------
-    path : its points after each generation.
-    taus : (if tau adapts) the tau it used, generation by generation.
-    X, F, violation : all that it evaluated, in order.
+    path : list of list
+        Point after each generation.
+    taus : list of list
+        Adaptive tau of each objective after each generation.
+    X, F, violation : list
+        Variables, objectives and constraint violations of all evaluated points, in order.
     """
 
-    def __init__(self, problem, moves, tau, seed, walker, evaluates_itself=False):
+    def __init__(self, problem, moves, tau, seed, walker, evaluates_walker=False):
         self.problem, self.moves, self.tau = problem, moves, tau
-        self.evaluates_itself = evaluates_itself
+        self.evaluates_walker = evaluates_walker
         self.stream = np.random.default_rng(np.random.SeedSequence(seed).spawn(walker + 1)[walker])
         self.point = moves.start(self.stream)
         self.path, self.taus, self.X, self.F, self.violation = [], [], [], [], []
         n_obj = problem.n_obj
-        self.own_tau = [0.5] * n_obj
+        self.adaptive_tau = [0.5] * n_obj
         self.chance = [1.0 / math.sqrt(problem.n_var)] * n_obj
-        self.current = self.best = [(2, 0.0)] * n_obj  # nothing is known of a first point
+        # The first point has not been evaluated, and counts as failed.
+        self.current = self.best = [(2, 0.0)] * n_obj
 
     def evaluate(self, point):
-        """Its fitness in each objective: feasible, infeasible, failed; smaller is better."""
+        """Return the fitness of a point for each objective, as tuples that sort by quality."""
         x = self.moves.design(point)
         out = self.problem.evaluate(
             np.array([x]), return_values_of=["F", "G", "H"], return_as_dictionary=True
@@ -153,9 +159,9 @@ class Walk:
         return [(1, violation) if violation > 0 else (0, v) for v in f]
 
     def generation(self):
-        if self.evaluates_itself:
+        if self.evaluates_walker:
             self.current = self.evaluate(self.point)
-            self.remember([self.current])
+            self.update_best([self.current])
         groups = self.moves.trials(self.point, self.stream)
         values = []
         for group in groups:
@@ -164,42 +170,42 @@ class Walk:
                 trial = list(self.point)
                 trial[coordinate] = value
                 values[-1].append(self.evaluate(trial))
-        chosen = int(self.stream.random() * self.problem.n_obj)
+        objective = int(self.stream.random() * self.problem.n_obj)
         ties = [self.stream.random(len(group)).tolist() for group in groups]
-        picks = [self.stream.random() for _ in groups]
+        draws = [self.stream.random() for _ in groups]
         every = [value for group in values for value in group]
-        tau = self.adapt(chosen, every) if isinstance(self.tau, str) else self.tau
-        self.remember(every)
-        for group, value, tie, pick in zip(groups, values, ties, picks, strict=True):
-            ranking = sorted(range(len(group)), key=lambda i: (value[i][chosen], tie[i]))
-            taken = ranking[inverse_of_power_law(pick, len(group), tau) - 1]
-            self.point[group[taken][0]] = group[taken][1]
-            self.current = value[taken]
+        tau = self.adapt(objective, every) if isinstance(self.tau, str) else self.tau
+        self.update_best(every)
+        for group, value, tie, draw in zip(groups, values, ties, draws, strict=True):
+            ranking = sorted(range(len(group)), key=lambda i: (value[i][objective], tie[i]))
+            accepted = ranking[inverse_of_power_law(draw, len(group), tau) - 1]
+            self.point[group[accepted][0]] = group[accepted][1]
+            self.current = value[accepted]
         self.path.append(list(self.point))
         return self
 
-    def adapt(self, chosen, values):
-        reference = (self.best if self.tau == "a-geo1" else self.current)[chosen]
-        chance = sum(value[chosen] < reference for value in values) / len(values)
+    def adapt(self, objective, values):
+        reference = (self.best if self.tau == "a-geo1" else self.current)[objective]
+        chance = sum(value[objective] < reference for value in values) / len(values)
         uniform, normal = self.stream.random(), self.stream.standard_normal()
         if chance == 0:
-            self.own_tau[chosen] = 0.5 * math.exp(normal / math.sqrt(self.moves.length))
-        elif chance <= self.chance[chosen]:
-            self.own_tau[chosen] += (0.5 + chance) * uniform
-        self.chance[chosen] = chance
-        self.taus.append(list(self.own_tau))
-        return self.own_tau[chosen]
+            self.adaptive_tau[objective] = 0.5 * math.exp(normal / math.sqrt(self.moves.length))
+        elif chance <= self.chance[objective]:
+            self.adaptive_tau[objective] += (0.5 + chance) * uniform
+        self.chance[objective] = chance
+        self.taus.append(list(self.adaptive_tau))
+        return self.adaptive_tau[objective]
 
-    def remember(self, values):
+    def update_best(self, values):
         self.best = [min(column) for column in zip(self.best, *values, strict=True)]
 
 
 def inverse_of_power_law(u, n, tau):
-    """Rank in 1..n whose share of the sum of k^-tau holds the fraction u."""
+    """Return the rank in 1..n at which the cumulative probability of k^-tau exceeds u."""
     total = sum(k**-tau for k in range(1, n + 1))
-    reached = 0.0
+    cumulative = 0.0
     for k in range(1, n + 1):
-        reached += k**-tau
-        if u * total < reached:
+        cumulative += k**-tau
+        if u * total < cumulative:
             return k
     return n

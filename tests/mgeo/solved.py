@@ -1,4 +1,4 @@
-"""One run of an algorithm on a problem, in a line."""
+"""Function that runs an algorithm on a problem, as ``mgeo solve`` does."""
 
 from mgeo.runs.algorithms import set_up
 from mgeo.runs.solve import SolveState
@@ -6,5 +6,5 @@ from mgeo.runs.solve import solve as run
 
 
 def solve(problem, algorithm, evaluations, seed, callback=None, max_time=None):
-    ready = set_up(problem, algorithm, evaluations, seed)
-    return run(SolveState(ready, evaluations, callback, max_time=max_time))
+    prepared = set_up(problem, algorithm, evaluations, seed)
+    return run(SolveState(prepared, evaluations, callback, max_time=max_time))

@@ -1,4 +1,4 @@
-"""Candidates that fail cost themselves only, whatever way they fail."""
+"""The tolerant evaluator: failing candidates do not affect other candidates."""
 
 import os
 import pickle
@@ -24,7 +24,7 @@ from mgeo import EvaluationError, MGEOReal, TolerantEvaluator
 pytestmark = pytest.mark.filterwarnings("ignore:a candidate failed:RuntimeWarning")
 
 
-def culprit(x):
+def is_failing(x):
     return 0.3 < x[0] < 0.4
 
 
@@ -32,8 +32,11 @@ def objectives(x):
     return np.array([x[0], (1.0 + x[1]) / (0.1 + x[0])])
 
 
-class Batch(Problem):
-    """A whole batch raises if one of it is a culprit; or culprits get a bad value."""
+class BatchProblem(Problem):
+    """Vectorized problem that raises for a batch with a failing candidate.
+
+    With `bad`, the objectives of failing candidates get this value instead.
+    """
 
     def __init__(self, bad=None):
         self.bad, self.batches = bad, []
@@ -41,45 +44,45 @@ class Batch(Problem):
 
     def _evaluate(self, X, out, *args, **kwargs):
         self.batches.append(len(X))
-        culprits = [culprit(x) for x in X]
-        if any(culprits) and self.bad is None:
-            raise ZeroDivisionError("culprit\nin it")
+        failing = [is_failing(x) for x in X]
+        if any(failing) and self.bad is None:
+            raise ZeroDivisionError("failing candidate\nin batch")
         out["F"] = np.array([objectives(x) for x in X])
-        out["F"][culprits] = self.bad
+        out["F"][failing] = self.bad
         out["label"] = np.array([f"x = {x[0]:.3f}" for x in X])
 
 
-class Element(ElementwiseProblem):
-    """Fails for culprits in the way it is told to; counts every call."""
+class ElementProblem(ElementwiseProblem):
+    """Elementwise problem that fails in a given way and counts its evaluations."""
 
-    def __init__(self, way="raise", **options):
-        self.way, self.calls = way, 0
+    def __init__(self, kind="raise", **options):
+        self.kind, self.calls = kind, 0
         super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0, **options)
 
     def _evaluate(self, x, out, *args, **kwargs):
         self.calls += 1
         out["F"], out["G"], out["n"] = objectives(x), [x[1] - 0.9], 1
-        if culprit(x):
-            if self.way == "raise":
-                raise ValueError("culprit")
-            if self.way == "die":
+        if is_failing(x):
+            if self.kind == "raise":
+                raise ValueError("failing candidate")
+            if self.kind == "die":
                 os._exit(1)
-            if self.way == "interrupt":
+            if self.kind == "interrupt":
                 raise KeyboardInterrupt
-            out["G" if self.way == "nan G" else "F"] = {
+            out["G" if self.kind == "nan G" else "F"] = {
                 "nan": [1.0, np.nan],
                 "inf": [-np.inf, 1.0],
                 "nan G": [np.nan],
-            }[self.way]
+            }[self.kind]
 
 
 def candidates(n=60, seed=1):
     return Population.new(X=np.random.default_rng(seed).random((n, 2)))
 
 
-def assert_only_culprits_failed(population, evaluator):
+def assert_only_failing_candidates_failed(population, evaluator):
     X, F = population.get("X", "F")
-    failed = np.array([culprit(x) for x in X])
+    failed = np.array([is_failing(x) for x in X])
     assert 0 < failed.sum() < len(X)
     assert [bool(mark) for mark in population.get("failed")] == failed.tolist()
     assert np.array_equal(F[~failed], [objectives(x) for x in X[~failed]])
@@ -88,60 +91,62 @@ def assert_only_culprits_failed(population, evaluator):
     return failed
 
 
-def test_a_batch_that_raises_is_halved_until_the_culprits_are_alone():
-    problem, evaluator, population = Batch(), TolerantEvaluator(), candidates()
+def test_batch_that_raises_is_bisected_until_failing_candidates_are_isolated():
+    problem, evaluator, population = BatchProblem(), TolerantEvaluator(), candidates()
     evaluator.eval(problem, population)
-    failed = assert_only_culprits_failed(population, evaluator)
-    assert evaluator.causes == {"ZeroDivisionError: culprit in it": failed.sum()}
+    failed = assert_only_failing_candidates_failed(population, evaluator)
+    assert evaluator.causes == {"ZeroDivisionError: failing candidate in batch": failed.sum()}
     assert problem.batches.count(1) >= failed.sum()
     assert sum(problem.batches) < 8 * len(population)
     labels = population.get("label")
     assert [label is None for label in labels] == failed.tolist()
 
 
-@pytest.mark.parametrize("way", ["raise", "nan", "inf", "nan G"])
-def test_an_element_that_fails_is_not_evaluated_again_nor_are_others(way):
-    problem, evaluator, population = Element(way), TolerantEvaluator(), candidates()
+@pytest.mark.parametrize("kind", ["raise", "nan", "inf", "nan G"])
+def test_elementwise_problem_evaluates_each_candidate_once_despite_failures(kind):
+    problem, evaluator, population = ElementProblem(kind), TolerantEvaluator(), candidates()
     evaluator.eval(problem, population)
-    failed = assert_only_culprits_failed(population, evaluator)
+    failed = assert_only_failing_candidates_failed(population, evaluator)
     assert problem.calls == len(population)
-    cause = {"raise": "ValueError: culprit", "nan": "F[1] = nan", "inf": "F[0] = -inf",
-             "nan G": "G[0] = nan"}[way]  # fmt: skip
+    cause = {"raise": "ValueError: failing candidate", "nan": "F[1] = nan", "inf": "F[0] = -inf",
+             "nan G": "G[0] = nan"}[kind]  # fmt: skip
     assert evaluator.causes == {cause: failed.sum()}
     assert type(problem.elementwise_runner) is LoopedElementwiseEvaluation
 
 
-def test_a_value_that_replaces_nan_does_not_hide_an_exception():
+def test_replacement_of_nan_values_does_not_hide_exception():
     population, evaluator = candidates(), TolerantEvaluator()
-    evaluator.eval(Element(replace_nan_values_by=5.0), population)
-    assert_only_culprits_failed(population, evaluator)
+    evaluator.eval(ElementProblem(replace_nan_values_by=5.0), population)
+    assert_only_failing_candidates_failed(population, evaluator)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("way", ["raise", "die"])
-def test_candidates_fail_alone_where_a_worker_process_raises_or_dies(way):
-    problem = Element(way, elementwise_runner=JoblibParallelization(n_jobs=2))
+@pytest.mark.parametrize("kind", ["raise", "die"])
+def test_failing_worker_process_affects_only_its_candidate(kind):
+    problem = ElementProblem(kind, elementwise_runner=JoblibParallelization(n_jobs=2))
     population, evaluator = candidates(3), TolerantEvaluator()
     population[1].X = np.array([0.35, 0.5])
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # joblib on a worker that stopped
+        warnings.simplefilter("ignore", UserWarning)  # joblib warns about a stopped worker.
         evaluator.eval(problem, population)
-    assert_only_culprits_failed(population, evaluator)
-    if way == "die":
+    assert_only_failing_candidates_failed(population, evaluator)
+    if kind == "die":
         assert "TerminatedWorkerError" in next(iter(evaluator.causes))
 
 
 class MethodRunner:
-    """Sends the method of a function apart from its object, as pymoo's RayParallelization does."""
+    """Runner that pickles a method separately from its object, as RayParallelization of pymoo."""
 
     def __call__(self, f, X):
         method = pickle.loads(pickle.dumps(f.__call__.__func__))
         return [method(pickle.loads(pickle.dumps(f)), x) for x in X]
 
 
-def test_a_runner_that_sends_methods_gives_the_serial_front():
-    serial = solve(Element(), MGEOReal(0.2, n_walkers=5), 5)
-    parallel = solve(Element(elementwise_runner=MethodRunner()), MGEOReal(0.2, n_walkers=5), 5)
+def test_runner_that_pickles_methods_gives_serial_front():
+    serial = solve(ElementProblem(), MGEOReal(0.2, n_walkers=5), 5)
+    parallel = solve(
+        ElementProblem(elementwise_runner=MethodRunner()), MGEOReal(0.2, n_walkers=5), 5
+    )
     assert np.array_equal(parallel.F, serial.F)
     assert parallel.algorithm.evaluator.causes == serial.algorithm.evaluator.causes
 
@@ -152,16 +157,16 @@ class BrokenRunner:
 
 
 @pytest.mark.parametrize("algorithm", [MGEOReal(n_walkers=5), NSGA2(20)], ids=["mgeo", "nsga2"])
-def test_an_error_of_the_runner_ends_the_run_with_that_error(algorithm):
+def test_error_of_runner_ends_run_with_same_error(algorithm):
     evaluator = TolerantEvaluator()
     with pytest.raises(ConnectionError, match="no scheduler"):
-        solve(Element(elementwise_runner=BrokenRunner()), algorithm, evaluator=evaluator)
+        solve(ElementProblem(elementwise_runner=BrokenRunner()), algorithm, evaluator=evaluator)
     assert evaluator.n_failed == 0
 
 
-def test_an_interrupt_ends_a_run():
+def test_keyboard_interrupt_ends_evaluation():
     with pytest.raises(KeyboardInterrupt):
-        TolerantEvaluator().eval(Element("interrupt"), candidates())
+        TolerantEvaluator().eval(ElementProblem("interrupt"), candidates())
 
 
 def solve(problem, algorithm, n_gen=40, **options):
@@ -169,12 +174,15 @@ def solve(problem, algorithm, n_gen=40, **options):
 
 
 @pytest.mark.parametrize(
-    ("problem", "alike"),
-    [(Batch(), Batch(np.nan)), *((Element(way), Element("nan")) for way in ("raise", "inf"))],
+    ("problem", "equivalent"),
+    [
+        (BatchProblem(), BatchProblem(np.nan)),
+        *((ElementProblem(kind), ElementProblem("nan")) for kind in ("raise", "inf")),
+    ],
 )
-def test_a_run_goes_on_and_its_path_does_not_depend_on_the_way_of_failing(problem, alike):
+def test_search_does_not_depend_on_kind_of_failure(problem, equivalent):
     result = solve(problem, MGEOReal(0.2, n_walkers=5))
-    expected = solve(alike, MGEOReal(0.2, n_walkers=5), evaluator=Evaluator())
+    expected = solve(equivalent, MGEOReal(0.2, n_walkers=5), evaluator=Evaluator())
     assert np.array_equal(result.X, expected.X)
     assert np.array_equal(result.F, expected.F)
     evaluator = result.algorithm.evaluator
@@ -186,31 +194,33 @@ DIRECTIONS = get_reference_directions("das-dennis", 2, n_partitions=19)
 
 
 @pytest.mark.parametrize(
-    ("algorithm", "way"), [(NSGA2(20), "raise"), (NSGA3(DIRECTIONS, 20), "inf")]
+    ("algorithm", "kind"), [(NSGA2(20), "raise"), (NSGA3(DIRECTIONS, 20), "inf")]
 )
-def test_pymoos_algorithms_find_a_front_where_some_candidates_fail(algorithm, way):
-    result = solve(Element(way), algorithm, evaluator=TolerantEvaluator())
+def test_pymoo_algorithms_find_front_although_candidates_fail(algorithm, kind):
+    result = solve(ElementProblem(kind), algorithm, evaluator=TolerantEvaluator())
     assert result.algorithm.evaluator.n_failed > 0
     assert np.isfinite(result.F).all()
-    assert not any(culprit(x) for x in result.X)
-    sound = solve(Element("raise"), NSGA2(20), evaluator=TolerantEvaluator())
-    assert result.F[:, 0].min() == pytest.approx(sound.F[:, 0].min(), abs=0.05)
+    assert not any(is_failing(x) for x in result.X)
+    reference = solve(ElementProblem("raise"), NSGA2(20), evaluator=TolerantEvaluator())
+    assert result.F[:, 0].min() == pytest.approx(reference.F[:, 0].min(), abs=0.05)
 
 
-class Never(Problem):
-    def __init__(self, first_good=0):
-        self.left = first_good
+class FailingFromBatch(Problem):
+    """Problem that raises after a given number of batches."""
+
+    def __init__(self, n_successful=0):
+        self.n_left = n_successful
         super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
 
     def _evaluate(self, X, out, *args, **kwargs):
-        self.left -= 1
-        if self.left < 0:
-            raise RuntimeError(f"no license {self.left}")
+        self.n_left -= 1
+        if self.n_left < 0:
+            raise RuntimeError(f"no license {self.n_left}")
         out["F"] = X
 
 
-class Failing(Problem):
-    """No candidate has finite objectives."""
+class AlwaysFailing(Problem):
+    """Problem whose objectives are always NaN."""
 
     def __init__(self, n_obj, n_ieq_constr):
         super().__init__(n_var=2, n_obj=n_obj, n_ieq_constr=n_ieq_constr, xl=0.0, xu=1.0)
@@ -220,7 +230,7 @@ class Failing(Problem):
         out["G"] = np.zeros((len(X), self.n_ieq_constr))
 
 
-@pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")  # of SPEA2
+@pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")  # From SPEA2.
 @pytest.mark.parametrize(
     ("algorithm", "n_obj"),
     [
@@ -230,31 +240,31 @@ class Failing(Problem):
     ids=lambda value: type(value).__name__,
 )  # fmt: skip
 @pytest.mark.parametrize("n_constraints", [0, 1])
-def test_a_run_in_which_no_candidate_succeeded_has_no_result(algorithm, n_obj, n_constraints):
+def test_run_without_successful_candidate_has_no_result(algorithm, n_obj, n_constraints):
     evaluator = TolerantEvaluator(patience=1000)
-    result = solve(Failing(n_obj, n_constraints), algorithm, 2, evaluator=evaluator)
+    result = solve(AlwaysFailing(n_obj, n_constraints), algorithm, 2, evaluator=evaluator)
     assert evaluator.n_failed == evaluator.n_eval > 0
     assert result.F is None
     assert result.X is None
 
 
 @pytest.mark.parametrize("algorithm", [MGEOReal(n_walkers=2), NSGA2(4)], ids=["mgeo", "nsga2"])
-@pytest.mark.parametrize("good", [0, 3])
-def test_errors_in_every_candidate_stop_the_run_with_the_first_cause(algorithm, good):
+@pytest.mark.parametrize("n_batches", [0, 3])
+def test_consecutive_failures_stop_run_with_first_cause(algorithm, n_batches):
     evaluator = TolerantEvaluator(patience=10)
     with pytest.raises(EvaluationError) as raised:
-        solve(Never(good), algorithm, evaluator=evaluator)
-    # the batch, its first half, the first candidate
+        solve(FailingFromBatch(n_batches), algorithm, evaluator=evaluator)
+    # The batch, its first half and its first candidate raise in turn.
     assert str(raised.value) == (
         "all of the last 12 candidates failed, the first with RuntimeError: no license -3"
     )
     assert "in _evaluate" in raised.value.__notes__[0]
-    assert evaluator.n_eval == 4 * good + 8
+    assert evaluator.n_eval == 4 * n_batches + 8
 
 
-def test_the_first_exception_is_told_once_and_values_never():
-    with warnings.catch_warnings(record=True) as told:
+def test_only_first_exception_is_warned_about():
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        solve(Batch(), MGEOReal(0.2, n_walkers=5))
-        solve(Element("nan"), MGEOReal(0.2, n_walkers=5))
-    assert [str(warning.message)[:32] for warning in told] == ["a candidate failed with ZeroDivi"]
+        solve(BatchProblem(), MGEOReal(0.2, n_walkers=5))
+        solve(ElementProblem("nan"), MGEOReal(0.2, n_walkers=5))
+    assert [str(warning.message)[:32] for warning in caught] == ["a candidate failed with ZeroDivi"]

@@ -1,4 +1,4 @@
-"""What is refused is named, with its place, its value, and what was expected."""
+"""Validation errors state the place, the value and the expectation."""
 
 import re
 
@@ -10,19 +10,22 @@ from mgeo.validation.tables import Table, validate_table
 
 
 @pytest.mark.parametrize(
-    ("value", "known", "told"),
+    ("value", "known", "expected"),
     [
         ("nsag2", ["nsga2", "nsga3"], "; did you mean 'nsga2'?"),
         ("directed", ["mgeo-directed", "mgeo-real"], "; did you mean 'mgeo-directed'?"),
-        ("bias", ["bias_decay", "initial_bias_nt", "basis"], None),
+        (
+            "bias",
+            ["bias_decay", "initial_bias_nt", "basis"],
+            "; did you mean 'bias_decay' or 'initial_bias_nt'?",
+        ),
         ("bias_nt", ["bias_decay", "initial_bias_nt"], "; did you mean 'initial_bias_nt'?"),
         ("orbit", ["gyro", "sensors"], ""),
         (3, ["gyro", "3"], "; did you mean '3'?"),
     ],
 )
-def test_a_name_that_is_like_known_ones_or_a_part_of_them(value, known, told):
-    told = "; did you mean 'bias_decay' or 'initial_bias_nt'?" if told is None else told
-    assert format_suggestion(value, known) == told
+def test_suggestion_contains_similar_and_containing_names(value, known, expected):
+    assert format_suggestion(value, known) == expected
 
 
 @pytest.mark.parametrize(
@@ -39,12 +42,12 @@ def test_a_name_that_is_like_known_ones_or_a_part_of_them(value, known, told):
         (dict[str, int], {"b": "c"}, "x.a.b = 'c': expected an integer"),
     ],
 )
-def test_an_entry_of_another_kind_is_named(kind, value, message):
+def test_entry_of_wrong_type_is_rejected_with_its_place(kind, value, message):
     with pytest.raises(TypeError, match=rf"^{re.escape(message)}"):
         get_entry({"a": value}, "a", kind, "x.")
 
 
-def test_a_missing_entry_is_named_and_what_is_no_table():
+def test_missing_entry_and_content_other_than_table_are_rejected():
     with pytest.raises(ValueError, match=r"^x\.a is missing$"):
         get_entry({}, "a", int, "x.")
     with pytest.raises(TypeError, match=r"^x = \[\]: expected a table$"):
@@ -69,6 +72,6 @@ class Outer(Table):
         ({"parts": 3}, "parts = 3: expected a valid list"),
     ],
 )
-def test_the_first_mistake_in_a_table_is_named(data, message):
+def test_first_mistake_in_table_is_reported_with_its_place(data, message):
     with pytest.raises(ValueError, match=rf"^{re.escape(message)}$"):
         validate_table(Outer, data)

@@ -1,4 +1,4 @@
-"""Nothing in the sources unpickles or evaluates, but for what is named here."""
+"""Absence of calls in the source code that unpickle or evaluate texts, with few exceptions."""
 
 import ast
 import re
@@ -13,8 +13,9 @@ SUSPECT = re.compile(
     "|".join(rf"\b{re.escape(each)}\b" for each in MODULES | CALLS | {"allow_pickle"})
 )
 
-#: The one module that runs code made here, of a sensor suite, never of a file's text; and checks
-#: of whether a problem and an algorithm can be sent to other processes, which unpickle their own.
+#: Exceptions, as (file, name). The kernel module compiles code that it generates for a sensor
+#: suite, never texts of files. The checks of problems and algorithms unpickle objects that they
+#: have pickled themselves, to find out whether these can be sent to other processes.
 ALLOWED = {
     ("mgeo_attitude/filter/kernel.py", "exec"),
     ("mgeo_attitude/filter/kernel.py", "compile"),
@@ -23,36 +24,36 @@ ALLOWED = {
 }
 
 
-def called(function):
-    """Return the name of a function, or of an attribute of a module."""
+def get_name(function):
+    """Return the name of a called function, such as ``eval`` or ``os.system``."""
     if isinstance(function, ast.Attribute) and isinstance(function.value, ast.Name):
         return f"{function.value.id}.{function.attr}"
     return getattr(function, "id", "")
 
 
-def found(tree):
-    """Imports and calls that could run what a file says."""
+def list_suspects(tree):
+    """Yield the names of imports and calls in a syntax tree that could execute content of files."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (a.name for a in node.names if a.name.split(".")[0] in MODULES)
         elif isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] in MODULES:
             yield node.module
         elif isinstance(node, ast.Call):
-            name = called(node.func)
-            given = [k.value for k in node.keywords if k.arg == "allow_pickle"]
-            safe = [ast.unparse(value) for value in given] == ["False"]
-            if name in CALLS and not (name == "np.load" and safe):
+            name = get_name(node.func)
+            allow_pickle = [k.value for k in node.keywords if k.arg == "allow_pickle"]
+            is_safe = [ast.unparse(value) for value in allow_pickle] == ["False"]
+            if name in CALLS and not (name == "np.load" and is_safe):
                 yield name
-            if given and not safe:
+            if allow_pickle and not is_safe:
                 yield "allow_pickle"
 
 
-def test_nothing_unpickles_or_evaluates():
+def test_sources_neither_unpickle_nor_evaluate():
     assert len(SOURCES) > 100
-    seen = {
+    suspects = {
         ("/".join(path.parts[-3:]), name)
         for path in SOURCES
         if SUSPECT.search(text := path.read_text(encoding="utf-8"))
-        for name in found(ast.parse(text))
+        for name in list_suspects(ast.parse(text))
     }
-    assert seen == ALLOWED
+    assert suspects == ALLOWED

@@ -1,4 +1,4 @@
-"""A small catalog and a short scenario: their kernel is compiled in seconds."""
+"""Small catalog and short scenario, whose filter kernels are compiled within seconds."""
 
 import dataclasses
 
@@ -12,28 +12,29 @@ from mgeo.algorithms.variables import KINDS
 
 from ..three import three
 
-COSTS = {"price_keur": 1.0, "mass_g": 10.0, "power_mw": 100.0, "source": "made up"}
+COSTS = {"price_keur": 1.0, "mass_g": 10.0, "power_mw": 100.0, "source": "invented"}
 
 
-def grade(name, factor=1.0, **instrument):
+def build_grade(name, factor=1.0, **instrument):
     costs = {key: factor * v if isinstance(v, float) else v for key, v in COSTS.items()}
     return {"name": name, **costs, **instrument}
 
 
 @pytest.fixture(scope="session")
 def table():
+    """Return the table of a small catalog."""
     return {
         "faces": ["+x", "-z"],
         "gyros": [
-            grade("poor", 1.0, angle_random_walk_deg_per_sqrt_h=0.3),
-            grade("good", 3.0, bias_decay=1e-4, initial_bias_deg_s=0.002),
+            build_grade("poor", 1.0, angle_random_walk_deg_per_sqrt_h=0.3),
+            build_grade("good", 3.0, bias_decay=1e-4, initial_bias_deg_s=0.002),
         ],
-        "magnetometers": [grade("mag", 0.5), grade("better", 2.0, noise_nt=50.0)],
+        "magnetometers": [build_grade("mag", 0.5), build_grade("better", 2.0, noise_nt=50.0)],
         "sun_sensors": [
-            grade("coarse", 0.25, half_angle_deg=80.0),
-            grade("fine", 4.0, half_angle_deg=60.0, noise_deg=0.1),
+            build_grade("coarse", 0.25, half_angle_deg=80.0),
+            build_grade("fine", 4.0, half_angle_deg=60.0, noise_deg=0.1),
         ],
-        "star_trackers": [grade("tracker", 8.0)],
+        "star_trackers": [build_grade("tracker", 8.0)],
     }
 
 
@@ -56,9 +57,9 @@ def problem(scenario, table):
 
 @pytest.fixture
 def points(problem):
-    """(40, n_var) numbers of designs whose maneuvers are over early."""
-    code = RealEncoding(Variables.from_problem(problem, KINDS))
+    """Designs as numbers, shape (40, n_var), whose maneuvers end early."""
+    encoding = RealEncoding(Variables.from_problem(problem, KINDS))
     rng = np.random.default_rng(1)
-    X = code.draw([rng] * 40)
+    X = encoding.draw([rng] * 40)
     X[:, len(problem.suites.places) + 3 :: 4] *= 0.15
     return X

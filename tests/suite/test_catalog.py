@@ -1,4 +1,4 @@
-"""The catalog: what is in ours, and what is said of one that is not right."""
+"""Catalogs of sensor grades, and error messages for invalid ones."""
 
 import copy
 
@@ -6,19 +6,20 @@ import pytest
 from mgeo_suite import Catalog
 
 
-def test_better_grades_of_ours_cost_more():
+def test_better_grades_of_the_default_catalog_cost_more():
     for section in ("gyros", "magnetometers", "sun_sensors", "star_trackers"):
         prices = [grade.cost.price_keur for grade in getattr(Catalog.default(), section)]
         assert prices == sorted(prices)
 
 
-def test_tables_and_catalogs_are_inverse(table):
+def test_catalog_survives_conversion_to_a_table(table):
     for catalog in (Catalog.default(), Catalog.from_dict(table)):
         assert Catalog.from_dict(catalog.to_dict()) == catalog
         assert hash(Catalog.from_dict(catalog.to_dict())) == hash(catalog)
 
 
-def changed(table, place, value):
+def replace_entry(table, place, value):
+    """Return a copy of nested dicts with another value at a path; None removes the entry."""
     table = copy.deepcopy(table)
     *path, last = place
     inner = table
@@ -43,31 +44,31 @@ def changed(table, place, value):
         (
             ("sun_sensors", 1, "half_angle_deg"),
             180.0,
-            r"sun_sensors\[1\], its exclusions and field of view, = \[\]: expected \['sun'\], as",
+            r"sun_sensors\[1\], exclusions and field of view = \[\]: expected \['sun'\], as",
         ),
         (
             ("sun_sensors", 1, "initial_bias"),
             0.01,
-            r"sun_sensors\[1\], its states, = \['misalignment', 'bias'\]: expected \['misal",
+            r"sun_sensors\[1\], states = \['misalignment', 'bias'\]: expected \['misal",
         ),
         (
             ("sun_sensors", 1, "sample_interval"),
             20.0,
-            r"sun_sensors\[1\], its sample_interval, = 20\.0: expected None, as sun_sensors\[0\]",
+            r"sun_sensors\[1\], sample_interval = 20\.0: expected None, as in sun_sensors\[0\]",
         ),
         (("faces",), ["+x", "up"], r"faces = \['\+x', 'up'\]: expected a list of '\+x', '-x'"),
     ],
 )
-def test_what_is_wrong_is_named(table, place, value, message):
+def test_error_names_the_invalid_key(table, place, value, message):
     with pytest.raises(ValueError, match=message):
-        Catalog.from_dict(changed(table, place, value))
+        Catalog.from_dict(replace_entry(table, place, value))
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [("[[gyros]\n", "mine.toml: .*line 1"), ("gyros = 1\n", "mine.toml: gyros = 1: expected ent")],
 )
-def test_a_file_is_named(tmp_path, text, message):
+def test_error_names_the_invalid_file(tmp_path, text, message):
     path = tmp_path / "mine.toml"
     path.write_text(text)
     with pytest.raises(ValueError, match=message):

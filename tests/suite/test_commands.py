@@ -1,4 +1,4 @@
-"""`mgeo solve suite` and the commands `mgeo suite`."""
+"""Commands ``mgeo suite``, and ``mgeo solve suite``."""
 
 import dataclasses
 import json
@@ -7,6 +7,7 @@ import mgeo_suite
 import numpy as np
 import pytest
 import tomlkit
+from mgeo_suite import SensorSuiteProblem
 from mgeo_suite.view import summarize_front
 from typer.testing import CliRunner
 
@@ -16,7 +17,7 @@ from mgeo.store.run_folder import read_run
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory, scenario, table):
-    """A scenario file that names a scenario and a catalog beside it."""
+    """Path of a scenario file that names a scenario and a catalog in the same folder."""
     folder = tmp_path_factory.mktemp("suite")
     scenario.save(folder / "short.toml")
     (folder / "catalog.toml").write_text(tomlkit.dumps(table))
@@ -39,47 +40,46 @@ def run(file):
 
 
 @pytest.mark.slow
-def test_a_run_is_of_the_algorithm_for_mixed_variables_and_can_be_resumed(run):
-    found = read_run(run)
-    assert found.configuration.algorithm == "mgeo-directed"
-    assert found.versions["mgeo-suite"] == mgeo_suite.__version__
-    before = found.outcome.F
+def test_run_uses_mgeo_directed_and_can_be_resumed(run):
+    solved = read_run(run)
+    assert solved.configuration.algorithm == "mgeo-directed"
+    assert solved.versions["mgeo-suite"] == mgeo_suite.__version__
+    before = solved.outcome.F
     mgeo("resume", run, "--evaluations", 1200, "-q")
     after = read_run(run).outcome.F
     assert all((after <= row).all(axis=1).any() for row in before)
 
 
-def test_the_conclusions_are_those_of_the_front(run, problem):
-    found = read_run(run)
+def test_conclude_names_the_best_suite_within_a_budget(run, problem):
+    solved = read_run(run)
     document = json.loads(mgeo("suite", "conclude", run, "--budget", 3, "--json").stdout)
-    price, accuracy = found.outcome.F.T
+    price, accuracy = solved.outcome.F.T
     best = accuracy[price <= 3].min()
-    assert document["summary"][0].startswith("Within 3 kEUR the best is ")
-    assert float(document["summary"][0].split()[6]) == pytest.approx(best, rel=0.05)
+    assert document["summary"][0].startswith("Within 3 kEUR, the most accurate suite reaches ")
+    assert float(document["summary"][0].split()[8]) == pytest.approx(best, rel=0.05)
     text = mgeo("suite", "conclude", run).stdout
     assert text.count("Within") == 3
 
 
-def test_conclusions_say_what_takes_a_star_tracker(problem, points):
-    """Of a front that is made up: only designs with a tracker know the attitude."""
-    from mgeo_suite import SensorSuiteProblem
-
-    two = SensorSuiteProblem(problem.scenario, problem.catalog, ("price", "attitude"))
+def test_summary_names_accuracies_that_need_a_star_tracker(problem, points):
+    suite_problem = SensorSuiteProblem(problem.scenario, problem.catalog, ("price", "attitude"))
     X = points[:4].copy()
-    X[:, 2] = [0, 0, 1, 1]
+    X[:, 2] = [0, 0, 1, 1]  # Only the last two suites have a star tracker.
     F = np.array([[1.0, 0.9], [2.0, 0.5], [9.0, 0.09], [12.0, 0.05]])
-    lines = summarize_front(two, X, F, np.array([0.5, 5.0]))
-    assert lines[0] == "Within 0.5 kEUR there is no suite."
-    assert lines[1].startswith("Within 5 kEUR the best is 0.50 deg, for 2: ")
-    assert lines[2] == "1 deg takes 1 kEUR, and no star tracker from 1 kEUR on."
-    assert lines[3] == "0.1 deg takes 9 kEUR; nothing without a star tracker reaches it."
-    assert lines[4] == "Nothing that was found reaches 0.03 deg."
+    lines = summarize_front(suite_problem, X, F, np.array([0.5, 5.0]))
+    assert lines[0] == "Within 0.5 kEUR, there is no suite."
+    assert lines[1].startswith(
+        "Within 5 kEUR, the most accurate suite reaches 0.50 deg for 2 kEUR: "
+    )
+    assert lines[2] == "1 deg is reached from 1 kEUR, and without a star tracker from 1 kEUR."
+    assert lines[3] == "0.1 deg is reached from 9 kEUR, but not without a star tracker."
+    assert lines[4] == "No suite of the front reaches 0.03 deg."
 
 
-def test_the_catalog_is_printed_with_its_sources(file):
+def test_catalog_is_printed_with_its_sources(file):
     document = json.loads(mgeo("suite", "catalog", "--json").stdout)
     assert {grade["name"] for grade in document["gyros"]} == {"mems", "mems-tactical", "fog"}
-    assert "made up" in mgeo("suite", "catalog", file.with_name("catalog.toml")).stdout
+    assert "invented" in mgeo("suite", "catalog", file.with_name("catalog.toml")).stdout
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_the_catalog_is_printed_with_its_sources(file):
         ('preset = "paper"\n', "preset = 'paper': unknown preset (known: 'cubesat'"),
     ],
 )
-def test_bad_files_end_with_one_line(tmp_path, text, message):
+def test_error_for_invalid_file_has_no_traceback(tmp_path, text, message):
     path = tmp_path / "bad.toml"
     path.write_text(text)
     done = mgeo("solve", "suite", "--scenario", path, code=2)
@@ -98,13 +98,12 @@ def test_bad_files_end_with_one_line(tmp_path, text, message):
 
 
 @pytest.mark.slow
-def test_what_no_suite_can_do_names_the_requirement(scenario, table, tmp_path):
-    """The nearest solutions, and what binds them; of few suites, each with a kernel of its own."""
-    asked = dataclasses.replace(scenario, required_sigma={"attitude_deg": 1e-6})
-    asked.save(tmp_path / "demanding.toml")
-    few = table | {"faces": ["+x"], "gyros": table["gyros"][:1]}
-    (tmp_path / "catalog.toml").write_text(tomlkit.dumps(few))
-    path = tmp_path / "much.toml"
+def test_infeasible_requirement_is_named(scenario, table, tmp_path):
+    demanding = dataclasses.replace(scenario, required_sigma={"attitude_deg": 1e-6})
+    demanding.save(tmp_path / "demanding.toml")
+    small_catalog = table | {"faces": ["+x"], "gyros": table["gyros"][:1]}
+    (tmp_path / "catalog.toml").write_text(tomlkit.dumps(small_catalog))
+    path = tmp_path / "infeasible.toml"
     path.write_text('scenario = "demanding.toml"\ncatalog = "catalog.toml"\n')
     done = mgeo(
         "solve", "suite", "--scenario", path, "--evaluations", 300, "--out", tmp_path / "r", code=3
@@ -112,6 +111,6 @@ def test_what_no_suite_can_do_names_the_requirement(scenario, table, tmp_path):
     assert "required 1-sigma of attitude" in done.stdout
 
 
-def test_foreign_runs_are_refused(tmp_path):
+def test_folder_without_a_run_is_refused(tmp_path):
     done = mgeo("suite", "conclude", tmp_path, code=2)
     assert "holds no run" in done.stderr

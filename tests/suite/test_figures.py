@@ -1,11 +1,11 @@
-"""Tables and pictures of suites."""
+"""Tables and figures of suites."""
 
 import numpy as np
 import pytest
 from mgeo_attitude import evaluate
 
 
-def test_a_suite_in_words(problem):
+def test_suite_is_described_as_text(problem):
     assert (
         problem.suites.describe_suite(np.array([0, 1, 0, 0, 0])) == "poor gyro, better magnetometer"
     )
@@ -18,29 +18,29 @@ def test_a_suite_in_words(problem):
 
 
 @pytest.mark.slow
-def test_a_row_of_the_table_is_the_design(problem, points):
+def test_table_has_one_row_per_design(problem, points):
     table, F = problem.view(points).describe(), problem.evaluate(points)
     assert np.array_equal(table["price [kEUR]"], F[:, 0])
     assert np.array_equal(table["attitude 1-sigma [deg]"], F[:, 3])
     assert np.array_equal(table["t_end [s]"], F[:, 4])
-    names = [problem.suites.get_option_names(row) for row in points[:, :5].astype(int)]
-    assert table["gyro"].tolist() == [each["gyro"] for each in names]
+    options = [problem.suites.get_option_names(row) for row in points[:, :5].astype(int)]
+    assert table["gyro"].tolist() == [each["gyro"] for each in options]
     assert f"{points[0, 5]:+.3f}" in table.filter(like="maneuver 1").iloc[0, 0]
 
 
-def test_the_front_numbers_its_points_by_row(problem, points):
+def test_points_of_the_front_have_their_row_numbers(problem, points):
     figure = problem.view(points).figures()["front"]
     F = problem.evaluate(points)
-    numbers = np.concatenate([trace.customdata for trace in figure.data])
-    assert sorted(numbers) == list(range(len(points)))
+    rows = np.concatenate([trace.customdata for trace in figure.data])
+    assert sorted(rows) == list(range(len(points)))
     for trace in figure.data:
         assert np.array_equal(trace.x, F[trace.customdata, 0])
         assert np.array_equal(trace.y, F[trace.customdata, 3])
-        with_tracker = points[trace.customdata, 2] == 1
-        assert with_tracker.all() == (trace.name != "no star tracker")
+        has_tracker = points[trace.customdata, 2] == 1
+        assert has_tracker.all() == (trace.name != "no star tracker")
 
 
-def test_the_map_of_sensors_has_every_choice(problem, points):
+def test_heatmap_has_the_selected_options(problem, points):
     (heatmap,) = problem.view(points).figures()["sensors"].data
     order = np.argsort(problem.evaluate(points)[:, 0], kind="stable")
     for row, name in enumerate(heatmap.y):
@@ -50,11 +50,11 @@ def test_the_map_of_sensors_has_every_choice(problem, points):
         assert list(heatmap.text[row]) == expected
 
 
-def test_the_plan_behind_a_point_is_flown(problem, points):
-    shown = problem.view(points[:3]).solution_figures()
-    for row, figures in zip(points, shown, strict=False):
+def test_solution_figures_show_the_filter_results_of_the_design(problem, points):
+    solution_figures = problem.view(points[:3]).solution_figures()
+    for row, figures in zip(points, solution_figures, strict=False):
         choice = row[:5].astype(int)
-        model = problem.suites.get_variant(choice)
+        model = problem.suites.get_suite_model(choice)
         result = evaluate(model, row[None, 5:], history=True)
         (line,) = figures["attitude"].data
         end = round(result.t_end[0] / model.step)

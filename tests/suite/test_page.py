@@ -1,4 +1,4 @@
-"""The page on sensor suites: its code runs, and its files are what it says."""
+"""Documentation page on sensor suites: its commands, and the results that it quotes."""
 
 import re
 import shlex
@@ -16,24 +16,26 @@ DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "suite.md").read_text(encoding="utf-8")
 
 
-def blocks(language):
+def list_code_blocks(language):
     return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
 
 
 @pytest.mark.slow
-def test_the_commands_are_there(tmp_path, monkeypatch):
+def test_commands_of_the_page_are_valid(tmp_path, monkeypatch):
     monkeypatch.chdir(DOCS.parent)
-    lines = [line for block in blocks("sh") for line in block.splitlines() if "solve" in line]
+    lines = [
+        line for block in list_code_blocks("sh") for line in block.splitlines() if "solve" in line
+    ]
     assert len(lines) == 2
     for line in lines:
         arguments = shlex.split(line)[1:]
-        place = ["--out", str(tmp_path / "run"), "--dry-run"]
-        done = CliRunner().invoke(app, [*arguments, *place])
+        options = ["--out", str(tmp_path / "run"), "--dry-run"]
+        done = CliRunner().invoke(app, [*arguments, *options])
         assert done.exit_code == 0, done.output
 
 
 @pytest.mark.slow
-def test_the_conclusions_are_those_of_the_stored_front():
+def test_page_quotes_the_summary_of_the_stored_front():
     problem = SensorSuiteProblem()
     table = pd.read_csv(DOCS / "fronts" / "suite.csv").to_numpy()
     lines = summarize_front(problem, table[:, :-2], table[:, -2:], [10.0, 30.0, 60.0])

@@ -1,4 +1,4 @@
-"""Suites against the attitude problem with the same sensors, and against sums written out."""
+"""Suites compared with the attitude problem with the same sensors, and with explicit sums."""
 
 import dataclasses
 import itertools
@@ -20,12 +20,12 @@ from mgeo.testing import check_problem
 from ..three import three
 
 
-def test_it_keeps_the_protocol(problem):
+def test_problem_follows_the_plugin_protocol(problem):
     check_problem(problem, n_points=6)
 
 
-def carried(problem, choice):
-    """The scenario with the gyro and the sensors that a choice has, and no other."""
+def build_scenario(problem, choice):
+    """Return the scenario with the gyro and the sensors of a choice only."""
     gyro, *sensors = (p.instruments[i] for p, i in zip(problem.suites.places, choice, strict=True))
     present = tuple(sensor for sensor in sensors if sensor is not None)
     return dataclasses.replace(problem.scenario, gyro=gyro, sensors=present)
@@ -35,21 +35,21 @@ CHOICES = [(0, 0, 0, 0, 0), (1, 1, 1, 2, 1), (0, 1, 0, 0, 2), (1, 0, 1, 0, 0)]
 
 
 @pytest.mark.parametrize("choice", CHOICES)
-def test_a_suite_is_worth_what_the_attitude_problem_says(problem, points, choice):
-    """By a kernel of its own sensors alone, which knows of no others."""
+def test_objectives_equal_those_of_the_attitude_problem(problem, points, choice):
+    """The attitude problem uses a filter kernel that is compiled for the sensors of the suite."""
     X = points.copy()
     X[:, :5] = choice
     plans = X[:, 5:]
     F = problem.evaluate(X)
-    own = AttitudeManeuverProblem(carried(problem, choice))
-    expected = own.evaluate(plans)
+    attitude_problem = AttitudeManeuverProblem(build_scenario(problem, choice))
+    expected = attitude_problem.evaluate(plans)
     assert np.array_equal(F[:, 4], expected[:, 0])
     assert F[:, 5] == pytest.approx(expected[:, 1], rel=1e-9)
-    covariance = evaluate(own.model, plans, covariance=True).covariance
+    covariance = evaluate(attitude_problem.model, plans, covariance=True).covariance
     assert F[:, 3] == pytest.approx(attitude_accuracy_deg(covariance), rel=1e-9)
 
 
-def test_resources_are_the_sums_of_what_is_bought(problem, table, points):
+def test_resources_are_sums_over_the_instruments(problem, table, points):
     sections = ["gyros", "magnetometers", "star_trackers", "sun_sensors", "sun_sensors"]
     keys = ["price_keur", "mass_g", "power_mw"]
     sizes = [range(len(place.options)) for place in problem.suites.places]
@@ -66,7 +66,7 @@ def test_resources_are_the_sums_of_what_is_bought(problem, table, points):
     )
 
 
-def test_numbers_and_dicts_are_the_same_designs(problem, points):
+def test_designs_as_numbers_and_as_dicts_are_equivalent(problem, points):
     designs = convert_numbers_to_designs(problem, points)
     assert designs[0]["gyro"] in ("poor", "good")
     assert np.array_equal(problem.evaluate(designs), problem.evaluate(points))
@@ -74,45 +74,51 @@ def test_numbers_and_dicts_are_the_same_designs(problem, points):
     assert np.array_equal(problem.encode_designs([dict(designs[0])]), points[:1])
 
 
-def test_values_do_not_depend_on_what_else_is_in_the_batch(problem, points):
-    fresh = pickle.loads(pickle.dumps(problem))
-    together = problem.evaluate(points)
+def test_objectives_do_not_depend_on_batch_or_threads(problem, points):
+    copied = pickle.loads(pickle.dumps(problem))
+    expected = problem.evaluate(points)
     for threads in (1, 3):
-        fresh.threads = threads
+        copied.threads = threads
         for rows in np.array_split(np.arange(len(points))[::-1], 7):
-            assert np.array_equal(fresh.evaluate(points[rows]), together[rows])
-    again = SensorSuiteProblem.from_options(problem.to_options())
-    assert np.array_equal(again.evaluate(points), together)
+            assert np.array_equal(copied.evaluate(points[rows]), expected[rows])
+    rebuilt = SensorSuiteProblem.from_options(problem.to_options())
+    assert np.array_equal(rebuilt.evaluate(points), expected)
 
 
 @pytest.mark.slow
-def test_a_sun_sensor_needs_no_bias_states():
-    full = FaceSunSensor(name="a", initial_bias=0.02, half_angle_deg=60.0)
-    bare = dataclasses.replace(full, initial_bias=0.0)
-    assert list(full.states()) == ["misalignment", "bias"]
-    assert list(bare.states()) == ["misalignment"]
-    scenario = dataclasses.replace(three("cubesat_6u"), duration=600.0, step=10.0, sensors=(bare,))
-    tiny = dataclasses.replace(scenario, sensors=(dataclasses.replace(full, initial_bias=1e-9),))
+def test_bias_states_of_a_sun_sensor_are_optional():
+    with_bias = FaceSunSensor(name="a", initial_bias=0.02, half_angle_deg=60.0)
+    without_bias = dataclasses.replace(with_bias, initial_bias=0.0)
+    assert list(with_bias.states()) == ["misalignment", "bias"]
+    assert list(without_bias.states()) == ["misalignment"]
+    scenario = dataclasses.replace(
+        three("cubesat_6u"), duration=600.0, step=10.0, sensors=(without_bias,)
+    )
+    small_bias = dataclasses.replace(
+        scenario, sensors=(dataclasses.replace(with_bias, initial_bias=1e-9),)
+    )
     X = np.array([[0.3, 0.2, -0.4, 200.0] * 3])
-    a, b = (evaluate(FilterModel.from_scenario(s), X, covariance=True) for s in (scenario, tiny))
+    a, b = (
+        evaluate(FilterModel.from_scenario(s), X, covariance=True) for s in (scenario, small_bias)
+    )
     assert a.covariance[0, :3, :3] == pytest.approx(b.covariance[0, :3, :3], rel=1e-9)
 
 
 @pytest.mark.slow
-def test_the_cheapest_suite_and_the_best_are_found(problem):
-    """Against every suite of the catalog, each with forty plans: the median of three runs."""
-    two = SensorSuiteProblem(problem.scenario, problem.catalog, ("price", "attitude"))
-    sizes = [range(len(place.options)) for place in two.suites.places]
+def test_search_finds_cheapest_and_most_accurate_suites(problem):
+    """The reference is the best of 40 random plans of each suite, for the median of three runs."""
+    suite_problem = SensorSuiteProblem(problem.scenario, problem.catalog, ("price", "attitude"))
+    sizes = [range(len(place.options)) for place in suite_problem.suites.places]
     rng, best = np.random.default_rng(2), {}
     for choice in itertools.product(*sizes):
         X = np.tile([*choice, *np.zeros(12)], (40, 1))
         X[:, 5:] = rng.uniform(-1.0, 1.0, (40, 12))
         X[:, 8::4] = rng.uniform(0.0, 300.0, (40, 3))
-        price, accuracy = two.evaluate(X).T
+        price, accuracy = suite_problem.evaluate(X).T
         best[price[0]] = min(best.get(price[0], np.inf), accuracy.min())
     ratios = []
     for seed in (1, 2, 3):
-        F = minimize(two, MGEODirected(), ("n_eval", 4000), seed=seed).F
+        F = minimize(suite_problem, MGEODirected(), ("n_eval", 4000), seed=seed).F
         assert F[:, 0].min() == min(best)
         ratios.append(max(F[F[:, 0] <= price, 1].min() / best[price] for price in best))
     assert np.median(ratios) <= 1.0
@@ -135,12 +141,12 @@ def test_the_cheapest_suite_and_the_best_are_found(problem):
         ),
     ],
 )
-def test_bad_options_are_named(changes, message):
+def test_error_names_the_invalid_option(changes, message):
     with pytest.raises(InvalidValue, match=message):
         SensorSuiteProblem.from_options(changes)
 
 
-def test_designs_that_are_none_are_refused(problem, points):
+def test_invalid_designs_are_refused(problem, points):
     X = points[:2].copy()
     X[1, 0] = 2.0
     with pytest.raises(

@@ -1,5 +1,5 @@
-// Pages that only show figures: in the colors of the page, again when these change
-const ON_PAPER = 700; // px of 1/96 inch: letters as large as the text's, whatever the window is
+// Pages that only show figures: draw them in the colors of the page, and again if the colors change.
+const ON_PAPER = 700; // Width in print [px of 1/96 inch], at which letters have the size of the text.
 const plots = Array.from(document.querySelectorAll(".plotly-graph-div"));
 for (const plot of plots) plot.given = structuredClone({ data: plot.data, layout: plot.layout });
 

@@ -1,10 +1,10 @@
-// Figures in the colors of the page: light, dark, and on paper ----------------------------------
+// Figures in the colors of the page: light, dark, and printed ----------------------------------
 const dark = matchMedia("(prefers-color-scheme: dark)");
-const NARROW = 500; // px, below which a legend stands under its plot
+const NARROW = 500; // Width [px] below which the legend is placed under the plot.
 
 const color = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
 
-/** The layout in the colors of the page. */
+/** Return a copy of a plotly layout in the colors of the page. */
 function themed(layout, narrow) {
   const axis = { gridcolor: color("rule"), zerolinecolor: color("rule"), linecolor: color("soft") };
   axis.automargin = true;
@@ -29,19 +29,19 @@ function themed(layout, narrow) {
   for (const menu of result.updatemenus || []) {
     Object.assign(menu, { bgcolor: color("panel"), bordercolor: color("rule"), font: tip });
   }
-  const scale = (result.coloraxis || {}).colorscale; // what is white is the page
+  const scale = (result.coloraxis || {}).colorscale; // White becomes the color of the page.
   if (scale) result.coloraxis.colorscale = scale.map(([at, c]) => [at, c === "#ffffff" ? color("paper") : c]);
   if (narrow) result.font.size = 11;
   return result;
 }
 
-/** Relative luminance of WCAG 2.1. */
+/** Return the relative luminance of WCAG 2.1 of a color. */
 function luminance(rgb) {
   const linear = rgb.map((v) => (v <= 10 ? v / 3294 : ((v / 255 + 0.055) / 1.055) ** 2.4));
   return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2];
 }
 
-/** A color that stands out from the page: mixed with that of the text as far as it must be. */
+/** Return a color with sufficient contrast to the page, mixed with the text color if necessary. */
 function readable(given) {
   const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
   const [ink, paper] = ["ink", "paper"].map((name) => rgb(color(name)));
@@ -57,6 +57,7 @@ function readable(given) {
   return `rgb(${mixed})`;
 }
 
+/** Return a copy of plotly traces with readable colors. */
 function recolored(tree) {
   if (Array.isArray(tree)) return tree.map(recolored);
   if (tree === null || typeof tree !== "object" || ArrayBuffer.isView(tree)) return tree;
@@ -65,7 +66,7 @@ function recolored(tree) {
   return Object.fromEntries(Object.entries(tree).map(([k, v]) => [k, fit(k, v)]));
 }
 
-/** Let a drawing be scaled to the width of a printed page; of a size, if that is not drawn yet. */
+/** Make a figure scalable to the width of a printed page; `size` is its size if not drawn yet. */
 function scalable(plot, size = null) {
   const svgs = plot.querySelectorAll(".svg-container > .main-svg");
   if (!svgs.length) return;
@@ -74,7 +75,7 @@ function scalable(plot, size = null) {
   plot.style.setProperty("--shape", `${width} / ${height}`);
 }
 
-/** On a phone a legend stands below its plot, where it covers neither points nor labels. */
+/** On narrow screens, place the legend below the plot, where it covers neither points nor labels. */
 async function fit(plot) {
   if (plot.clientWidth >= NARROW) return;
   const boxes = (parts) => Array.from(plot.querySelectorAll(parts), (part) => part.getBoundingClientRect());
@@ -82,11 +83,11 @@ async function fit(plot) {
   if (plot.layout.coloraxis) small["coloraxis.showscale"] = false;
   const square = [plot.layout.xaxis, plot.layout.yaxis].some((axis) => axis && axis.scaleanchor);
   if (square && plot.layout.height > 1.3 * plot.clientWidth) {
-    small.height = 1.3 * plot.clientWidth; // what is square fills no more
+    small.height = 1.3 * plot.clientWidth; // Axes with equal scales need no more height.
     plot.style.height = `${small.height}px`;
   }
   await Plotly.relayout(plot, small);
-  // the legend takes room from the plot, of whose height its place is a share: look again
+  // The legend reduces the height of the plot, which determines its position: repeat.
   for (let i = 0; i < 3 && boxes(".nsewdrag").length; i++) {
     const areas = boxes(".nsewdrag");
     const [top, end] = [Math.min(...areas.map((area) => area.top)), Math.max(...areas.map((area) => area.bottom))];

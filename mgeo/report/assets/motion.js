@@ -31,8 +31,8 @@ function multiply(left, right) {
 }
 
 /** Return a function from a time to the rotation matrix of a moving part. */
-function buildOrientation(turn) {
-  const [times, x, y, z] = ["times", "x", "y", "z"].map((key) => decodeArray(turn[key]));
+function buildOrientation(rotation) {
+  const [times, x, y, z] = ["times", "x", "y", "z"].map((key) => decodeArray(rotation[key]));
   const orientations = [rotationMatrix(0, 0, 0)];
   for (let i = 0; i < x.length; i++) {
     orientations.push(multiply(orientations[i], rotationMatrix(x[i], y[i], z[i])));
@@ -74,8 +74,8 @@ function buildMotion(figure) {
       ["x", "y", "z"].forEach((key, r) => {
         const [a, b, c] = rows[r];
         // A null coordinate is a gap in a line.
-        const turned = (x, i) => (x === null ? x : a * x + b * points[1][i] + c * points[2][i]);
-        change[key].push(points[0].map(turned));
+        const rotate = (x, i) => (x === null ? x : a * x + b * points[1][i] + c * points[2][i]);
+        change[key].push(points[0].map(rotate));
       });
       change.opacity.push(now.includes(faint) ? 0.2 * opacity : opacity);
     }
@@ -252,9 +252,9 @@ function buildStills(figure) {
     const now = motion.at(time);
     const all = figure.data.flatMap((trace, k) => {
       if (!isDrawable[k] || trace.visible === false) return [];
-      const turned = motion.which.indexOf(k);
-      const points = turned < 0 ? coordinates[k] : ["x", "y", "z"].map((key) => now[key][turned]);
-      return drawShapes(turned < 0 ? trace : { ...trace, opacity: now.opacity[turned] }, points, project);
+      const index = motion.which.indexOf(k);
+      const points = index < 0 ? coordinates[k] : ["x", "y", "z"].map((key) => now[key][index]);
+      return drawShapes(index < 0 ? trace : { ...trace, opacity: now.opacity[index] }, points, project);
     });
     all.sort((a, b) => a[0] - b[0]);
     const room = 1.1 * size;

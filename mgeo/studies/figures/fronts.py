@@ -30,11 +30,11 @@ _ATTAINMENT_SURFACES = (
     (0, "the best run", 1.0),
     (100, "every run", 1.0),
 )
-_MAX_CELLS = 300  # maximum number of heat-map cells along each objective
+_MAX_CELLS = 300  # Maximum number of heat-map cells along each objective.
 
 
 def draw_median_fronts(comparison: Comparison) -> go.Figure:
-    """Draw, for each algorithm, the front of the run with the median first indicator.
+    """Draw one front per algorithm: that of the run with the median value of the default indicator.
 
     Raises
     ------
@@ -44,17 +44,30 @@ def draw_median_fronts(comparison: Comparison) -> go.Figure:
     n_obj = comparison.problem.n_obj
     validate_n_objectives(comparison.problem, 2, 3)
     figure, drawn = go.Figure(), [np.empty((0, n_obj))]
-    for name, look in assign_trace_styles(comparison.algorithms).items():
+    for name, trace_style in assign_trace_styles(comparison.algorithms).items():
         seed = comparison.find_median_seed(name)
         if seed is None:
             continue
         F = comparison.finished_runs[name, seed].front_F
         F = F[np.lexsort(F.T[::-1])]
         drawn.append(F)
-        style: dict[str, Any] = {"mode": "markers", "marker": {"size": 3, "color": look.color}}
+        style: dict[str, Any] = {
+            "mode": "markers",
+            "marker": {"size": 3, "color": trace_style.color},
+        }
         if n_obj == 2:
-            line = {"shape": "hv", "width": 1, "color": look.format_color(0.5), "dash": look.dash}
-            marker = {"size": 6, "color": look.color, "symbol": look.symbol, "opacity": 0.8}
+            line = {
+                "shape": "hv",
+                "width": 1,
+                "color": trace_style.format_color(0.5),
+                "dash": trace_style.dash,
+            }
+            marker = {
+                "size": 6,
+                "color": trace_style.color,
+                "symbol": trace_style.symbol,
+                "opacity": 0.8,
+            }
             style = {"mode": "lines+markers", "marker": marker, "line": line}
         figure.add_trace(
             _build_points_trace(F, name, f"seed {seed}", comparison.objectives, **style)
@@ -72,13 +85,13 @@ def draw_median_fronts(comparison: Comparison) -> go.Figure:
     return apply_comparison_style(
         figure,
         "Fronts of typical runs",
-        f"of each algorithm the run with the median {comparison.select_indicator().title}: the "
-        f"nondominated among all its {comparison.n_eval:,} evaluations",
+        f"run of each algorithm with the median {comparison.select_indicator().title}; "
+        f"nondominated points among all its {comparison.n_eval:,} evaluations",
     )
 
 
 def draw_front_panels(comparison: Comparison) -> go.Figure:
-    """Draw one panel per algorithm with all fronts in gray and the median run in color.
+    """Draw the fronts of all runs, one panel per algorithm, with the median run in color.
 
     Raises
     ------
@@ -99,14 +112,14 @@ def draw_front_panels(comparison: Comparison) -> go.Figure:
         x_title=escape_markup(comparison.objectives[0]),
         y_title=escape_markup(comparison.objectives[1]),
     )
-    style = assign_trace_styles(comparison.algorithms)
+    styles = assign_trace_styles(comparison.algorithms)
     drawn = [np.concatenate(comparison.list_fronts(name)) for name in names]
     for i, (name, points) in enumerate(zip(names, drawn, strict=True)):
         seed = comparison.find_median_seed(name)
         layers = [(points, f"one of {len(comparison.list_fronts(name))} runs", 3, "#b5b5b5")]
         if seed is not None:
             median = comparison.finished_runs[name, seed].front_F
-            layers.append((median, f"seed {seed}", 5, style[name].color))
+            layers.append((median, f"seed {seed}", 5, styles[name].color))
         for F, run, size, color in layers:
             marker = {"size": size, "color": color}
             trace = _build_points_trace(
@@ -118,7 +131,7 @@ def draw_front_panels(comparison: Comparison) -> go.Figure:
     figure.update_yaxes(showticklabels=True)
     apply_comparison_style(
         figure,
-        "Fronts one by one",
+        "Fronts of all runs",
         f"gray: all runs; in color: the run with the median {comparison.select_indicator().title}; "
         "equal axes, zoomed together",
     )
@@ -126,7 +139,7 @@ def draw_front_panels(comparison: Comparison) -> go.Figure:
 
 
 def draw_attainment_surfaces(comparison: Comparison) -> go.Figure:
-    """Draw the best, median and worst attainment surface of each algorithm.
+    """Draw the best, median and worst empirical attainment surface of each algorithm.
 
     Raises
     ------
@@ -135,7 +148,7 @@ def draw_attainment_surfaces(comparison: Comparison) -> go.Figure:
     """
     validate_n_objectives(comparison.problem, 2)
     figure, drawn = go.Figure(), [np.empty((0, 2))]
-    for name, look in assign_trace_styles(comparison.algorithms).items():
+    for name, trace_style in assign_trace_styles(comparison.algorithms).items():
         # A run with an empty front counts but attains no point, like a point at infinity.
         fronts = [f if len(f) else np.full((1, 2), np.inf) for f in comparison.list_fronts(name)]
         points = np.concatenate([np.empty((0, 2)), *fronts])
@@ -150,9 +163,9 @@ def draw_attainment_surfaces(comparison: Comparison) -> go.Figure:
             surface = surfaces[surfaces[:, 2] == level, :2]
             surface = surface[np.argsort(surface[:, 0])]
             drawn.append(surface)
-            line = {"color": look.format_color(0.6), "dash": "1px,2px"}
+            line = {"color": trace_style.format_color(0.6), "dash": "1px,2px"}
             if level == 50:
-                line = {"color": look.color, "dash": look.dash}
+                line = {"color": trace_style.color, "dash": trace_style.dash}
             style = {"mode": "lines", "line": {"shape": "hv", "width": width, **line}}
             trace = _build_points_trace(
                 surface, name, f"{meaning} attained", comparison.objectives, **style
@@ -163,13 +176,13 @@ def draw_attainment_surfaces(comparison: Comparison) -> go.Figure:
     return apply_comparison_style(
         figure,
         "Empirical attainment surfaces",
-        "thick: what half of the runs dominate or reach; dotted: the best run and every "
+        "thick: attained by half of the runs; dotted: attained by the best run and by every "
         f"run{CLICK_HINT}",
     )
 
 
 def draw_attainment_difference(comparison: Comparison, first: str, second: str) -> go.Figure:
-    """Draw the difference of the attainment shares of two algorithms over the objective space.
+    """Draw the difference of two algorithms in the share of runs that attain a point, as heat map.
 
     Raises
     ------
@@ -177,13 +190,15 @@ def draw_attainment_difference(comparison: Comparison, first: str, second: str) 
         Unless there are two objectives, both algorithms have a finished run, and a run has a front.
     """
     validate_n_objectives(comparison.problem, 2)
-    pair = [comparison.list_fronts(name) for name in (first, second)]
-    fronts = [front for each in pair for front in each if len(front)]
-    if not (all(pair) and fronts):
-        raise ValueError(f"{first!r} and {second!r}: expected a finished run of each, and a front")
+    fronts_of_pair = [comparison.list_fronts(name) for name in (first, second)]
+    fronts = [front for runs in fronts_of_pair for front in runs if len(front)]
+    if not (all(fronts_of_pair) and fronts):
+        raise ValueError(
+            f"{first!r} and {second!r}: expected a finished run of each algorithm, and one front"
+        )
     points = np.concatenate(fronts)
     x, y = (_compute_cell_edges(values) for values in points.T)
-    shares = [compute_attainment(each, x[:-1], y[:-1]) for each in pair]
+    shares = [compute_attainment(runs, x[:-1], y[:-1]) for runs in fronts_of_pair]
     figure = go.Figure(
         go.Heatmap(
             x=x,
@@ -193,34 +208,45 @@ def draw_attainment_difference(comparison: Comparison, first: str, second: str) 
             zmax=100,
             colorscale=[(0.0, "rgb(190,75,0)"), (0.5, "white"), (1.0, "rgb(0,92,148)")],
             colorbar={"title": {"text": "difference in<br>share of runs"}, "ticksuffix": " %"},
-            hovertemplate=f"{escape_markup(first)} minus {escape_markup(second)}: %{{z}} %<extra></extra>",
+            hovertemplate=f"{escape_markup(first)} minus {escape_markup(second)}: %{{z}} %"
+            "<extra></extra>",
         )
     )
     set_axes(figure, comparison.objectives, points)
     return apply_comparison_style(
         figure,
         f"Attainment of {escape_markup(first)} against {escape_markup(second)}",
-        f"blue: {escape_markup(first)} attains the point in more of its runs; orange: in fewer; the "
-        "darker, the more",
+        f"blue: {escape_markup(first)} attains the point in more of its runs; orange: in fewer; "
+        "darker colors: larger difference",
     )
 
 
 def compute_attainment(fronts: list[FloatArray], x: FloatArray, y: FloatArray) -> FloatArray:
-    """Return the share of fronts that attain each grid point, shape (len(y), len(x)).
+    """Return the share of fronts that attain each point of a grid in objective space.
 
-    A front attains a grid point if one of its points, shape (n, 2), weakly dominates the grid
-    point.
+    A front attains a grid point if one of its points weakly dominates the grid point.
+
+    Parameters
+    ----------
+    fronts : list of arrays, shape (n, 2)
+        Objectives of each front.
+    x, y : array
+        Values of the first and second objective on the grid.
+
+    Returns
+    -------
+    array, shape (len(y), len(x))
     """
     attained = np.zeros((len(y), len(x)))
     for front in fronts:
         order = front[np.argsort(front[:, 0])]
-        least = np.concatenate([[np.inf], np.minimum.accumulate(order[:, 1])])
-        attained += least[np.searchsorted(order[:, 0], x, side="right")] <= y[:, None]
+        lowest = np.concatenate([[np.inf], np.minimum.accumulate(order[:, 1])])
+        attained += lowest[np.searchsorted(order[:, 0], x, side="right")] <= y[:, None]
     return attained / len(fronts)
 
 
 def _compute_cell_edges(values: FloatArray) -> FloatArray:
-    """Return ascending cell edges: the distinct values, or their quantiles if there are many."""
+    """Return ascending cell edges: the distinct values, or quantiles of them if there are many."""
     edges = np.unique(values)
     if len(edges) > _MAX_CELLS:
         edges = np.unique(np.quantile(edges, np.linspace(0.0, 1.0, _MAX_CELLS), method="nearest"))
@@ -230,9 +256,8 @@ def _compute_cell_edges(values: FloatArray) -> FloatArray:
 def _build_points_trace(
     F: FloatArray, name: str, run: str, objectives: tuple[str, ...], **style: Any
 ) -> go.Scatter | go.Scatter3d:
-    """Return a scatter trace of points, shape (n, 2) or (n, 3), with a hover text."""
-    shown = zip(objectives, _COORDINATES, strict=False)
-    lines = [f"{escape_markup(title)}: %{{{key}:.6g}}" for title, key in shown]
+    axes = zip(objectives, _COORDINATES, strict=False)
+    lines = [f"{escape_markup(title)}: %{{{key}:.6g}}" for title, key in axes]
     hover = "<br>".join([f"<b>{escape_markup(name)}</b>, {run}", *lines]) + "<extra></extra>"
     coordinates = dict(zip(_COORDINATES, F.T, strict=False))
     kind = go.Scatter3d if F.shape[1] == 3 else go.Scatter

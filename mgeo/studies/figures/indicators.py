@@ -22,11 +22,11 @@ from mgeo.studies.statistics import FriedmanResult, bootstrap_band
 
 
 def draw_anytime_curves(comparison: Comparison, indicator: str | None = None) -> go.Figure:
-    """Draw the mean indicator over evaluations with a 95 % bootstrap band, per algorithm.
+    """Draw the mean indicator of each algorithm over evaluations, with a 95 % bootstrap band.
 
-    A curve begins at the first evaluation count with finite values of all runs, because an empty
-    front has a finite hypervolume only. The vertical axis is logarithmic if lower values are better
-    and all means are positive.
+    A curve begins at the first evaluation count at which all runs have finite values, because an
+    empty front has a finite hypervolume only. The vertical axis is logarithmic if lower values are
+    better and all means are positive.
 
     Raises
     ------
@@ -35,13 +35,13 @@ def draw_anytime_curves(comparison: Comparison, indicator: str | None = None) ->
     """
     chosen = comparison.select_indicator(indicator)
     figure = go.Figure()
-    for name, look in assign_trace_styles(comparison.algorithms).items():
+    for name, style in assign_trace_styles(comparison.algorithms).items():
         rows = comparison.table[comparison.table["algorithm"] == name]
         wide = rows.pivot(index="seed", columns="evaluations", values=chosen.name)
         wide = wide.loc[:, np.isfinite(wide.to_numpy(float)).all(axis=0)]
         if wide.size:
             values = wide.to_numpy(float)
-            figure.add_traces(_build_curve(name, look, wide.columns.to_numpy(int), values))
+            figure.add_traces(_build_curve(name, style, wide.columns.to_numpy(int), values))
     figure.update_xaxes(title="evaluations", tickformat=",d", rangemode="tozero")
     positive = all(np.min(curve.y) > 0 for curve in figure.data if curve.mode == "lines")
     figure.update_yaxes(
@@ -52,32 +52,33 @@ def draw_anytime_curves(comparison: Comparison, indicator: str | None = None) ->
     return apply_comparison_style(
         figure,
         f"{chosen.title[0].upper()}{chosen.title[1:]} of all evaluations so far",
-        f"mean of the runs, {chosen.direction}; band: 95 % bootstrap interval of the mean{CLICK_HINT}",
+        f"mean of the runs, {chosen.direction}; band: 95 % bootstrap interval of the mean"
+        f"{CLICK_HINT}",
     )
 
 
 def draw_box_plots(comparison: Comparison) -> go.Figure:
-    """Draw box plots of the final indicators, with one point per run."""
+    """Draw box plots of the final indicators of each algorithm, with one point per run."""
     figure = make_subplots(rows=1, cols=len(comparison.indicators), shared_yaxes=True)
     final = comparison.select_final_rows()
-    for name, look in assign_trace_styles(comparison.algorithms).items():
+    for name, style in assign_trace_styles(comparison.algorithms).items():
         rows = final[final["algorithm"] == name]
         for column, indicator in enumerate(comparison.indicators, 1):
             values = rows[indicator.name].to_numpy(float)
-            shown = np.isfinite(values)
+            is_finite = np.isfinite(values)
             box = go.Box(
-                x=values[shown],
+                x=values[is_finite],
                 name=escape_markup(name),
                 orientation="h",
                 boxpoints="all",
                 jitter=0.5,
                 pointpos=0,
-                marker={"color": look.color, "size": 4, "opacity": 0.7},
+                marker={"color": style.color, "size": 4, "opacity": 0.7},
                 line={"width": 1.2},
-                fillcolor=look.format_color(0.2),
-                customdata=rows["seed"][shown],
-                hovertemplate=f"<b>{escape_markup(name)}</b>, seed %{{customdata}}<br>{indicator.title}: "
-                "%{x:.5g}<extra></extra>",
+                fillcolor=style.format_color(0.2),
+                customdata=rows["seed"][is_finite],
+                hovertemplate=f"<b>{escape_markup(name)}</b>, seed %{{customdata}}<br>"
+                f"{indicator.title}: %{{x:.5g}}<extra></extra>",
                 hoveron="points",
                 showlegend=False,
             )
@@ -88,12 +89,12 @@ def draw_box_plots(comparison: Comparison) -> go.Figure:
         figure.update_xaxes(title=f"{indicator.title}<br>{indicator.direction}", col=column)
     figure.update_xaxes(tickangle=0)
     figure.update_yaxes(autorange="reversed", automargin=True)
-    empty = int((final["points"] == 0).sum())
+    n_empty = int((final["points"] == 0).sum())
     return apply_comparison_style(
         figure,
         f"All runs after {comparison.n_eval:,} evaluations",
-        "box: quartiles and median; every point is a run, hover for its seed"
-        + (f"; without {empty} that found nothing feasible" if empty else ""),
+        "box: quartiles and median; each point is a run, hover over one for its seed"
+        + (f"; omitted: {n_empty} runs without a feasible solution" if n_empty else ""),
     ).update_layout(height=compute_height(len(comparison.algorithms)))
 
 
@@ -103,8 +104,9 @@ def _build_curve(
     mean = values.mean(axis=0)
     low, high = bootstrap_band(values)
     hover = (
-        f"<b>{escape_markup(name)}</b><br>after %{{x:,d}} evaluations<br>mean of {len(values)} runs: "
-        "%{y:.5g}<br>95 % interval: %{customdata[0]:.5g} to %{customdata[1]:.5g}<extra></extra>"
+        f"<b>{escape_markup(name)}</b><br>after %{{x:,d}} evaluations<br>"
+        f"mean of {len(values)} runs: %{{y:.5g}}<br>"
+        "95 % interval: %{customdata[0]:.5g} to %{customdata[1]:.5g}<extra></extra>"
     )
     band = go.Scatter(
         x=np.concatenate([x, x[::-1]]),
@@ -132,18 +134,20 @@ def _build_curve(
 def draw_critical_difference_diagram(
     test_result: FriedmanResult, algorithms: tuple[str, ...]
 ) -> go.Figure:
-    """Draw the critical-difference diagram of average ranks (Demsar 2006).
+    """Draw the critical-difference diagram of the average ranks of algorithms (Demsar 2006).
 
     Parameters
     ----------
-    test_result : Friedman's test over problems.
-    algorithms : labels in the order that determines their colors.
+    test_result : FriedmanResult
+        Friedman's test over problems.
+    algorithms : tuple of str
+        Labels in the order that determines their colors.
     """
     names, ranks = list(test_result.ranks.index), test_result.ranks.to_numpy(float)
-    style = assign_trace_styles(algorithms)
-    over = f"{test_result.n_problems} problems"
+    styles = assign_trace_styles(algorithms)
+    scope = f"{test_result.n_problems} problems"
     if test_result.n_blocks < test_result.n_problems:
-        over += f" of {test_result.n_blocks} functions"
+        scope += f" of {test_result.n_blocks} functions"
     groups = find_equivalent_groups(list(ranks), test_result.critical_difference)
     figure = go.Figure()
     for row, (low, high) in enumerate(groups):
@@ -157,14 +161,14 @@ def draw_critical_difference_diagram(
             hoverinfo="text",
         )
     for i, (name, rank) in enumerate(zip(names, ranks, strict=True)):
-        look = style[name]
+        style = styles[name]
         figure.add_scatter(
             x=[rank, rank],
             y=[0, -1 - i],
             mode="lines+markers",
-            line={"width": 1, "color": look.format_color(0.5)},
-            marker={"size": [0, 12], "color": look.color, "symbol": look.symbol, "opacity": 1},
-            hovertemplate=f"<b>{escape_markup(name)}</b><br>average rank %{{x:.3f}} over {over}"
+            line={"width": 1, "color": style.format_color(0.5)},
+            marker={"size": [0, 12], "color": style.color, "symbol": style.symbol, "opacity": 1},
+            hovertemplate=f"<b>{escape_markup(name)}</b><br>average rank %{{x:.3f}} over {scope}"
             "<extra></extra>",
         )
     k = len(names)
@@ -180,19 +184,29 @@ def draw_critical_difference_diagram(
     )
     return apply_comparison_style(
         figure,
-        f"Average ranks over {over}",
-        f"bars join what differs by less than the critical difference of "
-        f"{test_result.critical_difference:.2f} (Nemenyi, 5 %); Friedman's test: p = {test_result.p_value:.2g}",
+        f"Average ranks over {scope}",
+        "bars join algorithms that differ by less than the critical difference of "
+        f"{test_result.critical_difference:.2f} (Nemenyi, 5 %); Friedman's test: "
+        f"p = {test_result.p_value:.2g}",
     ).update_layout(showlegend=False, height=compute_height(k + len(groups)))
 
 
 def find_equivalent_groups(ranks: list[float], critical_difference: float) -> list[tuple[int, int]]:
-    """Return the (first, last) index of each maximal group of ranks within the critical difference.
+    """Find the maximal groups of algorithms whose average ranks do not differ significantly.
+
+    Groups may overlap; groups of one algorithm are omitted.
 
     Parameters
     ----------
-    ranks : average ranks, ascending.
-    critical_difference : critical difference.
+    ranks : list of float
+        Average ranks, ascending.
+    critical_difference : float
+        Difference from which two ranks differ significantly.
+
+    Returns
+    -------
+    list of (int, int)
+        First and last index of each group.
     """
     groups: list[tuple[int, int]] = []
     for low, rank in enumerate(ranks):
@@ -203,22 +217,24 @@ def find_equivalent_groups(ranks: list[float], critical_difference: float) -> li
 
 
 def draw_runtime_distribution(distribution: pd.DataFrame, n_problems: int) -> go.Figure:
-    """Draw the empirical runtime distribution, as in COCO.
+    """Draw the share of targets reached by each algorithm over evaluations, as in COCO.
 
     Parameters
     ----------
-    distribution : table of `mgeo.studies.aggregation.targets_reached`.
-    n_problems : number of problems, for the title.
+    distribution : DataFrame
+        Table of `mgeo.studies.aggregation.compute_runtime_distribution`.
+    n_problems : int
+        Number of problems, for the title.
     """
     figure = go.Figure()
-    for name, look in assign_trace_styles(tuple(distribution["algorithm"].unique())).items():
+    for name, style in assign_trace_styles(tuple(distribution["algorithm"].unique())).items():
         steps = distribution[distribution["algorithm"] == name]
         figure.add_scatter(
             x=steps["evaluations"],
             y=steps["share"],
-            mode="lines+markers",  # markers at the measured evaluation counts
-            line=look.build_line(2),
-            marker={"symbol": look.symbol, "size": 6},
+            mode="lines+markers",  # The markers show the measured evaluation counts.
+            line=style.build_line(2),
+            marker={"symbol": style.symbol, "size": 6},
             name=escape_markup(name),
             hovertemplate=f"<b>{escape_markup(name)}</b><br>%{{y:.1%}} of the targets<br>"
             "within %{x:,.4g} evaluations per variable<extra></extra>",
@@ -228,6 +244,6 @@ def draw_runtime_distribution(distribution: pd.DataFrame, n_problems: int) -> go
     return apply_comparison_style(
         figure,
         f"Targets reached, {n_problems} problems",
-        f"targets: hypervolumes short of a problem's best by {TARGET_DISTANCES[0]:.0%} to "
-        f"{TARGET_DISTANCES[-1]:.3%} of it{CLICK_HINT}",
+        f"targets: {TARGET_DISTANCES[0]:.0%} to {TARGET_DISTANCES[-1]:.3%} below the best "
+        f"hypervolume of a problem{CLICK_HINT}",
     )

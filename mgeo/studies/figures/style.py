@@ -1,4 +1,4 @@
-"""Common style of the figures of a comparison: a color per algorithm, and one layout."""
+"""Common style of the figures of a comparison: one color per algorithm, and one layout."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _DASHES = ("solid", "6px,3px", "2px,2px")
 
 @dataclass(frozen=True)
 class TraceStyle:
-    """Color, dash and symbol that identify an algorithm in all figures."""
+    """Color, dash pattern and marker symbol that identify an algorithm in all figures."""
 
     color: str
     dash: str
@@ -31,12 +31,15 @@ class TraceStyle:
         return "rgba({},{},{},{})".format(*hex_to_rgb(self.color), opacity)
 
     def build_line(self, width: float) -> dict[str, Any]:
-        """Return plotly's line properties of a curve; the width is in pixels."""
+        """Return plotly's line properties of a curve whose width is given in pixels."""
         return {"color": self.color, "dash": self.dash, "width": width}
 
 
 def assign_trace_styles(algorithms: tuple[str, ...]) -> dict[str, TraceStyle]:
-    """Return the look of each algorithm by position; up to 21 looks are distinct."""
+    """Return a distinct color, dash pattern and symbol for each algorithm, as a dict by label.
+
+    They depend on the position of the algorithm. Up to 21 styles are distinct.
+    """
     n = len(COLORS)
     return {
         name: TraceStyle(COLORS[i % n], _DASHES[i // n % len(_DASHES)], select_symbol(i))
@@ -45,27 +48,27 @@ def assign_trace_styles(algorithms: tuple[str, ...]) -> dict[str, TraceStyle]:
 
 
 def validate_n_objectives(problem: Problem, *allowed: int) -> None:
-    """Raise ValueError if the number of objectives is not one of `allowed`."""
+    """Raise ValueError if the number of objectives of a problem is not in `allowed`."""
     if problem.n_obj not in allowed:
         expected = " or ".join(map(str, allowed))
         raise ValueError(f"{problem.n_obj} objectives: expected {expected} to draw fronts")
 
 
 def set_axes(figure: go.Figure, names: tuple[str, ...], points: FloatArray) -> None:
-    """Set titles and ranges of both axes for points of shape (n, 2)."""
+    """Set the titles and ranges of both axes of a figure in place, for points of shape (n, 2)."""
     figure.update_xaxes(build_axis_layout(names[0], points[:, 0]))
     figure.update_yaxes(build_axis_layout(names[1], points[:, 1]))
 
 
 def compute_height(n_rows: int) -> int:
-    """Return the height [px] of a figure with `n_rows` lines of text."""
+    """Return the height of a figure with `n_rows` lines of text [px]."""
     return max(480, 220 + 26 * n_rows)
 
 
 def apply_comparison_style(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
-    """Return the figure with title, subtitle, common style and space for the legend."""
-    shown = [t for t in figure.data if t.visible is not False and t.showlegend is not False]
+    """Set title, subtitle and common style of a figure, and return the figure."""
+    visible = [t for t in figure.data if t.visible is not False and t.showlegend is not False]
     return style.apply_style(figure, title, subtitle).update_layout(
-        height=max(PAGE_HEIGHT, compute_height(len(shown))),
-        legend_tracegroupgap=0,  # Each curve and its band form a group.
+        height=max(PAGE_HEIGHT, compute_height(len(visible))),
+        legend_tracegroupgap=0,  # Each curve forms a group with its band, so gaps are not needed.
     )

@@ -1,4 +1,6 @@
-"""Attitude maneuvers that make sensor errors observable, as a problem for pymoo."""
+"""Satellite attitude maneuvers that calibrate sensors and gyro, as an optimization problem for
+pymoo.
+"""
 
 from importlib import import_module
 from importlib.metadata import version
@@ -38,8 +40,7 @@ if TYPE_CHECKING:
     from mgeo_attitude.sensors.vector_sensors import Magnetometer as Magnetometer
     from mgeo_attitude.sensors.vector_sensors import SunSensor as SunSensor
 
-#: Public names by module. A name is imported when it is first used, so that the command line
-#: starts quickly.
+#: Public names by module. A name is imported on first use, so that the command line starts quickly.
 _NAMES = {
     "environment.environment": "Environment",
     "filter.evaluator": "Evaluation evaluate",

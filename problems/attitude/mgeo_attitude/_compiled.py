@@ -1,9 +1,9 @@
-"""Decorators for compiled functions: inlined helpers, and functions that Python calls.
+"""Decorators for functions that numba compiles.
 
 numba caches machine code on disk under names that are unique in one process only. If two functions
-share a name, such as two closures of the same text, code cached by one process may call the other
-function cached by another process (numba/numba#10486) without an error. A cache file of one
-signature may also hold the code of another signature that a second process compiled at the same
+share a name, for example two closures of the same text, code cached by one process may call the
+other function cached by another process (numba/numba#10486) without an error. A cache file of one
+signature may also contain the code of another signature that a second process compiled at the same
 time. Therefore all compiled functions have different names, and a cached function has one
 signature.
 """
@@ -20,18 +20,24 @@ from numba import njit
 P = ParamSpec("P")
 T = TypeVar("T")
 
-#: Functions that are compiled into those that call them. They have no file of their own.
+#: Decorator for functions that are compiled into their callers. They are not cached separately.
 helper = njit(error_model="numpy")
 
 
 def compile_cached(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Compile a function for one signature, and cache it next to its source file if it has one.
+    """Return a decorator that compiles a function for one signature and caches its machine code.
+
+    The cache lies next to the source file of the function. A function without one is not cached.
 
     Parameters
     ----------
     signature : str
         Signature in numba's notation, such as "float64(float64[:,::1])". Arguments of other types
         raise TypeError.
+
+    Returns
+    -------
+    decorator
     """
 
     def decorate(function: Callable[P, T]) -> Callable[P, T]:
@@ -46,12 +52,16 @@ def compile_cached(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]
 
 
 def compile_on_first_call(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Compile a function as `kept` does, but at the first call from Python.
+    """Return a decorator like `compile_cached` that compiles a function at its first call.
 
     Parameters
     ----------
     signature : str
-        See `kept`.
+        See `compile_cached`.
+
+    Returns
+    -------
+    decorator
     """
 
     def decorate(function: Callable[P, T]) -> Callable[P, T]:

@@ -1,4 +1,4 @@
-"""Array types."""
+"""Types of numpy arrays by the type of their elements."""
 
 import numpy as np
 from numpy.typing import NDArray

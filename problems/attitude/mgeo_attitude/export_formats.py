@@ -1,8 +1,8 @@
-"""File formats of plans, with one record each.
+"""Registry of the file formats to which plans can be exported.
 
 A new format needs only a new record here: `mgeo_attitude.plan.write_plan`, the help of ``mgeo
-attitude export``, the table of the documentation and the tests use the records. Functions are
-referred to by name, so that help and completion need no imports.
+attitude export``, the table of the documentation and the tests use the records. The functions that
+write a format are named by strings, so that help and completion need no imports.
 """
 
 from __future__ import annotations
@@ -16,20 +16,21 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class ExportFormat:
-    """File format of plans.
+    """File format to which plans can be exported.
 
     Attributes
     ----------
     name : str
+        Name of the format in help texts.
     suffix : str
-        Ending of the file name; the longest matching suffix counts.
+        End of the file name. The longest matching suffix selects the format.
     description : str
         Contents of the file.
     function : str
-        ``module:function`` within `mgeo_attitude.plan`, which returns the file contents of a plan.
-        Its keyword-only arguments are options of the format.
+        Function that returns the contents of a plan's file, as ``module:function`` within
+        `mgeo_attitude.plan`. Its keyword-only arguments are the options of the format.
     package : str
-        Additional package that the format needs; empty for none.
+        Additional package that the format needs, or an empty string.
     """
 
     name: str
@@ -39,7 +40,7 @@ class ExportFormat:
     package: str = ""
 
     def load(self) -> Callable[..., str | bytes]:
-        """Import the function that writes the format."""
+        """Import and return the function that computes the file contents of a plan."""
         module, _, name = self.function.partition(":")
         function: Callable[..., str | bytes] = getattr(
             import_module(f"mgeo_attitude.plan.{module}"), name
@@ -47,7 +48,6 @@ class ExportFormat:
         return function
 
     def list_options(self) -> list[str]:
-        """Return the names of the options."""
         return getfullargspec(self.load()).kwonlyargs
 
 
@@ -76,7 +76,15 @@ FORMATS = (
 
 
 def find_format(path: Path | str) -> ExportFormat:
-    """Return the format of a file name.
+    """Return the export format that the suffix of a file name selects.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    ExportFormat
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Attitude maneuver problem for pymoo."""
+"""Optimization of attitude maneuvers that calibrate sensors, as a pymoo problem."""
 
 from __future__ import annotations
 
@@ -45,26 +45,26 @@ from mgeo_attitude.scenario.scenario import Scenario
 if TYPE_CHECKING:
     from mgeo_attitude.view.maneuver_view import ManeuverView
 
-#: Default number of Monte Carlo runs of a robust problem, and default quantile of an objective.
+#: Default number of Monte Carlo runs of a robust problem, and default quantile of its objectives.
 _N_RUNS, _QUANTILE = 512, 0.95
-#: Recommended number of initial designs, and of evaluations before a local refinement.
+#: Recommended number of initial designs, and of evaluations before local refinement.
 _N_INITIAL_DESIGNS, _N_EVALUATIONS_BEFORE_REFINEMENT = 12, 6_000
-#: Least number of maneuvers for these recommendations: default, and by convergence rule; see
+#: Smallest number of maneuvers for these recommendations: default, and by convergence rule; see
 #: docs/how-good.md.
 _MIN_MANEUVERS, _MIN_MANEUVERS_BY_RULE = 6, {"end": 3}
-#: Number of Monte Carlo runs at each fidelity level before the last one.
+#: Number of Monte Carlo runs at each fidelity level except the last one.
 _FIDELITIES = 0, 16, 64
 #: Value of "format" in a plan file.
 PLAN_FORMAT = "mgeo-attitude-plan"
 
 
 class AttitudeManeuverProblem(ProblemMixin, Problem):
-    """Minimize convergence time and final trace over constant-rate maneuvers, equation (5).
+    """Problem of finding constant-rate maneuvers that minimize convergence time and final trace.
 
-    Variables are ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in turn. The default
-    objectives are t_end [s] and the weighted trace of the filter covariance at t_end (rad², rad²/s²
-    and dimensionless squares). Constraints of the scenario are inequality constraints; see
-    `constraint_names`.
+    The trace is that of the filter covariance (equation (5) of the paper). Variables are ωx, ωy, ωz
+    [deg/s] and duration [s] of each maneuver in turn. The default objectives are t_end [s] and the
+    weighted trace at t_end (rad², rad²/s² and dimensionless squares). Constraints of the scenario
+    are inequality constraints; see `constraint_names`.
 
     Parameters
     ----------
@@ -73,14 +73,14 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
     n_maneuvers : int, optional
         Number of maneuvers. Default: ``maneuvers.count`` of the scenario.
     threads : int, optional
-        Threads of one evaluation. Default: the number of processors available to this process.
-        Results do not depend on it.
+        Number of threads of one evaluation. Default: the number of processors available to this
+        process. Results do not depend on it.
     objectives : sequence of str, optional
-        Keys of `criteria.objectives`, or "trace:attitude,gyro.bias" for some blocks of the state.
-        Default: ``objectives`` of the scenario.
-    flights : int, optional
-        Number of Monte Carlo runs per plan, 0 for nominal runs only. Default: ``monte_carlo.n_runs`` of
-        the scenario.
+        Keys of `criteria.objectives`, or "trace:attitude,gyro.bias" for the trace of some 3-vectors
+        of the state. Default: ``objectives`` of the scenario.
+    n_runs : int, optional
+        Number of Monte Carlo runs per plan, 0 for nominal runs only. Default:
+        ``monte_carlo.n_runs`` of the scenario.
     quantile : float, optional
         Quantile of an objective over the Monte Carlo runs. Default: ``monte_carlo.quantile`` of the
         scenario.
@@ -142,9 +142,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         self.obj_names = tuple(entry.label for entry in self._build_objectives())
         self.constraint_names = tuple(entry.label for entry in list_constraints(scenario))
         limits = scenario.maneuvers
-        greatest = np.array([limits.max_rate_deg_s] * 3 + [limits.max_duration])
-        xl = np.tile(greatest * [-1.0, -1.0, -1.0, 0.0], limits.count)
-        xu = np.tile(greatest, limits.count)
+        upper = np.array([limits.max_rate_deg_s] * 3 + [limits.max_duration])
+        xl = np.tile(upper * [-1.0, -1.0, -1.0, 0.0], limits.count)
+        xu = np.tile(upper, limits.count)
         names = [*(f"omega_{axis}_{{}} [deg/s]" for axis in "xyz"), "duration_{} [s]"]
         self.var_names = [name.format(m + 1) for m in range(limits.count) for name in names]
         super().__init__(
@@ -158,12 +158,12 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @cached_property
     def environment(self) -> Environment:
-        """Orbit, Sun, geomagnetic field and shadow of the scenario; computed at first use."""
+        """Orbit, Sun, geomagnetic field and shadow along the scenario, computed on first use."""
         return Environment.from_scenario(self.scenario)
 
     @cached_property
     def model(self) -> FilterModel:
-        """Filter model of the scenario; computed at first use."""
+        """Model of the Kalman filter for the scenario, computed on first use."""
         return FilterModel.from_scenario(self.scenario, self.environment)
 
     def evaluate_nominal(
@@ -172,7 +172,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         modify_model: Callable[[FilterModel], FilterModel] | None = None,
         **options: Any,
     ) -> Evaluation:
-        """Evaluate nominal runs of designs; see `evaluator.evaluate`.
+        """Return the results of the filter for designs in nominal runs, without random errors.
 
         Parameters
         ----------
@@ -181,14 +181,18 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         modify_model : function, optional
             Returns the model to use instead of the problem's model.
         **options
-            Further arguments of `evaluate`.
+            Further arguments of `filter.evaluator.evaluate`.
+
+        Returns
+        -------
+        Evaluation
         """
         model = self.model if modify_model is None else modify_model(self.model)
         return evaluate(model, X, self.threads, **options)
 
     @cached_property
     def lower_bound(self) -> LowerBound:
-        """Lower bounds over all nominal plans; computed at first use.
+        """Lower bounds of trace and 1-sigmas over all nominal plans, computed on first use.
 
         Raises
         ------
@@ -199,15 +203,24 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @cached_property
     def monte_carlo_runs(self) -> MonteCarloRuns | None:
-        """Monte Carlo runs of the scenario; None if plans are evaluated by nominal runs."""
+        """Monte Carlo runs in which plans are evaluated, or None for evaluation in nominal runs."""
         errors = self.scenario.monte_carlo
         return None if errors is None else MonteCarloRuns(self.scenario, self.model, errors)
 
     def at_fidelity(self, fidelity: int) -> AttitudeManeuverProblem:
-        """Return the problem at a fidelity level of a search, from 0, the lowest.
+        """Return the problem at a fidelity level of a search, where 0 is the lowest level.
 
         A lower level evaluates fewer Monte Carlo runs. The level with all runs returns the problem
         itself. See `mgeo.MGEOStaged`.
+
+        Parameters
+        ----------
+        fidelity : int
+            Fidelity level, at least 0.
+
+        Returns
+        -------
+        AttitudeManeuverProblem
         """
         errors = self.scenario.monte_carlo
         if (
@@ -216,9 +229,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
             or errors.n_runs_at_fidelity(fidelity) == errors.n_runs
         ):
             return self
-        rough = copy.copy(self)  # The copy shares the tables and the Monte Carlo runs.
-        rough._n_runs, rough._cache = errors.n_runs_at_fidelity(fidelity), EvaluationCache()
-        return rough
+        problem = copy.copy(self)  # The copy shares the filter model and the Monte Carlo runs.
+        problem._n_runs, problem._cache = errors.n_runs_at_fidelity(fidelity), EvaluationCache()
+        return problem
 
     def _evaluate(self, X: Floats, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         designs = np.asarray(X, dtype=float)
@@ -229,10 +242,19 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         out["F"], out["G"], _ = np.split(self.evaluate_designs(designs), ends, axis=1)
 
     def evaluate_designs(self, X: Floats) -> Floats:
-        """Return objectives, constraints and violations of single bounds of designs, shape (n, k).
+        """Return objectives, constraint values, and violations of all bounds of designs, as
+        columns.
 
-        Values are those of nominal runs or, with Monte Carlo runs, their reductions. Designs of the
-        previous batch are not evaluated again.
+        The values are those of nominal runs or, with Monte Carlo runs, their quantiles or means.
+        Designs of the previous batch are not evaluated again.
+
+        Parameters
+        ----------
+        X : array, shape (n, n_var)
+
+        Returns
+        -------
+        array, shape (n, n_obj + n_ieq_constr + n_bounds)
         """
         return self._cache.evaluate(X, self._evaluate_uncached)
 
@@ -245,20 +267,41 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return reduce_runs(values, self.n_obj, self.monte_carlo_runs.settings)
 
     def evaluate_runs(self, runs: Iterable[MonteCarloRun], X: Floats) -> Floats:
-        """Return the values of `compute_values` in each of f Monte Carlo runs, shape (f, n, k)."""
+        """Return objectives, constraint values and violations of designs in each Monte Carlo run.
+
+        Parameters
+        ----------
+        runs : iterable of MonteCarloRun
+            The f runs.
+        X : array, shape (n, n_var)
+            Designs.
+
+        Returns
+        -------
+        array, shape (f, n, n_obj + n_ieq_constr + n_bounds)
+        """
         return evaluate_runs(runs, X, self.compute_values, self.threads, self._needs_covariance)
 
     def compute_values(self, model: FilterModel, result: Evaluation) -> Floats:
-        """Return objectives, constraints and single violations for a filter result, shape (n, k).
+        """Return objectives, constraint values, and violations of all bounds, from a filter
+        result.
 
-        The result must contain covariances if objectives or constraints need them.
+        Parameters
+        ----------
+        model : FilterModel
+        result : Evaluation
+            Filter result of n designs, with covariances if objectives or constraints need them.
+
+        Returns
+        -------
+        array, shape (n, n_obj + n_ieq_constr + n_bounds)
         """
-        excesses = [
+        violations = [
             constraint.compute_violations(result) for constraint in list_constraints(self.scenario)
         ]
         columns = [entry.value(model, result) for entry in self._build_objectives()]
-        columns += [of_limits.max(axis=0) for of_limits in excesses]
-        return np.column_stack([*columns, *chain.from_iterable(excesses)])
+        columns += [each.max(axis=0) for each in violations]
+        return np.column_stack([*columns, *chain.from_iterable(violations)])
 
     @property
     def _needs_covariance(self) -> bool:
@@ -270,9 +313,18 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> AttitudeManeuverProblem:
-        """Build the problem from a scenario as nested dicts; {} is the paper's scenario.
+        """Construct the problem from the keys of a scenario file, given as nested dicts.
 
-        See `Scenario.from_dict`.
+        An empty dict gives the paper's scenario. See `Scenario.from_dict`.
+
+        Parameters
+        ----------
+        options : mapping
+            Keys of a scenario file.
+
+        Returns
+        -------
+        AttitudeManeuverProblem
         """
         return cls(Scenario.from_dict(options) if options else None)
 
@@ -290,7 +342,21 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-        """Return the options of a scenario file in `folder`, including its orbit file."""
+        """Return the options of a scenario file with the contents of the files that they refer to.
+
+        The only such file is an orbit file, whose path is relative to `folder`.
+
+        Parameters
+        ----------
+        options : mapping
+            Keys of a scenario file.
+        folder : Path
+            Folder of the scenario file.
+
+        Returns
+        -------
+        dict
+        """
         orbit = options.get("orbit")
         if not isinstance(orbit, Mapping) or "file" not in orbit:
             return dict(options)
@@ -300,10 +366,11 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return self.scenario.to_dict()
 
     def map_to_indicator_space(self, F: ArrayLike) -> Floats:
-        """Return objectives scaled for performance indicators, such as t_end / duration.
+        """Scale objectives for performance indicators, for example t_end by the duration.
 
-        For t_end and trace the scaling is equation (11), with (log10 trace + 6) / 5 for the trace.
-        With the preset "paper", the reference point (1, 1) bounds every useful solution.
+        For t_end and trace the scaling is equation (11) of the paper, with (log10 trace + 6) / 5
+        for the trace. With the preset "paper", the reference point (1, 1) bounds every useful
+        solution.
 
         Parameters
         ----------
@@ -317,30 +384,40 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return scale_for_indicators(self.objectives, values, self.scenario)
 
     def to_robust(self) -> AttitudeManeuverProblem:
-        """Return a problem that evaluates plans over Monte Carlo runs.
+        """Return a problem that evaluates each plan over Monte Carlo runs with random errors.
 
         By default these are 512 runs with the quantile 0.95 of each objective. A search selects
-        plans that are favored by its own runs; the margin makes the value hold in 90 % of other
-        runs. Searches with fidelity levels start with nominal runs, then use 16 and 64 of the Monte
-        Carlo runs; see `mgeo.MGEOStaged`.
+        plans for which its own runs happen to be favorable; the margin makes the value hold in 90 %
+        of other runs. Searches with fidelity levels start with nominal runs, and then use 16 and 64
+        of the Monte Carlo runs; see `mgeo.MGEOStaged`.
+
+        Returns
+        -------
+        AttitudeManeuverProblem
         """
         errors = self.scenario.monte_carlo or MonteCarloSettings(n_runs=_N_RUNS, quantile=_QUANTILE)
-        fewer = tuple(count for count in _FIDELITIES if count < errors.n_runs)
-        flight = dataclasses.replace(errors, fidelities=errors.fidelities or fewer)
-        scenario = dataclasses.replace(self.scenario, monte_carlo=flight)
+        fidelities = tuple(count for count in _FIDELITIES if count < errors.n_runs)
+        settings = dataclasses.replace(errors, fidelities=errors.fidelities or fidelities)
+        scenario = dataclasses.replace(self.scenario, monte_carlo=settings)
         return AttitudeManeuverProblem(scenario, threads=self.threads)
 
     def recommend_settings(self) -> dict[str, Any]:
-        """Return recommended initial designs, refinement and evaluations for a search.
+        """Return recommended settings of a search as a dict: initial designs, refinement,
+        evaluations.
 
-        Nothing is recommended for the paper's scenario, which is a reference study; for few
-        maneuvers, where a search alone comes as close to the lower bound; and for Monte Carlo runs
-        and magnetorquers, where refinement takes far longer than a search. With momentum budgets of
+        The dict is empty for the paper's scenario, which is a reference study; for few maneuvers,
+        where a search alone comes as close to the lower bound; and for Monte Carlo runs and
+        magnetorquers, where refinement takes far longer than a search. With momentum budgets of
         wheels only initial designs are recommended.
+
+        Returns
+        -------
+        dict
+            Fields of `mgeo.plugins.protocol.RecommendedSettings`.
         """
         scenario, wheels = self.scenario, self.scenario.wheels
-        least = _MIN_MANEUVERS_BY_RULE.get(scenario.convergence.rule, _MIN_MANEUVERS)
-        is_small = scenario.maneuvers.count < least
+        min_maneuvers = _MIN_MANEUVERS_BY_RULE.get(scenario.convergence.rule, _MIN_MANEUVERS)
+        is_small = scenario.maneuvers.count < min_maneuvers
         if (
             is_small
             or scenario.name == "paper"
@@ -357,13 +434,37 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         }
 
     def suggest_initial_designs(self, n: int, random_state: np.random.Generator) -> Floats:
-        """Return initial designs for a search, shape (n, n_var); see `refine.starts`."""
+        """Return n designs from which a search may start, shape (n, n_var).
+
+        See `refine.initial_designs.build_initial_designs`.
+
+        Parameters
+        ----------
+        n : int
+            Number of designs.
+        random_state : numpy Generator
+            Draws the end times of the designs.
+
+        Returns
+        -------
+        array, shape (n, n_var)
+        """
         return build_initial_designs(self, n, random_state)
 
     def refine(self, X: ArrayLike) -> Iterator[Floats]:
-        """Return an iterator over refined designs, to which later steps append designs.
+        """Return an iterator over the improved designs after each batch of local refinements.
 
-        See `refine.polish`.
+        The designs keep their order. Later elements have additional rows for other end times. See
+        `refine_plans`.
+
+        Parameters
+        ----------
+        X : array_like, shape (n, n_var)
+            Designs to improve.
+
+        Returns
+        -------
+        iterator of array, shape (k, n_var)
 
         Raises
         ------

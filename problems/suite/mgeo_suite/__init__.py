@@ -1,4 +1,4 @@
-"""Joint selection of attitude sensors and their calibration maneuvers as a pymoo problem."""
+"""Joint selection of attitude sensors and calibration maneuvers, as a pymoo problem."""
 
 from importlib import import_module
 from importlib.metadata import version
@@ -13,7 +13,7 @@ __all__ = [
     "SensorSuiteProblem",
 ]
 
-#: Modules of the public names. A name is imported on first use, so that the command line starts
+#: Module of each public name. A name is imported on first use, so that the command line starts
 #: quickly.
 _MODULES = {
     "Catalog": "mgeo_suite.catalog",

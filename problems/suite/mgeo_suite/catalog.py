@@ -1,4 +1,4 @@
-"""Catalog of sensor grades with cost and performance."""
+"""Catalog of the available grades of gyros and attitude sensors, with their cost."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pydantic import Field
 
 from mgeo.validation.entries import convert_file_errors
 
-#: Outward normals of a satellite's faces, body axes.
+#: Outward unit normal of each face of the satellite, in body axes.
 FACES: dict[str, tuple[float, float, float]] = {
     "+x": (1.0, 0.0, 0.0),
     "-x": (-1.0, 0.0, 0.0),
@@ -28,24 +28,24 @@ FACES: dict[str, tuple[float, float, float]] = {
     "+z": (0.0, 0.0, 1.0),
     "-z": (0.0, 0.0, -1.0),
 }
-NONE = "none"  # option without a sensor
+NONE = "none"  # name of the option without a sensor
 _REQUIRED_SECTIONS = ("gyros", "magnetometers")
 _MOUNTING_KEYS = ("kind", "name", "boresight")  # keys that the mounting place determines
 
 
 @pydantic.dataclasses.dataclass(frozen=True)
 class FaceSunSensor(SunSensor):
-    """A Sun sensor on a face with optional bias states.
+    """Sun sensor on a face of the satellite, with optional bias states.
 
-    Within the field of view of one face, a bias and a misalignment are hardly distinguishable, so
-    that one of them suffices.
+    Within the field of view of one Sun sensor, bias and misalignment are hardly distinguishable, so
+    that the states of one of them suffice.
     """
 
     initial_bias: float = Field(default=0.0, ge=0.0)
-    """initial bias of the unit vector, 1-sigma per axis; 0 omits the states"""
+    """initial 1-sigma of the bias of the unit vector, per axis; 0 omits the bias states"""
 
 
-#: Class of the instruments of each section.
+#: Class of the instruments in each section of a catalog file.
 SECTIONS: Mapping[str, type[Any]] = {
     "gyros": Gyro,
     "magnetometers": Magnetometer,
@@ -56,23 +56,31 @@ SECTIONS: Mapping[str, type[Any]] = {
 
 @pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
 class GradeCost(Settings):
-    """Cost of a grade, with its source."""
+    """Price, mass and power of a grade of an instrument, with their source."""
 
     name: str
     """name of the grade, unique in its section"""
     price_keur: Annotated[float, Unit("kEUR")] = Field(ge=0.0)
-    """price class"""
+    """price, of the right order of magnitude"""
     mass_g: Annotated[float, Unit("g")] = Field(ge=0.0)
     """mass"""
     power_mw: Annotated[float, Unit("mW")] = Field(ge=0.0)
     """average power"""
     source: str
-    """source of the figures"""
+    """source of the values"""
 
 
 @dataclass(frozen=True)
 class Grade:
-    """A grade of an instrument, with its cost."""
+    """Grade of a gyro or sensor: its cost, and the instrument with its error model.
+
+    Attributes
+    ----------
+    cost : GradeCost
+        Name, price, mass and power.
+    instrument : Gyro or Sensor
+        Instrument without a place on the satellite.
+    """
 
     cost: GradeCost
     instrument: Any
@@ -84,7 +92,9 @@ class Grade:
 
 @dataclass(frozen=True)
 class Catalog:
-    """Grades of each kind of instrument, in the order of the file; hashable.
+    """Catalog of the grades of each kind of instrument, from which a sensor suite is selected.
+
+    Catalogs are hashable. Grades have the order of the catalog file.
 
     Attributes
     ----------
@@ -110,17 +120,22 @@ class Catalog:
     @staticmethod
     @cache
     def default() -> Catalog:
-        """Return the catalog of cubesat sensors; its file lists the sources."""
+        """Return the built-in catalog of cubesat sensors; its file cites the sources."""
         return Catalog.from_toml(Path(__file__).with_name("catalog.toml"))
 
     @staticmethod
     def from_toml(path: str | os.PathLike[str]) -> Catalog:
         """Read a catalog from a TOML file.
 
+        Parameters
+        ----------
+        path : path
+            TOML file with one array of tables per kind of instrument, such as ``[[gyros]]``.
+
         Raises
         ------
         ValueError
-            If the file is invalid; the message names the file and the key, or the line of a syntax
+            If the file is invalid. The message names the file and the key, or the line of a syntax
             error.
         OSError
             If the file cannot be read.
@@ -130,14 +145,20 @@ class Catalog:
 
     @staticmethod
     def from_dict(table: Mapping[str, Any]) -> Catalog:
-        """Construct a catalog from nested dicts and lists.
+        """Construct a catalog from nested dicts and lists, in the format of a catalog file.
+
+        Parameters
+        ----------
+        table : mapping
+            List of tables of each section, and optionally ``faces``.
 
         Raises
         ------
         InvalidValue
             (ValueError) If a key is unknown, missing or invalid, if a name is repeated, if a
             section lacks a required grade, or if the grades of a section differ in states, sample
-            intervals or fields of view. The message has the full key, such as ``gyros[1].mass_g``.
+            intervals or fields of view. The message names the full key, such as
+            ``gyros[1].mass_g``.
         """
         known = [*SECTIONS, "faces"]
         for key, value in table.items():
@@ -152,7 +173,7 @@ class Catalog:
         return Catalog(**grades, faces=faces)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the catalog as nested dicts and lists of JSON types; see `from_dict`."""
+        """Return the catalog as nested dicts and lists of JSON types, which `from_dict` accepts."""
         table: dict[str, Any] = {"faces": list(self.faces)}
         for section in SECTIONS:
             table[section] = [
@@ -171,8 +192,8 @@ def _build_grades(section: str, tables: Any) -> tuple[Grade, ...]:
         try:
             grade = _build_grade(SECTIONS[section], table)
             names = [NONE, *(other.name for other in grades)]
-            new = bool(grade.name.strip()) and grade.name not in names
-            expect(new, "name", grade.name, f"a name other than {', '.join(map(repr, names))}")
+            is_new = bool(grade.name.strip()) and grade.name not in names
+            expect(is_new, "name", grade.name, f"a name other than {', '.join(map(repr, names))}")
         except InvalidValue as error:
             raise error.prefix_key(f"{section}[{i}]") from None
         grades.append(grade)
@@ -182,35 +203,37 @@ def _build_grades(section: str, tables: Any) -> tuple[Grade, ...]:
 def _build_grade(cls: type[Any], table: Any) -> Grade:
     if not isinstance(table, Mapping):
         raise InvalidValue("entry", table, "expected a table")
-    own = tuple(get_fields(GradeCost))
-    keys = [key for key in get_fields(cls) if key not in _MOUNTING_KEYS]
+    cost_keys = tuple(get_fields(GradeCost))
+    instrument_keys = [key for key in get_fields(cls) if key not in _MOUNTING_KEYS]
     for key, value in table.items():
-        if key not in own and key not in keys:
+        if key not in cost_keys and key not in instrument_keys:
             raise InvalidKey(
-                str(key), value, f"unknown key{format_known_names(key, [*own, *keys])}"
+                str(key),
+                value,
+                f"unknown key{format_known_names(key, [*cost_keys, *instrument_keys])}",
             )
-    entry = GradeCost(**{key: table[key] for key in table if key in own})
-    return Grade(entry, cls(**{key: table[key] for key in table if key not in own}))
+    cost = GradeCost(**{key: table[key] for key in table if key in cost_keys})
+    return Grade(cost, cls(**{key: table[key] for key in table if key not in cost_keys}))
 
 
 def _validate_faces(faces: Any) -> tuple[str, ...]:
-    sound = isinstance(faces, list | tuple) and all(face in FACES for face in faces)
-    once = sound and len(set(faces)) == len(faces)
-    expect(once, "faces", faces, f"a list of {', '.join(map(repr, FACES))}, each once")
+    is_known = isinstance(faces, list | tuple) and all(face in FACES for face in faces)
+    is_valid = is_known and len(set(faces)) == len(faces)
+    expect(is_valid, "faces", faces, f"a list of {', '.join(map(repr, FACES))}, each once")
     return tuple(faces)
 
 
 def _validate_traits(section: str, grades: tuple[Grade, ...]) -> None:
-    """Check that the grades of a section can share one kernel of the filter."""
+    """Raise InvalidValue unless all grades of a section can use the same compiled filter kernel."""
     for i, grade in enumerate(grades[1:], 1):
-        first, own = (_list_kernel_traits(each.instrument) for each in (grades[0], grade))
-        for name, value in own.items():
-            alike = f"{first[name]!r}, as {section}[0] has"
-            expect(value == first[name], f"{section}[{i}], its {name},", value, alike)
+        first_traits, traits = (_list_kernel_traits(g.instrument) for g in (grades[0], grade))
+        for name, value in traits.items():
+            expected = f"{first_traits[name]!r}, as in {section}[0]"
+            expect(value == first_traits[name], f"{section}[{i}], {name}", value, expected)
 
 
 def _list_kernel_traits(instrument: Any) -> dict[str, Any]:
-    """Return the properties of an instrument that determine its kernel, by name."""
+    """Return the properties of an instrument that determine its filter kernel, by name."""
     cones = (
         instrument.list_visibility_cones() if hasattr(instrument, "list_visibility_cones") else ()
     )

@@ -1,4 +1,4 @@
-"""Figures of fronts of sensor suites, and of single solutions."""
+"""Figures of a front of sensor suites, and of single designs."""
 
 from __future__ import annotations
 
@@ -15,26 +15,30 @@ from mgeo.figures.style import COLORS, SYMBOLS, apply_style, build_log_axis_layo
 from mgeo_suite.catalog import NONE
 from mgeo_suite.suites import SuiteModels
 
-_N_SAMPLES = 200  # number of samples of a curve against time
+_N_SAMPLES = 200  # maximum number of points of a time history
 
 
 def draw_figures(
     suites: SuiteModels, choices: Ints, maneuvers: Floats, price: Floats, result: Evaluation
 ) -> dict[str, go.Figure]:
-    """Return ``front``, price against accuracy by star tracker, and ``sensors``, their selection.
+    """Return two figures of a front of sensor suites, as a dict by name.
 
-    Solutions are numbered by their rows. Designs whose covariance was lost are left out.
+    "front" shows the attitude accuracy over the price, colored by star tracker. "sensors" shows the
+    selected option of each mounting place. Solutions are numbered by their rows. Designs for which
+    the covariance of the filter lost its positive definiteness are left out.
 
     Parameters
     ----------
     suites : SuiteModels
+        Filter models of the suites.
     choices : array, shape (n, n_places)
-        Option indices.
-    maneuvers : array, shape (n, 4 m)
+        Index of the selected option of each mounting place.
+    maneuvers : array, shape (n, 4 n_maneuvers)
+        Body rates [deg/s] and duration [s] of each maneuver.
     price : array, shape (n,)
-        [kEUR].
+        Price of each suite [kEUR].
     result : Evaluation
-        Filter runs of the designs.
+        Results of the Kalman filter for the designs.
     """
     accuracy = attitude_accuracy_deg(result.covariance)
     rows = np.flatnonzero(np.isfinite(result.t_end) & np.isfinite(accuracy))
@@ -56,9 +60,9 @@ def _draw_front(
 ) -> go.Figure:
     figure = go.Figure()
     names = [suites.get_option_names(choice) for choice in choices]
-    trackers = [each.get("star tracker", NONE) for each in names]
+    trackers = [options.get("star tracker", NONE) for options in names]
     for k, tracker in enumerate(dict.fromkeys(trackers[row] for row in order)):
-        own = [int(row) for row in order if trackers[row] == tracker]
+        rows = [int(row) for row in order if trackers[row] == tracker]
         hover = [
             "<br>".join(
                 [
@@ -70,21 +74,19 @@ def _draw_front(
                     *format_maneuvers(maneuvers[row]),
                 ]
             )
-            for row in own
+            for row in rows
         ]
         figure.add_scatter(
             name="no star tracker" if tracker == NONE else escape_markup(f"{tracker} star tracker"),
-            x=price[own],
-            y=accuracy[own],
+            x=price[rows],
+            y=accuracy[rows],
             mode="markers",
             marker={"color": COLORS[k % 7], "symbol": SYMBOLS[k % 7], "size": 8},
-            customdata=np.array(own, dtype=np.int64),
+            customdata=np.array(rows, dtype=np.int64),
             hovertext=hover,
             hoverinfo="text",
         )
-    apply_style(
-        figure, "Sensor suites", "price class against how well the attitude is known at t_end"
-    )
+    apply_style(figure, "Sensor suites", "price and attitude 1-sigma at t_end")
     figure.update_xaxes(title="price [kEUR]")
     axis = build_log_axis_layout(accuracy[order]) if len(order) else {}
     figure.update_yaxes(title="attitude, 1-sigma about the worst of all axes [deg]", **axis)
@@ -92,17 +94,17 @@ def _draw_front(
 
 
 def _draw_sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints) -> go.Figure:
-    """Draw the option of each place, one column per solution in ascending order of price."""
+    """Return a heatmap of the selected options, with one column per solution, sorted by price."""
     places = suites.places[::-1]
     numbers = choices[order][:, ::-1].T
     texts = [
         [escape_markup(place.options[n]) for n in row]
         for place, row in zip(places, numbers, strict=True)
     ]
-    shares = [n / max(len(p.options) - 1, 1) for p, n in zip(places, numbers, strict=True)]
+    shades = [n / max(len(p.options) - 1, 1) for p, n in zip(places, numbers, strict=True)]
     labels = [f"{row}: {price[row]:.4g} kEUR" for row in order]
     figure = go.Figure().add_heatmap(
-        z=np.array(shares).reshape(len(places), len(order)),
+        z=np.array(shades).reshape(len(places), len(order)),
         x=np.arange(len(order)),
         y=[place.name for place in places],
         text=texts,
@@ -113,42 +115,45 @@ def _draw_sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints
         zmax=1.0,
         showscale=False,
     )
-    apply_style(figure, "Which sensors appear where", "the darker the better; the cheapest first")
-    figure.update_xaxes(title="solutions by price")
+    apply_style(figure, "Selected sensors", "darker: higher grade; sorted by price")
+    figure.update_xaxes(title="solutions in ascending order of price")
     return figure
 
 
 def draw_solution_figures(model: FilterModel, result: Evaluation) -> dict[str, go.Figure]:
-    """Draw the body rates and the attitude 1-sigma of a design until t_end.
+    """Return time histories of body rates and attitude 1-sigma until t_end, as a dict by name.
 
     Parameters
     ----------
     model : FilterModel
+        Filter model of any suite; only its time step is used.
     result : Evaluation
-        Evaluation of a single design, with its history.
+        Results of the Kalman filter for a single design, with their history.
     """
     t_end = result.t_end[0]
     end = round(t_end / model.step) if np.isfinite(t_end) else 0
     steps = np.unique(np.linspace(0, end, _N_SAMPLES).round().astype(np.int64))
     sigma = np.degrees(np.sqrt(result.variances[0, steps, :3].max(axis=1)))
     plan, times = result.plan, model.step * steps.astype(np.float64)
-    stretch = np.maximum(np.searchsorted(plan.starts[0], steps, side="right") - 1, 0)
-    rates = np.degrees(plan.rates[0, stretch])
-    turning = _draw_time_series("Body rates", times, dict(zip("xyz", rates.T, strict=True)), "hv")
-    accuracy = _draw_time_series(
+    maneuver = np.maximum(np.searchsorted(plan.starts[0], steps, side="right") - 1, 0)
+    rates = np.degrees(plan.rates[0, maneuver])
+    rate_figure = _draw_time_series(
+        "Body rates", times, dict(zip("xyz", rates.T, strict=True)), "hv"
+    )
+    sigma_figure = _draw_time_series(
         "Attitude, 1-sigma of the worst body axis", times, {"attitude": sigma}, "linear"
     )
     return {
-        "rates": turning.update_yaxes(title="deg/s"),
-        "attitude": accuracy.update_yaxes(title="deg", **build_log_axis_layout(sigma)),
+        "rates": rate_figure.update_yaxes(title="deg/s"),
+        "attitude": sigma_figure.update_yaxes(title="deg", **build_log_axis_layout(sigma)),
     }
 
 
 def _draw_time_series(title: str, times: Floats, lines: dict[str, Floats], shape: str) -> go.Figure:
     figure = go.Figure()
     for k, (name, values) in enumerate(lines.items()):
-        look = {**build_line_style(k), "shape": shape}
-        figure.add_scatter(x=times, y=values, name=name, mode="lines", line=look)
+        line = {**build_line_style(k), "shape": shape}
+        figure.add_scatter(x=times, y=values, name=name, mode="lines", line=line)
     figure.update_traces(hovertemplate="%{x:.6g} s: %{y:.4g}")
     figure.update_xaxes(title="time [s]", tickformat="d")
     # Omitting the template saves 7 kB per figure.

@@ -1,4 +1,4 @@
-"""Objectives of a sensor suite and its plan, by name."""
+"""Objectives of a sensor suite and its calibration maneuvers."""
 
 from __future__ import annotations
 
@@ -12,22 +12,23 @@ from mgeo_attitude.criteria.objectives import OBJECTIVES as PLAN_OBJECTIVES
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.settings.errors import InvalidValue, format_known_names
 
-_INDICATOR_DECADES = 4.0  # decades of accuracy that map to one unit of an indicator
-_REFERENCE_ACCURACY_DEG = 1e-3
+_INDICATOR_DECADES = 4.0  # decades of accuracy per unit of the indicator space
+_REFERENCE_ACCURACY_DEG = 1e-3  # accuracy at the origin of the indicator space
 
 
 @dataclass(frozen=True)
 class SuiteObjective:
-    """An objective to minimize.
+    """Objective of a sensor suite and its maneuvers, to be minimized.
 
     Attributes
     ----------
     label : str
         Name with unit.
     value : function of model, evaluation and resources (n, 3)
-        Return the values of n designs, shape (n,).
-    indicator : function of values, scenario and largest resources (3,)
-        Return the values scaled to order one for indicators of studies.
+        Function that returns the values of n designs, shape (n,). Resources are price, mass and
+        power.
+    indicator : function of values, scenario and maximum resources (3,)
+        Function that returns values scaled to order one, for the indicators of studies.
     """
 
     label: str
@@ -36,12 +37,19 @@ class SuiteObjective:
 
 
 def validate_objectives(names: Sequence[str], has_required_sigma: bool) -> tuple[str, ...]:
-    """Return the names of objectives as a tuple.
+    """Check the names of the objectives of a problem, and return them as a tuple.
+
+    Parameters
+    ----------
+    names
+        Names of objectives in `OBJECTIVES`.
+    has_required_sigma
+        Whether the scenario requires 1-sigmas of states, which "t_required" needs.
 
     Raises
     ------
     InvalidValue
-        If a name is unknown or repeated, or needs required 1-sigmas that the scenario lacks.
+        If a name is unknown or repeated, or needs requirements that the scenario does not have.
     """
     if isinstance(names, str) or not names:
         raise InvalidValue("objectives", names, "expected a list of at least one name")
@@ -62,16 +70,16 @@ def _build_resource_objective(label: str, column: int) -> SuiteObjective:
     return SuiteObjective(
         label,
         lambda model, result, resources: resources[:, column],
-        lambda values, scenario, greatest: values / greatest[column],
+        lambda values, scenario, maximum: values / maximum[column],
     )
 
 
 def _build_plan_objective(name: str) -> SuiteObjective:
-    own = PLAN_OBJECTIVES[name]
+    objective = PLAN_OBJECTIVES[name]
     return SuiteObjective(
-        own.label,
-        lambda model, result, resources: own.value(model, result),
-        lambda values, scenario, greatest: own.indicator(values, scenario),
+        objective.label,
+        lambda model, result, resources: objective.value(model, result),
+        lambda values, scenario, maximum: objective.indicator(values, scenario),
     )
 
 
@@ -80,6 +88,7 @@ def _compute_accuracy(model: FilterModel, result: Evaluation, resources: Floats)
     return np.where(np.isnan(result.t_end), np.nan, accuracy)
 
 
+#: Objectives by name.
 OBJECTIVES = {
     "price": _build_resource_objective("price [kEUR]", 0),
     "mass": _build_resource_objective("mass [g]", 1),
@@ -87,7 +96,7 @@ OBJECTIVES = {
     "attitude": SuiteObjective(
         "attitude 1-sigma [deg]",
         _compute_accuracy,
-        lambda values, scenario, greatest: (
+        lambda values, scenario, maximum: (
             np.log10(values / _REFERENCE_ACCURACY_DEG) / _INDICATOR_DECADES
         ),
     ),

@@ -1,4 +1,4 @@
-"""Selection of a sensor suite and its calibration maneuvers as a pymoo problem."""
+"""Joint selection of a sensor suite and its calibration maneuvers, as a pymoo problem."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from mgeo_suite.suites import MountingPlace, SuiteModels, evaluate_choices
 if TYPE_CHECKING:
     from mgeo_suite.view import SuiteView
 
-#: Objectives of each preset; all have the scenario of ``cubesat.toml``.
+#: Objectives of each preset. All presets have the scenario of ``cubesat.toml``.
 PRESETS: Mapping[str, tuple[str, ...]] = {
     "cubesat": ("price", "attitude"),
     "cubesat_time": ("price", "attitude", "t_end"),
@@ -36,40 +36,42 @@ _OPTION_KEYS = ("preset", "scenario", "catalog", "objectives")
 
 
 def load_scenario_table() -> dict[str, Any]:
-    """Return the scenario of the presets as a table for `Scenario.from_dict`."""
+    """Return the scenario of the presets as nested dicts, as `Scenario.from_dict` expects them."""
     text = Path(__file__).with_name("cubesat.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
 
 
 class SensorSuiteProblem(ProblemMixin, Problem):
-    """Minimize the cost of a suite of attitude sensors and the attitude error after calibration.
+    """Problem of selecting a sensor suite and its calibration maneuvers, at least cost and error.
 
-    Variables are pymoo's `Choice` of a grade of gyro, magnetometer, star tracker (or none) and Sun
-    sensor on each face (or none), followed by the real variables of the maneuvers: ωx, ωy, ωz
-    [deg/s] and duration [s] of each maneuver, as in `mgeo_attitude.AttitudeManeuverProblem`. A
-    design is a dict of the variables, or a row of numbers in which a choice is the index of its
-    option. Constraints of the scenario are inequality constraints, see `constraint_names`.
+    The cost is the price, mass or power of the suite. The error is the attitude 1-sigma after the
+    maneuvers. The first variables are pymoo's `Choice` of a grade of gyro, magnetometer, star
+    tracker (or none), and Sun sensor on each face (or none). The others are the real variables of
+    the maneuvers, as in `mgeo_attitude.AttitudeManeuverProblem`: body rates ωx, ωy, ωz [deg/s] and
+    duration [s] of each maneuver. A design is a dict by variable, or a row of numbers in which a
+    choice is the index of its option. The constraints of the scenario are inequality constraints,
+    see `constraint_names`.
 
     Parameters
     ----------
     scenario : Scenario, optional
-        Orbit, constraints and criteria; its gyro and sensors are ignored. Default: a cubesat in the
+        Orbit, constraints and criteria. Its gyro and sensors are ignored. Default: a cubesat in the
         orbit of `Scenario.cubesat_6u`, with one orbit for the calibration.
     catalog : Catalog, optional
-        Default: `Catalog.default()`.
+        Grades of the instruments. Default: `Catalog.default()`.
     objectives : sequence of str
-        Objectives, of "price", "mass", "power", "attitude" (attitude 1-sigma after calibration),
-        "t_end", "t_required" and "trace".
+        Names of the objectives, from "price", "mass", "power", "attitude" (attitude 1-sigma after
+        the calibration), "t_end", "t_required" and "trace".
     threads : int, optional
-        Number of threads of an evaluation; default: the processors available to the process. The
-        result does not depend on it.
+        Number of threads of an evaluation, on which the results do not depend. Default: the number
+        of processors available to the process.
 
     Raises
     ------
     TypeError, ValueError
         If an argument has the wrong type or an objective is unknown, or if the scenario has Monte
-        Carlo runs, requirements on sensors that a suite may lack, or a start that violates a
-        constraint.
+        Carlo runs, requirements on sensors that a suite may lack, or an initial state that violates
+        a constraint.
 
     Examples
     --------
@@ -103,68 +105,115 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         validate_initial_state(self.scenario)
         self._cache = EvaluationCache()
         self._constraints = list_constraints(self.scenario)
-        self.obj_names = tuple(entry.label for entry in self._list_objectives())
-        self.constraint_names = tuple(entry.label for entry in self._constraints)
-        declared = {place.name: Choice(options=list(place.options)) for place in self.suites.places}
+        self.obj_names = tuple(objective.label for objective in self._list_objectives())
+        self.constraint_names = tuple(constraint.label for constraint in self._constraints)
+        variables = {
+            place.name: Choice(options=list(place.options)) for place in self.suites.places
+        }
         limits = self.scenario.maneuvers
-        rate, longest = limits.max_rate_deg_s, limits.max_duration
+        max_rate, max_duration = limits.max_rate_deg_s, limits.max_duration
         for m in range(1, limits.count + 1):
             for axis in "xyz":
-                declared[f"omega_{axis}_{m} [deg/s]"] = Real(bounds=(-rate, rate))
-            declared[f"duration_{m} [s]"] = Real(bounds=(0.0, longest))
-        self.var_names = tuple(declared)
+                variables[f"omega_{axis}_{m} [deg/s]"] = Real(bounds=(-max_rate, max_rate))
+            variables[f"duration_{m} [s]"] = Real(bounds=(0.0, max_duration))
+        self.var_names = tuple(variables)
         super().__init__(
-            vars=declared, n_obj=len(self.objectives), n_ieq_constr=len(self.constraint_names)
+            vars=variables, n_obj=len(self.objectives), n_ieq_constr=len(self.constraint_names)
         )
 
     def split_designs(self, X: ArrayLike) -> tuple[Ints, Floats]:
-        """Split designs into option indices, shape (n, n_places), and maneuvers, shape (n, 4 m).
+        """Split designs into two arrays: option indices of the instruments, and maneuvers.
+
+        Parameters
+        ----------
+        X : array_like, shape (n, n_var) or (n,)
+            Designs as numbers or as dicts.
+
+        Returns
+        -------
+        choices : array of int, shape (n, n_places)
+            Index of the selected option of each mounting place.
+        maneuvers : array, shape (n, 4 n_maneuvers)
+            Body rates [deg/s] and duration [s] of each maneuver.
 
         Raises
         ------
         TypeError, ValueError
-            If the designs are neither (n,) dicts nor (n, n_var) numbers within the bounds.
+            If a design is neither a dict of the variables nor numbers, or an option does not exist.
         """
-        k, numbers = len(self.suites.places), self.encode_designs(X)
-        with np.errstate(invalid="ignore"):  # NaN is reported below
-            choices = numbers[:, :k].astype(np.int64)
+        n_places, numbers = len(self.suites.places), self.encode_designs(X)
+        with np.errstate(invalid="ignore"):  # NaN is reported as an error below.
+            choices = numbers[:, :n_places].astype(np.int64)
         for j, place in enumerate(self.suites.places):
-            wrong = (numbers[:, j] != choices[:, j]) | (choices[:, j] < 0)
-            wrong |= choices[:, j] >= len(place.options)
-            if wrong.any():
+            is_invalid = (numbers[:, j] != choices[:, j]) | (choices[:, j] < 0)
+            is_invalid |= choices[:, j] >= len(place.options)
+            if is_invalid.any():
                 raise ValueError(
-                    f"{place.name} = {numbers[wrong][0, j]}: expected a whole number from 0 to "
-                    f"{len(place.options) - 1}, of {', '.join(place.options)}"
+                    f"{place.name} = {numbers[is_invalid][0, j]}: expected a whole number from 0 "
+                    f"to {len(place.options) - 1}, of {', '.join(place.options)}"
                 )
-        return choices, numbers[:, k:]
+        return choices, numbers[:, n_places:]
 
     def run_filter(self, X: ArrayLike, history: bool = False) -> Evaluation:
-        """Run the filter for designs; the results contain only states that all suites have."""
+        """Return the results of the Kalman filter for each design, with the sensors of its suite.
+
+        Parameters
+        ----------
+        X : array_like, shape (n, n_var) or (n,)
+            Designs as numbers or as dicts.
+        history : bool
+            Whether to include the variances after each step.
+
+        Returns
+        -------
+        Evaluation
+            Results with the covariance of the states that all suites have: attitude and gyro.
+        """
         return evaluate_choices(self.suites, *self.split_designs(X), self.threads, history)
 
     def _evaluate(self, X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         numbers = self.encode_designs(X)
-        decode_designs(
-            self.split_designs(numbers)[1]
-        )  # reports an invalid design by its index in the whole batch
+        # An error names the index of an invalid design in the whole batch, not in a part of it.
+        decode_designs(self.split_designs(numbers)[1])
         values = self._cache.evaluate(numbers, self._compute_values)
         out["F"], out["G"] = np.split(values, [self.n_obj], axis=1)
 
     def _compute_values(self, designs: Floats) -> Floats:
-        """Return objectives and constraints side by side, shape (n, n_obj + n_ieq_constr)."""
+        """Return objectives and constraint violations of designs, as columns of one array."""
         result = self.run_filter(designs)
         resources = self.suites.compute_resources(self.split_designs(designs)[0])
         columns = [
-            entry.value(self.suites.model, result, resources) for entry in self._list_objectives()
+            objective.value(self.suites.model, result, resources)
+            for objective in self._list_objectives()
         ]
-        columns += [entry.compute_violations(result).max(axis=0) for entry in self._constraints]
+        columns += [
+            constraint.compute_violations(result).max(axis=0) for constraint in self._constraints
+        ]
         return np.column_stack(columns)
 
     def _list_objectives(self) -> list[SuiteObjective]:
         return [OBJECTIVES[name] for name in self.objectives]
 
     def encode_designs(self, X: ArrayLike) -> Floats:
-        """Convert designs to numbers, shape (n, n_var), with options as their indices."""
+        """Encode mixed-variable designs, given as dicts, as rows of a float array.
+
+        Designs that are numbers already are returned as a float array.
+
+        Parameters
+        ----------
+        X : array_like, shape (n, n_var) or (n,)
+            Designs as numbers or as dicts by variable.
+
+        Returns
+        -------
+        array, shape (n, n_var)
+            Designs in which a selected option is represented by its index.
+
+        Raises
+        ------
+        ValueError
+            If a dict lacks a variable or has an unknown option, or the array has another shape.
+        """
         designs = np.asarray(X)
         if designs.dtype == object and designs.ndim == 1:
             rows = []
@@ -183,10 +232,19 @@ class SensorSuiteProblem(ProblemMixin, Problem):
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> SensorSuiteProblem:
-        """Construct the problem from options, a ``preset`` and overrides.
+        """Construct the problem from the options of a scenario file: a preset, and changes of it.
 
-        ``scenario`` and ``catalog`` are tables (`Scenario.from_dict`, `Catalog.from_dict`);
-        ``objectives`` is a list of names.
+        Parameters
+        ----------
+        options : mapping
+            ``preset``, a name in `PRESETS`; ``scenario`` and ``catalog``, tables for
+            `Scenario.from_dict` and `Catalog.from_dict`; and ``objectives``, a list of names. All
+            are optional.
+
+        Raises
+        ------
+        InvalidValue
+            (ValueError) If a key is unknown or a value is invalid. The message names the key.
         """
         for key, value in options.items():
             if key not in _OPTION_KEYS:
@@ -202,22 +260,28 @@ class SensorSuiteProblem(ProblemMixin, Problem):
             if not isinstance(options.get(key, {}), Mapping):
                 raise InvalidValue(key, options[key], "expected a table")
         arguments: dict[str, Any] = {"objectives": options.get("objectives", PRESETS[preset])}
-        for key, read in (("scenario", Scenario.from_dict), ("catalog", Catalog.from_dict)):
+        for key, from_dict in (("scenario", Scenario.from_dict), ("catalog", Catalog.from_dict)):
             try:
-                arguments[key] = read(options[key]) if key in options else None
+                arguments[key] = from_dict(options[key]) if key in options else None
             except InvalidValue as error:
                 raise error.prefix_key(key) from None
         return cls(**arguments)
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-        """Return options with the scenario and catalog files that they name replaced by tables.
+        """Return options in which the names of scenario and catalog files are replaced by tables.
 
         Parameters
         ----------
         options : mapping
+            Options of a scenario file, see `from_options`.
         folder : Path
             Folder to which the file names are relative.
+
+        Raises
+        ------
+        ValueError, OSError
+            If a file is invalid or cannot be read.
         """
         result = dict(options)
         if isinstance(name := result.get("scenario"), str):
@@ -227,11 +291,11 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         return result
 
     def to_options(self) -> dict[str, Any]:
-        """Return scenario, catalog and objectives as nested dicts of JSON types."""
+        """Return scenario, catalog and objectives as a dict of JSON types for `from_options`."""
         scenario = dataclasses.replace(
             self.scenario,
             gyro=self.suites.places[0].instruments[0],
-            sensors=(self.suites.places[1].instruments[0],),  # placeholder; the catalog is used
+            sensors=(self.suites.places[1].instruments[0],),  # placeholder, which is ignored
         )
         return {
             "scenario": scenario.to_dict(),
@@ -240,23 +304,32 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         }
 
     def map_to_indicator_space(self, F: ArrayLike) -> Floats:
-        """Scale objectives to order one for indicators, shape (n, n_obj).
+        """Return objectives scaled to order one, for the hypervolume and other indicators.
 
-        Resources are divided by those of the most expensive suite. Accuracy is the logarithm of the
-        ratio to 0.001 deg, divided by four decades. All other objectives are scaled as in the
-        attitude problem.
+        Price, mass and power are divided by their maximum over all suites. The attitude 1-sigma is
+        mapped to the decimal logarithm of its ratio to 0.001 deg, divided by four. All other
+        objectives are scaled as in `mgeo_attitude.AttitudeManeuverProblem`.
+
+        Parameters
+        ----------
+        F : array_like, shape (n, n_obj)
+            Objectives.
+
+        Returns
+        -------
+        array, shape (n, n_obj)
         """
-        greatest = np.sum([place.resources.max(axis=0) for place in self.suites.places], axis=0)
-        greatest = np.where(greatest > 0.0, greatest, 1.0)
+        maximum = np.sum([place.resources.max(axis=0) for place in self.suites.places], axis=0)
+        maximum = np.where(maximum > 0.0, maximum, 1.0)
         values = np.atleast_2d(np.asarray(F, dtype=float))
         columns = [
-            entry.indicator(column, self.scenario, greatest)
-            for entry, column in zip(self._list_objectives(), values.T, strict=True)
+            objective.indicator(column, self.scenario, maximum)
+            for objective, column in zip(self._list_objectives(), values.T, strict=True)
         ]
         return np.column_stack(columns)
 
     def view(self, X: ArrayLike) -> SuiteView:
-        """Return the view of designs, which evaluates each design once."""
+        """Return a `SuiteView`, which presents designs in tables, figures and reports."""
         from mgeo_suite.view import SuiteView
 
         return SuiteView(self, X)

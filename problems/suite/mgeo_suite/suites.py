@@ -1,8 +1,8 @@
-"""Filter models of all suites of a catalog, with few compiled kernels.
+"""Filter models of all sensor suites of a catalog, with few compiled kernels.
 
-A form is a filter model with a number of Sun sensors, with or without a star tracker. A suite is a
-variant of a form: the parameters of its grades are inputs of the kernel, and the Sun sensors of a
-form are not tied to faces. Designs of the same form are evaluated together.
+A *layout* is the number of Sun sensors together with the presence of a star tracker. All suites of
+a layout share one compiled kernel of the filter, because the error parameters and the boresights of
+the sensors are inputs of the kernel. Designs of the same layout are evaluated together.
 """
 
 from __future__ import annotations
@@ -22,22 +22,23 @@ from mgeo_attitude.settings.errors import InvalidValue
 
 from mgeo_suite.catalog import FACES, NONE, Catalog, Grade
 
-_MAX_CACHED_VARIANTS = 20_000  # cached variants; each has a suite and a few short arrays
+_MAX_CACHED_MODELS = 20_000  # cached filter models; each has a suite and a few short arrays
+#: Fields of `GradeCost` that are summed over a suite.
 RESOURCE_KEYS = ("price_keur", "mass_g", "power_mw")
 
 
 @dataclass(frozen=True)
 class MountingPlace:
-    """Mounting place of an instrument, with its options.
+    """Mounting place of one instrument on the satellite, with the grades that can be selected.
 
     Attributes
     ----------
     name : str
-        Name of the variable.
+        Name of the design variable.
     options : tuple of str
         Names of grades, preceded by "none" if the instrument is optional.
     instruments : tuple
-        Gyro or sensor of each option; None for "none".
+        Gyro or sensor of each option, None for "none".
     is_on_face : bool
         Whether the place is for a Sun sensor on a face. These places come last.
     resources : array, shape (n_options, 3)
@@ -52,9 +53,29 @@ class MountingPlace:
 
 
 class SuiteModels:
-    """Filter models of all suites of a catalog in a scenario.
+    """Filter models of all sensor suites that can be selected from a catalog.
 
-    A choice is an array of option indices, one for each of the `places`.
+    A *choice* is an array of shape (n_places,) with the index of the selected option of each
+    mounting place. It identifies a suite.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Orbit, constraints and criteria. Its gyro and sensors are ignored.
+    catalog : Catalog
+        Grades of the instruments.
+
+    Attributes
+    ----------
+    places : tuple of MountingPlace
+        Mounting places, in the order of the states of the filter.
+    scenario : Scenario
+        Scenario with the last grade of each instrument of the catalog.
+
+    Raises
+    ------
+    InvalidValue
+        If the scenario has Monte Carlo runs, or criteria of sensors that a suite may lack.
     """
 
     def __init__(self, scenario: Scenario, catalog: Catalog) -> None:
@@ -63,45 +84,61 @@ class SuiteModels:
         self.scenario = _add_instruments(scenario, gyro, tuple(sensors))
         on_face: Bools = np.array([place.is_on_face for place in self.places])
         self._n_bus_places = int(np.sum(~on_face))
-        # The number of a form has the count of Sun sensors as its lowest digit, and a bit for each
-        # of the other places.
-        self._form_weights: Ints = np.where(
+        # The ID of a layout is the number of Sun sensors, plus a bit for each of the other places.
+        self._layout_weights: Ints = np.where(
             on_face, 1, (np.sum(on_face) + 1) << np.arange(len(on_face))
         )
         self._is_optional: Bools = np.array([place.options[0] == NONE for place in self.places])
-        self._forms: dict[int, FilterModel] = {}
-        self._variants: dict[bytes, FilterModel] = {}
+        self._layout_models: dict[int, FilterModel] = {}
+        self._suite_models: dict[bytes, FilterModel] = {}
 
     def __reduce__(self) -> tuple[type[SuiteModels], tuple[Scenario, Catalog]]:
-        # A copy, in another process or a history, computes its models again.
+        # A copy, as in another process, builds its models again.
         return SuiteModels, (self.scenario, self.catalog)
 
     @cached_property
     def model(self) -> FilterModel:
-        """Form of the suite with all instruments."""
-        return self.get_form(np.array([len(place.options) - 1 for place in self.places]))
+        """Filter model of the largest suite, with an instrument at every mounting place."""
+        return self.get_layout_model(np.array([len(place.options) - 1 for place in self.places]))
 
-    def compute_form_numbers(self, choices: Ints) -> Ints:
-        """Return the form number of each choice, shape (n,), for choices of shape (n, n_places)."""
-        return self._has_instrument(choices) @ self._form_weights
+    def compute_layout_ids(self, choices: Ints) -> Ints:
+        """Return an integer per suite that encodes its number of Sun sensors and its star tracker.
 
-    def get_form(self, choice: Ints) -> FilterModel:
-        """Return the form of a choice, shape (n_places,), computed on first use."""
-        number = int(self.compute_form_numbers(choice))
-        if number not in self._forms:
-            filled, single = (
-                self._has_instrument(choice),
-                self._n_bus_places - 1,
-            )  # sensors not on a face
-            sensors, n_heads = self.scenario.sensors, np.sum(filled[self._n_bus_places :])
-            own = [sensor for n, sensor in enumerate(sensors[:single]) if filled[1 + n]]
-            own.extend(sensors[single : single + n_heads])
-            scenario = dataclasses.replace(self.scenario, sensors=tuple(own))
-            self._forms[number] = FilterModel.from_scenario(scenario, self._environment)
-        return self._forms[number]
+        Parameters
+        ----------
+        choices : array of int, shape (..., n_places)
+            Index of the selected option of each mounting place.
+
+        Returns
+        -------
+        array of int, shape (...)
+        """
+        return self._has_instrument(choices) @ self._layout_weights
+
+    def get_layout_model(self, choice: Ints) -> FilterModel:
+        """Return a filter model with the same number of sensors of each kind as a suite.
+
+        The suite can use the compiled kernel of this model, which is built on first use. The
+        sensors of the model have the errors of the last grade in the catalog.
+
+        Parameters
+        ----------
+        choice : array of int, shape (n_places,)
+            Index of the selected option of each mounting place.
+        """
+        layout_id = int(self.compute_layout_ids(choice))
+        if layout_id not in self._layout_models:
+            is_filled, all_sensors = self._has_instrument(choice), self.scenario.sensors
+            n_bus_sensors = self._n_bus_places - 1  # all places but the gyro and the faces
+            n_sun_sensors = np.sum(is_filled[self._n_bus_places :])
+            sensors = [s for n, s in enumerate(all_sensors[:n_bus_sensors]) if is_filled[1 + n]]
+            sensors.extend(all_sensors[n_bus_sensors : n_bus_sensors + n_sun_sensors])
+            scenario = dataclasses.replace(self.scenario, sensors=tuple(sensors))
+            self._layout_models[layout_id] = FilterModel.from_scenario(scenario, self._environment)
+        return self._layout_models[layout_id]
 
     def _has_instrument(self, choices: Ints) -> Bools:
-        """Return which places of choices, shape (..., n_places), have an instrument."""
+        """Return a boolean array, True where the option of a mounting place is an instrument."""
         return (choices > 0) | ~self._is_optional
 
     @cached_property
@@ -109,55 +146,75 @@ class SuiteModels:
         return Environment.from_scenario(self.scenario)
 
     def compute_resources(self, choices: Ints) -> Floats:
-        """Return price [kEUR], mass [g] and power [mW] of choices (n, n_places), shape (n, 3)."""
+        """Return the price, mass and power of suites, summed over their instruments.
+
+        Parameters
+        ----------
+        choices : array of int, shape (n, n_places)
+            Index of the selected option of each mounting place.
+
+        Returns
+        -------
+        array, shape (n, 3)
+            Price [kEUR], mass [g] and power [mW].
+        """
         parts = [place.resources[choices[:, k]] for k, place in enumerate(self.places)]
         total: Floats = np.sum(parts, axis=0)
         return total
 
-    def get_variant(self, choice: Ints) -> FilterModel:
-        """Return the filter model of a choice, shape (n_places,)."""
+    def get_suite_model(self, choice: Ints) -> FilterModel:
+        """Return the filter model with the gyro and sensors of a suite, built on first use.
+
+        Parameters
+        ----------
+        choice : array of int, shape (n_places,)
+            Index of the selected option of each mounting place.
+        """
         key = choice.tobytes()
-        model = self._variants.get(key)
+        model = self._suite_models.get(key)
         if model is None:
-            if len(self._variants) >= _MAX_CACHED_VARIANTS:
-                self._variants.clear()
-            model = self._variants[key] = self._build_variant(choice)
+            if len(self._suite_models) >= _MAX_CACHED_MODELS:
+                self._suite_models.clear()
+            model = self._suite_models[key] = self._build_suite_model(choice)
         return model
 
     def get_option_names(self, choice: Ints) -> dict[str, str]:
-        """Return the option of each place by name."""
+        """Return the name of the selected grade of each mounting place, as a dict by place."""
         return {
             place.name: place.options[number]
             for place, number in zip(self.places, choice, strict=True)
         }
 
     def describe_suite(self, choice: Ints) -> str:
-        """Describe a suite, such as ``mems gyro, boom magnetometer, 1 fine Sun sensor (+x)``."""
+        """Return the sensors of a suite as text.
+
+        An example is ``mems gyro, boom magnetometer, 1 fine Sun sensor (+x)``.
+        """
         names = self.get_option_names(choice)
         parts = [f"{names['gyro']} gyro", f"{names['magnetometer']} magnetometer"]
         if (tracker := names.get("star tracker", NONE)) != NONE:
             parts.append(f"{tracker} star tracker")
-        heads: dict[str, list[str]] = {}
+        faces_by_grade: dict[str, list[str]] = {}
         for place, grade in names.items():
             if place.startswith("Sun sensor") and grade != NONE:
-                heads.setdefault(grade, []).append(place.removeprefix("Sun sensor "))
-        for grade, faces in heads.items():
-            many = "s" if len(faces) > 1 else ""
-            parts.append(f"{len(faces)} {grade} Sun sensor{many} ({', '.join(faces)})")
+                faces_by_grade.setdefault(grade, []).append(place.removeprefix("Sun sensor "))
+        for grade, faces in faces_by_grade.items():
+            plural = "s" if len(faces) > 1 else ""
+            parts.append(f"{len(faces)} {grade} Sun sensor{plural} ({', '.join(faces)})")
         return ", ".join(parts)
 
-    def _build_variant(self, choice: Ints) -> FilterModel:
-        form = self.get_form(choice)
-        chosen = (p.instruments[n] for p, n in zip(self.places, choice, strict=True))
-        gyro, *sensors = (each for each in chosen if each is not None)
-        named = zip(form.suite.sensors, sensors, strict=True)
+    def _build_suite_model(self, choice: Ints) -> FilterModel:
+        layout_model = self.get_layout_model(choice)
+        selected = (p.instruments[n] for p, n in zip(self.places, choice, strict=True))
+        gyro, *sensors = (instrument for instrument in selected if instrument is not None)
+        pairs = zip(layout_model.suite.sensors, sensors, strict=True)
         suite = Suite(
             gyro,
-            tuple(_rename_sensor(sensor, place.name) for place, sensor in named),
-            form.suite.environment_errors,
+            tuple(_rename_sensor(sensor, place.name) for place, sensor in pairs),
+            layout_model.suite.environment_errors,
         )
         sigma = suite.initial_sigma(np.radians(self.scenario.initial.attitude_deg))
-        return dataclasses.replace(form, suite=suite, initial_sigma=sigma)
+        return dataclasses.replace(layout_model, suite=suite, initial_sigma=sigma)
 
 
 @cache
@@ -166,7 +223,13 @@ def _rename_sensor(sensor: Sensor, name: str) -> Sensor:
 
 
 def list_places(catalog: Catalog) -> Iterator[MountingPlace]:
-    """Yield the places of all instruments in the order of the filter's states."""
+    """Yield the mounting places of gyro and sensors, in the order of the states of the filter.
+
+    Parameters
+    ----------
+    catalog : Catalog
+        Grades of the instruments, which become the options of the places.
+    """
     yield _build_place("gyro", catalog.gyros)
     yield _build_place("magnetometer", catalog.magnetometers, name="mag")
     if catalog.star_trackers:
@@ -174,8 +237,10 @@ def list_places(catalog: Catalog) -> Iterator[MountingPlace]:
     if catalog.sun_sensors:
         for face in catalog.faces:
             name = f"sun_{face.replace('+', 'p').replace('-', 'n')}"
-            where = {"name": name, "boresight": FACES[face]}
-            place = _build_place(f"Sun sensor {face}", catalog.sun_sensors, optional=True, **where)
+            mounting = {"name": name, "boresight": FACES[face]}
+            place = _build_place(
+                f"Sun sensor {face}", catalog.sun_sensors, optional=True, **mounting
+            )
             yield dataclasses.replace(place, is_on_face=True)
 
 
@@ -192,18 +257,18 @@ def _build_place(
 
 
 def _add_instruments(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -> Scenario:
-    """Return the scenario with all instruments of the catalog.
+    """Return a copy of the scenario with the given gyro and sensors.
 
     Raises
     ------
     InvalidValue
-        If a requirement or weight refers to an instrument that a suite may lack, or if the scenario
+        If a requirement or a weight refers to a sensor that a suite may lack, or if the scenario
         has Monte Carlo runs.
     """
-    always = ("attitude", "gyro.", "mag.")
+    common_prefixes = ("attitude", "gyro.", "mag.")
     for section in ("required_sigma", "trace_weights"):
         for key, value in getattr(scenario, section).items():
-            if not key.startswith(always):
+            if not key.startswith(common_prefixes):
                 raise InvalidValue(
                     f"{section}.{key}",
                     value,
@@ -220,29 +285,46 @@ def _add_instruments(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -
 def evaluate_choices(
     suites: SuiteModels, choices: Ints, maneuvers: Floats, threads: int | None, history: bool
 ) -> Evaluation:
-    """Run the filter for n choices with their maneuvers, shape (n, 4 m).
+    """Return the results of the Kalman filter for designs, each with its own suite and maneuvers.
 
-    The results contain only the states that all forms share: attitude and gyro.
+    Parameters
+    ----------
+    suites : SuiteModels
+        Filter models of the suites.
+    choices : array of int, shape (n, n_places)
+        Index of the selected option of each mounting place.
+    maneuvers : array, shape (n, 4 n_maneuvers)
+        Body rates [deg/s] and duration [s] of each maneuver.
+    threads : int, optional
+        Number of threads.
+    history : bool
+        Whether to include the variances after each step.
+
+    Returns
+    -------
+    Evaluation
+        Results in the order of the designs, with the covariance of the states that all suites have:
+        attitude and gyro.
     """
     if not len(choices):
         return evaluate(suites.model, maneuvers, covariance=True)
-    distinct, which = np.unique(choices, axis=0, return_inverse=True)
-    forms, which = suites.compute_form_numbers(distinct), which.reshape(-1)
+    distinct, inverse = np.unique(choices, axis=0, return_inverse=True)
+    layout_ids, inverse = suites.compute_layout_ids(distinct), inverse.reshape(-1)
     parts = []
-    for number in np.unique(forms):
-        same = np.flatnonzero(forms == number)
-        rows = np.flatnonzero(forms[which] == number)
-        form = suites.get_form(distinct[same[0]])
+    for layout_id in np.unique(layout_ids):
+        same_layout = np.flatnonzero(layout_ids == layout_id)
+        rows = np.flatnonzero(layout_ids[inverse] == layout_id)
+        layout_model = suites.get_layout_model(distinct[same_layout[0]])
         result = evaluate(
-            form,
+            layout_model,
             maneuvers[rows],
             threads,
             history=history,
             covariance=True,
-            variants=[suites.get_variant(choice) for choice in distinct[same]],
-            variant_index=np.searchsorted(same, which[rows]),
+            variants=[suites.get_suite_model(choice) for choice in distinct[same_layout]],
+            variant_index=np.searchsorted(same_layout, inverse[rows]),
         )
-        parts.append((rows, _truncate_states(result, form.suite.n_kinematic)))
+        parts.append((rows, _truncate_states(result, layout_model.suite.n_kinematic)))
     return _concatenate_results(parts, suites, maneuvers)
 
 
@@ -255,12 +337,12 @@ def _truncate_states(result: Evaluation, n: int) -> Evaluation:
 def _concatenate_results(
     parts: list[tuple[Ints, Evaluation]], suites: SuiteModels, maneuvers: Floats
 ) -> Evaluation:
-    """Concatenate results in the order of their rows."""
+    """Concatenate filter results of several batches in the original order of the designs."""
     order = np.argsort(np.concatenate([rows for rows, _ in parts]))
-    joined = {}
+    arrays = {}
     for field in dataclasses.fields(Evaluation):
         values = [getattr(result, field.name) for _, result in parts]
         if isinstance(values[0], np.ndarray):
             stacked = np.concatenate(values)
-            joined[field.name] = stacked[order] if len(stacked) else stacked
-    return Evaluation(**joined, plan=suites.model.build_schedule(maneuvers))
+            arrays[field.name] = stacked[order] if len(stacked) else stacked
+    return Evaluation(**arrays, plan=suites.model.build_schedule(maneuvers))

@@ -1,4 +1,4 @@
-"""View of sensor suites and their plans that the command line and reports of mgeo display."""
+"""Presentation of sensor suites and their maneuvers in the command line and reports of mgeo."""
 
 from __future__ import annotations
 
@@ -22,40 +22,44 @@ from mgeo_suite.problem import SensorSuiteProblem
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-#: Accuracies [deg] for which the least price of a front is reported.
+#: Attitude 1-sigmas [deg] for which the minimum price on a front is reported.
 ACCURACY_LEVELS_DEG = (1.0, 0.1, 0.03)
 
 
 class SuiteView(View):
-    """View of n designs, shape (n, n_var), each evaluated once; see `mgeo.View`."""
+    """Tables, texts and figures of designs of a `SensorSuiteProblem`, for reports.
+
+    See `mgeo.View`. Each design is evaluated once.
+    """
 
     problem: SensorSuiteProblem
 
     @cached_property
     def choices(self) -> Ints:
-        """Option indices, shape (n, n_places)."""
+        """Index of the selected option of each mounting place, shape (n, n_places)."""
         return self.problem.split_designs(self.X)[0]
 
     @cached_property
     def maneuvers(self) -> Floats:
-        """Maneuvers, shape (n, 4 m), in deg/s and s."""
+        """Body rates [deg/s] and duration [s] of each maneuver, shape (n, 4 n_maneuvers)."""
         return self.problem.split_designs(self.X)[1]
 
     @cached_property
     def resources(self) -> Floats:
-        """Price [kEUR], mass [g] and power [mW], shape (n, 3)."""
+        """Price [kEUR], mass [g] and power [mW] of the suite of each design, shape (n, 3)."""
         return self.problem.suites.compute_resources(self.choices)
 
     @cached_property
     def evaluation(self) -> Evaluation:
-        """Filter runs of the designs."""
+        """Results of the Kalman filter along the maneuvers of each design."""
         return self.problem.run_filter(self.X)
 
     def describe(self) -> pd.DataFrame:
-        """Return a table with one row per design.
+        """Return a table of cost, accuracy, sensors and maneuvers, with one row per design.
 
-        Columns: price, mass and power; the attitude 1-sigma at t_end about the worst of all axes;
-        t_end; the suite as text, and the option of each place; one text per maneuver.
+        The columns are price, mass and power; the attitude 1-sigma at t_end about the worst of all
+        axes; t_end; the suite as text; the option of each mounting place; and each maneuver as
+        text.
         """
         import pandas as pd
 
@@ -78,33 +82,34 @@ class SuiteView(View):
         return pd.DataFrame(columns)
 
     def summaries(self) -> list[str]:
-        """Return a line on cost, accuracy and sensors of each design."""
+        """Return one line of text per design: price, attitude accuracy, t_end and sensors."""
         lines = []
         for i, choice in enumerate(self.choices):
             t_end = self.evaluation.t_end[i]
             if np.isnan(t_end):
-                lines.append("the filter's covariance lost positivity")
+                lines.append("the covariance of the filter lost its positive definiteness")
                 continue
             accuracy = format_two_digits(
                 float(attitude_accuracy_deg(self.evaluation.covariance[i]))
             )
+            suite = self.problem.suites.describe_suite(choice)
             lines.append(
                 f"{self.resources[i, 0]:.4g} kEUR; attitude {accuracy} deg (1-sigma, worst of all "
-                f"axes) after {format_duration(t_end)}; {self.problem.suites.describe_suite(choice)}"
+                f"axes) after {format_duration(t_end)}; {suite}"
             )
         return lines
 
     def constraints(self) -> list[pd.DataFrame]:
-        limits = [
-            each
+        bounds = [
+            bound
             for constraint in list_constraints(self.problem.scenario)
-            for each in constraint.bounds
+            for bound in constraint.bounds
         ]
-        excesses = np.array([limit.compute_violation(self.evaluation) for limit in limits]).T
-        return build_constraint_tables(limits, excesses.reshape(len(self.X), len(limits)))
+        violations = np.array([bound.compute_violation(self.evaluation) for bound in bounds]).T
+        return build_constraint_tables(bounds, violations.reshape(len(self.X), len(bounds)))
 
     def figures(self) -> dict[str, go.Figure]:
-        """Return ``front``, price against accuracy, and ``sensors``, the selected options."""
+        """Return two figures of the front: accuracy over price, and the selected sensors."""
         from mgeo_suite.figures import draw_figures
 
         price = self.resources[:, 0]
@@ -113,72 +118,76 @@ class SuiteView(View):
         )
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """Return figures of the body rates and of the attitude 1-sigma of each design."""
+        """Return time histories of body rates and attitude 1-sigma of each design, as figures."""
         from mgeo_suite.figures import draw_solution_figures
 
         model = self.problem.suites.model
         results = (
             self.problem.run_filter(self.X[[row]], history=True) for row in range(len(self.X))
         )
-        return [draw_solution_figures(model, each) for each in results]
+        return [draw_solution_figures(model, result) for result in results]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
-        """Return the least price at which a front reaches each of `ACCURACY_LEVELS_DEG`, if it does."""
+        """Return the minimum price on a front for each accuracy of `ACCURACY_LEVELS_DEG`.
+
+        Accuracies that the front does not reach are left out.
+        """
         objectives = self.problem.objectives
         if not {"price", "attitude"} <= set(objectives):
             return {}
         price, accuracy = (np.atleast_2d(F)[:, objectives.index(n)] for n in ("price", "attitude"))
         return {
-            f"price of {least:g} deg [kEUR]": float(price[accuracy <= least].min())
-            for least in ACCURACY_LEVELS_DEG
-            if (accuracy <= least).any()
+            f"price of {level:g} deg [kEUR]": float(price[accuracy <= level].min())
+            for level in ACCURACY_LEVELS_DEG
+            if (accuracy <= level).any()
         }
 
 
 def summarize_front(
     problem: SensorSuiteProblem, X: ArrayLike, F: Floats, budgets: Floats
 ) -> list[str]:
-    """Summarize a front of price against accuracy in sentences.
+    """Return sentences on the most accurate suite per budget, and the cheapest per accuracy.
+
+    The first sentences name the most accurate suite within each budget. The others name, for each
+    accuracy of `ACCURACY_LEVELS_DEG`, the minimum price with and without a star tracker.
 
     Parameters
     ----------
     problem : SensorSuiteProblem
+        Problem whose objectives include "price" and "attitude".
     X : array_like, shape (n, n_var)
+        Designs of the front.
     F : array, shape (n, n_obj)
+        Objectives of the front.
     budgets : array
         Budgets [kEUR].
-
-    Returns
-    -------
-    list of str
-        The most accurate suite within each budget; then, for each accuracy of `ACCURACY_LEVELS_DEG`, the
-        least price, with and without a star tracker.
     """
     choices, _ = problem.split_designs(X)
     price, accuracy = (F[:, problem.objectives.index(n)] for n in ("price", "attitude"))
     names = [problem.suites.get_option_names(choice) for choice in choices]
-    blind = np.array([each.get("star tracker", NONE) == NONE for each in names])
+    lacks_tracker = np.array([options.get("star tracker", NONE) == NONE for options in names])
     lines = []
     for budget in budgets:
-        within = np.flatnonzero(price <= budget)
-        if not len(within):
-            lines.append(f"Within {budget:g} kEUR there is no suite.")
+        rows = np.flatnonzero(price <= budget)
+        if not len(rows):
+            lines.append(f"Within {budget:g} kEUR, there is no suite.")
             continue
-        best = within[np.argmin(accuracy[within])]
+        best = rows[np.argmin(accuracy[rows])]
         lines.append(
-            f"Within {budget:g} kEUR the best is {format_two_digits(accuracy[best])} deg, for "
-            f"{price[best]:.4g}: {problem.suites.describe_suite(choices[best])}."
+            f"Within {budget:g} kEUR, the most accurate suite reaches "
+            f"{format_two_digits(accuracy[best])} deg for {price[best]:.4g} kEUR: "
+            f"{problem.suites.describe_suite(choices[best])}."
         )
-    for least in ACCURACY_LEVELS_DEG:
-        reach = accuracy <= least
-        if not reach.any():
-            lines.append(f"Nothing that was found reaches {least:g} deg.")
+    for level in ACCURACY_LEVELS_DEG:
+        is_reached = accuracy <= level
+        if not is_reached.any():
+            lines.append(f"No suite of the front reaches {level:g} deg.")
             continue
-        cheapest = np.flatnonzero(reach)[np.argmin(price[reach])]
-        sentence = f"{least:g} deg takes {price[cheapest]:.4g} kEUR"
-        if (reach & blind).any():
-            sentence += f", and no star tracker from {price[reach & blind].min():.4g} kEUR on"
+        sentence = f"{level:g} deg is reached from {price[is_reached].min():.4g} kEUR"
+        without_tracker = price[is_reached & lacks_tracker]
+        if len(without_tracker):
+            sentence += f", and without a star tracker from {without_tracker.min():.4g} kEUR"
         else:
-            sentence += "; nothing without a star tracker reaches it"
+            sentence += ", but not without a star tracker"
         lines.append(f"{sentence}.")
     return lines

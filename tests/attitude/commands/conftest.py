@@ -1,4 +1,4 @@
-"""A run folder, written once and never touched, and the command run in this process."""
+"""Fixtures: a run folder, which tests do not modify, and the command in this process."""
 
 import dataclasses
 
@@ -30,7 +30,7 @@ def front(folder):
 
 @pytest.fixture(scope="session")
 def violating(tmp_path_factory):
-    """A plan's file; its wheels would have to hold ten times what they can."""
+    """File of a plan whose wheels would need ten times their maximum momentum."""
     wheels = Wheels(inertia=(0.1, 0.1, 0.1), max_momentum=0.1 * np.radians(0.1))
     scenario = dataclasses.replace(Scenario.paper(), duration=600.0, wheels=wheels)
     path = tmp_path_factory.mktemp("plans") / "violating.json"
@@ -40,7 +40,7 @@ def violating(tmp_path_factory):
 
 @pytest.fixture
 def run():
-    """Run ``mgeo attitude`` with arguments; its exit code must be what is expected."""
+    """Function that runs ``mgeo attitude`` with arguments and checks the exit code."""
 
     def invoke(*arguments, code=0):
         done = CliRunner().invoke(app, ["attitude", *map(str, arguments)], prog_name="mgeo")

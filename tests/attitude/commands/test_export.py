@@ -1,11 +1,11 @@
-"""``mgeo attitude export``: files that read back as the plan."""
+"""``mgeo attitude export``: files from which the plan is read back."""
 
 import brahe.ccsds
 import pytest
 from mgeo_attitude.plan import read_json, to_csv, to_uplink_csv
 
 
-def test_all_formats(run, folder, front, tmp_path):
+def test_export_in_several_formats(run, folder, front, tmp_path):
     paths = [tmp_path / f"plan{suffix}" for suffix in (".json", ".csv", ".aem", ".uplink.csv")]
     flags = ("--pick", "min-trace", "--originator", "INPE", "--aem-version", "2.0")
     done = run("export", folder, *paths, *flags)
@@ -20,30 +20,32 @@ def test_all_formats(run, folder, front, tmp_path):
     assert sorted(tmp_path.iterdir()) == sorted(paths)
 
 
-def test_nothing_is_replaced_unless_allowed(run, folder, tmp_path):
+def test_existing_files_are_not_replaced_without_overwrite(run, folder, tmp_path):
     path = tmp_path / "plan.csv"
     path.write_text("precious")
     done = run("export", folder, tmp_path / "plan.json", path, code=2)
     assert "plan.csv exists: choose another name or allow --overwrite" in done.stderr
-    assert list(tmp_path.iterdir()) == [path]  # not even the first
+    assert list(tmp_path.iterdir()) == [path]  # The other file is not written either.
     assert path.read_text() == "precious"
     run("export", folder, path, "--overwrite")
     assert path.read_text().startswith("row,phase,")
 
 
-def test_a_plan_that_violates_a_constraint_is_refused_unless_forced(run, violating, tmp_path):
+def test_violating_plan_is_rejected_without_force(run, violating, tmp_path):
     paths = [tmp_path / f"plan{suffix}" for suffix in (".json", ".csv", ".aem")]
     done = run("export", violating, *paths, code=2)
-    told = "wheel momentum 0.00174533 N m s, at most 0.000174533 N m s, violated by 0.00157 N m s"
+    violation = (
+        "wheel momentum 0.00174533 N m s, at most 0.000174533 N m s, violated by 0.00157 N m s"
+    )
     assert done.stderr == (
-        f"Error: the plan violates 1 of its scenario's constraints ({told}): choose another plan "
-        "or allow --force\n"
+        f"Error: the plan violates 1 of its scenario's constraints ({violation}): choose another "
+        "plan or allow --force\n"
     )
     assert list(tmp_path.iterdir()) == []
     run("export", violating, *paths, "--force")
     assert read_json(paths[0]) == read_json(violating)
-    assert f"# VIOLATED CONSTRAINT: {told}\nrow," in paths[1].read_text(encoding="utf-8")
-    assert f"\nCOMMENT VIOLATED CONSTRAINT: {told}\n" in paths[2].read_text(encoding="utf-8")
+    assert f"# VIOLATED CONSTRAINT: {violation}\nrow," in paths[1].read_text(encoding="utf-8")
+    assert f"\nCOMMENT VIOLATED CONSTRAINT: {violation}\n" in paths[2].read_text(encoding="utf-8")
 
 
 @pytest.mark.cases(2)
@@ -55,7 +57,7 @@ def test_a_plan_that_violates_a_constraint_is_refused_unless_forced(run, violati
         (("a.aem", "--originator", "Mixed"), "originator = 'Mixed'"),
     ],
 )
-def test_bad_arguments(run, folder, tmp_path, monkeypatch, arguments, message):
+def test_invalid_arguments_are_rejected(run, folder, tmp_path, monkeypatch, arguments, message):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder.csv").mkdir()
     done = run("export", folder, *arguments, code=2)

@@ -1,4 +1,4 @@
-"""Designs, and the kernel against the reference filter on them."""
+"""Random designs, and comparisons of the compiled filter with the reference filter."""
 
 import numpy as np
 import pytest
@@ -6,14 +6,14 @@ from mgeo_attitude import evaluate, run_filter, run_reference_filter
 
 
 def designs(rng, n, max_duration=2000.0):
-    """Random designs of three maneuvers, shape (n, 12)."""
+    """Return random designs of three maneuvers, shape (n, 12)."""
     X = rng.uniform(-1.0, 1.0, (n, 12))
     X[:, 3::4] = rng.uniform(0.0, max_duration, (n, 3))
     return X
 
 
 def special_designs(rng):
-    """Zero, equal and greatest durations, rates at the bounds, fractions of a step."""
+    """Return designs with durations and rates at their bounds, and with fractions of a step."""
     X = designs(rng, 14)
     X[0, 3::4] = 0.0
     X[1, 3::4] = 500.0
@@ -47,10 +47,12 @@ def assert_agrees(model, X):
 
 
 def assert_same_history(model, x):
-    """`run_filter` is `run_reference_filter`'s, but for rounding."""
-    found, expected = run_filter(model, x), run_reference_filter(model, x)
-    assert found.converged == expected.converged
-    assert found.blocks == expected.blocks
+    """Assert that both filters give the same history, except for rounding."""
+    history, expected = run_filter(model, x), run_reference_filter(model, x)
+    assert history.converged == expected.converged
+    assert history.blocks == expected.blocks
     for name in ("times", "trace", "sigma", "attitude", "covariance"):
-        one, other = getattr(found, name), getattr(expected, name)
-        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12 * np.abs(other).max())
+        value, reference = getattr(history, name), getattr(expected, name)
+        np.testing.assert_allclose(
+            value, reference, rtol=1e-9, atol=1e-12 * np.abs(reference).max()
+        )

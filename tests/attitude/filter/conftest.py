@@ -1,4 +1,4 @@
-"""Cases on which the kernel and the reference filter are compared."""
+"""Models and scenarios for the tests of the filter."""
 
 import dataclasses
 
@@ -14,7 +14,7 @@ def paper():
 
 @pytest.fixture(scope="module")
 def short():
-    """A tenth of the paper's run, with a coarser step, for tests of many kinds."""
+    """Scenario with a tenth of the paper's duration and twice its step."""
     return dataclasses.replace(
         Scenario.paper(),
         duration=1200.0,

@@ -1,4 +1,4 @@
-"""Path limits in NumPy, written apart from the code that serves kernel and arrays."""
+"""Independent computation of path constraints in NumPy, to verify the compiled filter."""
 
 import numpy as np
 from mgeo_attitude.geometry.rotation import exponential_map
@@ -54,7 +54,7 @@ def angle_sigma(axis, direction, covariance):
 
 
 def path_angles(model, run, x):
-    """Return the worst angle [rad] of every path limit along a run of the reference filter."""
+    """Return the worst angle [rad] of each path constraint along a run of the reference filter."""
     n, found = len(run.times), []
     turn = np.vstack(
         [np.zeros(3), model.step * Motion.from_design(model, x, model.n_steps).rates[: n - 1]]

@@ -1,4 +1,4 @@
-"""Sensor suites that the filter's tests run over."""
+"""Sensor suites for parametrized tests."""
 
 import dataclasses
 
@@ -18,14 +18,14 @@ from mgeo_attitude import (
 )
 from mgeo_attitude.scenario import HousekeepingChannel
 
-#: What the suite "bias_sensitivities" follows.
+#: Housekeeping channels of the suite "bias_sensitivities".
 CHANNELS = (
     HousekeepingChannel(name="temp", in_sunlight=40.0, in_shadow=-20.0, time_constant=400.0),
     HousekeepingChannel(name="current", times=(0.0, 300.0, 900.0), values=(0.0, 0.5, -0.2)),
 )
 
 FULL = Scenario.cubesat_6u_full()
-#: Sensors that measure in every step, for filters of any step.
+#: Sensors that measure in every step, for any filter step.
 FULL_SENSORS = tuple(dataclasses.replace(each, sample_interval=None) for each in FULL.sensors)
 
 SUITES = {
@@ -162,7 +162,8 @@ SUITES = {
     "a tracker says what body axes are": Suite(
         Gyro(initial_misalignment_deg=0.1, bias_instability_deg_per_h=2.0, bias_decay=1e-3),
         (
-            # a finer one takes seven digits of the first variance at once
+            # A star tracker with less noise reduces the first variance by seven digits in one
+            # update.
             StarTracker(initial_misalignment_deg=0.0, noise_arcsec=30.0),
             SunSensor(),
             Magnetometer(initial_misalignment_deg=0.0),
@@ -191,13 +192,13 @@ SUITES = {
     ),
 }
 
-#: Between them most of what a suite may have: constants, states that are considered, processes,
-#: views, three-axis attitude, scalars. The others are of the slow tests.
+#: Suites that together have most features: constant errors, considered states, processes, fields of
+#: view, three-axis attitude and scalar measurements. Tests of the other suites are slow.
 FAST = ("paper", "oblique star tracker", "considered", "every constant", "photodiodes")
 
 
 def of_suites(names):
-    """Parameters of a test, those slow whose suite is not in `FAST`."""
+    """Return test parameters, of which suites outside of `FAST` are marked as slow."""
     return [n if n in FAST else pytest.param(n, marks=pytest.mark.slow) for n in names]
 
 

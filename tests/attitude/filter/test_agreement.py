@@ -1,6 +1,7 @@
-"""The kernel against filterpy on random designs, of the paper's case and of every suite.
+"""Agreement of the compiled filter with filterpy on random designs.
 
-`MGEO_DESIGNS` in the environment says on how many of the paper's, and of each suite on a fifth.
+The environment variable `MGEO_DESIGNS` is the number of designs of the paper's scenario. Each suite
+has a fifth of the number.
 """
 
 import dataclasses
@@ -17,13 +18,13 @@ COUNT = int(os.environ.get("MGEO_DESIGNS", "25"))
 
 
 @pytest.mark.slow
-def test_random_designs_agree(paper):
+def test_filters_agree_on_random_designs(paper):
     assert_agrees(paper, designs(np.random.default_rng(2), COUNT))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SUITES)
-def test_every_suite_agrees(name, short):
+def test_filters_agree_for_each_suite(name, short):
     suite = SUITES[name]
     scenario = dataclasses.replace(
         short,

@@ -1,4 +1,4 @@
-"""The generated step, run as plain Python."""
+"""The generated filter step, executed as plain Python."""
 
 from math import sqrt
 
@@ -22,7 +22,7 @@ STEP = 2.0
 @pytest.mark.cases(3)
 @every_suite
 def test_generated_step_is_one_filter_step(name):
-    """Equations (3) and (4) by dense algebra against the text's result."""
+    """The expected result is computed by equations (3) and (4) with dense matrices."""
     suite, rng = SUITES[name], np.random.default_rng(0)
     gated = tuple(index == 0 for index in range(len(suite.sensors)))
     at, n = build_layout(suite, gated), suite.n_states
@@ -54,7 +54,7 @@ def test_generated_step_is_one_filter_step(name):
         vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
         limb, rate = rng.uniform(0.2, 1.0), rng.uniform(0.0, 0.02)
         seen = dict(zip(names, vectors, strict=True))
-        gate = float(lane % 2)  # the first sensor is off in every second lane
+        gate = float(lane % 2)  # The first sensor is unavailable in every second lane.
         W[: at.attitude, lane] = P[np.tril_indices(n)]
         W[at.attitude : at.monitors, lane] = C.ravel()
         W[at.rotation : at.F, lane] = dC.ravel()
@@ -93,7 +93,7 @@ def test_generated_step_is_one_filter_step(name):
             )
         expected.append((P, dC @ C, weights @ np.diag(P)))
     if names:
-        assert len(set(blind[::2])) == 2  # the tracker sees in some lanes
+        assert len(set(blind[::2])) == 2  # The star tracker measures in some lanes only.
     for lane, (P, C, trace) in enumerate(expected):
         values = W[:, lane].copy()
         for text in parts.values():

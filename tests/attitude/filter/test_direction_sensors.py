@@ -1,4 +1,4 @@
-"""Sensors of two angles: what a sample tells, and when there is one."""
+"""Direction sensors with two angles: information of a measurement, and availability."""
 
 import dataclasses
 
@@ -26,8 +26,8 @@ def scenario(*sensors, **changes):
     return dataclasses.replace(Scenario.paper(), sensors=sensors, duration=3000.0, **changes)
 
 
-def test_tangents_are_a_right_handed_frame_with_every_vector():
-    """Also with those along an axis, and nearly so."""
+def test_tangent_vectors_complete_right_handed_frame():
+    # Vectors along an axis, and nearly along an axis, are included.
     v = np.vstack([V, np.eye(3), -np.eye(3), [[1e-9, -1e-9, -1.0]]])
     v /= np.linalg.norm(v, axis=1)[:, None]
     frames = np.stack([*tangent_vectors(v), v], axis=1)
@@ -38,37 +38,39 @@ def test_tangents_are_a_right_handed_frame_with_every_vector():
 
 
 @pytest.mark.parametrize("kind", [TwoAxisSunSensor, HorizonSensor])
-def test_a_sample_tells_nothing_along_the_direction(kind):
-    """(I - v vᵀ) / r² about a turn of the body, against one of the mount, and about the bias."""
+def test_measurement_has_no_information_along_direction(kind):
+    """The information is (I - v vᵀ) / r² about attitude, misalignment and bias."""
     sensor = kind(noise_deg=0.3)
     r = np.array(sensor.noise_sigmas())
     assert r.shape == (2,)
     H = Suite(Gyro(), (sensor,)).measurement_matrix(sensor, V, gradient=tangent_vectors(V))
     information = np.einsum("kmi,kmj->kij", H / r[0], H / r[0])
-    across = (np.eye(3) - V[:, :, None] * V[:, None]) / r[0] ** 2
+    projection = (np.eye(3) - V[:, :, None] * V[:, None]) / r[0] ** 2
     attitude, mount, bias = (slice(i, i + 3) for i in (0, 6, 9))
     np.testing.assert_allclose(
-        information[:, attitude, attitude], across, rtol=0, atol=1e-9 / r[0] ** 2
+        information[:, attitude, attitude], projection, rtol=0, atol=1e-9 / r[0] ** 2
     )
-    np.testing.assert_allclose(information[:, attitude, mount], -across, atol=1e-9 / r[0] ** 2)
-    np.testing.assert_allclose(information[:, bias, bias], across, atol=1e-9 / r[0] ** 2)
-    turned = skew(V.T).transpose(2, 1, 0) / r[0] ** 2
-    np.testing.assert_allclose(information[:, attitude, bias], turned, atol=1e-9 / r[0] ** 2)
+    np.testing.assert_allclose(information[:, attitude, mount], -projection, atol=1e-9 / r[0] ** 2)
+    np.testing.assert_allclose(information[:, bias, bias], projection, atol=1e-9 / r[0] ** 2)
+    cross_information = skew(V.T).transpose(2, 1, 0) / r[0] ** 2
+    np.testing.assert_allclose(
+        information[:, attitude, bias], cross_information, atol=1e-9 / r[0] ** 2
+    )
 
 
-def test_nadir_is_another_where_the_satellite_is_not_as_believed():
-    """Against the position itself, moved by 100 m along each axis of GCRS."""
-    of = scenario(HorizonSensor(), Magnetometer())
-    environment, sensor = Environment.from_scenario(of), HorizonSensor()
+def test_position_gradient_is_change_of_nadir_with_position():
+    """The position is changed by 100 m along each axis of GCRS."""
+    modified = scenario(HorizonSensor(), Magnetometer())
+    environment, sensor = Environment.from_scenario(modified), HorizonSensor()
     for axis, column in zip(np.eye(3), sensor.position_gradient(environment).T, strict=True):
         r = environment.position + 0.1 * POSITION_UNIT * axis
-        moved = -r / np.linalg.norm(r, axis=1)[:, None] - sensor.inertial_vector(environment)
-        np.testing.assert_allclose(0.1 * column.T, moved, rtol=0, atol=1e-9)
+        change = -r / np.linalg.norm(r, axis=1)[:, None] - sensor.inertial_vector(environment)
+        np.testing.assert_allclose(0.1 * column.T, change, rtol=0, atol=1e-9)
 
 
-def test_a_horizon_sensor_looks_at_the_earth_where_it_is_made_for():
-    of = scenario(HorizonSensor(), Magnetometer())
-    environment = Environment.from_scenario(of)
+def test_horizon_sensor_is_available_in_its_altitude_range():
+    modified = scenario(HorizonSensor(), Magnetometer())
+    environment = Environment.from_scenario(modified)
     altitude = 1e-3 * (np.linalg.norm(environment.position, axis=1) - 6378136.3)
     low, high = np.quantile(altitude, [0.2, 0.7])
     sensor = HorizonSensor(lowest_altitude_km=low, highest_altitude_km=high)
@@ -81,15 +83,15 @@ def test_a_horizon_sensor_looks_at_the_earth_where_it_is_made_for():
     assert (np.einsum("ij,ij->i", nadir, environment.position) < 0.0).all()
 
 
-def test_the_sun_and_an_earth_out_of_sight_blind_it():
+def test_horizon_sensor_needs_earth_in_view_and_sun_outside():
     sensor = HorizonSensor(boresight=(0.0, 0.0, 2.0), half_angle_deg=60.0, sun_exclusion_deg=50.0)
     model = FilterModel.from_scenario(scenario(sensor, Magnetometer(), eclipse=True))
     attitude = Rotation.random(len(model.times), random_state=4).as_matrix()
-    seen = can_measure(model, 0, attitude, np.zeros((model.n_steps, 3)))
+    is_measured = can_measure(model, 0, attitude, np.zeros((model.n_steps, 3)))
     z = attitude[:, 2]
     sun, _ = model.select_direction("sun")
     to_sun = np.degrees(np.arccos(np.einsum("ki,ki->k", z, sun)))
     to_nadir = np.degrees(np.arccos(np.einsum("ki,ki->k", z, model.references[:, 0])))
-    dark = ~sun.any(axis=1)
-    assert 0 < dark.sum() < len(dark)
-    np.testing.assert_array_equal(seen, (to_nadir <= 60.0) & (dark | (to_sun > 50.0)))
+    in_eclipse = ~sun.any(axis=1)
+    assert 0 < in_eclipse.sum() < len(in_eclipse)
+    np.testing.assert_array_equal(is_measured, (to_nadir <= 60.0) & (in_eclipse | (to_sun > 50.0)))

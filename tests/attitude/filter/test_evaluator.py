@@ -1,4 +1,4 @@
-"""The compiled kernel against the filterpy reference."""
+"""Evaluation of batches by the compiled filter, compared with filterpy."""
 
 import dataclasses
 
@@ -13,22 +13,22 @@ from mgeo_attitude.maneuvers.actuation import SlewLimits
 from .agreement import assert_agrees, designs, special_designs
 
 
-def test_special_designs_agree():
+def test_filters_agree_on_special_designs():
     coarse = dataclasses.replace(Scenario.paper(), step=4.0)
     X = special_designs(np.random.default_rng(1))
     assert_agrees(FilterModel.from_scenario(coarse), X)
 
 
 @pytest.mark.parametrize("count", [1, 5])
-def test_any_number_of_maneuvers_agrees(count, short):
+def test_filters_agree_for_any_number_of_maneuvers(count, short):
     rng = np.random.default_rng(count)
     X = np.tile(rng.uniform(-1.0, 1.0, (10, 4)), count)
     X[:, 3::4] = rng.uniform(0.0, 900.0 / count, (10, count))
     assert_agrees(FilterModel.from_scenario(short), X)
 
 
-def test_ramps_shorter_than_a_step_agree(short):
-    """And such as are cut short within a maneuver of one step, or none."""
+def test_filters_agree_for_ramps_shorter_than_a_step(short):
+    # Some ramps are cut short within a maneuver of at most one step.
     model = FilterModel.from_scenario(short)
     ramped = dataclasses.replace(model, slew_limits=SlewLimits(np.radians(0.7), np.inf, np.eye(3)))
     X = designs(np.random.default_rng(14), 12, max_duration=300.0)
@@ -38,7 +38,7 @@ def test_ramps_shorter_than_a_step_agree(short):
 
 @pydantic.dataclasses.dataclass(frozen=True)
 class EarthSensor(Sensor):
-    """Somebody else's: direction to the Earth's center, with a bias, blind by day."""
+    """Sensor of the direction to the Earth's center, with a bias, unavailable on the day side."""
 
     kind = "earth-sensor"
 
@@ -59,7 +59,7 @@ class EarthSensor(Sensor):
 
 
 @pytest.mark.slow
-def test_a_sensor_of_ones_own_needs_nothing_but_its_declaration(short):
+def test_filters_agree_for_user_defined_sensor(short):
     sensors = (EarthSensor(name="earth"), Magnetometer())
     model = FilterModel.from_scenario(dataclasses.replace(short, sensors=sensors))
     assert model.suite.blocks[2] == "earth.bias"
@@ -70,19 +70,21 @@ def test_result_does_not_depend_on_batch_order_or_threads(paper):
     X = np.vstack(
         [designs(np.random.default_rng(6), 40), special_designs(np.random.default_rng(7))]
     )
-    together = evaluate(paper, X, threads=1)
+    batch = evaluate(paper, X, threads=1)
     order = np.random.default_rng(8).permutation(len(X))
     shuffled = evaluate(paper, X[order], threads=2)
-    alone = [evaluate(paper, x, threads=1) for x in X]
+    single = [evaluate(paper, x, threads=1) for x in X]
     for name in ("t_end", "trace"):
-        values = getattr(together, name)
+        values = getattr(batch, name)
         np.testing.assert_array_equal(getattr(shuffled, name), values[order])
-        np.testing.assert_array_equal([getattr(one, name)[0] for one in alone], values)
+        np.testing.assert_array_equal([getattr(result, name)[0] for result in single], values)
         np.testing.assert_array_equal(getattr(evaluate(paper, X, threads=3), name), values)
 
 
-def test_first_and_last_possible_ends(paper):
-    """No maneuver: convergence may be tested from the start. Never converged: the whole run."""
+def test_earliest_and_latest_end_of_run(paper):
+    """Convergence is tested from the start without maneuvers; without convergence, the run is
+    complete.
+    """
     never = dataclasses.replace(paper, relative_decrease=-1e9)
     X = designs(np.random.default_rng(9), 3)
     assert (evaluate(never, X).t_end == 11984.0).all()
@@ -93,27 +95,27 @@ def test_first_and_last_possible_ends(paper):
     assert (evaluate(always, X).t_end == 1200.0).all()
 
 
-def test_lost_positivity_is_reported_not_optimized_upon(paper):
-    """P0 / R = 1e12 leaves some covariances without positive pivots."""
+def test_lost_positivity_gives_warning_and_nan(paper):
+    """With P0 / R = 1e12, some covariances lose positive definiteness."""
     X = designs(np.random.default_rng(10), 20)
     noise = paper.suite.sensors[1].noise_sigmas()[0]
     broken = dataclasses.replace(paper, initial_sigma=np.full(18, 1e6 * noise))
     with pytest.warns(RuntimeWarning, match="lost positivity in .* of 20 designs, first"):
         result = evaluate(broken, X)
-    lost = np.isnan(result.trace)
-    assert lost.any()
-    np.testing.assert_array_equal(np.isnan(result.t_end), lost)
-    with pytest.warns(RuntimeWarning, match="lost positivity"):  # and whatever else is run
-        again = evaluate(broken, X[::-1], threads=1)
-    np.testing.assert_array_equal(again.trace, result.trace[::-1])
+    is_lost = np.isnan(result.trace)
+    assert is_lost.any()
+    np.testing.assert_array_equal(np.isnan(result.t_end), is_lost)
+    with pytest.warns(RuntimeWarning, match="lost positivity"):
+        reversed_result = evaluate(broken, X[::-1], threads=1)
+    np.testing.assert_array_equal(reversed_result.trace, result.trace[::-1])
 
 
-def test_empty_batch(paper):
+def test_empty_batch_gives_empty_results(paper):
     result = evaluate(paper, np.empty((0, 12)))
     assert result.t_end.shape == result.trace.shape == (0,)
 
 
-def test_threads_are_limited_by_the_variable_that_joblib_sets(monkeypatch):
+def test_environment_variable_limits_number_of_threads(monkeypatch):
     monkeypatch.setattr("os.sched_getaffinity", lambda pid: set(range(8)), raising=False)
     for limit, threads in (("3", 3), ("16", 8), ("0", 1), ("", 8), ("many", 8)):
         monkeypatch.setenv("NUMBA_NUM_THREADS", limit)

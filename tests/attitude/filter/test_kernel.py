@@ -1,4 +1,4 @@
-"""The cache of compiled kernels, shared by processes and threads, or in an unusable folder."""
+"""Cache of compiled modules, with concurrent processes and threads and with an unusable folder."""
 
 import os
 import subprocess
@@ -18,7 +18,7 @@ SCRIPT = textwrap.dedent(
     import numpy as np
     from mgeo_attitude import AttitudeManeuverProblem, Scenario, StarTracker
     from mgeo_attitude.scenario import Convergence
-    # the smallest suite: the test is about the cache, not the compile
+    # The smallest suite compiles fastest.
     scenario = dataclasses.replace(
         Scenario.paper(), duration=100.0, sensors=(StarTracker(),),
         convergence=Convergence(window=10.0),
@@ -34,7 +34,7 @@ SCRIPT = textwrap.dedent(
 )
 
 
-def start(cache):
+def start_process(cache):
     return subprocess.Popen(
         [sys.executable, "-c", SCRIPT],
         env={**os.environ, "MGEO_CACHE_DIR": str(cache)},
@@ -45,20 +45,20 @@ def start(cache):
 
 
 @pytest.mark.slow
-def test_processes_and_threads_that_start_at_once_share_a_cache(tmp_path):
-    processes = [start(tmp_path / "cache") for _ in range(2)]
+def test_concurrent_processes_and_threads_share_cache(tmp_path):
+    processes = [start_process(tmp_path / "cache") for _ in range(2)]
     outputs = [process.communicate(timeout=300) for process in processes]
     assert [process.returncode for process in processes] == [0, 0], outputs
-    for _, log in outputs:  # kernel and driver, each at most once
+    for _, log in outputs:  # Kernel and driver are compiled at most once each.
         assert log.count("compiling the kernel") <= 1
         assert log.count("compiling the driver") <= 1
-    third, log = start(tmp_path / "cache").communicate(timeout=300)
+    third, log = start_process(tmp_path / "cache").communicate(timeout=300)
     assert log == ""
     assert {third, *(stdout for stdout, _ in outputs)} == {third}
 
 
 @pytest.mark.parametrize("usable", [True, False])
-def test_a_module_is_executed_once_for_all_threads(tmp_path, monkeypatch, usable):
+def test_module_is_executed_once_for_all_threads(tmp_path, monkeypatch, usable):
     cache = tmp_path / "cache"
     if not usable:
         cache.write_text("not a folder")

@@ -1,4 +1,4 @@
-"""Text compiled for several lanes against the same text run as plain Python."""
+"""Source compiled for several lanes, compared with its execution as plain Python."""
 
 from math import sqrt
 
@@ -49,10 +49,10 @@ def compiled(text, lanes):
 
 
 @pytest.mark.parametrize("text", [TEXT, LOOPS])
-def test_every_lane_does_what_the_text_says(text):
+def test_each_lane_executes_the_source(text):
     lanes = 8
     W = np.random.default_rng(0).standard_normal((16, lanes))
-    W[0, 0] = W[6, 0]  # the bound itself is reached
+    W[0, 0] = W[6, 0]  # The comparison includes equality.
     expected = W.copy()
     for lane in range(lanes):
         values = expected[:, lane].tolist()
@@ -62,7 +62,7 @@ def test_every_lane_does_what_the_text_says(text):
     np.testing.assert_allclose(W, expected, rtol=1e-15)
 
 
-def test_broken_arithmetic_shows_as_nan():
+def test_root_of_negative_number_is_nan():
     W = np.array([-1.0, 4.0, np.nan, 7.0])
     text = "W[0] = sqrt(W[0])\nW[1] = W[1] - W[1]"
     compiled(text, 2)(W)
@@ -75,11 +75,12 @@ def test_broken_arithmetic_shows_as_nan():
         "W[0] = x",
         "W[0] = exp(W[0])",
         "W[i] = 1.0",
-        "t1 = W[0]\nfor i in range(0, 3, 1):\n    t1 = t1 * W[i]",  # no value goes round a loop
+        # A name cannot be carried over iterations.
+        "t1 = W[0]\nfor i in range(0, 3, 1):\n    t1 = t1 * W[i]",
         "for i in range(0, 3, 1):\n    t1 = W[i]\nW[0] = t1",
         "for i in range(3, 0, -1):\n    W[i] = 1.0",
     ],
 )
-def test_text_of_another_kind_is_refused(text):
+def test_unsupported_source_is_rejected(text):
     with pytest.raises(ValueError, match="expected"):
         compiled(text, 2)

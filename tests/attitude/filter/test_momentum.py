@@ -1,4 +1,4 @@
-"""Loads of wheels along plans: torques in closed form, momentum by quadrature of another kind."""
+"""Loads of reaction wheels along plans, compared with closed forms and NumPy."""
 
 import dataclasses
 
@@ -55,7 +55,7 @@ def scenario(maneuvers=None, initial=None, magnetorquers=None, **wheels):
     )
 
 
-def torque(inertia, position):
+def compute_torque(inertia, position):
     out = np.empty(3)
     compute_gravity_gradient(
         np.asarray(inertia, dtype=float), np.asarray(position, dtype=float), out
@@ -64,8 +64,8 @@ def torque(inertia, position):
 
 
 @pytest.mark.slow
-def test_gravity_gradient_is_that_of_the_masses():
-    """Of eight point masses in Newton's field, but for the next order of their size over r."""
+def test_gravity_gradient_equals_torque_on_point_masses():
+    """The expected torque is that of eight point masses in the field of a point mass."""
     rng = np.random.default_rng(2)
     masses, places = rng.uniform(1.0, 2.0, 8), rng.uniform(-1.0, 1.0, (8, 3))
     places -= masses @ places / masses.sum()
@@ -74,37 +74,38 @@ def test_gravity_gradient_is_that_of_the_masses():
         "m,mi,mj->ij", masses, places, places
     )
     position = np.array([4.0e6, -3.0e6, 5.0e6])
-    # the pull at the center of mass has no moment, so that only small differences are added
+    # The pull at the center of mass has no torque. It is subtracted so that only small differences
+    # are added.
     away = position + places
     pull = -EARTH_MU * away / np.linalg.norm(away, axis=1)[:, None] ** 3
     pull -= -EARTH_MU * position / np.linalg.norm(position) ** 3
     moment = np.cross(places, masses[:, None] * pull).sum(axis=0)
     np.testing.assert_allclose(
-        torque(inertia, position), moment, rtol=0, atol=1e-6 * np.abs(moment).max()
+        compute_torque(inertia, position), moment, rtol=0, atol=1e-6 * np.abs(moment).max()
     )
 
 
-def unloaded(coils, C, B, momentum, step):
-    """What coils have given at each step, GCRS, and their torque before and after it, body axes."""
-    most = coils.duty_cycle * np.array(coils.max_dipole)
-    total, held = np.zeros(3), np.zeros(3)
-    for attitude, b, without in zip(C, B, momentum, strict=True):
-        before = np.cross(held, b)
+def simulate_unloading(coils, C, B, momentum, step):
+    """Yield the unloaded momentum (GCRS) and the torques before and after each step (body axes)."""
+    max_dipole = coils.duty_cycle * np.array(coils.max_dipole)
+    total, dipole = np.zeros(3), np.zeros(3)
+    for attitude, b, loaded_momentum in zip(C, B, momentum, strict=True):
+        before = np.cross(dipole, b)
         total = total + 0.5 * step * attitude.T @ before
-        tau = -attitude @ (without + total) / coils.time_constant
-        held = np.cross(b, tau) / (b @ b)
-        held = held / max(1.0, np.abs(held / most).max())
-        after = np.cross(held, b)
+        tau = -attitude @ (loaded_momentum + total) / coils.time_constant
+        dipole = np.cross(b, tau) / (b @ b)
+        dipole = dipole / max(1.0, np.abs(dipole / max_dipole).max())
+        after = np.cross(dipole, b)
         yield total, before, after
         total = total + 0.5 * step * attitude.T @ after
 
 
-def by_hand(given, x, end_steps):
-    """Momentum and torque of each wheel along a plan, by scipy's rotations and NumPy's sums."""
-    problem = AttitudeManeuverProblem(given)
-    model, wheels = problem.model, given.wheels
+def iterate_wheel_loads(scenario, x, end_steps):
+    """Yield momentum and torque of the body along a plan, at both ends of each step."""
+    problem = AttitudeManeuverProblem(scenario)
+    model, wheels = problem.model, scenario.wheels
     plan = build_schedule(x[None], model.step, model.slew_limits, model.n_steps)
-    stretch = np.searchsorted(plan.starts[0], np.arange(end_steps), side="right") - 1
+    interval = np.searchsorted(plan.starts[0], np.arange(end_steps), side="right") - 1
     C0, w0 = model.initial_attitude, model.initial_rate
     C = compute_attitudes(plan.rates[0], plan.starts[0], model.n_steps, model.step, C0)[
         : end_steps + 1
@@ -119,54 +120,61 @@ def by_hand(given, x, end_steps):
         T = T + 3.0 * EARTH_MU / radius**5 * np.cross(r, r @ J)
     inertial = np.einsum("kji,kj->ki", C, T)
     steps = 0.5 * model.step * (inertial[1:] + inertial[:-1])
-    added = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)])
+    impulse = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)])
     H0 = C0.T @ (A @ h0 + J @ w0) if wheels.initial_momentum else np.zeros(3)
-    own = np.einsum("kij,kj->ki", C, np.broadcast_to(H0, added.shape))
-    extra = np.einsum("kij,kj->ki", C, added)
-    known = np.zeros((2, *T.shape))  # torque that counts with its sign
-    if given.magnetorquers is not None:
-        made = zip(*unloaded(given.magnetorquers, C, B, H0 + added, model.step), strict=True)
-        taken, *torques = map(np.array, made)
-        own = np.einsum("kij,kj->ki", C, H0 + added + taken)
-        known = T + np.array(torques)
-    ends = plan.end_rates[0][stretch]
-    begins = np.vstack([w0, ends[:-1]])
-    ramps = (plan.rates[0] != plan.end_rates[0]).any(axis=1)[stretch]
-    begins = np.where(ramps[:, None], begins, plan.rates[0][stretch])
-    # the last step of a ramp ends before the step does; found by how far the mean is
-    change = ends - begins
-    size = (change**2).sum(axis=1)
-    way = np.ones(end_steps)
-    way[ramps] = (change * (plan.rates[0][stretch] - begins)).sum(axis=1)[ramps] / size[ramps]
+    body_momentum = np.einsum("kij,kj->ki", C, np.broadcast_to(H0, impulse.shape))
+    disturbance_momentum = np.einsum("kij,kj->ki", C, impulse)
+    signed_torques = np.zeros((2, *T.shape))  # torque with its sign
+    if scenario.magnetorquers is not None:
+        unloading = zip(
+            *simulate_unloading(scenario.magnetorquers, C, B, H0 + impulse, model.step), strict=True
+        )
+        unloaded, *torques = map(np.array, unloading)
+        body_momentum = np.einsum("kij,kj->ki", C, H0 + impulse + unloaded)
+        signed_torques = T + np.array(torques)
+    end_rates = plan.end_rates[0][interval]
+    start_rates = np.vstack([w0, end_rates[:-1]])
+    ramps = (plan.rates[0] != plan.end_rates[0]).any(axis=1)[interval]
+    start_rates = np.where(ramps[:, None], start_rates, plan.rates[0][interval])
+    # The last ramp step ends before the filter step. Its end follows from the mean rate.
+    change = end_rates - start_rates
+    squared_change = (change**2).sum(axis=1)
+    mean_share = np.ones(end_steps)
+    mean_share[ramps] = (change * (plan.rates[0][interval] - start_rates)).sum(axis=1)[
+        ramps
+    ] / squared_change[ramps]
     with np.errstate(divide="ignore", invalid="ignore"):
         acceleration = np.where(
-            ramps[:, None], change / (2.0 * (1.0 - way) * model.step)[:, None], 0.0
+            ramps[:, None], change / (2.0 * (1.0 - mean_share) * model.step)[:, None], 0.0
         )
-    sides = (known[1], begins, slice(0, end_steps)), (known[0], ends, slice(1, end_steps + 1))
-    for with_sign, rate, at in sides:
-        momentum = own[at] - rate @ J, extra[at]
+    sides = (
+        (signed_torques[1], start_rates, slice(0, end_steps)),
+        (signed_torques[0], end_rates, slice(1, end_steps + 1)),
+    )
+    for signed_torque, rate, samples in sides:
+        momentum = body_momentum[samples] - rate @ J, disturbance_momentum[samples]
         effort = (
-            acceleration @ J + np.cross(rate, own[at]) - with_sign[at],
-            T[at] - np.cross(rate, extra[at]),
+            acceleration @ J + np.cross(rate, body_momentum[samples]) - signed_torque[samples],
+            T[samples] - np.cross(rate, disturbance_momentum[samples]),
         )
-        for which, (plain, disturbance) in enumerate((momentum, effort)):
-            yield which, plain, disturbance
+        for quantity, (undisturbed, disturbance) in enumerate((momentum, effort)):
+            yield quantity, undisturbed, disturbance
 
 
-def loads(given, x, end_steps):
-    """Greatest momentum and torque of a wheel, with the pseudo-inverse of the wheels' axes."""
-    wheels = given.wheels
+def compute_max_loads(scenario, x, end_steps):
+    """Return the largest momentum and torque of a wheel, with the pseudo-inverse allocation."""
+    wheels = scenario.wheels
     A = wheels.normalized_axes().T
     h0 = np.array(wheels.initial_momentum or np.zeros(A.shape[1]))
     W = np.linalg.pinv(A)
-    circulating = h0 - W @ A @ h0
-    greatest = [0.0, 0.0]
-    for which, plain, disturbance in by_hand(given, x, end_steps):
-        load = np.abs(plain @ W.T + (0.0 if which else circulating))
-        margin = wheels.disturbance_margin - (given.magnetorquers is not None)
+    null_space_momentum = h0 - W @ A @ h0
+    maxima = [0.0, 0.0]
+    for quantity, undisturbed, disturbance in iterate_wheel_loads(scenario, x, end_steps):
+        load = np.abs(undisturbed @ W.T + (0.0 if quantity else null_space_momentum))
+        margin = wheels.disturbance_margin - (scenario.magnetorquers is not None)
         load = load + margin * np.abs(disturbance @ W.T)
-        greatest[which] = max(greatest[which], load.max())
-    return greatest
+        maxima[quantity] = max(maxima[quantity], load.max())
+    return maxima
 
 
 @pytest.mark.slow
@@ -179,14 +187,14 @@ def loads(given, x, end_steps):
     ],
     ids=["slow ramps", "spinning, at once", "spinning, unloaded"],
 )
-def test_compiled_loads_are_those_of_slow_sums(maneuvers, initial, wheels):
+def test_compiled_loads_equal_numpy_sums(maneuvers, initial, wheels):
     given = scenario(maneuvers, initial, **wheels)
     model = FilterModel.from_scenario(given)
     X = designs(np.random.default_rng(3), 6, max_duration=300.0)
     X[:, np.arange(12) % 4 != 3] *= 0.5
     result = evaluate(model, X)
     ends = np.rint(result.t_end / model.step).astype(int)
-    expected = [loads(given, x, end) for x, end in zip(X, ends, strict=True)]
+    expected = [compute_max_loads(given, x, end) for x, end in zip(X, ends, strict=True)]
     np.testing.assert_allclose(result.wheel_load, expected, rtol=1e-9)
     for threads in (1, 5):
         again = compute_wheel_loads(
@@ -196,8 +204,8 @@ def test_compiled_loads_are_those_of_slow_sums(maneuvers, initial, wheels):
 
 
 @pytest.mark.slow
-def test_momentum_at_rest_is_the_integral_of_a_constant_torque():
-    """In a field and gravity that do not change: h = h0 + margin |T| t, to the last digit."""
+def test_momentum_at_rest_is_integral_of_constant_torque():
+    """In constant field and gravity, the momentum is h0 + margin |T| t."""
     given = scenario(axes=((1, 0, 0), (0, 1, 0), (0, 0, 1)), initial_momentum=(1e-3, 2e-3, -3e-3))
     model = FilterModel.from_scenario(given)
     n = model.n_steps + 1
@@ -205,37 +213,37 @@ def test_momentum_at_rest_is_the_integral_of_a_constant_torque():
     budget = dataclasses.replace(
         model.momentum_budget, position=np.tile(position, (n, 1)), field=np.tile(field, (n, 1))
     )
-    T = torque(given.wheels.inertia_matrix(), position) + np.cross([0.01, -0.02, 0.005], field)
-    found = compute_wheel_loads(
+    T = compute_torque(given.wheels.inertia_matrix(), position) + np.cross(
+        [0.01, -0.02, 0.005], field
+    )
+    load = compute_wheel_loads(
         budget, model.build_schedule(np.zeros((1, 12))), np.array([900]), 1.0, 1
     )[0]
-    assert found[0] == pytest.approx(
-        np.max([1e-3, 2e-3, 3e-3] + 2.0 * np.abs(T) * 900.0), rel=1e-12
-    )
-    assert found[1] == pytest.approx(2.0 * np.abs(T).max(), rel=1e-12)
+    assert load[0] == pytest.approx(np.max([1e-3, 2e-3, 3e-3] + 2.0 * np.abs(T) * 900.0), rel=1e-12)
+    assert load[1] == pytest.approx(2.0 * np.abs(T).max(), rel=1e-12)
 
 
-def test_coils_unload_what_is_across_the_field():
-    """At rest in a field that stays: by a share of step / response in each; along it nothing."""
-    quiet = {"residual_dipole": (0.0,) * 3, "gravity_gradient": False}
+def test_magnetorquers_unload_momentum_perpendicular_to_field():
+    """At rest in a constant field, each step unloads the fraction step / time constant."""
+    undisturbed = {"residual_dipole": (0.0,) * 3, "gravity_gradient": False}
     axes = {"axes": ((1, 0, 0), (0, 1, 0), (0, 0, 1))}
     strong = dataclasses.replace(UNLOADING, max_dipole=(50.0, 50.0, 50.0))
-    given = scenario(None, None, strong, **quiet, **axes, initial_momentum=(1e-3, 2e-3, 0.0))
+    given = scenario(None, None, strong, **undisturbed, **axes, initial_momentum=(1e-3, 2e-3, 0.0))
     model = FilterModel.from_scenario(given)
     field = np.tile([0.0, 4e-5, 0.0], (model.n_steps + 1, 1))
     budget = dataclasses.replace(model.momentum_budget, field=field @ model.initial_attitude)
-    still = model.build_schedule(np.zeros((1, 12)))
-    for after in (0, 10, 50):
-        found = compute_wheel_loads(budget, still, np.array([900]), 1.0, 1, after)[0]
-        assert found[0] == pytest.approx(2e-3, rel=1e-12)  # about y, along the field
-        assert found[1] == pytest.approx(1e-3 / 20.0 * 0.95**after, rel=1e-9)  # what x gives
+    schedule = model.build_schedule(np.zeros((1, 12)))
+    for first_step in (0, 10, 50):
+        load = compute_wheel_loads(budget, schedule, np.array([900]), 1.0, 1, first_step)[0]
+        assert load[0] == pytest.approx(2e-3, rel=1e-12)  # The momentum about y is along the field.
+        assert load[1] == pytest.approx(1e-3 / 20.0 * 0.95**first_step, rel=1e-9)  # torque of x
     weak = dataclasses.replace(budget, magnetorquer_dipole=np.full(3, 0.01))
-    found = compute_wheel_loads(weak, still, np.array([900]), 1.0, 1)[0]
-    assert found[1] == pytest.approx(0.01 * 4e-5, rel=1e-12)  # at its most
+    load = compute_wheel_loads(weak, schedule, np.array([900]), 1.0, 1)[0]
+    assert load[1] == pytest.approx(0.01 * 4e-5, rel=1e-12)  # saturated dipole
 
 
-def momentum_along_x():
-    """The model of a body without disturbances whose wheels about x hold all momentum."""
+def build_model_with_momentum_about_x():
+    """Return the model of a body without disturbances, with all momentum in the wheel about x."""
     return FilterModel.from_scenario(
         scenario(
             axes=((1, 0, 0), (0, 1, 0), (0, 0, 1)),
@@ -249,20 +257,20 @@ def momentum_along_x():
     )
 
 
-def test_a_turn_across_the_momentum_brings_it_to_every_axis():
-    """H along x, turning about z at w: its components go round, and the torque is w H."""
-    model, w = momentum_along_x(), np.radians(1.0)
+def test_rotation_perpendicular_to_momentum_needs_gyroscopic_torque():
+    """With H along x and rotation about z at the rate w, the wheel torque is w H."""
+    model, w = build_model_with_momentum_about_x(), np.radians(1.0)
     budget, plan = model.momentum_budget, model.build_schedule([[0.0, 0.0, 1.0, 2000.0]])
-    found = compute_wheel_loads(budget, plan, np.array([90]), 1.0, 1)[0]
-    assert found[0] == pytest.approx(2e-3, rel=1e-12)
-    assert found[1] == pytest.approx(2e-3 * w, rel=1e-9)
+    load = compute_wheel_loads(budget, plan, np.array([90]), 1.0, 1)[0]
+    assert load[0] == pytest.approx(2e-3, rel=1e-12)
+    assert load[1] == pytest.approx(2e-3 * w, rel=1e-9)
     turned = Rotation.from_rotvec([0.0, 0.0, -w * 30.0]).apply([2e-3, 0.0, 0.0])
     part = compute_wheel_loads(budget, plan, np.array([30]), 1.0, 1)[0]
     assert part[0] == pytest.approx(max(2e-3, np.abs(turned).max(), 0.05 * w), rel=1e-12)
 
 
-def test_loads_from_a_step_on_are_those_of_the_rest():
-    """The greatest of a part and of what follows is the greatest of all."""
+def test_load_maximum_splits_at_any_step():
+    """The maximum of the loads before and after a step is the maximum of all loads."""
     model = FilterModel.from_scenario(scenario(None, SPINNING))
     X = designs(np.random.default_rng(8), 5, max_duration=300.0)
     plan, ends = model.build_schedule(X), np.full(5, 900)
@@ -274,7 +282,7 @@ def test_loads_from_a_step_on_are_those_of_the_rest():
         assert (after < whole).any() or k < 500
 
 
-def test_both_are_constraints_in_their_units():
+def test_momentum_and_torque_are_constraints():
     given = scenario(max_momentum=2.5e-3)
     entries = {entry.label: entry for entry in list_constraints(given)}
     assert [*entries] == ["wheel momentum", "wheel torque"]
@@ -285,12 +293,12 @@ def test_both_are_constraints_in_their_units():
         found = entries[label].compute_violations(result).max(axis=0)
         np.testing.assert_allclose(found, result.wheel_load[:, column] / bound - 1.0, rtol=1e-12)
         violated = found > 0.0
-        assert violated.any() == (column == 0)  # ramps leave 40 % of the torque for the rest
+        assert violated.any() == (column == 0)  # Ramps use 60 % of the torque.
         assert not violated.all()
 
 
 @pytest.mark.parametrize("allocation", ALLOCATIONS)
-def test_without_a_budget_four_wheels_share_the_momentum_by_their_allocation(allocation):
+def test_four_wheels_share_momentum_by_allocation_without_budget(allocation):
     given = scenario(
         initial_momentum=(),
         residual_dipole=(0.0,) * 3,
@@ -311,19 +319,18 @@ def test_without_a_budget_four_wheels_share_the_momentum_by_their_allocation(all
         assert found == pytest.approx(expected / 4e-3 - 1.0, rel=1e-9)
 
 
-def test_a_spin_about_the_momentum_moves_nothing():
-    """H along x, turning about x: h = H - J ω all the time, and no gyroscopic torque."""
-    model = momentum_along_x()
+def test_spin_about_momentum_needs_no_torque():
+    """With H along x and rotation about x, h = H - J ω without gyroscopic torque."""
+    model = build_model_with_momentum_about_x()
     x = np.array([[0.5, 0.0, 0.0, 200.0, -0.5, 0.0, 0.0, 200.0, 0.0, 0.0, 0.0, 10.0]])
-    found = evaluate(model, x).wheel_load[0]
-    assert found[0] == pytest.approx(2e-3 + 0.13 * np.radians(0.5), rel=1e-12)
-    assert found[1] == pytest.approx(0.0, abs=1e-18)
+    load = evaluate(model, x).wheel_load[0]
+    assert load[0] == pytest.approx(2e-3 + 0.13 * np.radians(0.5), rel=1e-12)
+    assert load[1] == pytest.approx(0.0, abs=1e-18)
 
 
-def test_a_spin_that_goes_on_leaves_the_wheels_as_they_are():
-    """A body that turns about a principal axis keeps its momentum without a torque; slowed down,
-    its wheels take what it had: J ω about z, at once or along a ramp, wherever it starts from."""
-    quiet = {
+def test_continued_spin_does_not_load_wheels():
+    """A stopped spin about a principal axis loads the wheels by J ω, with or without a ramp."""
+    undisturbed = {
         "residual_dipole": (0.0,) * 3,
         "gravity_gradient": False,
         "products_of_inertia": (0.0,) * 3,
@@ -333,12 +340,12 @@ def test_a_spin_that_goes_on_leaves_the_wheels_as_they_are():
         "ramp_share": 1.0,
     }
     initial = InitialConditions(pointing="sun", rate_deg_s=(0.0, 0.0, 0.5))
-    model = FilterModel.from_scenario(scenario(None, initial, **quiet))
+    model = FilterModel.from_scenario(scenario(None, initial, **undisturbed))
     spin = 0.05 * np.radians(0.5)
-    going, stopped = ([0.0, 0.0, rate, 900.0] for rate in (0.5, 0.0))
-    found = evaluate(model, [going * 3, stopped * 3]).wheel_load
-    np.testing.assert_allclose(found[:, 0], [1e-4, 1e-4 + spin], rtol=1e-12)
-    np.testing.assert_allclose(found[:, 1], 0.0, atol=1e-18)
-    ramped = scenario(ManeuverBounds(max_acceleration_deg_s2=0.02), initial, **quiet)
-    found = evaluate(FilterModel.from_scenario(ramped), [stopped * 3]).wheel_load[0]
-    np.testing.assert_allclose(found, [1e-4 + spin, 0.05 * np.radians(0.02)], rtol=1e-9)
+    continued, stopped = ([0.0, 0.0, rate, 900.0] for rate in (0.5, 0.0))
+    load = evaluate(model, [continued * 3, stopped * 3]).wheel_load
+    np.testing.assert_allclose(load[:, 0], [1e-4, 1e-4 + spin], rtol=1e-12)
+    np.testing.assert_allclose(load[:, 1], 0.0, atol=1e-18)
+    ramped = scenario(ManeuverBounds(max_acceleration_deg_s2=0.02), initial, **undisturbed)
+    load = evaluate(FilterModel.from_scenario(ramped), [stopped * 3]).wheel_load[0]
+    np.testing.assert_allclose(load, [1e-4 + spin, 0.05 * np.radians(0.02)], rtol=1e-9)

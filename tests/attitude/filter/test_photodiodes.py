@@ -1,4 +1,4 @@
-"""Photodiodes: the cosine law, what a sample tells, and what no plan is below."""
+"""Photodiodes: cosine law, information of a measurement, and lower bound."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -23,8 +23,8 @@ FACES = {"px": (1, 0, 0), "mx": (-1, 0, 0), "py": (0, 1, 0), "my": (0, -1, 0), "
          "mz": (0, 0, -1)}  # fmt: skip
 
 
-def cube(**keys):
-    """A photodiode on each of six faces."""
+def build_cube(**keys):
+    """Return a photodiode on each of six faces."""
     return tuple(
         Photodiode(name=name, normal=tuple(map(float, normal)), **keys)
         for name, normal in FACES.items()
@@ -32,11 +32,11 @@ def cube(**keys):
 
 
 def scenario(*sensors, **changes):
-    of = {"duration": 3000.0, "eclipse": True} | changes
-    return dataclasses.replace(Scenario.paper(), sensors=sensors, **of)
+    options = {"duration": 3000.0, "eclipse": True} | changes
+    return dataclasses.replace(Scenario.paper(), sensors=sensors, **options)
 
 
-def looked(sensitivity, light=(0.0, 0.0, 0.0), **more):
+def build_errors(sensitivity, light=(0.0, 0.0, 0.0), **more):
     return SimpleNamespace(
         sensitivity=np.array(sensitivity),
         gradient=[np.array(light)],
@@ -45,35 +45,37 @@ def looked(sensitivity, light=(0.0, 0.0, 0.0), **more):
     )
 
 
-def test_it_reads_the_cosine_and_its_errors_are_those_of_gain_and_normal():
+def test_photodiode_measures_cosine_with_gain_and_tilt_errors():
     diode = Photodiode(normal=(0.0, 3.0, 4.0))
     n = np.array([0.0, 0.6, 0.8])
     zero = np.zeros(3)
-    np.testing.assert_allclose(diode.predict_measurement(looked(zero), V)[:, 0], V @ n, atol=1e-15)
-    gain = diode.predict_measurement(looked([0.0, 0.0, 0.1]), V)[:, 0]
+    np.testing.assert_allclose(
+        diode.predict_measurement(build_errors(zero), V)[:, 0], V @ n, atol=1e-15
+    )
+    gain = diode.predict_measurement(build_errors([0.0, 0.0, 0.1]), V)[:, 0]
     np.testing.assert_allclose(gain, 1.1 * (V @ n), atol=1e-15)
     tilted = diode.axes[2] + 1e-3 * diode.axes[0]
-    found = diode.predict_measurement(looked([1e-3, 0.0, 0.0]), V)[:, 0]
+    found = diode.predict_measurement(build_errors([1e-3, 0.0, 0.0]), V)[:, 0]
     np.testing.assert_allclose(found, V @ tilted, atol=1e-15)
     np.testing.assert_allclose(diode.axes @ diode.axes.T, np.eye(3), atol=1e-15)
     assert np.linalg.det(diode.axes) == pytest.approx(1.0)
 
 
-def test_light_from_behind_does_not_reach_it():
+def test_light_from_behind_is_not_measured():
     diode, light = Photodiode(normal=(1.0, 0.0, 0.0)), np.array([[0.2, 0.1, 0.0], [-0.2, 0.1, 0.0]])
     found = diode.predict_measurement(
-        looked(np.zeros(3), light, albedo=np.array([0.01, 0.0, 0.0])), V[:2]
+        build_errors(np.zeros(3), light, albedo=np.array([0.01, 0.0, 0.0])), V[:2]
     )
     np.testing.assert_allclose(found[:, 0], V[:2, 0] + [0.21, 0.0], atol=1e-15)
     blind = dataclasses.replace(diode, includes_albedo=False)
     np.testing.assert_array_equal(
-        blind.predict_measurement(looked(np.zeros(3), light), V)[:, 0], V[:, 0]
+        blind.predict_measurement(build_errors(np.zeros(3), light), V)[:, 0], V[:, 0]
     )
 
 
 @pytest.mark.parametrize("light", [(0.0, 0.0, 0.0), (0.05, 0.2, -0.1)])
-def test_what_it_measures_is_the_slope_of_what_it_reports(light):
-    """By differences, about the attitude and its own errors."""
+def test_measurement_matrix_is_derivative_of_measurement(light):
+    """The derivatives are central differences."""
     diode, light = Photodiode(normal=(0.3, -1.0, -1.0)), np.array(light)
     suite = Suite(Gyro(), (diode,), EnvironmentErrors(albedo=0.03))
     H = suite.measurement_matrix(diode, V, gradient=[np.broadcast_to(light, V.shape)])[:, 0]
@@ -87,7 +89,7 @@ def test_what_it_measures_is_the_slope_of_what_it_reports(light):
 
         def reads(turn=zero, sensitivity=zero, albedo=zero):
             back = Rotation.from_rotvec(-turn)
-            x = looked(sensitivity, back.apply(light), albedo=albedo)
+            x = build_errors(sensitivity, back.apply(light), albedo=albedo)
             x.to_body = back.apply
             return diode.predict_measurement(x, back.apply(V))[:, 0]
 
@@ -96,11 +98,11 @@ def test_what_it_measures_is_the_slope_of_what_it_reports(light):
             np.testing.assert_allclose(H[:, first + k], slope, atol=1e-9)
 
 
-def test_three_lit_faces_tell_what_a_direction_does():
-    """Σ (n × s)(n × s)ᵀ of three normals at right angles is I - s sᵀ."""
+def test_three_perpendicular_diodes_equal_direction_sensor():
+    """For three perpendicular normals n, the sum of (n × s)(n × s)ᵀ is I - s sᵀ."""
     r = 0.02
     total = 0.0
-    for diode in cube(relative_noise=r)[::2]:
+    for diode in build_cube(relative_noise=r)[::2]:
         H = Suite(Gyro(), (diode,)).measurement_matrix(diode, V, gradient=[0.0 * V])[:, 0, :3]
         total = total + H[:, :, None] * H[:, None] / r**2
     np.testing.assert_allclose(
@@ -108,8 +110,8 @@ def test_three_lit_faces_tell_what_a_direction_does():
     )
 
 
-def test_all_faces_together_tell_no_more_than_the_bound_says():
-    """Against 50,000 directions, for faces of other noise and cones."""
+def test_joint_information_is_below_bound():
+    """The maximum is taken over 50,000 directions, for diodes with different noise and cones."""
     rng = np.random.default_rng(5)
     diodes = [
         Photodiode(
@@ -130,7 +132,7 @@ def test_all_faces_together_tell_no_more_than_the_bound_says():
         J += row[:, :, None] * row[:, None]
     most = np.linalg.eigvalsh(J)[:, -1].max()
     assert most < bound_joint_information(diodes) < 1.15 * most
-    assert 1.0 < bound_joint_information(cube(relative_noise=1.0)) < 1.06
+    assert 1.0 < bound_joint_information(build_cube(relative_noise=1.0)) < 1.06
 
 
 @pytest.mark.parametrize(
@@ -143,5 +145,5 @@ def test_all_faces_together_tell_no_more_than_the_bound_says():
 def test_missing_lower_bound_is_explained(keys, environment_errors, message):
     with pytest.raises(NoLowerBoundError, match=message):
         compute_lower_bound(
-            scenario(*cube(**keys), Magnetometer(), environment_errors=environment_errors)
+            scenario(*build_cube(**keys), Magnetometer(), environment_errors=environment_errors)
         )

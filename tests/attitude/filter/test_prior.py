@@ -1,4 +1,4 @@
-"""Runs that go on from a calibration: the kernel, its reference, and a run that is cut in two."""
+"""Runs that continue after an earlier calibration."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -20,7 +20,7 @@ from .agreement import assert_agrees, designs
 
 
 def scenario(**changes):
-    """Eclipses, ramps and a field of view: all that an attitude enters."""
+    """Return a scenario with ramps and a field of view, which depend on the attitude."""
     table = {
         "preset": "cubesat_6u",
         "duration": 1200.0,
@@ -32,12 +32,12 @@ def scenario(**changes):
     return Scenario.from_dict(table | changes)
 
 
-def known(of, rng, share=0.3):
-    """The scenario after a calibration that left a share of 1-sigmas, all of them correlated."""
-    n = of.suite.n_states
-    sigma = share * FilterModel.from_scenario(of).initial_sigma
-    mixed = rng.standard_normal((n, n)) + 2.0 * np.eye(n)
-    correlation = mixed @ mixed.T
+def add_prior(base, rng, share=0.3):
+    """Return the scenario with a prior of reduced and correlated uncertainty."""
+    n = base.suite.n_states
+    sigma = share * FilterModel.from_scenario(base).initial_sigma
+    factor = rng.standard_normal((n, n)) + 2.0 * np.eye(n)
+    correlation = factor @ factor.T
     scale = sigma / np.sqrt(np.diag(correlation))
     covariance = scale[:, None] * correlation * scale
     prior = Prior(
@@ -46,7 +46,7 @@ def known(of, rng, share=0.3):
         states=(sigma * rng.standard_normal(n))[3:].reshape(-1, 3).tolist(),
         covariance=(0.5 * (covariance + covariance.T)).tolist(),
     )
-    return dataclasses.replace(of, prior=prior)
+    return dataclasses.replace(base, prior=prior)
 
 
 @pytest.mark.slow
@@ -76,23 +76,26 @@ def known(of, rng, share=0.3):
     ],
     ids=["full gyro", "varying and considered"],
 )
-def test_kernel_and_reference_agree(changes):
+def test_filters_agree_after_calibration(changes):
     rng = np.random.default_rng(3)
-    of = known(scenario(**changes), rng)
-    model = FilterModel.from_scenario(of)
+    scenario_with_prior = add_prior(scenario(**changes), rng)
+    model = FilterModel.from_scenario(scenario_with_prior)
     assert np.abs(model.initial_correlation - np.eye(model.suite.n_states)).max() > 0.3
     np.testing.assert_allclose(
-        model.initial_covariance, np.array(of.prior.covariance), rtol=1e-12, atol=1e-30
+        model.initial_covariance,
+        np.array(scenario_with_prior.prior.covariance),
+        rtol=1e-12,
+        atol=1e-30,
     )
     assert_agrees(model, designs(rng, 5, max_duration=300.0))
-    alone = dataclasses.replace(model, initial_correlation=np.eye(model.suite.n_states))
+    uncorrelated = dataclasses.replace(model, initial_correlation=np.eye(model.suite.n_states))
     X = designs(rng, 3, max_duration=300.0)
-    assert not np.allclose(evaluate(alone, X).trace, evaluate(model, X).trace, rtol=1e-3)
+    assert not np.allclose(evaluate(uncorrelated, X).trace, evaluate(model, X).trace, rtol=1e-3)
 
 
-def test_covariance_at_the_end_is_the_reference_s():
+def test_final_covariance_equals_reference():
     rng = np.random.default_rng(4)
-    model = FilterModel.from_scenario(known(scenario(), rng))
+    model = FilterModel.from_scenario(add_prior(scenario(), rng))
     X = designs(rng, 3, max_duration=300.0)
     for x, P in zip(X, evaluate(model, X, covariance=True).covariance, strict=True):
         expected = run_reference_filter(model, x).covariance
@@ -100,20 +103,20 @@ def test_covariance_at_the_end_is_the_reference_s():
         np.testing.assert_allclose(P / scale, expected / scale, rtol=0, atol=1e-9)
 
 
-def test_a_run_that_is_cut_in_two_is_the_whole_run():
-    """The second part, from covariance and attitude where the first one ends, by the kernel."""
-    of = scenario(maneuvers={"count": 3}, convergence={"rule": "trace", "window": 1200.0})
-    model = FilterModel.from_scenario(of)
+def test_split_run_equals_complete_run():
+    """The second part starts from the covariance and attitude at the end of the first part."""
+    base = scenario(maneuvers={"count": 3}, convergence={"rule": "trace", "window": 1200.0})
+    model = FilterModel.from_scenario(base)
     x = np.array([0.5, 0.3, -0.2, 200.0, -0.3, 0.6, 0.2, 250.0, 0.2, -0.4, 0.7, 300.0])
-    whole = evaluate(model, x[None], covariance=True).covariance[0]
-    k = 225  # steps of 2 s: the first two maneuvers
+    complete = evaluate(model, x[None], covariance=True).covariance[0]
+    k = 225  # end of the first two maneuvers, in steps of 2 s
     tables = ("references", "available", "directions", "radii")
     until = {name: getattr(model, name)[: k + 1] for name in tables}
     since = {name: getattr(model, name)[k:] for name in tables}
     first = run_reference_filter(dataclasses.replace(model, **until), x)
     assert first.times[-1] == 450.0
     sigma = first.sigma[-1]
-    rest = dataclasses.replace(
+    second_model = dataclasses.replace(
         model,
         **since,
         initial_sigma=sigma,
@@ -121,18 +124,17 @@ def test_a_run_that_is_cut_in_two_is_the_whole_run():
         initial_attitude=first.attitude[-1],
         window_steps=600 - k,
     )
-    later = np.array([0.2, -0.4, 0.7, 300.0])
-    found = evaluate(rest, later[None], covariance=True).covariance[0]
-    scale = np.sqrt(np.outer(np.diag(whole), np.diag(whole)))
-    np.testing.assert_allclose(found / scale, whole / scale, rtol=0, atol=1e-9)
+    second_design = np.array([0.2, -0.4, 0.7, 300.0])
+    second_covariance = evaluate(second_model, second_design[None], covariance=True).covariance[0]
+    scale = np.sqrt(np.outer(np.diag(complete), np.diag(complete)))
+    np.testing.assert_allclose(second_covariance / scale, complete / scale, rtol=0, atol=1e-9)
 
 
-def test_objectives_count_from_what_is_known():
-    """At the start all that is relative to it is 1, and the logarithm of 1."""
+def test_normalized_objectives_are_relative_to_prior():
     rng = np.random.default_rng(5)
     names = ("normalized_trace", "log_det", "max_eigenvalue")
-    of = dataclasses.replace(known(scenario(), rng), objectives=names)
-    problem = AttitudeManeuverProblem(of)
+    scenario_with_prior = dataclasses.replace(add_prior(scenario(), rng), objectives=names)
+    problem = AttitudeManeuverProblem(scenario_with_prior)
     model = problem.model
     P = model.initial_covariance[None]
     start = SimpleNamespace(covariance=P)

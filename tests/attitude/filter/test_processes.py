@@ -1,4 +1,4 @@
-"""Errors that vary, through the compiled kernel, against closed forms; sample intervals."""
+"""Gauss-Markov errors in the compiled filter, compared with closed forms; sample intervals."""
 
 import dataclasses
 
@@ -33,8 +33,8 @@ def variances(model, block):
     return evaluate(model, PLAN, history=True).variances[0][:, first : first + 3]
 
 
-def test_what_is_over_a_duration_are_the_moments_of_an_ornstein_uhlenbeck_process():
-    """From e(0): mean e(0) exp(-t / τ), variance σ² (1 - exp(-2 t / τ)); and steps add up."""
+def test_gauss_markov_discretization_equals_closed_form():
+    """The mean is e(0) exp(-t / τ), the variance σ² (1 - exp(-2 t / τ)), and steps combine."""
     process = GaussMarkov(0.3, 40.0)
     decay, variance = process.discretize(10.0)
     assert decay == pytest.approx(np.exp(-0.25), rel=1e-15)
@@ -47,7 +47,7 @@ def test_what_is_over_a_duration_are_the_moments_of_an_ornstein_uhlenbeck_proces
 
 
 @pytest.mark.slow
-def test_a_process_that_nothing_measures_keeps_its_variance():
+def test_unmeasured_process_has_stationary_variance():
     suite = SUITES["varying errors"]
     model = FilterModel.from_scenario(
         scenario(
@@ -64,7 +64,7 @@ def test_a_process_that_nothing_measures_keeps_its_variance():
 
 @dataclass(frozen=True)
 class Mean(Sensor):
-    """A constant and an error that varies, and next to no noise."""
+    """Sensor of the sum of a constant and a Gauss-Markov error, almost without noise."""
 
     kind = "mean"
     time: float = 20.0
@@ -81,8 +81,8 @@ class Mean(Sensor):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("time", [2.0, 20.0, 300.0])
-def test_a_mean_is_known_as_well_as_correlated_samples_tell(time):
-    """Of n samples of correlation ρ, σ² (1 + ρ) / (n - (n - 2) ρ): the floor of more samples.
+def test_mean_of_correlated_samples_has_known_variance(time):
+    """The variance from n samples of correlation ρ is σ² (1 + ρ) / (n - (n - 2) ρ).
 
     E. Parzen, A new approach to the synthesis of optimal smoothing and prediction systems (1960).
     """
@@ -90,18 +90,17 @@ def test_a_mean_is_known_as_well_as_correlated_samples_tell(time):
     found = variances(FilterModel.from_scenario(scenario(sensors=sensors)), "own.constant")
     n, rho = np.arange(1, 241), np.exp(-1.0 / time)
     mean = (1.0 + rho) / (n - (n - 2.0) * rho)
-    expected = 1.0 / (1.0 / mean + 0.01)  # with what was known
+    expected = 1.0 / (1.0 / mean + 0.01)  # with the initial information
     np.testing.assert_allclose(found[1:], np.repeat(expected[:, None], 3, 1), rtol=1e-5)
 
 
 @pytest.mark.slow
-def test_sampled_at_an_interval_a_filter_of_any_step_knows_the_same():
-    """Whose maneuvers begin at steps of all; the orbit is the same table, sparser."""
+def test_sample_interval_makes_result_independent_of_filter_step():
     suite = SUITES["orbit error"]
     sensors = tuple(dataclasses.replace(s, sample_interval=4.0) for s in suite.sensors)
-    every = tuple(dataclasses.replace(s, sample_interval=None) for s in suite.sensors)
+    continuous_sensors = tuple(dataclasses.replace(s, sample_interval=None) for s in suite.sensors)
 
-    def known(step, these):
+    def compute_variances(step, these):
         found = FilterModel.from_scenario(
             scenario(
                 gyro=suite.gyro,
@@ -112,15 +111,18 @@ def test_sampled_at_an_interval_a_filter_of_any_step_knows_the_same():
         )
         return evaluate(found, PLAN, history=True).variances[0][:: round(4.0 / step)]
 
-    finest = known(1.0, sensors)
+    finest = compute_variances(1.0, sensors)
     for step in (2.0, 4.0):
-        np.testing.assert_allclose(known(step, sensors), finest, rtol=1e-9)
-    np.testing.assert_allclose(known(4.0, every), finest, rtol=1e-9)
-    assert (known(1.0, every)[-1] < known(2.0, every)[-1])[:3].all()
-    assert (known(1.0, every)[-1] < finest[-1])[:3].all()
+        np.testing.assert_allclose(compute_variances(step, sensors), finest, rtol=1e-9)
+    np.testing.assert_allclose(compute_variances(4.0, continuous_sensors), finest, rtol=1e-9)
+    assert (
+        compute_variances(1.0, continuous_sensors)[-1]
+        < compute_variances(2.0, continuous_sensors)[-1]
+    )[:3].all()
+    assert (compute_variances(1.0, continuous_sensors)[-1] < finest[-1])[:3].all()
 
 
-def test_errors_that_vary_or_are_considered_have_no_weight_unless_given():
+def test_processes_and_considered_states_have_zero_default_weight():
     sensors, world = (
         (SunSensor(), Magnetometer(considered=("bias",))),
         EnvironmentErrors(albedo=0.05),

@@ -1,4 +1,4 @@
-"""When a star tracker measures, by geometry; and its noise about whatever boresight."""
+"""Star tracker: availability, and noise about any boresight."""
 
 import dataclasses
 
@@ -44,34 +44,36 @@ def model():
 
 
 def angle(axis, vectors):
-    """In degrees, by arcs of the unit sphere's chords."""
+    """Return the angle in degrees, from the chord of the unit sphere."""
     return np.degrees(2.0 * np.arcsin(0.5 * np.linalg.norm(vectors - axis, axis=1)))
 
 
-def test_it_measures_where_geometry_says(model):
-    """At rest in GCRS axes, from the satellite's place and the Sun's alone."""
+def test_availability_follows_from_exclusion_angles(model):
+    """The body is at rest in GCRS."""
     environment = AttitudeManeuverProblem(scenario()).environment
     axis = np.array([0.0, 1.0, -1.0]) / np.sqrt(2.0)
     distance = np.linalg.norm(environment.position, axis=1)
     nadir = -environment.position / distance[:, None]
     limb = np.degrees(np.arcsin(6378136.3 / distance))
-    sun_off = (angle(axis, environment.sun) > 40.0) | ~environment.sunlit
-    earth_off = angle(axis, nadir) - limb > 20.0
+    outside_sun_cone = (angle(axis, environment.sun) > 40.0) | ~environment.sunlit
+    outside_earth_cone = angle(axis, nadir) - limb > 20.0
     attitude = np.broadcast_to(np.eye(3), (model.n_steps + 1, 3, 3))
-    found = can_measure(model, 0, attitude, np.zeros((model.n_steps, 3)))
+    is_measured = can_measure(model, 0, attitude, np.zeros((model.n_steps, 3)))
     moon, _ = model.select_direction("moon")
-    np.testing.assert_array_equal(found, sun_off & earth_off & (angle(axis, moon) > 15.0))
-    assert found.any()
-    assert not found.all()
+    np.testing.assert_array_equal(
+        is_measured, outside_sun_cone & outside_earth_cone & (angle(axis, moon) > 15.0)
+    )
+    assert is_measured.any()
+    assert not is_measured.all()
 
 
 @pytest.mark.slow
-def test_it_measures_below_its_rate(model):
+def test_star_tracker_measures_up_to_maximum_rate(model):
     """A sample belongs to the step before it."""
     tracker = dataclasses.replace(TRACKER, sun_exclusion_deg=None, earth_exclusion_deg=None)
     bare = dataclasses.replace(tracker, moon_exclusion_deg=None)
     model = FilterModel.from_scenario(scenario(bare))
-    slow, fast = [0.3, 0.0, 0.4], [0.3, 0.01, 0.4]  # deg/s: 0.5 and just more
+    slow, fast = [0.3, 0.0, 0.4], [0.3, 0.01, 0.4]  # deg/s, with norms of 0.5 and slightly more
     design = np.array([*slow, 100.0, *fast, 60.0, *slow, 500.0])
     motion = Motion.from_design(model, design, model.n_steps)
     found = can_measure(model, 0, motion.attitude, motion.rates)
@@ -82,7 +84,7 @@ def test_it_measures_below_its_rate(model):
 
 @pytest.mark.parametrize("boresight", [(0.0, 0.0, 1.0), (0.0, 0.0, -2.0), (1.0, -2.0, 0.5)])
 def test_information_is_isotropic_across_the_boresight(boresight):
-    """Hᵀ R⁻¹ H = (I - b bᵀ) / σc² + b bᵀ / σr², whatever axes across it are."""
+    """Hᵀ R⁻¹ H = (I - b bᵀ) / σc² + b bᵀ / σr² for the boresight b."""
     tracker = StarTracker(boresight=boresight)
     H = Suite(Gyro(), (tracker,)).measurement_matrix(tracker, np.zeros(3))[:, :3]
     b = np.array(boresight) / np.linalg.norm(boresight)

@@ -1,4 +1,4 @@
-"""The declared error model against equation (2) written out by hand."""
+"""Error model of a suite, compared with explicit matrices."""
 
 import numpy as np
 import pytest
@@ -10,11 +10,11 @@ V = np.array([0.6, -0.48, 0.64])
 
 
 def skew(v):
-    """[v×], the textbook matrix."""
+    """Return the cross-product matrix [v×]."""
     return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
 
 
-def test_paper_state_is_the_papers_state():
+def test_paper_suite_has_state_of_the_paper():
     suite = SUITES["paper"]
     assert suite.blocks == (
         "attitude",
@@ -27,14 +27,14 @@ def test_paper_state_is_the_papers_state():
     assert (suite.n_states, suite.n_dynamic) == (18, 6)
 
 
-def test_paper_dynamics_are_equation_2():
+def test_paper_dynamics_equal_equation_2():
     A = SUITES["paper"].dynamics_matrix(OMEGA)
     expected = np.block([[-skew(OMEGA), -np.eye(3)], [np.zeros((3, 3)), -1e-5 * np.eye(3)]])
     np.testing.assert_array_equal(A, expected)
 
 
 @pytest.mark.parametrize(("index", "first"), [(0, 6), (1, 12)])
-def test_paper_measurements_are_equation_2(index, first):
+def test_paper_measurements_equal_equation_2(index, first):
     suite = SUITES["paper"]
     H = suite.measurement_matrix(suite.sensors[index], V)
     expected = np.zeros((3, 18))
@@ -44,15 +44,17 @@ def test_paper_measurements_are_equation_2(index, first):
     np.testing.assert_array_equal(H, expected)
 
 
-def test_soft_iron_is_a_symmetric_matrix():
-    """(I + [ψ×] + diag(k) + N(η)) B, column by column."""
+def test_soft_iron_error_is_symmetric_matrix():
+    """The measured field is (I + [ψ×] + diag(k) + N(η)) B."""
     suite = SUITES["every constant"]
     H = suite.measurement_matrix(suite.sensors[1], V)
     own = suite.get_first_indices(suite.sensors[1])
     for axis, unit in enumerate(np.eye(3)):
         np.testing.assert_array_equal(H[:, own["misalignment"] + axis], skew(unit) @ V)
         np.testing.assert_array_equal(H[:, own["scale_factor"] + axis], np.diag(unit) @ V)
-        np.testing.assert_array_equal(H[:, own["nonorthogonality"] + axis], symmetric(unit) @ V)
+        np.testing.assert_array_equal(
+            H[:, own["nonorthogonality"] + axis], build_symmetric(unit) @ V
+        )
 
 
 def test_star_tracker_measures_the_attitude():
@@ -64,18 +66,18 @@ def test_star_tracker_measures_the_attitude():
     assert not H[:, 9:].any()
 
 
-def symmetric(e):
-    """N(e): e on both sides of the diagonal, its x component between y and z."""
+def build_symmetric(e):
+    """Return the symmetric matrix N(e) with e beside the zero diagonal."""
     return np.array([[0, e[2], e[1]], [e[2], 0, e[0]], [e[1], e[0], 0]])
 
 
-def test_a_gyro_of_every_error_is_the_derivative_of_the_rate_error():
-    """θ' is -(ω_m - ω) for ω_m = (I + diag(k) + [μ×] + N(η)) ω + b."""
+def test_gyro_dynamics_are_derivative_of_rate_error():
+    """The attitude error changes by -(ω_m - ω) for ω_m = (I + diag(k) + [μ×] + N(η)) ω + b."""
     suite = SUITES["every constant"]
     A = suite.dynamics_matrix(OMEGA)
 
     def rate_error(b, k, mu, eta):
-        return -((np.diag(k) + skew(mu) + symmetric(eta)) @ OMEGA + b)
+        return -((np.diag(k) + skew(mu) + build_symmetric(eta)) @ OMEGA + b)
 
     names = ["b", "k", "mu", "eta"]
     for block, argument in enumerate(names, start=1):
@@ -87,7 +89,7 @@ def test_a_gyro_of_every_error_is_the_derivative_of_the_rate_error():
 
 
 def test_small_angle_signs_agree_with_rotations():
-    """The linear model against s_true = (I - [θ×]) s_c, s_meas = (I + [φ×]) s_true + δ."""
+    """The exact model is s_true = (I - [θ×]) s_c and s_meas = (I + [φ×]) s_true + δ."""
     suite = SUITES["paper"]
     rng = np.random.default_rng(0)
     theta, phi, delta = 1e-6 * rng.standard_normal((3, 3))

@@ -1,7 +1,7 @@
-"""The limit's slow twin: the information of a whole history at once, averaged over attitudes.
+"""Independent lower bound: information of a complete history, averaged over attitudes.
 
-It shares with the limit the declaration of the suite alone. F and Q are Van Loan's, the attitude
-scipy's, and what is averaged is the information matrix itself, of all states at all steps.
+The computation shares only the error model of the suite with the package. F and Q follow from Van
+Loan's method, attitudes from scipy, and the information matrix contains all states at all steps.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ Floats = NDArray[np.float64]
 
 
 def mean_covariance(model: FilterModel, rate: Floats, rotations: Floats) -> Floats:
-    """Covariance of all states at the end, of the mean information over turned histories.
+    """Return the final covariance that the mean information over rotated histories gives.
 
     Parameters
     ----------
     rate : array, shape (3,)
-        Of the body in the first of the histories [rad/s].
+        Body rate of the first history [rad/s].
     rotations : array, shape (n, 3, 3)
-        Of the others' body axes: attitudes and rates are turned by them.
+        Rotations of attitude and rate for the other histories.
 
     Returns
     -------
     array, shape (n_states, n_states)
-        The attitude error in axes of GCRS.
+        Covariance of all states, with the attitude error in GCRS.
     """
     information = sum(
         jacobian.T @ jacobian
@@ -45,7 +45,7 @@ def mean_covariance(model: FilterModel, rate: Floats, rotations: Floats) -> Floa
 
 
 def _columns(model: FilterModel, k: int) -> Floats:
-    """Where the states at step k are: those that noise drives have a place in each."""
+    """Return the columns of the states at step k. Driven states have columns for each step."""
     driven = _driven(model)
     constant = (model.n_steps + 1) * driven.sum()
     columns = np.empty(len(driven), dtype=int)
@@ -61,7 +61,7 @@ def _driven(model: FilterModel) -> NDArray[np.bool_]:
 
 
 def _jacobian(model: FilterModel, rotation: Floats, rate: Floats) -> Floats:
-    """Whitened rows of prior, dynamics and measurements of one history."""
+    """Return the normalized rows of prior, dynamics and measurements of one history."""
     model = dataclasses.replace(model, initial_attitude=rotation @ model.initial_attitude)
     rate, driven, n = rotation @ rate, _driven(model), model.suite.n_states
     starts = np.zeros(1, dtype=int)
@@ -70,7 +70,7 @@ def _jacobian(model: FilterModel, rotation: Floats, rate: Floats) -> Floats:
     rows = []
 
     def add(matrix: Floats, factor: Floats, *steps: int) -> None:
-        """Rows matrix @ [x(k) for k in steps], noise factor factorᵀ; attitudes in GCRS axes."""
+        """Add rows matrix @ [x(k) for k in steps] with the noise covariance factor @ factor.T."""
         row = np.zeros((len(matrix), width))
         for part, k in zip(np.split(matrix, len(steps), axis=1), steps, strict=True):
             part = part.copy()
@@ -91,13 +91,13 @@ def _jacobian(model: FilterModel, rotation: Floats, rate: Floats) -> Floats:
 
 
 def _measurements(model: FilterModel, C: Floats) -> list[Floats]:
-    """H of each sensor at all steps, shape (n_steps + 1, 3, n_states)."""
-    found = []
+    """Return the measurement matrix of each sensor, shape (n_steps + 1, 3, n_states)."""
+    matrices = []
     for index, sensor in enumerate(model.suite.sensors):
         rows = model.suite.gradient_rows(index)
         v, *gradient = (
             np.einsum("kij,kj->ki", C, model.references[:, row])
             for row in (index, *range(rows.start, rows.stop))
         )
-        found.append(model.suite.measurement_matrix(sensor, v, C, gradient))
-    return found
+        matrices.append(model.suite.measurement_matrix(sensor, v, C, gradient))
+    return matrices

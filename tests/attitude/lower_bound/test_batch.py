@@ -1,4 +1,4 @@
-"""The limit beside a slow independent one: the mean information of 300 s over attitudes."""
+"""Lower bound compared with the mean information of 300 s over attitudes."""
 
 import dataclasses
 
@@ -11,19 +11,19 @@ from scipy.spatial.transform import Rotation
 from ..filter.suites import SUITES
 from .batch import mean_covariance
 
-#: What a sample tells of a delay depends on the rate: there is no limit with one, nor with what
-#: the gyro's bias follows.
-LIMITED = [
+#: Suites with a lower bound: without measurement latency and without sensitivities of the gyro
+#: bias.
+BOUNDED_SUITES = [
     name
     for name, suite in SUITES.items()
     if not any(s.latency_states() for s in suite.sensors) and not suite.gyro.bias_sensitivities
 ]
-#: Rotations of a cube: their mean of a vector is zero, and of a matrix the share of its trace.
+#: Rotations of a cube, whose mean of a vector is zero and of a matrix a third of its trace.
 CUBE = Rotation.create_group("O").as_matrix()
 RATE = np.radians([0.31, -0.24, 0.17])
 
 
-def of_suite(name):
+def build_model(name):
     suite = SUITES[name]
     sensors = [dataclasses.replace(each, sample_interval=None) for each in suite.sensors]
     scenario = dataclasses.replace(
@@ -39,24 +39,24 @@ def of_suite(name):
 
 
 @pytest.fixture
-def any_attitude(monkeypatch):
-    """Without what is known of one history's rates: a mean over attitudes belongs to none."""
+def attitude_independent_bound(monkeypatch):
+    """Disable the bounds that depend on the rate of a single history."""
     monkeypatch.setattr("mgeo_attitude.lower_bound.assembly._bound_common_modes", lambda *_: ())
 
 
-def totals(covariance):
+def sum_block_variances(covariance):
     return np.diag(covariance).reshape(-1, 3).sum(axis=1)
 
 
-def compare(name, rotations):
-    """The limit over the slow one, by blocks; not of those that are considered.
+def compute_ratios(name, rotations):
+    """Return the ratio of the lower bound to the mean-information bound by block, and the bound.
 
-    Nor of the gyro: a mean over attitudes parts its errors from the attitude's, by which alone
-    they are seen, and is far below the limit.
+    Considered blocks are omitted. Gyro errors are omitted because a mean over attitudes separates
+    them from the attitude, so that their mean-information bound is far too low.
     """
-    scenario, model = of_suite(name)
+    scenario, model = build_model(name)
     found = compute_lower_bound(scenario, model)
-    slow = totals(mean_covariance(model, RATE, rotations))
+    slow = sum_block_variances(mean_covariance(model, RATE, rotations))
     left_out = {model.suite.blocks[state // 3] for state in model.suite.considered_indices}
     return {
         block: found.variance_sum[block][-1] / total
@@ -66,38 +66,38 @@ def compare(name, rotations):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("any_attitude")
-@pytest.mark.parametrize("name", LIMITED)
-def test_the_limit_is_the_mean_information_over_a_cube(name):
-    ratios, found = compare(name, CUBE)
+@pytest.mark.usefixtures("attitude_independent_bound")
+@pytest.mark.parametrize("name", BOUNDED_SUITES)
+def test_lower_bound_equals_mean_information_over_cube_rotations(name):
+    ratios, found = compute_ratios(name, CUBE)
     varies = SUITES[name].processes
     for block, ratio in ratios.items():
         assert ratio <= 1.0 + 1e-9, block
         if block == "attitude" or block.endswith(("albedo", "error")):
-            # it knows the bias all the way, the slow one at the steps
+            # The lower bound assumes a bias that is known at all times.
             assert ratio > 0.95 or found.relaxations, block
         elif any(each.startswith(block.split(".")[0]) for each in found.relaxations):
-            continue  # noise that differs by axes counts as nowhere more than on its best
+            continue  # Anisotropic noise is relaxed to the noise of the best axis.
         elif not (varies and block.endswith(("scale_factor", "nonorthogonality"))):
-            # a scale common to all axes is as an error of the field is, whatever the attitude
+            # A common scale factor has the same effect as a field error at any attitude.
             assert ratio == pytest.approx(1.0, rel=1e-9), block
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("any_attitude")
+@pytest.mark.usefixtures("attitude_independent_bound")
 @pytest.mark.parametrize("name", ["paper", "considered"])
-def test_the_limit_is_not_above_the_mean_information_over_random_rotations(name):
+def test_lower_bound_is_below_mean_information_over_random_rotations(name):
     rotations = Rotation.random(1000, random_state=1).as_matrix()
-    ratios, found = compare(name, rotations)
+    ratios, found = compute_ratios(name, rotations)
     for block, ratio in ratios.items():
         assert ratio <= 1.0 + 1e-9, block
         assert ratio > 0.9 or found.relaxations or SUITES[name].processes, block
 
 
 @pytest.mark.parametrize("name", ["full gyro"])
-def test_the_slow_one_has_the_covariance_of_the_kernel(name):
-    _, model = of_suite(name)
+def test_batch_covariance_equals_filter_covariance(name):
+    _, model = build_model(name)
     plan = np.degrees(np.append(RATE, np.radians(300.0)))[None]
     kernel = evaluate(model.full_duration_model, plan, covariance=True).covariance[0]
     slow = mean_covariance(model, RATE, np.eye(3)[None])
-    np.testing.assert_allclose(totals(slow), totals(kernel), rtol=1e-6)
+    np.testing.assert_allclose(sum_block_variances(slow), sum_block_variances(kernel), rtol=1e-6)

@@ -1,4 +1,4 @@
-"""Designs as maneuvers and steps."""
+"""Conversion of designs to maneuvers and filter steps."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from mgeo_attitude.maneuvers.schedule import (
 )
 
 
-def test_decode_gives_radians_and_seconds():
+def test_decode_designs_returns_radians_and_seconds():
     rates, durations = decode_designs([180.0, 0.0, -90.0, 10.0, 0.0, 36.0, 0.0, 0.5])
     np.testing.assert_allclose(rates, [[[np.pi, 0, -np.pi / 2], [0, np.pi / 5, 0]]])
     np.testing.assert_array_equal(durations, [[10.0, 0.5]])
@@ -25,35 +25,40 @@ def test_decode_gives_radians_and_seconds():
         ([[[0.0, 0.0, 0.0, 1.0]]], "expected 4 columns"),
     ],
 )
-def test_bad_designs_are_named(design, message):
+def test_error_names_invalid_design(design, message):
     with pytest.raises(ValueError, match=message):
         decode_designs(design)
 
 
 @pytest.mark.parametrize(
-    ("durations", "step", "starts", "over"),
+    ("durations", "step", "starts", "end"),
     [
         ([0.0, 0.0, 0.0], 1.0, [0, 0, 0], 0),
-        ([0.2, 0.2, 0.2], 1.0, [0, 1, 1], 1),  # the second ends before its first step
+        ([0.2, 0.2, 0.2], 1.0, [0, 1, 1], 1),  # The second maneuver ends before its first step.
         ([1.5, 1.5, 0.1], 1.0, [0, 2, 3], 4),
         ([10.0, 20.0, 5.0], 5.0, [0, 2, 6], 7),
         ([5.0, 1e300, 1e300], 1.0, [0, 5, UNREACHED_STEP], UNREACHED_STEP),
     ],
 )
-def test_maneuvers_begin_at_the_first_step_at_or_after_their_start(durations, step, starts, over):
-    found, end = compute_maneuver_steps(np.array([durations]), step)
-    np.testing.assert_array_equal(found, [starts])
-    np.testing.assert_array_equal(end, [over])
+def test_maneuver_begins_at_first_step_at_or_after_its_start(durations, step, starts, end):
+    first_steps, last_end = compute_maneuver_steps(np.array([durations]), step)
+    np.testing.assert_array_equal(first_steps, [starts])
+    np.testing.assert_array_equal(last_end, [end])
 
 
-def test_what_is_flown_of_a_design():
+def test_rate_intervals_omit_skipped_maneuvers_and_end_with_run():
     design = [0.5, 0, 0, 100.0, 0, -1.0, 0, 0.0, 0, 0, 0.25, 50.5]
-    flight = build_rate_intervals(design, 900.0, 1.0)
-    assert flight.maneuver_numbers.tolist() == [0, 2]  # the second ends before its first step
-    assert flight.times.tolist() == [0.0, 100.0, 900.0]
-    assert np.degrees(flight.rates) == pytest.approx(np.array([[0.5, 0, 0], [0, 0, 0.25]]))
-    assert flight.maneuver_end == 151.0
-    cut = build_rate_intervals(design, 100.0, 1.0)  # the run ends as the third would begin
+    intervals = build_rate_intervals(design, 900.0, 1.0)
+    assert intervals.maneuver_numbers.tolist() == [
+        0,
+        2,
+    ]  # The second maneuver ends before its first step.
+    assert intervals.times.tolist() == [0.0, 100.0, 900.0]
+    assert np.degrees(intervals.rates) == pytest.approx(np.array([[0.5, 0, 0], [0, 0, 0.25]]))
+    assert intervals.maneuver_end == 151.0
+    cut = build_rate_intervals(
+        design, 100.0, 1.0
+    )  # The third maneuver would begin at the end of the run.
     assert cut.maneuver_numbers.tolist() == [0]
     assert cut.times.tolist() == [0.0, 100.0]
     assert cut.maneuver_end == 100.0

@@ -1,4 +1,4 @@
-"""A short scenario, and a plan in it whose second maneuver is shorter than a step."""
+"""Fixtures: a short scenario, and a plan in it whose second maneuver has no duration."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""What a plan says of its constraints: against the slow filter's run, and in every file."""
+"""Constraint tables of plans against the reference filter, and violations in exported files."""
 
 import dataclasses
 import io
@@ -12,13 +12,13 @@ from mgeo_attitude import AttitudeManeuverProblem, run_reference_filter
 from mgeo_attitude.plan import ManeuverPlan, format_aem, to_csv
 from scipy.spatial.transform import Rotation
 
-from ..criteria.test_limits import LIMITED, designs
+from ..criteria.test_objectives import LIMITED, designs
 from ..filter.plain_path_limits import path_angles
 
 
 @pytest.fixture(scope="module")
 def plans():
-    """Three short plans under limits that some of them violate."""
+    """Three short plans, some of which violate constraints."""
     problem = AttitudeManeuverProblem(dataclasses.replace(LIMITED, duration=240.0))
     X = designs(9)[[2, 3, 8]]
     X[:, 3::4] *= 0.4
@@ -30,42 +30,43 @@ def violating(plans):
     return next(plan for plan in plans if len(plan.list_violations()) > 1)
 
 
-def by_hand(plan):
-    """Momentum, angles to the Sun and worst 1-sigmas of the reference filter's run."""
+def compute_reference_values(plan):
+    """Yield momentum, Sun angles and worst-axis 1-sigmas of a run of the reference filter."""
     model = plan.problem.model
     run = run_reference_filter(model, plan.design)
     C = run.attitude
-    turns = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
-    yield np.abs(turns / model.step @ plan.scenario.wheels.compute_load_matrix()).max()
+    rotations = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
+    yield np.abs(rotations / model.step @ plan.scenario.wheels.inertia_matrix()).max()
     yield from np.degrees(path_angles(model, run, plan.design))
     sigma = run.sigma[-1].reshape(-1, 3).max(axis=1)
     yield from (np.degrees(sigma[0]), np.degrees(sigma[1]) * 3600.0)
 
 
-def test_values_are_those_of_the_reference_filter(plans):
+def test_values_equal_those_of_the_reference_filter(plans):
     tables = [plan.build_constraint_table() for plan in plans]
     for plan, table in zip(plans, tables, strict=True):
-        np.testing.assert_allclose(table["value"], list(by_hand(plan)), rtol=1e-9)
-        over = table["value"] - table["bound_value"]
+        np.testing.assert_allclose(table["value"], list(compute_reference_values(plan)), rtol=1e-9)
+        excess = table["value"] - table["bound_value"]
         signs = table["bound_type"].map({"at most": -1.0, "at least": 1.0})
-        np.testing.assert_allclose(table["margin"], signs * over, atol=1e-12)
+        np.testing.assert_allclose(table["margin"], signs * excess, atol=1e-12)
         assert (table["satisfied"] == (table["margin"] >= 0.0)).all()
-    kept = np.array([table["satisfied"] for table in tables])
-    assert (~kept).any(axis=0).sum() >= 4  # of the five limits; they mean something here
-    assert kept.any(axis=0).sum() >= 4
+    satisfied = np.array([table["satisfied"] for table in tables])
+    # Most of the five constraints are violated by one plan and satisfied by another.
+    assert (~satisfied).any(axis=0).sum() >= 4
+    assert satisfied.any(axis=0).sum() >= 4
 
 
-def test_the_files_of_a_plan_that_violates_them_say_so(violating):
-    """Comments in both editions of the ephemeris, which others still read, and in CSV."""
-    named = [f"VIOLATED CONSTRAINT: {violation}" for violation in violating.list_violations()]
+def test_exported_files_list_violations(violating):
+    """Independent readers still accept ephemerides with these comments."""
+    expected = [f"VIOLATED CONSTRAINT: {violation}" for violation in violating.list_violations()]
     for version in ("1.0", "2.0"):
         text = format_aem(violating, version=version)
         lines = text.partition("CREATION_DATE")[0].splitlines()
-        assert lines[2:] == [f"COMMENT {line}" for line in named]
-    assert NdmIo().from_string(format_aem(violating, version="1.0")).header.comment[1:] == named
+        assert lines[2:] == [f"COMMENT {line}" for line in expected]
+    assert NdmIo().from_string(format_aem(violating, version="1.0")).header.comment[1:] == expected
     message = brahe.ccsds.AEM.from_str(format_aem(violating, version="2.0"))
     assert len(message.segments) == len(violating.phases)
     text = to_csv(violating)
-    assert text.splitlines()[: len(named)] == [f"# {line}" for line in named]
+    assert text.splitlines()[: len(expected)] == [f"# {line}" for line in expected]
     table = pd.read_csv(io.StringIO(text), comment="#")
     assert table["phase"].tolist() == [phase.label for phase in violating.phases]

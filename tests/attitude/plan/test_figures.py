@@ -1,10 +1,10 @@
-"""Figures of a plan: their numbers are its tables'."""
+"""Figures of a plan against its tables."""
 
 import numpy as np
 from mgeo_attitude.plan.figures import build_plan_figures
 
 
-def test_numbers(plan):
+def test_figures_show_numbers_of_tables(plan):
     figures = build_plan_figures(plan)
     assert list(figures) == ["rates", "uncertainty_by_phase", "error_budget", "correlation"]
     rates = figures["rates"].data[0]

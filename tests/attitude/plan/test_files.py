@@ -1,4 +1,4 @@
-"""Plans as files: JSON that reads back exactly, bad JSON, and CSV that has every digit."""
+"""Files of plans: JSON round trips, invalid JSON, and CSV in full precision."""
 
 import dataclasses
 import json
@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude.export_formats import FORMATS
 from mgeo_attitude.plan import ManeuverPlan, from_json, read_json, to_csv, to_json, write_plan
 
-from .test_aem import ramped
+from .test_aem import build_ramped_plan
 
 
 @pytest.fixture(scope="module")
@@ -17,14 +17,16 @@ def text(plan):
 
 
 @pytest.mark.parametrize("file", FORMATS, ids=lambda each: each.suffix)
-def test_the_suffix_selects_the_format(plan, file, tmp_path):
+def test_suffix_selects_format(plan, file, tmp_path):
     if file.package:
         pytest.importorskip(file.package)
     path = tmp_path / f"plan{file.suffix}"
     options = {"spacing": 100.0, "creation_time": plan.scenario.epoch}
     write_plan(plan, path, **options)
-    made = file.load()(plan, **{key: options[key] for key in file.list_options() if key in options})
-    expected = made.encode() if isinstance(made, str) else made
+    content = file.load()(
+        plan, **{key: options[key] for key in file.list_options() if key in options}
+    )
+    expected = content.encode() if isinstance(content, str) else content
     assert path.read_bytes()[:2000] == expected[:2000]
     assert list(tmp_path.iterdir()) == [path]
 
@@ -54,7 +56,7 @@ def test_json_round_trip(plan, text, tmp_path):
         ),
     ],
 )
-def test_an_invalid_entry_is_named(text, change, message, tmp_path):
+def test_invalid_entry_is_rejected_with_its_key(text, change, message, tmp_path):
     path, table = tmp_path / "touched.json", json.loads(text)
     change(table)
     path.write_text(json.dumps(table), encoding="utf-8")
@@ -67,7 +69,7 @@ def test_an_invalid_entry_is_named(text, change, message, tmp_path):
     ("content", "message"),
     [(b"", "Expecting value"), (b"\xff\xfe{}", "utf-8")],
 )
-def test_a_file_that_is_no_plan(content, message, tmp_path):
+def test_file_without_plan_is_rejected(content, message, tmp_path):
     path = tmp_path / "no-plan.json"
     path.write_bytes(content)
     with pytest.raises(ValueError, match=rf"no-plan\.json: .*{message}"):
@@ -75,8 +77,8 @@ def test_a_file_that_is_no_plan(content, message, tmp_path):
 
 
 @pytest.mark.parametrize("ramps", [False, True])
-def test_csv_has_the_timeline_to_the_last_digit(ramps, plan, problem, tmp_path):
-    plan = ramped(problem) if ramps else plan
+def test_csv_has_timeline_in_full_precision(ramps, plan, problem, tmp_path):
+    plan = build_ramped_plan(problem) if ramps else plan
     path = tmp_path / "plan.csv"
     path.write_text(to_csv(plan), encoding="utf-8")
     table = pd.read_csv(path, dtype=str)

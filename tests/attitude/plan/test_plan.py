@@ -1,4 +1,4 @@
-"""The plan's tables by hand, and against the filter's run."""
+"""Tables of a plan against manual computation and against a run of the reference filter."""
 
 import dataclasses
 import pickle
@@ -14,7 +14,7 @@ from .conftest import DESIGN
 HALF = np.sqrt(0.5)
 
 
-def test_one_maneuver_of_90_degrees_about_z():
+def test_timeline_of_90_degree_maneuver_about_z():
     scenario = dataclasses.replace(Scenario.paper(), duration=600.0)
     problem = AttitudeManeuverProblem(scenario, n_maneuvers=1)
     table = ManeuverPlan.from_design(problem, [0.0, 0.0, 0.5, 180.0]).build_timeline()
@@ -32,20 +32,20 @@ def test_one_maneuver_of_90_degrees_about_z():
     )
 
 
-def test_timeline_turned_through_gives_the_filter_its_attitude(plan):
+def test_timeline_rates_integrate_to_filter_attitude(plan):
     table = plan.build_timeline()
     assert table["phase"].tolist() == ["maneuver 1", "maneuver 3", "constant-rate hold"]
     q = Rotation.identity()
     for _, row in table.iterrows():
         rates = row[[f"rate {axis} [deg/s]" for axis in "xyz"]].to_numpy(float)
         q = q * Rotation.from_rotvec(rates * row["duration [s]"], degrees=True)
-        found = Rotation.from_quat(row[[f"end q{c}" for c in "123c"]].to_numpy(float))
-        assert (q.inv() * found).magnitude() < 1e-12
+        end = Rotation.from_quat(row[[f"end q{c}" for c in "123c"]].to_numpy(float))
+        assert (q.inv() * end).magnitude() < 1e-12
     np.testing.assert_allclose(q.inv().as_matrix(), plan.history.attitude[-1], atol=1e-12)
     assert table["end [s]"].iloc[-1] == plan.t_end
 
 
-def test_accuracy_is_that_of_the_filter(plan, problem):
+def test_accuracy_equals_that_of_the_reference_filter(plan, problem):
     history = run_reference_filter(problem.model, DESIGN)
     assert plan.t_end == history.t_end
     assert plan.trace == pytest.approx(history.trace[-1], rel=1e-9)
@@ -57,7 +57,7 @@ def test_accuracy_is_that_of_the_filter(plan, problem):
     np.testing.assert_allclose(table["after / before [-]"], ratio, rtol=1e-9)
 
 
-def test_a_plan_is_its_scenario_and_its_design(plan, problem):
+def test_equality_depends_on_scenario_and_design(plan, problem):
     same = ManeuverPlan(problem.scenario, DESIGN)
     assert same == plan
     assert hash(same) == hash(plan)
@@ -75,6 +75,6 @@ def test_a_plan_is_its_scenario_and_its_design(plan, problem):
         (("0.5", *DESIGN[1:]), r"design\[0\] = '0\.5'"),
     ],
 )
-def test_bad_designs_are_named(problem, design, message):
+def test_invalid_designs_are_rejected(problem, design, message):
     with pytest.raises((ValueError, TypeError), match=message):
         ManeuverPlan(problem.scenario, design)

@@ -1,4 +1,4 @@
-"""Fronts from folders that mgeo itself wrote, and from folders that somebody has touched."""
+"""Fronts from run folders that mgeo wrote, and from a folder with an invalid configuration."""
 
 import dataclasses
 import json
@@ -23,36 +23,39 @@ def run():
 
 
 @pytest.fixture(scope="module")
-def written(run, tmp_path_factory):
+def run_folder(run, tmp_path_factory):
     folder = tmp_path_factory.mktemp("run") / "one"
     write_run(folder, run)
     return folder
 
 
-def test_picks(run, written):
-    front = read_front(written)
+def test_plans_are_selected_by_rule_and_by_time(run, run_folder):
+    front = read_front(run_folder)
     F = run.outcome.F
-    fastest, best, knee = (
+    min_time, min_trace, knee = (
         front.select_plan(choice) for choice in ("min-time", "min-trace", "knee")
     )
-    assert fastest.t_end == F[:, 0].min()
-    assert best.trace == pytest.approx(F[:, 1].min(), rel=1e-9)
-    # the knee lies below the line through the ends, as no other point does
+    assert min_time.t_end == F[:, 0].min()
+    assert min_trace.trace == pytest.approx(F[:, 1].min(), rel=1e-9)
+    # No other point lies as far below the line through the ends as the knee.
     points = front.problem.map_to_indicator_space(F[find_front_rows(F)])
     (x0, y0), (x1, y1) = points[0], points[-1]
-    below = (points - points[0]) @ [y1 - y0, x0 - x1]
-    bend = F[find_front_rows(F)[np.argmax(below)]]
-    assert (knee.t_end, knee.trace) == (bend[0], pytest.approx(bend[1], rel=1e-9))
-    chosen = select_representative_solutions(front.problem, F, front.problem.obj_names)
-    assert [s.row for s in chosen if s.label == "knee"] == [front.find_row("knee")]
+    distances = (points - points[0]) @ [y1 - y0, x0 - x1]
+    expected_knee = F[find_front_rows(F)[np.argmax(distances)]]
+    assert (knee.t_end, knee.trace) == (
+        expected_knee[0],
+        pytest.approx(expected_knee[1], rel=1e-9),
+    )
+    representatives = select_representative_solutions(front.problem, F, front.problem.obj_names)
+    assert [s.row for s in representatives if s.label == "knee"] == [front.find_row("knee")]
     times = F[:, 0]
     for seconds in (0.0, 1900.0, 1e9):
         nearest = times[np.argmin(np.abs(times - seconds))]
         assert front.select_plan(seconds).t_end == nearest
 
 
-def test_a_bad_value_in_the_configuration_is_named_with_file_and_key(written, tmp_path):
-    folder = shutil.copytree(written, tmp_path / "run")
+def test_invalid_configuration_is_reported_with_file_and_key(run_folder, tmp_path):
+    folder = shutil.copytree(run_folder, tmp_path / "run")
     path = folder / "run.json"
     data = json.loads(path.read_text(encoding="utf-8"))
     data["configuration"]["options"]["gyro"]["initial_bias_deg_s"] = -1.0
@@ -62,18 +65,18 @@ def test_a_bad_value_in_the_configuration_is_named_with_file_and_key(written, tm
         read_front(folder)
 
 
-def test_fastest_and_best_are_of_t_end_and_trace_whatever_was_minimized(tmp_path):
+def test_min_time_and_min_trace_do_not_depend_on_objectives(tmp_path):
     scenario = dataclasses.replace(Scenario.paper(), duration=2400.0, step=4.0)
     problem = AttitudeManeuverProblem(scenario, objectives=("log_det", "angle"))
     write_run(tmp_path / "run", small_run(problem))
     front = read_front(tmp_path / "run")
-    paper = AttitudeManeuverProblem(scenario).evaluate(front.X, return_values_of=["F"])
-    assert front.select_plan("min-time").t_end == paper[:, 0].min()
-    assert front.select_plan("min-trace").trace == pytest.approx(paper[:, 1].min(), rel=1e-9)
+    F = AttitudeManeuverProblem(scenario).evaluate(front.X, return_values_of=["F"])
+    assert front.select_plan("min-time").t_end == F[:, 0].min()
+    assert front.select_plan("min-trace").trace == pytest.approx(F[:, 1].min(), rel=1e-9)
 
 
-def test_a_plan_of_a_run_is_what_the_run_has_stored(tmp_path, monkeypatch):
-    """Nothing is evaluated; the same plan from its design evaluates to the same document."""
+def test_plan_of_run_uses_stored_results(tmp_path, monkeypatch):
+    """Nothing is evaluated, and the document equals that of the plan of the same design."""
     scenario = dataclasses.replace(Scenario.paper(), duration=900.0, step=4.0)
     problem = AttitudeManeuverProblem(scenario, n_runs=4)
     run = small_run(problem)
@@ -83,6 +86,6 @@ def test_a_plan_of_a_run_is_what_the_run_has_stored(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr("mgeo_attitude.problem.evaluate", None)
         plan = read_front(tmp_path / "run").get_solution(0)
-        found = to_json(plan)
+        document = to_json(plan)
     np.testing.assert_array_equal(plan.view.F, run.outcome.F[:1])
-    assert found == to_json(ManeuverPlan(problem.scenario, tuple(run.outcome.X[0])))
+    assert document == to_json(ManeuverPlan(problem.scenario, tuple(run.outcome.X[0])))

@@ -1,4 +1,4 @@
-"""A plan that ends with a slew back: in its tables, files and figures, and in simulated flights."""
+"""Plans with a slew back: tables, files, constraints and simulations."""
 
 import dataclasses
 
@@ -25,7 +25,7 @@ from mgeo_calibration import simulate
 
 from ...calibration.simulators.runs import build_zero_errors, simulate_motion
 from .conftest import DESIGN
-from .test_aem import instant, matrix
+from .test_aem import rotation_matrix, to_epoch
 
 TABLE = {
     "preset": "paper",
@@ -41,28 +41,30 @@ def plan():
 
 
 @pytest.fixture(scope="module")
-def without():
+def plan_without_slew_back():
     table = TABLE | {"maneuvers": {"max_acceleration_deg_s2": 0.05}}
     return ManeuverPlan(Scenario.from_dict(table), DESIGN)
 
 
-def test_the_filter_does_not_see_it(plan, without):
-    """Neither t_end nor trace, nor what was learned; the plan is longer."""
-    assert (plan.t_end, plan.trace) == (without.t_end, without.trace)
-    assert without.duration == without.t_end < plan.duration
+def test_slew_back_does_not_affect_convergence(plan, plan_without_slew_back):
+    """Results until convergence are equal; only the plan is longer."""
+    assert (plan.t_end, plan.trace) == (plan_without_slew_back.t_end, plan_without_slew_back.trace)
+    assert plan_without_slew_back.duration == plan_without_slew_back.t_end < plan.duration
     X = np.array([DESIGN])
-    F = [each.problem.evaluate(X, return_values_of=["F"]) for each in (plan, without)]
+    F = [
+        each.problem.evaluate(X, return_values_of=["F"]) for each in (plan, plan_without_slew_back)
+    ]
     np.testing.assert_array_equal(*F)
     for name in ("build_accuracy_table", "compute_uncertainty_by_phase", "find_least_observable"):
-        assert getattr(plan, name)().equals(getattr(without, name)())
-    assert plan.compare_with_designs().equals(without.compare_with_designs())
+        assert getattr(plan, name)().equals(getattr(plan_without_slew_back, name)())
+    assert plan.compare_with_designs().equals(plan_without_slew_back.compare_with_designs())
 
 
-def test_its_end_is_read_back_as_looking_down(plan):
+def test_exported_plan_ends_nadir_pointing(plan):
     aem = brahe.ccsds.AEM.from_str(format_aem(plan, version="2.0"))
     last = len(aem.segments) - 1
     assert len(aem.segments) == len(plan.phases)
-    body = matrix(aem.segment_to_attitude_trajectory(last), instant(plan, plan.duration))
+    body = rotation_matrix(aem.segment_to_attitude_trajectory(last), to_epoch(plan, plan.duration))
     scenario = plan.scenario
     position, velocity = scenario.orbit.propagate(scenario.epoch, np.array([plan.duration]))
     radial, along, _ = brahe.rotation_eci_to_rtn(np.append(position, velocity))
@@ -71,8 +73,8 @@ def test_its_end_is_read_back_as_looking_down(plan):
 
 
 @pytest.mark.slow
-def test_flights_slew_back_too(plan):
-    """A flight without errors ends at the law; with them the filter stays as good as it claims."""
+def test_simulated_runs_slew_back(plan):
+    """A run without errors ends at the attitude law. With errors the filter remains consistent."""
     early = {"convergence": {"window": 60.0, "relative_decrease": 0.3}}
     scenario = Scenario.from_dict(TABLE | early)
     short = ManeuverPlan(scenario, DESIGN)
@@ -90,22 +92,21 @@ def test_flights_slew_back_too(plan):
     np.testing.assert_allclose(exact.motion.rates[n:], np.tile(rate, (900 - n, 1)), atol=1e-15)
 
     runs = simulate(scenario, DESIGN, n_runs=60, seed=3)
-    held = Motion.from_design(model, DESIGN, 900)
-    assert np.abs(held.attitude[n] - law).max() > 0.1
+    hold = Motion.from_design(model, DESIGN, 900)
+    assert np.abs(hold.attitude[n] - law).max() > 0.1
     assert runs.t_end == short.t_end
     for time in (short.t_end, short.duration, 900.0):
         nees = runs.nees[:, runs.find_sample(time)].mean() / runs.n_states
         assert nees == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / (60 * runs.n_states)))
-    # what the plan predicts is of the flight with the slew, not of the rate that is held
+    # The prediction includes the slew back instead of a hold of the last rate.
     k = runs.find_sample(900.0)
     assert runs.rms[k] / runs.predicted_sigma[k] == pytest.approx(1.0, abs=0.45)
 
 
 @pytest.mark.slow
-def test_path_limits_are_looked_at_until_the_end(plan):
-    """Angles on the way back, in the plan's own table."""
+def test_path_constraints_are_evaluated_during_slew_back(plan):
     axis = (0.0, 1.0, 0.0)
-    limits = (
+    constraints = (
         PathConstraint(boresight=axis, half_angle_deg=10.0, attitude_sigmas=0.0),
         PathConstraint(name="sure", boresight=axis, half_angle_deg=10.0, attitude_sigmas=2.0),
         PathConstraint(
@@ -117,43 +118,45 @@ def test_path_limits_are_looked_at_until_the_end(plan):
             attitude_sigmas=0.0,
         ),
     )
-    watched = ManeuverPlan(dataclasses.replace(plan.scenario, path_constraints=limits), DESIGN)
-    scenario, first, last = watched.scenario, round(plan.t_end), round(plan.duration)
+    constrained_plan = ManeuverPlan(
+        dataclasses.replace(plan.scenario, path_constraints=constraints), DESIGN
+    )
+    scenario, first, last = constrained_plan.scenario, round(plan.t_end), round(plan.duration)
     long = Environment.from_scenario(dataclasses.replace(scenario, duration=float(last)))
     distance = np.linalg.norm(long.position, axis=1)[first:]
     sun, down = (
-        np.einsum("kij,kj->ki", watched.attitude[first:], vectors)
+        np.einsum("kij,kj->ki", constrained_plan.attitude[first:], vectors)
         for vectors in (long.sun[first:], -long.position[first:] / distance[:, None])
     )
     off = np.degrees(np.arccos(sun[:, 1]))
     normal = np.cross(axis, sun) / np.linalg.norm(np.cross(axis, sun), axis=1)[:, None]
-    known = plan.history.covariance[:3, :3]
-    sigma = np.degrees(np.sqrt(np.einsum("ki,ij,kj->k", normal, known, normal)))
+    covariance = plan.history.covariance[:3, :3]
+    sigma = np.degrees(np.sqrt(np.einsum("ki,ij,kj->k", normal, covariance, normal)))
     limb = np.degrees(np.arccos(down[:, 0]) - np.arcsin(6378136.3 / distance))
     expected = {
         "Sun off payload": (off.min(), off.min() - 10.0),
         "Sun off sure": ((off - 2.0 * sigma).min(), (off - 2.0 * sigma).min() - 10.0),
         "Earth in dish": (limb.max(), 100.0 - limb.max()),
     }
-    table = watched.build_constraint_table()
+    table = constrained_plan.build_constraint_table()
     for label, (value, margin) in expected.items():
         row = table.loc[f"{label} in the slew back"]
         assert row["value"] == pytest.approx(value, abs=1e-6)
         assert row["margin"] == pytest.approx(margin, abs=1e-6)
         assert row["satisfied"] == (margin >= 0.0)
     assert table.index.name == "constraint"
-    assert from_json(to_json(watched)) == watched
+    assert from_json(to_json(constrained_plan)) == constrained_plan
 
 
 @pytest.mark.slow
-def test_the_attitude_at_the_end_is_within_a_tolerance(plan):
-    """Of what filterpy knows at the end of the slew, beyond the duration or not."""
+def test_final_attitude_uncertainty_is_constrained(plan):
+    """The value equals that of filterpy, whether or not the slew back ends within the duration."""
     found = []
     for duration in (900.0, 2000.0):
         table = TABLE | {"duration": duration}
         maneuvers = TABLE["maneuvers"] | {"end_tolerance_deg": 1.0}
         ended = ManeuverPlan(Scenario.from_dict(table | {"maneuvers": maneuvers}), DESIGN)
-        # directions are interpolated over the duration: those of the same, to the last step
+        # Directions are interpolated over the duration, so that both runs need the same duration.
         longest = max(duration, ended.duration)
         whole = FilterModel.from_scenario(Scenario.from_dict(table | {"duration": longest}))
         until_end = whole.select_samples(slice(0, round(ended.duration / whole.step) + 1))
@@ -171,19 +174,21 @@ def test_the_attitude_at_the_end_is_within_a_tolerance(plan):
         Scenario.from_dict({"preset": "paper", "maneuvers": {"end_tolerance_deg": 0.5}})
 
 
-def test_a_plan_that_cannot_slew_back_in_time_exceeds_a_limit():
+def test_slew_back_that_does_not_fit_violates_constraint():
     table = {"preset": "cubesat_6u", "duration": 600.0, "initial": {"pointing": "nadir"}}
     table |= {"maneuvers": {"count": 3, "max_rate_deg_s": 0.065, "slew_back": True}}
     table["convergence"] = {"rule": "trace"}
     table["path_constraints"] = [{"boresight": [0.0, 0.0, -1.0], "half_angle_deg": 1.0}]
-    still = np.zeros(12)
-    row = AttitudeManeuverProblem(Scenario.from_dict(table)).view([still]).constraints()[0].iloc[-1]
+    design = np.zeros(12)
+    row = (
+        AttitudeManeuverProblem(Scenario.from_dict(table)).view([design]).constraints()[0].iloc[-1]
+    )
     assert (row.name, row["value"], row["bound_value"]) == ("time of the slew back", np.inf, 600.0)
     assert row["margin"] < 0.0
 
 
-def test_wheels_with_a_budget_are_looked_at_until_the_end(plan):
-    """Their load on the way back, from a run that is long enough to end with it."""
+def test_wheel_budget_is_evaluated_during_slew_back(plan):
+    """The load equals that of a run which is long enough to contain the slew back."""
     wheels = Wheels(
         inertia=(3.0, 2.0, 1.0),
         initial_momentum=(0.02, -0.01, 0.03),
@@ -193,14 +198,14 @@ def test_wheels_with_a_budget_are_looked_at_until_the_end(plan):
         ramp_share=0.5,
     )
     loaded = ManeuverPlan(dataclasses.replace(plan.scenario, wheels=wheels), DESIGN)
-    back, step = loaded.slew_back, loaded.scenario.step
-    long = dataclasses.replace(loaded.scenario, duration=back.end + 10.0)
+    slew_back, step = loaded.slew_back, loaded.scenario.step
+    long = dataclasses.replace(loaded.scenario, duration=slew_back.end + 10.0)
     model = FilterModel.from_scenario(long)
-    flown = model.build_schedule(back.design)
-    table, ends = loaded.build_constraint_table(), np.array([round(back.end / step)])
-    whole = compute_wheel_loads(model.momentum_budget, flown, ends, step, 1)[0]
+    schedule = model.build_schedule(slew_back.design)
+    table, ends = loaded.build_constraint_table(), np.array([round(slew_back.end / step)])
+    whole = compute_wheel_loads(model.momentum_budget, schedule, ends, step, 1)[0]
     until = compute_wheel_loads(
-        model.momentum_budget, flown, np.array([round(back.start / step)]), step, 1
+        model.momentum_budget, schedule, np.array([round(slew_back.start / step)]), step, 1
     )[0]
     for column, label in enumerate(("wheel momentum", "wheel torque")):
         row = table.loc[f"{label} in the slew back"]

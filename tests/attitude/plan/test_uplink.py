@@ -1,4 +1,4 @@
-"""The table of commands: the plan can be flown from it alone."""
+"""Table of commands, from which a plan can be reconstructed."""
 
 import dataclasses
 import io
@@ -13,8 +13,8 @@ from mgeo_attitude.scenario import InitialConditions
 from .conftest import DESIGN
 
 
-def test_the_plan_follows_from_the_file(plan, tmp_path):
-    """Rates and durations as read back are a design with the same objectives."""
+def test_plan_is_reconstructed_from_file(plan, tmp_path):
+    """Rates and durations of the file form a design with the same objectives."""
     write_plan(plan, tmp_path / "plan.uplink.csv")
     text = (tmp_path / "plan.uplink.csv").read_text(encoding="utf-8")
     assert text == to_uplink_csv(plan)
@@ -24,18 +24,18 @@ def test_the_plan_follows_from_the_file(plan, tmp_path):
     assert table["label"].tolist() == ["maneuver 1", "maneuver 3", "constant-rate hold"]
     rates = [f"rate_{axis}_deg_s" for axis in "xyz"]
     design = table[[*rates, "duration_s"]].to_numpy()[:2]
-    again = np.concatenate([design[0], [0, 0, 0, 0], design[1]])
+    read_design = np.concatenate([design[0], [0, 0, 0, 0], design[1]])
     problem = plan.problem
-    found = evaluate(problem.model, np.array([again]))
-    assert found.t_end[0] == plan.t_end
-    assert found.trace[0] == pytest.approx(plan.trace, rel=1e-9)
+    result = evaluate(problem.model, np.array([read_design]))
+    assert result.t_end[0] == plan.t_end
+    assert result.trace[0] == pytest.approx(plan.trace, rel=1e-9)
     assert table["start_s"].tolist() == [0.0, 100.0, table["start_s"].iloc[2]]
     assert table["start_utc"].iloc[1] == "2018-06-05T00:01:40.000000"
     assert table["duration_s"].sum() == plan.duration
 
 
 @pytest.mark.parametrize("back", [False, True])
-def test_a_ramp_belongs_to_the_command_it_is_flown_for(problem, back):
+def test_ramp_belongs_to_following_command(problem, back):
     paper = problem.scenario
     limits = dataclasses.replace(paper.maneuvers, max_acceleration_deg_s2=0.05, slew_back=back)
     initial = InitialConditions(pointing="nadir") if back else paper.initial
@@ -53,8 +53,10 @@ def test_a_ramp_belongs_to_the_command_it_is_flown_for(problem, back):
     assert ("slew back" in set(table["label"])) == back
 
 
-def test_a_maneuver_that_is_over_before_its_ramp_is_commanded(problem):
-    """Without it the third's ramp would begin earlier, and from another rate."""
+def test_maneuver_shorter_than_its_ramp_is_commanded(problem):
+    """Without its command, the ramp of the third maneuver would start earlier and from another
+    rate.
+    """
     paper = problem.scenario
     limits = dataclasses.replace(paper.maneuvers, max_acceleration_deg_s2=0.01)
     design = np.array([0.0, 0.0, 0.5, 100.0, 0.5, 0.0, 0.0, 20.0, 0.0, 0.0, 0.5, 100.0])
@@ -67,5 +69,5 @@ def test_a_maneuver_that_is_over_before_its_ramp_is_commanded(problem):
         "maneuver 3",
         "constant-rate hold",
     ]
-    again = table.loc[:2, [*(f"rate_{axis}_deg_s" for axis in "xyz"), "duration_s"]]
-    assert again.to_numpy().ravel().tolist() == design.tolist()
+    read_design = table.loc[:2, [*(f"rate_{axis}_deg_s" for axis in "xyz"), "duration_s"]]
+    assert read_design.to_numpy().ravel().tolist() == design.tolist()

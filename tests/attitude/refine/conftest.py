@@ -1,4 +1,4 @@
-"""Short problems to make plans better for."""
+"""Fixtures: short problems whose plans are improved."""
 
 import dataclasses
 
@@ -7,8 +7,8 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.scenario import Convergence
 
 
-def short(count, rule, **more):
-    """The paper's satellite for 1,200 s, with a coarser step."""
+def build_short_problem(count, rule, **more):
+    """Return the paper's problem for 1,200 s with a coarser step."""
     scenario = dataclasses.replace(
         Scenario.paper(),
         duration=1200.0,
@@ -21,8 +21,8 @@ def short(count, rule, **more):
 
 @pytest.fixture(scope="module")
 def problem(request):
-    """A problem that ends with its maneuvers, or by another rule of convergence."""
-    return short(4, getattr(request, "param", "end"))
+    """Problem with four maneuvers that ends with the last one, or by another convergence rule."""
+    return build_short_problem(4, getattr(request, "param", "end"))
 
 
-by_each_rule = pytest.mark.parametrize("problem", ["trace", "end"], indirect=True)
+parametrize_rule = pytest.mark.parametrize("problem", ["trace", "end"], indirect=True)

@@ -1,4 +1,4 @@
-"""Maneuvers that end within steps."""
+"""Maneuvers that end within filter steps."""
 
 import numpy as np
 import pytest
@@ -11,25 +11,25 @@ from mgeo_attitude.refine.evaluators import (
 )
 
 
-def flown(designs, step, n_steps):
-    """The rate of every step."""
+def compute_step_rates(designs, step, n_steps):
+    """Return the rate of each design in each step, shape (n, n_steps, 3)."""
     rates, durations = decode_designs(designs)
     starts, _ = compute_maneuver_steps(durations, step)
     return np.array(
         [
-            own[np.searchsorted(first, np.arange(n_steps), side="right") - 1]
-            for own, first in zip(rates, starts, strict=True)
+            design_rates[np.searchsorted(first, np.arange(n_steps), side="right") - 1]
+            for design_rates, first in zip(rates, starts, strict=True)
         ]
     )
 
 
 @pytest.mark.parametrize("step", [0.1, 1.0, 7.0])
-def test_each_step_has_the_mean_rate_in_it(step):
+def test_each_step_has_its_mean_rate(step):
     rng = np.random.default_rng(3)
     designs = rng.random((40, 20))
     designs[:, 3::4] *= 12.0 * step
-    designs[:8, 7::8] = 0.0  # no time at all
-    designs[8:16, 3::4] *= 0.1  # many within a step
+    designs[:8, 7::8] = 0.0  # These maneuvers have no duration.
+    designs[8:16, 3::4] *= 0.1  # Several maneuvers end in one step.
     designs[16:24, 3::4] = step * np.round(designs[16:24, 3::4] / step)
     n, fine = 40, 1000
     rates, durations = decode_designs(designs)
@@ -37,33 +37,37 @@ def test_each_step_has_the_mean_rate_in_it(step):
     middles = (np.arange(n * fine) + 0.5) / fine
     expected = np.array(
         [
-            own[np.minimum(np.searchsorted(each, middles, side="right"), 4)]
-            for own, each in zip(rates, ends, strict=True)
+            design_rates[np.minimum(np.searchsorted(each, middles, side="right"), 4)]
+            for design_rates, each in zip(rates, ends, strict=True)
         ]
     )
     expected = expected.reshape(40, n, fine, 3).mean(axis=2)
     np.testing.assert_allclose(
-        flown(merge_partial_steps(designs, step), step, n), expected, atol=6.0 / fine * 0.02
+        compute_step_rates(merge_partial_steps(designs, step), step, n),
+        expected,
+        atol=6.0 / fine * 0.02,
     )
 
 
-def test_maneuvers_that_end_on_steps_are_flown_as_they_are():
+def test_maneuvers_that_end_on_steps_are_unchanged():
     designs = np.array([[0.3, 0.0, 0.1, 4.0, 0.0, 0.2, 0.0, 6.0, -0.1, 0.0, 0.0, 2.0]])
-    found = merge_partial_steps(designs, 2.0)
-    assert found.shape == (1, 20)
-    np.testing.assert_array_equal(flown(found, 2.0, 9), flown(designs, 2.0, 9))
+    merged = merge_partial_steps(designs, 2.0)
+    assert merged.shape == (1, 20)
+    np.testing.assert_array_equal(
+        compute_step_rates(merged, 2.0, 9), compute_step_rates(designs, 2.0, 9)
+    )
     np.testing.assert_array_equal(merge_partial_steps(designs[:, :4], 2.0), designs[:, :4])
 
 
 @pytest.mark.parametrize("step", [1.0, 4.0])
-def test_maneuvers_end_on_the_nearest_steps(step):
+def test_maneuver_ends_are_rounded_to_nearest_steps(step):
     short = {"preset": "paper", "duration": 1200.0, "step": step}
-    at = build_fixed_time_evaluator(AttitudeManeuverProblem(Scenario.from_dict(short)))
+    evaluator = build_fixed_time_evaluator(AttitudeManeuverProblem(Scenario.from_dict(short)))
     designs = np.random.default_rng(4).random((50, 20)) * 40.0
-    found = round_to_steps(at, designs)
+    rounded = round_to_steps(evaluator, designs)
     ends = np.cumsum(designs[:, 3::4], axis=1) / step
-    starts, over = compute_maneuver_steps(found[:, 3::4], step)
-    np.testing.assert_array_equal(np.column_stack([starts[:, 1:], over]), np.rint(ends))
+    starts, ends_step = compute_maneuver_steps(rounded[:, 3::4], step)
+    np.testing.assert_array_equal(np.column_stack([starts[:, 1:], ends_step]), np.rint(ends))
     np.testing.assert_array_equal(
-        np.delete(found, np.s_[3::4], 1), np.delete(designs, np.s_[3::4], 1)
+        np.delete(rounded, np.s_[3::4], 1), np.delete(designs, np.s_[3::4], 1)
     )

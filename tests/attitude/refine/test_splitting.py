@@ -1,4 +1,4 @@
-"""Plans in more maneuvers than they need, and in fewer."""
+"""Division of plans into more maneuvers, and removal of ineffective maneuvers."""
 
 import dataclasses
 
@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from mgeo_attitude import remove_ineffective_maneuvers, split_maneuvers
 
-from .conftest import by_each_rule, short
+from .conftest import build_short_problem, parametrize_rule
 
 
-def plans(n, count, seed=3):
+def random_designs(n, count, seed=3):
     rng = np.random.default_rng(seed)
     X = rng.uniform(-1.0, 1.0, (n, 4 * count))
     X[:, 3::4] = rng.uniform(0.0, 300.0, (n, count))
@@ -18,56 +18,61 @@ def plans(n, count, seed=3):
 
 @pytest.mark.parametrize("count", [2, 3, 6, 12])
 @pytest.mark.parametrize("rule", ["trace", "end"])
-def test_a_plan_of_two_is_a_plan_of_more(count, rule):
-    X = plans(20, 2)
+def test_split_plans_have_equal_objectives(count, rule):
+    X = random_designs(20, 2)
     X[0, 3::4], X[1, 3::4] = [100.0, 0.0], [301.5, 0.3]
-    F = short(2, rule).evaluate(X, return_values_of=["F"])
-    more = split_maneuvers(X, count)
-    assert more.shape == (20, 4 * count)
-    np.testing.assert_array_equal(short(count, rule).evaluate(more, return_values_of=["F"]), F)
+    F = build_short_problem(2, rule).evaluate(X, return_values_of=["F"])
+    split = split_maneuvers(X, count)
+    assert split.shape == (20, 4 * count)
+    np.testing.assert_array_equal(
+        build_short_problem(count, rule).evaluate(split, return_values_of=["F"]), F
+    )
 
 
-def with_limits(scenario, limits):
+def replace_maneuver_limits(scenario, limits):
     return dataclasses.replace(
         scenario, maneuvers=dataclasses.replace(scenario.maneuvers, **limits)
     )
 
 
-def test_the_longest_maneuver_is_halved():
-    (found,) = split_maneuvers([[1.0, 0.0, 0.0, 80.0, 0.0, 1.0, 0.0, 100.0]], 4).reshape(1, 4, 4)
-    assert found[:, 3].tolist() == [40.0, 40.0, 50.0, 50.0]
-    assert found[:, 0].tolist() == [1.0, 1.0, 0.0, 0.0]
+def test_longest_maneuver_is_halved():
+    (result,) = split_maneuvers([[1.0, 0.0, 0.0, 80.0, 0.0, 1.0, 0.0, 100.0]], 4).reshape(1, 4, 4)
+    assert result[:, 3].tolist() == [40.0, 40.0, 50.0, 50.0]
+    assert result[:, 0].tolist() == [1.0, 1.0, 0.0, 0.0]
 
 
-def test_a_plan_of_more_maneuvers_is_no_plan_of_fewer():
-    with pytest.raises(ValueError, match="designs of 3 maneuvers: expected at most count = 2"):
-        split_maneuvers(plans(1, 3), 2)
+def test_splitting_into_fewer_maneuvers_is_rejected():
+    with pytest.raises(
+        ValueError, match="designs of 3 maneuvers: expected at most n_maneuvers = 2"
+    ):
+        split_maneuvers(random_designs(1, 3), 2)
 
 
-@by_each_rule
-def test_what_was_split_is_joined_again(problem):
-    X = split_maneuvers(plans(12, 2), 4)
+@parametrize_rule
+def test_split_maneuvers_are_joined_again(problem):
+    X = split_maneuvers(random_designs(12, 2), 4)
     before = problem.evaluate(X, return_values_of=["F"])
-    found = remove_ineffective_maneuvers(problem, X)
-    assert (problem.evaluate(found, return_values_of=["F"]) <= before).all()
-    assert (found[:, 3::4] == 0.0).sum() >= 2 * len(X)
-    assert ((found >= problem.xl) & (found <= problem.xu)).all()
+    result = remove_ineffective_maneuvers(problem, X)
+    assert (problem.evaluate(result, return_values_of=["F"]) <= before).all()
+    assert (result[:, 3::4] == 0.0).sum() >= 2 * len(X)
+    assert ((result >= problem.xl) & (result <= problem.xu)).all()
 
 
-def test_maneuvers_are_left_out_that_turn_about_as_a_neighbor_does():
-    X = plans(100, 2)
+def test_maneuvers_similar_to_a_neighbor_are_removed():
+    X = random_designs(100, 2)
     X[:, 3::4] /= 5.0
-    found = remove_ineffective_maneuvers(short(2, "end"), X)
-    left_out = (found != X).any(axis=1)
-    first = (found[:, :3] != X[:, :3]).any(axis=1)  # of the two
-    apart = np.abs(X[:, :3] - X[:, 4:7]).max(axis=1)
-    turned = apart * np.where(first, X[:, 3], X[:, 7])
-    assert left_out.any()
-    assert (turned[left_out] <= 20.0).all()
+    result = remove_ineffective_maneuvers(build_short_problem(2, "end"), X)
+    is_changed = (result != X).any(axis=1)
+    # Either the first or the second maneuver is removed.
+    is_first_removed = (result[:, :3] != X[:, :3]).any(axis=1)
+    rate_difference = np.abs(X[:, :3] - X[:, 4:7]).max(axis=1)
+    rotation = rate_difference * np.where(is_first_removed, X[:, 3], X[:, 7])
+    assert is_changed.any()
+    assert (rotation[is_changed] <= 20.0).all()
 
 
-def test_no_maneuver_gets_longer_than_the_longest():
-    problem = short(3, "end")
-    problem = type(problem)(with_limits(problem.scenario, {"max_duration": 250.0}))
+def test_joined_maneuvers_respect_max_duration():
+    problem = build_short_problem(3, "end")
+    problem = type(problem)(replace_maneuver_limits(problem.scenario, {"max_duration": 250.0}))
     X = np.tile([0.5, -0.5, 0.2, 200.0], (1, 3))
     np.testing.assert_array_equal(remove_ineffective_maneuvers(problem, X), X)

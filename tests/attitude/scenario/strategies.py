@@ -1,4 +1,4 @@
-"""Random valid scenarios for property tests, drawn from the declared ranges."""
+"""Hypothesis strategies for valid scenarios, with numbers from the declared ranges."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.settings.base import build_schema
 
 
-def sections(cls: type, **fixed: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
-    """Instances of a section: numbers from their ranges, the rest from `fixed` or by default."""
+def build_settings(cls: type, **fixed: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    """Return a strategy for settings with numbers from their ranges; `fixed` has other fields."""
     numbers = {
         key: _numbers(schema)
         for key, schema in build_schema(cls)["properties"].items()
@@ -34,7 +34,7 @@ def orbits(draw: st.DrawFn) -> Orbit:
     eccentricity = draw(st.floats(0.0, 0.9))
     perigee = draw(st.floats(1.01 * EARTH_RADIUS, 8.0 * EARTH_RADIUS))
     orbit: Orbit = draw(
-        sections(
+        build_settings(
             Orbit,
             propagator=st.sampled_from(("two-body", "j2")),
             semi_major_axis=st.just(perigee / (1.0 - eccentricity)),
@@ -44,15 +44,17 @@ def orbits(draw: st.DrawFn) -> Orbit:
     return orbit
 
 
-def starts() -> st.SearchStrategy[InitialConditions]:
-    """At rest, spinning, with a fixed attitude in both words, and pointing."""
+def initial_conditions() -> st.SearchStrategy[InitialConditions]:
+    """Return a strategy for initial conditions with inertial attitudes and attitude laws."""
     axis = st.sampled_from([(0.0, 0.6, -0.8), (1, 0, 0), (0.7071, 0.7071, 0.0)])
     rate = st.none() | st.tuples(*[st.floats(-1e-3, 1e-3)] * 3)
     return st.one_of(
-        sections(InitialConditions, rate_deg_s=rate),
-        sections(InitialConditions, quaternion=st.just((0.5, -0.5, 0.5, 0.5)), rate_deg_s=rate),
-        sections(InitialConditions, axes=st.just([(0, 1, 0), (-1, 0, 0), (0, 0, 1)])),
-        sections(
+        build_settings(InitialConditions, rate_deg_s=rate),
+        build_settings(
+            InitialConditions, quaternion=st.just((0.5, -0.5, 0.5, 0.5)), rate_deg_s=rate
+        ),
+        build_settings(InitialConditions, axes=st.just([(0, 1, 0), (-1, 0, 0), (0, 0, 1)])),
+        build_settings(
             InitialConditions,
             pointing=st.sampled_from(("nadir", "velocity", "sun")),
             axis=st.none() | axis,
@@ -66,13 +68,13 @@ def starts() -> st.SearchStrategy[InitialConditions]:
 def scenarios(draw: st.DrawFn) -> Scenario:
     step = draw(st.sampled_from((0.1, 0.25, 1.0, 3.7)) | st.floats(1e-3, 60.0))
     n_steps = draw(st.integers(1, 20_000))
-    gyro = draw(sections(Gyro))
+    gyro = draw(build_settings(Gyro))
     names = st.text("abcXYZ019_-", min_size=1, max_size=8).filter(lambda name: name != "gyro")
     sensors = tuple(
-        draw(sections(draw(st.sampled_from(sorted(SENSORS.items())))[1], name=st.just(name)))
+        draw(build_settings(draw(st.sampled_from(sorted(SENSORS.items())))[1], name=st.just(name)))
         for name in draw(st.lists(names, min_size=1, max_size=4, unique=True))
     )
-    # attitude stays positive: all weights zero is refused
+    # The attitude keeps its weight, since not all weights may be zero.
     blocks = st.sampled_from(Suite(gyro, sensors).blocks[1:])
     objectives = st.sampled_from(tuple(OBJECTIVES)).filter("t_required".__ne__) | blocks.map(
         "trace:{}".format
@@ -90,15 +92,15 @@ def scenarios(draw: st.DrawFn) -> Scenario:
         orbit=draw(orbits()),
         gyro=gyro,
         sensors=sensors,
-        initial=draw(starts()),
+        initial=draw(initial_conditions()),
         maneuvers=draw(
-            sections(
+            build_settings(
                 ManeuverBounds,
                 max_rate_deg_s=st.floats(0.0, 100.0 / step, exclude_min=True),
             )
         ),
         convergence=draw(
-            sections(Convergence, window=st.integers(1, n_steps).map(lambda k: k * step))
+            build_settings(Convergence, window=st.integers(1, n_steps).map(lambda k: k * step))
         ),
         trace_weights=draw(st.dictionaries(blocks, st.floats(0.0, 1e6))),
     )
@@ -109,5 +111,5 @@ def _numbers(schema: dict[str, Any]) -> st.SearchStrategy[Any]:
     high = schema.get("exclusiveMaximum", schema.get("maximum", 1e9))
     if schema["type"] == "integer":
         return st.integers(low, high)
-    opened, closed = "exclusiveMinimum" in schema, "exclusiveMaximum" in schema
-    return st.floats(low, min(high, 1e9), exclude_min=opened, exclude_max=closed)
+    exclude_min, exclude_max = "exclusiveMinimum" in schema, "exclusiveMaximum" in schema
+    return st.floats(low, min(high, 1e9), exclude_min=exclude_min, exclude_max=exclude_max)

@@ -1,4 +1,4 @@
-"""How wheels share a demand, against linear programs and least squares."""
+"""Allocation of torque to wheels, against linear programs and least squares."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ ARRAYS = {
     "body axes": np.eye(3),
     "tilted three": np.array([[1.0, 0.2, 0.0], [0.0, 1.0, -0.4], [0.3, 0.0, 1.0]]),
     "pyramid": PYRAMID,
-    "body axes and a skew one": np.vstack([np.eye(3), np.ones(3)]),
+    "body axes and a skew axis": np.vstack([np.eye(3), np.ones(3)]),
     "two along one axis": np.array([[1.0, 0, 0], [1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]]),
     "six": np.random.default_rng(3).standard_normal((6, 3)),
 }
@@ -26,15 +26,15 @@ def axes_(request):
     return axes / np.linalg.norm(axes, axis=1, keepdims=True)
 
 
-def demands(n=10):
+def draw_demands(n=10):
     return np.random.default_rng(1).standard_normal((n, 3))
 
 
-def test_minimax_is_the_linear_programs_least_load(axes):
-    """Least t with A u = m and -t <= u <= t."""
+def test_minimax_load_equals_linear_program(axes):
+    """The program minimizes t subject to A u = m and -t <= u <= t."""
     n = len(axes)
     bounds = np.block([[np.eye(n), -np.ones((n, 1))], [-np.eye(n), -np.ones((n, 1))]])
-    for m in demands():
+    for m in draw_demands():
         program = linprog(
             np.append(np.zeros(n), 1.0),
             A_ub=bounds,
@@ -46,17 +46,18 @@ def test_minimax_is_the_linear_programs_least_load(axes):
         assert np.abs(minimax_allocation(axes) @ m).max() == pytest.approx(program.fun, rel=1e-9)
 
 
-def test_pseudo_inverse_is_least_squares(axes):
-    for m in demands():
+def test_pseudo_inverse_equals_least_squares(axes):
+    for m in draw_demands():
         u = np.linalg.lstsq(axes.T, m, rcond=None)[0]
         np.testing.assert_allclose(pseudo_inverse_allocation(axes) @ m, u, rtol=0, atol=1e-12)
 
 
-def test_three_wheels_leave_no_choice(axes):
+def test_allocation_rules_are_equal_for_three_independent_axes(axes):
     loads = {
-        rule: np.abs(demands() @ make(axes).T).max(axis=1) for rule, make in ALLOCATIONS.items()
+        rule: np.abs(draw_demands() @ allocate(axes).T).max(axis=1)
+        for rule, allocate in ALLOCATIONS.items()
     }
-    # nor do two wheels along one axis, which share alike by either rule
+    # Two wheels along one axis have equal loads with both rules.
     if len(axes) == 3 or len(np.unique(axes, axis=0)) == 3:
         np.testing.assert_allclose(loads["minimax"], loads["pseudo-inverse"], rtol=1e-12)
     else:

@@ -1,4 +1,4 @@
-"""Orbits: periods known from elsewhere, and elements and lines that are refused."""
+"""Orbits: periods from independent sources, and rejected elements and element sets."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mgeo_attitude.settings.errors import InvalidValue
 from sgp4.api import Satrec
 from sgp4.conveniences import sat_epoch_datetime
 
-# International Space Station, 2008-09-20: the usual example of the format's descriptions
+# International Space Station, 2008-09-20: the common example in descriptions of the format
 ISS_1 = "1 25544U 98067A   08264.51782528 -.00002182  00000-0 -11606-4 0  2927"
 ISS_2 = "2 25544  51.6416 247.4627 0006703 130.5360 325.0288 15.72125391563537"
 # Vanguard 1, 2000-06-27: verification case 00005 of Vallado et al. 2006, Revisiting Spacetrack 3
@@ -30,35 +30,35 @@ ELEMENTS: dict[str, Any] = {
 
 
 def with_checksum(line: str) -> str:
-    """The line with the checksum of its first 68 columns, by the format's definition."""
+    """Return a line with the checksum of its first 68 columns, as the format defines it."""
     total = sum(int(c) for c in line[:68] if c in "0123456789") + line[:68].count("-")
     return f"{line[:68]}{total % 10}"
 
 
-def test_geostationary_period_is_the_sidereal_day() -> None:
+def test_geostationary_period_is_sidereal_day() -> None:
     orbit = Orbit(**ELEMENTS | {"semi_major_axis": 42_164_170.0})
     assert orbit.period == pytest.approx(86164.09, abs=0.1)
 
 
 @pytest.mark.parametrize(("axis", "eccentricity"), [(6378136.3, 0.0), (7e6, 0.1), (7130.982, 0.0)])
-def test_a_perigee_inside_the_earth_is_refused(axis: float, eccentricity: float) -> None:
-    with pytest.raises(InvalidValue) as caught:
+def test_perigee_below_earth_surface_is_rejected(axis: float, eccentricity: float) -> None:
+    with pytest.raises(InvalidValue) as error:
         Orbit(**ELEMENTS | {"semi_major_axis": axis, "eccentricity": eccentricity})
-    message = str(caught.value)
+    message = str(error.value)
     assert message.startswith(f"semi_major_axis = {axis!r}: expected a perigee above the Earth")
     assert "> 6378136.3 m" in message
     assert f"not {axis * (1 - eccentricity):.12g} m" in message
 
 
 @pytest.mark.parametrize(("line1", "line2"), [(ISS_1, ISS_2), (VANGUARD_1, VANGUARD_2)])
-def test_element_sets_are_read_as_by_sgp4(line1: str, line2: str) -> None:
+def test_element_sets_are_read_as_by_sgp4_package(line1: str, line2: str) -> None:
     orbit, satellite = TLEOrbit(line1=line1, line2=line2), Satrec.twoline2rv(line1, line2)
-    revolutions_a_minute = satellite.no_kozai / math.tau
-    assert orbit.period == pytest.approx(60.0 / revolutions_a_minute, rel=1e-14)
+    revolutions_per_minute = satellite.no_kozai / math.tau
+    assert orbit.period == pytest.approx(60.0 / revolutions_per_minute, rel=1e-14)
     assert abs((orbit.epoch - sat_epoch_datetime(satellite)).total_seconds()) < 1e-4
 
 
-def test_two_digit_years_turn_in_1957() -> None:
+def test_two_digit_years_begin_in_1957() -> None:
     def year(digits: str) -> int:
         line1 = with_checksum(f"{ISS_1[:18]}{digits}{ISS_1[20:]}")
         return TLEOrbit(line1=line1, line2=ISS_2).epoch.year
@@ -66,7 +66,7 @@ def test_two_digit_years_turn_in_1957() -> None:
     assert [year(digits) for digits in ("57", "99", "00", "56")] == [1957, 1999, 2000, 2056]
 
 
-def test_day_one_is_the_first_of_january() -> None:
+def test_day_one_is_first_of_january() -> None:
     line1 = with_checksum(f"{ISS_1[:20]}001.50000000{ISS_1[32:]}")
     assert TLEOrbit(line1=line1, line2=ISS_2).epoch == datetime(2008, 1, 1, 12, tzinfo=UTC)
 
@@ -87,8 +87,8 @@ def test_day_one_is_the_first_of_january() -> None:
         ),
     ],
 )
-def test_lines_that_are_no_element_set(key: str, line: str, expected: str) -> None:
-    with pytest.raises(InvalidValue) as caught:
+def test_invalid_element_sets_are_rejected(key: str, line: str, expected: str) -> None:
+    with pytest.raises(InvalidValue) as error:
         TLEOrbit(**{"line1": ISS_1, "line2": ISS_2} | {key: line})
-    assert expected in str(caught.value)
-    assert repr(line) in str(caught.value)
+    assert expected in str(error.value)
+    assert repr(line) in str(error.value)

@@ -1,4 +1,4 @@
-"""The presets against the paper's table 2 and the values that the project fixed, in their units."""
+"""Presets, against Table 2 of the paper and against the sources of their values."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors import Magnetometer, SunSensor
 
 
-def test_paper_orbit_and_limits_are_those_of_table_2() -> None:
+def test_paper_orbit_and_maneuver_bounds_equal_table_2() -> None:
     scenario = Scenario.paper()
     orbit = scenario.orbit
     assert isinstance(orbit, Orbit)
@@ -26,11 +26,11 @@ def test_paper_orbit_and_limits_are_those_of_table_2() -> None:
     assert scenario.duration == 2 * 5992.0
     assert scenario.step == 1.0
     assert scenario.n_steps == 11984
-    limits = scenario.maneuvers
-    assert (limits.count, limits.max_rate_deg_s, limits.max_duration) == (3, 1.0, 2000.0)
+    bounds = scenario.maneuvers
+    assert (bounds.count, bounds.max_rate_deg_s, bounds.max_duration) == (3, 1.0, 2000.0)
 
 
-def test_paper_sensors_in_the_units_of_the_filter() -> None:
+def test_paper_sensors_have_values_in_filter_units() -> None:
     sun, mag = Scenario.paper().sensors
     assert isinstance(sun, SunSensor)
     assert isinstance(mag, Magnetometer)
@@ -42,12 +42,14 @@ def test_paper_sensors_in_the_units_of_the_filter() -> None:
     )
 
 
-def test_the_small_cubesat_is_turned_by_coils_and_the_large_satellite_by_wheels() -> None:
+def test_cubesat_1u_has_magnetorquers_and_microsatellite_has_wheels() -> None:
     small, large = Scenario.cubesat_1u(), Scenario.microsatellite()
     assert small.is_magnetorquer_driven
     assert small.magnetorquers is not None
-    turns, area, ampere = 450, 0.0049, 3.3 / 107.0
-    assert small.magnetorquers.max_dipole == pytest.approx([turns * area * ampere] * 3, rel=1e-3)
+    windings, area, current = 450, 0.0049, 3.3 / 107.0
+    assert small.magnetorquers.max_dipole == pytest.approx(
+        [windings * area * current] * 3, rel=1e-3
+    )
     assert small.duration == pytest.approx(2.0 * small.orbit.period, abs=small.step)
     assert not large.is_magnetorquer_driven
     assert large.wheels is not None

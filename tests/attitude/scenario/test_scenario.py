@@ -1,4 +1,4 @@
-"""Checks across the fields of a scenario, and its behavior as a value."""
+"""Consistency checks across the fields of a scenario, and conversion of its fields."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from mgeo_attitude.settings.errors import InvalidValue
 from .test_orbit import ISS_1, ISS_2
 
 
-def changed(**changes: Any) -> Scenario:
+def replace_in_paper(**changes: Any) -> Scenario:
     return dataclasses.replace(Scenario.paper(), **changes)
 
 
-def test_times_are_multiples_of_the_step() -> None:
-    scenario = changed(duration=0.9, step=0.1, convergence=Convergence(window=0.3))
-    assert scenario.n_steps == 9  # although 0.9 / 0.1 is not 9 in binary
+def test_times_are_multiples_of_step() -> None:
+    scenario = replace_in_paper(duration=0.9, step=0.1, convergence=Convergence(window=0.3))
+    assert scenario.n_steps == 9  # In floating point, 0.9 / 0.1 is not 9.
     np.testing.assert_allclose(scenario.times, np.linspace(0.0, 0.9, 10), rtol=1e-15)
     assert scenario.times.dtype == np.float64
     assert Scenario.paper().times[[0, 1, -1]].tolist() == [0.0, 1.0, 11984.0]
@@ -71,32 +71,32 @@ def test_times_are_multiples_of_the_step() -> None:
         ),
     ],
 )
-def test_values_that_do_not_fit_together(changes: dict[str, Any], message: str) -> None:
-    with pytest.raises(InvalidValue) as caught:
-        changed(**changes)
-    assert str(caught.value).startswith(message)
+def test_inconsistent_values_are_rejected(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidValue) as error:
+        replace_in_paper(**changes)
+    assert str(error.value).startswith(message)
 
 
-def test_an_epoch_elsewhere_is_converted_to_utc() -> None:
+def test_epoch_with_offset_is_converted_to_utc() -> None:
     brazil = timezone(timedelta(hours=-3))
-    scenario = changed(epoch=datetime(2018, 6, 4, 21, tzinfo=brazil))
+    scenario = replace_in_paper(epoch=datetime(2018, 6, 4, 21, tzinfo=brazil))
     assert scenario == Scenario.paper()
     assert scenario.epoch.tzinfo is UTC
 
 
-def test_an_element_set_of_another_time_is_refused() -> None:
+def test_element_set_far_from_epoch_is_rejected() -> None:
     orbit = TLEOrbit(line1=ISS_1, line2=ISS_2)
     near = orbit.epoch + timedelta(days=29)
-    assert changed(orbit=orbit, epoch=near).orbit is orbit
-    with pytest.raises(InvalidValue) as caught:
-        changed(orbit=orbit)
-    message = str(caught.value)
+    assert replace_in_paper(orbit=orbit, epoch=near).orbit is orbit
+    with pytest.raises(InvalidValue) as error:
+        replace_in_paper(orbit=orbit)
+    message = str(error.value)
     assert message.startswith(f"orbit.line1 = {ISS_1!r}: expected an element set within 30 days of")
     assert "epoch = 2018-06-05T00:00:00+00:00, not of 2008-09-20T12:25:40" in message
 
 
-def test_weights_are_one_unless_given() -> None:
-    scenario = changed(trace_weights={"attitude": 2, "mag.bias": 0.0})
+def test_trace_weights_are_one_by_default() -> None:
+    scenario = replace_in_paper(trace_weights={"attitude": 2, "mag.bias": 0.0})
     blocks = Suite(scenario.gyro, scenario.sensors).blocks
     weights = scenario.trace_weights
     assert isinstance(weights, TraceWeights)
@@ -104,8 +104,8 @@ def test_weights_are_one_unless_given() -> None:
     assert dict(weights) == {"attitude": 2.0, "mag.bias": 0.0}
 
 
-def test_weights_are_not_all_zero() -> None:
+def test_zero_trace_weights_are_rejected() -> None:
     paper = Scenario.paper()
     blocks = Suite(paper.gyro, paper.sensors).blocks
     with pytest.raises(InvalidValue, match=r"^trace_weights = .*: expected a weight above 0$"):
-        changed(trace_weights=dict.fromkeys(blocks, 0.0))
+        replace_in_paper(trace_weights=dict.fromkeys(blocks, 0.0))

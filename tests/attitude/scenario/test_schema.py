@@ -1,4 +1,4 @@
-"""The JSON Schema of scenario files: what it takes is what the reader takes, key by key."""
+"""JSON Schema of scenario files: the schema and `Scenario.from_dict` accept the same tables."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ SCHEMA = Draft202012Validator(
 )
 
 
-def read(text: str) -> Any:
-    """A TOML document as JSON has it."""
+def read_as_json(text: str) -> Any:
+    """Return a TOML text as JSON types."""
 
-    def plain(value: Any) -> Any:
+    def convert(value: Any) -> Any:
         return value.isoformat() if isinstance(value, datetime) else value
 
-    return json.loads(json.dumps(tomllib.loads(text), default=plain))
+    return json.loads(json.dumps(tomllib.loads(text), default=convert))
 
 
 @pytest.mark.parametrize(
@@ -40,8 +40,8 @@ def read(text: str) -> Any:
     ],
     ids=lambda path: path.stem,
 )
-def test_files_that_are_there_keep_to_it(path: Path) -> None:
-    table = read(path.read_text(encoding="utf-8"))
+def test_schema_accepts_scenario_files_of_repository(path: Path) -> None:
+    table = read_as_json(path.read_text(encoding="utf-8"))
     SCHEMA.validate(table)
     Scenario.from_dict(table)
 
@@ -56,7 +56,7 @@ def test_files_that_are_there_keep_to_it(path: Path) -> None:
         ({"epoch": "2018"}, False),
     ],
 )
-def test_a_file_of_an_ephemeris(keys: dict[str, Any], allowed: bool) -> None:
+def test_schema_restricts_keys_of_ephemeris_files(keys: dict[str, Any], allowed: bool) -> None:
     orbit = {"propagator": "file", "file": "iss.oem"} | keys
     assert SCHEMA.is_valid({"preset": "paper", "orbit": orbit}) == allowed
 
@@ -64,9 +64,9 @@ def test_a_file_of_an_ephemeris(keys: dict[str, Any], allowed: bool) -> None:
 @pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(scenario=scenarios())
-def test_scenarios_keep_to_it(scenario: Scenario) -> None:
+def test_schema_accepts_random_scenarios(scenario: Scenario) -> None:
     SCHEMA.validate(scenario.to_dict())
-    SCHEMA.validate(read(scenario.to_toml()))
+    SCHEMA.validate(read_as_json(scenario.to_toml()))
 
 
 @pytest.mark.parametrize(
@@ -86,24 +86,26 @@ def test_scenarios_keep_to_it(scenario: Scenario) -> None:
         "[[path_constraints]]\nboresight = [1, 0, 0]\nhalf_angle_deg = 9.0\nsense = 'keep'",
     ],
 )
-def test_what_the_reader_refuses_by_itself_it_refuses_too(text: str) -> None:
-    table = read("" if text.startswith("preset") else "preset = 'paper'\n") | read(text)
+def test_schema_and_from_dict_reject_invalid_keys_and_values(text: str) -> None:
+    table = read_as_json("" if text.startswith("preset") else "preset = 'paper'\n") | read_as_json(
+        text
+    )
     assert not SCHEMA.is_valid(table)
     with pytest.raises((ValueError, TypeError)):
         Scenario.from_dict(table)
 
 
 @pytest.mark.parametrize("key", ["epoch", "duration", "orbit", "sensors"])
-def test_without_a_preset_nothing_without_default_may_be_missing(key: str) -> None:
+def test_keys_without_default_are_required_without_preset(key: str) -> None:
     table = Scenario.paper().to_dict()
     del table[key]
     assert not SCHEMA.is_valid(table)
     assert SCHEMA.is_valid(table | {"preset": "paper"})
 
 
-def test_a_saved_scenario_names_the_file_that_the_command_prints(tmp_path: Path) -> None:
+def test_saved_scenario_refers_to_schema_that_command_prints(tmp_path: Path) -> None:
     Scenario.paper().save(tmp_path / "mine.toml")
     text = (tmp_path / "mine.toml").read_text(encoding="utf-8")
     assert text.splitlines()[0] == "#:schema ./scenario.schema.json"
-    done = CliRunner().invoke(app, ["schema"])
-    assert json.loads(done.stdout) == build_scenario_schema()
+    result = CliRunner().invoke(app, ["schema"])
+    assert json.loads(result.stdout) == build_scenario_schema()

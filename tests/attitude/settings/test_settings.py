@@ -1,4 +1,4 @@
-"""Settings: what is accepted, what is refused, and what the messages say."""
+"""Validation of settings, messages of errors, and conversion to tables."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ class Wheel(Settings):
     tags: tuple[str, ...] = Field(default=(), description="labels")
     built: Instant | None = Field(default=None, description="date of assembly")
     bearing: Bearing = Field(default_factory=Bearing, description="bearing")
-    others: tuple[Annotated[Bearing, TableClasses("kind", {"bearing": Bearing})], ...] = Field(
-        default=(), description="other bearings"
+    more_bearings: tuple[Annotated[Bearing, TableClasses("kind", {"bearing": Bearing})], ...] = (
+        Field(default=(), description="further bearings")
     )
 
 
@@ -65,18 +65,21 @@ class Wheel(Settings):
             {"bearing": {"friction": 1}},
             "bearing.friction = 1: expected a number >= 0 and < 1 (",
         ),
-        ({"others": [{"kind": "bearing", "name": 1}]}, "others[0].name = 1: expected a string"),
+        (
+            {"more_bearings": [{"kind": "bearing", "name": 1}]},
+            "more_bearings[0].name = 1: expected a string",
+        ),
         ({"inertai": 1.0}, "inertai: unknown key; did you mean 'inertia'? (known: 'inertia', 'of"),
         ({"bearing": {"kin": 1}}, "bearing.kin: unknown key; did you mean 'kind'? (known: 'kind'"),
     ],
 )
-def test_a_bad_value_is_named_with_what_was_expected(values: Any, message: str) -> None:
-    with pytest.raises(InvalidValue) as caught:
+def test_error_names_key_value_and_expected_values(values: Any, message: str) -> None:
+    with pytest.raises(InvalidValue) as error:
         Wheel(**values)
-    assert str(caught.value).startswith(message)
+    assert str(error.value).startswith(message)
 
 
-def test_positional_and_missing_arguments_are_named() -> None:
+def test_error_names_positional_and_missing_arguments() -> None:
     with pytest.raises(InvalidValue, match=r"^friction = 2: expected a number >= 0 and < 1"):
         Bearing("rear", 2)
 
@@ -88,8 +91,10 @@ def test_positional_and_missing_arguments_are_named() -> None:
         Axle()  # type: ignore[call-arg]
 
 
-def test_tables_leave_out_what_is_empty_and_name_the_kind() -> None:
-    table = to_table(Wheel(others=(Bearing("rear"),), built=datetime(2018, 6, 5, tzinfo=UTC)))
+def test_table_contains_kind_and_no_empty_entries() -> None:
+    table = to_table(
+        Wheel(more_bearings=(Bearing("rear"),), built=datetime(2018, 6, 5, tzinfo=UTC))
+    )
     assert not {"run_time", "tags"} & table.keys()
     assert table["built"] == "2018-06-05T00:00:00Z"
-    assert table["others"] == [{"kind": "bearing", "name": "rear", "friction": 0.1}]
+    assert table["more_bearings"] == [{"kind": "bearing", "name": "rear", "friction": 0.1}]

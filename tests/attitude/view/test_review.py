@@ -1,4 +1,4 @@
-"""A plan as a document for a review, against what the plan itself says."""
+"""Review document of a plan against the tables of the plan."""
 
 import dataclasses
 
@@ -31,18 +31,18 @@ def sections(plan):
 @pytest.mark.parametrize(
     "key", ["error_budget", "improvements", "measurement_times", "accuracy", "comparison"]
 )
-def test_tables_are_those_of_the_plan(plan, sections, key):
+def test_sections_equal_tables_of_the_plan(plan, sections, key):
     table = TABLES[key]
-    shown, own = (
+    shown, expected = (
         each.select_dtypes(float) for each in (sections[table.title].table, table.table(plan))
     )
-    np.testing.assert_allclose(shown, own)
+    np.testing.assert_allclose(shown, expected)
 
 
-def test_the_worst_axis_stands_for_all_three(plan, sections):
-    shown, own = (
+def test_uncertainty_by_phase_shows_the_worst_axis(plan, sections):
+    shown, expected = (
         sections["Uncertainty reduction by phase"].table,
         plan.compute_uncertainty_by_phase(),
     )
     axes = [f"attitude {axis} [deg]" for axis in "xyz"]
-    np.testing.assert_array_equal(shown["attitude [deg]"], own[axes].max(axis=1))
+    np.testing.assert_array_equal(shown["attitude [deg]"], expected[axes].max(axis=1))

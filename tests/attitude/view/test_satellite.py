@@ -1,4 +1,4 @@
-"""What a dry run says of the satellite, against what the scenario is known to have."""
+"""Description of a satellite against known properties of its scenario."""
 
 import dataclasses
 import re
@@ -10,31 +10,31 @@ from mgeo_attitude.scenario import PathConstraint
 from mgeo_attitude.view.satellite import ascending_node_solar_time, describe_satellite
 
 
-def test_local_time_of_a_node():
-    """12 h below the Sun, 18 h a quarter of a turn east of it: any textbook."""
+def test_solar_time_of_ascending_node():
+    """The time is 12 h below the Sun, and 18 h a quarter of a revolution east of it."""
     pole, node = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
-    tilted = np.array([0.0, np.cos(1.7), np.sin(1.7)])  # of a retrograde orbit
+    velocity = np.array([0.0, np.cos(1.7), np.sin(1.7)])  # The orbit is retrograde.
     for sun_at, hours in ((0.0, 12.0), (-90.0, 18.0), (90.0, 6.0), (180.0, 0.0)):
         sun = np.array([np.cos(np.radians(sun_at)), np.sin(np.radians(sun_at)), 0.2])
-        assert ascending_node_solar_time(node, tilted, sun) == pytest.approx(hours, abs=1e-9)
-    assert pole @ np.cross(node, tilted) < 0.0
+        assert ascending_node_solar_time(node, velocity, sun) == pytest.approx(hours, abs=1e-9)
+    assert pole @ np.cross(node, velocity) < 0.0
 
 
-def test_the_papers_satellite():
+def test_description_of_paper_satellite():
     scenario = dataclasses.replace(Scenario.paper(), eclipse=True)
-    found = describe_satellite(AttitudeManeuverProblem(scenario))
-    assert found["satellite"] == "paper, 2018-06-05T00:00:00 to 2018-06-05T03:19:44 UTC"
-    assert "node at 22:30 local" in found["orbit"]  # as its file says
-    assert "inclination 98.4" in found["orbit"]
-    low, high = map(float, re.findall(r"(\d+) to (\d+) km", found["orbit"])[0])
+    description = describe_satellite(AttitudeManeuverProblem(scenario))
+    assert description["satellite"] == "paper, 2018-06-05T00:00:00 to 2018-06-05T03:19:44 UTC"
+    assert "node at 22:30 local" in description["orbit"]  # This value is in the scenario file.
+    assert "inclination 98.4" in description["orbit"]
+    low, high = map(float, re.findall(r"(\d+) to (\d+) km", description["orbit"])[0])
     a, e = 7130.982, 0.001111
     assert (low, high) == pytest.approx((a * (1 - e) - 6378.1, a * (1 + e) - 6378.1), abs=1.0)
     problem = AttitudeManeuverProblem(scenario)
-    assert f"{1.0 - problem.environment.sunlit.mean():.0%} of the time" in found["Sun"]
-    assert "initial.attitude_deg = 5 (to 20)" in found["covariance"]
+    assert f"{1.0 - problem.environment.sunlit.mean():.0%} of the time" in description["Sun"]
+    assert "initial.attitude_deg = 5 (to 20)" in description["covariance"]
 
 
-def test_a_cone_at_rest_has_the_margin_of_its_axis_and_the_unknown_attitude():
+def test_margin_at_rest_includes_attitude_uncertainty():
     problem = AttitudeManeuverProblem(
         dataclasses.replace(
             Scenario.paper(),

@@ -176,23 +176,23 @@ GROSS = {
         change_sensor("mag", clip_channel),
     ),
     "magnetometer flipped": (
-        "mag agrees with all else if its axes are ",
+        "mag agrees with the other sensors if its axes are ",
         change_sensor("mag", lambda t, rows, rng: flip_axis(rows, rng)),
     ),
     "Sun sensor flipped": (
-        "sun agrees with all else if its axes are ",
+        "sun agrees with the other sensors if its axes are ",
         change_sensor("sun", lambda t, rows, rng: flip_axis(rows, rng)),
     ),
     "magnetometer swapped": (
-        "mag agrees with all else if its axes are ",
+        "mag agrees with the other sensors if its axes are ",
         change_sensor("mag", lambda t, rows, rng: swap_axes(rows, rng)),
     ),
     "gyro flipped": (
-        "gyro agrees with all else if its axes are ",
+        "gyro agrees with the other sensors if its axes are ",
         change_gyro(lambda t, rows, rng: flip_axis(rows, rng)),
     ),
     "gyro of the other sign": (
-        r"gyro agrees with all else if its axes are \(-x, -y, -z\)",
+        r"gyro agrees with the other sensors if its axes are \(-x, -y, -z\)",
         change_gyro(lambda t, rows, rng: -rows),
     ),
     "gyro times ten": (

@@ -169,7 +169,7 @@ def rotate_mounting(rows: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 # A change that exceeds the prior is also identified by the prior test.
 CHANGES = r"\.bias (changes by |follows temperature by |is .* from its prior)"
 DRIFTS = r"gyro\.bias (drifts|decays|changes|follows temperature|is .* from its prior)"
-AXES = " agrees with all else if its axes are |{0}\\.misalignment is .* prior sigmas"
+AXES = " agrees with the other sensors if its axes are |{0}\\.misalignment is .* prior sigmas"
 KINDS = {
     # Cases that must be right.
     "healthy": FaultKind(),
@@ -268,7 +268,8 @@ KINDS = {
         "sun" + AXES.format("sun"), spoil=change_sensor("sun", without_times(rotate_mounting))
     ),
     "unit vectors": FaultKind(
-        'sun: .*Expected kind = "two-axis-sun-sensor"', lambda rng: TrueErrors(unit_vectors=True)
+        'sun: .*Use kind = "two-axis-sun-sensor" instead of',
+        lambda rng: TrueErrors(unit_vectors=True),
     ),
     "magnetometer in uT": FaultKind(
         "mag at .* unit = 'uT'", spoil=change_sensor("mag", lambda t, rows, rng: 1e-3 * rows)

@@ -68,7 +68,7 @@ def test_directions_with_albedo_are_calibrated_within_sigma(seed):
 
 
 def test_unit_vectors_of_three_axis_sensor_raise():
-    with pytest.raises(ValueError, match=r'sun: .* Expected kind = "two-axis-sun-sensor", not'):
+    with pytest.raises(ValueError, match=r'sun: .* Use kind = "two-axis-sun-sensor" instead of'):
         calibrate(SCENARIOS["paper"], simulate("paper", 1).truncate(100.0))
 
 

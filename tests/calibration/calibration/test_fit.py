@@ -146,7 +146,7 @@ def test_invalid_telemetry_raises(scenario, telemetry, change, message):
 def test_divergence_message_states_diverged_estimate(scenario, telemetry):
     report = (
         r"the fit does not converge: \S+ [xyz] is \S+ \S+, \S+ prior sigmas of \S+ \S+ "
-        r"from its prior; the last iteration turns the attitude by \S+ deg at \d+ s"
+        r"from its prior; the last iteration rotates the attitude by \S+ deg at \d+ s"
     )
     with pytest.raises(ValueError, match=report):
         calibrate(scenario, scale_columns("gyro", -1.0)(telemetry.to_frame()))

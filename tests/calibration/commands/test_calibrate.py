@@ -15,7 +15,7 @@ from mgeo_calibration import calibrate
 from mgeo_calibration.calibration.document import read_json
 from mgeo_calibration.commands.calibrate import FILES
 
-from ...attitude.commands.test_show import table
+from ...attitude.commands.test_show import parse_table
 from ..calibration.runs import PLAN, short, simulate_from_any_attitude
 
 ROOT = Path(__file__).parents[3]
@@ -47,7 +47,7 @@ def test_output_files_include_comparison_with_plan(run, flight, tmp_path):
     text = run(*arguments).stdout
     found = calibrate(scenario, telemetry)
     promised = found.compare(ManeuverPlan(scenario, PLAN))
-    printed = table(
+    printed = parse_table(
         text, f"1-sigma at {found.time:.6g} s, predicted by the plan and achieved: plan.json"
     )
     assert printed["mag bias x"][1:3] == [
@@ -107,7 +107,7 @@ def test_diagnose_prints_checks_of_failed_calibration(run, flight, tmp_path):
     done = run(*command, "--diagnose", code=2)
     message = done.stderr.removeprefix("Error: ").partition(" (")[0]
     assert message.startswith("gyro at row ")
-    tests = table(done.stdout, "Attitude-independent checks")
+    tests = parse_table(done.stdout, "Attitude-independent checks")
     (check,) = [name for name, text in tests.items() if text and text[0].startswith("gyro at row ")]
     report = json.loads(run(*command, "--diagnose", "--json", code=2).stdout)
     assert report["error"].startswith(message)

@@ -1,14 +1,15 @@
-"""What others have published of one-objective variants, and the functions they used.
+"""Published results of single-objective variants, and the test functions of the publications.
 
-Numbers: leobeckerdaluz/GEO_OptimizationAlgorithms (MIT; a master's thesis at INPE), mean and
-median of the best value of 50 runs of 100,000 evaluations each, one walker a run.
+The source is leobeckerdaluz/GEO_OptimizationAlgorithms (MIT; a master's thesis at INPE). The
+numbers are mean and median of the best value of 50 runs of 100,000 evaluations each, with one
+walker per run.
 
 - real, real2: src/real1real2.txt of August 2022, parameters from ObjectiveFunctions_parameters.cs.
-  Values out of bounds are penalized there (2 (x - bound)^2 is added) and clipped here.
-- canonical, var and their A-GEO1: novo__exec_GEOAGEO.txt of February 2022, when b bits were read
-  as xl + (xu - xl) m / 2^b, where here the divisor is 2^b - 1.
-- A-GEO2 of canonical and var: src/BINARIOS_ALL.txt of August 2022 (there A-GEO1 never meets a
-  chance above zero, see `mgeo.algorithms.selection`).
+  The source penalizes values out of bounds (2 (x - bound)^2 is added), and mgeo clips them.
+- canonical, var and their A-GEO1: novo__exec_GEOAGEO.txt of February 2022. At that time, the source
+  decoded b bits as xl + (xu - xl) m / 2^b; the divisor of mgeo is 2^b - 1.
+- A-GEO2 of canonical and var: src/BINARIOS_ALL.txt of August 2022, in which the chance of
+  improvement of A-GEO1 is always zero (see `mgeo.algorithms.selection`).
 - A-GEO2 of real and real2: "AGEOreal1_P" and "AGEOreal2_P_DS" of DEPRECATED_xlsx/
   novo__AGEO2_GEOreal1P_AGEO2real1P_vs_AGEO2real1PAA.xlsx and novo_final_GEOreal2PDS_vs_
   AGEOreal2PDS.xlsx, February 2022.
@@ -31,7 +32,7 @@ def griewank(X):
 
 
 def rastrigin(X):
-    """With amplitude 3, where most others have 10."""
+    """Return Rastrigin's function with the amplitude 3 instead of the usual 10."""
     return 3.0 * X.shape[1] + (X**2 - 3.0 * np.cos(2 * np.pi * X)).sum(axis=1)
 
 
@@ -41,7 +42,7 @@ def rosenbrock(X):
 
 
 def schwefel(X):
-    """Least is 1.3e-4 for 10 variables."""
+    """Return Schwefel's function, whose minimum is 1.3e-4 for 10 variables."""
     return 418.9829 * X.shape[1] - (X * np.sin(np.sqrt(np.abs(X)))).sum(axis=1)
 
 
@@ -50,7 +51,7 @@ def ackley(X):
     return -20.0 * np.exp(-0.2 * np.sqrt(square)) - np.exp(cosine) + np.e + 20.0
 
 
-# function, variables, half the range, bits a variable
+#: Function, number of variables, half the width of the bounds, and bits per variable.
 FUNCTIONS = {
     "Griewank": (griewank, 10, 600.0, 14),
     "Rastrigin": (rastrigin, 20, 5.12, 16),
@@ -61,17 +62,18 @@ FUNCTIONS = {
 
 
 class Function(Problem):
-    """One of `FUNCTIONS` as a pymoo problem, its values a vector.
+    """Pymoo problem of one of the `FUNCTIONS`.
 
-    `penalized`, the bounds are far away, and 2 (x - bound)^2 is added beyond the function's own:
-    for steps relative to the value, which often go there. Starts must then be given.
+    With `penalized`, the bounds are far away, and 2 (x - bound)^2 is added outside the original
+    bounds. This suits steps relative to the value, which often leave the bounds. The initial points
+    must then be given.
     """
 
     def __init__(self, name, penalized=False):
         self.plain, n_var, self.half, self.n_bits = FUNCTIONS[name]
         self.penalized = penalized
-        limit = 1e9 if penalized else self.half
-        super().__init__(n_var=n_var, n_obj=1, xl=-limit, xu=limit)
+        bound = 1e9 if penalized else self.half
+        super().__init__(n_var=n_var, n_obj=1, xl=-bound, xu=bound)
 
     def function(self, X):
         if not self.penalized:
@@ -81,7 +83,7 @@ class Function(Problem):
 
 @dataclass(frozen=True)
 class Oracle:
-    """A variant with its parameters on a function, and the published mean and median."""
+    """Published mean and median of the best values of a variant on a test function."""
 
     function: str
     variant: type
@@ -95,10 +97,10 @@ class Oracle:
         return f"{self.variant.__name__}({given})"
 
     def bests(self, n_walkers, seed=1, evaluations=EVALUATIONS):
-        """(n_walkers,) best value of each walker after so many evaluations of its own.
+        """Return the best value of each walker after a number of evaluations per walker.
 
-        The walkers are independent, so these are as many runs. They are driven without pymoo's
-        populations, which would cost more than all the rest.
+        The walkers are independent, so that each walker is a separate run. The loop avoids pymoo's
+        populations, which would take most of the time.
         """
         parameters, problem = dict(self.parameters), Function(self.function)
         if issubclass(self.variant, BitStrings):

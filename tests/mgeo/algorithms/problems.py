@@ -1,4 +1,4 @@
-"""Problems whose fronts are known in closed form, or that misbehave on purpose."""
+"""Test problems with known fronts, failing evaluations, several fidelities or mixed variables."""
 
 import copy
 
@@ -30,7 +30,7 @@ class Galski(Problem):
 
 
 class Rosenbrock(Problem):
-    """de Sousa, Ramos, Paglione & Girardi (2003); minimum 0 at (1, ..., 1)."""
+    """Rosenbrock function of de Sousa, Ramos, Paglione & Girardi (2003); minimum 0 at all ones."""
 
     def __init__(self, n_var=2):
         super().__init__(n_var=n_var, n_obj=1, xl=-2.048, xu=2.048)
@@ -41,7 +41,7 @@ class Rosenbrock(Problem):
 
 
 class Mixture(ElementwiseProblem):
-    """Ties, NaN, infinities, an inequality and an equality, all within reach of a walk."""
+    """Problem with ties, NaN and infinite objectives, an inequality and an equality constraint."""
 
     def __init__(self):
         super().__init__(
@@ -61,11 +61,11 @@ class Mixture(ElementwiseProblem):
             f[2] = np.inf
         out["F"] = f
         out["G"] = [x[0] - 0.8]
-        out["H"] = [max(0.0, float(x[4]) - 0.5)]  # 0 on half of the range
+        out["H"] = [max(0.0, float(x[4]) - 0.5)]  # Satisfied on half of the range.
 
 
 class Fixed(Problem):
-    """Objectives of every point are given; `violation` makes all points infeasible."""
+    """Problem with the same objectives at every point; `violation` makes all points infeasible."""
 
     def __init__(self, F, violation=None):
         self.F = np.asarray(F, dtype=float)
@@ -80,7 +80,7 @@ class Fixed(Problem):
 
 
 class Estimated(Problem):
-    """Two objectives that are known in the last stage, and off by some waves before."""
+    """Problem with three fidelity levels; the two lower ones add sine waves to the objectives."""
 
     def __init__(self, constrained=False):
         super().__init__(n_var=4, n_obj=2, n_ieq_constr=int(constrained), xl=0.0, xu=1.0)
@@ -103,7 +103,7 @@ class Estimated(Problem):
 
 
 class Typed(Problem):
-    """Dicts of a real, an integer and a binary variable."""
+    """Problem with a real, an integer and a binary variable, whose designs are dicts."""
 
     def __init__(self):
         variables = {"a": Real(bounds=(-1, 2)), "b": Integer(bounds=(-3, 4)), "c": Binary()}
@@ -114,7 +114,7 @@ class Typed(Problem):
 
 
 class Arc(Problem):
-    """The unit circle in the first quadrant; its front is the whole arc."""
+    """Problem whose feasible set and front are the unit circle in the first quadrant."""
 
     def __init__(self):
         super().__init__(n_var=2, n_obj=2, n_eq_constr=1, xl=0.0, xu=1.0)

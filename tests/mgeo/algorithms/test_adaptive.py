@@ -1,4 +1,4 @@
-"""The rules of an adaptive tau, and restarts."""
+"""Adaptive tau and restarts of walkers."""
 
 import math
 
@@ -36,7 +36,7 @@ def test_fitness_orders_feasible_infeasible_failed():
             assert set(np.flatnonzero(better[row, :, objective])) == expected
 
 
-def test_tau_falls_back_rises_or_stays():
+def test_tau_is_reset_increased_or_unchanged():
     chance = np.array([0.0, 0.2, 0.3, 0.4])
     previous = np.array([0.5, 0.3, 0.3, 0.3])
     normal, uniform = np.array([1.0, 1, 1, 1]), np.array([0.5, 0.5, 0.5, 0.5])
@@ -44,7 +44,7 @@ def test_tau_falls_back_rises_or_stays():
     assert tau == pytest.approx([0.5 * math.exp(0.25), 2 + 0.7 * 0.5, 2 + 0.8 * 0.5, 2.0])
 
 
-def test_tau_falls_back_to_a_log_normal_value():
+def test_reset_tau_is_log_normal():
     rng = np.random.default_rng(0)
     n, zero = 5000, np.zeros(5000)
     tau = selection.compute_next_tau(
@@ -58,13 +58,13 @@ def test_tau_falls_back_to_a_log_normal_value():
 
 @pytest.mark.parametrize("restart", ["random", "archive"])
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_a_walker_without_progress_restarts(variant, restart):
+def test_walker_without_progress_restarts(variant, restart):
     algorithm = variant("a-geo1", 5, restart=restart, patience=3).setup(Fixed([1.0, 2.0]), seed=1)
     for generation in range(1, 13):
         before = algorithm.encoding.decode(algorithm.walkers.copy())
         algorithm.next()
         after = algorithm.encoding.decode(algorithm.walkers)
-        # the first generation of a new walker is progress; three without it are the end
+        # The first generation of a new walker is progress; a restart follows three without any.
         assert algorithm.state.n_idle_generations.tolist() == [[0, 0, 1, 2][generation % 4]] * 5
         if generation % 4 == 0:
             front = algorithm.front.individuals.get("X")
@@ -78,7 +78,7 @@ def test_a_walker_without_progress_restarts(variant, restart):
             assert ((before != after).sum(axis=1) <= 1).all()
 
 
-def test_progress_is_an_own_best_or_a_point_on_the_front():
+def test_progress_is_new_best_fitness_or_archived_candidate():
     algorithm = MGEOReal(0.3, 1.0, 6, restart="random", patience=10**6)
     algorithm.setup(ZDT1(n_var=3), seed=1)
     best, idle = np.full((6, 2), np.inf), np.zeros(6, dtype=int)
@@ -89,9 +89,9 @@ def test_progress_is_an_own_best_or_a_point_on_the_front():
         algorithm.tell(infills=infills)
         new = {id(entry) for entry in algorithm.front.individuals} - old
         for walker in range(6):
-            own = infills[3 * walker : 3 * walker + 3]
-            F = own.get("F").min(axis=0)
-            progress = (best[walker] > F).any() or any(id(entry) in new for entry in own)
+            candidates = infills[3 * walker : 3 * walker + 3]
+            F = candidates.get("F").min(axis=0)
+            progress = (best[walker] > F).any() or any(id(each) in new for each in candidates)
             best[walker] = np.minimum(best[walker], F)
             idle[walker] = 0 if progress else idle[walker] + 1
         assert np.array_equal(algorithm.state.n_idle_generations, idle)
@@ -99,7 +99,7 @@ def test_progress_is_an_own_best_or_a_point_on_the_front():
 
 
 class Valleys(Rosenbrock):
-    """A shallow valley with a minimum of 1, and a deep one with 0 in which fewer points end."""
+    """Problem with a wide local minimum of 1 and a narrow global minimum of 0."""
 
     def _evaluate(self, X, out, *args, **kwargs):
         shallow = 1 + 10 * ((X + 1.0) ** 2).sum(axis=1)
@@ -107,7 +107,7 @@ class Valleys(Rosenbrock):
 
 
 @pytest.mark.slow
-def test_walkers_under_high_pressure_leave_a_valley_only_by_a_restart():
+def test_walkers_with_high_tau_leave_local_optimum_only_by_restart():
     def share_stuck(**options):
         bests = np.full(30, np.inf)
 
@@ -121,4 +121,5 @@ def test_walkers_under_high_pressure_leave_a_valley_only_by_a_restart():
     never = share_stuck()
     assert never > 0.4
     assert share_stuck(restart="random", patience=10) < 0.5 * never
-    assert share_stuck(restart="archive", patience=10) == 0  # the archive is one good point
+    # The archive is a single point, in the global minimum.
+    assert share_stuck(restart="archive", patience=10) == 0

@@ -1,4 +1,4 @@
-"""The check of algorithms, for every variant."""
+"""`check_algorithm` for every variant."""
 
 import pytest
 from pymoo.operators.sampling.lhs import LHS
@@ -44,5 +44,5 @@ class AlwaysAttracted(MGEODirected):
     ],
     ids=lambda algorithm: type(algorithm).__name__,
 )
-def test_every_variant_passes_the_check_of_algorithms(algorithm):
+def test_every_variant_passes_check_algorithm(algorithm):
     check_algorithm(algorithm)

@@ -1,4 +1,4 @@
-"""Subclasses with constructors of their own, and pymoo's wrappers, which are subclasses too."""
+"""Checkpoints of subclasses with another constructor, and wrappers of pymoo."""
 
 import numpy as np
 import pytest
@@ -12,21 +12,23 @@ from mgeo import Checkpoint, MGEOCanonical, MGEODirected, MGEOReal, resume
 PROBLEM = ZDT1(n_var=4)
 
 
-class Kept(MGEOReal):
-    """Keeps its parameter under the parameter's name."""
+class Storing(MGEOReal):
+    """Algorithm that stores its parameter as an attribute of the same name."""
 
     def __init__(self, width, n_walkers=3, **options):
         super().__init__(sigma=width / 2, n_walkers=n_walkers, **options)
         self.width = width
 
 
-class Forgotten(MGEOReal):
+class NotStoring(MGEOReal):
+    """Algorithm that does not store its parameter."""
+
     def __init__(self, width, **options):
         super().__init__(sigma=width / 2, **options)
 
 
 class Fixed(MGEOReal):
-    """Chooses one parameter and passes on the others."""
+    """Algorithm that fixes one parameter and passes on all others."""
 
     def __init__(self, **options):
         super().__init__(sigma=0.1, **options)
@@ -34,17 +36,17 @@ class Fixed(MGEOReal):
 
 @pytest.mark.parametrize(
     "algorithm",
-    [Kept(0.4, tau=1.0), Fixed(n_walkers=3, tau=1.0, restart="archive", patience=2)],
+    [Storing(0.4, tau=1.0), Fixed(n_walkers=3, tau=1.0, restart="archive", patience=2)],
     ids=lambda algorithm: type(algorithm).__name__,
 )
-def test_it_goes_on_from_a_checkpoint_with_all_its_parameters(algorithm, tmp_path):
-    kept = Checkpoint(tmp_path / "kept")
-    minimize(PROBLEM, algorithm, ("n_gen", 6), callback=kept, seed=1)
+def test_subclass_resumes_from_checkpoint_with_all_parameters(algorithm, tmp_path):
+    checkpoint = Checkpoint(tmp_path / "kept")
+    minimize(PROBLEM, algorithm, ("n_gen", 6), callback=checkpoint, seed=1)
     with pytest.raises(
         ValueError, match=f"{type(algorithm).__name__}' is not an algorithm of mgeo"
     ):
-        resume(kept.path, PROBLEM, ("n_gen", 12))
-    resumed = resume(kept.path, PROBLEM, ("n_gen", 12), algorithm=algorithm)
+        resume(checkpoint.path, PROBLEM, ("n_gen", 12))
+    resumed = resume(checkpoint.path, PROBLEM, ("n_gen", 12), algorithm=algorithm)
     assert type(resumed) is type(algorithm)
     assert (resumed.tau, resumed.patience) == (algorithm.tau, algorithm.patience)
     whole = minimize(PROBLEM, algorithm, ("n_gen", 12), seed=1)
@@ -54,22 +56,20 @@ def test_it_goes_on_from_a_checkpoint_with_all_its_parameters(algorithm, tmp_pat
 @pytest.mark.parametrize(
     ("algorithm", "message"),
     [
-        (Forgotten(0.4), "Forgotten has no attribute 'width': expected"),
+        (NotStoring(0.4), "NotStoring has no attribute 'width': expected"),
         (AdaptiveEpsilonConstraintHandling(MGEOReal(n_walkers=3)), "has no attribute 'algorithm'"),
     ],
     ids=lambda value: type(value).__name__,
 )
-def test_one_that_could_not_be_resumed_is_refused_by_the_first_checkpoint(
-    algorithm, message, tmp_path
-):
-    kept = Checkpoint(tmp_path / "kept")
+def test_first_checkpoint_rejects_algorithm_that_cannot_be_resumed(algorithm, message, tmp_path):
+    checkpoint = Checkpoint(tmp_path / "kept")
     with pytest.raises(TypeError, match=message):
-        minimize(PROBLEM, algorithm, ("n_gen", 3), callback=kept, seed=1)
-    assert not kept.path.exists()
+        minimize(PROBLEM, algorithm, ("n_gen", 3), callback=checkpoint, seed=1)
+    assert not checkpoint.path.exists()
 
 
 class Tolerance(Callback):
-    """What pymoo's wrapper tolerates in each generation."""
+    """Callback that records the constraint tolerance in each generation."""
 
     def __init__(self):
         super().__init__()
@@ -88,7 +88,7 @@ class Tolerance(Callback):
     ],
     ids=["real", "directed", "canonical"],
 )
-def test_violations_that_pymoo_tolerates_for_a_while_do_not_get_into_the_front(algorithm):
+def test_temporarily_tolerated_violations_do_not_enter_front(algorithm):
     wrapped, callback = AdaptiveEpsilonConstraintHandling(algorithm), Tolerance()
     result = minimize(TNK(), wrapped, ("n_gen", 40), seed=1, callback=callback)
     assert result.algorithm.problem is not None

@@ -1,4 +1,4 @@
-"""Walkers that learn a covariance: the strategy by itself, and when walkers take to it."""
+"""Matrix adaptation: the evolution strategy, and its use by walkers of MGEODirected."""
 
 import copy
 from dataclasses import fields
@@ -20,15 +20,15 @@ class Never(MGEODirected):
     adaptive_share = 0.0
 
 
-def begun(algorithm, problem, generations, seed=3):
+def start_run(algorithm, problem, generations, seed=3):
     run = copy.deepcopy(algorithm).setup(problem, termination=("n_gen", 1000), seed=seed)
     for _ in range(generations):
         run.next()
     return run
 
 
-def one_by_one(sigma, matrix, path, z):
-    """Figure 3 of Beyer & Sendhoff for one distribution, sum by sum; z best first."""
+def adapt_reference(sigma, matrix, path, z):
+    """Adapt one distribution by figure 3 of Beyer & Sendhoff in plain loops; z is best first."""
     size, n = z.shape
     mu = size // 2
     raw = [np.log(mu + 0.5) - np.log(i) for i in range(1, mu + 1)]
@@ -48,55 +48,61 @@ def one_by_one(sigma, matrix, path, z):
     return step, sigma * np.exp(cs / ds * (np.linalg.norm(path) / chi - 1)), new, path
 
 
-@pytest.mark.parametrize(("n", "together"), [(1, 1), (2, 2), (7, 3), (30, 3)])
-def test_it_learns_as_the_published_strategy_sum_by_sum(n, together):
+@pytest.mark.parametrize(("n", "n_candidates"), [(1, 1), (2, 2), (7, 3), (30, 3)])
+def test_adaptation_agrees_with_published_strategy(n, n_candidates):
     rng = np.random.default_rng(1)
-    normals = SearchDistributions.create(4, n, 2, together)
-    size = normals.z.shape[1]
-    assert size % together == 0
+    distributions = SearchDistributions.create(4, n, 2, n_candidates)
+    size = distributions.z.shape[1]
+    assert size % n_candidates == 0
     assert size >= 4 + int(3 * np.log(n))
-    normals.reset(np.arange(4), np.array([0.1, 0.2, 0.3, 0.01]))
+    distributions.reset(np.arange(4), np.array([0.1, 0.2, 0.3, 0.01]))
     for _ in range(3):
-        before = [copy.copy(normals.sigma), normals.matrix.copy(), normals.path.copy()]
+        before = [
+            copy.copy(distributions.sigma),
+            distributions.matrix.copy(),
+            distributions.path.copy(),
+        ]
         full = [
-            normals.add_evaluations(np.zeros((4, together, 2)), np.zeros((4, together)))
-            for _ in range(size // together)
-            if normals.draw_steps(together, rng) is not None
+            distributions.add_evaluations(
+                np.zeros((4, n_candidates, 2)), np.zeros((4, n_candidates))
+            )
+            for _ in range(size // n_candidates)
+            if distributions.draw_steps(n_candidates, rng) is not None
         ]
         assert full == [False] * (len(full) - 1) + [True]
-        z, ranking = normals.z.copy(), rng.permuted(np.tile(np.arange(size), (4, 1)), axis=1)
-        steps = normals.adapt(ranking)
+        z, ranking = distributions.z.copy(), rng.permuted(np.tile(np.arange(size), (4, 1)), axis=1)
+        steps = distributions.adapt(ranking)
         for k in range(4):
-            expected = one_by_one(*(each[k] for each in before), z[k, ranking[k]])
-            found = steps[k], normals.sigma[k], normals.matrix[k], normals.path[k]
+            expected = adapt_reference(*(each[k] for each in before), z[k, ranking[k]])
+            found = steps[k], distributions.sigma[k], distributions.matrix[k], distributions.path[k]
             for one, other in zip(found, expected, strict=True):
                 np.testing.assert_allclose(one, other, rtol=1e-10, atol=1e-13)
 
 
-def test_it_learns_an_ellipsoid_that_no_round_distribution_descends():
+def test_distribution_adapts_to_ill_conditioned_ellipsoid():
     rng = np.random.default_rng(2)
     n, axes = 6, np.logspace(0, 3, 6)
-    turned = np.linalg.qr(rng.standard_normal((n, n)))[0]
-    normals, mean = SearchDistributions.create(1, n, 1, 3), np.full((1, n), 3.0)
-    normals.reset(np.arange(1), np.array([1.0]))
+    rotation = np.linalg.qr(rng.standard_normal((n, n)))[0]
+    distributions, mean = SearchDistributions.create(1, n, 1, 3), np.full((1, n), 3.0)
+    distributions.reset(np.arange(1), np.array([1.0]))
     for generation in range(1800):
-        points = mean[:, None] + normals.draw_steps(3, rng)
-        f = ((points @ turned * axes) ** 2).sum(axis=2, keepdims=True)
-        if normals.add_evaluations(f, np.zeros((1, 3))):
-            mean = mean + normals.adapt(normals.F[:, :, 0].argsort(axis=1))
+        points = mean[:, None] + distributions.draw_steps(3, rng)
+        f = ((points @ rotation * axes) ** 2).sum(axis=2, keepdims=True)
+        if distributions.add_evaluations(f, np.zeros((1, 3))):
+            mean = mean + distributions.adapt(distributions.F[:, :, 0].argsort(axis=1))
         if generation == 100:
             early = f.min()
     assert f.min() < 1e-12 * early
-    lengths = np.linalg.svd(normals.matrix[0], compute_uv=False)
+    lengths = np.linalg.svd(distributions.matrix[0], compute_uv=False)
     assert lengths[0] / lengths[-1] == pytest.approx(1e3, rel=0.7)
 
 
-def test_half_of_each_kind_learn_after_so_many_evaluations_and_nothing_changes_before():
+def test_half_of_walkers_adapt_covariance_after_delay():
     problem = ZDT1(n_var=4)
-    run, never = begun(Early(), problem, 2), begun(Never(), problem, 2)
+    run, never = start_run(Early(), problem, 2), start_run(Never(), problem, 2)
     assert not len(run._select_adapting_walkers())
     np.testing.assert_array_equal(run.front.F, never.front.F)
-    run.next(), never.next()  # 144 evaluations, of 120
+    run.next(), never.next()  # 144 evaluations exceed the delay of 120.
     np.testing.assert_array_equal(run.front.F, never.front.F)
     kinds = run.state.weights.max(axis=1) < 1
     rows = run._select_adapting_walkers()
@@ -108,15 +114,15 @@ def test_half_of_each_kind_learn_after_so_many_evaluations_and_nothing_changes_b
     assert (run.walkers <= 1).all()
 
 
-def test_a_run_whose_walkers_learn_resumes_to_the_same_end():
-    run = begun(Early(), ZDT1(n_var=4), 7)
+def test_resumed_run_with_adaptive_covariance_equals_uninterrupted_run():
+    run = start_run(Early(), ZDT1(n_var=4), 7)
     assert run.state.distributions.n_drawn
-    again = restore(capture(run), run.problem, Early())
+    restored = restore(capture(run), run.problem, Early())
     for _ in range(20):
-        run.next(), again.next()
-    np.testing.assert_array_equal(again.front.F, run.front.F)
+        run.next(), restored.next()
+    np.testing.assert_array_equal(restored.front.F, run.front.F)
     for field in fields(SearchDistributions):
         assert np.array_equal(
-            getattr(again.state.distributions, field.name),
+            getattr(restored.state.distributions, field.name),
             getattr(run.state.distributions, field.name),
         )

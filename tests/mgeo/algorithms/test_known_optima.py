@@ -1,4 +1,4 @@
-"""Fronts in closed form, and the law of one-objective GEO_real against a plain-Python loop."""
+"""Fronts in closed form, and the distribution of single-objective GEO_real against a plain loop."""
 
 import itertools
 
@@ -16,8 +16,9 @@ from .problems import Galski, Rosenbrock
 
 
 @pytest.mark.slow
-def test_case_1_every_distinct_point_is_on_the_front():
-    # f1' = -exp(-x) - 2.8 x exp(-x²) < 0 < f2' = exp(x) - 2.8 x exp(-x²) for every x
+def test_every_distinct_point_of_case_1_is_on_front():
+    # f1' = -exp(-x) - 2.8 x exp(-x²) < 0 < f2' = exp(x) - 2.8 x exp(-x²) for every x, so that all
+    # points are nondominated.
     algorithm = MGEOReal(0.5, 1.0, 20).setup(Galski(1), termination=("n_gen", 300), seed=1)
     visited = []
     while algorithm.has_next():
@@ -30,8 +31,8 @@ def test_case_1_every_distinct_point_is_on_the_front():
     assert np.array_equal(np.sort(algorithm.result().X[:, 0]), visited)
 
 
-# Cases 3 and 4, the closed forms: x in [1, 2] and [4, 5]; on the segment between the centers (0, 0)
-# and (1.5, 3.5).
+# The fronts of case 3 are x in [1, 2] and [4, 5]; the front of case 4 is the segment between the
+# centers (0, 0) and (1.5, 3.5).
 SHARE = np.linspace(0, 1, 2001)[:, None]
 FRONTS = {
     3: np.concatenate([1 + SHARE, 4 + SHARE]),
@@ -48,9 +49,9 @@ SOLVERS = {
 
 
 def distances(case, tau, solver):
-    """Of each point found to the true front, and of each true point to those found.
+    """Return distances from found points to the true front, and from true points to the found ones.
 
-    In shares of the true front's range, after 20,000 evaluations.
+    The distances are fractions of the range of the true front, after 20,000 evaluations.
     """
     problem = Galski(case)
     true = problem.evaluate(FRONTS[case])
@@ -62,23 +63,24 @@ def distances(case, tau, solver):
 @pytest.mark.cases(0)
 @pytest.mark.parametrize("case", FRONTS)
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_the_known_front_is_found(solver, case):
+def test_known_front_is_found(solver, case):
     off, missing = distances(case, 1.0, solver)
     assert off.mean() < 1e-2
     assert missing.mean() < 1e-2
-    if case != 4:  # one variable: not even the worst point is farther
+    if case != 4:  # With a single variable, the largest distance is small as well.
         assert off.max() < 1e-2
         assert missing.max() < 1e-2
 
 
-# A-GEO1 of plain bit strings is not: it leaves mean gaps of up to 0.03 (docs/algorithms.md).
+# A-GEO1 of plain bit strings is excluded, because it leaves mean gaps of up to 0.03
+# (docs/algorithms.md).
 ADAPTIVE = [("real", "a-geo2"), ("canonical", "a-geo2"), ("var", "a-geo2")]
 ADAPTIVE += [("real2", "a-geo1"), ("canonical-gray", "a-geo1")]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("solver", "rule"), ADAPTIVE)
-def test_it_is_found_with_an_adaptive_tau_too(solver, rule):
+def test_known_front_is_found_with_adaptive_tau(solver, rule):
     off, missing = distances(4, rule, solver)
     assert off.mean() < 1e-2
     assert missing.mean() < 1e-2
@@ -107,7 +109,7 @@ def rosenbrock(x):
         (5, 100, 0.5, 1.25),
     ],
 )
-def test_best_values_are_distributed_as_those_of_a_plain_loop(n_var, generations, sigma, tau):
+def test_best_values_are_distributed_as_in_plain_loop(n_var, generations, sigma, tau):
     runs, seen = 100, BestOfEachWalker()
     algorithm = MGEOReal(sigma, tau, runs, "relative")
     minimize(Rosenbrock(n_var), algorithm, ("n_gen", generations), seed=1, callback=seen)

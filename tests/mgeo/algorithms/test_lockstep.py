@@ -1,4 +1,4 @@
-"""The lockstep loop against one walker after the other, step for step, for every variant."""
+"""Walkers in lockstep agree with a reference implementation of single walkers."""
 
 import numpy as np
 import pytest
@@ -11,11 +11,11 @@ from mgeo import MGEOCanonical, MGEOReal, MGEOReal2, MGEOVar
 from .. import naive
 from ..naive_walk import Walk
 from .problems import Galski, Mixture, Rosenbrock
-from .variants import BITS, SIGMAS, VARIANTS, moves_of
+from .variants import BITS, SIGMAS, VARIANTS, build_reference_moves
 
 
 class Path(Callback):
-    """Where the walkers stand after each generation, and their tau."""
+    """Callback that records the walkers and their tau after each generation."""
 
     def __init__(self):
         super().__init__()
@@ -36,7 +36,7 @@ def assert_same_walks(problem, algorithm, generations, seed=7):
     result, path, taus = run(problem, algorithm, generations, seed)
     walks = [
         Walk(
-            problem, moves_of(algorithm, problem), algorithm.tau, seed, walker,
+            problem, build_reference_moves(algorithm, problem), algorithm.tau, seed, walker,
             isinstance(algorithm, MGEOReal2 | MGEOVar),
         )
         for walker in range(algorithm.n_walkers)
@@ -58,7 +58,7 @@ def assert_same_walks(problem, algorithm, generations, seed=7):
 
 
 def in_order_of_evaluation(by_walker, generations):
-    """(n_walkers, generations * candidates, ...) to rows as the lockstep evaluates them."""
+    """Sort values by walker, (n_walkers, generations * candidates, ...), by order of evaluation."""
     values = np.array(by_walker)
     values = values.reshape(len(values), generations, -1, *values.shape[2:])
     return values.swapaxes(0, 1).reshape(-1, *values.shape[3:])
@@ -67,7 +67,7 @@ def in_order_of_evaluation(by_walker, generations):
 @pytest.mark.cases(2)
 @pytest.mark.parametrize("problem", [Mixture(), Rosenbrock(3)], ids=["mixture", "rosenbrock"])
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_walkers_in_lockstep_go_as_one_after_the_other(variant, problem):
+def test_lockstep_walkers_agree_with_sequential_walkers(variant, problem):
     assert_same_walks(problem, variant(n_walkers=2), 12)
 
 
@@ -75,7 +75,7 @@ def test_walkers_in_lockstep_go_as_one_after_the_other(variant, problem):
 @pytest.mark.parametrize("problem", [Mixture(), Rosenbrock(3)], ids=["mixture", "rosenbrock"])
 @pytest.mark.parametrize("rule", ["a-geo1", "a-geo2"])
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_so_do_those_whose_tau_adapts(variant, rule, problem):
+def test_lockstep_walkers_with_adaptive_tau_agree_with_sequential_walkers(variant, rule, problem):
     assert_same_walks(problem, variant(rule, 2), 12)
 
 
@@ -91,14 +91,14 @@ def test_so_do_those_whose_tau_adapts(variant, rule, problem):
         (Mixture(), MGEOVar("a-geo2", 4, BITS, "gray")),
     ],
 )
-def test_so_do_those_whose_variables_differ(problem, algorithm):
+def test_lockstep_walkers_with_unequal_variables_agree_with_sequential_walkers(problem, algorithm):
     assert_same_walks(problem, algorithm, 12)
 
 
 @pytest.mark.cases(2)
 @pytest.mark.parametrize("tau", [2.0, "a-geo1"])
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_a_walk_does_not_depend_on_how_many_go_beside_it(variant, tau):
+def test_walker_does_not_depend_on_number_of_walkers(variant, tau):
     problem = ZDT1(n_var=6)
     _, many, _ = run(problem, variant(tau, 9), 15)
     for n_walkers in (1, 4):

@@ -1,4 +1,4 @@
-"""Integers, bits and choices beside reals: steps, and fronts against exhaustive search."""
+"""Mixed variables: steps of integers, binary variables and choices, and whole fronts."""
 
 import itertools
 
@@ -24,7 +24,7 @@ PRICE = {"steel": 1.0, "titanium": 6.0, "carbon": 9.0}
 
 
 class Rod(ElementwiseProblem):
-    """Cost and stretch of a bundle of rods: a variable of each kind. Real ones can be left out."""
+    """Cost and elongation of a bundle of rods, with variables of each kind; real ones optional."""
 
     def __init__(self, real=True):
         kinds = {
@@ -50,7 +50,7 @@ class Rod(ElementwiseProblem):
 
 
 def exhaustive(problem, areas=(None,)):
-    """Objectives of all feasible designs, with these areas."""
+    """Return the front of all designs with the given areas."""
     rows = []
     for coated, rods, material, grade, area in itertools.product(
         (False, True), range(1, 7), MATERIALS, (3, 1, 2, 7), areas
@@ -69,7 +69,7 @@ def exhaustive(problem, areas=(None,)):
     [MGEODirected(), MGEODirected(momentum=(0.5, 0.5)), MGEOCanonical(1.0, 5)],
     ids=repr,
 )
-def test_without_reals_the_whole_front_is_found(algorithm, seed):
+def test_whole_front_of_discrete_variables_is_found(algorithm, seed):
     problem = Rod(real=False)
     result = minimize(problem, algorithm, ("n_eval", 3000), seed=seed)
     found, expected = (F[np.lexsort(F.T)] for F in (result.F, exhaustive(problem)))
@@ -78,24 +78,26 @@ def test_without_reals_the_whole_front_is_found(algorithm, seed):
 
 
 @pytest.fixture(scope="module")
-def known():
-    """The front of a grid of areas."""
+def grid_front():
+    """Front of all designs on a grid of areas."""
     return exhaustive(Rod(), np.linspace(0.5, 2.0, 31))
 
 
 @pytest.mark.cases(0)
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_beside_reals_it_finds_what_a_grid_does_and_more(known, seed):
+def test_front_of_mixed_variables_matches_grid_search(grid_front, seed):
     problem = Rod()
-    ideal, nadir = known.min(axis=0), known.max(axis=0)
+    ideal, nadir = grid_front.min(axis=0), grid_front.max(axis=0)
     volume = HV(ref_point=np.array([1.1, 1.1]))
     result = minimize(problem, MGEODirected(), ("n_eval", 6000), seed=seed)
-    share = volume((result.F - ideal) / (nadir - ideal)) / volume((known - ideal) / (nadir - ideal))
+    share = volume((result.F - ideal) / (nadir - ideal)) / volume(
+        (grid_front - ideal) / (nadir - ideal)
+    )
     assert share > 0.999
     assert (result.G <= 0).all()
 
 
-def test_reals_that_are_declared_give_the_same_bits():
+def test_declared_real_variables_give_identical_front():
     class Plain(Problem):
         def __init__(self, **sizes):
             super().__init__(n_obj=2, **sizes)
@@ -112,7 +114,7 @@ def test_reals_that_are_declared_give_the_same_bits():
     assert a.F.tobytes() == b.F.tobytes()
 
 
-def test_points_drawn_take_every_level_as_often_as_the_others():
+def test_initial_points_take_all_levels_equally_often():
     run = MGEODirected(n_walkers=6000).setup(Rod(), seed=2)
     for column, levels in zip(run.walkers.T, (2, 6, 3, 4), strict=False):
         counts = np.unique(column, return_counts=True)[1]
@@ -122,45 +124,45 @@ def test_points_drawn_take_every_level_as_often_as_the_others():
 
 @st.composite
 def steps(draw):
-    """Arguments of `round_steps` for 6 variables."""
+    """Strategy for the arguments of `round_steps` with 6 variables."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     xl = rng.integers(-3, 3, 6).astype(float)
     xu = xl + rng.integers(0, 5, 6)
-    x, moved, donor = (xl + (xu - xl) * rng.random((4, 5, 6)) for _ in range(3))
+    x, end_points, donor = (xl + (xu - xl) * rng.random((4, 5, 6)) for _ in range(3))
     donor = np.where(rng.random((4, 5, 1)) < 0.5, np.rint(donor), np.nan)
-    own, choice = rng.integers(0, 6, (4, 5)), rng.random(6) < 0.5
-    return np.rint(x[:, :1]), moved, own, donor, choice, xl, xu, rng.random((4, 5, 6))
+    primary, choice = rng.integers(0, 6, (4, 5)), rng.random(6) < 0.5
+    return np.rint(x[:, :1]), end_points, primary, donor, choice, xl, xu, rng.random((4, 5, 6))
 
 
 @given(steps())
-def test_steps_end_on_whole_numbers_within_the_bounds_and_change_their_own_variable(arguments):
-    x, moved, own, donor, choice, xl, xu, _ = arguments
+def test_rounded_steps_are_valid_and_change_primary_variable(arguments):
+    x, end_points, primary, donor, choice, xl, xu, _ = arguments
     end = round_steps(*arguments)
     assert np.array_equal(end, np.rint(end))
     assert ((end >= xl) & (end <= xu)).all()
     changed = end != x
-    mine = np.take_along_axis(changed, own[..., None], axis=2)[..., 0]
-    assert np.array_equal(mine, (xu > xl)[own])
-    others = np.arange(6) != own[..., None]
-    assert not changed[others & (np.rint(moved) == x)].any()
+    primary_changed = np.take_along_axis(changed, primary[..., None], axis=2)[..., 0]
+    assert np.array_equal(primary_changed, (xu > xl)[primary])
+    others = np.arange(6) != primary[..., None]
+    assert not changed[others & (np.rint(end_points) == x)].any()
     ordered = others & ~choice
-    assert np.array_equal(end[ordered], np.rint(moved)[ordered])
-    learned = others & choice & ~np.isnan(donor) & (np.rint(moved) != x)
-    assert np.array_equal(end[learned], donor[learned])
+    assert np.array_equal(end[ordered], np.rint(end_points)[ordered])
+    copied = others & choice & ~np.isnan(donor) & (np.rint(end_points) != x)
+    assert np.array_equal(end[copied], donor[copied])
 
 
-def test_a_choice_without_donor_takes_any_other_option_as_often():
+def test_choice_without_donor_takes_all_other_options_equally_often():
     n, rng = 30_000, np.random.default_rng(1)
-    x, moved = np.full((n, 1), 2.0), np.full((n, 1), 3.0)
+    x, end_points = np.full((n, 1), 2.0), np.full((n, 1), 3.0)
     bounds = np.array([0.0]), np.array([4.0])
-    none, own = np.full((n, 1), np.nan), np.zeros(n, dtype=int)
-    end = round_steps(x, moved, own, none, np.array([True]), *bounds, rng.random((n, 1)))
+    none, primary = np.full((n, 1), np.nan), np.zeros(n, dtype=int)
+    end = round_steps(x, end_points, primary, none, np.array([True]), *bounds, rng.random((n, 1)))
     found, counts = np.unique(end, return_counts=True)
     assert found.tolist() == [0, 1, 3, 4]
     assert counts == pytest.approx(n / 4, rel=0.05)
 
 
-def test_numbers_and_designs_of_all_kinds_are_inverse():
+def test_conversion_of_designs_to_numbers_is_invertible():
     variables = Variables.from_problem(Rod(), KINDS)
     designs = MixedVariableSampling().do(Rod(), 50, random_state=np.random.default_rng(1)).get("X")
     assert variables.to_designs(variables.to_numbers(designs)).tolist() == designs.tolist()

@@ -31,7 +31,7 @@ PROBLEM = ZDT1(n_var=3)
         (MGEODirected, {"difference": (0.1,)}, ValueError, r"difference = \(0.1,\): expected two"),
     ],
 )
-def test_constructors_refuse(variant, parameters, error, message):
+def test_constructors_reject_invalid_parameters(variant, parameters, error, message):
     with pytest.raises(error, match=message):
         variant(**parameters)
 
@@ -43,7 +43,7 @@ def test_constructors_refuse(variant, parameters, error, message):
         ({"sigma": 0.1}, r"setup \(or minimize\) of MGEOReal got an unknown keyword 'sigma'"),
     ],
 )
-def test_minimize_refuses_what_pymoo_would_swallow(options, message):
+def test_minimize_rejects_options_that_pymoo_ignores(options, message):
     with pytest.raises(TypeError, match=message):
         minimize(PROBLEM, MGEOReal(), seed=1, **options)
 
@@ -59,7 +59,7 @@ def test_minimize_refuses_what_pymoo_would_swallow(options, message):
         ({"sampling": "x"}, TypeError, "sampling = 'x': expected None, a pymoo Sampling"),
     ],
 )
-def test_parameters_that_do_not_fit_the_problem_are_refused(parameters, error, message):
+def test_parameters_that_do_not_fit_problem_are_rejected(parameters, error, message):
     with pytest.raises(error, match=message):
         MGEOReal(**parameters).setup(PROBLEM)
 
@@ -74,6 +74,6 @@ def test_parameters_that_do_not_fit_the_problem_are_refused(parameters, error, m
         ({"n_var": 2, "xl": 0, "xu": 9, "vtype": int}, "expected real .*MGEODirected "),
     ],
 )
-def test_problems_that_are_not_real_and_bounded_are_refused(arguments, message):
+def test_problems_without_bounded_real_variables_are_rejected(arguments, message):
     with pytest.raises(ValueError, match=message):
         MGEOReal().setup(Problem(n_obj=2, **arguments))

@@ -1,4 +1,4 @@
-"""Everything a built-in pymoo algorithm does, MGEOReal does too."""
+"""Algorithms of mgeo behave as the built-in algorithms of pymoo."""
 
 import copy
 
@@ -25,23 +25,23 @@ def solve(problem=PROBLEM, algorithm=SMALL, n_gen=10, **options):
     return minimize(problem, algorithm, ("n_gen", n_gen), **{"seed": 1, **options})
 
 
-def same(a, b):
+def is_same_result(a, b):
     return np.array_equal(a.X, b.X) and np.array_equal(a.F, b.F)
 
 
 @pytest.mark.parametrize(("n_walkers", "generations"), [(1, 5000), (1000, 5)])
-def test_default_budget_is_5000_generations_shared_by_the_walkers(n_walkers, generations):
+def test_default_budget_is_5000_generations_divided_by_walkers(n_walkers, generations):
     algorithm = MGEOReal(n_walkers=n_walkers).setup(PROBLEM)
     assert algorithm.termination.n_max_gen == generations
 
 
 @pytest.mark.parametrize("evaluations", [20, 100])
-def test_a_budget_of_whole_generations_is_met_exactly(evaluations):
+def test_budget_of_whole_generations_is_met_exactly(evaluations):
     result = minimize(PROBLEM, SMALL, ("n_eval", evaluations), seed=1)
     assert result.algorithm.evaluator.n_eval == evaluations
 
 
-def test_result_is_the_archive_of_every_point_evaluated():
+def test_result_is_archive_of_all_evaluated_points():
     seen = []
     result = solve(callback=lambda algorithm: seen.append(algorithm.pop.get("F")))
     archive = ParetoArchive(2)
@@ -54,27 +54,27 @@ def test_result_is_the_archive_of_every_point_evaluated():
     assert result.opt.get("n_gen").max() <= 10
 
 
-def test_seed_none_draws_afresh_and_same_object_runs_twice():
-    assert same(solve(seed=3), solve(seed=3))
-    assert not same(solve(seed=None), solve(seed=None))
-    assert not same(solve(seed=3), solve(seed=4))
+def test_runs_repeat_with_seed_and_differ_without():
+    assert is_same_result(solve(seed=3), solve(seed=3))
+    assert not is_same_result(solve(seed=None), solve(seed=None))
+    assert not is_same_result(solve(seed=3), solve(seed=4))
     assert SMALL.problem is None
 
 
 @pytest.mark.parametrize("algorithm", [MGEOReal(n_walkers=4), MGEODirected(n_walkers=4)])
 @pytest.mark.parametrize("asked", [False, True])
-def test_a_second_setup_of_a_used_algorithm_is_refused(algorithm, asked):
+def test_second_setup_after_start_is_rejected(algorithm, asked):
     run = copy.deepcopy(algorithm).setup(PROBLEM, termination=("n_gen", 3), seed=1)
-    run.setup(PROBLEM, termination=("n_gen", 3), seed=1)  # not used yet
+    run.setup(PROBLEM, termination=("n_gen", 3), seed=1)  # The run has not started yet.
     first = run.ask() if asked else run.run()
     used = rf"this {type(algorithm).__name__} has already started a run: expected a new "
     with pytest.raises(RuntimeError, match=used):
         run.setup(PROBLEM, termination=("n_gen", 3), seed=1)
-    if asked:  # the run that it has begun goes on
+    if asked:  # The started run continues.
         run.evaluator.eval(PROBLEM, first)
         run.tell(infills=first)
         first = run.run()
-    assert same(first, solve(algorithm=algorithm, n_gen=3))
+    assert is_same_result(first, solve(algorithm=algorithm, n_gen=3))
 
 
 @pytest.mark.parametrize("algorithm", [SMALL, MGEODirected(), MGEOCanonical(n_walkers=2)])
@@ -83,7 +83,7 @@ def test_a_second_setup_of_a_used_algorithm_is_refused(algorithm, asked):
     [DF1(taut=2, n_var=2), ConstraintsAsPenalty(DF1(taut=2, n_var=2))],
     ids=["problem", "wrapped"],
 )
-def test_dynamic_problems_are_refused(algorithm, problem):
+def test_dynamic_problems_are_rejected(algorithm, problem):
     with pytest.raises(
         ValueError, match=r"is a dynamic problem, .* would keep outdated objectives"
     ):
@@ -95,7 +95,7 @@ def test_dynamic_problems_are_refused(algorithm, problem):
     [MGEOReal(0.2, n_walkers=4), MGEODirected(n_walkers=4), MGEOCanonical(n_walkers=4, bits=10)],
     ids=lambda algorithm: type(algorithm).__name__,
 )
-def test_fewer_starting_points_than_walkers_leave_the_others_as_they_were(algorithm):
+def test_remaining_walkers_do_not_depend_on_given_starting_points(algorithm):
     X = np.random.default_rng(1).integers(0, 1024, (4, 5)) / 1023
     placed = {}
     for n, sampling in {0: None, 1: X[:1].tolist(), 3: Population.new(X=X[:3]), 4: X}.items():
@@ -108,7 +108,7 @@ def test_fewer_starting_points_than_walkers_leave_the_others_as_they_were(algori
     assert not np.isclose(placed[0], X).any()
 
 
-def test_tell_refuses_other_candidates():
+def test_tell_rejects_other_candidates():
     algorithm = copy.deepcopy(SMALL).setup(PROBLEM, seed=1)
     with pytest.raises(ValueError, match=r"expected the candidates of the last ask\(\)"):
         algorithm.tell(infills=Population.new(X=np.zeros((20, 5))))
@@ -130,13 +130,13 @@ def test_tell_refuses_other_candidates():
     [
         (SMALL, PROBLEM),
         (MGEODirected(n_walkers=4), PROBLEM),
-        (MGEOCanonical(n_walkers=3, bits=2), PROBLEM),  # with equal candidates
+        (MGEOCanonical(n_walkers=3, bits=2), PROBLEM),  # Some candidates are equal.
         (MGEODirected(n_walkers=4), Typed()),
         (MGEOStaged(n_walkers=4, fidelity_schedule=(0.3, 0.6)), Estimated()),
     ],
     ids=lambda value: type(value).__name__,
 )
-def test_candidates_may_be_told_in_another_order(algorithm, problem):
+def test_tell_accepts_candidates_in_any_order(algorithm, problem):
     rng = np.random.default_rng(7)
     run = copy.deepcopy(algorithm).setup(problem, termination=("n_gen", 10), seed=1)
     while run.has_next():
@@ -144,21 +144,21 @@ def test_candidates_may_be_told_in_another_order(algorithm, problem):
         shuffled = Population.new(X=asked.get("X")[rng.permutation(len(asked))])
         Evaluator().eval(run.problem, shuffled)
         run.tell(infills=shuffled)
-    assert same(run.result(), solve(problem, algorithm))
+    assert is_same_result(run.result(), solve(problem, algorithm))
 
 
-def test_constraints_are_met_and_the_front_approaches_the_known_one():
+def test_constraints_are_satisfied_and_front_approaches_known_front():
     problem = BNH()
     result = minimize(problem, MGEOReal(0.5, 1.0, 20), ("n_gen", 100), seed=1)
     assert np.all(result.CV == 0)
     assert np.all(problem.evaluate(result.X, return_values_of=["G"]) <= 0)
-    # BNH's set is x2 = x1 up to 3, then x2 = 3 with x1 up to 5
+    # The Pareto set of BNH is x2 = x1 up to 3, and x2 = 3 with x1 up to 5.
     x1, x2 = result.X.T
     assert np.abs(x2 - np.minimum(x1, 3.0)).max() < 0.6
     assert np.diff(np.sort(result.F[:, 0])).max() < 5.0
 
 
-def test_equality_constraints_count():
+def test_equality_constraints_are_satisfied():
     result = minimize(Mixture(), MGEOReal(1.0, n_walkers=5), ("n_gen", 50), seed=1)
     assert np.all(np.abs(result.H) <= 1e-4)
     assert np.all(result.G <= 0)
@@ -166,8 +166,8 @@ def test_equality_constraints_count():
     assert result.algorithm.front.n_rejected > 0
 
 
-def test_the_default_search_leaves_the_corners_that_satisfy_an_equality():
-    """Both ends of the arc are corners of the bounds; its area is a quarter of a circle."""
+def test_default_bounds_let_search_leave_feasible_corners():
+    # Both ends of the arc are corners of the bounds. Its hypervolume is a quarter of a circle.
     area = HV(ref_point=np.zeros(2))
 
     def found(**options):
@@ -182,12 +182,12 @@ def test_the_default_search_leaves_the_corners_that_satisfy_an_equality():
 
 
 @pytest.mark.parametrize("problem", [PROBLEM, BNH()], ids=["free", "inequalities"])
-def test_steps_are_clipped_by_default_without_equalities(problem):
+def test_steps_are_clipped_by_default_without_equality_constraints(problem):
     clipped = solve(problem, MGEODirected(bounds="clip"))
-    assert same(solve(problem, MGEODirected()), clipped)
+    assert is_same_result(solve(problem, MGEODirected()), clipped)
 
 
-def test_evaluations_that_all_fail_leave_no_result():
+def test_run_without_successful_evaluation_has_no_result():
     with pytest.raises(EvaluationError, match=r"candidates failed, the first with F\[0\] = nan"):
         solve(Fixed([np.nan, 1.0]))
     result = solve(Fixed([np.nan, 1.0]), evaluator=Evaluator())

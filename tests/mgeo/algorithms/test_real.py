@@ -1,4 +1,4 @@
-"""Where the walkers of MGEOReal begin."""
+"""Initial points of the walkers of MGEOReal."""
 
 import numpy as np
 from pymoo.operators.sampling.lhs import LHS
@@ -9,7 +9,7 @@ from mgeo import MGEOReal
 from .problems import Mixture
 
 
-def test_walkers_start_uniformly_and_their_starts_are_not_evaluated():
+def test_walkers_start_uniformly_and_initial_points_are_not_evaluated():
     problem = Mixture()
     algorithm = MGEOReal(n_walkers=500).setup(problem, seed=1)
     starts = algorithm.walkers.copy()
@@ -22,9 +22,9 @@ def test_walkers_start_uniformly_and_their_starts_are_not_evaluated():
     assert changed[:, np.eye(5, dtype=bool)].mean() > 0.99
 
 
-def test_pymoo_sampling_places_the_walkers():
+def test_pymoo_sampling_places_walkers():
     problem = ZDT1(n_var=6)
     first, again = (MGEOReal(n_walkers=8, sampling=LHS()).setup(problem, seed=4) for _ in range(2))
     assert np.array_equal(first.walkers, again.walkers)
     cells = np.sort((first.walkers * 8).astype(int), axis=0)
-    assert np.array_equal(cells, np.tile(np.arange(8)[:, None], (1, 6)))  # one a stratum
+    assert np.array_equal(cells, np.tile(np.arange(8)[:, None], (1, 6)))  # One per stratum.

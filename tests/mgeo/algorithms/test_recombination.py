@@ -1,4 +1,4 @@
-"""Recombination: the law of what comes out, and how its share follows the gains."""
+"""Recombination: distribution of the children, and share of the candidates by gains."""
 
 import numpy as np
 import pytest
@@ -12,23 +12,23 @@ from mgeo.algorithms.recombination import CROSSOVER_INDEX, MUTATION_INDEX, Credi
 NONE = np.zeros(5, dtype=bool)
 
 
-def test_crossover_spreads_points_as_published():
+def test_crossover_follows_published_distribution():
     rng = np.random.default_rng(1)
     first, second = rng.random((4000, 5)), rng.random((4000, 5))
-    fixed = np.zeros(5)  # bounds without width, between which nothing is mutated
+    fixed = np.zeros(5)  # Bounds without width prevent mutations.
     points = recombine(first, second, fixed, fixed, NONE, rng)
     crossed = points != first
     assert crossed.mean() == pytest.approx(0.5, abs=0.02)
     assert np.abs(np.corrcoef(crossed.T) - np.eye(5)).max() < 0.06
     factor = ((points - (first + second) / 2) / ((first - second) / 2))[crossed]
     assert (factor > 0).mean() == pytest.approx(0.5, abs=0.02)
-    # equation 13 of Deb & Agrawal 1995: half of the factors contract, and half expand
+    # Equation 13 of Deb & Agrawal 1995: half of the factors contract, and half expand.
     power = np.abs(factor) ** (CROSSOVER_INDEX + 1)
     uniform = np.where(power <= 1, power / 2, 1 - 1 / (2 * power))
     assert kstest(uniform, "uniform").pvalue > 0.01
 
 
-def test_mutation_changes_one_variable_in_n_by_a_polynomial_law():
+def test_mutation_changes_one_of_n_variables_by_polynomial_law():
     rng = np.random.default_rng(2)
     xl, xu = np.array([0.0, -1.0, 0.0, 5.0, 0.0]), np.array([1.0, 1.0, 10.0, 5.5, 100.0])
     parents = np.tile(xl, (8000, 1))
@@ -40,7 +40,7 @@ def test_mutation_changes_one_variable_in_n_by_a_polynomial_law():
     assert (changes[mutated] > 0).mean() == pytest.approx(0.5, abs=0.02)
 
 
-def test_a_choice_is_that_of_either_parent():
+def test_choice_is_copied_from_a_parent():
     rng = np.random.default_rng(3)
     first, second = np.full((1000, 5), 2.0), np.full((1000, 5), 7.0)
     choice = np.array([True, False, True, False, True])
@@ -50,14 +50,14 @@ def test_a_choice_is_that_of_either_parent():
 
 
 def credit_after(gain, other, generations=200):
-    """The credit where a recombined candidate always gains so much, and any other one so much."""
+    """Return the credit after generations in which all candidates of a kind gain the same."""
     credit, recombined = Credit.create(8), np.arange(8) < 2
     for _ in range(generations):
         credit.update(np.where(recombined, gain, other), recombined)
     return credit
 
 
-def test_the_share_follows_the_ratio_of_the_gains():
+def test_share_follows_ratio_of_gains():
     for ratio, share in ((0.5, 1 / 17), (1.0, 0.2), (2.0, 0.5), (4.0, 0.8)):
         for scale in (1e-9, 1.0, 1e9):
             found = credit_after(ratio * scale, scale).compute_share(0.0, 1.0)
@@ -65,19 +65,19 @@ def test_the_share_follows_the_ratio_of_the_gains():
     assert Credit.create(48).compute_share(0.0, 1.0) == pytest.approx(0.2)
 
 
-def test_the_share_stays_between_its_limits():
+def test_share_is_clipped():
     assert credit_after(1.0, 0.0).compute_share(0.02, 0.9) == 0.9
     assert credit_after(0.0, 1.0).compute_share(0.02, 0.9) == 0.02
 
 
-def test_recent_gains_count_more():
+def test_recent_gains_have_more_weight():
     credit, recombined = credit_after(1.0, 9.0), np.arange(8) < 2
     for _ in range(100):
         credit.update(np.where(recombined, 9.0, 1.0), recombined)
     assert credit.compute_share(0.0, 1.0) > 0.9
 
 
-def test_a_generation_of_one_kind_or_without_gains_changes_nothing():
+def test_generation_of_one_kind_or_without_gains_is_ignored():
     credit, gains = Credit.create(8), np.ones(8)
     before = credit.compute_share(0.0, 1.0)
     for gained, number in ((gains, 0), (gains, 8), (0 * gains, 4)):
@@ -86,7 +86,7 @@ def test_a_generation_of_one_kind_or_without_gains_changes_nothing():
 
 
 class Ellipsoids(Problem):
-    """Two ellipsoids of condition 10^4 with axes along the variables, or rotated at random."""
+    """Two ellipsoids with a condition number of 10^4, aligned with the variables or rotated."""
 
     def __init__(self, rotated):
         super().__init__(n_var=10, n_obj=2, xl=-5.0, xu=5.0)
@@ -101,7 +101,7 @@ class Ellipsoids(Problem):
 
 
 def share_of_recombination(algorithm, problem, generations):
-    """Mean share of the recombined candidates in a run."""
+    """Return the mean share of the recombined candidates in a run."""
     run = algorithm.setup(problem, termination=("n_gen", generations), seed=1)
     found = []
     while run.has_next():
@@ -110,14 +110,14 @@ def share_of_recombination(algorithm, problem, generations):
     return np.mean(found)
 
 
-def test_without_a_share_nothing_is_recombined():
+def test_share_of_zero_disables_recombination():
     class Never(MGEODirected):
         recombination = (0.0, 0.0)
 
     assert share_of_recombination(Never(), BNH(), 10) == 0
 
 
-def test_recombination_gets_a_larger_share_where_variables_are_independent():
+def test_share_of_recombination_is_larger_for_independent_variables():
     independent, coupled = (
         share_of_recombination(MGEODirected(), Ellipsoids(rotated), 80) for rotated in (False, True)
     )

@@ -1,4 +1,4 @@
-"""What an algorithm looks like when it is printed: the call that makes it."""
+"""The repr of an algorithm is the call that builds it."""
 
 import numpy as np
 import pytest
@@ -18,6 +18,6 @@ from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
         (MGEODirected(2.0, momentum=(0.1, 0)), "MGEODirected(tau=2.0, momentum=[0.1, 0.0])"),
     ],
 )
-def test_it_shows_what_is_not_by_default_and_evaluates_to_the_same(algorithm, text):
+def test_repr_shows_nondefault_parameters_and_evaluates_to_same_algorithm(algorithm, text):
     assert repr(algorithm) == str(algorithm) == text
     assert repr(eval(text)) == text

@@ -13,7 +13,7 @@ DRAWS = 200_000
 
 @pytest.mark.parametrize("tau", [0.0, 0.5, 1.0, 3.0])
 @pytest.mark.parametrize("n", [1, 2, 12])
-def test_pick_follows_the_power_law(n, tau):
+def test_drawn_positions_follow_power_law(n, tau):
     places = draw_position(np.random.default_rng(0).random(DRAWS), n, tau)
     law = np.array([k**-tau for k in range(1, n + 1)])
     counts = np.bincount(places, minlength=n)
@@ -23,20 +23,20 @@ def test_pick_follows_the_power_law(n, tau):
 
 
 @pytest.mark.parametrize("tau", [0.5, 3.0])
-def test_pick_is_the_law_of_drawing_until_accepted(tau):
+def test_drawn_positions_agree_with_rejection_sampling(tau):
     rng = np.random.default_rng(1)
     rejected = np.bincount([naive.rejection_rank(rng, 6, tau) - 1 for _ in range(40_000)])
     picked = np.bincount(draw_position(rng.random(40_000), 6, tau))
     assert chi2_contingency([rejected, picked]).pvalue > 1e-3
 
 
-def test_pick_stays_in_range_at_the_ends_of_the_unit_interval():
+def test_drawn_positions_stay_in_range_for_extreme_random_numbers():
     ends = np.array([0.0, np.nextafter(1.0, 0.0)])
     assert draw_position(ends, 12, 0.0).tolist() == [0, 11]
     assert draw_position(ends, 1, 3.0).tolist() == [0, 0]
 
 
-def test_pick_takes_one_number_of_ranks_per_draw():
+def test_draws_can_have_different_numbers_of_ranks():
     u = np.linspace(0, 1, 50, endpoint=False)[:, None]
     n = np.array([1, 4, 9])
     alone = [draw_position(u[:, 0], int(size), 1.5) for size in n]
@@ -48,14 +48,14 @@ def test_pick_takes_one_number_of_ranks_per_draw():
     assert np.array_equal(draw_position(u, n, taus), each)
 
 
-def test_rank_puts_feasible_then_infeasible_then_failed():
+def test_rank_sorts_feasible_then_infeasible_then_failed_candidates():
     f = np.array([5.0, math.nan, -9.0, 1.0, -8.0, math.inf, 0.0])
     violation = np.array([0.0, 0.0, 2.0, 0.0, 1.0, 0.0, math.nan])
     order = rank(f, violation, np.arange(7) / 7)
     assert order.tolist() == [3, 0, 4, 2, 1, 5, 6]
 
 
-def test_equal_merit_is_ordered_at_random():
+def test_equal_candidates_are_sorted_at_random():
     rng = np.random.default_rng(2)
     f = np.broadcast_to([1.0, 0.0, 1.0, 1.0], (60_000, 4))
     orders = rank(f, np.zeros_like(f), rng.random(f.shape))

@@ -1,4 +1,4 @@
-"""A run restored from plain data goes on as the run itself does, bit for bit."""
+"""A run that is restored from JSON values and arrays equals the uninterrupted run exactly."""
 
 import copy
 import json
@@ -28,26 +28,26 @@ def through_json(saved):
     return SavedState(dict(saved.arrays), json.loads(json.dumps(saved.data)))
 
 
-def begun(algorithm, problem, generations, n_gen=12):
+def start_run(algorithm, problem, generations, n_gen=12):
     run = copy.deepcopy(algorithm).setup(problem, termination=("n_gen", n_gen), seed=3)
     for _ in range(generations):
         run.next()
     return run
 
 
-def twin(run):
-    """The algorithm of a run, made again from its parameters."""
+def rebuild_algorithm(run):
+    """Return a new algorithm with the parameters of a run."""
     return type(run)(**run.get_params())
 
 
-def again(run, **options):
-    return restore(through_json(capture(run)), run.problem, twin(run), **options)
+def save_and_restore(run, **options):
+    return restore(through_json(capture(run)), run.problem, rebuild_algorithm(run), **options)
 
 
 def assert_same_end(one, two):
     a, b = one.run(), two.run()
-    for ours, theirs in ((a.pop, b.pop), (one.front.individuals, two.front.individuals)):
-        for x, y in zip(ours.get(*VALUES), theirs.get(*VALUES), strict=True):
+    for a_values, b_values in ((a.pop, b.pop), (one.front.individuals, two.front.individuals)):
+        for x, y in zip(a_values.get(*VALUES), b_values.get(*VALUES), strict=True):
             assert x.dtype == y.dtype
             assert np.array_equal(x, y, equal_nan=x.dtype != object)
     assert np.array_equal(one.front.F, two.front.F)
@@ -65,12 +65,12 @@ def assert_same_end(one, two):
     [(ZDT1(n_var=4), 7), (BNH(), 7), (Mixture(), 0), (Mixture(), 1), (Mixture(), 12)],
     ids=lambda value: value.name() if isinstance(value, Problem) else str(value),
 )
-def test_every_variant_goes_on_bit_for_bit(cls, problem, generations):
-    run = begun(cls(n_walkers=3, archive_size=10), problem, generations)
-    assert_same_end(again(run), run)
+def test_resumed_run_equals_uninterrupted_run(cls, problem, generations):
+    run = start_run(cls(n_walkers=3, archive_size=10), problem, generations)
+    assert_same_end(save_and_restore(run), run)
 
 
-class Whole(Problem):
+class IntegerProblem(Problem):
     def __init__(self):
         super().__init__(n_var=3, n_obj=2, xl=-5, xu=5, vtype=int)
 
@@ -78,37 +78,39 @@ class Whole(Problem):
         out["F"] = np.column_stack([(X**2).sum(axis=1), ((X - 2) ** 2).sum(axis=1)])
 
 
-@pytest.mark.parametrize("problem", [Typed(), Whole()], ids=lambda p: p.name())
-def test_variables_of_every_type_come_back(problem):
+@pytest.mark.parametrize("problem", [Typed(), IntegerProblem()], ids=lambda p: p.name())
+def test_variables_of_every_type_are_restored(problem):
     algorithm = MGEOCanonical(n_walkers=3, bits=5, restart="archive", patience=1)
-    run = begun(algorithm, problem, 6)
-    assert isinstance(again(run).pop[0].X, type(run.pop[0].X))
-    assert_same_end(again(run), run)
+    run = start_run(algorithm, problem, 6)
+    assert isinstance(save_and_restore(run).pop[0].X, type(run.pop[0].X))
+    assert_same_end(save_and_restore(run), run)
 
 
-def test_nothing_found_and_nothing_feasible():
+def test_runs_without_feasible_points_are_restored():
     for problem in (Fixed([np.nan, 1.0]), Fixed([1.0, 2.0], violation=0.5)):
-        run = begun(MGEOReal(n_walkers=2), problem, 3)
-        assert_same_end(again(run), run)
+        run = start_run(MGEOReal(n_walkers=2), problem, 3)
+        assert_same_end(save_and_restore(run), run)
 
 
 @pytest.mark.parametrize(
     ("termination", "generations"),
     [(None, 12), (("n_gen", 15), 15), (("n_eval", 240), 20), (("n_gen", 5), 6), (("n_gen", 6), 6)],
 )
-def test_a_new_termination_counts_from_the_first_generation(termination, generations):
-    restored = again(begun(MGEOReal(n_walkers=3), ZDT1(n_var=4), 6), termination=termination)
+def test_new_termination_counts_from_first_generation(termination, generations):
+    restored = save_and_restore(
+        start_run(MGEOReal(n_walkers=3), ZDT1(n_var=4), 6), termination=termination
+    )
     while restored.has_next():
         restored.next()
     assert restored.n_generations == generations
 
 
-def test_time_stands_still_between_the_runs(monkeypatch):
-    run = begun(MGEOReal(n_walkers=3), ZDT1(n_var=4), 2)
+def test_time_between_runs_is_not_counted(monkeypatch):
+    run = start_run(MGEOReal(n_walkers=3), ZDT1(n_var=4), 2)
     run.start_time -= 40.0
     saved = capture(run)
     monkeypatch.setattr("time.time", lambda: run.start_time + 1e6)
-    restored = restore(saved, run.problem, twin(run), termination=("time", 50.0))
+    restored = restore(saved, run.problem, rebuild_algorithm(run), termination=("time", 50.0))
     assert restored.termination.perc == pytest.approx(0.8, abs=0.1)
 
 
@@ -122,7 +124,7 @@ class Counts(RunState):
 
 
 class Counting(MGEOReal):
-    """A variant with a state of its own, on which its way depends."""
+    """Variant with additional state that affects the search."""
 
     def create_state(self, streams, front, walkers):
         return Counts.create(
@@ -139,9 +141,9 @@ class Counting(MGEOReal):
         return super().accept(F + state.shift * F[:, ::-1], violation)
 
 
-def test_a_variant_with_a_state_of_its_own_goes_on_bit_for_bit():
-    run = begun(Counting(n_walkers=3), ZDT1(n_var=4), 5)
-    restored = again(run)
+def test_resumed_run_with_additional_state_equals_uninterrupted_run():
+    run = start_run(Counting(n_walkers=3), ZDT1(n_var=4), 5)
+    restored = save_and_restore(run)
     for field in ("shift", "phase"):
         assert getattr(restored.state, field) == getattr(run.state, field)
     assert restored.state.accepted.tolist() == [5, 5, 5]
@@ -150,17 +152,17 @@ def test_a_variant_with_a_state_of_its_own_goes_on_bit_for_bit():
     assert run.state.spare.random() == restored.state.spare.random()
 
 
-def test_a_termination_that_is_no_budget_is_to_be_given_again():
-    run = begun(MGEOReal(n_walkers=3), ZDT1(n_var=4), 3)
+def test_termination_other_than_budget_must_be_passed_again():
+    run = start_run(MGEOReal(n_walkers=3), ZDT1(n_var=4), 3)
     run.termination = DefaultMultiObjectiveTermination()
     with pytest.raises(
         ValueError, match="termination of the run was not saved: expected a new one"
     ):
-        again(run)
-    assert again(run, termination=("n_gen", 4)).has_next()
+        save_and_restore(run)
+    assert save_and_restore(run, termination=("n_gen", 4)).has_next()
 
 
-def test_a_state_exists_between_two_generations_only():
+def test_state_is_captured_only_between_generations():
     run = MGEOReal(n_walkers=3)
     with pytest.raises(ValueError, match="not between two generations"):
         capture(run)
@@ -172,8 +174,8 @@ def test_a_state_exists_between_two_generations_only():
         capture(run)
 
 
-def test_another_algorithm_or_parameter_is_refused():
-    run = begun(MGEOReal(n_walkers=3), ZDT1(n_var=4), 2)
+def test_other_algorithm_or_parameter_is_rejected():
+    run = start_run(MGEOReal(n_walkers=3), ZDT1(n_var=4), 2)
     saved = capture(run)
     for other, message in (
         (MGEOReal2(n_walkers=3), r"the algorithm given is a .*\.MGEOReal2"),
@@ -191,10 +193,12 @@ def test_another_algorithm_or_parameter_is_refused():
         ({"state.front_F": np.zeros((0, 2))}, "state.front: expected the same number of rows"),
     ],
 )
-def test_a_damaged_state_is_refused(arrays, message):
-    run = begun(MGEOReal(n_walkers=3), ZDT1(n_var=4), 2)
+def test_damaged_state_is_rejected(arrays, message):
+    run = start_run(MGEOReal(n_walkers=3), ZDT1(n_var=4), 2)
     saved = capture(run)
     with pytest.raises(FileError, match=f"run.checkpoint: .*{message}"):
         restore(
-            SavedState(saved.arrays | arrays, saved.data, "run.checkpoint"), run.problem, twin(run)
+            SavedState(saved.arrays | arrays, saved.data, "run.checkpoint"),
+            run.problem,
+            rebuild_algorithm(run),
         )

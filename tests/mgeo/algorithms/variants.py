@@ -1,4 +1,4 @@
-"""Every variant of the family, with parameters that exercise what is its own."""
+"""Functions that build each published variant, with parameters that differ from the defaults."""
 
 import numpy as np
 
@@ -60,8 +60,8 @@ VARIANTS = (
 )  # fmt: skip
 
 
-def moves_of(algorithm, problem):
-    """The plain-Python twin of an algorithm's way to move."""
+def build_reference_moves(algorithm, problem):
+    """Return the reference implementation of an algorithm's encoding and candidates."""
     if isinstance(algorithm, MGEOReal):
         return RealMoves(problem, algorithm.sigma, algorithm.perturbation, algorithm.bounds)
     if isinstance(algorithm, MGEOReal2):

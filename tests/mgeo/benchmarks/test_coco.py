@@ -1,4 +1,4 @@
-"""COCO's functions as pymoo problems, against COCO itself."""
+"""COCO functions as pymoo problems agree with COCO."""
 
 import pickle
 import subprocess
@@ -21,33 +21,33 @@ def points(n, n_var=10, seed=0):
 
 @pytest.fixture(scope="module")
 def suite():
-    """COCO's suite with all instances, unlike ours. Loading it takes most of a second."""
+    """Suite of COCO with all instances."""
     return cocoex.Suite("bbob-biobj", "", "")
 
 
 @pytest.mark.parametrize(
     ("function", "dimension", "instance"), [(1, 2, 1), (12, 10, 3), (55, 20, 15)]
 )
-def test_values_are_those_of_coco(suite, function, dimension, instance):
-    theirs = suite.get_problem_by_function_dimension_instance(function, dimension, instance)
-    ours = load_problem(f"coco:bbob-biobj/f{function}/d{dimension}/i{instance}")
+def test_values_bounds_and_name_agree_with_coco(suite, function, dimension, instance):
+    reference = suite.get_problem_by_function_dimension_instance(function, dimension, instance)
+    problem = load_problem(f"coco:bbob-biobj/f{function}/d{dimension}/i{instance}")
     X = points(20, dimension)
-    assert np.array_equal(ours.evaluate(X), [theirs(x) for x in X])
-    assert (ours.n_var, ours.n_obj, ours.n_constr) == (dimension, 2, 0)
-    assert np.array_equal(ours.xl, theirs.lower_bounds)
-    assert np.array_equal(ours.xu, theirs.upper_bounds)
-    assert ours.function_name == f"bbob-biobj f{function}"
+    assert np.array_equal(problem.evaluate(X), [reference(x) for x in X])
+    assert (problem.n_var, problem.n_obj, problem.n_constr) == (dimension, 2, 0)
+    assert np.array_equal(problem.xl, reference.lower_bounds)
+    assert np.array_equal(problem.xu, reference.upper_bounds)
+    assert problem.function_name == f"bbob-biobj f{function}"
 
 
-def test_the_first_function_is_two_spheres():
-    """f1 is |x - x_opt|^2 + f_opt in both objectives: its second differences are those of |x|^2."""
+def test_first_function_consists_of_two_spheres():
+    # Both objectives of f1 are |x - x_opt|^2 + f_opt, with the second differences of |x|^2.
     problem = load_problem("coco:bbob-biobj/f1/d5/i2")
     x, step = points(1, 5)[0], 0.5 * np.eye(5)
     low, at, high = (problem.evaluate(X) for X in (x - step, x[None], x + step))
     assert low - 2 * at + high == pytest.approx(np.full((5, 2), 2 * 0.5**2), rel=1e-6)
 
 
-def test_another_process_computes_the_same():
+def test_values_agree_in_another_process():
     problem, X = load_problem(NAME), points(50)
     expected = problem.evaluate(X)
     code = (
@@ -70,12 +70,12 @@ def test_another_process_computes_the_same():
         ("bbob-mixint/f1/d10/i1", "COCO's suite 'bbob-mixint': expected one of bbob, bbob-biobj"),
     ],
 )
-def test_other_names_are_refused(name, message):
+def test_invalid_names_are_rejected(name, message):
     with pytest.raises(ValueError, match=message):
         load_problem(f"coco:{name}")
 
 
-def test_ranges_stand_for_many():
+def test_ranges_are_expanded():
     found = expand_name("coco:bbob-biobj/f1-3,7/d5,10/i2")
     assert len(found) == 8
     assert found[0] == "coco:bbob-biobj/f1/d5/i2"

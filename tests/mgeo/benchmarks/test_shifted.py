@@ -1,4 +1,4 @@
-"""Test problems with their optima off the bounds: the same problem, in a wider box."""
+"""Test problems with wider bounds, so that no optimum lies on a bound."""
 
 import pickle
 
@@ -15,49 +15,55 @@ DISTANCE |= {f"dtlz{i}": 0.5 for i in range(1, 6)}
 WFG = [f"wfg{i}" for i in range(1, 10)]
 
 
-def pair(name):
+def load_original_and_shifted(name):
     options = {"n_var": 10, "n_obj": 2} if name.startswith("wfg") else {}
     return get_problem(name, **options), load_problem(f"shifted:{name}", options)
 
 
 @pytest.mark.parametrize("name", [*DISTANCE, *WFG])
-def test_within_the_former_bounds_it_is_the_same_problem(name):
-    plain, shifted = pair(name)
-    X = plain.xl + np.random.default_rng(1).random((50, plain.n_var)) * (plain.xu - plain.xl)
-    assert np.array_equal(shifted.evaluate(X), plain.evaluate(X))
-    width = plain.xu - plain.xl
-    assert shifted.xl == pytest.approx(plain.xl - EXTENSION_BELOW * width)
-    assert shifted.xu == pytest.approx(plain.xu + EXTENSION_ABOVE * width)
-    given = X.copy()
-    shifted.evaluate(given)
-    assert np.array_equal(given, X)
-    assert np.array_equal(pickle.loads(pickle.dumps(shifted)).evaluate(X), plain.evaluate(X))
+def test_values_inside_original_bounds_are_unchanged(name):
+    original, shifted = load_original_and_shifted(name)
+    X = original.xl + np.random.default_rng(1).random((50, original.n_var)) * (
+        original.xu - original.xl
+    )
+    assert np.array_equal(shifted.evaluate(X), original.evaluate(X))
+    width = original.xu - original.xl
+    assert shifted.xl == pytest.approx(original.xl - EXTENSION_BELOW * width)
+    assert shifted.xu == pytest.approx(original.xu + EXTENSION_ABOVE * width)
+    argument = X.copy()
+    shifted.evaluate(argument)
+    assert np.array_equal(argument, X)
+    assert np.array_equal(pickle.loads(pickle.dumps(shifted)).evaluate(X), original.evaluate(X))
 
 
 @pytest.mark.parametrize("name", [*DISTANCE, *WFG])
-def test_beyond_them_it_is_mirrored(name):
-    plain, shifted = pair(name)
-    rng, width = np.random.default_rng(2), plain.xu - plain.xl
-    out, side = rng.random((50, plain.n_var)), rng.random((50, plain.n_var)) < 0.5
+def test_values_outside_original_bounds_are_mirrored(name):
+    original, shifted = load_original_and_shifted(name)
+    rng, width = np.random.default_rng(2), original.xu - original.xl
+    out, side = rng.random((50, original.n_var)), rng.random((50, original.n_var)) < 0.5
     inside = np.where(
-        side, plain.xl + EXTENSION_BELOW * out * width, plain.xu - EXTENSION_ABOVE * out * width
+        side,
+        original.xl + EXTENSION_BELOW * out * width,
+        original.xu - EXTENSION_ABOVE * out * width,
     )
     beyond = np.where(
-        side, plain.xl - EXTENSION_BELOW * out * width, plain.xu + EXTENSION_ABOVE * out * width
+        side,
+        original.xl - EXTENSION_BELOW * out * width,
+        original.xu + EXTENSION_ABOVE * out * width,
     )
     assert shifted.evaluate(beyond) == pytest.approx(shifted.evaluate(inside), rel=1e-9)
-    assert not np.array_equal(shifted.evaluate(beyond), plain.evaluate(np.clip(beyond, 0, 1)))
+    assert not np.array_equal(shifted.evaluate(beyond), original.evaluate(np.clip(beyond, 0, 1)))
 
 
 @pytest.mark.parametrize("name", DISTANCE)
-def test_solutions_lie_off_the_bounds_and_reach_the_front(name):
-    plain, shifted = pair(name)
-    X = np.full((101, plain.n_var), DISTANCE[name])  # of every variable but those of position
-    X[:, : plain.n_obj - 1] = np.linspace(0.0, 1.0, 101)[:, None]
+def test_solutions_are_away_from_bounds_and_reach_front(name):
+    original, shifted = load_original_and_shifted(name)
+    X = np.full((101, original.n_var), DISTANCE[name])  # Optimum of the distance variables.
+    X[:, : original.n_obj - 1] = np.linspace(0.0, 1.0, 101)[:, None]
     margin = 0.09 * (shifted.xu - shifted.xl)
     assert np.array_equal(np.clip(X, shifted.xl + margin, shifted.xu - margin), X)
     F = shifted.evaluate(X)
-    if plain.n_obj == 2:  # in closed form (Zitzler, Deb & Thiele 2000), no better point nearby
+    if original.n_obj == 2:  # Fronts in closed form (Zitzler, Deb & Thiele 2000).
         f = F[:, 0]
         expected = {
             "zdt2": 1 - f**2,
@@ -73,14 +79,15 @@ def test_solutions_lie_off_the_bounds_and_reach_the_front(name):
 
 @pytest.mark.parametrize("name", [*DISTANCE, *WFG])
 def test_no_new_bound_is_near_an_optimum(name):
-    # The optimum of a distance variable, as a fraction of its range (WFG: Huband et al. 2006).
-    plain, shifted = pair(name)
+    # `optimum` is the optimum of a distance variable as a fraction of its range (for WFG: Huband et
+    # al. 2006).
+    original, shifted = load_original_and_shifted(name)
     optimum = 0.5 if name == "zdt4" else DISTANCE.get(name, 0.35)
     for bound in (shifted.xl, shifted.xu):
-        share = (shifted.mirror(bound[None])[0] - plain.xl) / (plain.xu - plain.xl)
+        share = (shifted.mirror(bound[None])[0] - original.xl) / (original.xu - original.xl)
         assert (np.abs(share - optimum) > 0.19).all()
     middle = 0.5 * (shifted.xl + shifted.xu)
-    share = (middle - plain.xl) / (plain.xu - plain.xl)
+    share = (middle - original.xl) / (original.xu - original.xl)
     assert (np.abs(share - optimum) > 0.09).all()
 
 
@@ -89,6 +96,6 @@ def test_no_new_bound_is_near_an_optimum(name):
     [Problem(n_var=2, n_obj=2, xl=0, xu=1, vtype=bool), Problem(n_var=2, n_obj=2)],
     ids=["binary", "without bounds"],
 )
-def test_only_bounded_real_variables_are_moved(inner):
+def test_problems_without_bounded_real_variables_are_rejected(inner):
     with pytest.raises(ValueError, match="cannot be shifted: expected bounded real variables"):
         ShiftedProblem(inner)

@@ -1,4 +1,4 @@
-"""The command in an empty folder, with the stand-in plugin installed."""
+"""Fixture that runs the command line in an empty folder."""
 
 import pytest
 from typer.testing import CliRunner
@@ -8,7 +8,7 @@ from mgeo.cli.app import app
 
 @pytest.fixture
 def mgeo(stand_in, tmp_path, monkeypatch):
-    """Runs the command in this process."""
+    """Return a function that runs ``mgeo`` in this process, with the stand-in plugin installed."""
     monkeypatch.chdir(tmp_path)
 
     def invoke(*arguments):

@@ -1,11 +1,11 @@
-"""A test problem of COCO on the command line, named as in studies."""
+"""Solution of COCO test problems on the command line."""
 
 from pathlib import Path
 
 from mgeo.store.run_folder import read_run
 
 
-def test_a_problem_of_coco_is_solved_by_its_name(mgeo):
+def test_solve_accepts_the_name_of_a_coco_problem(mgeo):
     name = "coco:bbob-biobj/f12/d5/i3"
     done = mgeo("solve", name, "--evaluations", "60", "--walkers", "2", "-q")
     assert done.exit_code == 0, done.output

@@ -1,4 +1,4 @@
-"""What shells offer, asked for as their scripts do."""
+"""Shell completion, requested as the scripts of the shells do."""
 
 from importlib import metadata
 
@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 from mgeo.cli.app import app
 
 
-def offered(line, shell="bash"):
-    """What is offered at the end of a command line."""
+def complete(line, shell="bash"):
+    """Return the completions at the end of a command line."""
     words = line.split(" ")
     environment = {
         "_MGEO_COMPLETE": f"complete_{shell}",
@@ -28,14 +28,14 @@ def offered(line, shell="bash"):
         ("mgeo solve canti", ["cantilever"]),
         ("mgeo solve --algorithm mgeo-real", ["mgeo-real", "mgeo-real2"]),
         ("mgeo solve cantilever --scenario ", ["heavy", "light"]),
-        ("mgeo resume ", []),  # the shell offers files and folders
+        ("mgeo resume ", []),  # The shell completes files and folders.
     ],
 )
-def test_names_are_offered(mgeo, line, expected):
-    assert offered(line) == expected
+def test_completion_offers_matching_names(mgeo, line, expected):
+    assert complete(line) == expected
 
 
-def test_presets_are_declared_where_completion_finds_them():
+def test_every_attitude_preset_has_an_entry_point():
     attitude = pytest.importorskip("mgeo_attitude.scenario.toml")
     points = metadata.entry_points(group="mgeo.presets")
     declared = {point.name for point in points if point.name.startswith("attitude.")}

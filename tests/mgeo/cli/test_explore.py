@@ -1,4 +1,4 @@
-"""`mgeo explore` as a process: its address, and how it ends."""
+"""Command ``mgeo explore``: its process, and its error messages."""
 
 import json
 import signal
@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 
-from ..report.conftest import made, solved  # noqa: F401
-from .test_process import started
+from ..report.conftest import run_cache, solved  # noqa: F401
+from .test_process import start
 
 
 def explore(*arguments):
@@ -21,12 +21,12 @@ def explore(*arguments):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 0), (signal.SIGTERM, 143)])
-def test_it_serves_until_a_signal(solved, stand_in_environment, tmp_path, number, code):  # noqa: F811
+def test_explore_serves_until_a_signal(solved, stand_in_environment, tmp_path, number, code):  # noqa: F811
     arguments = ["explore", str(solved()), "--no-browser", "--json"]
-    with started(arguments, stand_in_environment, tmp_path) as process:
-        found = json.loads("".join(process.stdout.readline() for _ in range(5)))
-        assert found["url"].startswith("http://127.0.0.1:")
-        assert urlopen(found["url"], timeout=30).status == 200
+    with start(arguments, stand_in_environment, tmp_path) as process:
+        document = json.loads("".join(process.stdout.readline() for _ in range(5)))
+        assert document["url"].startswith("http://127.0.0.1:")
+        assert urlopen(document["url"], timeout=30).status == 200
         process.send_signal(number)
         _, errors = process.communicate(timeout=60)
     assert process.returncode == code
@@ -34,17 +34,17 @@ def test_it_serves_until_a_signal(solved, stand_in_environment, tmp_path, number
 
 
 @pytest.mark.parametrize(("more", "message"), [([], "run.json"), (["--port", "99999"], "65535")])
-def test_bad_input_is_one_line(more, message, tmp_path):
+def test_invalid_input_is_one_line(more, message, tmp_path):
     done = explore(tmp_path, *more)
     assert done.exit_code == 2
     assert message in done.stderr
     assert done.stderr.count("\n") == 1
 
 
-def test_a_port_in_use_and_a_missing_folder_are_named(solved):  # noqa: F811
+def test_error_names_the_used_port_or_the_missing_folder(solved):  # noqa: F811
     folder = solved()
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
         done = explore(folder, "--port", port)
     assert done.exit_code == 2
     assert f"127.0.0.1:{port}" in done.stderr
@@ -53,7 +53,7 @@ def test_a_port_in_use_and_a_missing_folder_are_named(solved):  # noqa: F811
     assert str(folder / "none") in done.stderr
 
 
-def test_without_dash_it_names_the_extra(monkeypatch, tmp_path):
+def test_error_without_dash_names_the_extra(monkeypatch, tmp_path):
     for name in [name for name in sys.modules if name.startswith("mgeo.explore")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "dash", None)

@@ -1,4 +1,4 @@
-"""Help, versions, and the ways in which commands end."""
+"""Help, versions, and error messages for invalid command lines."""
 
 import re
 import shlex
@@ -16,24 +16,24 @@ from mgeo.cli.app import EXAMPLES, app
 GROUP = typer.main.get_command(app)
 
 
-def words(text):
+def join_words(text):
     return " ".join(text.split())
 
 
 @pytest.mark.parametrize("command", EXAMPLES)
-def test_every_command_has_examples_that_can_be_typed(mgeo, command):
+def test_examples_in_the_help_are_valid_command_lines(mgeo, command):
     done = mgeo(command, "--help")
     assert done.exit_code == 0
     assert mgeo(command, "-h").stdout == done.stdout
     for example in EXAMPLES[command]:
-        assert example in words(done.stdout)
+        assert example in join_words(done.stdout)
         program, name, *arguments = shlex.split(example.partition("|")[0])
         assert (program, name) == ("mgeo", command)
         with GROUP.commands[command].make_context(command, arguments):
-            pass  # raises what the command line would be refused for
+            pass  # An invalid command line raises an exception.
 
 
-def test_version(mgeo):
+def test_version_option_lists_packages(mgeo):
     project = Path(__file__).parents[3] / "pyproject.toml"
     version = tomllib.loads(project.read_text())["project"]["version"]
     first, *others = mgeo("--version").stdout.splitlines()
@@ -51,14 +51,14 @@ def test_version(mgeo):
         (["algorithms", "mgeo-directid"], "no algorithm .*; did you mean 'mgeo-directed'.*"),
     ],
 )
-def test_bad_input_is_one_line(mgeo, arguments, message):
-    refused = mgeo(*arguments)
-    assert (refused.exit_code, refused.stdout) == (2, "")
-    assert re.fullmatch(rf"Error: {message}\n", refused.stderr), refused.stderr
+def test_invalid_input_is_one_line(mgeo, arguments, message):
+    result = mgeo(*arguments)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert re.fullmatch(rf"Error: {message}\n", result.stderr), result.stderr
 
 
-def test_a_reader_that_closes_the_pipe_ends_the_command_in_silence():
-    """As ``mgeo --help | head -1`` does."""
+def test_closed_pipe_ends_the_command_silently():
+    """A reader such as ``head -1`` closes the pipe."""
     command = [sys.executable, "-c", "from mgeo.cli.app import main; main()", "algorithms"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     process.stdout.close()

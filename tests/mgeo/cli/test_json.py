@@ -1,4 +1,4 @@
-"""One JSON document on stdout, everything else on stderr."""
+"""Option ``--json``: one JSON document on stdout, and all other output on stderr."""
 
 import json
 from pathlib import Path
@@ -22,52 +22,59 @@ population = 10
 """
 
 
-def document(done, code=0):
+def parse_output(done, code=0):
     assert done.exit_code == code, done.output
     return json.loads(done.stdout)
 
 
-def test_solve_and_resume(mgeo):
+def test_document_of_solve_and_resume(mgeo):
     done = mgeo("solve", "cantilever", *SHORT, "--evaluations", 80, "--out", "a", "--json")
-    found = document(done)
-    assert found == json.loads(Path("a/run.json").read_text()) | {
+    document = parse_output(done)
+    assert document == json.loads(Path("a/run.json").read_text()) | {
         "folder": "a",
         "files": ["front.csv", "front.npz", "run.json", "front.html", "run.checkpoint"],
         "checkpoint_error": None,
-        "summary": found["summary"],
+        "summary": document["summary"],
         "infeasibility": None,
-        "remarks": [f"{found['n_solutions']} beams, of steel"],
+        "remarks": [f"{document['n_solutions']} beams, of steel"],
     }
-    assert found["summary"].keys() == {"row", "n_solutions", "label", "text", "violations"}
-    assert found["hypervolume"] == read_run("a").outcome.hypervolume
+    assert document["summary"].keys() == {"row", "n_solutions", "label", "text", "violations"}
+    assert document["hypervolume"] == read_run("a").outcome.hypervolume
     assert "100%  80 of 80 evaluations" in done.stderr
     longer = mgeo("resume", "a", "--evaluations", 160, "--json", "--quiet")
-    assert (document(longer)["n_evaluations"], longer.stderr) == (160, "")
+    assert (parse_output(longer)["n_evaluations"], longer.stderr) == (160, "")
 
 
 @pytest.mark.slow
-def test_study(mgeo):
+def test_document_of_study(mgeo):
     Path("one.toml").write_text(STUDY)
-    found = document(mgeo("study", "one.toml", "--jobs", 1, "--json"))
-    assert (found["folder"], found["seeds"]) == ("studies/one", [1, 2])
-    one = found["problems"]["cantilever"]
-    assert (one["n_finished"], one["n_failed"]) == (4, 0)
-    volumes = {label: each["hypervolume"]["mean"] for label, each in one["algorithms"].items()}
-    assert one["ranking"] == sorted(volumes, key=volumes.get, reverse=True)
-    assert " ranks first: " in one["conclusions"][0]
+    document = parse_output(mgeo("study", "one.toml", "--jobs", 1, "--json"))
+    assert (document["folder"], document["seeds"]) == ("studies/one", [1, 2])
+    problem = document["problems"]["cantilever"]
+    assert (problem["n_finished"], problem["n_failed"]) == (4, 0)
+    volumes = {label: each["hypervolume"]["mean"] for label, each in problem["algorithms"].items()}
+    assert problem["ranking"] == sorted(volumes, key=volumes.get, reverse=True)
+    assert " ranks first: " in problem["conclusions"][0]
 
 
-class Printing(Cantilever):
-    """Prints whenever it is evaluated."""
+class PrintingCantilever(Cantilever):
+    """Cantilever problem that prints in each evaluation."""
 
     def _evaluate(self, X, out, *args, **kwargs):
         print("evaluated")
         super()._evaluate(X, out, *args, **kwargs)
 
 
-def test_what_a_problem_prints_is_not_part_of_the_document(mgeo):
+def test_output_of_a_problem_is_not_part_of_the_document(mgeo):
     done = mgeo(
-        "solve", f"{__name__}:Printing", *SHORT, "--evaluations", 80, "--out", "a", "--json"
+        "solve",
+        f"{__name__}:PrintingCantilever",
+        *SHORT,
+        "--evaluations",
+        80,
+        "--out",
+        "a",
+        "--json",
     )
-    assert document(done)["n_solutions"] > 0
+    assert parse_output(done)["n_solutions"] > 0
     assert "evaluated\n" in done.stderr

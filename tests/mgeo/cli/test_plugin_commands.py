@@ -1,4 +1,4 @@
-"""Commands of plugins: part of mgeo, imported only when they are asked for."""
+"""Commands of plugins, which are imported only when they are run."""
 
 import json
 import re
@@ -18,7 +18,7 @@ def beam(tmp_path):
     return path
 
 
-def test_they_are_listed_with_their_summary_and_not_imported(mgeo, monkeypatch):
+def test_help_lists_plugin_commands_without_importing_them(mgeo, monkeypatch):
     monkeypatch.delitem(sys.modules, "stand_in_commands", raising=False)
     listed = [" ".join(line.split()) for line in mgeo("--help").stdout.splitlines()]
     assert any(line.startswith("beam A plugin for the tests") for line in listed)
@@ -27,13 +27,13 @@ def test_they_are_listed_with_their_summary_and_not_imported(mgeo, monkeypatch):
     assert "stand_in_commands" not in sys.modules
 
 
-def test_they_do_what_they_do(mgeo, beam):
+def test_plugin_command_prints_text_or_json(mgeo, beam):
     assert mgeo("beam", "weigh", beam).stdout == f"{beam}: 3900 kg\n"
     document = json.loads(mgeo("beam", "weigh", beam, "--json").stdout)
     assert document == {"mass_kg": 3900.0, "volume_ratio": 2.0}
 
 
-def test_another_distribution_adds_to_them(mgeo):
+def test_another_distribution_extends_plugin_commands(mgeo):
     assert mgeo("beam", "paint", "red").stdout == "red, red\n"
     assert "  cut    Cut it.\n" in mgeo("beam", "--help").stdout
 
@@ -48,21 +48,21 @@ def test_another_distribution_adds_to_them(mgeo):
         (["weigh", "nothing.toml"], 1, r"ZeroDivisionError: .* \(stand_in_commands.py, line .*\)"),
     ],
 )
-def test_their_errors_are_one_line_with_an_exit_code(mgeo, arguments, code, message):
+def test_error_of_plugin_command_is_one_line_with_an_exit_code(mgeo, arguments, code, message):
     Path("nothing.toml").write_text("0")
     done = mgeo("beam", *arguments)
     assert done.exit_code == code
     assert re.fullmatch(rf"Error: {message}\n", done.stderr), done.stderr
 
 
-def test_one_that_does_not_load_says_why_and_hides_no_other(mgeo):
+def test_broken_plugin_command_reports_its_error_and_hides_no_other(mgeo):
     assert "  broken " in mgeo("--help").stdout
     done = mgeo("broken", "--help")
     assert (done.exit_code, done.stdout) == (2, "")
     assert done.stderr.startswith("Error: command 'broken' of stand-in 1.2.3 does not load: Module")
 
 
-def test_help_does_not_wait_for_numpy():
+def test_help_does_not_import_numpy():
     pytest.importorskip("mgeo_attitude")
     code = """
 import sys

@@ -1,4 +1,4 @@
-"""Start-up of the command as a process of its own."""
+"""Start-up of the command in a separate process."""
 
 import os
 import signal
@@ -11,7 +11,8 @@ COMMAND = [sys.executable, "-m", "mgeo"]
 
 
 @contextmanager
-def started(arguments, environment, folder):
+def start(arguments, environment, folder):
+    """Context manager that runs ``mgeo`` as a process, and kills it at the end."""
     with subprocess.Popen(
         [*COMMAND, *arguments],
         cwd=folder,
@@ -19,12 +20,12 @@ def started(arguments, environment, folder):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),  # ignored under nohup
+        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),  # nohup ignores it
     ) as process:
         try:
             yield process
         finally:
-            process.kill()  # does nothing to one that has ended
+            process.kill()  # No effect if the process has ended.
 
 
 BLAS = """
@@ -37,8 +38,8 @@ main()
 """
 
 
-def test_blas_has_one_thread_however_many_processors_there_are():
-    """It adds in another order in several: a seed's front and a study's tables would differ."""
+def test_blas_uses_one_thread():
+    """The order of sums in several threads would change fronts of equal seeds."""
     environment = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
     command = [sys.executable, "-c", BLAS]
     done = subprocess.run(

@@ -1,3 +1,5 @@
+"""Progress display of a run."""
+
 import io
 import re
 
@@ -10,7 +12,7 @@ from mgeo.cli.execution import Progress
 from tests.mgeo.solved import solve
 
 
-def test_in_a_pipe_progress_is_lines_without_escapes():
+def test_progress_in_a_pipe_is_lines_without_escapes():
     console = Console(file=io.StringIO(), width=100, force_terminal=False)
     progress = Progress(console, "title [s]", StopRequest())
     progress.interval = 0.0

@@ -1,4 +1,4 @@
-"""The JSON Schema that editors check study files by."""
+"""JSON Schema of study files, with which editors validate them."""
 
 import json
 import tomllib
@@ -19,12 +19,12 @@ def schema(mgeo):
     return json.loads(done.stdout)
 
 
-def test_the_schema_in_the_documentation_is_the_one_that_is_printed(schema):
+def test_schema_in_the_documentation_equals_the_printed_one(schema):
     assert json.loads((STUDIES / "study.schema.json").read_text()) == schema
 
 
 @pytest.mark.parametrize("path", FILES, ids=[path.stem for path in FILES])
-def test_the_published_studies_keep_it_and_name_it(path, schema):
+def test_published_studies_name_the_schema_and_satisfy_it(path, schema):
     text = path.read_text()
     head, name = text.splitlines()[0].split()
     assert (head, Path(path.parent, name).is_file()) == ("#:schema", True)
@@ -40,7 +40,7 @@ def test_the_published_studies_keep_it_and_name_it(path, schema):
         ('name = "pymoo:zdt1"', "name = 3"),
     ],
 )
-def test_it_refuses_what_the_program_refuses(old, new, schema):
+def test_schema_refuses_invalid_study_files(old, new, schema):
     jsonschema.validate(tomllib.loads(SMALL), schema)
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(tomllib.loads(SMALL.replace(old, new)), schema)

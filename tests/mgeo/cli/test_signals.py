@@ -1,3 +1,5 @@
+"""Signals during a run, and warnings."""
+
 import os
 import signal
 
@@ -7,7 +9,7 @@ from mgeo.cli.errors import StopRequest, collect_stop_requests, print_warning
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_is_noted_and_the_handlers_are_put_back(number, code):
+def test_signal_is_stored_and_handlers_are_restored(number, code):
     before = signal.getsignal(number)
     with collect_stop_requests() as request:
         assert not request
@@ -18,15 +20,15 @@ def test_a_signal_is_noted_and_the_handlers_are_put_back(number, code):
     assert signal.getsignal(number) is before
 
 
-def test_the_second_signal_interrupts_and_later_ones_do_not():
+def test_only_the_second_signal_interrupts():
     request = StopRequest()
     request.receive(signal.SIGTERM)
     with pytest.raises(KeyboardInterrupt):
         request.receive(signal.SIGINT)
     request.receive(signal.SIGINT)
-    assert request.exit_code == 143  # of the first
+    assert request.exit_code == 143  # The first signal sets the exit code.
 
 
-def test_a_warning_is_a_line_without_a_place_in_the_code(capsys):
+def test_warning_is_one_line_without_a_code_location(capsys):
     print_warning(RuntimeWarning("the budget\nis small"), RuntimeWarning, "solve.py", 3)
     assert capsys.readouterr().err == "Warning: the budget is small\n"

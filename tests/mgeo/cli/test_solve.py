@@ -1,3 +1,5 @@
+"""Command ``mgeo solve``."""
+
 import json
 import re
 from pathlib import Path
@@ -13,7 +15,7 @@ REAL = ["--algorithm", "mgeo-real"]
 SHORT = ["--evaluations", "400", *REAL, "--walkers", "4", "--set", "sigma=0.05"]
 
 
-def test_a_run_is_written_and_can_be_made_again(mgeo):
+def test_run_folder_reproduces_the_run(mgeo):
     done = mgeo("solve", "cantilever", *SHORT, "--seed", 5)
     assert done.exit_code == 0, done.output
     folder = Path("runs/cantilever-mgeo-real-seed5")
@@ -28,7 +30,7 @@ def test_a_run_is_written_and_can_be_made_again(mgeo):
     assert "drawn by the plugin" in (folder / "front.html").read_text()
 
 
-def test_a_robust_run_is_one_of_the_problem_that_the_problem_gives(mgeo):
+def test_robust_run_uses_the_robust_problem(mgeo):
     done = mgeo("solve", "cantilever", "--robust", "--evaluations", 160)
     assert done.exit_code == 0, done.output
     run = read_run("runs/cantilever-robust-mgeo-staged-seed1").configuration
@@ -36,26 +38,26 @@ def test_a_robust_run_is_one_of_the_problem_that_the_problem_gives(mgeo):
     assert run.algorithm == "mgeo-staged"
     mgeo("solve", "cantilever", "--robust", "--algorithm", "nsga2", *SHORT[:2], "--out", "b")
     assert read_run("b").configuration.algorithm == "nsga2"
-    refused = mgeo("solve", "bnh", "--robust")
-    assert refused.exit_code == 2
-    assert refused.stderr == "Error: BNH has no to_robust(): expected a run without it\n"
+    result = mgeo("solve", "bnh", "--robust")
+    assert result.exit_code == 2
+    assert result.stderr == "Error: BNH has no to_robust(): expected a run without it\n"
 
 
-def test_where_nothing_can_keep_all_limits_nothing_is_searched(mgeo, monkeypatch):
-    why = "a beam of 1 g carries nothing: relax it to 10 kg"
+def test_problem_known_to_be_infeasible_is_not_searched(mgeo, monkeypatch):
+    reason = "a beam of 1 g carries nothing: relax it to 10 kg"
     monkeypatch.setattr(
-        "stand_in.CantileverView.infeasibility_reasons", lambda self: [why], raising=False
+        "stand_in.CantileverView.infeasibility_reasons", lambda self: [reason], raising=False
     )
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     assert done.exit_code == 3
-    assert done.stdout == f"no solution can satisfy all constraints\n  {why}\n"
+    assert done.stdout == f"no solution can satisfy all constraints\n  {reason}\n"
     assert not Path("a").exists()
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--json")
-    assert (done.exit_code, json.loads(done.stdout)) == (3, {"infeasibility_reasons": [why]})
+    assert (done.exit_code, json.loads(done.stdout)) == (3, {"infeasibility_reasons": [reason]})
 
 
-def test_the_table_shows_five_solutions_in_the_problems_terms(mgeo, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "400")  # a row is a line
+def test_table_shows_five_solutions_as_the_problem_describes_them(mgeo, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "400")  # Rows must not be wrapped.
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     F = read_run("a").outcome.F
     rows = {}
@@ -71,7 +73,7 @@ def test_the_table_shows_five_solutions_in_the_problems_terms(mgeo, monkeypatch)
     assert "a/front.html" in done.stdout
 
 
-def test_flags_reach_the_configuration(mgeo):
+def test_options_are_stored_in_the_configuration(mgeo):
     done = mgeo(
         *("solve", "cantilever", *REAL, "--set", "tau=2.5", "--walkers", "3"),
         *("--set", "sigma=0.05,0.1", "--set", "perturbation=range", "--set", "bounds=reflect"),
@@ -91,7 +93,7 @@ def test_flags_reach_the_configuration(mgeo):
     assert data["options"] == {"load": 2000.0}
 
 
-def test_a_run_ends_after_its_longest_time_and_can_be_continued(mgeo):
+def test_run_ends_after_max_time_and_can_be_resumed(mgeo):
     flags = ("--algorithm", "mgeo-real", "--walkers", "4", "--evaluations", 10**8)
     done = mgeo("solve", "cantilever", *flags, "--max-time", "0.003m", "--out", "a")
     assert done.exit_code == 0, done.output
@@ -102,12 +104,12 @@ def test_a_run_ends_after_its_longest_time_and_can_be_continued(mgeo):
     assert mgeo("resume", "a", "--max-time", 0.1).exit_code == 0
     assert read_run("a").outcome.n_evaluations > first.n_evaluations
     for text in ("soon", "0", "-1m", "inf"):
-        refused = mgeo("solve", "cantilever", "--max-time", text)
-        assert refused.exit_code == 2
-        assert "expected a positive time, such as 90, 10m or 2h" in refused.stderr
+        result = mgeo("solve", "cantilever", "--max-time", text)
+        assert result.exit_code == 2
+        assert "expected a positive time, such as 90, 10m or 2h" in result.stderr
 
 
-def test_what_the_problem_says_of_each_solution_is_stored(mgeo, monkeypatch):
+def test_arrays_of_the_problem_are_stored(mgeo, monkeypatch):
     def arrays(self):
         return {"volume": np.prod(self.X, axis=1)}
 
@@ -122,13 +124,13 @@ def test_what_the_problem_says_of_each_solution_is_stored(mgeo, monkeypatch):
     assert len(read_run("b").outcome.F)
 
 
-def test_an_existing_run_is_refused_unless_told(mgeo):
+def test_existing_run_is_replaced_only_with_overwrite(mgeo):
     assert mgeo("solve", "cantilever", *SHORT, "--out", "a").exit_code == 0
     before = Path("a/run.json").read_bytes()
-    Path("a/report.html").write_text("of the run before")
-    refused = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--seed", 2)
-    assert refused.exit_code == 2
-    assert refused.stderr == "Error: a is not empty: choose another folder or allow --overwrite\n"
+    Path("a/report.html").write_text("report of the previous run")
+    result = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--seed", 2)
+    assert result.exit_code == 2
+    assert result.stderr == "Error: a is not empty: choose another folder or allow --overwrite\n"
     assert Path("a/run.json").read_bytes() == before
     assert (
         mgeo("solve", "cantilever", *SHORT, "--out", "a", "--seed", 2, "--overwrite").exit_code == 0
@@ -150,17 +152,17 @@ def test_an_existing_run_is_refused_unless_told(mgeo):
         (["cantilever", "--set", "bits"], "--set bits: expected NAME=VALUE"),
     ],
 )
-def test_bad_input_is_one_line_and_leaves_nothing(mgeo, arguments, message):
+def test_invalid_input_is_one_line_and_writes_nothing(mgeo, arguments, message):
     Path("file").write_text("")
-    refused = mgeo("solve", *arguments)
-    assert refused.exit_code == 2
-    assert re.match(rf"Error: .*{message}", refused.stderr), refused.stderr
-    assert refused.stderr.count("\n") == 1
-    assert refused.stdout == ""
+    result = mgeo("solve", *arguments)
+    assert result.exit_code == 2
+    assert re.match(rf"Error: .*{message}", result.stderr), result.stderr
+    assert result.stderr.count("\n") == 1
+    assert result.stdout == ""
     assert [path.name for path in Path().iterdir()] == ["file"]
 
 
-def test_a_failing_problem_is_one_line(mgeo, monkeypatch):
+def test_failing_problem_is_one_line(mgeo, monkeypatch):
     def fail(self, X, out, *args, **kwargs):
         raise ValueError("singular matrix")
 
@@ -178,10 +180,10 @@ def test_a_failing_problem_is_one_line(mgeo, monkeypatch):
 
 
 def test_failures_are_counted_by_cause(mgeo, monkeypatch):
-    sound = resolve_name("stand_in:Cantilever._evaluate")
+    evaluate = resolve_name("stand_in:Cantilever._evaluate")
 
     def fail(self, X, out, *args, **kwargs):
-        sound(self, X, out)
+        evaluate(self, X, out)
         out["F"][X[:, 0] > 0.045] = np.nan
 
     monkeypatch.setattr("stand_in.Cantilever._evaluate", fail)
@@ -193,7 +195,7 @@ def test_failures_are_counted_by_cause(mgeo, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_run_without_feasible_solutions_says_so(mgeo, monkeypatch):
+def test_run_without_feasible_solutions_reports_the_nearest(mgeo, monkeypatch):
     def infeasible(self, x, out, *args, **kwargs):
         out["F"], out["G"] = x**2, np.column_stack([x[:, 0] + 1.0, x[:, 1] - 1.0])
 
@@ -205,12 +207,12 @@ def test_a_run_without_feasible_solutions_says_so(mgeo, monkeypatch):
         assert "no feasible solution was found; the nearest" in done.stdout
         outcome = read_run(algorithm).outcome
         assert outcome.X.shape == (0, 2)
-        # the first constraint is x1 + 1, at least 1
+        # The first constraint function is x1 + 1, which is at least 1.
         nearest = outcome.nearest
         assert 1 <= len(nearest) <= 10
         assert nearest.violation[0, 0] == 1.0 + nearest.X[0, 0]
-        way = float(re.search(r"relax g1 by (\S+)", done.stdout)[1])
-        assert 0.0 <= way / nearest.violation[0, 0] - 1.0 < 0.01
+        relaxation = float(re.search(r"relax g1 by (\S+)", done.stdout)[1])
+        assert 0.0 <= relaxation / nearest.violation[0, 0] - 1.0 < 0.01
     done = mgeo("solve", "bnh", *flags, "--overwrite", "--json")
     document = json.loads(done.stdout)
     assert (done.exit_code, document["n_nearest"] > 0, document["summary"]) == (3, True, None)

@@ -1,4 +1,4 @@
-"""The command on a terminal of its own: colors and redrawing where they belong, and only there."""
+"""Colors and redrawing on a terminal."""
 
 import os
 import re
@@ -18,27 +18,27 @@ ESCAPE, COLOR = "\x1b", r"\x1b\[[\d;]*\b[349]\d\b[\d;]*m"
 
 
 @contextmanager
-def terminal(seen):
-    """A terminal to write to; what appears on it is put into a list when it is closed."""
-    ours, its = pty.openpty()
+def open_terminal(output):
+    """Context manager that yields a terminal, and appends its output to a list on exit."""
+    primary, secondary = pty.openpty()
     with ThreadPoolExecutor(1) as pool:
-        shown = pool.submit(read, ours)
-        with open(its, "w") as file:
+        reader = pool.submit(read, primary)
+        with open(secondary, "w") as file:
             yield file
-        seen.append(shown.result(timeout=300).decode())
-    os.close(ours)
+        output.append(reader.result(timeout=300).decode())
+    os.close(primary)
 
 
-def read(end):
-    found = b""
+def read(descriptor):
+    content = b""
     while True:
         try:
-            some = os.read(end, 65536)
-        except OSError:  # Linux: the other end is closed
-            return found
-        if not some:
-            return found
-        found += some
+            block = os.read(descriptor, 65536)
+        except OSError:  # On Linux, the other end is closed.
+            return content
+        if not block:
+            return content
+        content += block
 
 
 @pytest.mark.parametrize(
@@ -49,24 +49,25 @@ def read(end):
     ],
     ids=["terminal", "NO_COLOR"],
 )
-def test_colors_and_redrawing(stand_in, tmp_path, monkeypatch, variables, colored):
-    """In this process, which has loaded already what takes a command seconds."""
+def test_terminal_output_is_colored_unless_no_color_is_set(
+    stand_in, tmp_path, monkeypatch, variables, colored
+):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("NO_COLOR", "1")
-    monkeypatch.delenv("NO_COLOR")  # what --no-color sets is undone, too
+    monkeypatch.delenv("NO_COLOR")  # Both calls make monkeypatch undo what --no-color sets.
     for name, value in (TERMINAL | variables).items():
         monkeypatch.setenv(name, value)
-    seen = []
-    with terminal(seen) as its, monkeypatch.context() as streams:
-        streams.setattr(sys, "stdout", its)
-        streams.setattr(sys, "stderr", its)
+    output = []
+    with open_terminal(output) as stream, monkeypatch.context() as streams:
+        streams.setattr(sys, "stdout", stream)
+        streams.setattr(sys, "stderr", stream)
         with pytest.raises(SystemExit) as ended:
             app(RUN)
-    assert not ended.value.code, seen
-    check(seen[0], colored)
+    assert not ended.value.code, output
+    check_output(output[0], colored)
 
 
-def check(text, colored):
+def check_output(text, colored):
     assert "400 of 400 evaluations" in text
     assert "written: a/front.html" in text
     assert bool(re.search(COLOR, text)) == colored

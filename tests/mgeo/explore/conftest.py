@@ -1,9 +1,9 @@
-"""A run of beams whose length is limited."""
+"""Run folder of the cantilever problem, with a constraint on the length of the beam."""
 
 import pandas as pd
 import pytest
 
-from ..report.conftest import made, solved  # noqa: F401
+from ..report.conftest import run_cache, solved  # noqa: F401
 
 
 @pytest.fixture

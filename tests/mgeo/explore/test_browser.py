@@ -1,4 +1,4 @@
-"""The page in headless Chromium: filter, select, change and save, as a person does."""
+"""Page of the explorer in headless Chromium: filter, select, modify and save solutions."""
 
 import json
 
@@ -18,12 +18,12 @@ READY = "document.querySelector('#numbers td') && document.querySelector('#front
 
 @pytest.fixture
 def page(folder):
-    with served(folder) as url, opened(url, 1400) as found:
-        found.until(READY)
-        yield found
+    with served(folder) as url, opened(url, 1400) as page:
+        page.until(READY)
+        yield page
 
 
-def count(page):
+def count_solutions(page):
     return int(page.evaluate("document.querySelector('#count').textContent").split()[0])
 
 
@@ -38,42 +38,41 @@ def drag(page, node, *offsets):
     actions.release().perform()
 
 
-def test_brushing_an_axis_filters_front_and_table(page, folder):
+def test_range_on_an_axis_filters_front_and_table(page, folder):
     n = len(read_run(folder).outcome.F)
-    assert count(page) == n
+    assert count_solutions(page) == n
     axis = page.driver.find_element("css selector", "#parallel .axis-brush .background")
     drag(page, axis, -40, -100)
     page.until(f"!document.querySelector('#count').textContent.startsWith('{n} ')")
-    kept = count(page)
-    assert 0 < kept < n
-    assert page.evaluate("document.querySelectorAll('#table tbody tr').length") == kept
-    page.until(
-        f"document.querySelector('#front .js-plotly-plot').data[1].customdata.length === {kept}"
-    )
-    drag(page, axis)  # a click drops the range
+    n_visible = count_solutions(page)
+    assert 0 < n_visible < n
+    assert page.evaluate("document.querySelectorAll('#table tbody tr').length") == n_visible
+    traces = "document.querySelector('#front .js-plotly-plot').data"
+    page.until(f"{traces}[1].customdata.length === {n_visible}")
+    drag(page, axis)  # A click removes the range.
     page.until(f"document.querySelector('#count').textContent.startsWith('{n} ')")
     assert page.errors() == []
 
 
-def test_a_click_selects_and_a_slider_changes_numbers_and_constraints(page, folder):
+def test_click_selects_a_solution_and_slider_changes_its_metrics(page, folder):
     outcome = read_run(folder).outcome
     points = page.driver.find_elements("css selector", "#front .point")
     page.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", points[0])
     ActionChains(page.driver).move_to_element(points[0]).pause(0.3).click().perform()
-    chosen = "document.querySelector('#selected').textContent"
-    page.until(f"{chosen}.includes('solution 0')")
+    selected = "document.querySelector('#selected').textContent"
+    page.until(f"{selected}.includes('solution 0')")
     mass = "document.querySelectorAll('#numbers tbody tr')[0].textContent"
     page.until(f"{mass}.includes('{outcome.F[0, 0]:.5g}')")
     assert "violated" not in page.evaluate("document.querySelector('#constraints').innerHTML")
     slider = page.driver.find_elements("css selector", "[role=slider]")[1]
-    slider.send_keys(Keys.END)  # the longest beam
+    slider.send_keys(Keys.END)  # The beam has its maximum length.
     weight = 7800.0 * np.pi / 4 * outcome.X[0, 0] ** 2
     page.until(f"{mass}.includes('{weight:.5g}')")
     page.until("document.querySelector('#constraints .violated') !== null")
     assert "1 m, at most 0.5 m" in page.evaluate("document.querySelector('.violated').textContent")
 
 
-def test_saving_writes_the_design_once(page, folder):
+def test_design_is_saved_once(page, folder):
     button = page.driver.find_element("id", "save")
     for element in ("saved", "message"):
         button.click()
@@ -83,7 +82,7 @@ def test_saving_writes_the_design_once(page, folder):
 
 
 @pytest.mark.parametrize("width", [390, 1400])
-def test_the_page_fits_its_window(folder, width):
+def test_page_fits_the_window(folder, width):
     with served(folder) as url, opened(url, width) as page:
         page.until(READY)
         assert page.evaluate("document.documentElement.scrollWidth") <= width

@@ -1,4 +1,4 @@
-"""The server of an exploration: for this machine and the address that it prints."""
+"""HTTP server of the explorer, accessible only from this machine."""
 
 import json
 import threading
@@ -13,7 +13,7 @@ from mgeo.explore import ExplorerServer
 
 @contextmanager
 def served(folder, **options):
-    """Serve the exploration of a run on a free port, and return its address."""
+    """Context manager that serves the page of a run on a free port, and yields its address."""
     with ExplorerServer(folder, **options) as server:
         thread = threading.Thread(target=server.serve_forever, args=(0.02,))
         thread.start()
@@ -24,9 +24,9 @@ def served(folder, **options):
             thread.join()
 
 
-def test_the_page_has_a_slider_per_variable(folder):
-    with served(folder) as url, urlopen(f"{url}_dash-layout", timeout=30) as answer:
-        layout = json.loads(answer.read())
+def test_page_has_one_slider_per_variable(folder):
+    with served(folder) as url, urlopen(f"{url}_dash-layout", timeout=30) as response:
+        layout = json.loads(response.read())
     assert json.dumps(layout).count('"type": "Slider"') == 2
 
 

@@ -1,5 +1,3 @@
-"""Pages of figures: they load nothing, and their texts are no markup."""
-
 import plotly.graph_objects as go
 
 from mgeo.figures.page import render_figure_page, render_report_page
@@ -7,7 +5,7 @@ from mgeo.figures.page import render_figure_page, render_report_page
 from ..report.conftest import Page
 
 
-def test_a_page_loads_nothing_and_has_the_library_inside():
+def test_page_includes_library_and_loads_nothing():
     html = render_figure_page(go.Figure(go.Scatter(x=[1, 2], y=[3, 4])), "a < b & c", "a note < d")
     assert Page(html).loading == []
     assert "Plotly.newPlot(" in html
@@ -20,11 +18,11 @@ def test_a_page_loads_nothing_and_has_the_library_inside():
     )
 
 
-def test_the_title_of_a_figure_becomes_text_of_the_page():
+def test_title_of_figure_becomes_text_of_page():
     title = "Front &amp; back<br><span style='font-size: 17px'>of &lt;b&gt;</span>"
     figure = go.Figure(go.Scatter(x=[1], y=[1])).update_layout(title=title)
     for html in (render_figure_page(figure, "t"), render_report_page("t", [figure])):
         assert "<h2>Front &amp; back</h2>" in html
         assert "<p class=note>of &lt;b&gt;</p>" in html
         assert "17px" not in html
-    assert figure.layout.title.text == title  # the figure itself is unchanged
+    assert figure.layout.title.text == title  # The figure itself is unchanged.

@@ -1,4 +1,4 @@
-"""`check_algorithm`: good algorithms pass, and each rule has an algorithm that breaks it."""
+"""`check_algorithm` accepts valid algorithms and detects the violation of each rule."""
 
 import numpy as np
 import pytest
@@ -10,11 +10,11 @@ from mgeo.testing import CheckError, check_algorithm
 
 
 @pytest.mark.parametrize("algorithm", [MGEOReal(n_walkers=2), NSGA2(pop_size=12)])
-def test_good_algorithms_pass(algorithm):
+def test_valid_algorithms_pass(algorithm):
     check_algorithm(algorithm)
 
 
-def test_an_algorithm_is_checked_for_what_it_claims_only():
+def test_checks_of_unsupported_features_can_be_disabled():
     check_algorithm(DE(pop_size=10), n_obj=(1,))
     check_algorithm(NeverReports(pop_size=12), n_obj=(2,), constraints=False)
     with pytest.raises(CheckError):
@@ -87,28 +87,28 @@ class NeverReports(NSGA2):
         (NeverReports, "return_least_infeasible: expected a point"),
     ],
 )
-def test_each_broken_rule_is_found(cls, message):
+def test_each_violated_rule_is_detected(cls, message):
     with pytest.raises(CheckError, match=message):
         check_algorithm(cls(pop_size=12), n_obj=(2,))
 
 
 class Forgetful(MGEOReal):
-    """Its steps depend on an attribute that its state does not hold."""
+    """Algorithm that depends on an attribute outside its state."""
 
-    turn = 0
+    n_calls = 0
 
     def accept(self, F, violation):
-        self.turn += 1
-        return super().accept(F if self.turn % 3 else -F, violation)
+        self.n_calls += 1
+        return super().accept(F if self.n_calls % 3 else -F, violation)
 
 
-def test_a_variant_of_the_family_that_does_not_resume_is_found():
+def test_variant_with_state_outside_run_state_is_detected():
     with pytest.raises(CheckError, match="a run that was saved and restored midway: X"):
         check_algorithm(Forgetful(n_walkers=3))
 
 
 class Halved(MGEOReal):
-    """It does not keep what it was given."""
+    """Algorithm that stores another value than its parameter."""
 
     def __init__(self, scale=0.1, **options):
         super().__init__(**options)
@@ -119,7 +119,7 @@ class Halved(MGEOReal):
 
 
 class Hidden(MGEOReal):
-    """It searches by another value than the one that it keeps."""
+    """Algorithm that uses another value than the stored one."""
 
     def __init__(self, scale=0.1, **options):
         super().__init__(**options)
@@ -136,6 +136,6 @@ class Hidden(MGEOReal):
         (Hidden(0.3, n_walkers=3), r"an algorithm built from get_params\(\) .* original: X"),
     ],
 )
-def test_a_parameter_that_is_not_kept_under_its_name_is_found(algorithm, message):
+def test_parameter_that_is_not_stored_as_attribute_is_detected(algorithm, message):
     with pytest.raises(CheckError, match=message):
         check_algorithm(algorithm, n_gen=3)

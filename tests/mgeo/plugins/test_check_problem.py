@@ -1,4 +1,4 @@
-"""`check_problem`: good problems pass, and each rule has a problem that breaks it."""
+"""`check_problem` accepts valid problems and detects the violation of each rule."""
 
 import itertools
 
@@ -21,11 +21,11 @@ class GoodView(View):
 
 
 class Good(ProblemMixin, Problem):
-    """A problem with all optional parts; the classes below break one rule each."""
+    """Problem with all optional methods; each derived class violates one rule."""
 
     var_names = ("a [m]", "b [m]")
     obj_names = ("near [m²]", "far [m²]")
-    shown = GoodView
+    view_class = GoodView
 
     def __init__(self, shift=2.0):
         self.shift = shift
@@ -44,7 +44,7 @@ class Good(ProblemMixin, Problem):
         return np.log10(1.0 + F) / 2.0
 
     def view(self, X):
-        return self.shown(self, X)
+        return self.view_class(self, X)
 
     def suggest_initial_designs(self, n, random_state):
         return random_state.uniform(-1.0, 3.0, (n, 2))
@@ -68,7 +68,7 @@ class Sphere(ElementwiseProblem):
 
 
 @pytest.mark.parametrize("problem", [Good(), Sphere(), BNH()])
-def test_good_problems_pass(problem):
+def test_valid_problems_pass(problem):
     check_problem(problem)
 
 
@@ -90,7 +90,7 @@ class Changes(Good):
 class NotFinite(Good):
     def _evaluate(self, X, out, *args, **kwargs):
         super()._evaluate(X, out)
-        out["F"][X[:, 0] <= -1.0, 1] = np.nan  # at the lower corner only
+        out["F"][X[:, 0] <= -1.0, 1] = np.nan  # Only at the lower bounds.
 
 
 class Noisy(Good):
@@ -104,7 +104,7 @@ class Noisy(Good):
 class Transposed(Good):
     def _evaluate(self, X, out, *args, **kwargs):
         super()._evaluate(X, out)
-        out["F"] = out["F"].T.reshape(-1, 2)  # right shape, wrong order
+        out["F"] = out["F"].T.reshape(-1, 2)  # The shape is right and the order is wrong.
 
 
 class NoPickle(Good):
@@ -118,7 +118,7 @@ class NeedsArguments(Good):
         super().__init__(shift)
 
 
-class OtherStage(Good):
+class OtherProblemAtFidelity(Good):
     def at_fidelity(self, fidelity):
         return Sphere()
 
@@ -128,7 +128,7 @@ class SwapsDominance(Good):
         return -F
 
 
-class UnseededStarts(Good):
+class UnseededDesigns(Good):
     def suggest_initial_designs(self, n, random_state):
         return np.random.default_rng().random((n, 2))
 
@@ -143,15 +143,15 @@ class OptionsWithTuple(Good):
         return {"shift": (1.0, 2.0)}
 
 
-def shown(**methods):
-    """A problem whose view has these methods."""
+def build_problem_with_view(**methods):
+    """Return a problem whose view has the given methods."""
     problem = Good()
-    problem.shown = type("Shown", (GoodView,), methods)
+    problem.view_class = type("ChangedView", (GoodView,), methods)
     problem.__class__ = type("WithView", (Good,), {"__reduce__": lambda self: (Good, ())})
     return problem
 
 
-def moved(view):
+def describe_and_modify(view):
     view.X += 1.0
     return pd.DataFrame(view.X)
 
@@ -168,10 +168,10 @@ def moved(view):
         (Transposed(), "F, row 0 evaluated alone: got"),
         (NoPickle(), "pickle the problem"),
         (NeedsArguments(1.0), r"NeedsArguments\(\) must be constructible without arguments"),
-        (OtherStage(), r"at_fidelity\(0\)|evaluate"),
+        (OtherProblemAtFidelity(), r"at_fidelity\(0\)|evaluate"),
         (SwapsDominance(), "must preserve dominance between points"),
         (
-            UnseededStarts(),
+            UnseededDesigns(),
             r"suggest_initial_designs\(n, random_state\), called again with the same seed",
         ),
         (
@@ -179,15 +179,33 @@ def moved(view):
             r"refine\(X\) of problem LosesDesigns gives shape \(1, 2\): expected \(2, 2\)",
         ),
         (OptionsWithTuple(), "comes back from JSON as"),
-        (shown(describe=lambda view: view.describe), r"describe\(\) .*: expected a DataFrame"),
-        (shown(describe=moved), r"describe\(\) of the view must not modify X"),
-        (shown(summaries=lambda view: ["fine"]), r"summaries\(\) .*an entry for each of 10"),
-        (shown(remarks=lambda view: "one"), r"remarks\(\) .* = 'one': expected a list of texts"),
-        (shown(figures=lambda view: 1 / 0), r"figures\(\) of the view: ZeroDivisionError"),
-        (shown(front_summary=lambda view, F: {"F": F}), "front_summary.*not JSON serializable"),
+        (
+            build_problem_with_view(describe=lambda view: view.describe),
+            r"describe\(\) .*: expected a DataFrame",
+        ),
+        (
+            build_problem_with_view(describe=describe_and_modify),
+            r"describe\(\) of the view must not modify X",
+        ),
+        (
+            build_problem_with_view(summaries=lambda view: ["fine"]),
+            r"summaries\(\) .*an entry for each of 10",
+        ),
+        (
+            build_problem_with_view(remarks=lambda view: "one"),
+            r"remarks\(\) .* = 'one': expected a list of texts",
+        ),
+        (
+            build_problem_with_view(figures=lambda view: 1 / 0),
+            r"figures\(\) of the view: ZeroDivisionError",
+        ),
+        (
+            build_problem_with_view(front_summary=lambda view, F: {"F": F}),
+            "front_summary.*not JSON serializable",
+        ),
     ],
     ids=lambda value: type(value).__name__,
 )
-def test_each_broken_rule_is_found(problem, message):
+def test_each_violated_rule_is_detected(problem, message):
     with pytest.raises(CheckError, match=message):
         check_problem(problem)

@@ -1,4 +1,4 @@
-"""Installed problems and algorithms by name, and ``module:Class``."""
+"""Problems and algorithms by the name of a plugin or as ``module:Class``."""
 
 import math
 import sys
@@ -17,7 +17,7 @@ from .claim import claim
 pytestmark = pytest.mark.usefixtures("stand_in")
 
 
-def test_plugins_are_found_with_their_distribution_and_imported_on_demand(monkeypatch):
+def test_plugins_are_listed_with_distribution_and_imported_on_demand(monkeypatch):
     monkeypatch.delitem(sys.modules, "stand_in", raising=False)
     found = {plugin.name: plugin for plugin in list_plugins()}
     assert (found["cantilever"].distribution, found["cantilever"].version) == ("stand-in", "1.2.3")
@@ -27,7 +27,7 @@ def test_plugins_are_found_with_their_distribution_and_imported_on_demand(monkey
     assert "stand_in" in sys.modules
 
 
-def test_a_problem_is_built_by_from_options_or_by_its_constructor():
+def test_problem_is_built_by_from_options_or_constructor():
     X = np.array([[0.02, 1.0]])
     mass = 7800 * math.pi / 4 * 0.02**2
     default, heavy = load_problem("cantilever"), load_problem("cantilever", {"preset": "heavy"})
@@ -46,7 +46,7 @@ def test_a_problem_is_built_by_from_options_or_by_its_constructor():
         ("swallowing:Deaf", "length", "no options"),
     ],
 )
-def test_an_option_that_the_constructor_would_ignore_is_refused(
+def test_option_that_constructor_would_ignore_is_rejected(
     name, option, expected, tmp_path, monkeypatch
 ):
     (tmp_path / "swallowing.py").write_text(SWALLOWING)
@@ -57,7 +57,7 @@ def test_an_option_that_the_constructor_would_ignore_is_refused(
     sys.modules.pop("swallowing", None)
 
 
-def test_options_of_a_base_are_accepted_where_keywords_are_passed_on(tmp_path, monkeypatch):
+def test_options_of_base_class_are_accepted_if_keywords_are_passed_on(tmp_path, monkeypatch):
     (tmp_path / "passing.py").write_text(SWALLOWING)
     monkeypatch.syspath_prepend(str(tmp_path))
     problem = load_problem(
@@ -66,7 +66,7 @@ def test_options_of_a_base_are_accepted_where_keywords_are_passed_on(tmp_path, m
     assert (problem.length, problem.width, problem.n_var) == (3.0, 2.0, 2)
 
 
-def test_the_problem_reads_the_files_that_a_scenario_names(tmp_path, monkeypatch):
+def test_problem_reads_files_that_scenario_refers_to(tmp_path, monkeypatch):
     options, scenario = {"beam": "beam.txt"}, str(tmp_path / "mine.toml")
     (tmp_path / "mine.toml").write_text('beam = "beam.txt"\n')
     for name in ("cantilever", "zdt1", "pymoo:zdt1", "missing"):
@@ -95,12 +95,12 @@ def test_the_problem_reads_the_files_that_a_scenario_names(tmp_path, monkeypatch
         ("pymo/zdt1:x", "expected module:Class"),
     ],
 )
-def test_what_is_no_problem_is_refused(name, message):
+def test_invalid_problem_names_are_rejected(name, message):
     with pytest.raises(PluginError, match=message):
         load_problem(name, trusted_classes=(name,))
 
 
-def test_a_name_claimed_twice_is_refused_naming_both_distributions(tmp_path, monkeypatch):
+def test_name_declared_twice_is_rejected_with_both_distributions(tmp_path, monkeypatch):
     claim(tmp_path, "rival", "cantilever")
     monkeypatch.syspath_prepend(str(tmp_path))
     with pytest.raises(PluginError, match=r"'cantilever' is claimed by rival 2\.0 and stand-in"):
@@ -150,7 +150,7 @@ class Beam(Problem):
 
 @pytest.fixture
 def beam(tmp_path, monkeypatch):
-    """The name of a class in a module of the current folder."""
+    """Name of a problem class in a module of the current folder."""
     (tmp_path / "own_beam.py").write_text(BEAM)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [path for path in sys.path if path not in ("", ".")])
@@ -158,7 +158,7 @@ def beam(tmp_path, monkeypatch):
     sys.modules.pop("own_beam", None)
 
 
-def test_a_class_is_imported_only_if_the_user_names_it(beam, tmp_path):
+def test_class_is_imported_only_if_user_specifies_it(beam, tmp_path):
     refused = rf"problem '{beam}': its module is imported only if .*: --problem {beam}, in Python"
     with pytest.raises(PluginError, match=refused):
         load_problem(beam)
@@ -173,20 +173,20 @@ def test_a_class_is_imported_only_if_the_user_names_it(beam, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_run_and_a_study_of_a_class_in_the_current_folder(beam, tmp_path):
+def test_class_in_current_folder_works_in_runs_and_studies(beam, tmp_path):
     def run(*words, code=0):
         done = CliRunner().invoke(app, [*words, "-q"], prog_name="mgeo")
         assert done.exit_code == code, done.output + done.stderr
         return done.stderr
 
-    run("solve", beam, "--evaluations", "60", "--out", "made")
+    run("solve", beam, "--evaluations", "60", "--out", "run")
     sys.modules.pop("own_beam")
-    assert f"is imported only if you specify it: --problem {beam}" in run("resume", "made", code=2)
-    assert f"is imported only if you specify it: --problem {beam}" in run("report", "made", code=2)
+    assert f"is imported only if you specify it: --problem {beam}" in run("resume", "run", code=2)
+    assert f"is imported only if you specify it: --problem {beam}" in run("report", "run", code=2)
     study = 'title = "t"\nevaluations = 60\nseeds = 2\n[[algorithms]]\nname = ["mgeo-real"]\n'
     (tmp_path / "study.toml").write_text(f'{study}[[problems]]\nname = "{beam}"\n')
-    run("resume", "made", "--problem", beam, "--evaluations", "120")
-    run("report", "made", "--problem", beam)
+    run("resume", "run", "--problem", beam, "--evaluations", "120")
+    run("report", "run", "--problem", beam)
     run("study", "study.toml", "--jobs", "1")
-    kept = read_comparison("studies/study", trusted_classes=[beam])
-    assert kept.rank_algorithms() == ["mgeo-real"]
+    comparison = read_comparison("studies/study", trusted_classes=[beam])
+    assert comparison.rank_algorithms() == ["mgeo-real"]

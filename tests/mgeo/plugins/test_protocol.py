@@ -1,4 +1,4 @@
-"""Optional parts of a problem: what is called, and the defaults."""
+"""Optional methods of a problem: calls and defaults."""
 
 import numpy as np
 import pytest
@@ -10,11 +10,11 @@ from mgeo.plugins.discovery import PluginError
 from mgeo.plugins.protocol import get_column_names
 
 
-def problem(**attributes):
-    made = Problem(n_var=2, n_obj=2, xl=0, xu=1)
+def build_problem(**attributes):
+    problem = Problem(n_var=2, n_obj=2, xl=0, xu=1)
     for name, value in attributes.items():
-        setattr(made, name, value)
-    return made
+        setattr(problem, name, value)
+    return problem
 
 
 class Plain(ProblemMixin, Problem):
@@ -22,21 +22,21 @@ class Plain(ProblemMixin, Problem):
         super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
 
 
-@pytest.mark.parametrize("made", [problem(), Plain()])
-def test_a_problem_without_optional_parts_has_the_defaults(made):
-    assert get_column_names(made) == (("x1", "x2"), ("f1", "f2"))
-    assert protocol.get_options(made) is None
-    assert protocol.get_indicator_map(made) is None
-    assert protocol.get_recommended_settings(made) == (0, False, None)
-    assert protocol.get_function_name(made) == ""
+@pytest.mark.parametrize("problem", [build_problem(), Plain()])
+def test_problem_without_optional_methods_has_defaults(problem):
+    assert get_column_names(problem) == (("x1", "x2"), ("f1", "f2"))
+    assert protocol.get_options(problem) is None
+    assert protocol.get_indicator_map(problem) is None
+    assert protocol.get_recommended_settings(problem) == (0, False, None)
+    assert protocol.get_function_name(problem) == ""
     with pytest.raises(ValueError, match=r"has no to_robust\(\): expected a run without it"):
-        protocol.get_robust_problem(made)
+        protocol.get_robust_problem(problem)
     with pytest.raises(PluginError, match=r"has no refine\(\): expected a run without --refine"):
-        next(protocol.iterate_refinement(made, np.zeros((1, 2))))
-    assert not protocol.has_override(made, ProblemMixin.suggest_initial_designs)
+        next(protocol.iterate_refinement(problem, np.zeros((1, 2))))
+    assert not protocol.has_override(problem, ProblemMixin.suggest_initial_designs)
 
 
-def test_a_part_that_raises_is_named():
+def test_error_of_optional_method_states_its_name():
     def steps(X):
         yield X
         raise KeyError("spring")
@@ -44,7 +44,7 @@ def test_a_part_that_raises_is_named():
     def summary(F):
         raise ZeroDivisionError
 
-    broken = problem(refine=steps, map_to_indicator_space=summary)
+    broken = build_problem(refine=steps, map_to_indicator_space=summary)
     tables = protocol.iterate_refinement(broken, np.zeros((1, 2)))
     assert next(tables).shape == (1, 2)
     with pytest.raises(PluginError, match=r"^refine of problem Problem raised KeyError: 'spring'"):

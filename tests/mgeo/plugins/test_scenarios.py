@@ -3,7 +3,7 @@ import pytest
 from mgeo.plugins.problems import read_scenario
 
 
-def test_nothing_a_preset_and_a_file(tmp_path):
+def test_scenario_is_none_preset_or_file(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text('load = 3.5\n[orbit]\nkind = "low"\n')
     assert read_scenario("cantilever", None) == {}
@@ -11,7 +11,7 @@ def test_nothing_a_preset_and_a_file(tmp_path):
     assert read_scenario("cantilever", str(path)) == {"load": 3.5, "orbit": {"kind": "low"}}
 
 
-def test_some_editors_begin_a_file_with_a_byte_order_mark(tmp_path):
+def test_byte_order_mark_is_accepted(tmp_path):
     scenario, after = tmp_path / "a.toml", tmp_path / "b.json"
     scenario.write_text("load = 750", encoding="utf-8-sig")
     after.write_text('{"a": 1}', encoding="utf-8-sig")
@@ -20,7 +20,7 @@ def test_some_editors_begin_a_file_with_a_byte_order_mark(tmp_path):
 
 
 @pytest.mark.parametrize("content", [b"load = = 3", b"load = '\xff'"])
-def test_a_file_that_is_no_toml_is_named(tmp_path, content):
+def test_invalid_toml_file_is_reported_with_its_name(tmp_path, content):
     path = tmp_path / "bad.toml"
     path.write_bytes(content)
     with pytest.raises(ValueError, match=r"bad\.toml: (Expected|Invalid|.utf-8. codec)"):

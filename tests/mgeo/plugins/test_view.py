@@ -1,4 +1,4 @@
-"""The view of any problem, and of a problem that has one itself."""
+"""The default view of a problem, and views that problems define."""
 
 import numpy as np
 from pymoo.core.problem import Problem
@@ -28,12 +28,12 @@ class Counted(View):
         return [f"{len(self.X)} of {self.problem.n_var}"]
 
 
-class Own(Plain):
+class WithView(Plain):
     def view(self, X):
         return Counted(self, X)
 
 
-def test_any_problem_has_a_view_that_evaluates_it_once():
+def test_default_view_evaluates_problem_once():
     problem = Plain()
     view = build_view(problem, X)
     assert type(view) is View
@@ -49,23 +49,23 @@ def test_any_problem_has_a_view_that_evaluates_it_once():
     assert problem.seen == [3]
 
 
-def test_objectives_of_a_run_are_not_evaluated_again():
+def test_given_objectives_are_not_evaluated_again():
     problem, F = Plain(), np.array([[5.0, 6.0], [7.0, 8.0], [9.0, 10.0]])
     view = build_view(problem, X, F)
     assert view.select([2, 0]).summaries() == ["f1 9, f2 10", "f1 5, f2 6"]
     assert problem.seen == []
 
 
-def test_a_problem_s_own_view_is_used():
-    view = build_view(Own(), X)
+def test_view_of_problem_replaces_default_view():
+    view = build_view(WithView(), X)
     assert call_optional(view, View.remarks) == ["3 of 2"]
     assert has_override(view, View.remarks)
     assert not has_override(view, View.describe)
     assert view.select([1]).remarks() == ["1 of 2"]
-    assert build_view(Own()).remarks() == ["0 of 2"]
+    assert build_view(WithView()).remarks() == ["0 of 2"]
 
 
-def test_the_review_of_one_solution_has_its_description_and_its_margins():
+def test_default_review_contains_description_and_constraints():
     review = build_view(Plain(), X[:1]).review()
     assert (review.title, review.summary) == ("Plain", "f1 0.5, f2 0.0625")
-    assert [section.title for section in review.sections] == ["Solution", "Limits"]
+    assert [section.title for section in review.sections] == ["Solution", "Constraints"]

@@ -1,4 +1,4 @@
-"""Run folders of the stand-in problem, and the content of a page."""
+"""Run folders of the stand-in problem, and a parser of HTML pages."""
 
 import json
 import shutil
@@ -13,15 +13,18 @@ SMALL = ["--algorithm", "mgeo-real", "--walkers", "4", "--set", "sigma=0.05"]
 
 
 @pytest.fixture(scope="session")
-def made(tmp_path_factory):
-    """Folders of runs by problem and further options, and a folder for more of them."""
-    return {}, tmp_path_factory.mktemp("made")
+def run_cache(tmp_path_factory):
+    """Dict of run folders by problem and options, and the parent folder of these folders."""
+    return {}, tmp_path_factory.mktemp("runs")
 
 
 @pytest.fixture
-def solved(made, stand_in, tmp_path):
-    """Return a function that makes a small run, once, and returns a copy of its folder."""
-    runs, parent = made
+def solved(run_cache, stand_in, tmp_path):
+    """Return a function that solves a problem with a small budget, and returns a new run folder.
+
+    Runs with equal options are computed once and copied.
+    """
+    runs, parent = run_cache
 
     def solve(*more, name="run", problem="cantilever"):
         key = (problem, *more)
@@ -40,13 +43,16 @@ def mgeo(*arguments):
 
 
 class Page(HTMLParser):
-    """Tags of a page, what a browser would load for them, and the data of a report.
+    """HTML page, parsed into its tags, the resources that it loads, and its data.
 
     Attributes
     ----------
-    tags, loading : list
+    tags : list of str
+        Name of each start tag.
+    loading : list of tuples
+        Attributes that load a resource or run a script, as (tag, value or attribute name).
     data : Any
-        JSON of the element ``data``.
+        JSON value in the element with the ID ``data``, None if there is no such element.
     """
 
     def __init__(self, html):

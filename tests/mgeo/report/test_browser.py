@@ -1,4 +1,4 @@
-"""The report in headless Chromium: a selected point changes the plan, on any screen."""
+"""Report of a run in headless Chromium: selection of solutions, table, and layout."""
 
 import numpy as np
 import plotly.graph_objects as go
@@ -21,14 +21,15 @@ TABLE = (
 
 @pytest.fixture
 def folder(solved, monkeypatch):
-    """A run of a problem that draws each solution as a bar of its diameter."""
+    """Run folder of a problem that draws a bar of the diameter for each solution."""
     from stand_in import CantileverView
 
-    def bars(self):
+    def draw_bars(self):
         return [{"bar": go.Figure(go.Bar(x=["diameter"], y=[x[0]]))} for x in self.X]
 
-    monkeypatch.setattr(CantileverView, "solution_figures", bars, raising=False)
-    monkeypatch.delattr(CantileverView, "figures")  # mgeo's own picture of the front
+    monkeypatch.setattr(CantileverView, "solution_figures", draw_bars, raising=False)
+    # Without figures of the problem, mgeo draws the front.
+    monkeypatch.delattr(CantileverView, "figures")
     return solved("--record")
 
 
@@ -39,7 +40,7 @@ def path(folder, tmp_path):
     return file
 
 
-def test_a_click_on_the_front_shows_that_solution(folder, path):
+def test_click_on_the_front_shows_the_solution(folder, path):
     X = read_run(folder).outcome.X
     with opened(f"{path}#solution=0") as page:
         assert page.evaluate(BAR) == pytest.approx(X[0, 0])
@@ -51,7 +52,7 @@ def test_a_click_on_the_front_shows_that_solution(folder, path):
         assert page.errors() == []
 
 
-def test_the_table_has_the_numbers_of_the_view_and_is_sorted_by_a_click(folder, path):
+def test_table_has_objectives_and_descriptions_and_is_sorted_by_a_click(folder, path):
     F = read_run(folder).outcome.F
     with opened(path) as page:
         headings = page.driver.find_elements("css selector", "#table th")
@@ -69,7 +70,7 @@ def test_the_table_has_the_numbers_of_the_view_and_is_sorted_by_a_click(folder, 
     ("width", "scheme", "ink"),
     [(390, "dark", "rgb(230, 232, 235)"), (1400, "light", "rgb(34, 34, 34)")],
 )
-def test_it_fits_its_window_and_follows_the_theme(path, width, scheme, ink):
+def test_page_fits_the_window_and_follows_the_theme(path, width, scheme, ink):
     with opened(path, width, color_scheme=scheme) as page:
         assert page.evaluate("document.documentElement.scrollWidth") <= width
         text = "getComputedStyle(document.querySelector('#front .xtitle')).fill"

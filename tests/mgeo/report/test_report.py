@@ -1,4 +1,4 @@
-"""The report of a run as text: complete, self-contained, and without foreign markup."""
+"""HTML report of a run: its data, and the safety of texts from files and plugins."""
 
 import dataclasses
 import json
@@ -23,11 +23,11 @@ EVIL = "</script><script>alert('x')</script><img src=x onerror=alert(1)>\u2028{{
 
 
 @pytest.mark.slow
-def test_the_command_writes_into_the_folder_or_elsewhere(solved, tmp_path):
+def test_command_writes_into_the_folder_or_another_file(solved, tmp_path):
     folder = solved()
     assert mgeo("report", folder).exit_code == 0
     text = (folder / "report.html").read_text(encoding="utf-8")
-    assert text == build_report_html(folder)  # the same run gives the same report
+    assert text == build_report_html(folder)  # Equal runs give equal reports.
     other = tmp_path / "elsewhere.html"
     quiet = mgeo("report", folder, "--out", other, "-q")
     assert (quiet.exit_code, quiet.stdout, other.read_text(encoding="utf-8")) == (0, "", text)
@@ -42,7 +42,7 @@ def test_the_command_writes_into_the_folder_or_elsewhere(solved, tmp_path):
         ("folder.html", "folder.html is a folder"),
     ],
 )
-def test_bad_input_is_one_line_and_writes_nothing(tmp_path, monkeypatch, out, message):
+def test_invalid_input_is_one_line_and_writes_nothing(tmp_path, monkeypatch, out, message):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder.html").mkdir()
     done = mgeo("report", tmp_path, "--out", out)
@@ -51,12 +51,12 @@ def test_bad_input_is_one_line_and_writes_nothing(tmp_path, monkeypatch, out, me
     assert [path.name for path in tmp_path.iterdir()] == ["folder.html"]
 
 
-def test_it_loads_nothing_and_has_all_solutions(solved):
+def test_report_loads_no_resources_and_has_all_solutions(solved):
     folder = solved()
     html = build_report_html(folder)
     page = Page(html)
     assert page.loading == []
-    assert page.tags.count("script") == 3  # plotly.js, data, the page's own
+    assert page.tags.count("script") == 3  # plotly.js, the data, and the script of the page
     outcome = read_run(folder).outcome
     np.testing.assert_array_equal(page.data["table"]["rows"], np.hstack([outcome.X, outcome.F]))
     rows = np.concatenate([t.get("customdata", []) for t in page.data["front"]["data"]])
@@ -66,8 +66,8 @@ def test_it_loads_nothing_and_has_all_solutions(solved):
     assert page.data["summaries"]["0"] == view.summaries()[0]
 
 
-def verification(folder, row=0, **changes):
-    """Return the content of a verification file of a solution of a run."""
+def build_verification(folder, row=0, **changes):
+    """Return the content of a verification file for a solution of a run."""
     run = read_run(folder)
     return {
         "title": "9 runs",
@@ -82,8 +82,8 @@ def verification(folder, row=0, **changes):
 
 
 @pytest.fixture
-def hostile(solved, monkeypatch):
-    """A run in whose files and view every text is hostile."""
+def hostile_run(solved, monkeypatch):
+    """Run folder in which every text of files and of the problem contains markup and scripts."""
     from stand_in import Cantilever, CantileverView
 
     folder = solved("--record")
@@ -100,28 +100,32 @@ def hostile(solved, monkeypatch):
         "review": lambda self: review,
     }.items():
         monkeypatch.setattr(CantileverView, name, value)
-    written = json.loads((folder / "run.json").read_text())
-    written["configuration"] |= {"algorithm": EVIL, "parameters": {EVIL: EVIL}}
-    written["configuration"]["options"] = {EVIL: EVIL}
-    written |= {"failures": {EVIL: 3}, "versions": {EVIL: EVIL}}
-    (folder / "run.json").write_text(json.dumps(written))
-    content = verification(folder, options=Cantilever().to_options(), title=EVIL, conclusion=EVIL)
+    document = json.loads((folder / "run.json").read_text())
+    document["configuration"] |= {"algorithm": EVIL, "parameters": {EVIL: EVIL}}
+    document["configuration"]["options"] = {EVIL: EVIL}
+    document |= {"failures": {EVIL: 3}, "versions": {EVIL: EVIL}}
+    (folder / "run.json").write_text(json.dumps(document))
+    content = build_verification(
+        folder, options=Cantilever().to_options(), title=EVIL, conclusion=EVIL
+    )
     content |= {"columns": [EVIL, "b"], "rows": [[EVIL, 1.5]], EVIL: [{EVIL: EVIL}]}
     (folder / "verification.json").write_text(json.dumps(content))
     return folder
 
 
-def test_texts_of_files_and_plugins_never_become_markup(hostile):
-    html = build_report_html(hostile)
+def test_texts_of_files_and_plugins_are_escaped(hostile_run):
+    html = build_report_html(hostile_run)
     page = Page(html)
     assert page.loading == []
     assert (page.tags.count("script"), page.tags.count("img")) == (3, 0)
-    assert html.count("alert(") > 10  # they are there, as text
+    assert html.count("alert(") > 10  # as text
     assert EVIL in page.data["descriptions"]["columns"]
-    assert html.split('id="data">')[1].split("</script>")[0].isascii()  # U+2028 ends a line
+    assert (
+        html.split('id="data">')[1].split("</script>")[0].isascii()
+    )  # U+2028 would end a line of JavaScript.
 
 
-def test_the_history_of_a_recorded_run_ends_with_its_hypervolume(solved):
+def test_history_ends_with_the_hypervolume_of_the_run(solved):
     folder = solved("--record")
     outcome = read_run(folder).outcome
     record = read_record(folder / "evaluations")
@@ -133,27 +137,27 @@ def test_the_history_of_a_recorded_run_ends_with_its_hypervolume(solved):
     assert Page(build_report_html(solved(name="other"))).data["history"] is None
 
 
-def test_a_run_of_another_problem_is_refused(solved):
+def test_run_of_another_problem_is_refused(solved):
     folder = solved()
-    written = json.loads((folder / "run.json").read_text())
-    written["configuration"] |= {"problem": "zdt1", "options": {}}
-    (folder / "run.json").write_text(json.dumps(written))
+    document = json.loads((folder / "run.json").read_text())
+    document["configuration"] |= {"problem": "zdt1", "options": {}}
+    (folder / "run.json").write_text(json.dumps(document))
     done = mgeo("report", folder)
     assert done.exit_code == 2
     assert "the front has 2 variables and 2 objectives: expected 30 and 2" in done.stderr
 
 
-def test_a_verification_of_a_solution_is_shown_with_all_its_tables(solved):
+def test_verification_is_shown_with_all_tables(solved):
     folder = solved()
     file = folder / "verification-knee.json"
-    more = {"path_constraints": [{"constraint": "<b>", "violated [%]": 12.5}]}
-    file.write_text(json.dumps(verification(folder, 3, **more)))
+    tables = {"path_constraints": [{"constraint": "<b>", "violated [%]": 12.5}]}
+    file.write_text(json.dumps(build_verification(folder, 3, **tables)))
     html = build_report_html(folder)
     assert "(verification-knee.json, solution 3)" in html
     assert "<tr><td>a</td><td>1.25</td></tr><tr><td>b</td><td>2</td></tr>" in html
     assert "<h4>path constraints</h4>" in html
     assert "&lt;b&gt;" in html
-    for text in (json.dumps(verification(folder, rows=[["b"]])), "{"):
+    for text in (json.dumps(build_verification(folder, rows=[["b"]])), "{"):
         file.write_text(text)
         done = mgeo("report", folder)
         assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
@@ -161,23 +165,23 @@ def test_a_verification_of_a_solution_is_shown_with_all_its_tables(solved):
 
 
 @pytest.mark.parametrize("changes", [{"design": [0.02, 0.5]}, {"options": {"load": 7.0}}])
-def test_a_verification_of_another_solution_is_ignored(solved, changes):
+def test_verification_of_another_solution_is_ignored(solved, changes):
     folder = solved()
-    (folder / "verification.json").write_text(json.dumps(verification(folder, **changes)))
+    (folder / "verification.json").write_text(json.dumps(build_verification(folder, **changes)))
     html = build_report_html(folder)
     assert "9 runs" not in html
     assert "verification.json is ignored" in html
 
 
-def test_a_large_front_has_every_solution_and_few_details(solved):
+def test_large_front_has_all_solutions_and_few_figures(solved):
     folder = solved()
     run = read_run(folder)
     X = np.random.default_rng(2).uniform([0.01, 0.2], [0.05, 1.0], (3000, 2))
     F = np.column_stack([X[:, 0], 1.0 / X[:, 0]])
     order = np.argsort(F[:, 0])
-    none = np.empty((3000, 0))
-    found = {"X": X[order], "F": F[order], "G": none, "H": none}
-    outcome = run.outcome.model_copy(update=found)
+    empty = np.empty((3000, 0))
+    update = {"X": X[order], "F": F[order], "G": empty, "H": empty}
+    outcome = run.outcome.model_copy(update=update)
     write_run(folder, dataclasses.replace(run, outcome=outcome), overwrite=True)
     data = Page(build_report_html(folder)).data
     assert len(data["table"]["rows"]) == 3000
@@ -189,12 +193,12 @@ def test_a_large_front_has_every_solution_and_few_details(solved):
     assert "hovertext" not in points
 
 
-def test_a_review_has_a_place_for_signatures(solved, monkeypatch):
+def test_review_has_a_table_for_signatures(solved, monkeypatch):
     from stand_in import CantileverView
 
     folder = solved()
     assert "Approval" not in build_report_html(folder)
-    table = pd.DataFrame({"kept": [True, False]}, index=["a", "b"])
+    table = pd.DataFrame({"satisfied": [True, False]}, index=["a", "b"])
     review = Review("Beam", "worth it", (Section("Margins", ("a line",), table),))
     monkeypatch.setattr(CantileverView, "review", lambda self: review, raising=False)
     html = build_report_html(folder, solution=2)
@@ -205,7 +209,7 @@ def test_a_review_has_a_place_for_signatures(solved, monkeypatch):
     assert "solution 999: expected 0 to" in mgeo("report", folder, "--solution", 999).stderr
 
 
-def test_where_nothing_is_feasible_the_nearest_solutions_are_shown(stand_in, monkeypatch, tmp_path):
+def test_report_without_feasible_solution_shows_the_nearest(stand_in, monkeypatch, tmp_path):
     def infeasible(self, x, out, *args, **kwargs):
         out["F"] = np.column_stack([x[:, 0], 1.0 / (1.0 + x[:, 0])])
         out["G"] = np.column_stack([x[:, 0] + 1.0, x[:, 1] - 9.0])

@@ -1,4 +1,4 @@
-"""Figures of a run as files."""
+"""Export of figures as PNG and PDF files."""
 
 import struct
 import sys
@@ -15,60 +15,60 @@ from .conftest import mgeo
 
 @pytest.fixture
 def folder(solved, monkeypatch):
-    """A recorded run of a problem with a still and a moving figure of each solution."""
+    """Recorded run of a problem with a static and an animated figure of each solution."""
     from stand_in import CantileverView
 
-    def figures(self):
-        still = go.Figure(go.Bar(x=["diameter"], y=[1.0]), {"height": 300})
-        moving = go.Figure(layout={"meta": {"motion": {"end": 1.0, "turns": {}}}})
-        return [{"../Bar!": still, "moving": moving} for _ in self.X]
+    def draw_figures(self):
+        static = go.Figure(go.Bar(x=["diameter"], y=[1.0]), {"height": 300})
+        animated = go.Figure(layout={"meta": {"motion": {"end": 1.0, "rotations": {}}}})
+        return [{"../Bar!": static, "animated": animated} for _ in self.X]
 
-    monkeypatch.setattr(CantileverView, "solution_figures", figures, raising=False)
+    monkeypatch.setattr(CantileverView, "solution_figures", draw_figures, raising=False)
     return solved("--record")
 
 
-def refused(folder, done):
-    """Return the one line of a command that has written nothing."""
+def check_refused(folder, done):
+    """Check that a command printed one line and wrote no files, and return the line."""
     assert (done.exit_code, done.stdout, done.stderr.count("\n")) == (2, "", 1)
     assert not (folder / "report.html").exists()
     assert not (folder / "figures").exists()
     return done.stderr
 
 
-def test_without_kaleido_it_names_the_extra(folder, monkeypatch):
+def test_error_without_kaleido_names_the_extra(folder, monkeypatch):
     monkeypatch.setitem(sys.modules, "kaleido", None)
-    assert "pip install 'mgeo[png]'" in refused(folder, mgeo("report", folder, "--png"))
+    assert "pip install 'mgeo[png]'" in check_refused(folder, mgeo("report", folder, "--png"))
 
 
-def test_without_a_browser_it_says_so(folder, monkeypatch):
+def test_error_without_a_browser_names_the_browsers(folder, monkeypatch):
     pytest.importorskip("kaleido")
     monkeypatch.setenv("BROWSER_PATH", "/bin/false")
-    assert "need Chrome or Chromium" in refused(folder, mgeo("report", folder, "--pdf"))
+    assert "need Chrome or Chromium" in check_refused(folder, mgeo("report", folder, "--pdf"))
 
 
-def test_an_unknown_figure_is_named_with_the_nearest(folder):
+def test_error_for_unknown_figure_suggests_the_nearest_name(folder):
     names = {"front", "hypervolume", "knee-bar", "best-mass-kg-bar", "best-deflection-m-bar"}
     assert set(draw_run_figures(folder)) == names
-    message = refused(folder, mgeo("report", folder, "--figure", "knee-bra"))
+    message = check_refused(folder, mgeo("report", folder, "--figure", "knee-bra"))
     assert "'knee-bra'" in message
     assert "did you mean 'knee-bar'" in message
 
 
 @pytest.mark.slow
-def test_pictures_are_written_beside_the_report(folder, tmp_path):
+def test_figures_are_written_next_to_the_report(folder, tmp_path):
     find_browser()
     out = tmp_path / "review" / "of-a-run.html"
     out.parent.mkdir()
     done = mgeo("report", folder, "--png", "--out", out)
     assert done.exit_code == 0, done.output
-    written = {path.name: path.read_bytes() for path in (out.parent / "figures").iterdir()}
-    assert set(written) == {f"{name}.png" for name in draw_run_figures(folder)}
-    assert struct.unpack(">II", written["front.png"][16:24]) == (1800, 1120)
-    assert struct.unpack(">II", written["knee-bar.png"][16:24]) == (1280, 600)
+    files = {path.name: path.read_bytes() for path in (out.parent / "figures").iterdir()}
+    assert set(files) == {f"{name}.png" for name in draw_run_figures(folder)}
+    assert struct.unpack(">II", files["front.png"][16:24]) == (1800, 1120)
+    assert struct.unpack(">II", files["knee-bar.png"][16:24]) == (1280, 600)
 
 
 @pytest.mark.slow
-def test_one_figure_for_a_paper(folder):
+def test_paper_option_writes_one_pdf(folder):
     find_browser()
     done = mgeo("report", folder, "--figure", "knee-bar", "--paper")
     assert done.exit_code == 0, done.output
@@ -78,16 +78,16 @@ def test_one_figure_for_a_paper(folder):
     assert not (folder / "report.html").exists()
 
 
-def test_a_figure_for_a_paper_is_a_column_wide_and_leaves_out_controls():
+def test_figure_for_a_paper_is_a_column_wide_without_controls():
     figure = go.Figure(go.Scatter(x=[1, 2], y=[3, 4], marker={"size": 10}))
     apply_style(figure, "A title", f"points{HOVER_HINT}")
     figure.update_layout(updatemenus=[{"buttons": [{"label": "a", "method": "update"}]}])
-    still = prepare_figures({"a": figure}, paper=False)["a"]
-    assert not still.layout.updatemenus
-    assert still.layout.title.text.endswith("13px'>points</span>")
+    static = prepare_figures({"a": figure}, paper=False)["a"]
+    assert not static.layout.updatemenus
+    assert static.layout.title.text.endswith("13px'>points</span>")
     printed = format_for_print(figure)
     assert printed.layout.title.text is None
     assert printed.layout.width / 96 * 25.4 == pytest.approx(88.0, abs=0.2)  # mm
     assert printed.layout.font.size * 0.75 == pytest.approx(8.0, abs=0.1)  # points
     assert printed.data[0].marker.size == 6.0
-    assert figure.data[0].marker.size == 10  # the figure itself is unchanged
+    assert figure.data[0].marker.size == 10  # The original figure is unchanged.

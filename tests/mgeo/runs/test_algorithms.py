@@ -1,6 +1,7 @@
-"""Every algorithm by name: its parameters, what it treats, and what it finds.
+"""Algorithms by name: parameters, supported problems, and reproducible runs.
 
-All in one module, for one process: numba compiles AGE-MOEA2 anew in each.
+All tests are in one module, and so in one process, because numba compiles AGE-MOEA2 anew in each
+process.
 """
 
 import numpy as np
@@ -22,7 +23,7 @@ from mgeo.runs.algorithms import (
 from mgeo.runs.registry import ALGORITHMS
 from tests.mgeo.solved import solve
 
-SMALL = {
+SMALL_PARAMETERS = {
     "mgeo-real": {"n_walkers": 4, "sigma": 0.1},
     "mgeo-real2": {"n_walkers": 1, "sigma": 0.2},
     "mgeo-canonical": {"n_walkers": 1, "bits": 5},
@@ -30,38 +31,40 @@ SMALL = {
     "mgeo-directed": {"n_walkers": 4},
     "mgeo-staged": {"n_walkers": 4},
 }
-DIRECTED = ("nsga3", "u-nsga3", "moead", "ctaea", "rvea")
-# pymoo compiles it anew in every process, which takes longer than all others
-COMPILED = pytest.mark.slow
-EACH = [pytest.param(n, marks=COMPILED) if n == "age-moea2" else n for n in ALGORITHMS]
-AREA = HV(ref_point=np.array([1.1, 6.0]))
+WITH_REFERENCE_DIRECTIONS = ("nsga3", "u-nsga3", "moead", "ctaea", "rvea")
+# numba compiles AGE-MOEA2 in every process, which takes longer than all other tests.
+SLOW = pytest.mark.slow
+ALL_NAMES = [pytest.param(n, marks=SLOW) if n == "age-moea2" else n for n in ALGORITHMS]
+HYPERVOLUME = HV(ref_point=np.array([1.1, 6.0]))
 
 
-@pytest.mark.parametrize("name", EACH)
-def test_every_algorithm_improves_a_front_and_repeats_itself(name):
+@pytest.mark.parametrize("name", ALL_NAMES)
+def test_algorithm_improves_front_and_is_reproducible(name):
     problem = ZDT1(n_var=5)
-    algorithm = build_algorithm(name, SMALL.get(name, {"population": 20}), problem)
+    algorithm = build_algorithm(name, SMALL_PARAMETERS.get(name, {"population": 20}), problem)
     first = solve(problem, algorithm, 40, seed=1)
     longer = solve(problem, algorithm, 300, seed=1)
-    again = solve(problem, algorithm, 300, seed=1)
-    assert AREA(longer.F) > AREA(first.F)
+    repeated = solve(problem, algorithm, 300, seed=1)
+    assert HYPERVOLUME(longer.F) > HYPERVOLUME(first.F)
     assert 300 <= longer.n_evaluations < 340
-    assert np.array_equal(longer.X, again.X)
+    assert np.array_equal(longer.X, repeated.X)
     assert np.array_equal(problem.evaluate(longer.X), longer.F)
-    worse = (longer.F[:, None] >= longer.F).all(axis=2) & (longer.F[:, None] > longer.F).any(axis=2)
-    assert not worse.any()
+    dominated = (longer.F[:, None] >= longer.F).all(axis=2) & (longer.F[:, None] > longer.F).any(
+        axis=2
+    )
+    assert not dominated.any()
 
 
-@pytest.mark.parametrize("name", DIRECTED)
+@pytest.mark.parametrize("name", WITH_REFERENCE_DIRECTIONS)
 @pytest.mark.parametrize(("problem", "count"), [(ZDT1(), 50), (DTLZ2(), 45)])
 def test_reference_directions_fill_the_population(name, problem, count):
-    # Das and Dennis: C(p + m - 1, p) directions; 3 objectives: 45 for p = 8, 55 for p = 9
+    # Das and Dennis have C(p + m - 1, p) directions: 45 for p = 8 and 55 for p = 9, with m = 3.
     directions = build_algorithm(name, {"population": 50}, problem).ref_dirs
     assert directions.shape == (count, problem.n_obj)
     assert np.allclose(directions.sum(axis=1), 1)
 
 
-def test_names_parameters_and_values_are_checked():
+def test_invalid_names_and_parameters_are_rejected():
     with pytest.raises(ValueError, match=r"'nsag2'.*did you mean 'nsga2'\?"):
         complete_parameters("nsag2", {})
     with pytest.raises(ValueError, match=r"'nsga2' has no parameter 'tau': expected population"):
@@ -73,7 +76,7 @@ def test_names_parameters_and_values_are_checked():
         build_algorithm("mgeo-real", {"tau": -1}, ZDT1())
 
 
-def test_problems_an_algorithm_cannot_treat_are_refused():
+def test_unsupported_problems_are_rejected():
     with pytest.raises(ValueError, match="'moead' does not support the constraints"):
         build_algorithm("moead", {}, BNH())
     with pytest.raises(ValueError, match="'nsga2' needs bounds, which this problem does not have"):
@@ -84,16 +87,16 @@ def test_problems_an_algorithm_cannot_treat_are_refused():
         build_algorithm("nsga3", {"population": 4}, DTLZ2(n_obj=5))
 
 
-def test_the_default_budget_is_the_papers_and_the_same_for_all():
+def test_default_budget_is_published_one_for_all_algorithms():
     problem = ZDT1(n_var=12)
     for name in ("mgeo-real", "nsga2"):
         assert compute_default_budget(build_algorithm(name, {}, problem), problem) == 59760
-    alone = build_algorithm("mgeo-real", {"n_walkers": 1}, problem)
-    assert compute_default_budget(alone, problem) == 60000
+    single_walker = build_algorithm("mgeo-real", {"n_walkers": 1}, problem)
+    assert compute_default_budget(single_walker, problem) == 60000
 
 
-class Levels(Problem):
-    """Two objectives of integers or bits; keeps what it is handed."""
+class DiscreteProblem(Problem):
+    """Problem with integer or binary variables, which stores the evaluated designs."""
 
     def __init__(self, vtype):
         n_var, xu = (4, 9) if vtype is int else (12, 1)
@@ -110,15 +113,17 @@ REAL_ONLY = ("mgeo-real", "mgeo-real2", "gde3", "nsde", "mopso-cd", "cmopso")
 
 
 @pytest.mark.parametrize("vtype", [int, bool])
-@pytest.mark.parametrize("name", EACH)
-def test_integers_and_bits_are_searched_as_such_or_refused(name, vtype):
-    problem = Levels(vtype)
+@pytest.mark.parametrize("name", ALL_NAMES)
+def test_discrete_variables_are_supported_or_rejected(name, vtype):
+    problem = DiscreteProblem(vtype)
     if name in REAL_ONLY or (name == "mgeo-var" and vtype is bool):
-        said = "real variables" if name in REAL_ONLY else "1 bit"
-        with pytest.raises(ValueError, match=said):
-            set_up(problem, build_algorithm(name, SMALL.get(name, {}), problem), 100, seed=1)
+        message = "real variables" if name in REAL_ONLY else "1 bit"
+        with pytest.raises(ValueError, match=message):
+            set_up(
+                problem, build_algorithm(name, SMALL_PARAMETERS.get(name, {}), problem), 100, seed=1
+            )
         return
-    algorithm = build_algorithm(name, SMALL.get(name, {"population": 20}), problem)
+    algorithm = build_algorithm(name, SMALL_PARAMETERS.get(name, {"population": 20}), problem)
     outcome = solve(problem, algorithm, 200, seed=1)
     X = np.concatenate(problem.seen)
     assert {each.dtype.kind for each in problem.seen} == {"i" if vtype is int else "b"}
@@ -130,8 +135,8 @@ def test_integers_and_bits_are_searched_as_such_or_refused(name, vtype):
     )
 
 
-class Declared(Problem):
-    """Two objectives of an integer, a real and a bit, declared one by one."""
+class MixedProblem(Problem):
+    """Problem with an integer, a real and a binary variable, which are declared one by one."""
 
     def __init__(self):
         kinds = {"a": Integer(bounds=(0, 9)), "b": Real(bounds=(0, 1)), "c": Binary()}
@@ -143,20 +148,20 @@ class Declared(Problem):
 
 
 @pytest.mark.parametrize("name", ["nsga2", "nsga3", "random", "mgeo-directed"])
-def test_variables_declared_one_by_one_are_searched_as_such(name):
-    problem = Declared()
-    algorithm = build_algorithm(name, SMALL.get(name, {"population": 12}), problem)
+def test_mixed_variables_are_supported(name):
+    problem = MixedProblem()
+    algorithm = build_algorithm(name, SMALL_PARAMETERS.get(name, {"population": 12}), problem)
     assert len(solve(problem, algorithm, 240, seed=1).F) >= 4
 
 
 @pytest.mark.parametrize("name", ["gde3", "moead", "ctaea"])
-def test_variables_declared_one_by_one_are_refused_by_algorithms_of_arrays(name):
+def test_mixed_variables_are_rejected_by_algorithms_of_real_arrays(name):
     with pytest.raises(ValueError, match=f"^algorithm '{name}' takes arrays of real .* nsga2"):
-        build_algorithm(name, {"population": 12}, Declared())
+        build_algorithm(name, {"population": 12}, MixedProblem())
 
 
-class Tied(ZDT1):
-    """Whose violations are 1, 2 or 3, so that many are equal."""
+class TiedProblem(ZDT1):
+    """Problem whose constraint violations are 1, 2 or 3, so that many are equal."""
 
     def __init__(self):
         super().__init__(n_var=5)
@@ -168,8 +173,8 @@ class Tied(ZDT1):
 
 
 @pytest.mark.parametrize("name", ["mgeo-directed", "nsga3"])
-def test_ties_are_drawn_by_the_seed(name):
-    problem = Tied()
-    algorithm = build_algorithm(name, SMALL.get(name, {"population": 20}), problem)
-    first, again = (solve(problem, algorithm, 300, seed=1) for _ in range(2))
-    assert np.array_equal(first.X, again.X)
+def test_ties_are_broken_by_the_seeded_generator(name):
+    problem = TiedProblem()
+    algorithm = build_algorithm(name, SMALL_PARAMETERS.get(name, {"population": 20}), problem)
+    first, repeated = (solve(problem, algorithm, 300, seed=1) for _ in range(2))
+    assert np.array_equal(first.X, repeated.X)

@@ -24,15 +24,15 @@ def run(stand_in):
     return Run(prepared.configuration, prepared.solve(), list_problem_versions("cantilever"))
 
 
-def replaced(outcome, **values):
+def replace_values(outcome, **values):
     return outcome.model_copy(update=values)
 
 
-def contents(folder):
+def read_contents(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
-def test_what_is_written_is_read_back_exactly(run, tmp_path):
+def test_run_is_read_back_exactly(run, tmp_path):
     write_run(tmp_path / "a" / "b", run)
     read = read_run(tmp_path / "a" / "b")
     assert read.configuration == run.configuration
@@ -42,7 +42,7 @@ def test_what_is_written_is_read_back_exactly(run, tmp_path):
     assert header == ["diameter [m]", "length [m]", "mass [kg]", "deflection [m]"]
     values = np.array(rows, dtype=float)
     assert np.array_equal(values, np.hstack([run.outcome.X, run.outcome.F]))
-    assert np.all(np.diff(values[:, 2]) >= 0)  # ordered by the first objective
+    assert np.all(np.diff(values[:, 2]) >= 0)  # Solutions are sorted by the first objective.
     for name in (
         "variables",
         "objectives",
@@ -55,10 +55,10 @@ def test_what_is_written_is_read_back_exactly(run, tmp_path):
     assert read.outcome.wall_time_s == run.outcome.wall_time_s
 
 
-def test_constraints_and_further_arrays_of_each_solution_are_stored(run, tmp_path):
+def test_constraints_and_further_arrays_are_stored(run, tmp_path):
     n = len(run.outcome.F)
     values = np.random.default_rng(1).normal(size=(n, 3))
-    outcome = replaced(run.outcome, G=values, arrays={"accuracy": values[:, :1]})
+    outcome = replace_values(run.outcome, G=values, arrays={"accuracy": values[:, :1]})
     write_run(tmp_path, Run(run.configuration, outcome, run.versions))
     read = read_run(tmp_path).outcome
     assert np.array_equal(read.G, values)
@@ -69,29 +69,29 @@ def test_constraints_and_further_arrays_of_each_solution_are_stored(run, tmp_pat
         read_run(tmp_path)
 
 
-def test_special_numbers_and_an_empty_front_survive(run, tmp_path):
+def test_special_numbers_and_empty_front_are_read_back_exactly(run, tmp_path):
     X = np.array([[0.1 + 0.2, -0.0], [5e-324, 1.7976931348623157e308]])
     F = np.array([[-1e-300, 1.0], [1 / 3, 1e22]])
     values = {"X": X, "F": F, "G": X[:, :0], "H": X[:, :0]}
-    odd = Run(run.configuration, replaced(run.outcome, **values), run.versions)
-    write_run(tmp_path / "odd", odd)
-    read = read_run(tmp_path / "odd").outcome
+    special = Run(run.configuration, replace_values(run.outcome, **values), run.versions)
+    write_run(tmp_path / "special", special)
+    read = read_run(tmp_path / "special").outcome
     assert read.X.tobytes() == X.tobytes()
     assert read.F.tobytes() == F.tobytes()
     values = {name: array[:0] for name, array in values.items()}
-    none = replaced(run.outcome, **values, hypervolume=None)
-    write_run(tmp_path / "none", Run(run.configuration, none, run.versions))
-    read = read_run(tmp_path / "none").outcome
+    empty = replace_values(run.outcome, **values, hypervolume=None)
+    write_run(tmp_path / "empty", Run(run.configuration, empty, run.versions))
+    read = read_run(tmp_path / "empty").outcome
     assert (read.X.shape, read.F.shape, read.hypervolume) == ((0, 2), (0, 2), None)
 
 
-def test_overwriting_replaces_the_run_and_its_figure_and_nothing_else(run, tmp_path):
+def test_overwriting_replaces_files_of_the_run_only(run, tmp_path):
     write_run(tmp_path, run)
     (tmp_path / FIGURE_FILE).write_text("<p>old</p>")
     (tmp_path / "notes.txt").write_text("mine")
-    shorter = replaced(run.outcome, **{k: getattr(run.outcome, k)[:3] for k in "XFGH"})
+    shorter = replace_values(run.outcome, **{k: getattr(run.outcome, k)[:3] for k in "XFGH"})
     write_run(tmp_path, Run(run.configuration, shorter, run.versions), overwrite=True)
-    assert sorted(contents(tmp_path)) == ["front.csv", "front.npz", "notes.txt", "run.json"]
+    assert sorted(read_contents(tmp_path)) == ["front.csv", "front.npz", "notes.txt", "run.json"]
     assert len(read_run(tmp_path).outcome.F) == 3
 
 
@@ -105,7 +105,7 @@ def test_overwriting_replaces_the_run_and_its_figure_and_nothing_else(run, tmp_p
         ({"configuration": {}}, "problem is missing"),
     ],
 )
-def test_a_damaged_folder_is_refused_naming_file_and_key(run, tmp_path, change, message):
+def test_damaged_folder_is_rejected_with_file_and_key(run, tmp_path, change, message):
     write_run(tmp_path, run)
     data = json.loads((tmp_path / "run.json").read_text())
     (tmp_path / "run.json").write_text(json.dumps(data | change))
@@ -113,7 +113,7 @@ def test_a_damaged_folder_is_refused_naming_file_and_key(run, tmp_path, change, 
         read_run(tmp_path)
 
 
-def test_a_missing_key_or_file_is_named(run, tmp_path):
+def test_missing_key_or_file_is_named(run, tmp_path):
     with pytest.raises(FileNotFoundError, match="holds no run"):
         read_run(tmp_path)
     write_run(tmp_path, run)

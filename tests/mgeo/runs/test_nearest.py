@@ -1,4 +1,4 @@
-"""Solutions nearest to feasibility, and the suggestions that follow from them."""
+"""Solutions nearest to feasibility, and the suggestions derived from them."""
 
 import json
 
@@ -18,67 +18,67 @@ from mgeo.store.run_folder import read_run, write_run
 from mgeo.validation.entries import FileError
 from tests.mgeo.solved import solve
 
-from .test_limits import Told
+from .test_constraint_margins import ColumnWithView
 
 
-class Shelf(Problem):
-    """Two limits that exclude each other: wide enough and short enough; all rows are kept."""
+class ContradictoryProblem(Problem):
+    """Problem with two contradictory constraints on a length, which stores all evaluations."""
 
-    def __init__(self, room=1.0):
-        self.room, self.rows = room, []
+    def __init__(self, upper_bound=1.0):
+        self.upper_bound, self.rows = upper_bound, []
         super().__init__(n_var=2, n_obj=2, n_ieq_constr=2, n_eq_constr=1, xl=0.0, xu=4.0)
 
     def _evaluate(self, X, out, *args, **kwargs):
         out["F"] = np.column_stack([X.sum(axis=1), (X**2).sum(axis=1)])
-        out["G"] = np.column_stack([3.0 - X[:, 0], X[:, 0] - self.room])
+        out["G"] = np.column_stack([3.0 - X[:, 0], X[:, 0] - self.upper_bound])
         out["H"] = X[:, 1:] - 1.0
         violation = np.maximum(np.hstack([out["G"], np.abs(out["H"]) - EQUALITY_TOLERANCE]), 0.0)
         self.rows.append(np.hstack([X, out["F"], violation]))
 
 
 @pytest.mark.parametrize("algorithm", [NSGA2(pop_size=20), MGEOReal(sigma=0.5, n_walkers=5)])
-def test_they_are_ordered_and_the_nearest_of_all_is_the_first(algorithm):
-    problem = Shelf()
-    found = solve(problem, algorithm, 400, seed=1)
-    assert len(found.F) == 0
-    assert 1 < len(found.nearest) <= MAX_SOLUTIONS
+def test_nearest_solutions_are_sorted_by_violation(algorithm):
+    problem = ContradictoryProblem()
+    outcome = solve(problem, algorithm, 400, seed=1)
+    assert len(outcome.F) == 0
+    assert 1 < len(outcome.nearest) <= MAX_SOLUTIONS
     rows = np.unique(np.vstack(problem.rows), axis=0)
     total = rows[:, 4:].sum(axis=1)
-    nearest = found.nearest
+    nearest = outcome.nearest
     assert nearest.violation[0].sum() == total.min()
     values = np.hstack([nearest.F, nearest.violation])
     assert len(np.unique(values, axis=0)) == len(values)
-    told = np.hstack([nearest.X, nearest.F, nearest.violation])
-    for row in told:  # each is one that was evaluated
+    reported = np.hstack([nearest.X, nearest.F, nearest.violation])
+    for row in reported:  # Each row is one of the evaluations.
         assert (rows == row).all(axis=1).sum() == 1
     first = find_nondominated(nearest.violation)
-    assert (np.diff(first.astype(int)) <= 0).all()  # those that none beats come first
+    assert (np.diff(first.astype(int)) <= 0).all()  # Nondominated violations come first.
     assert (np.diff(nearest.violation[first].sum(axis=1)) >= 0.0).all()
 
 
-def test_nothing_is_kept_once_something_is_feasible():
-    problem = Shelf(room=3.5)
+def test_feasible_run_has_no_nearest_solutions():
+    problem = ContradictoryProblem(upper_bound=3.5)
     problem.n_eq_constr = 0
     problem._evaluate = lambda X, out, *_, **__: out.update(F=X, G=np.zeros((len(X), 2)))
-    found = solve(problem, NSGA2(pop_size=20), 60, seed=1)
-    assert len(found.F) > 0
-    assert len(found.nearest) == 0
+    outcome = solve(problem, NSGA2(pop_size=20), 60, seed=1)
+    assert len(outcome.F) > 0
+    assert len(outcome.nearest) == 0
 
 
-def test_ways_out_name_units_and_round_so_that_they_are_enough():
-    nearest = solve(Both(), NSGA2(pop_size=20), 200, seed=2).nearest
-    found = explain_infeasibility(build_view(Both(), nearest.X, nearest.F))
-    assert len(found.violations) == 1
-    assert found.violations[0].startswith("height: ")
-    assert found.violations[0].endswith(f"({len(nearest)} of {len(nearest)})")
-    (way,) = found.suggestions
-    value = float(way.removeprefix("relax height by ").removesuffix(" m"))
-    least = nearest.X[0, 0] - 2.0
-    assert least <= value < 1.01 * least
+def test_suggested_relaxation_is_sufficient_and_has_units():
+    nearest = solve(TooHighColumn(), NSGA2(pop_size=20), 200, seed=2).nearest
+    report = explain_infeasibility(build_view(TooHighColumn(), nearest.X, nearest.F))
+    assert len(report.violations) == 1
+    assert report.violations[0].startswith("height: ")
+    assert report.violations[0].endswith(f"({len(nearest)} of {len(nearest)})")
+    (suggestion,) = report.suggestions
+    value = float(suggestion.removeprefix("relax height by ").removesuffix(" m"))
+    required = nearest.X[0, 0] - 2.0
+    assert required <= value < 1.01 * required
 
 
-class Both(Told):
-    """Too high wherever it stands."""
+class TooHighColumn(ColumnWithView):
+    """Column that is too high for every design."""
 
     def __init__(self):
         super().__init__()
@@ -88,7 +88,7 @@ class Both(Told):
         out["F"], out["G"] = X.sum(axis=1), X[:, :1] / 2.0 - 1.0
 
 
-def run_of(problem, folder):
+def write_run_of(problem, folder):
     prepared = prepare_run("zdt1", parameters={"population": 4}, algorithm="nsga2", evaluations=8)
     outcome = solve(problem, NSGA2(pop_size=20), 100, seed=1)
     run = Run(prepared.configuration, outcome, {"mgeo": "1"})
@@ -96,13 +96,13 @@ def run_of(problem, folder):
     return run
 
 
-def test_it_is_written_and_read_exactly(stand_in, tmp_path):
-    run = run_of(Shelf(), tmp_path)
-    found = read_run(tmp_path).outcome
+def test_nearest_solutions_are_read_back_exactly(stand_in, tmp_path):
+    run = write_run_of(ContradictoryProblem(), tmp_path)
+    outcome = read_run(tmp_path).outcome
     for name in ("X", "F", "violation"):
         written = getattr(run.outcome.nearest, name)
-        np.testing.assert_array_equal(getattr(found.nearest, name), written)
-    assert found.constraints == ("g1", "g2", "h1")
+        np.testing.assert_array_equal(getattr(outcome.nearest, name), written)
+    assert outcome.constraints == ("g1", "g2", "h1")
     data = json.loads((tmp_path / "run.json").read_text())
     data["n_nearest"] = 1
     (tmp_path / "run.json").write_text(json.dumps(data))

@@ -9,13 +9,13 @@ from mgeo.runs.registry import DEFAULT_ALGORITHM
 pytestmark = pytest.mark.usefixtures("stand_in")
 
 
-def test_a_configuration_states_everything():
+def test_configuration_contains_all_settings():
     configuration = prepare_run(
         "cantilever", {"preset": "heavy"}, parameters={"n_walkers": 5}
     ).configuration
     assert configuration.model_dump() == {
         "problem": "cantilever",
-        "options": {"load": 2000.0},  # what the preset meant
+        "options": {"load": 2000.0},  # The load of the preset.
         "algorithm": DEFAULT_ALGORITHM,
         "parameters": json.loads(
             json.dumps(complete_parameters(DEFAULT_ALGORITHM, {"n_walkers": 5}))
@@ -28,7 +28,7 @@ def test_a_configuration_states_everything():
 
 
 @pytest.mark.parametrize("value", [{1, 2}, float("nan")])
-def test_options_that_cannot_be_written_are_refused_before_the_run(value, monkeypatch):
+def test_options_that_are_not_json_are_rejected_before_the_run(value, monkeypatch):
     monkeypatch.setattr("stand_in.Cantilever.to_options", lambda self: {"load": value})
     with pytest.raises(ValueError, match="options of 'cantilever' are not JSON values"):
         prepare_run("cantilever")

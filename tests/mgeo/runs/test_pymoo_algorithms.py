@@ -9,17 +9,17 @@ from mgeo.runs.pymoo_algorithms import FrontRVEA, SeededComparison
 from tests.mgeo.solved import solve
 
 
-@pytest.mark.parametrize("pymoos", [comp_by_cv_then_random, comp_by_rank_and_ref_line_dist])
-def test_comparisons_without_ties_are_those_of_pymoo(pymoos):
+@pytest.mark.parametrize("comparison", [comp_by_cv_then_random, comp_by_rank_and_ref_line_dist])
+def test_comparison_without_ties_equals_that_of_pymoo(comparison):
     population = Population.new(F=np.zeros((4, 2)), G=np.array([[0.0], [0.0], [1.0], [2.0]]))
     population.set("niche", 0, "rank", 0, "dist_to_niche", 0.5)
     pairs = np.array([(a, b) for a in range(4) for b in range(4) if a != b])
-    draws = [np.random.default_rng(5) for _ in range(2)]
-    expected = pymoos(population, pairs, random_state=draws[0])
-    found = SeededComparison(pymoos)(population, pairs, random_state=draws[1])
-    assert np.array_equal(found, expected)
+    generators = [np.random.default_rng(5) for _ in range(2)]
+    expected = comparison(population, pairs, random_state=generators[0])
+    winners = SeededComparison(comparison)(population, pairs, random_state=generators[1])
+    assert np.array_equal(winners, expected)
 
 
-def test_rvea_makes_all_generations_of_its_budget():
+def test_rvea_uses_its_whole_budget():
     directions = np.column_stack([np.linspace(0, 1, 10), np.linspace(1, 0, 10)])
     assert solve(ZDT1(n_var=4), FrontRVEA(directions), 95, seed=1).n_evaluations == 100

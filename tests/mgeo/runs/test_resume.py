@@ -13,35 +13,40 @@ from mgeo.runs.prepare import prepare_run, resume_run
 pytestmark = pytest.mark.usefixtures("stand_in")
 
 
-SMALL = {"n_walkers": 4, "fidelity_schedule": [0.5, 1.0]}
+SMALL_PARAMETERS = {"n_walkers": 4, "fidelity_schedule": [0.5, 1.0]}
 
 
 def at_fidelity(self, fidelity):
-    """Estimates in the first two stages."""
+    """Return a problem with inaccurate values at the first two fidelity levels."""
     if fidelity >= 2:
         return self
-    rough = copy.copy(self)
-    rough._evaluate = partial(estimate, rough)
-    return rough
+    inaccurate = copy.copy(self)
+    inaccurate._evaluate = partial(evaluate_inaccurately, inaccurate)
+    return inaccurate
 
 
-def estimate(self, X, out, *args, **kwargs):
+def evaluate_inaccurately(self, X, out, *args, **kwargs):
     type(self)._evaluate(self, X, out)
     out["F"] = out["F"] / 4.0
 
 
-def test_the_history_of_a_staged_run_is_without_estimates(tmp_path, monkeypatch):
+def test_history_of_staged_run_omits_low_fidelity_values(tmp_path, monkeypatch):
     problem = load_problem("cantilever")
     monkeypatch.setattr(type(problem), "at_fidelity", at_fidelity, raising=False)
-    staged = {"algorithm": "mgeo-staged", "parameters": SMALL, "evaluations": 320, "seed": 2}
+    staged = {
+        "algorithm": "mgeo-staged",
+        "parameters": SMALL_PARAMETERS,
+        "evaluations": 320,
+        "seed": 2,
+    }
     run = prepare_run("cantilever", **staged, record=True)
     outcome = run.solve(folder=tmp_path)
     record = read_record(tmp_path / "evaluations")
-    assert len(record) == outcome.n_evaluations > 320  # with the last judgment
+    assert len(record) == outcome.n_evaluations > 320  # The final evaluation is included.
     evaluations, volumes = compute_hypervolume_history(run.problem, outcome, record)
     assert outcome.n_low_fidelity == evaluations[0] - 1 >= 320
     assert volumes[-1] == pytest.approx(outcome.hypervolume)
-    # and again, where the run goes on from before the judgment
-    again = resume_run(tmp_path, check=False)
-    assert np.array_equal(again.solve(folder=tmp_path).F, outcome.F)
+    # The resumed run continues before the final evaluation.
+    resumed = resume_run(tmp_path, check=False)
+    assert np.array_equal(resumed.solve(folder=tmp_path).F, outcome.F)
     pd.testing.assert_frame_equal(read_record(tmp_path / "evaluations"), record)

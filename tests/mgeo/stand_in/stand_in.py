@@ -1,7 +1,7 @@
-"""A plugin for the tests: the whole protocol on a problem small enough to work out by hand.
+"""Plugin for the tests: a problem that defines all optional methods and can be checked by hand.
 
-A steel cantilever with an end load: choose diameter and length for little mass and deflection
-(the example that opens Deb's "Multi-Objective Optimization using Evolutionary Algorithms").
+The diameter and length of a steel cantilever with an end load minimize mass and deflection (first
+example of Deb, "Multi-Objective Optimization using Evolutionary Algorithms").
 """
 
 import math
@@ -51,15 +51,15 @@ class Cantilever(Problem):
 
     @classmethod
     def from_options(cls, options):
-        given = dict(options)
-        preset = given.pop("preset", None)
+        remaining = dict(options)
+        preset = remaining.pop("preset", None)
         if preset is not None and preset not in PRESETS:
             raise ValueError(f"preset = {preset!r}: expected one of {', '.join(PRESETS)}")
         loads = {"load": PRESETS[preset]} if preset else {}
-        unknown = set(given) - {"load"}
+        unknown = set(remaining) - {"load"}
         if unknown:
             raise ValueError(f"{min(unknown)}: unknown key, expected load")
-        return cls(**(loads | given))
+        return cls(**(loads | remaining))
 
     def to_options(self):
         return {"load": self.load}
@@ -77,15 +77,14 @@ class Cantilever(Problem):
         return CantileverView(self, X)
 
     def to_robust(self):
-        """Loads are not known better than to a tenth."""
+        """Return the problem with a load that is larger by the load uncertainty of 10 %."""
         return type(self)(1.1 * self.load)
 
     def suggest_initial_designs(self, n, random_state):
-        """Short ones."""
         return np.column_stack([random_state.uniform(0.01, 0.05, n), np.full(n, 0.2)])
 
     def refine(self, X):
-        """Shorter by halves, and one row at a time: nothing is as good as the shortest."""
+        # One beam after the other becomes shorter in two steps. The shortest beam is the best.
         X = X.copy()
         for row in range(len(X)):
             for length in (0.5 * (X[row, 1] + 0.2), 0.2):
@@ -94,7 +93,7 @@ class Cantilever(Problem):
 
 
 class SlowCantilever(Cantilever):
-    """A batch takes so many seconds as the environment says, 0.02 if it says nothing."""
+    """Cantilever whose batches take the time in STAND_IN_SECONDS [s], by default 0.02 s."""
 
     def _evaluate(self, X, out, *args, **kwargs):
         time.sleep(float(os.environ.get("STAND_IN_SECONDS", "0.02")))

@@ -1,4 +1,4 @@
-"""Commands of the plugin for the tests, in a module of their own: see `mgeo.commands`."""
+"""Commands of the plugin for the tests."""
 
 from pathlib import Path
 from typing import Annotated

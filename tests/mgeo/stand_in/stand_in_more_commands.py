@@ -1,4 +1,4 @@
-"""What another distribution would add to the commands of the plugin for the tests."""
+"""Commands with which another distribution extends those of the plugin for the tests."""
 
 import typer
 

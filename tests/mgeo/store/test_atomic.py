@@ -23,7 +23,7 @@ def test_files_are_written_and_replaced(tmp_path):
     }
 
 
-def test_a_disk_error_leaves_the_folder_as_it_was(tmp_path, small_disk):
+def test_disk_error_leaves_folder_unchanged(tmp_path, small_disk):
     write_files(tmp_path, {"a": b"old a", "b": b"old b"})
     with pytest.raises(OSError, match="too large") as caught:
         write_files(tmp_path, {"a": b"new a", "b": b"x" * (2 * LIMIT)})
@@ -35,11 +35,11 @@ def test_a_disk_error_leaves_the_folder_as_it_was(tmp_path, small_disk):
     }
 
 
-def test_a_link_at_the_name_of_a_temporary_file_is_not_followed(tmp_path, monkeypatch):
-    precious = tmp_path / "precious"
-    precious.write_text("old")
+def test_link_with_name_of_temporary_file_is_not_followed(tmp_path, monkeypatch):
+    target = tmp_path / "precious"
+    target.write_text("old")
     monkeypatch.setattr("secrets.token_hex", lambda n: "0" * 2 * n)
-    (tmp_path / f".a.{'0' * 16}.tmp").symlink_to(precious)
+    (tmp_path / f".a.{'0' * 16}.tmp").symlink_to(target)
     with pytest.raises(FileExistsError):
         write_file(tmp_path / "a", b"new")
-    assert precious.read_text() == "old"
+    assert target.read_text() == "old"

@@ -1,4 +1,4 @@
-"""A record holds every evaluation, can be read at any time, and takes little memory."""
+"""Records of every evaluation of a run."""
 
 import numpy as np
 import pytest
@@ -19,11 +19,11 @@ def solve(problem=PROBLEM, algorithm=None, n_gen=10, **options):
     return minimize(problem, algorithm, ("n_gen", n_gen), **{"seed": 1, **options})
 
 
-class Spy(Evaluator):
+class LoggingEvaluator(Evaluator):
     def __init__(self):
-        self.seen = []
+        self.batches = []
         super().__init__(
-            callback=lambda population: self.seen.append(population.get("X", "F", "G"))
+            callback=lambda population: self.batches.append(population.get("X", "F", "G"))
         )
 
 
@@ -36,18 +36,18 @@ class Spy(Evaluator):
     ],
     ids=["mgeo", "nsga2", "gde3"],
 )
-def test_every_evaluation_is_there_in_order(algorithm, problem, every_seconds, tmp_path):
-    spy = Spy()
+def test_record_contains_every_evaluation_in_order(algorithm, problem, every_seconds, tmp_path):
+    evaluator = LoggingEvaluator()
     recorder = Recorder(tmp_path, every_seconds=every_seconds)
-    solve(problem, algorithm, callback=recorder, evaluator=spy)
+    solve(problem, algorithm, callback=recorder, evaluator=evaluator)
     table = read_record(tmp_path)
-    X, F, G = (np.concatenate(parts) for parts in zip(*spy.seen, strict=True))
+    X, F, G = (np.concatenate(parts) for parts in zip(*evaluator.batches, strict=True))
     names = [f"x{i + 1}" for i in range(problem.n_var)], [f"g{i + 1}" for i in range(G.shape[1])]
     assert list(table) == ["generation", *names[0], "f1", "f2", *names[1], "failed"]
     assert np.array_equal(table[names[0]], X)
     assert np.array_equal(table[["f1", "f2"]], F)
     assert np.array_equal(table[names[1]], G)
-    generations = np.repeat(np.arange(1, 11), [len(part[0]) for part in spy.seen])
+    generations = np.repeat(np.arange(1, 11), [len(part[0]) for part in evaluator.batches])
     assert np.array_equal(table["generation"], generations)
     assert not table["failed"].any()
 
@@ -67,7 +67,7 @@ def test_failed_evaluations_are_marked(tmp_path):
         assert (table["failed"] == table["f1"].isna()).all()
 
 
-def test_a_record_is_not_overwritten_unless_told(tmp_path):
+def test_record_is_overwritten_only_on_request(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     solve(callback=Recorder(tmp_path))
     before = read_record(tmp_path)
@@ -80,8 +80,8 @@ def test_a_record_is_not_overwritten_unless_told(tmp_path):
     assert (tmp_path / "notes.txt").exists()
 
 
-def test_a_resumed_run_needs_its_own_record(tmp_path):
-    def begun(problem, n_iter=4):
+def test_resumed_run_requires_its_own_record(tmp_path):
+    def run_generations(problem, n_iter=4):
         run = MGEOReal(n_walkers=4).setup(problem, seed=1)
         for _ in range(n_iter):
             run.next()
@@ -89,30 +89,35 @@ def test_a_resumed_run_needs_its_own_record(tmp_path):
         return run
 
     with pytest.raises(ValueError, match="ends with generation 0: expected the record"):
-        Recorder(tmp_path).record(begun(PROBLEM))
+        Recorder(tmp_path).record(run_generations(PROBLEM))
     solve(n_gen=2, callback=Recorder(tmp_path))
     with pytest.raises(ValueError, match=r"columns .*: expected"):
-        Recorder(tmp_path).record(begun(ZDT2(n_var=4), 3))
+        Recorder(tmp_path).record(run_generations(ZDT2(n_var=4), 3))
     with pytest.raises(ValueError, match="ends with generation 2: expected the record of the gen"):
-        Recorder(tmp_path).record(begun(PROBLEM))
+        Recorder(tmp_path).record(run_generations(PROBLEM))
     assert len(read_record(tmp_path)) == 24
 
 
-def test_what_cannot_be_recorded_is_refused(tmp_path):
+def test_unsupported_algorithm_is_rejected(tmp_path):
     directions = np.column_stack([np.linspace(0, 1, 10), np.linspace(1, 0, 10)])
     decomposition = MOEAD(directions, n_neighbors=3)
     with pytest.raises(ValueError, match=r"MOEAD made \d+ evaluations in generation 2 and has"):
         solve(algorithm=decomposition, callback=Recorder(tmp_path))
 
 
-def test_damage_is_noticed(tmp_path):
+def test_damaged_record_is_rejected(tmp_path):
     with pytest.raises(FileNotFoundError, match="holds no record"):
         read_record(tmp_path)
     solve(callback=Recorder(tmp_path, every_seconds=0))
     path = tmp_path / "000000002.npz"
     content = path.read_bytes()
     middle = len(content) // 2
-    for bad in (b"", content[:-1], content[:middle], content[:middle] + b"x" + content[middle:]):
-        path.write_bytes(bad)
+    for damaged in (
+        b"",
+        content[:-1],
+        content[:middle],
+        content[:middle] + b"x" + content[middle:],
+    ):
+        path.write_bytes(damaged)
         with pytest.raises(ValueError, match=r"000000002\.npz: not an archive"):
             read_record(tmp_path)

@@ -1,9 +1,7 @@
-"""Fixtures of the tests of studies."""
-
 import pytest
 
 
 @pytest.fixture
-def quick(monkeypatch):
-    """Draw no figures: they take most of the time of a small study."""
+def without_figures(monkeypatch):
+    """Skip the drawing of figures, which takes most of the time of a small study."""
     monkeypatch.setattr("mgeo.studies.comparison.Comparison.draw_figures", lambda self: {})

@@ -1,4 +1,4 @@
-"""Problems and algorithms that misbehave in ways a comparison must survive."""
+"""Problems and algorithms that fail, are noisy, or have state."""
 
 import numpy as np
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -8,8 +8,8 @@ from pymoo.core.problem import Problem
 from pymoo.problems.multi import ZDT1
 
 
-class Half(Problem):
-    """Infeasible left of the middle, with a hole where the objectives are not a number."""
+class HalfFeasibleProblem(Problem):
+    """Problem that is infeasible in one half, with a region where the objectives are NaN."""
 
     def __init__(self):
         super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
@@ -20,8 +20,8 @@ class Half(Problem):
         out["F"], out["G"] = F, 0.5 - X[:, :1]
 
 
-class Wearing(ZDT1):
-    """Objectives grow with every evaluation of this object."""
+class DriftingProblem(ZDT1):
+    """Problem whose objectives grow with every evaluation of this object."""
 
     def __init__(self):
         super().__init__(n_var=4)
@@ -33,8 +33,8 @@ class Wearing(ZDT1):
         out["F"] = out["F"] + 0.01 * len(self.calls)
 
 
-class OwnNoise(ZDT1):
-    """Adds noise from a generator of its own."""
+class NoisyProblem(ZDT1):
+    """Problem with noise from its own random generator."""
 
     def __init__(self):
         super().__init__(n_var=4)
@@ -45,8 +45,8 @@ class OwnNoise(ZDT1):
         out["F"] = out["F"] + self.random_state.normal(0.0, 0.01, out["F"].shape)
 
 
-class Remembering(ZDT1):
-    """Gives the nearest of the values it remembers, as a surrogate model does."""
+class SurrogateProblem(ZDT1):
+    """Problem that returns the nearest stored value, as a surrogate model does."""
 
     def __init__(self):
         super().__init__(n_var=4)
@@ -61,7 +61,7 @@ class Remembering(ZDT1):
 
 
 class FailingNSGA2(NSGA2):
-    """Fails with even seeds."""
+    """NSGA-II that fails with even seeds."""
 
     def _setup(self, problem, **kwargs):
         super()._setup(problem, **kwargs)
@@ -70,7 +70,7 @@ class FailingNSGA2(NSGA2):
 
 
 class GlobalRandomSearch(Algorithm):
-    """Draws from NumPy's global state, as old code does."""
+    """Random search that uses NumPy's global random generator."""
 
     def _initialize_infill(self):
         return self._infill()
@@ -87,7 +87,7 @@ class GlobalRandomSearch(Algorithm):
 
 
 class StuckSearch(GlobalRandomSearch):
-    """Proposes no candidate after its first generation."""
+    """Random search that proposes no candidate after its first generation."""
 
     def _infill(self):
         return Population.new("X", np.zeros((0 if self.is_initialized else 7, self.problem.n_var)))

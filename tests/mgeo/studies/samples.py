@@ -1,4 +1,4 @@
-"""A small comparison made by hand."""
+"""Small comparisons with prescribed values."""
 
 import numpy as np
 import pandas as pd
@@ -16,14 +16,14 @@ FRONTS = {
 }
 
 
-def record(F):
+def build_run(F):
     points = np.array(F)
     rows = np.arange(len(points))
     return StudyRun(rows + 1, points, rows, np.empty((len(points), 0)), 100, 100, 0, 1.0)
 
 
-def comparison(problem=None):
-    """Three algorithms, three seeds, values after 50 and 100 evaluations."""
+def build_comparison(problem=None):
+    """Return a comparison of three algorithms and seeds, after 50 and 100 evaluations."""
     rows = [
         {
             "algorithm": name,
@@ -38,19 +38,19 @@ def comparison(problem=None):
         for seed, value in enumerate(values, 1)
         for n in (50, 100)
     ]
-    records = {
-        (name, seed): record(F)
+    finished_runs = {
+        (name, seed): build_run(F)
         for name, fronts in FRONTS.items()
         for seed, F in enumerate(fronts, 1)
     }
     problem = problem or ZDT1()
-    space = build_indicator_space(problem, [r.front_F for r in records.values()])
+    space = build_indicator_space(problem, [run.front_F for run in finished_runs.values()])
     table, runs = pd.DataFrame(rows), pd.DataFrame()
-    return Comparison(problem, tuple(VALUES), 100, table, runs, records, space)
+    return Comparison(problem, tuple(VALUES), 100, table, runs, finished_runs, space)
 
 
-def final(values):
-    """A comparison of hypervolumes only, by algorithm; 0 is a run without a front."""
+def build_final_comparison(values):
+    """Return a comparison with prescribed final hypervolumes by algorithm; 0 is an empty front."""
     rows = [
         {"algorithm": name, "seed": seed, "evaluations": 100, "hypervolume": v}
         | {"igd_plus": 1 - v if v else np.inf, "epsilon": 1 - v if v else np.inf}
@@ -59,4 +59,4 @@ def final(values):
         for seed, v in enumerate(column, 1)
     ]
     table = pd.DataFrame(rows)
-    return Comparison(**{**vars(comparison()), "table": table, "algorithms": tuple(values)})
+    return Comparison(**{**vars(build_comparison()), "table": table, "algorithms": tuple(values)})

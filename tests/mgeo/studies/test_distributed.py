@@ -1,5 +1,3 @@
-"""A study on a Dask cluster of two worker processes."""
-
 import pytest
 from typer.testing import CliRunner
 
@@ -25,21 +23,21 @@ def client():
     cluster = distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50
     )
-    with cluster, distributed.Client(cluster) as connected:
-        yield connected
+    with cluster, distributed.Client(cluster) as client_of_cluster:
+        yield client_of_cluster
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("default")  # Dask's are about this machine's memory and ports
-@pytest.mark.usefixtures("quick")
-def test_a_study_on_a_cluster_has_the_same_table(client, tmp_path):
+@pytest.mark.filterwarnings("default")  # Dask warns about memory and ports.
+@pytest.mark.usefixtures("without_figures")
+def test_study_on_dask_cluster_has_same_table_as_local_study(client, tmp_path):
     (tmp_path / "study.toml").write_text(STUDY)
     arguments = ["study", str(tmp_path / "study.toml"), "--quiet"]
     address = client.scheduler_info()["address"]
-    for name, options in (("here", ["--jobs", "1"]), ("there", ["--cluster", address])):
+    for name, options in (("local", ["--jobs", "1"]), ("cluster", ["--cluster", address])):
         out = ["--out", str(tmp_path / name)]
-        done = CliRunner().invoke(app, [*arguments, *options, *out])
-        assert done.exit_code == 0, done.output
-    there = (tmp_path / "there" / "table.csv").read_text()
-    assert there == (tmp_path / "here" / "table.csv").read_text()
-    assert len(there.splitlines()) == 1 + 3 * 3 * 2
+        result = CliRunner().invoke(app, [*arguments, *options, *out])
+        assert result.exit_code == 0, result.output
+    table = (tmp_path / "cluster" / "table.csv").read_text()
+    assert table == (tmp_path / "local" / "table.csv").read_text()
+    assert len(table.splitlines()) == 1 + 3 * 3 * 2

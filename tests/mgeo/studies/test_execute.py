@@ -1,5 +1,3 @@
-"""`mgeo.compare`: what is run, what is measured, and what is refused."""
-
 import pickle
 import random
 import warnings
@@ -26,13 +24,13 @@ from mgeo.studies.run import Task, record_run
 from ..algorithms.problems import Arc
 from ..naive import nondominated_rows
 from .problems import (
+    DriftingProblem,
     FailingNSGA2,
     GlobalRandomSearch,
-    Half,
-    OwnNoise,
-    Remembering,
+    HalfFeasibleProblem,
+    NoisyProblem,
     StuckSearch,
-    Wearing,
+    SurrogateProblem,
 )
 
 PROBLEM = ZDT1(n_var=4)
@@ -45,21 +43,21 @@ ALGORITHMS = {
 
 
 @pytest.fixture(scope="module")
-def serial():
+def serial_result():
     return compare(PROBLEM, ALGORITHMS, 150, seeds=3, grid=[50, 77])
 
 
-def test_the_table_is_tidy_and_complete(serial):
+def test_table_has_one_row_per_algorithm_seed_and_count(serial_result):
     assert mgeo.compare is compare
-    assert list(serial.table.columns[:3]) == ["algorithm", "seed", "evaluations"]
-    keys = serial.table[["algorithm", "seed", "evaluations"]].to_numpy().tolist()
+    assert list(serial_result.table.columns[:3]) == ["algorithm", "seed", "evaluations"]
+    keys = serial_result.table[["algorithm", "seed", "evaluations"]].to_numpy().tolist()
     assert keys == [[a, s, n] for a in ALGORITHMS for s in (1, 2, 3) for n in (50, 77, 150)]
-    assert not serial.table.isna().any(axis=None)
-    assert serial.runs["status"].tolist() == ["finished"] * 12
+    assert not serial_result.table.isna().any(axis=None)
+    assert serial_result.runs["status"].tolist() == ["finished"] * 12
 
 
-def test_every_algorithm_is_measured_by_all_its_evaluations(serial):
-    """An independent count of RVEA's evaluations, which RVEA's own result does not hold."""
+def test_front_is_computed_from_all_evaluations(serial_result):
+    """RVEA discards points of its front; pymoo's evaluation callback counts all of them."""
     evaluated = []
     problem = ZDT1(n_var=4)
     problem.callback = lambda X, out: evaluated.append(out["F"].copy())
@@ -67,43 +65,46 @@ def test_every_algorithm_is_measured_by_all_its_evaluations(serial):
     F = np.concatenate(evaluated)
     for n in (50, 77, 150):
         front = F[:n][nondominated_rows(F[:n])]
-        row = serial.table.query("algorithm == 'RVEA' and seed == 2 and evaluations == @n").iloc[0]
+        row = serial_result.table.query(
+            "algorithm == 'RVEA' and seed == 2 and evaluations == @n"
+        ).iloc[0]
         assert row["points"] == len(front)
         if n == 150:
             assert row["hypervolume"] == pytest.approx(
-                HV(ref_point=serial.space.reference_point)(serial.space(front))
+                HV(ref_point=serial_result.space.reference_point)(serial_result.space(front))
             )
 
 
-def test_fronts_satisfy_an_equality():
-    found = compare(Arc(), {"directed": MGEODirected()}, 300, seeds=1, grid=2)
-    (F,) = found.list_fronts("directed")
+def test_fronts_satisfy_equality_constraint():
+    result = compare(Arc(), {"directed": MGEODirected()}, 300, seeds=1, grid=2)
+    (F,) = result.list_fronts("directed")
     assert len(F)
     assert np.abs((F**2).sum(axis=1) - 1.0).max() <= 1e-4
 
 
-def test_processes_give_the_same_table(serial):
+def test_table_does_not_depend_on_number_of_processes(serial_result):
     parallel = compare(PROBLEM, ALGORITHMS, 150, seeds=3, grid=[50, 77], n_jobs=2)
-    assert parallel.table.equals(serial.table)
+    assert parallel.table.equals(serial_result.table)
 
 
 @pytest.mark.parametrize(
-    ("make", "n_jobs"), [(Wearing, 1), (OwnNoise, 1), (Remembering, 1), (Remembering, 2)]
+    ("make", "n_jobs"),
+    [(DriftingProblem, 1), (NoisyProblem, 1), (SurrogateProblem, 1), (SurrogateProblem, 2)],
 )
 def test_each_run_has_its_own_copy_of_the_problem(make, n_jobs):
     problem = make()
     before = pickle.dumps(problem)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ComparisonWarning)
-        found = compare(problem, {"a": NSGA2(12), "b": NSGA2(12)}, 60, seeds=2, n_jobs=n_jobs)
+        result = compare(problem, {"a": NSGA2(12), "b": NSGA2(12)}, 60, seeds=2, n_jobs=n_jobs)
     assert pickle.dumps(problem) == before
     for seed in (1, 2):
-        alone = record_run(Task(make(), NSGA2(12), 60, seed))
+        expected = record_run(Task(make(), NSGA2(12), 60, seed))
         for label in ("a", "b"):
-            assert np.array_equal(found.finished_runs[label, seed].front_F, alone.front_F)
+            assert np.array_equal(result.finished_runs[label, seed].front_F, expected.front_F)
 
 
-def used(algorithm):
+def run_algorithm(algorithm):
     minimize(ZDT1(n_var=4), algorithm, ("n_eval", 24), copy_algorithm=False)
     return algorithm
 
@@ -112,17 +113,17 @@ def used(algorithm):
     "make",
     [
         lambda: NSGA2(12).setup(PROBLEM, termination=("n_eval", 24), seed=1),
-        lambda: used(GlobalRandomSearch()),
-        lambda: used(MGEOReal(0.1, n_walkers=2)),
+        lambda: run_algorithm(GlobalRandomSearch()),
+        lambda: run_algorithm(MGEOReal(0.1, n_walkers=2)),
     ],
-    ids=["set up", "used", "of the family"],
+    ids=["set up", "has run", "MGEO that has run"],
 )
-def test_an_algorithm_that_is_set_up_or_has_run_is_refused(make):
+def test_algorithm_that_is_set_up_or_has_run_is_rejected(make):
     with pytest.raises(ValueError, match=r"algorithms\['a'\] is set up or has run"):
         compare(PROBLEM, {"a": make()}, 40, seeds=1)
 
 
-def test_a_run_that_fails_is_reported_and_the_rest_completes(tmp_path, capsys):
+def test_failed_run_is_reported_and_other_runs_complete(tmp_path, capsys):
     algorithms = {"good": NSGA2(pop_size=12), "bad": FailingNSGA2(pop_size=12)}
     result = compare(PROBLEM, algorithms, 40, seeds=4, progress=True)
     failed = result.runs[result.runs["status"] == "failed"]
@@ -133,7 +134,7 @@ def test_a_run_that_fails_is_reported_and_the_rest_completes(tmp_path, capsys):
     assert lines == [f"ZDT1: bad, seed {s}: ArithmeticError: seed {s} is even" for s in (2, 4)]
 
 
-def test_an_algorithm_that_failed_everywhere_is_named_in_a_warning():
+def test_warning_names_algorithm_whose_runs_all_failed():
     algorithms = {"good": NSGA2(pop_size=12), "bad": FailingNSGA2()}
     message = "^bad on ZDT1: 2 of 2 runs failed, the first with ArithmeticError: seed 2 is even$"
     with pytest.warns(FailedRunsWarning, match=message) as caught:
@@ -141,7 +142,7 @@ def test_an_algorithm_that_failed_everywhere_is_named_in_a_warning():
     assert [warning.filename for warning in caught] == [__file__]
 
 
-def test_an_algorithm_without_new_candidates_fails():
+def test_algorithm_without_new_candidates_raises_error():
     with pytest.raises(RuntimeError, match="StuckSearch proposed no new candidate after 7 of 40"):
         record_run(Task(PROBLEM, StuckSearch(), 40, 1))
 
@@ -158,8 +159,8 @@ def test_global_random_state_is_seeded_and_restored():
     assert not np.array_equal(runs[0].F, runs[2].F)
 
 
-def test_infeasible_and_undefined_points_count_but_are_no_front():
-    result = compare(Half(), [NSGA2(pop_size=10)], 100, seeds=2, grid=[1, 100])
+def test_infeasible_and_nan_points_count_but_are_not_in_fronts():
+    result = compare(HalfFeasibleProblem(), [NSGA2(pop_size=10)], 100, seeds=2, grid=[1, 100])
     for run in result.finished_runs.values():
         assert run.n_failed > 0
         assert (run.X[:, 0] >= 0.5).all()
@@ -182,13 +183,13 @@ def test_infeasible_and_undefined_points_count_but_are_no_front():
         (([NSGA2()], 10), {"resume": True}, "resume = True without folder"),
     ],
 )
-def test_bad_arguments_are_refused(arguments, options, message):
+def test_invalid_arguments_are_rejected(arguments, options, message):
     with pytest.raises((ValueError, TypeError), match=message):
         compare(PROBLEM, *arguments, **options)
 
 
-class Offset(Sphere):
-    """Least value -3, and infeasible where the first variable is small."""
+class ShiftedSphere(Sphere):
+    """Problem with the minimum -3 that is infeasible for small values of the first variable."""
 
     def __init__(self):
         super().__init__(n_var=3)
@@ -200,28 +201,28 @@ class Offset(Sphere):
 
 
 @pytest.mark.slow
-def test_with_one_objective_the_best_value_counts():
+def test_single_objective_is_compared_by_best_value():
     algorithms = {
         "GEO": MGEOReal(sigma=0.1, n_walkers=3, perturbation="range"),
         "GA": GA(pop_size=12),
         "random": RandomSearch(n_points_per_iteration=12),
     }
-    found = compare(Offset(), algorithms, 240, seeds=4, grid=[1, 120])
-    assert [i.name for i in found.indicators] == ["best_value"]
-    for name, seed in found.finished_runs:
+    result = compare(ShiftedSphere(), algorithms, 240, seeds=4, grid=[1, 120])
+    assert [i.name for i in result.indicators] == ["best_value"]
+    for name, seed in result.finished_runs:
         values = []
-        problem = Offset()
+        problem = ShiftedSphere()
         problem.callback = lambda X, out, into=values: into.extend(
             np.where(out["G"] <= 0, out["F"], np.inf)[:, 0]
         )
         minimize(problem, algorithms[name], ("n_eval", 240), seed=seed)
-        rows = found.table[(found.table["algorithm"] == name) & (found.table["seed"] == seed)]
+        rows = result.table[(result.table["algorithm"] == name) & (result.table["seed"] == seed)]
         assert rows["best_value"].tolist() == [min(values[:n]) for n in (1, 120, 240)]
         assert rows["points"].tolist() == np.isfinite(rows["best_value"]).astype(int).tolist()
-    assert np.isinf(found.table["best_value"]).any()  # nothing feasible at first
-    medians = found.summarize()[("best_value", "median")]
+    assert np.isinf(result.table["best_value"]).any()  # The first points are infeasible.
+    medians = result.summarize()[("best_value", "median")]
     assert -3.0 < medians.min() < -2.8
-    assert found.rank_algorithms()[0] == medians.idxmin()
-    assert list(found.draw_figures()) == ["anytime", "boxes"]
-    assert len(format_conclusions(found)) == 2
-    assert len(found.test_differences().pairs) == 3
+    assert result.rank_algorithms()[0] == medians.idxmin()
+    assert list(result.draw_figures()) == ["anytime", "boxes"]
+    assert len(format_conclusions(result)) == 2
+    assert len(result.test_differences().pairs) == 3

@@ -21,66 +21,66 @@ from mgeo.studies.figures.indicators import (
 )
 from mgeo.studies.statistics import friedman_test
 
-from .samples import FRONTS, VALUES, comparison, record
+from .samples import FRONTS, VALUES, build_comparison, build_run
 
 
-def lines(figure):
+def traces_by_name(figure):
     return {trace.name: trace for trace in figure.data if trace.name}
 
 
-def test_the_curve_is_the_mean_and_lies_in_its_band():
-    figure = draw_anytime_curves(comparison())
-    for (name, line), band in zip(lines(figure).items(), figure.data[::2], strict=True):
+def test_curve_is_mean_of_runs_inside_its_band():
+    figure = draw_anytime_curves(build_comparison())
+    for (name, line), band in zip(traces_by_name(figure).items(), figure.data[::2], strict=True):
         assert line.x.tolist() == [50, 100]
         assert line.y[1] == pytest.approx(np.mean(VALUES[name]))
         high, low = band.y[1], band.y[2]
         assert min(VALUES[name]) <= low < line.y[1] < high <= max(VALUES[name])
         assert f"<b>{name}</b>" in line.hovertemplate
     assert figure.layout.yaxis.type == "linear"
-    assert draw_anytime_curves(comparison(), "igd_plus").layout.yaxis.type == "log"
+    assert draw_anytime_curves(build_comparison(), "igd_plus").layout.yaxis.type == "log"
 
 
-def test_a_curve_begins_where_all_runs_have_a_value():
-    made = comparison()
-    made.table.loc[0, "igd_plus"] = np.inf
-    found = lines(draw_anytime_curves(made, "igd_plus"))
-    assert [trace.x.tolist() for trace in found.values()] == [[100], [50, 100], [50, 100]]
+def test_curve_begins_where_all_runs_have_finite_values():
+    result = build_comparison()
+    result.table.loc[0, "igd_plus"] = np.inf
+    curves = traces_by_name(draw_anytime_curves(result, "igd_plus"))
+    assert [trace.x.tolist() for trace in curves.values()] == [[100], [50, 100], [50, 100]]
 
 
-def test_fronts_are_those_of_the_median_runs():
-    figure = draw_median_fronts(comparison())
+def test_drawn_fronts_are_those_of_median_runs():
+    figure = draw_median_fronts(build_comparison())
     assert [trace.name for trace in figure.data] == ["A_1, seed 2", "B, seed 2", "C, seed 1"]
     assert np.column_stack([figure.data[1].x, figure.data[1].y]).tolist() == FRONTS["B"][1]
 
 
-def test_attainment_surfaces():
-    figure = draw_attainment_surfaces(comparison())
+def test_attainment_surfaces_of_best_median_and_worst():
+    figure = draw_attainment_surfaces(build_comparison())
     half, best, every = figure.data[:3]
-    # all three runs of A_1 have (1, 2), and one of them (2, 1) too
+    # All three runs of A_1 have (1, 2), and one of them also has (2, 1).
     assert list(zip(best.x, best.y, strict=True)) == [(1, 2), (2, 1)]
     assert list(zip(half.x, half.y, strict=True)) == [(1, 2)]
     assert list(zip(every.x, every.y, strict=True)) == [(1, 2)]
-    of_b = figure.data[3]
-    assert list(zip(of_b.x, of_b.y, strict=True)) == [(2, 3)]
+    best_of_b = figure.data[3]
+    assert list(zip(best_of_b.x, best_of_b.y, strict=True)) == [(2, 3)]
 
 
-def differences(figure):
-    """Difference in percent at the lower left corner of each cell with a difference."""
+def read_differences(figure):
+    """Return the nonzero differences in percent by the lower left corner of their cells."""
     (heat,) = figure.data
     x, y = heat.x[:-1], heat.y[:-1]
     return {(x[j], y[i]): heat.z[i][j] for i, j in np.argwhere(heat.z)}
 
 
-def test_the_difference_is_counted_in_runs():
-    # two of three runs of A_1 attain (1, 2) to (2, 3) where those of B do not; one of them (2, 1)
+def test_attainment_difference_is_in_percent_of_runs():
+    # Two of three runs of A_1 attain (1, 2) to (2, 3) and those of B do not; one attains (2, 1).
     expected = {(1, 2): 67, (1, 3): 67, (2, 1): 33, (2, 2): 67}
-    assert differences(draw_attainment_difference(comparison(), "A_1", "B")) == expected
-    swapped = draw_attainment_difference(comparison(), "B", "A_1")
-    assert differences(swapped) == {point: -share for point, share in expected.items()}
-    assert differences(draw_attainment_difference(comparison(), "A_1", "C")) == {}
+    assert read_differences(draw_attainment_difference(build_comparison(), "A_1", "B")) == expected
+    swapped = draw_attainment_difference(build_comparison(), "B", "A_1")
+    assert read_differences(swapped) == {point: -share for point, share in expected.items()}
+    assert read_differences(draw_attainment_difference(build_comparison(), "A_1", "C")) == {}
 
 
-def test_attained_shares_are_those_of_a_plain_loop():
+def test_attainment_equals_direct_enumeration():
     rng = np.random.default_rng(2)
     fronts = [rng.random((n, 2)) for n in (1, 5, 0, 7)]
     x, y = rng.random(6), rng.random(4)
@@ -88,21 +88,20 @@ def test_attained_shares_are_those_of_a_plain_loop():
     assert np.array_equal(compute_attainment(fronts, x, y), expected)
 
 
-def test_runs_without_a_front_count_in_what_is_attained():
-    """One run of three has a front: it is not what half of them or all of them attain."""
-    made = comparison()
-    nothing = record(np.empty((0, 2)))
-    made.finished_runs.update({("B", 1): nothing, ("B", 2): nothing})
-    half, best, every = draw_attainment_surfaces(made).data[3:6]
+def test_empty_fronts_count_as_runs_that_attain_nothing():
+    result = build_comparison()
+    empty = build_run(np.empty((0, 2)))
+    result.finished_runs.update({("B", 1): empty, ("B", 2): empty})
+    half, best, every = draw_attainment_surfaces(result).data[3:6]
     assert (len(half.x), best.x.tolist(), len(every.x)) == (0, [1.0], 0)
-    # all runs of A_1 attain (1, 2), and one of three of B
-    assert differences(draw_attainment_difference(made, "A_1", "B"))[1, 2] == 67
-    made.finished_runs[("B", 3)] = nothing
-    assert differences(draw_attainment_difference(made, "B", "A_1"))[1, 2] == -100
-    assert [t.text for t in draw_front_panels(made).layout.annotations[:2]] == ["A_1", "C"]
+    # All runs of A_1 attain (1, 2), and one of three runs of B.
+    assert read_differences(draw_attainment_difference(result, "A_1", "B"))[1, 2] == 67
+    result.finished_runs[("B", 3)] = empty
+    assert read_differences(draw_attainment_difference(result, "B", "A_1"))[1, 2] == -100
+    assert [t.text for t in draw_front_panels(result).layout.annotations[:2]] == ["A_1", "C"]
 
 
-def test_ranks_are_drawn_where_they_are():
+def test_critical_difference_diagram_shows_ranks_and_groups():
     figure = draw_critical_difference_diagram(
         friedman_test(np.transpose(list(VALUES.values())), list(VALUES)), tuple(VALUES)
     )
@@ -122,17 +121,17 @@ def test_ranks_are_drawn_where_they_are():
         ([1.0, 1.1, 1.2, 1.3], [(0, 3)]),
     ],
 )
-def test_groups_are_the_largest_within_the_difference(ranks, groups):
+def test_equivalent_groups_are_maximal(ranks, groups):
     assert find_equivalent_groups(ranks, 1.0) == groups
 
 
-def test_three_objectives_are_drawn_in_space_and_more_are_refused():
-    made = comparison()
+def test_three_objectives_are_drawn_in_3d_and_four_are_rejected():
+    result = build_comparison()
     three = {
         key: type(r)(**{**vars(r), "F": np.c_[r.F, r.F[:, 0]]})
-        for key, r in made.finished_runs.items()
+        for key, r in result.finished_runs.items()
     }
-    spatial = Comparison(**{**vars(made), "problem": DTLZ2(n_obj=3), "finished_runs": three})
+    spatial = Comparison(**{**vars(result), "problem": DTLZ2(n_obj=3), "finished_runs": three})
     figure = draw_median_fronts(spatial)
     assert {trace.type for trace in figure.data} == {"scatter3d"}
     assert "attainment" not in spatial.draw_figures()
@@ -140,35 +139,36 @@ def test_three_objectives_are_drawn_in_space_and_more_are_refused():
         with pytest.raises(ValueError, match="3 objectives"):
             draw(spatial)
     with pytest.raises(ValueError, match="4 objectives: expected 2 or 3"):
-        draw_median_fronts(Comparison(**{**vars(made), "problem": DTLZ2(n_obj=4)}))
+        draw_median_fronts(Comparison(**{**vars(result), "problem": DTLZ2(n_obj=4)}))
 
 
-def test_labels_are_neither_markup_nor_templates():
-    """Of algorithms and objectives, in every figure of a study."""
-    evil = {name: f"<a href='https://x'>%{{x}}</a> {name}" for name in VALUES}
-    made = comparison()
-    made.problem.obj_names = ("<a href='https://x'>f</a>", "g")
+def test_labels_are_escaped_in_all_figures():
+    labels = {name: f"<a href='https://x'>%{{x}}</a> {name}" for name in VALUES}
+    result = build_comparison()
+    result.problem.obj_names = ("<a href='https://x'>f</a>", "g")
     renamed = Comparison(
-        made.problem,
-        tuple(evil.values()),
-        made.n_eval,
-        made.table.replace({"algorithm": evil}),
-        made.runs,
-        {(evil[name], seed): each for (name, seed), each in made.finished_runs.items()},
-        made.space,
+        result.problem,
+        tuple(labels.values()),
+        result.n_eval,
+        result.table.replace({"algorithm": labels}),
+        result.runs,
+        {(labels[name], seed): run for (name, seed), run in result.finished_runs.items()},
+        result.space,
     )
-    ranked = friedman_test(np.array([[1.0, 2.0, 3.0], [1.0, 3.0, 2.0]]), list(evil.values()))
-    reached = pd.DataFrame({"algorithm": evil["B"], "evaluations": [1.0, 2.0], "share": [0.1, 0.2]})
+    friedman = friedman_test(np.array([[1.0, 2.0, 3.0], [1.0, 3.0, 2.0]]), list(labels.values()))
+    distribution = pd.DataFrame(
+        {"algorithm": labels["B"], "evaluations": [1.0, 2.0], "share": [0.1, 0.2]}
+    )
     figures = {
         **renamed.draw_figures(),
-        "ranks": draw_critical_difference_diagram(ranked, tuple(evil.values())),
-        "targets": draw_runtime_distribution(reached, 1),
+        "ranks": draw_critical_difference_diagram(friedman, tuple(labels.values())),
+        "targets": draw_runtime_distribution(distribution, 1),
     }
     assert len(figures) == 8
     for name, figure in figures.items():
         tree = figure.to_plotly_json()
         for trace in tree["data"]:
-            trace.pop("legendgroup", None)  # is not shown
+            trace.pop("legendgroup", None)  # The group is not shown.
         texts = json.dumps(tree, default=lambda value: np.asarray(value).tolist())
         assert "&lt;a href" in texts, name
         assert "<a href" not in texts, name

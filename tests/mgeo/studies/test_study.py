@@ -1,5 +1,3 @@
-"""Studies from their file to their folder, in Python and by the command."""
-
 import json
 import os
 import re
@@ -27,7 +25,7 @@ from mgeo.studies.tables import build_study_table
 
 from .test_file import STUDIES
 
-TWO = """
+TWO_PROBLEMS = """
 title = "Two <problems>"
 description = "First.\\n\\nSecond & last."
 evaluations = 120
@@ -41,23 +39,24 @@ name = ["nsga2", "random"]
 label = "{name} {population}"
 population = [10, 20]
 """
-ONE = TWO.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '"cantilever"')
+ONE_PROBLEM = TWO_PROBLEMS.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '"cantilever"')
 
 
 @pytest.mark.slow
-def test_a_study_of_two_problems(tmp_path):
-    study = parse_study(TWO, tmp_path)
+def test_study_of_two_problems_writes_all_files(tmp_path):
+    study = parse_study(TWO_PROBLEMS, tmp_path)
     out = tmp_path / "out"
-    found = run_study(study, out, progress=False)
-    assert (out / "study.toml").read_text() == TWO
+    comparisons = run_study(study, out, progress=False)
+    assert (out / "study.toml").read_text() == TWO_PROBLEMS
     values = pd.read_csv(out / "values.csv")
-    again = compute_average_ranks(values, study.control)
-    pd.testing.assert_frame_equal(again, pd.read_csv(out / "ranks.csv"))
+    recomputed = compute_average_ranks(values, study.control)
+    pd.testing.assert_frame_equal(recomputed, pd.read_csv(out / "ranks.csv"))
     ranked = compute_friedman_test(values)
     assert (ranked.n_blocks, len(ranked.ranks)) == (2, 4)
-    for label, result in found.items():
+    for label, result in comparisons.items():
         assert len(list((out / label / "runs").iterdir())) == 8
-        assert len(pd.read_csv(out / label / "tests.csv")) == 6 * (3 + 3)  # and parts
+        n_indicators = 3 + 3  # Three indicators of the front and three of its parts.
+        assert len(pd.read_csv(out / label / "tests.csv")) == 6 * n_indicators
         read = read_comparison(out / label)
         assert read.table.equals(result.table)
         assert read.format_overview().equals(result.format_overview())
@@ -67,20 +66,22 @@ def test_a_study_of_two_problems(tmp_path):
     assert data["algorithms"]["random 20"] == {"name": "random", "parameters": {"population": 20}}
     assert (data["runs_finished"], data["runs_failed"]) == (8, 0)
     assert data["space"]["reference_point"] == [1.1] * 3
-    every = read_comparisons(out)
-    assert list(every) == list(found)
-    assert (out / "summary.tex").read_text() == build_study_table(every).to_latex()
-    assert (out / "summary.md").read_text() == build_study_table(every).to_markdown()
+    stored = read_comparisons(out)
+    assert list(stored) == list(comparisons)
+    assert (out / "summary.tex").read_text() == build_study_table(stored).to_latex()
+    assert (out / "summary.md").read_text() == build_study_table(stored).to_markdown()
     with pytest.raises(FileNotFoundError, match="no comparison of one problem: see read_compar"):
         read_comparison(out)
     page = (out / "zdt1" / "report.html").read_text()
     assert "<h1>Two &lt;problems&gt;</h1>\n<p>First.</p>\n<p>Second &amp; last.</p>" in page
     assert page.count("Plotly.newPlot(") >= 6
-    below = page.partition("<h2>nsga2 10 against every other</h2>")[2].partition("</table>")[0]
-    assert all(f"<td>{name}</td>" in below for name in ("nsga2 20", "random 10", "random 20"))
-    loaded = r"<(?:script|link|img)[^>]*(?:src|href)=\"([^\"]*)\""
-    assert set(re.findall(loaded, page)) == {"../plotly.min.js"}
-    assert set(re.findall(loaded, (out / "report.html").read_text())) == {"plotly.min.js"}
+    heading = "<h2>Comparison of nsga2 10 with every other algorithm</h2>"
+    control_table = page.partition(heading)[2].partition("</table>")[0]
+    for name in ("nsga2 20", "random 10", "random 20"):
+        assert f"<td>{name}</td>" in control_table
+    link_pattern = r"<(?:script|link|img)[^>]*(?:src|href)=\"([^\"]*)\""
+    assert set(re.findall(link_pattern, page)) == {"../plotly.min.js"}
+    assert set(re.findall(link_pattern, (out / "report.html").read_text())) == {"plotly.min.js"}
 
 
 @pytest.mark.parametrize(
@@ -95,21 +96,21 @@ def test_a_study_of_two_problems(tmp_path):
         ),
     ],
 )
-def test_what_cannot_be_built_is_found_before_any_run(old, new, message, tmp_path):
-    text = TWO.replace(old, new).replace("random", "moead")
+def test_invalid_configuration_is_rejected_before_any_run(old, new, message, tmp_path):
+    text = TWO_PROBLEMS.replace(old, new).replace("random", "moead")
     with pytest.raises((ValueError, TypeError), match=message):
         run_study(parse_study(text, tmp_path), tmp_path / "out", progress=False)
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("quick")
-def test_a_problem_without_a_result_does_not_stop_the_others(tmp_path, monkeypatch):
-    def failing(task):
+@pytest.mark.usefixtures("without_figures")
+def test_problem_without_finished_run_does_not_stop_other_problems(tmp_path, monkeypatch):
+    def fail_runs(task):
         return record_run(task) if task.problem.n_obj == 3 else "ValueError: no"
 
-    monkeypatch.setattr("mgeo.studies.execute.run_task", failing)
-    study = parse_study(TWO, tmp_path).with_budget(60, 1)
+    monkeypatch.setattr("mgeo.studies.execute.run_task", fail_runs)
+    study = parse_study(TWO_PROBLEMS, tmp_path).with_budget(60, 1)
     with pytest.raises(NoFeasibleSolutionError, match=r"^zdt1: all 4 runs failed.*ValueError: no$"):
         run_study(study, tmp_path / "out", progress=False)
     assert (tmp_path / "out" / "dtlz2" / "report.html").is_file()
@@ -118,15 +119,17 @@ def test_a_problem_without_a_result_does_not_stop_the_others(tmp_path, monkeypat
 
 
 @pytest.fixture
-def mgeo(tmp_path, monkeypatch, stand_in):
+def run_command(tmp_path, monkeypatch, stand_in):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.toml").write_text(ONE)
+    (tmp_path / "mine.toml").write_text(ONE_PROBLEM)
     return lambda *arguments: CliRunner().invoke(app, ["study", *map(str, arguments)])
 
 
-@pytest.mark.usefixtures("quick")
-def test_a_study_of_one_objective(tmp_path):
-    text = TWO.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '["pymoo:sphere", "pymoo:rastrigin"]')
+@pytest.mark.usefixtures("without_figures")
+def test_study_of_single_objective_problems(tmp_path):
+    text = TWO_PROBLEMS.replace(
+        '["pymoo:zdt1", "pymoo:dtlz2"]', '["pymoo:sphere", "pymoo:rastrigin"]'
+    )
     text = text.replace("[10, 20]", "[10]")
     study = parse_study(text, tmp_path).with_budget(60, 1)
     run_study(study, tmp_path, n_jobs=1, progress=False)
@@ -136,41 +139,43 @@ def test_a_study_of_one_objective(tmp_path):
         "best value",
         "points",
     ]
-    assert "Of a run counts the least feasible value" in (sphere / "report.html").read_text()
+    assert (
+        "The result of a run is the smallest feasible value" in (sphere / "report.html").read_text()
+    )
     assert list(read_comparisons(tmp_path)) == ["sphere", "rastrigin"]
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("quick")
-def test_the_command_runs_a_file_and_continues_only_if_asked(mgeo, tmp_path):
+@pytest.mark.usefixtures("without_figures")
+def test_command_continues_a_study_only_with_resume_option(run_command, tmp_path):
     small = ("mine.toml", "--jobs", 1, "--seeds", 1, "--evaluations", 60)
-    done = mgeo(*small)
-    assert done.exit_code == 0, done.output
+    outcome = run_command(*small)
+    assert outcome.exit_code == 0, outcome.output
     assert (tmp_path / "studies" / "mine" / "report.html").is_file()
-    assert " ranks first: " in done.stdout
-    assert "written: studies/mine/report.html" in done.stdout
-    refused = mgeo(*small)
+    assert " ranks first: " in outcome.stdout
+    assert "written: studies/mine/report.html" in outcome.stdout
+    refused = run_command(*small)
     assert refused.exit_code == 2
     (line,) = refused.stderr.splitlines()
-    assert line.startswith("Error: studies/mine holds a study: --resume ")
-    assert "cantilever: reused 4 of 4 runs" in mgeo(*small, "--resume").stderr
-    other = mgeo(*small[:-1], 80, "--resume")
+    assert line.startswith("Error: studies/mine contains a study: continue it by --resume ")
+    assert "cantilever: reused 4 of 4 runs" in run_command(*small, "--resume").stderr
+    other = run_command(*small[:-1], 80, "--resume")
     assert other.exit_code == 2
-    assert "holds another study: evaluations = 80, expected 60" in other.stderr
-    quiet = mgeo(*small, "--out", "quiet", "--quiet")
+    assert "contains another study: evaluations = 80, expected 60" in other.stderr
+    quiet = run_command(*small, "--out", "quiet", "--quiet")
     assert (quiet.exit_code, quiet.output) == (0, "")
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("quick")
-def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
-    def failing(task):
+@pytest.mark.usefixtures("without_figures")
+def test_failed_runs_give_exit_code_3(run_command, monkeypatch):
+    def fail_runs(task):
         return record_run(task) if task.seed == 1 else "ValueError: no"
 
-    monkeypatch.setattr("mgeo.studies.execute.run_task", failing)
-    done = mgeo("mine.toml", "--jobs", 1, "--evaluations", 60)
-    assert done.exit_code == 3
-    assert "4 runs failed; --resume repeats them" in done.stderr
+    monkeypatch.setattr("mgeo.studies.execute.run_task", fail_runs)
+    outcome = run_command("mine.toml", "--jobs", 1, "--evaluations", 60)
+    assert outcome.exit_code == 3
+    assert "4 runs failed; --resume repeats them" in outcome.stderr
 
 
 @pytest.mark.parametrize(
@@ -180,27 +185,33 @@ def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
         (["mine.toml", "--cluster", "nonsense://"], "Error"),
     ],
 )
-def test_bad_input_is_one_line(mgeo, arguments, message):
-    done = mgeo(*arguments)
-    assert done.exit_code == 2
-    assert message in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+def test_invalid_input_gives_one_line_error(run_command, arguments, message):
+    outcome = run_command(*arguments)
+    assert outcome.exit_code == 2
+    assert message in outcome.stderr
+    assert len(outcome.stderr.splitlines()) == 1
 
 
 @pytest.mark.slow
-def test_a_study_that_is_interrupted_or_killed_continues(tmp_path, stand_in_environment, stand_in):
-    (tmp_path / "slow.toml").write_text(ONE.replace('"cantilever"', '"slow-cantilever"'))
+def test_interrupted_or_killed_study_can_be_resumed(tmp_path, stand_in_environment, stand_in):
+    (tmp_path / "slow.toml").write_text(ONE_PROBLEM.replace('"cantilever"', '"slow-cantilever"'))
     command = [sys.executable, "-m", "mgeo", "study", "slow.toml", "--jobs", "1"]
-    slowly = stand_in_environment | {"STAND_IN_SECONDS": "0.3"}
+    slow_environment = stand_in_environment | {"STAND_IN_SECONDS": "0.3"}
     runs = tmp_path / "studies" / "slow" / "runs"
 
     def files():
         return {path: path.stat().st_mtime_ns for path in runs.glob("*.npz")}
 
     def start(*more, until):
-        heed = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # under nohup it is ignored
-        settings = {"cwd": tmp_path, "env": slowly, "text": True, "stderr": subprocess.PIPE}
-        process = subprocess.Popen([*command, *more], preexec_fn=heed, **settings)
+        # The signal is ignored in processes started by nohup.
+        restore_signal = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+        settings = {
+            "cwd": tmp_path,
+            "env": slow_environment,
+            "text": True,
+            "stderr": subprocess.PIPE,
+        }
+        process = subprocess.Popen([*command, *more], preexec_fn=restore_signal, **settings)
         deadline = time.monotonic() + 300
         while len(files()) < until:
             assert process.poll() is None
@@ -213,13 +224,13 @@ def test_a_study_that_is_interrupted_or_killed_continues(tmp_path, stand_in_envi
     _, errors = interrupted.communicate(timeout=300)
     assert interrupted.returncode == 130
     assert "interrupted; --resume continues with the runs in studies/slow" in errors
-    kept = files()
-    killed = start("--resume", until=len(kept) + 1)
+    stored_files = files()
+    killed = start("--resume", until=len(stored_files) + 1)
     os.kill(killed.pid, signal.SIGKILL)
     killed.communicate(timeout=300)
-    kept |= files()
-    assert len(kept) < 8
-    done = subprocess.run(
+    stored_files |= files()
+    assert len(stored_files) < 8
+    outcome = subprocess.run(
         [*command, "--resume"],
         cwd=tmp_path,
         env=stand_in_environment,
@@ -227,14 +238,14 @@ def test_a_study_that_is_interrupted_or_killed_continues(tmp_path, stand_in_envi
         capture_output=True,
         check=True,
     )
-    assert f"reused {len(kept)} of 8 runs" in done.stderr
-    assert {path: when for path, when in files().items() if path in kept} == kept
-    run_study(parse_study(ONE, tmp_path), tmp_path / "whole", n_jobs=1, progress=False)
+    assert f"reused {len(stored_files)} of 8 runs" in outcome.stderr
+    assert {path: when for path, when in files().items() if path in stored_files} == stored_files
+    run_study(parse_study(ONE_PROBLEM, tmp_path), tmp_path / "whole", n_jobs=1, progress=False)
     written = (tmp_path / "studies" / "slow" / "table.csv").read_text()
     assert written == (tmp_path / "whole" / "table.csv").read_text()
 
 
-def test_a_folder_without_a_comparison_is_named(tmp_path):
+def test_folder_without_comparison_is_named(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"holds no comparison: there is no provenance"):
         read_comparison(tmp_path)
     (tmp_path / "provenance.json").write_text('{"problem": {"name": "pymoo:zdt1", "options": {}}}')
@@ -243,21 +254,24 @@ def test_a_folder_without_a_comparison_is_named(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("quick")
-def test_the_papers_table_at_a_small_size(tmp_path):
+@pytest.mark.usefixtures("without_figures")
+def test_reduced_study_of_published_table(tmp_path):
     pytest.importorskip("mgeo_attitude")
     study = read_study(STUDIES / "table3.toml").with_budget(360, 1)
-    (found,) = run_study(study, tmp_path / "out", n_jobs=2, progress=False).values()
-    final = found.select_final_rows()
+    (comparison,) = run_study(study, tmp_path / "out", n_jobs=2, progress=False).values()
+    final = comparison.select_final_rows()
     assert len(final) == 6
     both = final["points, first orbit"] + final["points, second orbit"]
     assert both.tolist() == final["points"].tolist()
-    assert (found.space.origin, found.space.reference_point.tolist()) == ("problem", [1.0, 1.0])
-    # the archive that minimize returns for MGEO_real holds the same points
+    assert (comparison.space.origin, comparison.space.reference_point.tolist()) == (
+        "problem",
+        [1.0, 1.0],
+    )
+    # The archive that minimize returns for MGEO_real has the same points.
     row = final[final["algorithm"] == "σ = 1.0"].iloc[0]
-    result = minimize(found.problem, MGEOReal(sigma=1.0), ("n_eval", 360), seed=1)
+    result = minimize(comparison.problem, MGEOReal(sigma=1.0), ("n_eval", 360), seed=1)
     assert row["points"] == len(result.F)
-    area = HV(ref_point=np.ones(2))(found.problem.map_to_indicator_space(result.F))
+    area = HV(ref_point=np.ones(2))(comparison.problem.map_to_indicator_space(result.F))
     assert row["hypervolume"] == pytest.approx(area, rel=1e-12)
     page = (tmp_path / "out" / "report.html").read_text()
-    assert "Compared with" not in page  # the published counts belong to another budget
+    assert "Compared with" not in page  # The published values have another budget.

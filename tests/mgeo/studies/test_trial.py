@@ -1,5 +1,3 @@
-"""Trials before the runs of a comparison: noise, seeds, and the size of a generation."""
-
 import os
 import time
 
@@ -26,11 +24,11 @@ from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOStaged, compare
 from mgeo.studies import ComparisonWarning, read_comparison
 from mgeo.studies.conclusions import format_conclusions
 
-from .problems import GlobalRandomSearch, OwnNoise, Wearing
+from .problems import DriftingProblem, GlobalRandomSearch, NoisyProblem
 
 
 class Sphere(Problem):
-    """A single objective with a constraint, as in the case of pymoo's issues 794 and 795."""
+    """Problem of one objective with a constraint, as in pymoo's issues 794 and 795."""
 
     def __init__(self):
         super().__init__(n_var=5, n_obj=1, n_ieq_constr=1, xl=-5, xu=5)
@@ -60,8 +58,8 @@ class NoisyElement(ElementwiseProblem):
         out["F"] = [x[0] + os.urandom(1)[0], 1.0 - x[1]]
 
 
-class Timed(ZDT1):
-    """Moved by a callback, without being one of pymoo's dynamic problems."""
+class ShiftedByCallback(ZDT1):
+    """Problem that a callback changes, and that is not one of pymoo's dynamic problems."""
 
     shift = 0.0
 
@@ -70,31 +68,31 @@ class Timed(ZDT1):
         out["F"] = out["F"] + self.shift
 
 
-def move(algorithm):
+def shift_problem(algorithm):
     algorithm.problem.shift += 1.0
 
 
-def noted(problem, algorithms, n_eval=60, seeds=1, **options):
+def compare_with_notes(problem, algorithms, n_eval=60, seeds=1, **options):
     with pytest.warns(ComparisonWarning) as caught:
-        found = compare(problem, algorithms, n_eval, seeds, grid=1, progress=False, **options)
-    assert [str(warning.message) for warning in caught] == list(found.notes)
-    assert format_conclusions(found)[-len(found.notes) :] == list(found.notes)
-    return found
+        result = compare(problem, algorithms, n_eval, seeds, grid=1, progress=False, **options)
+    assert [str(warning.message) for warning in caught] == list(result.notes)
+    assert format_conclusions(result)[-len(result.notes) :] == list(result.notes)
+    return result
 
 
 @pytest.mark.parametrize(
     ("problem", "algorithm"),
     [
-        (OwnNoise(), NSGA2(12)),
+        (NoisyProblem(), NSGA2(12)),
         (GlobalNoise(n_var=4), NSGA2(12)),
         (NoisyConstraint(), NSGA2(12)),
         (NoisyElement(), MGEOReal(0.1, n_walkers=3)),
-        (Wearing(), NSGA2(12)),
-        (Timed(n_var=4), NSGA2(12, callback=move)),
+        (DriftingProblem(), NSGA2(12)),
+        (ShiftedByCallback(n_var=4), NSGA2(12, callback=shift_problem)),
     ],
 )
-def test_a_problem_that_gives_other_values_for_the_same_points_is_noisy(problem, algorithm):
-    (note,) = noted(problem, [algorithm]).notes
+def test_noisy_problem_is_noted(problem, algorithm):
+    (note,) = compare_with_notes(problem, [algorithm]).notes
     assert note.startswith(f"{type(problem).__name__} is noisy: ")
 
 
@@ -106,29 +104,31 @@ def test_a_problem_that_gives_other_values_for_the_same_points_is_noisy(problem,
         (Sphere(), [GA(12)]),
     ],
 )
-def test_nothing_is_noted_about_an_ordinary_comparison(problem, algorithms):
+def test_reproducible_comparison_has_no_notes(problem, algorithms):
     assert compare(problem, algorithms, 200, 1, grid=1, progress=False).notes == ()
 
 
-class Counted(ZDT1):
-    """Counts its evaluations, also at the stages of a search."""
+class CountingProblem(ZDT1):
+    """Problem that counts its evaluations at all fidelity levels."""
 
     evaluated = 0
 
     def _evaluate(self, X, out, *args, **kwargs):
         super()._evaluate(X, out, *args, **kwargs)
-        Counted.evaluated += len(X)
+        CountingProblem.evaluated += len(X)
 
     def at_fidelity(self, fidelity):
-        return self if fidelity == 2 else Counted(n_var=4)
+        return self if fidelity == 2 else CountingProblem(n_var=4)
 
 
 @pytest.mark.parametrize("algorithm", [NSGA2(20), MGEOStaged(n_walkers=4)])
-def test_a_trial_takes_six_evaluations_of_the_problem(algorithm):
-    Counted.evaluated = 0
-    found = compare(Counted(n_var=4), [algorithm], 200, 1, grid=1, n_jobs=1, progress=False)
-    (record,) = found.finished_runs.values()
-    assert Counted.evaluated == record.n_evaluations + 6
+def test_trial_runs_make_six_evaluations_of_the_problem(algorithm):
+    CountingProblem.evaluated = 0
+    result = compare(
+        CountingProblem(n_var=4), [algorithm], 200, 1, grid=1, n_jobs=1, progress=False
+    )
+    (record,) = result.finished_runs.values()
+    assert CountingProblem.evaluated == record.n_evaluations + 6
 
 
 class EntropySearch(GlobalRandomSearch):
@@ -137,7 +137,7 @@ class EntropySearch(GlobalRandomSearch):
 
 
 class CountingSearch(GlobalRandomSearch):
-    """Its state is the class's, which no copy has for itself."""
+    """Search whose state is in the class, so that copies share it."""
 
     generations = 0
 
@@ -153,17 +153,17 @@ class ClockSearch(GlobalRandomSearch):
         return Population.new("X", random_state.random((20, self.problem.n_var)))
 
 
-@pytest.mark.usefixtures("quick")
-def test_runs_of_an_algorithm_that_does_not_follow_the_seed_are_not_reused(tmp_path, capsys):
+@pytest.mark.usefixtures("without_figures")
+def test_runs_of_irreproducible_algorithm_are_not_reused(tmp_path, capsys):
     problem, algorithms = ZDT1(n_var=4), {"own": EntropySearch(), "NSGA-II": NSGA2(12)}
-    (note,) = noted(problem, algorithms, folder=tmp_path).notes
+    (note,) = compare_with_notes(problem, algorithms, folder=tmp_path).notes
     assert "two runs of own with the same seed differ" in note
     stored = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").iterdir()}
     with pytest.warns(ComparisonWarning, match="none is reused"):
         compare(problem, algorithms, 60, seeds=1, grid=1, resume=True, folder=tmp_path)
     assert "reused 1 of 2 runs" in capsys.readouterr().err
-    again = {path.name for path, before in stored.items() if path.stat().st_mtime_ns != before}
-    assert again == {"own-seed1.npz"}
+    repeated = {path.name for path, before in stored.items() if path.stat().st_mtime_ns != before}
+    assert repeated == {"own-seed1.npz"}
     assert read_comparison(tmp_path, problem=problem).notes == (note,)
 
 
@@ -180,8 +180,8 @@ def test_runs_of_an_algorithm_that_does_not_follow_the_seed_are_not_reused(tmp_p
     ],
     ids=lambda value: type(value).__name__,
 )
-def test_an_algorithm_that_does_not_follow_the_seed_is_noted(problem, algorithm, n_eval):
-    (note,) = noted(problem, {"own": algorithm}, n_eval).notes
+def test_irreproducible_algorithm_is_noted(problem, algorithm, n_eval):
+    (note,) = compare_with_notes(problem, {"own": algorithm}, n_eval).notes
     assert "two runs of own with the same seed differ" in note
 
 
@@ -191,16 +191,18 @@ def test_an_algorithm_that_does_not_follow_the_seed_is_noted(problem, algorithm,
     ids=["problem", "wrapped"],
 )
 @pytest.mark.parametrize("algorithm", [NSGA2(12, callback=TimeSimulation()), MGEODirected()])
-def test_dynamic_problems_are_refused(problem, algorithm):
+def test_dynamic_problems_are_rejected(problem, algorithm):
     with pytest.raises(ValueError, match=r"is a dynamic problem: .* one problem for each time"):
         compare(problem, [algorithm], 60, 1)
 
 
-def test_a_first_generation_beyond_the_budget_is_noted():
-    (note,) = noted(ZDT1(n_var=3), [MGEOCanonical(n_walkers=5, bits=12)], n_eval=100).notes
-    assert "first generation of MGEOCanonical has 180 evaluations, of which the first 100" in note
-    (note,) = noted(ZDT1(n_var=3), {"large": NSGA2(112)}, n_eval=100).notes
-    assert "first generation of large has 112 evaluations, of which the first 100 count" in note
+def test_first_generation_beyond_budget_is_noted():
+    (note,) = compare_with_notes(
+        ZDT1(n_var=3), [MGEOCanonical(n_walkers=5, bits=12)], n_eval=100
+    ).notes
+    assert "first generation of MGEOCanonical has 180 evaluations, of which only the" in note
+    (note,) = compare_with_notes(ZDT1(n_var=3), {"large": NSGA2(112)}, n_eval=100).notes
+    assert "first generation of large has 112 evaluations, of which only the first 100" in note
     assert compare(ZDT1(n_var=3), [NSGA2(110)], 100, 1, grid=1, progress=False).notes == ()
 
 
@@ -213,18 +215,18 @@ class IntegerSums(Problem):
         out["F"] = np.column_stack([X.sum(axis=1), ((X - 9.0) ** 2).sum(axis=1)])
 
 
-def test_fractions_for_integer_variables_are_refused():
+def test_fractional_values_of_integer_variables_are_rejected():
     message = r"IntegerSums has integer variables, but NSGA2 evaluates \d\.\d+"
     with pytest.raises(ValueError, match=message):
         compare(IntegerSums(), {"NSGA2": NSGA2(pop_size=8)}, n_eval=60, seeds=1)
 
 
 def test_integer_operators_of_pymoo_are_accepted():
-    whole = NSGA2(
+    algorithm = NSGA2(
         pop_size=8,
         sampling=IntegerRandomSampling(),
         crossover=SBX(vtype=float, repair=RoundingRepair()),
         mutation=PM(vtype=float, repair=RoundingRepair()),
     )
-    result = compare(IntegerSums(), {"NSGA2": whole}, n_eval=60, seeds=1)
+    result = compare(IntegerSums(), {"NSGA2": algorithm}, n_eval=60, seeds=1)
     assert (result.finished_runs["NSGA2", 1].X % 1 == 0).all()

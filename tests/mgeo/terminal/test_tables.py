@@ -1,4 +1,4 @@
-"""Tables on terminals."""
+"""Tables on the terminal."""
 
 import io
 
@@ -15,17 +15,17 @@ ROWS = [
 ]
 
 
-def printed(width, titles=TITLES, rows=ROWS):
+def print_table(width, titles=TITLES, rows=ROWS):
     console = Console(file=io.StringIO(), width=width)
     console.print(build_table(titles, rows))
     return console.file.getvalue().splitlines()
 
 
-def test_a_table_that_fits_has_a_line_for_each_row():
-    shown = build_table(TITLES, ROWS)
-    width = next(width for width in range(400) if is_within_width(shown, width))
-    (head, *lines) = printed(width)
+def test_table_within_width_has_one_line_per_row():
+    table = build_table(TITLES, ROWS)
+    width = next(width for width in range(400) if is_within_width(table, width))
+    head, *lines = print_table(width)
     assert len(lines) == len(ROWS)
     assert all(title in head for title in TITLES)
-    assert len(printed(width - 1)) > 1 + len(ROWS)
-    assert max(map(len, printed(80))) <= 80
+    assert len(print_table(width - 1)) > 1 + len(ROWS)
+    assert max(map(len, print_table(80))) <= 80

@@ -1,1 +1,1 @@
-"""Commands ``mgeo attitude``: select, analyze and export a plan."""
+"""Commands ``mgeo attitude show``, ``export``, ``check`` and ``schema``."""

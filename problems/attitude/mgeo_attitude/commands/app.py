@@ -1,6 +1,6 @@
 """Commands and options of ``mgeo attitude``.
 
-Each command imports its modules when it is run, so that the command line starts quickly.
+Each command imports its modules when it runs, so that the command line starts quickly.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ Solution = Annotated[
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 
-#: Exceptions caused by the user's input: files, scenarios and missing extras.
+#: Exceptions that are due to the user's input: files, scenarios and missing extras.
 USER_ERRORS = (ValueError, TypeError, OSError, ImportError)
 
 #: Largest relative difference of a variance between the compiled filter and filterpy.
@@ -81,8 +81,8 @@ def show(
 ) -> None:
     """Print a plan: timeline, accuracy, error budget and observability.
 
-    A comparison lists simple maneuvers that need no optimizer, with the total maneuver time of the
-    plan and evaluated at its end.
+    The comparison at the end lists simple maneuvers that need no optimizer. They have the total
+    maneuver time of the plan and are evaluated at its end.
     """
     from mgeo_attitude.commands.files import check_targets, load_plan
     from mgeo_attitude.commands.show import build_plan_document, print_plan, write_figures
@@ -151,7 +151,7 @@ def export(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Write a plan to files, each one atomically.
+    """Write a plan to files in the formats of their suffixes, each one atomically.
 
     A plan that violates a constraint of its scenario is rejected, unless --force is given.
     """
@@ -188,7 +188,7 @@ def export(
 def check(
     scenario: Annotated[
         str,
-        typer.Argument(metavar="FILE.toml|PRESET", help="Satellite and orbit."),
+        typer.Argument(metavar="FILE.toml|PRESET", help="Scenario file or preset."),
     ],
     plans: Annotated[int, typer.Option(min=1, help="Random plans, about 1 s each.")] = 10,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the plans.")] = 1,
@@ -196,7 +196,7 @@ def check(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Check the compiled filter of a scenario against filterpy, with random plans.
+    """Compare the compiled filter of a scenario with filterpy for random plans.
 
     The exit code is 3 if the results differ.
     """

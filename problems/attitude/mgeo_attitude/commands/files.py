@@ -1,4 +1,4 @@
-"""Input and output files of the commands."""
+"""Selection of the plan that a command uses, and checks of its output files."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mgeo_attitude.view.summaries import format_convergence_time, format_duratio
 
 @dataclass(frozen=True)
 class SelectedPlan:
-    """A plan with its display name, and its solution number if it is from a run folder."""
+    """Plan that a command uses, with its display name and its solution number in a run folder."""
 
     plan: ManeuverPlan
     name: str
@@ -24,36 +24,39 @@ class SelectedPlan:
 
     @property
     def summary(self) -> str:
-        """One-line summary of the plan."""
+        """One line of text with the name, convergence time and predicted 1-sigmas of the plan."""
         return f"{self.name}: {self.plan.summary}"
 
     def list_warnings(self) -> list[str]:
-        """Return warnings about the plan, one line each."""
-        hardly = self.plan.list_uncalibrated_errors()
-        lines = [f"this plan hardly reduces the error of {', '.join(hardly)}"] if hardly else []
+        """Return one line of text per warning on uncalibrated errors and on assumptions."""
+        errors = self.plan.list_uncalibrated_errors()
+        lines = [f"this plan hardly reduces the error of {', '.join(errors)}"] if errors else []
         return [f"Note: {line}" for line in (*lines, *self.plan.scenario.assumptions)]
 
     def describe_hold(self) -> list[str]:
-        """Return a line on the duration of the constant-rate hold, if it matters.
+        """Return a list with a line of text on how long to hold the last rate, empty if not
+        needed.
 
-        The commands of a plan without a robust time are those of its nominal run; most Monte Carlo
-        runs may take longer.
+        The commands of a plan without Monte Carlo runs are those of its nominal run, although most
+        Monte Carlo runs may converge later.
         """
         plan = self.plan
         if plan.scenario.monte_carlo:
             return [f"Note: {line}" for line in plan.describe_hold()]
-        (kept,) = plan.view.monte_carlo_t_end
-        if not kept > plan.t_end:
+        (monte_carlo_t_end,) = plan.view.monte_carlo_t_end
+        if not monte_carlo_t_end > plan.t_end:
             return []
-        ends = "the slew back begins" if plan.slew_back else "commands end"
-        # With magnetorquers, the body moves freely after the last maneuver.
-        may_hold = (
-            kept < math.inf and not plan.slew_back and not plan.scenario.is_magnetorquer_driven
+        event = "the slew back begins" if plan.slew_back else "commands end"
+        # With magnetorquers, the body rotates freely after the last maneuver.
+        can_hold = (
+            monte_carlo_t_end < math.inf
+            and not plan.slew_back
+            and not plan.scenario.is_magnetorquer_driven
         )
-        hold = ": hold the last rate until then" if may_hold else ""
+        hold = ": hold the last rate until then" if can_hold else ""
         return [
-            f"Note: {ends} after {format_duration(plan.t_end)}, when the filter has converged in the nominal "
-            f"run; {format_convergence_time(kept)}{hold}"
+            f"Note: {event} after {format_duration(plan.t_end)}, when the filter has converged in "
+            f"the nominal run; {format_convergence_time(monte_carlo_t_end)}{hold}"
         ]
 
 
@@ -63,17 +66,32 @@ def load_plan(
     time: float | None = None,
     solution: int | None = None,
 ) -> SelectedPlan:
-    """Read a plan from its file, or select a plan of a run folder, by default the knee.
+    """Read a plan from a plan file, or select a plan of a run folder, by default the knee.
+
+    Parameters
+    ----------
+    source : Path
+        Run folder of ``mgeo solve`` or plan file.
+    pick : {"knee", "min-time", "min-trace"}, optional
+        Rule that selects a solution of the run.
+    time : float, optional
+        Convergence time [s] to which that of the solution is closest.
+    solution : int, optional
+        Row of the solution.
+
+    Returns
+    -------
+    SelectedPlan
 
     Raises
     ------
     OSError
         If the file or folder does not exist or cannot be read.
     ValueError
-        If more than one choice is given, or as in `read_front`, `Front.solution` and `read_json`.
+        If more than one choice is given, if the choice is unknown, or if a file is invalid.
     """
-    given = {"--pick": pick, "--time": time, "--solution": solution}
-    flags = [flag for flag, value in given.items() if value is not None]
+    options = {"--pick": pick, "--time": time, "--solution": solution}
+    flags = [flag for flag, value in options.items() if value is not None]
     if pick is not None and pick not in CHOICES:
         raise ValueError(f"--pick {pick}: expected one of {', '.join(CHOICES)}")
     if len(flags) > 1:
@@ -102,7 +120,16 @@ def load_plan(
 def check_targets(
     paths: Sequence[Path | None], overwrite: bool, suffixes: Sequence[str] = ()
 ) -> None:
-    """Check that files can be written, before any results are computed.
+    """Raise an error if a file cannot be written, before any results are computed.
+
+    Parameters
+    ----------
+    paths : sequence of Path or None
+        Files to write; None is ignored.
+    overwrite : bool
+        Whether existing files may be replaced.
+    suffixes : sequence of str
+        Supported suffixes; all suffixes are supported if empty.
 
     Raises
     ------
@@ -122,7 +149,7 @@ def check_targets(
 
 
 def check_constraints(plan: ManeuverPlan) -> None:
-    """Raise ValueError if a plan violates constraints."""
+    """Raise a ValueError with the violated constraints if a plan violates any."""
     violations = plan.list_violations()
     if violations:
         raise ValueError(

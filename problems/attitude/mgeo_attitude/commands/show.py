@@ -1,4 +1,4 @@
-"""Output of ``mgeo attitude show``."""
+"""Output of ``mgeo attitude show``: tables for the terminal, JSON and figures."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from mgeo_attitude.plan.tables import TABLES, PlanTable
 
 
 def print_plan(selected: SelectedPlan, output: Output) -> None:
-    """Print the summary of a plan, warnings and all tables."""
+    """Print the summary of a plan, its warnings and all its tables to the terminal."""
     plan = selected.plan
     orbits = plan.t_end / plan.scenario.orbit.period
     output.print(
@@ -36,7 +36,10 @@ def print_plan(selected: SelectedPlan, output: Output) -> None:
 
 
 def render_table(table: PlanTable, plan: ManeuverPlan) -> Iterator[RenderableType | str]:
-    """Yield a table of a plan with its texts for a terminal; nothing if the table is empty."""
+    """Yield the title, the rows and the texts of a table of a plan for a terminal.
+
+    Nothing is yielded if the table has no rows.
+    """
     section = table.build_section(plan)
     if section is None or section.table is None:
         return
@@ -50,14 +53,14 @@ def render_table(table: PlanTable, plan: ManeuverPlan) -> Iterator[RenderableTyp
 
 def _describe_end(plan: ManeuverPlan) -> str:
     if plan.problem.model.ends_with_last_maneuver:
-        ended = "ended"
+        state = "ended"
     else:
-        ended = "converged" if plan.converged else "not converged at the end of the run,"
-    return f"nominal run {ended}" if plan.scenario.monte_carlo else ended
+        state = "converged" if plan.converged else "not converged at the end of the run,"
+    return f"nominal run {state}" if plan.scenario.monte_carlo else state
 
 
 def build_plan_document(selected: SelectedPlan) -> dict[str, Any]:
-    """Return the JSON document of ``mgeo attitude show``, with tables as lists of rows."""
+    """Return the JSON document of ``mgeo attitude show`` as a dict, with tables as records."""
     plan = selected.plan
     tables = {
         key: to_records(each.table(plan)) for key, each in TABLES.items() if key != "worst_axis"
@@ -82,22 +85,20 @@ def build_plan_document(selected: SelectedPlan) -> dict[str, Any]:
 
 
 def _describe_lower_bound(plan: ManeuverPlan) -> dict[str, Any]:
-    """Return the lower bound at the plan's end, or the reason for a missing bound."""
     try:
-        curves = plan.problem.lower_bound
+        bound = plan.problem.lower_bound
     except NoLowerBoundError as reason:
         return {"reason": str(reason)}
-    least = float(curves.trace[plan.to_steps(plan.t_end)])
+    min_trace = float(bound.trace[plan.to_steps(plan.t_end)])
     return {
-        "trace": least,
-        "ratio": plan.trace / least,
+        "trace": min_trace,
+        "ratio": plan.trace / min_trace,
         "worst_axis": to_records(plan.compare_with_lower_bound()),
-        "relaxations": list(curves.relaxations),
+        "relaxations": list(bound.relaxations),
     }
 
 
 def write_figures(plan: ManeuverPlan, path: Path) -> None:
-    """Write the figures of a plan as one HTML page."""
     html = render_report_page(
         f"plan, {plan.scenario.name}", list(build_plan_figures(plan).values())
     )

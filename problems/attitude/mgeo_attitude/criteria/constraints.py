@@ -1,4 +1,4 @@
-"""Constraints on a plan, as values that are at most zero if satisfied."""
+"""Constraints on a plan, as relative violations that are positive if a constraint is violated."""
 
 from __future__ import annotations
 
@@ -18,30 +18,32 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.settings.errors import InvalidValue, expect
 
-#: Label of the constraint that a plan ends before its window ends.
+#: Label of the constraint that a plan ends before its time window closes.
 PLAN_END = "end of the plan"
 
-#: Factor on limits that allows for rounding of unit conversions.
+#: Factor on bounds, to tolerate rounding of unit conversions.
 _ROUNDING_FACTOR = 1.0 + 1e-12
 
 
 @dataclass(frozen=True)
 class Bound:
-    """Bound on a quantity of a plan.
+    """Upper or lower bound on a quantity of a plan, such as the wheel momentum.
 
     Attributes
     ----------
     label : str
-    quantity : function
-        Returns the quantity of each design, shape (n,); NaN without a result.
+        Name for display.
+    quantity : function of Evaluation
+        Function that returns the quantity of each design, shape (n,); NaN for a design without a
+        result.
     value : float
-        Positive bound, in the unit of the quantity.
+        Bound, which is positive, in the unit of the quantity.
     unit : str
         Unit for display.
     factor : float
         Factor from the unit of the quantity to the unit for display.
     is_lower : bool
-        Whether the bound is a lower bound.
+        Whether the bound is a lower bound; otherwise an upper bound.
     """
 
     label: str
@@ -52,9 +54,10 @@ class Bound:
     is_lower: bool = False
 
     def compute_violation(self, result: Evaluation) -> Floats:
-        """Return the relative violation of the bound by each design, shape (n,).
+        """Return the relative violation of the bound by each of n designs, shape (n,).
 
-        The violation is positive if the bound is violated.
+        The violation is the excess over the bound, divided by the bound. It is positive if the
+        bound is violated.
         """
         share = self.quantity(result) / self.value
         return 1.0 - share if self.is_lower else share - 1.0
@@ -62,12 +65,14 @@ class Bound:
 
 @dataclass(frozen=True)
 class Constraint:
-    """Constraint of the scenario that consists of one or more bounds.
+    """Constraint of a scenario, which consists of one or more bounds.
 
     Attributes
     ----------
     label : str
-    bounds : tuple of Limit
+        Name for display.
+    bounds : tuple of Bound
+        Bounds that must all be satisfied.
     needs_covariance : bool
         Whether the evaluation must contain the covariances at the end.
     """
@@ -77,16 +82,19 @@ class Constraint:
     needs_covariance: bool = False
 
     def compute_violations(self, result: Evaluation) -> Floats:
-        """Return the relative violation of each bound by n designs, shape (n_limits, n).
+        """Return the relative violation of each bound by each of n designs, shape (n_bounds, n).
 
-        The value of the constraint is the largest one. A design without a result has NaN.
+        The constraint value of a design is the largest violation. A design without a result has
+        NaN.
         """
-        return np.array([limit.compute_violation(result) for limit in self.bounds])
+        return np.array([bound.compute_violation(result) for bound in self.bounds])
 
 
 def list_constraints(scenario: Scenario) -> list[Constraint]:
-    """Return the constraints of a scenario, in a fixed order."""
-    limits, wheels = [], scenario.wheels
+    """Return the constraints of a scenario: wheel loads, end of the plan, path constraints and
+    required 1-sigmas, in this order.
+    """
+    single_bounds, wheels = [], scenario.wheels
     if wheels is not None and wheels.max_momentum is not None:
         momentum = partial(
             _compute_max_wheel_momentum,
@@ -94,13 +102,15 @@ def list_constraints(scenario: Scenario) -> list[Constraint]:
             allocation=wheels.compute_load_matrix(),
         )
         load = (lambda result: result.wheel_load[:, 0]) if wheels.has_momentum_budget else momentum
-        limits.append(Bound("wheel momentum", load, wheels.max_momentum, "N m s"))
+        single_bounds.append(Bound("wheel momentum", load, wheels.max_momentum, "N m s"))
     if wheels is not None and wheels.max_torque is not None and wheels.has_momentum_budget:
         torque = wheels.max_torque
-        limits.append(Bound("wheel torque", lambda result: result.wheel_load[:, 1], torque, "N m"))
-    if scenario.windows:  # `view.margins` checks the slew back.
-        limits.append(Bound(PLAN_END, lambda result: result.t_end, scenario.deadline, "s"))
-    result = [Constraint(limit.label, (limit,)) for limit in limits]
+        single_bounds.append(
+            Bound("wheel torque", lambda result: result.wheel_load[:, 1], torque, "N m")
+        )
+    if scenario.windows:  # The time after `t_end` is checked in `view.margins`.
+        single_bounds.append(Bound(PLAN_END, lambda result: result.t_end, scenario.deadline, "s"))
+    result = [Constraint(limit.label, (limit,)) for limit in single_bounds]
     result += [
         _build_path_constraint(i, limit) for i, limit in enumerate(scenario.path_constraints)
     ]
@@ -110,24 +120,24 @@ def list_constraints(scenario: Scenario) -> list[Constraint]:
 
 
 def validate_initial_state(scenario: Scenario) -> None:
-    """Raise InvalidValue if the initial state of a scenario violates a constraint.
+    """Raise InvalidValue if the initial attitude or rate of a scenario violates a constraint.
 
-    No plan can satisfy such a scenario, because the initial attitude and rate are given.
+    No plan can satisfy such a scenario, because the initial attitude and rate are fixed.
 
     Raises
     ------
     InvalidValue
-        If the initial rate exceeds the maximum rate of maneuvers or the momentum of a wheel, or a
-        path constraint is violated, including its margin.
+        If the initial rate exceeds the maximum rate of maneuvers or the maximum momentum of a
+        wheel, or if a path constraint with its margin is violated.
     """
     initial = scenario.initial
-    moving = initial.rate_deg_s is not None or initial.pointing != "inertial"
-    if not (moving or scenario.prior is not None or scenario.path_constraints):
+    is_moving = initial.rate_deg_s is not None or initial.pointing != "inertial"
+    if not (is_moving or scenario.prior is not None or scenario.path_constraints):
         return
-    at = SatelliteState.from_times(scenario, np.zeros(1))
-    at = at if scenario.eclipse else at.without_eclipses()
-    _validate_initial_rate(scenario, scenario.compute_initial_rate(at))
-    _validate_initial_attitude(scenario, at)
+    state = SatelliteState.from_times(scenario, np.zeros(1))
+    state = state if scenario.eclipse else state.without_eclipses()
+    _validate_initial_rate(scenario, scenario.compute_initial_rate(state))
+    _validate_initial_attitude(scenario, state)
 
 
 def _validate_initial_rate(scenario: Scenario, rate: Floats) -> None:
@@ -136,13 +146,13 @@ def _validate_initial_rate(scenario: Scenario, rate: Floats) -> None:
     for section in ("initial", "prior"):
         given = getattr(getattr(scenario, section), "rate_deg_s", None)
         key, value = (key, value) if given is None else (f"{section}.rate_deg_s", given)
-    most, about = scenario.maneuvers.max_rate_deg_s, np.abs(np.degrees(rate))
-    worst = int(about.argmax())
+    max_rate, axis_rates = scenario.maneuvers.max_rate_deg_s, np.abs(np.degrees(rate))
+    worst = int(axis_rates.argmax())
     expected = (
-        f"at most maneuvers.max_rate_deg_s = {most!r} about each axis, not {about[worst]:.6g} "
-        f"about {'xyz'[worst]}"
+        f"at most maneuvers.max_rate_deg_s = {max_rate!r} about each axis, not "
+        f"{axis_rates[worst]:.6g} about {'xyz'[worst]}"
     )
-    expect(about[worst] <= most * _ROUNDING_FACTOR, key, value, expected)
+    expect(axis_rates[worst] <= max_rate * _ROUNDING_FACTOR, key, value, expected)
     wheels = scenario.wheels
     if wheels is None or wheels.max_momentum is None or wheels.initial_momentum:
         return
@@ -155,41 +165,54 @@ def _validate_initial_rate(scenario: Scenario, rate: Floats) -> None:
 
 
 def _validate_initial_attitude(scenario: Scenario, state: SatelliteState) -> None:
-    attitude, known = scenario.compute_initial_attitude(state), scenario.initial_attitude_covariance
-    still = np.zeros((1, 3))
+    attitude, covariance = (
+        scenario.compute_initial_attitude(state),
+        scenario.initial_attitude_covariance,
+    )
+    rotation_vectors = np.zeros((1, 3))
     sigma_deg = scenario.initial.attitude_deg
     if scenario.prior is not None:
         sigma_deg = float(np.degrees(scenario.prior.sigma[:3].max()))
-    for i, limit in enumerate(scenario.path_constraints):
-        cone, half_angle = limit.build_cone(), limit.half_angle_deg
-        sign, most, less = (1.0, "least", "and") if cone.keep_in else (-1.0, "most", "less")
+    for i, constraint in enumerate(scenario.path_constraints):
+        cone, half_angle = constraint.build_cone(), constraint.half_angle_deg
+        sign, bound_text, margin_text = (
+            (1.0, "least", "and") if cone.keep_in else (-1.0, "most", "less")
+        )
         angle, bound = (
             sign
             * np.degrees(
                 compute_violation_on_orbit(
-                    cone, k, state, scenario.epoch, attitude[None], still, known[None]
+                    cone,
+                    k,
+                    state,
+                    scenario.epoch,
+                    attitude[None],
+                    rotation_vectors,
+                    covariance[None],
                 )[0]
             )
-            for k in (0.0, limit.attitude_sigmas)
+            for k in (0.0, constraint.attitude_sigmas)
         )
         if half_angle < bound if cone.keep_in else half_angle > bound:
-            other = f"at {most} {bound:.4g}, or " if 0.0 < bound < 180.0 else ""
+            alternative = f"at {bound_text} {bound:.4g}, or " if 0.0 < bound < 180.0 else ""
             raise InvalidValue(
                 f"path_constraints[{i}].half_angle_deg",
                 half_angle,
-                f"expected {other}another attitude in [initial]: at the start "
+                f"expected {alternative}another attitude in [initial]: at the start "
                 f"{DIRECTIONS[cone.direction].label} is {angle:.4g} deg from the boresight of "
-                f"{limit.name!r}, {less} attitude_sigmas = {limit.attitude_sigmas:g} of "
-                f"initial.attitude_deg = {sigma_deg:g}",
+                f"{constraint.name!r}, {margin_text} attitude_sigmas = "
+                f"{constraint.attitude_sigmas:g} of initial.attitude_deg = {sigma_deg:g}",
             )
 
 
 def _compute_max_wheel_momentum(result: Evaluation, inertia: Floats, allocation: Floats) -> Floats:
-    """Return the largest wheel momentum [N m s], shape (n,), for zero total momentum."""
-    # Rates change linearly in a ramp, so the momentum is largest at an end of one of its steps.
+    """Return the largest momentum of any wheel [N m s] for each design, shape (n,), if the total
+    momentum is zero.
+    """
+    # Rates change linearly during a ramp, so that the momentum is largest at an end of a step.
     momentum = np.abs(result.plan.end_rates @ inertia @ allocation.T).max(axis=2)
-    greatest: Floats = np.where(result.plan.has_duration(), momentum, 0.0).max(axis=1)
-    return greatest
+    largest: Floats = np.where(result.plan.has_duration(), momentum, 0.0).max(axis=1)
+    return largest
 
 
 def _build_path_constraint(index: int, constraint: PathConstraint) -> Constraint:
@@ -208,20 +231,18 @@ def _build_path_constraint(index: int, constraint: PathConstraint) -> Constraint
 def _build_required_sigma(scenario: Scenario) -> Constraint:
     suite = scenario.suite
     required = RequiredSigma(scenario.required_sigma).list_sigmas(suite.units)
-    limits = (
+    bounds = (
         Bound(
             f"required 1-sigma of {unit.label}",
             partial(_compute_worst_sigma, index=index),
-            greatest,
+            sigma,
             unit.unit,
             unit.factor,
         )
-        for index, (greatest, unit) in enumerate(
-            zip(required, list_block_units(suite), strict=True)
-        )
-        if greatest < np.inf
+        for index, (sigma, unit) in enumerate(zip(required, list_block_units(suite), strict=True))
+        if sigma < np.inf
     )
-    return Constraint("required 1-sigma", tuple(limits), needs_covariance=True)
+    return Constraint("required 1-sigma", tuple(bounds), needs_covariance=True)
 
 
 def _compute_worst_sigma(result: Evaluation, index: int) -> Floats:

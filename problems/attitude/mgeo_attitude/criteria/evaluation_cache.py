@@ -1,4 +1,4 @@
-"""Cache of evaluated designs between batches."""
+"""Cache of the values of evaluated designs, which avoids repeated filter runs."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from mgeo_attitude._typing import Floats
 class EvaluationCache:
     """Cache of the values of evaluated designs.
 
-    A move that is clipped to a bound, or leaves a variable at a bound, repeats a design of the
-    previous batch: up to one in seven in Table 3 of the paper.
+    A move that is clipped to a bound, or that leaves a variable at a bound, repeats a design of the
+    previous batch. In Table 3 of the paper, up to one in seven designs is repeated.
 
     Parameters
     ----------
     last_batch_only : bool
-        Whether to keep only the last batch.
+        Whether only the designs of the last batch are stored.
     """
 
     def __init__(self, last_batch_only: bool = True) -> None:
@@ -26,14 +26,15 @@ class EvaluationCache:
         self._last_batch_only = last_batch_only
 
     def evaluate(self, designs: Floats, function: Callable[[Floats], Floats]) -> Floats:
-        """Return the values of designs, evaluating only designs that are not in the cache.
+        """Return the values of designs. The function is called only with designs that are not in
+        the cache.
 
         Parameters
         ----------
         designs : array, shape (n, n_var)
-        function : function
-            Evaluates designs, shape (k, n_var), to values, shape (k, n_values), each of which
-            depends on its design alone. Receives an empty batch unchanged.
+        function : function of array
+            Function that returns the values, shape (k, n_values), of designs, shape (k, n_var). The
+            values of a design must not depend on other designs. An empty batch is passed unchanged.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""Objectives, with one record each, and scalar measures of attitude accuracy."""
+"""Objectives of the optimization, and scalar measures of the attitude accuracy."""
 
 from __future__ import annotations
 
@@ -16,23 +16,24 @@ if TYPE_CHECKING:
     from mgeo_attitude.filter.model import FilterModel
     from mgeo_attitude.scenario.scenario import Scenario
 
-#: Objectives of the paper, equation (5).
+#: Keys of the objectives of the paper, equation (5) of docs/theory.md.
 PAPER_OBJECTIVES = ("t_end", "trace")
 
-#: Prefix of an objective that is a trace over some blocks, as in ``trace:attitude,gyro.bias``.
+#: Prefix of the key of a trace over some blocks of the state, as in ``trace:attitude,gyro.bias``.
 TRACE_PREFIX = "trace:"
 
 
 def attitude_sigma_deg(covariance: Floats) -> Floats:
-    """Return the attitude 1-sigma about the worst body axis [deg], shape (...).
+    """Return the largest attitude 1-sigma about any of the three body axes [deg], for one or more
+    covariance matrices.
 
-    This value is compared with ``required_sigma.attitude_deg`` and shown in summaries, tables,
+    This accuracy is compared with ``required_sigma.attitude_deg`` and shown in summaries, tables,
     figures and files.
 
     Parameters
     ----------
     covariance : array, shape (..., n_states, n_states)
-        Covariance of the error state, the attitude error [rad] first; NaN gives NaN.
+        Covariance of the error state, which begins with the attitude error [rad]. NaN gives NaN.
     """
     variances = np.diagonal(covariance, axis1=-2, axis2=-1)[..., :3]
     sigma: Floats = np.degrees(np.sqrt(variances.max(axis=-1)))
@@ -40,16 +41,18 @@ def attitude_sigma_deg(covariance: Floats) -> Floats:
 
 
 def attitude_accuracy_deg(covariance: Floats) -> Floats:
-    """Return the largest attitude 1-sigma about any axis [deg], shape (...).
+    """Return the largest attitude 1-sigma about any axis in space [deg], for one or more covariance
+    matrices.
 
-    The value is the root of the largest eigenvalue of the attitude covariance. Unlike
-    `attitude_sigma_deg` it does not depend on the choice of body axes. It lies between that value
-    and the root of the trace. Comparisons of sensor suites use it.
+    The value is the square root of the largest eigenvalue of the attitude covariance. Unlike
+    `attitude_sigma_deg`, the value does not depend on the choice of body axes, so that comparisons
+    of sensor suites use it. The value is between `attitude_sigma_deg` and the square root of the
+    trace.
 
     Parameters
     ----------
     covariance : array, shape (..., n_states, n_states)
-        Covariance of the error state, the attitude error [rad] first; NaN gives NaN.
+        Covariance of the error state, which begins with the attitude error [rad]. NaN gives NaN.
     """
     attitude = covariance[..., :3, :3]
     is_finite = np.asarray(np.isfinite(attitude).all(axis=(-1, -2)))
@@ -59,20 +62,21 @@ def attitude_accuracy_deg(covariance: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Objective:
-    """Quantity to minimize.
+    """Objective of the optimization, a quantity of a plan to be minimized.
 
     Attributes
     ----------
     name : str
-        Name of the quantity in column headers.
+        Name in column headers.
     unit : str
-        Unit; ``-`` for none.
+        Unit in column headers; ``-`` for a dimensionless quantity.
     description : str
-        One line for the documentation.
-    value : function of model and evaluation
-        Returns the values, shape (n,).
-    indicator : function of values and scenario
-        Scales values for performance indicators to order one, logarithmically if they span decades.
+        Description for the documentation, one line.
+    value : function of FilterModel and Evaluation
+        Function that returns the value of each design, shape (n,).
+    indicator : function of array and Scenario
+        Function that scales values to order one for performance indicators, logarithmically if the
+        values span decades.
     needs_covariance : bool
         Whether the evaluation must contain the covariances at the end.
     is_smooth : bool
@@ -90,23 +94,27 @@ class Objective:
 
     @property
     def label(self) -> str:
-        """Name and unit, such as ``t_end [s]``."""
+        """Name and unit for column headers, such as ``t_end [s]``."""
         return f"{self.name} [{self.unit}]"
 
 
 def parse_trace_blocks(key: str) -> list[str]:
-    """Return the blocks of a key ``trace:BLOCK,BLOCK...``; empty for another key."""
+    """Return the names of the blocks in an objective key of the form ``trace:BLOCK,BLOCK...``; an
+    empty list for other keys.
+    """
     return key.removeprefix(TRACE_PREFIX).split(",") if key.startswith(TRACE_PREFIX) else []
 
 
 def find_objective(key: str, suite: Suite) -> Objective:
-    """Return the objective of a key, for a sensor suite."""
+    """Return the objective with a given key, such as ``t_end`` or ``trace:attitude``."""
     blocks = parse_trace_blocks(key)
     return _build_trace_objective(blocks, suite) if blocks else OBJECTIVES[key]
 
 
 def is_refinable(keys: Sequence[str]) -> bool:
-    """Return whether the objectives are t_end and one smooth objective."""
+    """Return True if the objectives are ``t_end`` and one smooth objective, as the local refinement
+    requires.
+    """
     remaining = [key for key in keys if key != "t_end"]
     if len(keys) != 2 or len(remaining) != 1:
         return False
@@ -114,12 +122,12 @@ def is_refinable(keys: Sequence[str]) -> bool:
 
 
 def find_smooth_objective(keys: Sequence[str]) -> str:
-    """Return the smooth one of two objectives, which a local refinement improves, next to t_end.
+    """Return the key of the smooth objective, of two objectives that the local refinement supports.
 
     Raises
     ------
     ValueError
-        If the objectives are others; see `is_refinable`.
+        If the objectives cannot be refined; see `is_refinable`.
     """
     if not is_refinable(keys):
         smooth = ", ".join(key for key, each in OBJECTIVES.items() if each.is_smooth)
@@ -131,7 +139,7 @@ def find_smooth_objective(keys: Sequence[str]) -> str:
 
 
 def scale_for_indicators(keys: Sequence[str], F: Floats, scenario: Scenario) -> Floats:
-    """Return objectives, shape (n, n_obj), scaled for performance indicators."""
+    """Return objective values, shape (n, n_obj), scaled to order one for performance indicators."""
     pairs = zip(keys, F.T, strict=True)
     return np.column_stack(
         [find_objective(key, scenario.suite).indicator(f, scenario) for key, f in pairs]
@@ -139,25 +147,30 @@ def scale_for_indicators(keys: Sequence[str], F: Floats, scenario: Scenario) -> 
 
 
 def _scale_covariances(model: FilterModel, result: Evaluation) -> Floats:
-    """Return final covariances of calibrated states in units of initial 1-sigmas, (n, k, k)."""
-    of = model.suite.calibrated_indices
-    sigma = model.initial_sigma[of]
-    # `take` returns C order; an index array would change the memory order and so the rounding.
-    block = result.covariance.take(of, axis=1).take(of, axis=2)
+    """Return the covariances of the calibrated states at the end in units of the initial 1-sigmas,
+    shape (n, k, k).
+    """
+    indices = model.suite.calibrated_indices
+    sigma = model.initial_sigma[indices]
+    # The method `take` returns C order. An index array would change the memory order and so the
+    # rounding.
+    block = result.covariance.take(indices, axis=1).take(indices, axis=2)
     return block / np.outer(sigma, sigma)
 
 
 def _compute_normalized_trace(model: FilterModel, result: Evaluation) -> Floats:
-    """Return the mean normalized variance, the first criterion of equation (13)."""
+    """Return the mean over the calibrated states of the variance at the end, relative to the
+    initial variance.
+    """
     matrices = _scale_covariances(model, result)
     mean: Floats = np.trace(matrices, axis1=1, axis2=2) / matrices.shape[1]
     return mean
 
 
 def _compute_log_determinant(model: FilterModel, result: Evaluation) -> Floats:
-    matrices, of = _scale_covariances(model, result), model.suite.calibrated_indices
+    matrices, indices = _scale_covariances(model, result), model.suite.calibrated_indices
     sign, value = np.linalg.slogdet(matrices)
-    value = value - np.linalg.slogdet(model.initial_correlation[np.ix_(of, of)]).logabsdet
+    value = value - np.linalg.slogdet(model.initial_correlation[np.ix_(indices, indices)]).logabsdet
     per_state: Floats = np.where(sign > 0.0, value / np.log(10.0), np.nan) / matrices.shape[1]
     return per_state
 
@@ -171,30 +184,37 @@ def _compute_largest_eigenvalue(model: FilterModel, result: Evaluation) -> Float
 
 
 def _compute_time_to_accuracy(model: FilterModel, result: Evaluation) -> Floats:
-    """Return the time until the requirements are satisfied; the longest time if they are not."""
+    """Return the time from which on all required 1-sigmas are satisfied [s], or the scenario's
+    duration if they are violated at the end.
+    """
     time = np.where(np.isfinite(result.t_required), result.t_required, model.duration)
     return np.where(np.isnan(result.trace), np.nan, time)
 
 
 def _compute_angle(model: FilterModel, result: Evaluation) -> Floats:
-    """Return the accumulated rotation angle until t_end [deg], including a held rate."""
+    """Return the rotation angle accumulated until t_end [deg], including the last rate that is
+    held.
+    """
     times = model.step * _count_interval_steps(model, result)
     return np.degrees(_sum_rows(np.linalg.norm(result.plan.rates, axis=2) * times, result))
 
 
 def _compute_rate_change(model: FilterModel, result: Evaluation) -> Floats:
-    """Return the summed magnitudes of all rate changes until t_end [deg/s], from the initial rate.
+    """Return the sum of the magnitudes of all rate changes until t_end [deg/s], starting from the
+    initial rate.
 
-    For a spherical inertia, the impulse of attitude thrusters and so their propellant mass is
-    proportional to the sum.
+    For a spherical inertia, the impulse of attitude thrusters is proportional to the sum, and so is
+    the propellant mass.
     """
-    flown, rates = _count_interval_steps(model, result) > 0, result.plan.end_rates
-    place = np.where(flown, np.arange(flown.shape[1]), -1)
-    before = np.pad(np.maximum.accumulate(place, axis=1), ((0, 0), (1, 0)), constant_values=-1)
-    before = before[:, :-1, None]  # This is the index of the previous interval, -1 for none.
-    rates_before = np.take_along_axis(rates, np.maximum(before, 0), axis=1)
-    changes = rates - np.where(before >= 0, rates_before, model.initial_rate)
-    return np.degrees(_sum_rows(np.where(flown, np.linalg.norm(changes, axis=2), 0.0), result))
+    is_executed, rates = _count_interval_steps(model, result) > 0, result.plan.end_rates
+    indices = np.where(is_executed, np.arange(is_executed.shape[1]), -1)
+    previous = np.pad(np.maximum.accumulate(indices, axis=1), ((0, 0), (1, 0)), constant_values=-1)
+    previous = previous[:, :-1, None]  # Index of the previous interval; -1 for the first interval.
+    rates_before = np.take_along_axis(rates, np.maximum(previous, 0), axis=1)
+    changes = rates - np.where(previous >= 0, rates_before, model.initial_rate)
+    return np.degrees(
+        _sum_rows(np.where(is_executed, np.linalg.norm(changes, axis=2), 0.0), result)
+    )
 
 
 def _count_interval_steps(model: FilterModel, result: Evaluation) -> Ints:
@@ -204,16 +224,18 @@ def _count_interval_steps(model: FilterModel, result: Evaluation) -> Ints:
 
 
 def _sum_rows(values: Floats, result: Evaluation) -> Floats:
-    """Sum each row from left to right, so that trailing zeros do not change the rounding."""
+    """Return the sum of each row, from left to right so that trailing zeros do not change the
+    rounding.
+    """
     return np.where(np.isnan(result.t_end), np.nan, np.cumsum(values, axis=1)[:, -1])
 
 
 def _build_trace_objective(blocks: list[str], suite: Suite) -> Objective:
-    chosen = np.repeat([block in blocks for block in suite.blocks], 3)
+    is_selected = np.repeat([block in blocks for block in suite.blocks], 3)
 
     def value(model: FilterModel, result: Evaluation) -> Floats:
         variances = np.diagonal(result.covariance, axis1=1, axis2=2)
-        total: Floats = variances[:, chosen].sum(axis=1)
+        total: Floats = variances[:, is_selected].sum(axis=1)
         return total
 
     name = f"trace of {', '.join(blocks)}"
@@ -221,7 +243,7 @@ def _build_trace_objective(blocks: list[str], suite: Suite) -> Objective:
 
 
 def _scale_decades(values: Floats, scenario: Scenario) -> Floats:
-    """Map five decades above 1e-6 to the interval [0, 1]."""
+    """Map five decades, from 1e-6 to 0.1, linearly in the logarithm to the interval from 0 to 1."""
     return (np.log10(values) + 6.0) / 5.0
 
 
@@ -229,10 +251,10 @@ def _build_scaling(reference: Callable[[Scenario], float]) -> Callable[[Floats, 
     return lambda values, scenario: values / reference(scenario)
 
 
-#: Description of the objective with the prefix `TRACE_PREFIX`.
+#: Description of the objectives with the prefix `TRACE_PREFIX`.
 TRACE_DESCRIPTION = "trace over some blocks of the state, such as `trace:attitude,gyro.bias`"
 
-#: Objectives by key.
+#: Objectives by the key in a scenario file.
 OBJECTIVES = {
     "t_end": Objective(
         "t_end",

@@ -1,8 +1,9 @@
-"""Evaluation of plans over Monte Carlo runs with execution errors and sensor errors.
+"""Evaluation of plans over Monte Carlo runs with random errors of execution and sensors.
 
-A run has another initial attitude, other rates and durations, a delayed start, or other sensor
-noise. Each run is a `FilterModel` with rotated tables and a modified design. The kernel is the
-same, and designs of a run share common initial parts as in nominal runs.
+A run has errors of the initial attitude, of rates and durations, of the start time and of the
+sensor noise. The errors are applied by a `FilterModel` with rotated vectors and by a modified
+design. The compiled filter is that of nominal runs, and designs of a run also share common initial
+parts.
 """
 
 from __future__ import annotations
@@ -30,18 +31,18 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import scale_noise
 from mgeo_attitude.sensors.suite import Suite
 
-#: Number of Monte Carlo runs that stay in memory, and of further runs evaluated at a time.
+#: Number of Monte Carlo runs that stay in memory, and number of runs evaluated at a time.
 MAX_STORED_RUNS, _BATCH_SIZE = 64, 16
 
 
 @dataclass(frozen=True)
 class MonteCarloRun:
-    """Errors of one Monte Carlo run.
+    """Random errors of one Monte Carlo run, and the filter model of the run.
 
     Attributes
     ----------
     model : FilterModel
-        Tables for the true initial attitude and the true start time.
+        Filter model for the true initial attitude and the true start time.
     rate_errors : array, shape (m, 3)
         Rate error of each maneuver [deg/s].
     duration_errors : array, shape (m,)
@@ -49,7 +50,8 @@ class MonteCarloRun:
     start_delay : float
         Delay of the start [s].
     variants : tuple of FilterModel
-        Model with the sensor noise of the run, which the filter uses too; empty for nominal noise.
+        Filter model with the sensor noise of the run, of which the filter is informed; empty for
+        nominal noise.
     """
 
     model: FilterModel
@@ -59,14 +61,18 @@ class MonteCarloRun:
     variants: tuple[FilterModel, ...] = ()
 
     def apply_errors(self, designs: Floats) -> Floats:
-        """Return designs, shape (n, 4 m), with the errors of the run; no duration is negative."""
+        """Return designs, shape (n, 4 m), with the rate and duration errors of the run. Durations
+        are at least zero.
+        """
         maneuvers = designs.reshape(-1, len(self.rate_errors), VARIABLES_PER_MANEUVER).copy()
         maneuvers[:, :, :3] += self.rate_errors
         maneuvers[:, :, 3] = np.maximum(maneuvers[:, :, 3] + self.duration_errors, 0.0)
         return maneuvers.reshape(designs.shape)
 
     def evaluate(self, designs: Floats, covariance: bool) -> Evaluation:
-        """Evaluate designs, shape (n, 4 m), with the errors of the run, in one thread."""
+        """Evaluate designs, shape (n, 4 m), by the covariance filter with the errors of the run, in
+        one thread.
+        """
         executed = self.apply_errors(designs)
         return evaluate(self.model, executed, 1, covariance=covariance, variants=self.variants)
 
@@ -77,7 +83,7 @@ def draw_runs(
     settings: MonteCarloSettings,
     run_numbers: Iterable[int] | None = None,
 ) -> list[MonteCarloRun]:
-    """Draw Monte Carlo runs of a scenario.
+    """Draw the random errors of Monte Carlo runs, and return one `MonteCarloRun` per run number.
 
     Parameters
     ----------
@@ -85,55 +91,61 @@ def draw_runs(
     model : FilterModel
         Model of the nominal run.
     settings : MonteCarloSettings
+        Distributions of the errors.
     run_numbers : iterable of int, optional
-        Numbers of the runs, which seed them. Default: all runs.
+        Numbers of the runs, which seed their random numbers. Default: all runs.
 
     Raises
     ------
     ValueError
-        If a delayed run exceeds the validity of the field model, or a noise error is requested for
-        a sensor without `noise_parameters`.
+        If a delayed run is outside of the years of the field model, or if a noise error is
+        requested for a sensor without `noise_parameters`.
     """
     attitude, rate = settings.attitude_deg, settings.rate_error_deg_s
-    root = None
+    prior_factor = None
     if scenario.prior is not None:
-        root = np.linalg.cholesky(model.initial_covariance[:6, :6])
+        prior_factor = np.linalg.cholesky(model.initial_covariance[:6, :6])
     attitude = scenario.initial.attitude_deg if attitude is None else attitude
     rate = scenario.gyro.initial_bias_deg_s if rate is None else rate
-    flights, count = [], scenario.maneuvers.count
+    runs, n_maneuvers = [], scenario.maneuvers.count
     for number in range(settings.n_runs) if run_numbers is None else run_numbers:
         generator = np.random.default_rng([settings.seed, number])
-        chance = generator.standard_normal(6)
-        off, rates = np.radians(attitude) * chance[:3], rate * chance[3:]
-        if root is not None:
-            error = root @ chance
+        normal_numbers = generator.standard_normal(6)
+        attitude_error, rate_errors = (
+            np.radians(attitude) * normal_numbers[:3],
+            rate * normal_numbers[3:],
+        )
+        if prior_factor is not None:
+            error = prior_factor @ normal_numbers
             if settings.attitude_deg is None:
-                off = model.initial_attitude.T @ error[:3]
+                attitude_error = model.initial_attitude.T @ error[:3]
             if settings.rate_error_deg_s is None:  # An overestimated bias increases the body rate.
-                rates = -np.degrees(error[3:])
-        turn = rotation_matrix(off)
-        rates = rates + settings.maneuver_rate_error_deg_s * generator.standard_normal((count, 3))
-        durations = settings.duration_error * generator.standard_normal(count)
+                rate_errors = -np.degrees(error[3:])
+        rotation = rotation_matrix(attitude_error)
+        rate_errors = rate_errors + settings.maneuver_rate_error_deg_s * generator.standard_normal(
+            (n_maneuvers, 3)
+        )
+        duration_errors = settings.duration_error * generator.standard_normal(n_maneuvers)
         delay = settings.start_delay * generator.random()
-        noise = _draw_noise(scenario.suite, settings.noise_spread, generator)
+        apply_noise = _draw_noise(scenario.suite, settings.noise_spread, generator)
         run_model = (
             _build_delayed_model(scenario, delay) if delay else model
-        ).rotate_initial_attitude(turn)
-        variants = () if noise is None else (noise(run_model),)
-        flights.append(MonteCarloRun(run_model, rates, durations, delay, variants))
-    return flights
+        ).rotate_initial_attitude(rotation)
+        variants = () if apply_noise is None else (apply_noise(run_model),)
+        runs.append(MonteCarloRun(run_model, rate_errors, duration_errors, delay, variants))
+    return runs
 
 
 class MonteCarloRuns:
-    """Monte Carlo runs of a scenario, in order of their numbers.
+    """Sequence of the Monte Carlo runs of a scenario, in the order of their numbers.
 
-    The tables of a run take about a megabyte. The first `KEPT` runs are drawn once and stay in
-    memory, since a search uses them in every generation; later runs are drawn when needed.
+    A run takes about a megabyte. The first `MAX_STORED_RUNS` runs are drawn once and stay in
+    memory, since a search uses them in every generation. Later runs are drawn when they are needed.
 
     Attributes
     ----------
-    errors : MonteCarloSettings
-        Error model of the runs.
+    settings : MonteCarloSettings
+        Number of runs and distributions of the errors.
     """
 
     def __init__(self, scenario: Scenario, model: FilterModel, errors: MonteCarloSettings) -> None:
@@ -151,7 +163,7 @@ class MonteCarloRuns:
         return self.iterate_runs(len(self))
 
     def iterate_runs(self, n_runs: int) -> Iterator[MonteCarloRun]:
-        """Yield the first `n_runs` runs."""
+        """Yield the Monte Carlo runs with numbers below `n_runs`."""
         yield from self._stored_runs[:n_runs]
         for number in range(MAX_STORED_RUNS, n_runs):
             yield from self._draw([number])
@@ -164,38 +176,39 @@ def evaluate_runs(
     threads: int | None,
     covariance: bool,
 ) -> Floats:
-    """Evaluate n designs in each of f Monte Carlo runs, shape (f, n, k).
+    """Return the values of n designs in each of several Monte Carlo runs, shape (n_runs, n, k).
 
-    Runs are evaluated in parallel, with one thread each and a few in memory at a time. The result
-    does not depend on the number of threads.
+    Runs are evaluated in parallel, in one thread each, and a few runs are in memory at a time. The
+    result does not depend on the number of threads.
 
     Parameters
     ----------
     runs : iterable of MonteCarloRun
     designs : array, shape (n, 4 m)
-    compute_values : function
-        Returns the values, shape (n, k), for a model and an evaluation.
+    compute_values : function of FilterModel and Evaluation
+        Function that returns k values of each design, shape (n, k), such as objectives.
     threads : int, optional
         Default: the number of available processors.
     covariance : bool
         Whether to compute the covariances at the end.
     """
 
-    def one(flight: MonteCarloRun) -> Floats:
-        return compute_values(flight.model, flight.evaluate(designs, covariance))
+    def evaluate_run(run: MonteCarloRun) -> Floats:
+        return compute_values(run.model, run.evaluate(designs, covariance))
 
     results: list[Floats] = []
     remaining = iter(runs)
     with ThreadPoolExecutor(threads or count_available_threads()) as pool:
         while batch := list(islice(remaining, _BATCH_SIZE)):
-            results += pool.map(one, batch)
+            results += pool.map(evaluate_run, batch)
     return np.array(results)
 
 
 def compute_quantile(values: Floats, probability: float) -> Floats:
-    """Return the least value that is not exceeded in a share of the runs (first axis).
+    """Return the smallest value that is not exceeded in the share `probability` of the runs, which
+    are the first axis.
 
-    NaN, from a covariance that lost positivity, counts as larger than any number.
+    NaN is treated as larger than any number. It occurs if a covariance loses positive definiteness.
     """
     ordered = np.sort(values, axis=0)
     value: Floats = ordered[_compute_quantile_rank(len(values), probability) - 1]
@@ -203,61 +216,65 @@ def compute_quantile(values: Floats, probability: float) -> Floats:
 
 
 def _compute_quantile_rank(n_values: int, probability: float) -> int:
-    """Return the rank, from 1, of the quantile `probability` in `n_values` ascending values."""
+    """Return the rank, counted from 1, of a quantile among ascending values."""
     return max(int(np.ceil(probability * n_values - 1e-9)), 1)
 
 
 def reduce_runs(values: Floats, n_objectives: int, settings: MonteCarloSettings) -> Floats:
-    """Reduce values of Monte Carlo runs, shape (f, n, k), to one value each, shape (n, k).
+    """Reduce the values in Monte Carlo runs, shape (n_runs, n, k), to one value per design, shape
+    (n, k).
 
     Objectives are reduced to their mean or quantile, constraints to their quantile.
 
     Parameters
     ----------
     values : array, shape (f, n, k)
-        Objectives, then constraints.
+        Values of the objectives, followed by values of the constraints.
     n_objectives : int
+        Number of objectives.
     settings : MonteCarloSettings
-        Specifies mean or quantiles.
+        Choice of mean or quantiles.
     """
-    objectives, limits = np.split(values, [n_objectives], axis=2)
+    objectives, constraints = np.split(values, [n_objectives], axis=2)
     reduced = (
         objectives.mean(axis=0)
         if settings.mean
         else compute_quantile(objectives, settings.quantile)
     )
-    return np.hstack([reduced, compute_quantile(limits, settings.constraint_share)])
+    return np.hstack([reduced, compute_quantile(constraints, settings.constraint_share)])
 
 
 def _draw_noise(
     suite: Suite, spread: float, generator: np.random.Generator
 ) -> Callable[[FilterModel], FilterModel] | None:
-    """Draw noise errors and return a function that applies them to a model; None without errors."""
+    """Draw random noise levels of gyro and sensors, and return a function that applies them to a
+    model; None if `spread` is zero.
+    """
     if not spread:
         return None
     parts: list[Any] = [suite.gyro, *suite.sensors]
     for part in parts:
         if not part.noise_parameters:
             raise ValueError(
-                f"monte_carlo.noise_spread: {type(part).__name__} has no noise_parameters; define them "
-                "or set noise_spread = 0"
+                f"monte_carlo.noise_spread = {spread:g}: {type(part).__name__} has no "
+                "noise_parameters; define them or set noise_spread = 0"
             )
     gyro, *sensors = (
-        scale_noise(part, float(np.exp(spread * chance)))
-        for part, chance in zip(parts, generator.standard_normal(len(parts)), strict=True)
+        scale_noise(part, float(np.exp(spread * normal_number)))
+        for part, normal_number in zip(parts, generator.standard_normal(len(parts)), strict=True)
     )
     noisy = Suite(gyro, tuple(sensors), suite.environment_errors)
     return lambda model: dataclasses.replace(model, suite=noisy)
 
 
 def _build_delayed_model(scenario: Scenario, delay: float) -> FilterModel:
-    course = SimpleNamespace(
+    orbit_source = SimpleNamespace(
         epoch=scenario.epoch,
         step=scenario.step,
         orbit=scenario.orbit,
         times=scenario.times + delay,
         needs_field=scenario.needs_field,
     )
-    tables, epoch = Environment.from_scenario(course), instant_after(scenario.epoch, delay)
-    around = dataclasses.replace(tables, times=scenario.times, origin=None, epoch=epoch)
-    return FilterModel.from_scenario(scenario, around, epoch)
+    delayed, epoch = Environment.from_scenario(orbit_source), instant_after(scenario.epoch, delay)
+    environment = dataclasses.replace(delayed, times=scenario.times, origin=None, epoch=epoch)
+    return FilterModel.from_scenario(scenario, environment, epoch)

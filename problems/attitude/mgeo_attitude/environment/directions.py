@@ -1,7 +1,7 @@
 """Reference directions for pointing laws, path constraints and sensor exclusions.
 
-A new direction for path constraints is an entry of `DIRECTIONS`. Scenario files, filter, simulation
-and reports use the entries.
+A new direction for path constraints is an entry of `DIRECTIONS`, which scenario files, filter,
+simulation and reports use.
 """
 
 from __future__ import annotations
@@ -24,24 +24,26 @@ from mgeo_attitude.environment.sun_moon import (
 )
 from mgeo_attitude.environment.times import compute_julian_dates
 
-#: Sine of the least angle between a target and the reference of the clock angle.
+#: Sine of the smallest allowed angle between a target and the reference of the clock angle.
 _MIN_SINE = 1e-3
-#: Body z defines the clock angle up to this cosine of its angle to the pointing axis, body x above.
+#: Cosine of the angle between the pointing axis and ±z above which the clock angle refers to body x
+#: instead of body z.
 _MAX_Z_COSINE = np.sqrt(0.5)
 
 
 class SatelliteState(NamedTuple):
-    """State of the satellite and the Sun at n instants.
+    """Position and velocity of the satellite and direction of the Sun at n instants.
 
     Attributes
     ----------
     times : array, shape (n,)
-        [s] after the epoch.
+        Times after the epoch [s].
     position, velocity : arrays, shape (n, 3)
-        [m], [m/s], GCRS.
+        Position [m] and velocity [m/s] of the satellite, GCRS.
     sun : array, shape (n, 3)
-        Unit vectors to the Sun, GCRS.
+        Unit vectors from the satellite to the Sun, GCRS.
     sunlit : array of bool, shape (n,)
+        Whether the satellite is in sunlight.
     """
 
     times: Floats
@@ -52,31 +54,34 @@ class SatelliteState(NamedTuple):
 
     @classmethod
     def from_times(cls, source: OrbitSource, times: Floats) -> Self:
-        """Compute the state at `times` [s] after a scenario's epoch, also after its run."""
+        """Compute the state at given times [s] after a scenario's epoch, which may exceed the
+        scenario's duration.
+        """
         position, velocity = source.orbit.propagate(source.epoch, times)
-        center = sun_position(compute_julian_dates(source.epoch, times))
-        lit = visible_sun_fraction(position, center) >= 0.5
-        return cls(times, position, velocity, sun_direction(position, center), lit)
+        sun = sun_position(compute_julian_dates(source.epoch, times))
+        sunlit = visible_sun_fraction(position, sun) >= 0.5
+        return cls(times, position, velocity, sun_direction(position, sun), sunlit)
 
     @classmethod
     def from_first_row(cls, tables: Environment | SatelliteState) -> Self:
-        """Return the state in the first row of tables."""
+        """Build the state at the first instant of an environment or of another state."""
         return cls(*(getattr(tables, name)[:1] for name in cls._fields))
 
     def without_eclipses(self) -> Self:
-        """Return the state without eclipses."""
+        """Return a copy in which the satellite is always in sunlight."""
         return self._replace(sunlit=np.ones_like(self.sunlit))
 
 
 def compute_pointing_attitudes(
     axis: Floats, target: Floats, clock_reference: Floats, clock_angle: float
 ) -> Floats:
-    """Return the attitudes that point a body axis at a target, GCRS to body, shape (n, 3, 3).
+    """Return the attitudes in which a body axis points at a target and the body is rotated about
+    this axis by the clock angle.
 
-    The attitude follows from two vectors in the body and two in space, of which the first pair is
-    aligned exactly: H. D. Black, A Passive System for Determining the Attitude of a Satellite, AIAA
-    Journal 2 (1964) 1350-1351. The second body vector is z, or x if the axis is within 45 degrees
-    of ±z.
+    The attitude follows from two vectors in the body and two vectors in space, of which the first
+    pair is aligned exactly (TRIAD method): H. D. Black, A Passive System for Determining the
+    Attitude of a Satellite, AIAA Journal 2 (1964) 1350-1351. The second body vector is z, or x if
+    the axis is within 45 degrees of ±z.
 
     Parameters
     ----------
@@ -89,6 +94,11 @@ def compute_pointing_attitudes(
     clock_angle : float
         Rotation of the body about `axis` [rad].
 
+    Returns
+    -------
+    array, shape (n, 3, 3)
+        GCRS-to-body matrices.
+
     Raises
     ------
     ValueError
@@ -97,38 +107,42 @@ def compute_pointing_attitudes(
     from scipy.spatial.transform import Rotation
 
     second = np.eye(3)[0 if abs(axis[2]) > _MAX_Z_COSINE else 2]
-    turn = Rotation.from_rotvec(-clock_angle * axis).as_matrix()
-    attitude: Floats = turn @ _build_triads(axis, second).T @ _build_triads(target, clock_reference)
+    clock_rotation = Rotation.from_rotvec(-clock_angle * axis).as_matrix()
+    attitude: Floats = (
+        clock_rotation @ _build_triads(axis, second).T @ _build_triads(target, clock_reference)
+    )
     return attitude
 
 
 def _build_triads(first: Floats, second: Floats) -> Floats:
-    """Return right-handed orthonormal axes, row by row, shape (..., 3, 3).
+    """Return right-handed orthonormal axes from two vectors each, one axis per row, shape (..., 3,
+    3).
 
-    The first axis is along the first vector, the second in the plane of both vectors.
+    The first axis is along the first vector, and the second axis is in the plane of both vectors.
     """
-    one = first / np.linalg.norm(first, axis=-1, keepdims=True)
-    normal = np.cross(one, second / np.linalg.norm(second, axis=-1, keepdims=True))
+    x = first / np.linalg.norm(first, axis=-1, keepdims=True)
+    normal = np.cross(x, second / np.linalg.norm(second, axis=-1, keepdims=True))
     sine = np.linalg.norm(normal, axis=-1, keepdims=True)
     if (sine < _MIN_SINE).any():
         raise ValueError("the target is parallel to the reference direction of the clock angle")
-    three = normal / sine
-    return np.stack([one, np.cross(three, one), three], axis=-2)
+    z = normal / sine
+    return np.stack([x, np.cross(z, x), z], axis=-2)
 
 
 @dataclass(frozen=True)
 class Direction:
-    """A direction from the satellite.
+    """Direction from the satellite to an object, such as the Sun, or of the velocity.
 
     Attributes
     ----------
     label : str
         Name for display.
-    vectors : function of Environment or Place, and epoch
-        Return unit vectors, GCRS, shape (n, 3); zero where the direction is not visible.
-    radius : function of Environment or Place, optional
-        Return the apparent radius of a disc [rad], shape (n,). Angles are measured from the limb of
-        a disc, or from the direction itself without a radius.
+    vectors : function of Environment or SatelliteState, and epoch
+        Function that returns unit vectors, GCRS, shape (n, 3); zero where the direction is not
+        visible.
+    radius : function of Environment or SatelliteState, optional
+        Function that returns the apparent radius of a disc [rad], shape (n,). Angles are measured
+        from the limb of a disc. Without a radius, angles are measured from the direction.
     """
 
     label: str
@@ -138,16 +152,17 @@ class Direction:
 
 @dataclass(frozen=True)
 class Cone:
-    """A cone about a body axis that must contain or exclude a direction.
+    """Cone about a body axis. A direction, such as the direction of the Sun, must stay inside or
+    outside the cone.
 
     Attributes
     ----------
     direction : str
         Key of `DIRECTIONS`; empty for the reference vector of a sensor.
     axis : tuple of three float
-        Unit vector, body axes.
+        Axis of the cone, a unit vector in body axes.
     half_angle : float
-        [rad], measured from the limb of a disc.
+        Half-angle of the cone [rad]. The angle of a disc is measured from its limb.
     keep_in : bool
         Whether the cone must contain the direction.
     """
@@ -159,26 +174,27 @@ class Cone:
 
     @property
     def is_disc(self) -> bool:
-        """Whether the direction is that of a disc."""
+        """True if the direction points to a disc with an apparent radius, such as the Earth."""
         return bool(self.direction) and DIRECTIONS[self.direction].radius is not None
 
 
 class DirectionMotion(NamedTuple):
-    """A direction during n steps of a run.
+    """Motion of a direction, such as the direction of the Sun, in n filter steps: unit vectors at
+    the start and at the end of each step.
 
-    Each step leads to a sample. The first sample has no step before it.
+    Each step ends at a sample. The first sample has no step, so that its start equals its end.
 
     Attributes
     ----------
     start, end : arrays, shape (n, 3)
         Unit vectors at the start and at the end of each step; zero if not visible. A direction that
-        is visible at one end only, such as the Sun at the edge of an eclipse, counts for the whole
-        step.
+        is visible at one end only, such as the Sun at the edge of an eclipse, is treated as visible
+        during the whole step.
     start_radius, end_radius : arrays, shape (n,)
         Apparent radius of a disc [rad].
     appears : array of bool, shape (n,)
-        Whether the direction is visible at the end of the step only, so that the previous step does
-        not evaluate the start.
+        Whether the direction is visible at the end of the step only. The start of the step is then
+        not the visible end of the previous step.
     """
 
     start: Floats
@@ -189,29 +205,33 @@ class DirectionMotion(NamedTuple):
 
     @classmethod
     def from_samples(cls, vectors: Floats, radius: Floats) -> DirectionMotion:
-        """Return the passage for directions, shape (n, 3), and radii, shape (n,), at samples."""
-        before, radius_before = (np.concatenate([v[:1], v[:-1]]) for v in (vectors, radius))
-        starts: Bools = np.any(before, axis=-1)
-        ends: Bools = np.any(vectors, axis=-1)
+        """Build the motion from unit vectors, shape (n, 3), and apparent radii, shape (n,), at the
+        samples.
+        """
+        start, start_radius = (np.concatenate([v[:1], v[:-1]]) for v in (vectors, radius))
+        visible_at_start: Bools = np.any(start, axis=-1)
+        visible_at_end: Bools = np.any(vectors, axis=-1)
         return cls(
-            np.where(starts[:, None], before, vectors),
-            np.where(ends[:, None], vectors, before),
-            radius_before,
+            np.where(visible_at_start[:, None], start, vectors),
+            np.where(visible_at_end[:, None], vectors, start),
+            start_radius,
             radius,
-            ends & ~starts,
+            visible_at_end & ~visible_at_start,
         )
 
     def select_steps(self, steps: slice | Ints) -> DirectionMotion:
-        """Return a selection of the steps."""
-        before, after, radius_before, radius_after, appears = self
+        """Return the motion in a selection of the steps."""
+        start, end, start_radius, end_radius, appears = self
         return DirectionMotion(
-            before[steps], after[steps], radius_before[steps], radius_after[steps], appears[steps]
+            start[steps], end[steps], start_radius[steps], end_radius[steps], appears[steps]
         )
 
     def rotate_to_body(self, attitude: Floats) -> DirectionMotion:
-        """Rotate the passage to body axes by the attitudes at the samples, shape (n, 3, 3)."""
-        before, after = (np.einsum("kij,kj->ki", attitude, v) for v in (self.start, self.end))
-        return self._replace(start=before, end=after)
+        """Rotate the motion to body axes by the GCRS-to-body matrix of each sample, shape (n, 3,
+        3).
+        """
+        start, end = (np.einsum("kij,kj->ki", attitude, v) for v in (self.start, self.end))
+        return self._replace(start=start, end=end)
 
 
 def _compute_sun_direction(at: Environment | SatelliteState, epoch: datetime) -> Floats:
@@ -228,7 +248,7 @@ def _compute_earth_radius(at: Environment | SatelliteState) -> Floats:
 
 
 def _compute_moon_direction(at: Environment | SatelliteState, epoch: datetime) -> Floats:
-    """Return the direction of the Moon, even where the Earth hides it."""
+    """Return the unit vectors to the Moon, even where the Earth hides the Moon."""
     moon = moon_position(compute_julian_dates(epoch, at.times))
     return _normalize(moon - at.position)
 
@@ -252,13 +272,17 @@ DIRECTIONS: dict[str, Direction] = {
 
 
 def compute_directions(names: tuple[str, ...], environment: Environment, epoch: datetime) -> Floats:
-    """Return the unit vectors of several `DIRECTIONS` along a run, shape (n, m, 3)."""
+    """Return the unit vectors of named directions at the times of an environment, shape (n_times,
+    n_names, 3).
+    """
     vectors = [DIRECTIONS[name].vectors(environment, epoch) for name in names]
     return np.stack(vectors, axis=1) if names else np.zeros((len(environment.times), 0, 3))
 
 
 def compute_radii(names: tuple[str, ...], environment: Environment) -> Floats:
-    """Return the apparent radii of several `DIRECTIONS` [rad], shape (n, m)."""
+    """Return the apparent radii [rad] of named directions at the times of an environment, shape
+    (n_times, n_names).
+    """
     result = np.zeros((len(environment.times), len(names)))
     for index, name in enumerate(names):
         radius = DIRECTIONS[name].radius

@@ -1,4 +1,4 @@
-"""Reader of element sets: mean-elements messages (OMM of CCSDS 502.0-B) and two-line sets.
+"""Reader of element sets: mean-elements messages (OMM of CCSDS 502.0-B) and two-line element sets.
 
 Messages may be in KVN, XML, JSON or CSV.
 """
@@ -18,7 +18,7 @@ from mgeo_attitude.settings.errors import InvalidValue
 
 Fields = Mapping[str, Any]
 
-#: Supported values of metadata. Tables of elements omit most of the keys.
+#: Supported values of metadata. Files with many objects omit most of the keys.
 _SUPPORTED = {
     "CENTER_NAME": ("EARTH",),
     "REF_FRAME": ("TEME",),
@@ -36,12 +36,15 @@ _KEYWORDS = {
     "mean_anomaly_deg": "MEAN_ANOMALY",
     "bstar": "BSTAR",
 }
-_MAX_LISTED = 10  # largest number of objects in an error message
+#: Largest number of objects that an error message lists.
+_MAX_LISTED = 10
 
 
 @dataclass(frozen=True)
 class Entry:
-    """An unchecked element set of a file, with its object and epoch."""
+    """Element set of a file before validation, with the name, designator, catalog number and epoch
+    of its object.
+    """
 
     name: str
     designator: str
@@ -53,17 +56,22 @@ class Entry:
         return " ".join(filter(None, (self.name, self.designator, self.number)))
 
     def matches_object(self, object_name: str) -> bool:
-        """Return whether a name, designator or catalog number matches; empty matches any."""
-        written = self.content.get("line1", "")[2:7]  # may contain a letter (Alpha-5)
-        names = ("", self.name, self.designator, self.number, written)
-        same = object_name.casefold() in {name.casefold() for name in names}
-        return same or object_name.lstrip("0") == self.number.lstrip("0")
+        """Return True if a name, an international designator or a catalog number belongs to the
+        object. An empty name matches every object.
+        """
+        printed_number = self.content.get("line1", "")[
+            2:7
+        ]  # The number may contain a letter (Alpha-5).
+        names = ("", self.name, self.designator, self.number, printed_number)
+        is_equal = object_name.casefold() in {name.casefold() for name in names}
+        return is_equal or object_name.lstrip("0") == self.number.lstrip("0")
 
 
 def read_element_set(
     text: str, object_name: str, epoch: datetime, file: str
 ) -> TLEOrbit | MeanElements | None:
-    """Return the element set closest to an epoch from the text of a file.
+    """Return the element set of an object whose epoch is closest to a given epoch, from the text of
+    a file.
 
     Parameters
     ----------
@@ -73,7 +81,7 @@ def read_element_set(
         object.
     epoch : datetime with UTC offset
     file : str
-        Name of the file, for the element set's ``source``.
+        Name of the file, which becomes part of the element set's ``source``.
 
     Returns
     -------
@@ -83,27 +91,27 @@ def read_element_set(
     Raises
     ------
     ValueError
-        If an entry is invalid, or if several objects match.
+        If an entry is invalid, if no object matches, or if several objects match.
     """
     try:
         entries = [_build_entry(fields) for fields in _parse_messages(text)] or _parse_line_pairs(
             text
         )
-    except Exception as error:  # the package raises many kinds for invalid text
+    except Exception as error:  # The package raises many kinds of exceptions for invalid text.
         raise ValueError(
             f"expected mean-elements messages (OMM) or pairs of lines: {error}"
         ) from error
     if not entries:
         return None
-    fitting = [entry for entry in entries if entry.matches_object(object_name)]
-    if len({entry.number or entry.designator or entry.name for entry in fitting}) != 1:
-        names = list(dict.fromkeys(map(str, fitting or entries)))
+    matches = [entry for entry in entries if entry.matches_object(object_name)]
+    if len({entry.number or entry.designator or entry.name for entry in matches}) != 1:
+        names = list(dict.fromkeys(map(str, matches or entries)))
         more = f" and {len(names) - _MAX_LISTED} more" if len(names) > _MAX_LISTED else ""
         raise ValueError(
-            f"object = {object_name!r} matches {len(fitting)} entries: expected the name or number of "
-            f"one of {', '.join(names[:_MAX_LISTED])}{more}"
+            f"object = {object_name!r} matches {len(matches)} entries: expected the name or number "
+            f"of one of {', '.join(names[:_MAX_LISTED])}{more}"
         )
-    entry = min(fitting, key=lambda each: abs(each.epoch - epoch))
+    entry = min(matches, key=lambda each: abs(each.epoch - epoch))
     source = f"{file}, {entry}"
     try:
         if "line1" in entry.content:
@@ -114,7 +122,9 @@ def read_element_set(
 
 
 def _parse_messages(text: str) -> list[Fields]:
-    """Return the fields of each message in a text by keyword; empty without messages."""
+    """Return the fields of each mean-elements message in a text, as a dict by keyword. The list is
+    empty without messages.
+    """
     from sgp4 import omm
 
     start = text.lstrip()[:1]
@@ -131,7 +141,9 @@ def _parse_messages(text: str) -> list[Fields]:
 
 
 def _parse_kvn(text: str) -> Fields:
-    """Return the fields of a message in KVN, without units in brackets."""
+    """Return the fields of a message in KVN notation as a dict by keyword, without units in
+    brackets.
+    """
     pairs = (line.partition("=") for line in text.splitlines()[1:] if "=" in line)
     return {key.strip(): value.partition("[")[0].strip() for key, _, value in pairs}
 
@@ -148,7 +160,9 @@ def _parse_utc(stamp: str) -> datetime:
 
 
 def _parse_line_pairs(text: str) -> list[Entry]:
-    """Return the pairs of lines, each optionally preceded by a line with the object's name."""
+    """Return the two-line element sets in a text. A line before each pair may contain the object's
+    name.
+    """
     from sgp4.alpha5 import from_alpha5
 
     lines = [line.rstrip() for line in text.splitlines()]
@@ -156,8 +170,12 @@ def _parse_line_pairs(text: str) -> list[Entry]:
     for k, (line1, line2) in enumerate(itertools.pairwise(lines)):
         if not (line1.startswith("1 ") and line2.startswith("2 ")):
             continue
-        above = lines[k - 1] if k else ""
-        name = "" if above.startswith(("1 ", "2 ", "#")) else above.removeprefix("0 ").strip()
+        previous_line = lines[k - 1] if k else ""
+        name = (
+            ""
+            if previous_line.startswith(("1 ", "2 ", "#"))
+            else previous_line.removeprefix("0 ").strip()
+        )
         launch = line1[9:17].strip()
         designator = f"{19 + (launch[:2] < '57')}{launch[:2]}-{launch[2:]}" if launch else ""
         content = {"line1": line1, "line2": line2}
@@ -167,7 +185,7 @@ def _parse_line_pairs(text: str) -> list[Entry]:
 
 
 def _build_mean_elements(fields: Fields, source: str) -> MeanElements:
-    """Return the element set of a message.
+    """Build the element set from the fields of a mean-elements message.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""Orbits from two-line or mean element sets, propagated by SGP4 to GCRS.
+"""Orbits from two-line or mean element sets, propagated by SGP4 and rotated to GCRS.
 
 SGP4 (package `sgp4`) has an error of about 1 km at the epoch of the elements, which grows by 1 to 3
-km per day. The rotation from its frame adds less than 1 m.
+km per day. The rotation from the frame of SGP4 adds less than 1 m.
 """
 
 from __future__ import annotations
@@ -25,26 +25,30 @@ from mgeo_attitude.settings.types import Degrees, Instant, Unit
 if TYPE_CHECKING:
     from sgp4.api import Satrec
 
-#: Age of an element set beyond which the position error exceeds tens of kilometers.
+#: Largest difference between the epochs of an element set and of a run, beyond which the position
+#: error exceeds tens of kilometers.
 MAX_AGE = timedelta(days=30)
 
-_PROBE_INTERVAL = 10.0  # s between test instants of a run; shorter than a descent to the ground
-_LINE_LENGTH = 69  # characters of a line
-_FIRST_YEAR = 57  # two-digit years from 57 on are 19yy, since the first satellite flew in 1957
+#: Interval between test instants of a run [s], shorter than a descent to the ground.
+_PROBE_INTERVAL = 10.0
+#: Number of characters of a line.
+_LINE_LENGTH = 69
+#: Two-digit year from which on years are 19yy, since the first satellite was launched in 1957.
+_FIRST_YEAR = 57
 #: Epoch of the days that `Satrec.sgp4init` takes.
 _SGP4_EPOCH = datetime(1949, 12, 31, tzinfo=UTC)
 
 
-#: Angle of up to one revolution in either direction.
+#: Angle [deg] of up to one revolution in either direction.
 Angle = Annotated[float, Unit("deg"), Field(ge=-360.0, le=360.0)]
 
 
 class SGP4Error(ArithmeticError):
-    """Failure of SGP4 to propagate an element set to the requested instant."""
+    """Raised if SGP4 cannot propagate an element set to the requested instant."""
 
 
 class ElementSet(Settings):
-    """Base class of mean elements for SGP4 with their own epoch."""
+    """Base class of mean elements that SGP4 propagates from their epoch."""
 
     selector: ClassVar[str] = "propagator"
     #: Name of the key that contains the epoch.
@@ -52,19 +56,21 @@ class ElementSet(Settings):
 
     @property
     def element_epoch(self) -> datetime:
-        """Epoch of the elements, UTC."""
+        """Epoch of the elements as a datetime in UTC."""
         raise NotImplementedError
 
     def build_satellite(self) -> Satrec:
-        """Return the satellite for the package sgp4."""
+        """Return the satellite object of the package sgp4 with these elements."""
         raise NotImplementedError
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
-        """Return position [m] and velocity [m/s], GCRS, (n, 3), at `times` [s] after an epoch."""
+        """Return position [m] and velocity [m/s] in GCRS, shape (n, 3), at given times [s] after an
+        epoch.
+        """
         return compute_gcrs_states(self.build_satellite(), compute_julian_dates(epoch, times))
 
     def prepare_for_run(self, epoch: datetime, duration: float) -> Self:
-        """Check that SGP4 propagates the element set through a run, and return the set.
+        """Return the element set after checking that SGP4 can propagate it during a whole run.
 
         Raises
         ------
@@ -91,14 +97,15 @@ class ElementSet(Settings):
         return self
 
     def shift_epoch(self, time: float) -> Self:
-        """Return the element set, whose epoch does not depend on the scenario."""
+        """Return the element set unchanged, because its epoch does not depend on the scenario."""
         return self
 
 
 def compute_gcrs_states(satellite: Satrec, at: JulianDates) -> tuple[Floats, Floats]:
-    """Return position [m] and velocity [m/s] in GCRS by SGP4, shape (n, 3).
+    """Propagate a satellite by SGP4, and return position [m] and velocity [m/s] in GCRS, shape (n,
+    3).
 
-    TEME is treated as inertial for the velocity, an error of 1e-4 m/s in a low orbit.
+    For the velocity, TEME is treated as inertial, which causes an error of 1e-4 m/s in a low orbit.
 
     Raises
     ------
@@ -111,9 +118,10 @@ def compute_gcrs_states(satellite: Satrec, at: JulianDates) -> tuple[Floats, Flo
 
 
 def compute_teme_states(satellite: Satrec, at: JulianDates) -> tuple[Floats, Floats]:
-    """Return position [m] and velocity [m/s] in TEME by SGP4, shape (n, 3).
+    """Propagate a satellite by SGP4, and return position [m] and velocity [m/s] in TEME, shape (n,
+    3).
 
-    TEME is SGP4's own frame, true equator and mean equinox of date.
+    TEME is the frame of SGP4: true equator and mean equinox of date.
 
     Raises
     ------
@@ -141,13 +149,13 @@ def _format_sgp4_error(code: int) -> str:
 
 
 def _compute_max_revolutions(eccentricity: float) -> float:
-    """Return the revolutions per day of an orbit whose perigee is at the Earth's surface."""
+    """Return the mean motion [rev/day] of an orbit whose perigee is at the Earth's surface."""
     return DAY * math.sqrt(EARTH_MU * ((1.0 - eccentricity) / EARTH_RADIUS) ** 3) / math.tau
 
 
 @dataclass(frozen=True, kw_only=True)
 class TLEOrbit(ElementSet):
-    """NORAD two-line element set, propagated by SGP4 from the epoch of the set.
+    """NORAD two-line element set, propagated by SGP4.
 
     Trailing blanks of the lines are removed.
 
@@ -175,20 +183,20 @@ class TLEOrbit(ElementSet):
     line2: str
     """second line of the element set"""
     source: str | None = None
-    """origin of the lines"""
+    """origin of the element set, such as the name of a file"""
 
     def __post_init__(self) -> None:
         for key in ("line1", "line2"):
             object.__setattr__(self, key, getattr(self, key).rstrip())
         _check_lines(self.line1, self.line2)
-        # A line that is shifted by a column also causes an impossible mean motion.
+        # A line that is shifted by a column also has an impossible mean motion.
         most = _compute_max_revolutions(float(f"0.{self.line2[26:33]}"))
         above = f"a perigee above the Earth's surface, at most {most:.6g} revolutions a day"
         expect(most * self.period > DAY, "line2", self.line2, f"{above} (columns 53-63)")
 
     @property
     def epoch(self) -> datetime:
-        """Epoch of the element set, UTC."""
+        """Epoch of the element set as a datetime in UTC."""
         return parse_epoch(self.line1)
 
     @property
@@ -197,18 +205,21 @@ class TLEOrbit(ElementSet):
 
     @property
     def period(self) -> float:
-        """Period of the mean motion [s]."""
+        """Orbital period [s] from the mean motion of the element set."""
         return DAY / float(self.line2[52:63])
 
     def build_satellite(self) -> Satrec:
-        """Return the satellite with the constants of WGS72, on which element sets are based."""
+        """Return the satellite object of the package sgp4, with the constants of WGS72 on which
+        element sets are based.
+        """
         from sgp4.api import Satrec
 
         return Satrec.twoline2rv(self.line1, self.line2)
 
 
 def parse_epoch(line1: str) -> datetime:
-    """Return the epoch of an element set in UTC, from columns 19 to 32 of its first line.
+    """Return the epoch of an element set as a datetime in UTC, from columns 19 to 32 of its first
+    line.
 
     Raises
     ------
@@ -224,7 +235,6 @@ def parse_epoch(line1: str) -> datetime:
 
 
 def _check_lines(line1: str, line2: str) -> None:
-    """Raise InvalidValue if a line has the wrong length or is rejected by the package sgp4."""
     from sgp4.earth_gravity import wgs72
     from sgp4.io import twoline2rv, verify_checksum
 
@@ -245,7 +255,7 @@ def _check_lines(line1: str, line2: str) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class MeanElements(ElementSet):
-    """Mean elements of SGP4 (TEME, Kozai mean motion), propagated from the epoch of the elements.
+    """Mean orbital elements for SGP4, in TEME and with the mean motion of Kozai.
 
     Raises
     ------
@@ -273,9 +283,9 @@ class MeanElements(ElementSet):
     epoch_key: ClassVar[str] = "epoch"
 
     source: str | None = None
-    """origin of the elements"""
+    """origin of the elements, such as the name of a file"""
     epoch: Instant
-    """instant of the elements, with its UTC offset"""
+    """epoch of the elements, with UTC offset"""
     mean_motion_rev_day: Annotated[float, Unit("rev/day")] = Field(gt=0.0)
     """mean motion"""
     eccentricity: float = Field(ge=0.0, lt=1.0)
@@ -289,13 +299,13 @@ class MeanElements(ElementSet):
     mean_anomaly_deg: Angle
     """mean anomaly"""
     bstar: Annotated[float, Unit("1/Earth radii")] = 0.0
-    """drag term"""
+    """drag term B* of SGP4"""
 
     def __post_init__(self) -> None:
         most = _compute_max_revolutions(self.eccentricity)
         above = f"a perigee above the Earth's surface, at most {most:.6g} revolutions a day"
-        found = self.mean_motion_rev_day
-        expect(found < most, "mean_motion_rev_day", found, above)
+        motion = self.mean_motion_rev_day
+        expect(motion < most, "mean_motion_rev_day", motion, above)
 
     @property
     def element_epoch(self) -> datetime:
@@ -303,14 +313,15 @@ class MeanElements(ElementSet):
 
     @property
     def period(self) -> float:
-        """Period of the mean motion [s]."""
+        """Orbital period [s] from the mean motion."""
         return DAY / self.mean_motion_rev_day
 
     def build_satellite(self) -> Satrec:
-        """Return the satellite with the constants of WGS72, on which element sets are based.
+        """Return the satellite object of the package sgp4, with the constants of WGS72 on which
+        element sets are based.
 
-        The catalog number is set to 0, since the package supports none above 339999; it has no
-        effect.
+        The catalog number is set to 0, since the package supports no number above 339999. The
+        number has no effect.
         """
         from sgp4.api import WGS72, Satrec
 
@@ -321,7 +332,7 @@ class MeanElements(ElementSet):
             0,
             (self.element_epoch - _SGP4_EPOCH).total_seconds() / DAY,
             self.bstar,
-            0.0,  # derivatives of the mean motion belong to older theories
+            0.0,  # SGP4 does not use the derivatives of the mean motion.
             0.0,
             self.eccentricity,
             math.radians(self.argument_of_perigee_deg),

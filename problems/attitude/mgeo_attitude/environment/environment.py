@@ -1,4 +1,6 @@
-"""Tables of orbit, Sun, field and eclipses at every step of the filter."""
+"""Environment of a run at each filter sample: orbit, Sun direction, geomagnetic field and
+eclipses.
+"""
 
 from __future__ import annotations
 
@@ -19,15 +21,15 @@ from mgeo_attitude.environment.sun_moon import sun_direction, sun_position, visi
 from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.settings.base import require_same
 
-#: Fields of a `Scenario` that determine the tables.
+#: Fields of a `Scenario` that determine its environment.
 SCENARIO_FIELDS = ("epoch", "duration", "step", "orbit")
 
 
 class OrbitSource(Protocol):
-    """Protocol of an object with an orbit and sample times, such as a `Scenario`.
+    """Protocol of an object with an orbit, an epoch and sample times, such as a `Scenario`.
 
-    An object with an attribute `needs_field` that is false is valid beyond the years of the field
-    model.
+    If the object has an attribute `needs_field` that is false, its times may be outside of the
+    years of the field model.
     """
 
     @property
@@ -42,28 +44,29 @@ class OrbitSource(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Environment:
-    """Read-only tables of a run in GCRS axes, one row per sample.
+    """Orbit, Sun direction, geomagnetic field and eclipses of a run in GCRS, as read-only arrays
+    with a row per sample.
 
     Attributes
     ----------
     times : array (n,)
         Seconds since the epoch, increasing.
     position, velocity : array (n, 3)
-        Satellite [m], [m/s].
+        Position [m] and velocity [m/s] of the satellite.
     sun : array (n, 3)
-        Unit vectors from the satellite to the Sun (geometric).
+        Geometric unit vectors from the satellite to the Sun.
     field : array (n, 3)
         Geomagnetic field [nT].
     sunlit : array (n,) of bool
-        False where the Earth covers more than half of the Sun (umbra and half the penumbra).
-    origin : Course, optional
-        Object from which the tables were computed; None for user-defined tables.
+        False where the Earth covers more than half of the Sun's disc.
+    origin : OrbitSource, optional
+        Object from which the environment was computed; None for user-defined arrays.
     albedo : array (n, 3), optional
-        Albedo as an addition to the Sun's unit vector; see `World.around`.
+        Albedo of the Earth as a vector that is added to the Sun's unit vector, see `albedo_vector`.
     has_eclipses : bool
         Whether eclipses are modeled. Without them, all samples are sunlit.
     epoch : datetime, optional
-        Epoch of `times` if the field is that of IGRF; None for a user-defined field.
+        Epoch of `times` if the field is computed from IGRF; None for a user-defined field.
 
     Raises
     ------
@@ -94,8 +97,8 @@ class Environment:
     def __post_init__(self) -> None:
         n = np.size(self.times)
         shapes = {"times": (n,), "sunlit": (n,)}
-        light = () if self.albedo is None else ("albedo",)
-        for name in ("times", "position", "velocity", "sun", "field", "sunlit", *light):
+        optional = () if self.albedo is None else ("albedo",)
+        for name in ("times", "position", "velocity", "sun", "field", "sunlit", *optional):
             shape = shapes.get(name, (n, 3))
             table = np.array(getattr(self, name), dtype=bool if name == "sunlit" else float)
             if table.shape != shape or not np.isfinite(table).all():
@@ -110,13 +113,14 @@ class Environment:
 
     @classmethod
     def from_scenario(cls, scenario: OrbitSource) -> Self:
-        """Compute the tables at the `times` of a scenario, in about 0.7 s for two orbits at 1 s.
+        """Compute the environment at the sample times of a scenario, in about 0.7 s for two orbits
+        at a step of 1 s.
 
         Raises
         ------
         ValueError
-            If a run that needs the field leaves the years of its model, or if the orbit enters the
-            Earth.
+            If a run that needs the field is outside of the years of the field model, or if the
+            orbit enters the Earth.
         ImportError, SGP4Error
             If an element set cannot be propagated; see `ElementSet`.
         """
@@ -130,21 +134,21 @@ class Environment:
         position: Floats | None = None,
         origin: OrbitSource | None = None,
     ) -> Self:
-        """Compute the tables at any `times` [s] after a scenario's epoch.
+        """Compute the environment at given times [s] after a scenario's epoch.
 
         Parameters
         ----------
-        scenario : Course
+        scenario : OrbitSource
         times : array, shape (n,)
         position : array, shape (n, 3), optional
-            Satellite [m], GCRS; default: on the scenario's orbit.
-        origin : Course, optional
+            Position of the satellite [m], GCRS. Default: the position on the scenario's orbit.
+        origin : OrbitSource, optional
             Value of the attribute `origin`.
 
         Raises
         ------
         ValueError, ImportError, SGP4Error
-            As `from_scenario`.
+            In the same cases as `from_scenario`.
         """
         if position is None:
             position, velocity = scenario.orbit.propagate(scenario.epoch, times)
@@ -166,9 +170,10 @@ class Environment:
         )
 
     def field_gradient(self) -> Floats:
-        """Return the derivative of the field by position [nT/m], GCRS, shape (n, 3, 3).
+        """Return the derivative of the geomagnetic field with respect to position [nT/m], GCRS,
+        shape (n, 3, 3).
 
-        A user-defined field has the gradient of a dipole, see `dipole_gradient`.
+        The gradient of a user-defined field is that of a dipole, see `dipole_gradient`.
         """
         if self.epoch is None:
             return dipole_gradient(self.position, self.field)
@@ -182,19 +187,20 @@ class Environment:
         return 1e-9 * self.field
 
     def without_eclipses(self) -> Self:
-        """Return the environment without eclipses."""
+        """Return a copy in which all samples are in sunlight."""
         return dataclasses.replace(self, sunlit=np.ones_like(self.sunlit), has_eclipses=False)
 
     def validate_scenario(self, scenario: OrbitSource) -> None:
-        """Check that the tables belong to a scenario.
+        """Raise ValueError if the environment was computed for another orbit, epoch, duration or
+        step than the scenario's.
 
-        User-defined tables need only have the scenario's `times`.
+        User-defined arrays only need the times of the scenario.
 
         Raises
         ------
         ValueError
-            If a field of `KEYS` or the times differ. The message names the first difference and
-            both values.
+            If a field of `SCENARIO_FIELDS` or the times differ. The message names the first
+            difference and both values.
         """
         if self.origin is not None:
             require_same("environment", self.origin, scenario, SCENARIO_FIELDS)
@@ -217,20 +223,21 @@ def _compute_middle_epoch(epoch: datetime, times: Floats) -> datetime:
 def compute_sun_and_field(
     epoch: datetime, times: Floats, position: Floats, needs_field: bool = True
 ) -> tuple[Floats, Floats]:
-    """Compute Sun position [m] and field [nT] at positions, the most expensive tables.
+    """Return the position of the Sun [m] and the geomagnetic field [nT] at positions of a
+    satellite.
 
-    If only figures use the field, dates outside of the model's years are replaced by the nearest
-    one inside.
+    The two arrays take most of the time of an environment. If `needs_field` is false, a date
+    outside of the years of the field model is replaced by the nearest date inside.
 
     Parameters
     ----------
     epoch : datetime
     times : array, shape (n,)
-        [s], nondecreasing.
+        Times after the epoch [s], nondecreasing.
     position : array, shape (n, 3)
-        Satellite [m], GCRS.
+        Position of the satellite [m], GCRS.
     needs_field : bool
-        Whether the accuracy of the field matters.
+        Whether the run depends on the field; false if only figures show it.
 
     Returns
     -------
@@ -242,12 +249,13 @@ def compute_sun_and_field(
     middle = _compute_middle_epoch(epoch, times)
     if not needs_field:
         middle = min(max(middle, FIELD_MODEL_START), FIELD_MODEL_END)
-    # The field raises an error for dates for which the Sun position would only warn.
+    # The field is computed first, since it raises an error for dates for which the Sun position
+    # only causes a warning.
     field = geomagnetic_field(rotate(to_itrs, position), middle)
     return sun_position(at), rotate(np.swapaxes(to_itrs, 1, 2), field)
 
 
-# A problem, its plans and their Monte Carlo runs request the same tables independently.
+# A problem, its plans and their Monte Carlo runs request the same arrays independently.
 @lru_cache(maxsize=16)
 def _compute_cached_sun_and_field(
     epoch: datetime, times: bytes, position: bytes, needs_field: bool
@@ -255,7 +263,7 @@ def _compute_cached_sun_and_field(
     after, where = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
     tables = compute_sun_and_field(epoch, after, where, needs_field)
     for table in tables:
-        table.flags.writeable = False  # the cached table is shared
+        table.flags.writeable = False  # The cached array is shared.
     return tables
 
 

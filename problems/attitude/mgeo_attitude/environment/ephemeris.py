@@ -1,4 +1,4 @@
-"""Orbit from sampled positions of another tool, with interpolation."""
+"""Orbit by interpolation of positions that another tool has computed."""
 
 from __future__ import annotations
 
@@ -19,19 +19,22 @@ from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
 from mgeo_attitude.settings.types import Instant, Unit, Vector
 
-#: Default degree of the polynomials: 8 positions, or 4 positions with velocities.
+#: Default degree of the polynomials, for 8 positions or 4 positions with velocities.
 DEFAULT_DEGREE = 7
 MAX_DEGREE = 15
-#: Tolerance for equal instants [s], since files round times, usually to a microsecond.
+#: Difference of equal instants [s], since files round times, usually to a microsecond.
 TIME_TOLERANCE = 2e-6
 
-_MAX_RADIUS = 1e9  # m; the radius of the Earth's sphere of influence is 9.2e8 m
-_MAX_INTERPOLATION_ERROR = 1000.0  # m, the error of the best element sets
+#: Largest distance from the Earth [m]; the radius of its sphere of influence is 9.2e8 m.
+_MAX_RADIUS = 1e9
+#: Largest difference between interpolations [m], which is the error of the best element sets.
+_MAX_INTERPOLATION_ERROR = 1000.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class EphemerisOrbit(Settings):
-    """Interpolated samples of position in GCRS: Hermite with velocities, Lagrange without.
+    """Orbit by interpolation of sampled positions in GCRS, by Hermite polynomials if there are
+    velocities and by Lagrange polynomials otherwise.
 
     Raises
     ------
@@ -59,62 +62,66 @@ class EphemerisOrbit(Settings):
     propagator: ClassVar[str] = "ephemeris"
 
     source: str = ""
-    """origin of the samples"""
+    """origin of the samples, such as the name of a file"""
     epoch: Instant
-    """reference instant of the times, with UTC offset"""
+    """instant from which the times count, with UTC offset"""
     degree: int = Field(default=DEFAULT_DEGREE, ge=1, le=MAX_DEGREE)
     """degree of the interpolating polynomials"""
     times: Annotated[tuple[float, ...], Unit("s")]
-    """SI seconds after the epoch, increasing"""
+    """times of the samples after the epoch, in increasing order"""
     position: Annotated[tuple[Vector, ...], Unit("m")]
-    """positions, GCRS"""
+    """positions in GCRS"""
     velocity: Annotated[tuple[Vector, ...], Unit("m/s")] = ()
-    """velocities, GCRS; without them, Lagrange interpolation is used"""
+    """velocities in GCRS; without velocities, Lagrange interpolation is used"""
 
     def __post_init__(self) -> None:
-        n, need = (
+        n, n_needed = (
             len(self.times),
             max(3, count_polynomial_samples(self.degree, bool(self.velocity)) + 1),
         )
-        enough = f"at least {need} for degree = {self.degree}; fewer allow a lower degree"
-        expect(n >= need, "times", f"{n} samples", enough)
+        expected_count = (
+            f"at least {n_needed} for degree = {self.degree}; fewer allow a lower degree"
+        )
+        expect(n >= n_needed, "times", f"{n} samples", expected_count)
         for key, count in (("position", len(self.position)), ("velocity", len(self.velocity) or n)):
             expect(count == n, key, f"{count} vectors", f"{n}, one for each of the times")
         for k in np.flatnonzero(np.diff(self.times) <= 0.0)[:1] + 1:
-            later = f"more than the {self.times[k - 1]!r} s before it"
-            expect(False, f"times[{k}]", self.times[k], later)
+            expected = f"more than the {self.times[k - 1]!r} s before it"
+            expect(False, f"times[{k}]", self.times[k], expected)
         radius = np.linalg.norm(self.position, axis=1)
         for k in np.flatnonzero((radius < EARTH_RADIUS) | (radius > _MAX_RADIUS))[:1]:
-            reach = (
+            expected = (
                 f"a position above ground and near the Earth, |r| from {EARTH_RADIUS:.12g} to "
                 f"{_MAX_RADIUS:g} m, not {radius[k]:.6g} m"
             )
-            expect(False, f"position[{k}]", self.position[k], reach)
-        held = "a position and a speed of a bound orbit about the Earth"
+            expect(False, f"position[{k}]", self.position[k], expected)
+        bound = "a position and a speed of a bound orbit about the Earth"
         for k in np.flatnonzero(self._energies >= 0.0)[:1]:
-            expect(False, f"position[{k}]", self.position[k], held)
+            expect(False, f"position[{k}]", self.position[k], bound)
 
     @property
     def period(self) -> float:
-        """Keplerian period [s] of the mean osculating semi-major axis of the samples."""
+        """Keplerian period [s] for the mean semi-major axis of the samples."""
         return orbital_period(float(np.mean(-0.5 * EARTH_MU / self._energies)))
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
-        """Return position [m] and velocity [m/s], GCRS, (n, 3), at `times` [s] after an epoch.
+        """Return the interpolated position [m] and velocity [m/s] in GCRS, shape (n, 3), at given
+        times [s] after an epoch.
 
         The velocity is the derivative of the interpolated position.
         """
         return self._interpolate(times + seconds_between(self.epoch, epoch))
 
     def prepare_for_run(self, epoch: datetime, duration: float) -> Self:
-        """Check that the samples cover a run consistently, and return the orbit.
+        """Return the orbit after checking that its samples cover a whole run without
+        contradictions.
 
         Raises
         ------
         InvalidValue
-            If the samples do not cover the run, or if polynomials through neighboring samples
-            differ by 1 km or more during the run. Possible causes are a wrong sample, too few
-            samples, velocities that do not match the positions, and a maneuver.
+            If the samples do not cover the run, or if polynomials through different neighboring
+            samples differ by 1 km or more during the run. Possible causes are a wrong sample, too
+            few samples, velocities that do not match the positions, and a maneuver.
         """
         start = seconds_between(self.epoch, epoch)
         end, (first, *_, last) = start + duration, self.times
@@ -124,26 +131,26 @@ class EphemerisOrbit(Settings):
             f"orbit.epoch = {self.epoch.isoformat()}"
         )
         expect(inside, "times", f"{first:.12g} to {last:.12g}", run)
-        ends = np.array(self.times)
-        middle = 0.5 * (ends[1:] + ends[:-1])
-        needed = np.flatnonzero((ends[1:] > start) & (ends[:-1] < end))
-        moved, _ = self._interpolate(middle[needed], shift=1)
-        error = np.linalg.norm(moved - self._interpolate(middle[needed])[0], axis=1)
+        times = np.array(self.times)
+        middle = 0.5 * (times[1:] + times[:-1])
+        needed = np.flatnonzero((times[1:] > start) & (times[:-1] < end))
+        shifted, _ = self._interpolate(middle[needed], shift=1)
+        error = np.linalg.norm(shifted - self._interpolate(middle[needed])[0], axis=1)
         worst = int(np.argmax(error))
         begin, stop = (
             format_instant(self.epoch, self.times[needed[worst] + side]) for side in (0, 1)
         )
         agreement = (
             f"polynomials of degree {self.degree} through neighboring samples that agree to "
-            f"{_MAX_INTERPOLATION_ERROR:g} m, not {error[worst]:.3g} m: a sample is wrong, samples are too "
-            "far apart, velocities have another unit or frame, or there is a maneuver. Start the "
-            "run after the maneuver, or remove the samples after it"
+            f"{_MAX_INTERPOLATION_ERROR:g} m, not {error[worst]:.3g} m: a sample is wrong, samples "
+            "are too far apart, velocities have another unit or frame, or there is a maneuver. "
+            "Start the run after the maneuver, or remove the samples after it"
         )
         expect(error[worst] < _MAX_INTERPOLATION_ERROR, "times", f"{begin} to {stop}", agreement)
         return self
 
     def shift_epoch(self, time: float) -> Self:
-        """Return the orbit, whose epoch does not depend on the scenario."""
+        """Return the orbit unchanged, because its epoch does not depend on the scenario."""
         return self
 
     def _interpolate(self, times: Floats, shift: int = 0) -> tuple[Floats, Floats]:
@@ -165,5 +172,7 @@ class EphemerisOrbit(Settings):
 
 
 def count_polynomial_samples(degree: int, has_velocities: bool) -> int:
-    """Return the number of samples of a polynomial; a sample with velocity counts twice."""
+    """Return the number of samples that determine a polynomial of a given degree. A sample with
+    velocity gives two conditions.
+    """
     return (degree + 2) // 2 if has_velocities else degree + 1

@@ -1,4 +1,4 @@
-"""Geomagnetic field of IGRF-14 (IAGA), evaluated by ppigrf, and its gradient."""
+"""Geomagnetic field of the model IGRF-14 (IAGA), evaluated by ppigrf, and its gradient."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from mgeo_attitude._typing import Complexes, Floats
 from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
 from mgeo_attitude.environment.times import as_utc
 
-# East and south are undefined at the poles. Positions are moved 1e-7° (1 cm) away from them, which
-# changes the field vector by less than 1e-4 nT.
+# East and south are undefined at the poles. Positions are moved 1e-7° (1 cm) away from the poles,
+# which changes the field vector by less than 1e-4 nT.
 _MIN_POLE_DISTANCE = np.radians(1e-7)
 
-# ppigrf needs 13 kB per point. Blocks of this size fit in the cache, which halves the run time.
+# ppigrf needs 13 kB per point. Batches of this size fit in the cache, which halves the run time.
 _BATCH_SIZE = 4096
 
-# The order of BLAS sums depends on the number of threads. One thread makes the last bit of the
-# field, and with it the result of a seed, independent of the number of processors. The limit
-# applies to the process, so that concurrent calls must wait.
+# The order of sums in BLAS depends on the number of threads. With one thread, the last bit of the
+# field, and so the result of a seeded run, does not depend on the number of processors. The limit
+# applies to the whole process, so that concurrent calls must wait.
 _blas_lock = Lock()
 
 #: Degree and order of IGRF, and its reference radius [m].
@@ -31,9 +31,11 @@ FIELD_RADIUS = 6371200.0
 
 
 def geomagnetic_field(position: Floats, date: datetime) -> Floats:
-    """Return the field [nT] at positions [m], both ITRS and of shape (n, 3), on one date.
+    """Return the geomagnetic field of IGRF-14 [nT] at positions [m] on one date, both in ITRS and
+    of shape (n, 3).
 
-    The field drifts by about 0.3 nT per day, so that the middle of a run represents the whole run.
+    The field changes by about 0.3 nT per day, so that the date in the middle of a run is valid for
+    the whole run.
 
     Raises
     ------
@@ -47,10 +49,11 @@ def geomagnetic_field(position: Floats, date: datetime) -> Floats:
 
 
 def field_gradient(position: Floats, date: datetime) -> Floats:
-    """Return the derivative of the field with respect to position [nT/m], ITRS, shape (n, 3, 3).
+    """Return the derivative of the geomagnetic field with respect to position [nT/m], ITRS, shape
+    (n, 3, 3).
 
-    Rows belong to the field and columns to the position. Parameters and exceptions are those of
-    `geomagnetic_field`.
+    Rows are components of the field, and columns are components of the position. Parameters and
+    exceptions are those of `geomagnetic_field`.
     """
     coefficients = load_gauss_coefficients(_check_date(date))
     pieces = range(0, max(len(position), 1), _BATCH_SIZE)
@@ -60,9 +63,8 @@ def field_gradient(position: Floats, date: datetime) -> Floats:
 
 
 def load_gauss_coefficients(date: datetime) -> Complexes:
-    """Return the Schmidt quasi-normalized coefficients g + ih of IGRF-14 [nT] on a date.
-
-    The array is indexed by degree and order.
+    """Return the Schmidt quasi-normalized Gauss coefficients g + ih of IGRF-14 [nT] on a date, as
+    an array indexed by degree and order.
     """
     import ppigrf
 
@@ -77,7 +79,9 @@ def load_gauss_coefficients(date: datetime) -> Complexes:
 
 
 def _check_date(date: datetime) -> datetime:
-    """Return the date in UTC after checking that it is within the years of the model."""
+    """Return a date in UTC, or raise ValueError if it is outside of the years of the field
+    model.
+    """
     utc = as_utc(date)
     if not FIELD_MODEL_START <= utc <= FIELD_MODEL_END:
         raise ValueError(
@@ -88,7 +92,7 @@ def _check_date(date: datetime) -> datetime:
 
 
 def _evaluate_field(position: Floats, utc: datetime) -> Floats:
-    import ppigrf  # imports pandas, which takes a third of a second
+    import ppigrf  # This imports pandas, which takes a third of a second.
 
     x, y, z = position.T
     radius = np.linalg.norm(position, axis=1)
@@ -96,7 +100,7 @@ def _evaluate_field(position: Floats, utc: datetime) -> Floats:
         np.arctan2(np.hypot(x, y), z), _MIN_POLE_DISTANCE, np.pi - _MIN_POLE_DISTANCE
     )
     longitude = np.arctan2(y, x)
-    # One date, not one per sample: ppigrf returns every combination of dates and points.
+    # A single date is passed, since ppigrf returns every combination of dates and points.
     outward, southward, eastward = ppigrf.igrf_gc(
         radius / 1e3, np.degrees(colatitude), np.degrees(longitude), utc.replace(tzinfo=None)
     )
@@ -114,11 +118,12 @@ def _evaluate_field(position: Floats, utc: datetime) -> Floats:
 
 
 def _evaluate_gradient(position: Floats, coefficients: Complexes) -> Floats:
-    """Return the negative second derivatives of a Σ (a/r)ⁿ⁺¹ (g cos mλ + h sin mλ) P_n^m.
+    """Return the field gradient at positions as the negative second derivatives of the
+    spherical-harmonic potential.
 
-    The derivatives of solid harmonics I_n^m = (n - m)! P_n^m(cos θ) exp(imλ) / rⁿ⁺¹ are solid
-    harmonics: ∂z I_n^m = -I_{n+1}^m and (∂x + i∂y) I_n^m = -I_{n+1}^{m+1}, with I_n^-m = (-1)^m
-    conj(I_n^m).
+    The potential is a Σ (a/r)ⁿ⁺¹ (g cos mλ + h sin mλ) P_n^m. The derivatives of solid harmonics
+    I_n^m = (n - m)! P_n^m(cos θ) exp(imλ) / rⁿ⁺¹ are solid harmonics: ∂z I_n^m = -I_{n+1}^m and (∂x
+    + i∂y) I_n^m = -I_{n+1}^{m+1}, with I_n^-m = (-1)^m conj(I_n^m).
     """
     N = FIELD_DEGREE
     x, y, z = position.T / FIELD_RADIUS
@@ -141,7 +146,7 @@ def _evaluate_gradient(position: Floats, coefficients: Complexes) -> Floats:
             c = coefficients[n, m] / math.sqrt(math.factorial(n - m) * math.factorial(n + m))
             weights[n, N + m] += c.conjugate() / math.sqrt(2.0 if m else 4.0)
             weights[n, N - m] += (-1) ** m * c / math.sqrt(2.0 if m else 4.0)
-    # ∂z², (∂x + i∂y) ∂z and (∂x + i∂y)²; ∂x² + ∂y² is -∂z²
+    # These are ∂z², (∂x + i∂y) ∂z and (∂x + i∂y)² of the potential, where ∂x² + ∂y² = -∂z².
     zz, tilted, square = (
         np.einsum("nm,nmk->k", weights, solid[2:, 2 + up : 2 * N + 3 + up], optimize=True)
         for up in range(3)
@@ -153,29 +158,30 @@ def _evaluate_gradient(position: Floats, coefficients: Complexes) -> Floats:
 
 
 def dipole_gradient(position: Floats, field: Floats) -> Floats:
-    """Return the gradient of the field of a dipole at the origin that matches given field values.
+    """Return the gradient of the field of a dipole at the Earth's center that has the given field
+    values.
 
-    A dipole m has B = (3 (m·n) n - m) / r³ with n = position / r, so that its moment follows from
-    one field vector. The gradient is symmetric and has zero trace, as in every current-free field.
-    It approximates fields that are known by their values only; its difference from IGRF at 750 km
-    is 12 % (root mean square).
+    The field of a dipole m is B = (3 (m·n) n - m) / r³ with n = position / r, so that the moment
+    follows from one field vector. The gradient is symmetric and has zero trace, as in every
+    current-free field. The dipole approximates a field of which only values are given. At 750 km
+    its gradient differs from that of IGRF by 12 % (root mean square).
 
     Parameters
     ----------
     position, field : arrays, shape (n, 3)
-        In the same axes.
+        Positions relative to the Earth's center and field vectors, in the same axes.
 
     Returns
     -------
     array, shape (n, 3, 3)
-        Rows belong to the field, columns to the position; unit of the field per unit of the
-        position.
+        Rows are components of the field, and columns are components of the position. The unit is
+        that of the field per unit of the position.
     """
     r = np.linalg.norm(position, axis=1)[:, None, None]
     n = (position / r[:, 0])[:, :, None]
     B = field[:, :, None]
     radial = (n * B).sum(axis=1, keepdims=True)
-    m = 1.5 * radial * n - B  # the moment over r³
+    m = 1.5 * radial * n - B  # This is the moment divided by r³.
     both = m @ n.swapaxes(1, 2)
     axial = radial * (0.5 * np.eye(3) - 2.5 * n @ n.swapaxes(1, 2))
     gradient: Floats = 3.0 / r * (both + both.swapaxes(1, 2) + axial)

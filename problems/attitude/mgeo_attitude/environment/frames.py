@@ -1,7 +1,8 @@
 """Rotations between GCRS, EME2000, TOD, TEME, ITRS and LVLH.
 
-Earth orientation parameters are neglected: UT1 = UTC (the difference is below 0.9 s, or 0.004° of
-Earth rotation) and no polar motion (below 1 arc second). The error on the ground is at most 420 m.
+Earth orientation parameters are neglected: UT1 equals UTC (the difference is below 0.9 s, or 0.004°
+of Earth rotation), and there is no polar motion (below 1 arc second). The position error on the
+ground is at most 420 m.
 """
 
 from __future__ import annotations
@@ -17,17 +18,18 @@ from mgeo_attitude.environment.times import JulianDates
 
 
 def gcrs_to_itrs(at: JulianDates) -> Floats:
-    """Return the rotation matrices from GCRS to ITRS, shape (n, 3, 3)."""
+    """Return the rotation matrix from GCRS to ITRS at each instant, shape (n, 3, 3)."""
     return np.asarray(erfa.rz(erfa.era00(at.midnight, at.ut), _gcrs_to_cirs(at)))
 
 
 def teme_to_gcrs(at: JulianDates) -> Floats:
-    """Return the rotation matrices from TEME (the frame of SGP4) to GCRS, shape (n, 3, 3).
+    """Return the rotation matrix from TEME, the frame of SGP4, to GCRS at each instant, shape (n,
+    3, 3).
 
     TEME has no official definition. As in Vallado et al., "Revisiting Spacetrack Report #3" (AIAA
-    2006-6753), its x axis lies GMST (1982) west of the Earth's prime meridian, in the equator of
-    date. A rotation by way of the Earth-fixed frame avoids the equation of the equinoxes, and its
-    angle (GMST minus Earth rotation angle) hardly depends on UT1.
+    2006-6753), its x axis is in the equator of date, at an angle of GMST (1982) west of the Earth's
+    prime meridian. The rotation passes through the Earth-fixed frame, which avoids the equation of
+    the equinoxes, and its angle (GMST minus Earth rotation angle) hardly depends on UT1.
     """
     angle = erfa.gmst82(at.midnight, at.ut) - erfa.era00(at.midnight, at.ut)
     cirs_to_gcrs = np.swapaxes(_gcrs_to_cirs(at), -1, -2)
@@ -35,15 +37,17 @@ def teme_to_gcrs(at: JulianDates) -> Floats:
 
 
 def rotate(matrices: Floats, vectors: Floats) -> Floats:
-    """Multiply matrices, shape (n, 3, 3), by vectors, shape (n, 3), row by row."""
+    """Multiply n matrices, shape (n, 3, 3), by n vectors, shape (n, 3), pair by pair."""
     rotated: Floats = np.einsum("nij,nj->ni", matrices, vectors)
     return rotated
 
 
 def _gcrs_to_cirs(at: JulianDates) -> Floats:
-    """Return the matrices of IAU 2006/2000A, shape (n, 3, 3), by linear interpolation.
+    """Return the rotation matrix from GCRS to CIRS (IAU 2006/2000A) at each instant, shape (n, 3,
+    3).
 
-    The 2000A series takes 0.04 ms per instant. The interpolation error is 2e-10 rad over a few
+    The matrices are interpolated linearly between the first and the last instant, since the 2000A
+    series takes 0.04 ms per instant. The interpolation error is 2e-10 rad over a few
     hours, 3e-8 rad over a day and 1e-6 rad over two weeks (fortnightly nutation).
     """
     return _interpolate_matrices(erfa.c2i06a, at)
@@ -52,12 +56,12 @@ def _gcrs_to_cirs(at: JulianDates) -> Floats:
 def _interpolate_matrices(matrix: Callable[[float, float], Floats], at: JulianDates) -> Floats:
     first, last = (matrix(at.midnight, at.tt[k]) for k in (0, -1))
     span = at.tt[-1] - at.tt[0]
-    weight = (at.tt - at.tt[0]) / (span or 1.0)  # a single instant has no span
+    weight = (at.tt - at.tt[0]) / (span or 1.0)  # The span of a single instant is zero.
     return np.asarray(first + weight[:, None, None] * (last - first))
 
 
 #: Patterns of the names of reference frames in files, in upper case and without hyphens, blanks and
-#: underscores. Realizations of one frame differ by centimeters and are not distinguished.
+#: underscores. Realizations of a frame differ by centimeters and are not distinguished.
 _FRAME_PATTERNS = {
     "GCRF": r"(GCRF|GCRS|ICRF)\d*",
     "EME2000": r"EME2000|J2000",
@@ -66,12 +70,14 @@ _FRAME_PATTERNS = {
     "ITRF": r"(ITRF|ITRS)\d*|WGS84",
 }
 
-#: Rotation of the Earth [rad/s]: rate of its rotation angle (IERS Conventions 2010, eq. 5.15).
+#: Rotation rate of the Earth [rad/s], the rate of the Earth rotation angle (IERS Conventions 2010,
+#: eq. 5.15).
 _EARTH_RATE = 2.0 * np.pi * 1.00273781191135448 / erfa.DAYSEC
 
 
 def parse_frame_name(text: str) -> str:
-    """Return GCRF, EME2000, TOD, TEME or ITRF for a name of the frame in a file.
+    """Return the standard name GCRF, EME2000, TOD, TEME or ITRF of a reference frame that is named
+    in a file.
 
     Raises
     ------
@@ -91,10 +97,10 @@ def parse_frame_name(text: str) -> str:
 def convert_to_gcrs(
     frame: str, at: JulianDates, position: Floats, velocity: Floats | None
 ) -> tuple[Floats, Floats | None]:
-    """Convert position [m] and velocity [m/s], shape (n, 3), from a frame of `parse_frame_name` to GCRS.
+    """Convert positions [m] and velocities [m/s], shape (n, 3), from a named frame to GCRS.
 
-    The velocity is relative to the frame. ITRF rotates; TEME is treated as inertial, as in
-    `compute_gcrs_states`.
+    The frame is one of `parse_frame_name`. The velocity is relative to the frame. ITRF rotates, and
+    TEME is treated as inertial, as in `compute_gcrs_states`.
     """
     rotation = rotation_to_gcrs(frame, at)
     if velocity is not None:
@@ -106,12 +112,12 @@ def convert_to_gcrs(
 
 
 def rotation_to_gcrs(frame: str, at: JulianDates) -> Floats:
-    """Return the matrices from a frame of `parse_frame_name` to GCRS, shape (n, 3, 3)."""
+    """Return the rotation matrix from a named frame to GCRS at each instant, shape (n, 3, 3)."""
     if frame == "TEME":
         return teme_to_gcrs(at)
     if frame == "ITRF":
         return np.swapaxes(gcrs_to_itrs(at), -1, -2)
-    if frame == "TOD":  # true equator and equinox of date, IAU 2006/2000A
+    if frame == "TOD":  # The axes are the true equator and equinox of date, IAU 2006/2000A.
         return np.swapaxes(_interpolate_matrices(erfa.pnm06a, at), -1, -2)
     # The frame bias between EME2000 and GCRS is 0.02 arc seconds.
     fixed = np.eye(3) if frame == "GCRF" else erfa.bp06(at.midnight, at.tt[0])[0].T
@@ -119,10 +125,11 @@ def rotation_to_gcrs(frame: str, at: JulianDates) -> Floats:
 
 
 def lvlh_to_gcrs(position: Floats, velocity: Floats) -> Floats:
-    """Return the matrices from LVLH to GCRS, shape (n, 3, 3).
+    """Return the rotation matrix from the LVLH frame of a satellite to GCRS at each instant, shape
+    (n, 3, 3).
 
-    LVLH (local vertical, local horizontal) has z toward the Earth's center, y opposite to the
-    orbital angular momentum, and x = y × z, forward.
+    In LVLH (local vertical, local horizontal), z points to the Earth's center, y is opposite to the
+    orbital angular momentum, and x = y × z points forward.
     """
     z = -position / np.linalg.norm(position, axis=1, keepdims=True)
     y = -np.cross(position, velocity)

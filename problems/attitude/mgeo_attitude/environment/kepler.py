@@ -1,4 +1,4 @@
-"""Two-body motion and first-order secular drift by J2."""
+"""Two-body motion, and first-order secular drift by J2."""
 
 from __future__ import annotations
 
@@ -11,13 +11,18 @@ from numpy.typing import ArrayLike
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
 
-_TOLERANCE = 1e-14  # rad, largest final Newton step
-_MAX_ITERATIONS = 50  # 6 iterations suffice even at e = 1 - 1e-16
-_MAX_SERIES_ANGLE = 0.5  # rad; below it, E - sin E cancels and 8 terms of its series are exact
+#: Size of a Newton step [rad] below which the iteration ends.
+_TOLERANCE = 1e-14
+#: Largest number of iterations; 6 iterations suffice even at e = 1 - 1e-16.
+_MAX_ITERATIONS = 50
+#: Angle E [rad] below which E - sin E is computed by 8 terms of its series, to avoid cancellation.
+_MAX_SERIES_ANGLE = 0.5
 
 
 class Elements(NamedTuple):
-    """Keplerian elements of an elliptic orbit about the Earth, in meters and radians."""
+    """Keplerian elements of an elliptic orbit about the Earth. Lengths are in meters and angles in
+    radians.
+    """
 
     semi_major_axis: float
     eccentricity: float
@@ -28,32 +33,35 @@ class Elements(NamedTuple):
 
 
 def orbital_period(semi_major_axis: float) -> float:
-    """Return the Keplerian period [s] for a semi-major axis [m]."""
+    """Return the Keplerian period [s] of an orbit with a given semi-major axis [m]."""
     return math.tau * math.sqrt(semi_major_axis**3 / EARTH_MU)
 
 
 def propagate_two_body(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
-    """Propagate elements by two-body motion.
+    """Return position and velocity at given times after the epoch of Keplerian elements, by
+    two-body motion.
 
     Parameters
     ----------
     elements : Elements
     times : array_like, shape (n,)
-        Seconds after the epoch of the elements.
+        Times after the epoch of the elements [s].
 
     Returns
     -------
     position, velocity : arrays, shape (n, 3)
-        [m] and [m/s], in the inertial axes of the elements.
+        Position [m] and velocity [m/s] in the inertial axes of the elements.
     """
     return _propagate(elements, times, (0.0, 0.0, 0.0))
 
 
 def propagate_j2_secular(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
-    """Propagate mean elements with the secular drift by J2; parameters as in `propagate_two_body`.
+    """Return position and velocity at given times after the epoch of mean elements, with the
+    secular drift by J2.
 
     The velocity is the Keplerian velocity of the drifting elements, which neglects the motion of
     node and perigee (of relative size J2). The symmetry axis of J2 is the z axis of the elements.
+    Parameters and results are those of `propagate_two_body`.
     """
     rates = j2_secular_rates(elements.semi_major_axis, elements.eccentricity, elements.inclination)
     return _propagate(elements, times, rates)
@@ -62,11 +70,11 @@ def propagate_j2_secular(elements: Elements, times: ArrayLike) -> tuple[Floats, 
 def j2_secular_rates(
     semi_major_axis: float, eccentricity: float, inclination: float
 ) -> tuple[float, float, float]:
-    """Return the J2 drift of node, argument of perigee and mean anomaly [rad/s].
+    """Return the secular drift rates of node, argument of perigee and mean anomaly by J2 [rad/s].
 
     The drift of the mean anomaly is relative to the Keplerian mean motion. Source: Kozai, The
-    motion of a close Earth satellite (Astron. J. 64, 1959), equation 14, in which node and perigee
-    drift in proportion to the perturbed mean motion.
+    motion of a close Earth satellite, Astronomical Journal 64 (1959), equation 14, in which node
+    and perigee drift in proportion to the perturbed mean motion.
     """
     eta_squared = 1.0 - eccentricity**2
     parameter = semi_major_axis * eta_squared
@@ -83,15 +91,17 @@ def j2_secular_rates(
 
 
 def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Floats:
-    """Solve Kepler's equation M = E - e sin E for E [rad], for any shape of M and e < 1.
+    """Solve Kepler's equation M = E - e sin E for the eccentric anomaly E [rad], for an
+    eccentricity below 1.
 
     Newton's method starts above the root, where the equation is convex, so that it converges
     monotonically. The number of revolutions of M is preserved.
     """
     mean = np.asarray(mean_anomaly, dtype=np.float64)
     revolutions = math.tau * np.round(mean / math.tau)
-    folded = np.abs(mean - revolutions)  # in [0, pi]; the equation is odd in M
-    # Upper bounds of the root from sin E <= 1, sin E <= E, and E - sin E >= E³/pi² for e near 1.
+    folded = np.abs(mean - revolutions)  # The equation is odd in M, so that [0, pi] suffices.
+    # These are upper bounds of the root from sin E <= 1, sin E <= E, and E - sin E >= E³/pi² for e
+    # near 1.
     anomaly = np.minimum(folded + eccentricity, folded / (1.0 - eccentricity))
     if eccentricity > 0.5:
         anomaly = np.minimum(anomaly, np.cbrt(math.pi**2 * folded / eccentricity))
@@ -108,13 +118,14 @@ def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Floats:
 def propagate_elements(
     elements: Elements, time: float, rates: tuple[float, float, float]
 ) -> Elements:
-    """Return the elements at a later time, with drift rates as those of `j2_secular_rates`.
+    """Return the elements at a later time, for two-body motion with given drift rates of the
+    angles.
 
     Parameters
     ----------
     elements : Elements
     time : float
-        [s].
+        Time after the epoch of the elements [s].
     rates : tuple of three float
         Drift of node, argument of perigee and mean anomaly [rad/s].
 
@@ -136,7 +147,7 @@ def propagate_elements(
 
 
 def mean_anomaly_from_true(true_anomaly: float, eccentricity: float) -> float:
-    """Return the mean anomaly [rad] in [-pi, pi] for a true anomaly [rad]."""
+    """Return the mean anomaly [rad], between -pi and pi, of a true anomaly [rad]."""
     half = 0.5 * math.remainder(true_anomaly, math.tau)
     eccentric = 2.0 * math.atan2(
         math.sqrt(1.0 - eccentricity) * math.sin(half),
@@ -168,7 +179,9 @@ def _propagate(
 def _compute_perifocal_axes(
     raan: Floats, perigee: Floats, inclination: float
 ) -> tuple[Floats, Floats]:
-    """Return unit vectors toward perigee and 90° ahead of it, shape (n, 3)."""
+    """Return the unit vectors toward the perigee and 90° ahead of it in the orbital plane, shape
+    (n, 3).
+    """
     cos_r, sin_r, zero = np.cos(raan), np.sin(raan), np.zeros_like(raan)
     cos_i, sin_i = math.cos(inclination), math.sin(inclination)
     node = np.stack([cos_r, sin_r, zero], axis=1)
@@ -178,12 +191,14 @@ def _compute_perifocal_axes(
 
 
 def _mean_anomaly(eccentric: Floats, eccentricity: float) -> Floats:
-    """Return M = E - e sin E as (1 - e) E + e (E - sin E), which is accurate for e near 1."""
+    """Return the mean anomaly of an eccentric anomaly, in a form that is accurate for
+    eccentricities near 1.
+    """
     return (1.0 - eccentricity) * eccentric + eccentricity * _angle_minus_sine(eccentric)
 
 
 def _angle_minus_sine(angle: Floats) -> Floats:
-    """Return an angle minus its sine without cancellation at small angles."""
+    """Return an angle minus its sine, without cancellation at small angles."""
     square = np.minimum(angle * angle, _MAX_SERIES_ANGLE**2)
     series = np.ones_like(square)
     for k in range(8, 0, -1):

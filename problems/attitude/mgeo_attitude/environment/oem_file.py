@@ -1,4 +1,4 @@
-"""Reader of orbit ephemeris messages (OEM of CCSDS 502.0-B, KVN or XML), by the package oem."""
+"""Reader of orbit ephemeris messages (OEM of CCSDS 502.0-B, KVN or XML), using the package oem."""
 
 from __future__ import annotations
 
@@ -20,42 +20,47 @@ from mgeo_attitude.environment.frames import convert_to_gcrs, parse_frame_name
 from mgeo_attitude.environment.thrust import find_thrust
 from mgeo_attitude.environment.times import as_utc, compute_julian_dates, format_instant
 
-#: Names of time scales in astropy, by their names in messages; GPS time is 19 s behind TAI.
+#: Names of time scales in astropy by their names in messages.
 _SCALES = {"UTC": "utc", "TAI": "tai", "TT": "tt", "GPS": "tai"}
+#: TAI minus GPS time [s].
 _GPS_BEHIND_TAI = 19.0
-_SEARCH_MARGIN = 3600.0  # s before and after a run that are searched for maneuvers
+#: Time before and after a run that is searched for maneuvers [s].
+_SEARCH_MARGIN = 3600.0
 
 
 class TimeSpan(NamedTuple):
-    """Time span of a run.
+    """Start and duration of a run.
 
     Attributes
     ----------
     epoch : datetime with UTC offset
+        Start of the run.
     duration : float
-        [s].
+        Duration of the run [s].
     """
 
     epoch: datetime
     duration: float
 
     def format_interval(self, start: float, end: float) -> str:
-        """Format an interval, given in seconds after the epoch, in UTC."""
+        """Format the interval between two times, in seconds after the epoch, as text in UTC."""
         return f"{format_instant(self.epoch, start)} to {format_instant(self.epoch, end)}"
 
 
 def read_oem(
     path: Path, object_name: str, run: TimeSpan, interpolation: str | None, degree: int | None
 ) -> EphemerisOrbit:
-    """Read the samples that interpolation needs during a run.
+    """Read an orbit ephemeris message and return an orbit with the samples that interpolation needs
+    during a run.
 
     Parameters
     ----------
     path : Path
-        May end in ``.gz``.
+        File, which may be compressed (``.gz``).
     object_name : str
         Name or designator of the object; empty for any.
-    run : Run
+    run : TimeSpan
+        Time span in which the orbit is needed.
     interpolation : {"hermite", "lagrange"}, optional
         Interpolation method; default: the method in the message, or else Hermite.
     degree : int, optional
@@ -70,7 +75,8 @@ def read_oem(
         If the package oem is not installed.
     """
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # GPS time, and years with unknown leap seconds
+        # The package warns about GPS time and about years with unknown leap seconds.
+        warnings.simplefilter("ignore")
         segments = _read_segments(path)
         segment, name = _select_segment(segments, run), _find_object_name(segments, object_name)
         meta = segment.metadata
@@ -91,18 +97,18 @@ def read_oem(
     degree = degree or default
     margin = count_polynomial_samples(degree, method == "hermite") + 1
     begin, end = np.searchsorted(times, [-_SEARCH_MARGIN, run.duration + _SEARCH_MARGIN])
-    part = slice(max(begin - margin, 0), end + margin)
-    times, states = times[part], states[part]
+    selected = slice(max(begin - margin, 0), end + margin)
+    times, states = times[selected], states[selected]
     position, velocity = convert_to_gcrs(
         frame,
         compute_julian_dates(run.epoch, times),
         1e3 * np.array([state.position for state in states]),
         1e3 * np.array([state.velocity for state in states]),
     )
-    assert velocity is not None  # a message has velocities
+    assert velocity is not None  # Messages always have velocities.
     first, last = np.searchsorted(times, [TIME_TOLERANCE, run.duration - TIME_TOLERANCE])
-    number = np.arange(len(times))
-    needed = (number >= first - 1 - margin) & (number <= last + margin)
+    index = np.arange(len(times))
+    needed = (index >= first - 1 - margin) & (index <= last + margin)
     selection = needed & _find_coasting_samples(times, position, velocity, run)
     orbit = EphemerisOrbit(
         source=f"{path.name}, {name}",
@@ -116,7 +122,7 @@ def read_oem(
 
 
 def _read_segments(path: Path) -> list[Any]:
-    """Return the segments of a message, as `oem.components.EphemerisSegment`."""
+    """Return the segments of a message as objects of the package oem."""
     try:
         from oem import OrbitEphemerisMessage
     except ImportError as error:
@@ -124,13 +130,15 @@ def _read_segments(path: Path) -> list[Any]:
         raise ImportError(f"an ephemeris file needs the package oem: {install}") from error
     try:
         segments: list[Any] = OrbitEphemerisMessage.open(path).segments
-    except Exception as error:  # the library raises many kinds for invalid messages
+    except Exception as error:  # The package raises many kinds of exceptions.
         raise ValueError(f"expected an orbit ephemeris message (OEM): {error}") from error
     return segments
 
 
 def _find_object_name(segments: list[Any], object_name: str) -> str:
-    """Return name and designator of the object of a message, after checking the requested name."""
+    """Return name and designator of the object of a message, or raise ValueError if another object
+    is requested.
+    """
     name = " ".join(str(segments[0].metadata[key]) for key in ("OBJECT_NAME", "OBJECT_ID"))
     if object_name and object_name.casefold() not in (
         name.casefold(),
@@ -141,12 +149,12 @@ def _find_object_name(segments: list[Any], object_name: str) -> str:
 
 
 def _select_segment(segments: list[Any], run: TimeSpan) -> Any:
-    """Return the segment whose usable time span contains a run."""
+    """Return the segment whose usable time span contains the run."""
     spans = []
     for segment in segments:
-        system = segment.metadata["TIME_SYSTEM"]
+        time_scale = segment.metadata["TIME_SYSTEM"]
         ends = [segment.useable_start_time, segment.useable_stop_time]
-        start, end = _compute_seconds(ends, run.epoch, system).tolist()
+        start, end = _compute_seconds(ends, run.epoch, time_scale).tolist()
         if start <= TIME_TOLERANCE and run.duration <= end + TIME_TOLERANCE:
             return segment
         spans.append(run.format_interval(start, end))
@@ -158,7 +166,7 @@ def _select_segment(segments: list[Any], run: TimeSpan) -> Any:
 
 
 def _compute_seconds(epochs: list[Any], since: datetime, time_scale: str) -> Floats:
-    """Return the SI seconds from an epoch to epochs of a message in a named time system."""
+    """Return the SI seconds from a datetime to epochs of a message in its time scale."""
     from astropy.time import Time
 
     if time_scale.upper() not in _SCALES:
@@ -172,7 +180,9 @@ def _compute_seconds(epochs: list[Any], since: datetime, time_scale: str) -> Flo
 def _find_coasting_samples(
     times: Floats, position: Floats, velocity: Floats, run: TimeSpan
 ) -> Bools:
-    """Return a mask of the samples between the last thrust before a run and the first after it."""
+    """Return a boolean array that is True for samples between the last thrust before the run and
+    the first thrust after it.
+    """
     coasting = np.ones(len(times), dtype=bool)
     for thrust in find_thrust(times, position, velocity):
         if thrust.end <= TIME_TOLERANCE:
@@ -181,7 +191,8 @@ def _find_coasting_samples(
             coasting &= times <= thrust.start
         else:
             raise ValueError(
-                f"a maneuver, or wrong samples, from {run.format_interval(thrust.start, thrust.end)} "
+                "a maneuver, or wrong samples, from "
+                f"{run.format_interval(thrust.start, thrust.end)} "
                 f"({thrust.acceleration:.2g} m/s² that gravity does not explain): expected a run "
                 "without maneuvers. Start the run after the maneuver, or shorten the run"
             )

@@ -1,4 +1,4 @@
-"""Orbits of a scenario: Keplerian elements, element sets, ephemerides and files."""
+"""Orbits of a scenario: Keplerian elements, element sets, sampled ephemerides and files."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ ANALYTIC_PROPAGATORS = {"two-body": propagate_two_body, "j2": propagate_j2_secul
 
 @dataclass(frozen=True, kw_only=True)
 class Orbit(Settings):
-    """Keplerian elements at the scenario's epoch, GCRS axes: osculating (two-body) or mean (J2).
+    """Keplerian elements at the scenario's epoch in GCRS: osculating elements for two-body motion,
+    or mean elements for drift by J2.
 
     Raises
     ------
@@ -57,7 +58,7 @@ class Orbit(Settings):
     """
 
     propagator: Annotated[str, restrict_to(ANALYTIC_PROPAGATORS)] = "two-body"
-    """two-body motion, or secular drift by J2"""
+    """two-body motion, or two-body motion with secular drift by J2"""
     semi_major_axis: Annotated[float, Unit("m")] = Field(gt=0.0)
     """semi-major axis"""
     eccentricity: float = Field(ge=0.0, lt=1.0)
@@ -85,11 +86,15 @@ class Orbit(Settings):
         return orbital_period(self.semi_major_axis)
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
-        """Return position [m] and velocity [m/s], shape (n, 3), at `times` [s] after the epoch."""
+        """Return position [m] and velocity [m/s] in GCRS, shape (n, 3), at given times [s] after
+        the epoch.
+        """
         return ANALYTIC_PROPAGATORS[self.propagator](self._build_elements(), times)
 
     def shift_epoch(self, time: float) -> Self:
-        """Return the orbit with its elements propagated by a time [s]."""
+        """Return the orbit with the elements at a time [s] after the epoch, for a scenario that
+        starts later.
+        """
         elements = self._build_elements()
         rates = j2_secular_rates(*elements[:3]) if self.propagator == "j2" else (0.0, 0.0, 0.0)
         _, _, _, *angles = propagate_elements(elements, time, rates)
@@ -99,7 +104,7 @@ class Orbit(Settings):
         )
 
     def prepare_for_run(self, epoch: datetime, duration: float) -> Self:
-        """Return the orbit, whose elements refer to the epoch of any run."""
+        """Return the orbit unchanged, because its elements are valid for any run."""
         return self
 
     def _build_elements(self) -> Elements:
@@ -114,10 +119,11 @@ class Orbit(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class OrbitFile(Settings):
-    """File of element sets (OMM or two-line), or an orbit ephemeris message (OEM).
+    """Reference to a file with element sets (OMM or two-line) or with an orbit ephemeris message
+    (OEM).
 
-    Files may be compressed (``.gz``). A scenario stores the elements or samples from `prepare_for_run` and
-    does not refer to the file, which may change.
+    Files may be compressed (``.gz``). A scenario stores the elements or samples that
+    `prepare_for_run` returns, and does not depend on the file, which may change.
 
     Raises
     ------
@@ -135,32 +141,35 @@ class OrbitFile(Settings):
     propagator: ClassVar[str] = "file"
 
     file: str
-    """file of element sets or an ephemeris, relative to the scenario file"""
+    """path of the file, relative to the scenario file"""
     object: str = ""
-    """name, designator or catalog number of the object, if the file has several"""
+    """name, international designator or catalog number of the object, if the file contains several
+    objects"""
     interpolation: Literal["hermite", "lagrange"] | None = None
-    """interpolation with velocities (hermite) or of positions only (lagrange); default: as in the
-    file"""
+    """interpolation of positions and velocities (hermite) or of positions only (lagrange); default:
+    as
+    specified in the file"""
     degree: int | None = Field(default=None, ge=1, le=MAX_DEGREE)
-    """degree of the interpolating polynomials; default: as in the file"""
+    """degree of the interpolating polynomials; default: as specified in the file"""
 
     def prepare_for_run(
         self, epoch: datetime, duration: float
     ) -> EphemerisOrbit | TLEOrbit | MeanElements:
-        """Read the orbit of a run.
+        """Read the file and return the orbit of a run, from an element set or from samples.
 
         Parameters
         ----------
         epoch : datetime with UTC offset
+            Start of the run.
         duration : float
-            [s].
+            Duration of the run [s].
 
         Raises
         ------
         OSError
             If the file cannot be read.
         InvalidValue
-            If the file is invalid or does not cover the run; the message names the file.
+            If the file is invalid or does not cover the run. The message names the file.
         """
         from mgeo_attitude.environment.element_file import read_element_set
         from mgeo_attitude.environment.oem_file import TimeSpan, read_oem
@@ -184,8 +193,8 @@ class OrbitFile(Settings):
 
 AnyOrbit = Orbit | TLEOrbit | MeanElements | EphemerisOrbit
 
-#: Orbit classes by the value of ``propagator`` in a scenario file, which some keys imply. `for_run`
-#: returns an orbit with `period` and `propagate`.
+#: Orbit classes by the value of ``propagator`` in a scenario file. The keys ``line1`` and ``file``
+#: imply the propagator.
 ORBITS = TableClasses(
     "propagator",
     dict.fromkeys(ANALYTIC_PROPAGATORS, Orbit)

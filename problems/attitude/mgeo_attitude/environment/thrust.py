@@ -1,7 +1,7 @@
 """Detection of thrust in orbit samples by comparison with unpowered motion.
 
 From each sample, the motion under the Earth's point mass and J2 is integrated to a later sample.
-The residual change of velocity is attributed to other forces. In low orbits, unmodeled natural
+The remaining change of velocity is attributed to other forces. In low orbits, unmodeled natural
 forces are below 4e-4 m/s² (mainly higher gravity harmonics); a chemical thruster causes 1e-3 m/s²
 and more. Samples of a two-body orbit are compared with the point mass alone.
 """
@@ -15,18 +15,21 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
 
-_MIN_ACCELERATION = 8e-4  # m/s²
-_COMPARISON_SPAN = 60.0  # s; long enough to detect thrust in velocities that are rounded to 1 mm/s
-_N_STEPS = 24  # integration steps between two samples
+#: Acceleration above which an interval contains thrust [m/s²].
+_MIN_ACCELERATION = 8e-4
+#: Time between compared samples [s], long enough for velocities that are rounded to 1 mm/s.
+_COMPARISON_SPAN = 60.0
+#: Number of integration steps between two samples.
+_N_STEPS = 24
 
 
 class Thrust(NamedTuple):
-    """Interval of samples with acceleration by forces other than gravity.
+    """Interval of orbit samples with acceleration by other forces than gravity.
 
     Attributes
     ----------
     start, end : float
-        First and last sample [s].
+        Times of the first and the last sample [s].
     acceleration : float
         Largest mean acceleration between two samples of the interval [m/s²].
     """
@@ -37,44 +40,47 @@ class Thrust(NamedTuple):
 
 
 def find_thrust(times: Floats, position: Floats, velocity: Floats) -> list[Thrust]:
-    """Return the intervals of thrust in chronological order.
+    """Return the intervals of orbit samples in which the satellite accelerates by thrust, in
+    chronological order.
 
     Parameters
     ----------
     times : array, shape (n,)
-        [s], increasing.
+        Times of the samples [s], increasing.
     position, velocity : arrays, shape (n, 3)
-        [m] and [m/s], in inertial axes whose z axis is close to the Earth's.
+        Position [m] and velocity [m/s], in inertial axes whose z axis is close to the Earth's.
     """
     n = len(times)
-    # Compare with the last sample within the span, or with the next sample if it is later.
+    # Compare each sample with the last sample within the span, or with the next sample if it is
+    # later.
     later = np.searchsorted(times, times + _COMPARISON_SPAN, side="right") - 1
     later = np.maximum(later, np.minimum(np.arange(n) + 1, n - 1))
-    whole = np.flatnonzero((times + _COMPARISON_SPAN <= times[-1]) & (later > np.arange(n)))
-    duration = (times[later] - times)[whole, None]
-    start = np.stack([position[whole], velocity[whole]])
+    rows = np.flatnonzero((times + _COMPARISON_SPAN <= times[-1]) & (later > np.arange(n)))
+    duration = (times[later] - times)[rows, None]
+    start = np.stack([position[rows], velocity[rows]])
     acceleration = min(
         (
-            _compute_residual_acceleration(start, velocity[later[whole]], duration, j2)
+            _compute_residual_acceleration(start, velocity[later[rows]], duration, j2)
             for j2 in (EARTH_J2, 0.0)
         ),
         key=np.median,
     )
-    spans: list[Thrust] = []
+    intervals: list[Thrust] = []
     for row in np.flatnonzero(acceleration > _MIN_ACCELERATION).tolist():
-        first, last = float(times[whole[row]]), float(times[later[whole[row]]])
+        first, last = float(times[rows[row]]), float(times[later[rows[row]]])
         strength = float(acceleration[row])
-        if spans and first <= spans[-1].end:
-            before = spans.pop()
+        if intervals and first <= intervals[-1].end:
+            before = intervals.pop()
             first, strength = before.start, max(strength, before.acceleration)
-        spans.append(Thrust(first, last, strength))
-    return spans
+        intervals.append(Thrust(first, last, strength))
+    return intervals
 
 
 def _compute_residual_acceleration(
     start: Floats, velocity: Floats, duration: Floats, j2: float
 ) -> Floats:
-    """Return the mean acceleration [m/s²], shape (n,), that gravity does not explain.
+    """Return the mean acceleration between samples that gravity does not explain [m/s²], shape
+    (n,).
 
     Parameters
     ----------
@@ -85,6 +91,7 @@ def _compute_residual_acceleration(
     duration : array, shape (n, 1)
         Length of the interval [s].
     j2 : float
+        Second zonal harmonic of the Earth, or 0 for a point mass.
     """
     h, state = duration / _N_STEPS, start
     for _ in range(_N_STEPS):

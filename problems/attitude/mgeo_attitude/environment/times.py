@@ -17,7 +17,7 @@ from mgeo_attitude.environment.constants import DAY
 _MJD_ZERO = 2400000.5
 _MJD_START = datetime(1858, 11, 17, tzinfo=UTC)
 
-# calendar dates and days of the year: CCSDS 301.0-B, sections 3.5.1.1 and 3.5.1.2
+# The pattern matches calendar dates and days of the year, CCSDS 301.0-B, 3.5.1.1 and 3.5.1.2.
 _STAMP = re.compile(
     r"(\d{4})-(?:(\d\d)-(\d\d)|(\d{3}))[T ](\d\d):(\d\d)(?::(\d\d(?:\.\d*)?))?(?:Z|\+00:00)?"
 )
@@ -27,10 +27,11 @@ TAI_OFFSETS = {"TAI": 0.0, "GPS": 19.0, "TT": -erfa.TTMTAI}
 
 
 class JulianDates(NamedTuple):
-    """Julian dates in two parts: a common midnight, and days after it, shape (n,).
+    """Julian dates of n instants in two parts: a common midnight, and the days after it in UT and
+    in TT.
 
-    `ut` counts SI seconds from the UTC epoch and represents both UTC and UT1. It is continuous
-    through a leap second, as UT1 is. `tt` is terrestrial time, within 2 ms of TDB.
+    `ut` represents both UTC and UT1 by SI seconds since the UTC epoch, and is continuous through a
+    leap second like UT1. `tt` is terrestrial time, which differs from TDB by less than 2 ms.
     """
 
     midnight: float
@@ -39,7 +40,7 @@ class JulianDates(NamedTuple):
 
 
 def as_utc(epoch: datetime) -> datetime:
-    """Convert an epoch to UTC.
+    """Return a datetime with UTC offset, converted to UTC.
 
     Raises
     ------
@@ -52,11 +53,11 @@ def as_utc(epoch: datetime) -> datetime:
 
 
 def compute_julian_dates(epoch: datetime, times: ArrayLike) -> JulianDates:
-    """Return the Julian dates at `times` [s], shape (n,), after an epoch with a UTC offset.
+    """Return the Julian dates at given times [s], shape (n,), after an epoch with UTC offset.
 
-    Leap seconds are those of erfa, which has none before 1960 and none for future years without an
-    announcement. The error of TT is then up to 40 s plus future leap seconds, which rotates the Sun
-    by less than 0.0005°.
+    The leap seconds are those of erfa, which has none before 1960 and none that are not yet
+    announced. The error of TT in such years is up to 40 s plus future leap seconds, which changes
+    the direction of the Sun by less than 0.0005°.
     """
     utc = as_utc(epoch)
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
@@ -70,33 +71,37 @@ def compute_julian_dates(epoch: datetime, times: ArrayLike) -> JulianDates:
 
 
 def seconds_between(since: datetime, until: datetime) -> float:
-    """Return the SI seconds between two instants, leap seconds included."""
+    """Return the SI seconds between two datetimes with UTC offset, including leap seconds."""
     start, end = as_utc(since), as_utc(until)
     return (end - start).total_seconds() + tai_minus_utc(end) - tai_minus_utc(start)
 
 
 def instant_after(epoch: datetime, seconds: float) -> datetime:
-    """Return the instant in UTC at a number of SI seconds after an epoch, leap seconds included."""
+    """Return the datetime in UTC at a number of SI seconds after an epoch, including leap
+    seconds.
+    """
     instant = as_utc(epoch) + timedelta(seconds=seconds)
     return instant - timedelta(seconds=seconds_between(epoch, instant) - seconds)
 
 
 def format_instant(epoch: datetime, seconds: float) -> str:
-    """Format an instant after an epoch for messages, such as 2018-06-05T00:00:00.000Z."""
+    """Return the instant at a number of seconds after an epoch as text, such as
+    2018-06-05T00:00:00.000Z.
+    """
     instant = as_utc(epoch) + timedelta(seconds=float(seconds))
     return instant.isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
 def tai_minus_utc(utc: datetime) -> float:
-    """Return TAI minus UTC [s] at an instant; see `compute_julian_dates`."""
+    """Return TAI minus UTC [s] at a datetime in UTC."""
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
-    # erfa.dat warns for some years; a warning filter would affect all threads.
+    # The function erfa.dat warns for some years, and a warning filter would affect all threads.
     fraction = (utc - midnight).total_seconds() / DAY
     return float(erfa.ufunc.dat(utc.year, utc.month, utc.day, fraction)[0])
 
 
 def parse_time_stamps(epoch: datetime, stamps: Sequence[str], time_scale: str = "UTC") -> Floats:
-    """Return the SI seconds from an epoch with a UTC offset to time stamps, shape (n,).
+    """Return the SI seconds from an epoch with UTC offset to time stamps in ISO 8601, shape (n,).
 
     A leap second is second 60 of its minute.
 
@@ -119,21 +124,22 @@ def parse_time_stamps(epoch: datetime, stamps: Sequence[str], time_scale: str = 
     dates = np.array([(day.year, day.month, day.day) for day in days]).reshape(-1, 3)
     ahead = _compute_tai_offsets(time_scale, dates, np.minimum(np.array(clocks) / DAY, 1.0))
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
-    # Adding whole seconds first preserves the last digit of a microsecond.
+    # Whole seconds are added first to preserve the last digit of a microsecond.
     return np.asarray(seconds - (utc - midnight).total_seconds() + (ahead - tai_minus_utc(utc)))
 
 
 def convert_calendar_seconds(
     epoch: datetime, seconds: ArrayLike, time_scale: str = "UTC"
 ) -> Floats:
-    """Return the SI seconds from an epoch with a UTC offset to calendar instants, shape (n,).
+    """Return the SI seconds from an epoch with UTC offset to instants that are given in calendar
+    seconds, shape (n,).
 
     Parameters
     ----------
     epoch : datetime
     seconds : array_like, shape (n,)
-        Calendar seconds from the epoch to dates of a time scale, without leap seconds, like Unix
-        time. NaN is preserved.
+        Calendar seconds from the epoch to instants of a time scale, without leap seconds, as in
+        Unix time. NaN gives NaN.
     time_scale : str
         Time scale of the dates: UTC or one of `TAI_OFFSETS`.
     """
@@ -150,11 +156,12 @@ def convert_calendar_seconds(
 
 
 def _compute_tai_offsets(time_scale: str, dates: Ints, fractions: Floats) -> Floats:
-    """Return TAI minus a time scale [s].
+    """Return TAI minus a time scale [s] on given dates, shape (n,).
 
     Parameters
     ----------
     time_scale : str
+        UTC or one of `TAI_OFFSETS`.
     dates : array, shape (n, 3)
         Year, month and day.
     fractions : array, shape (n,)
@@ -162,13 +169,13 @@ def _compute_tai_offsets(time_scale: str, dates: Ints, fractions: Floats) -> Flo
     """
     if time_scale in TAI_OFFSETS:
         return np.full(len(dates), TAI_OFFSETS[time_scale])
-    # The ufunc does not warn for years before 1960 and for future years, as erfa.dat does.
+    # Unlike erfa.dat, the ufunc does not warn for years before 1960 and for future years.
     ahead: Floats = erfa.ufunc.dat(*dates.T, fractions)[0]
     return ahead
 
 
 def _parse_stamp(stamp: str) -> tuple[date, float]:
-    """Return the date of a time stamp and the seconds since midnight."""
+    """Return the date of a time stamp, and the seconds after midnight."""
     match = _STAMP.fullmatch(stamp)
     try:
         year, month, day, ordinal, hour, minute, second = match.groups("0") if match else ()
@@ -187,10 +194,10 @@ def _parse_stamp(stamp: str) -> tuple[date, float]:
 
 
 def format_time_stamps(epoch: datetime, times: ArrayLike) -> list[str]:
-    """Format instants at `times` [s], shape (n,), after an epoch as UTC in ISO 8601.
+    """Return the instants at given times [s] after an epoch as UTC time stamps in ISO 8601.
 
-    The texts have microseconds and no designator, such as ``2018-06-05T00:00:01.000000``: the
-    calendar format of CCSDS 301.0-B. A leap second is second 60.
+    The time stamps have microseconds and no time zone, such as ``2018-06-05T00:00:01.000000``, as
+    in the calendar format of CCSDS 301.0-B. A leap second is second 60.
 
     Raises
     ------
@@ -199,8 +206,8 @@ def format_time_stamps(epoch: datetime, times: ArrayLike) -> list[str]:
     """
     utc = as_utc(epoch)
     seconds = utc.second + 1e-6 * utc.microsecond
-    # erfa's own functions warn for years before 1960 and for future years; a warning filter would
-    # affect all threads.
+    # The functions of erfa warn for years before 1960 and for future years, and a warning filter
+    # would affect all threads.
     date = utc.year, utc.month, utc.day, utc.hour, utc.minute, seconds
     *start, _ = erfa.ufunc.dtf2d("UTC", *date)
     day, fraction, _ = erfa.ufunc.utctai(*start)

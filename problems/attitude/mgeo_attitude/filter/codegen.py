@@ -1,9 +1,9 @@
 """Code generation for one filter step of a sensor suite.
 
-A step consists of a few parts: rotate the attitude and predict the covariance, update with each
-sensor, sum the trace. The generated text describes one candidate; `lanewise.py` compiles it for as
-many candidates as a vector register holds. All values of all candidates are in one flat workspace
-``W`` at constant offsets (`layout.py`). `driver.py` calls the compiled step.
+A step has several parts: rotate the attitude and predict the covariance, update with each sensor,
+and compute the trace. The generated source describes one candidate. `lanewise.py` compiles the
+source for all candidates in a vector register. All values of all candidates are in one flat
+workspace ``W`` at constant offsets (`layout.py`). `driver.py` calls the compiled step.
 """
 
 from __future__ import annotations
@@ -43,12 +43,13 @@ def build_step_parts(
     gated: tuple[bool, ...],
     monitors: Monitors = NO_MONITORS,
 ) -> dict[str, str]:
-    """Return the source of each part of a filter step, in execution order, and of `CHECK_PART`.
+    """Return the source of each part of a filter step, as a dict by the name of the part, in
+    execution order.
 
-    The source describes one candidate: assignments to names and to workspace values ``W[k]``, and
-    loops over such assignments. `CHECK_PART` is not part of the step; it computes the last Cholesky
-    pivot of the covariance. A step is split into parts because compile time grows faster than
-    linearly with the size of a function.
+    The source describes one candidate. It consists of assignments to names and to workspace values
+    ``W[k]``, and of loops over such assignments. The part `CHECK_PART` is not executed in every
+    step: it computes the last Cholesky pivot of the covariance. A step is split into parts because
+    compile time grows faster than linearly with the size of a function.
 
     Parameters
     ----------
@@ -66,7 +67,7 @@ def build_step_parts(
     step = _StepBuilder(suite, gated, monitors)
     _propagate(step)
     if monitors.paths:
-        # The attitude is controlled with the estimates from before the measurements.
+        # The attitude during a step is controlled with the estimates before its measurements.
         _monitor_paths(step)
     for index in range(len(suite.sensors)):
         _update(step, index)
@@ -81,7 +82,7 @@ def build_step_parts(
 
 
 class _StepBuilder:
-    """Parts of the step under construction, with access to their workspace values."""
+    """Builder of the source of a filter step, with access to the workspace slots of the step."""
 
     def __init__(self, suite: Suite, gated: tuple[bool, ...], monitors: Monitors) -> None:
         self.suite, self.gated, self.monitors = suite, gated, monitors
@@ -97,13 +98,17 @@ class _StepBuilder:
         return Triangle(code, self.slots.scratch)
 
     def take_constants(self, code: Code, n_constants: int) -> list[Symbol]:
-        """Return the next `n_constants` constants, in the order of `variants.stack_constants`."""
+        """Return symbols for the next `n_constants` numerical constants, in the order of
+        `variants.stack_constants`.
+        """
         return [code.slot(k) for k in islice(self._constants, n_constants)]
 
     def select_table_values(
         self, code: Code, part: str, first: int, count: int
     ) -> Sequence[Symbol]:
-        """Return `count` values of a named part of the orbit table, from column `first` on."""
+        """Return symbols for `count` values of a named part of the orbit table, from column `first`
+        on.
+        """
         return code.slots(self.slots.table + self._columns[part] + first, count)
 
     def rotate_to_body(self, code: Code, vector: Iterable[Any]) -> Vec3:
@@ -111,7 +116,7 @@ class _StepBuilder:
         return Vec3(*(sum(C[3 * i + k] * v[k] for k in range(3)) for i in range(3)))
 
     def load_body_vector(self, code: Code, part: str, index: int = 0) -> Vec3:
-        """Return a vector of a named part of the orbit table, rotated to body axes."""
+        """Return symbols for a vector of the orbit table, rotated from GCRS to body axes."""
         return self.rotate_to_body(code, self.select_table_values(code, part, 3 * index, 3))
 
     def load_gate(self, code: Code, index: int) -> Any:
@@ -121,20 +126,24 @@ class _StepBuilder:
 
 
 def _propagate(step: _StepBuilder) -> None:
-    code, at, suite = step.find_part("propagate"), step.slots, step.suite
-    C, dC = code.slots(at.attitude, 9), code.slots(at.rotation, 9)
+    code, slots, suite = step.find_part("propagate"), step.slots, step.suite
+    C, dC = code.slots(slots.attitude, 9), code.slots(slots.rotation, 9)
     for j in range(3):
         column = [sum(dC[3 * i + k] * C[3 * k + j] for k in range(3)) for i in range(3)]
         for i in range(3):
-            code.store(at.attitude + 3 * i + j, column[i])
-    F = {entry: code.slot(at.F + k) for k, entry in enumerate(compute_transition_pattern(suite))}
-    for k, followed in enumerate(suite.gyro_sensitivity_slices):
+            code.store(slots.attitude + 3 * i + j, column[i])
+    F = {entry: code.slot(slots.F + k) for k, entry in enumerate(compute_transition_pattern(suite))}
+    for k, states in enumerate(suite.gyro_sensitivity_slices):
         (value,) = step.select_table_values(code, "sensitivity_factors", k, 1)
-        own = range(followed.start, followed.stop)
-        F |= {(i, j): factor * value for (i, j), factor in F.items() if i != j and j in own}
-    m = suite.n_kinematic
-    Q = {(i, j): code.slot(at.Q + slot_index(i, j)) for i in range(m) for j in range(i + 1)}
-    for first in range(m, suite.n_dynamic, 3):
+        columns = range(states.start, states.stop)
+        F |= {(i, j): factor * value for (i, j), factor in F.items() if i != j and j in columns}
+    n_kinematic = suite.n_kinematic
+    Q = {
+        (i, j): code.slot(slots.Q + slot_index(i, j))
+        for i in range(n_kinematic)
+        for j in range(i + 1)
+    }
+    for first in range(n_kinematic, suite.n_dynamic, 3):
         decay, *variances = step.take_constants(code, 4)
         F |= {(i, i): decay for i in range(first, first + 3)}
         Q |= {(first + i, first + i): variance for i, variance in enumerate(variances)}
@@ -142,65 +151,74 @@ def _propagate(step: _StepBuilder) -> None:
 
 
 def _monitor_paths(step: _StepBuilder) -> None:
-    code, at, limits = step.find_part("watch_path"), step.slots, step.monitors.paths
-    x, y, z, *angle = code.slots(at.axis_angle, 6)
-    turn = StepRotation(Vec3(x, y, z), *angle)
-    passages = {
-        name: [step.load_body_vector(code, f"off {name}", index) for index in range(2)]
+    code, slots, path_monitors = step.find_part("monitor_paths"), step.slots, step.monitors.paths
+    x, y, z, *angle = code.slots(slots.axis_angle, 6)
+    rotation = StepRotation(Vec3(x, y, z), *angle)
+    motions = {
+        name: [step.load_body_vector(code, f"path {name}", index) for index in range(2)]
         for name in list_path_directions(step.monitors)
     }
-    for k, watch in enumerate(limits):
-        v, change = passages[watch.direction]
-        value, axis = code.slot(at.monitors + k), Vec3(*step.take_constants(code, 3))
-        disc = 2 * watch.is_disc
-        appears, *limb_given = step.select_table_values(code, f"off {watch.direction}", 6, 1 + disc)
-        extreme = find_extreme_point(axis, watch.keep_in, turn, v, change, appears)
+    for k, monitor in enumerate(path_monitors):
+        v, change = motions[monitor.direction]
+        value, axis = code.slot(slots.monitors + k), Vec3(*step.take_constants(code, 3))
+        n_disc_values = 2 * monitor.is_disc
+        appears, *disc_values = step.select_table_values(
+            code, f"path {monitor.direction}", 6, 1 + n_disc_values
+        )
+        extreme = find_extreme_point(axis, monitor.keep_in, rotation, v, change, appears)
         at_extreme, at_end = (
             (extreme.rotate_to_end(axis), extreme.interpolate_direction(v, change)),
             (axis, v),
         )
-        sigmas = step.take_constants(code, 1)[0] if watch.has_margin else None
+        sigmas = step.take_constants(code, 1)[0] if monitor.has_margin else None
         limb = None
-        if watch.is_disc:
-            radius, grown = limb_given
-            limb = radius - extreme.remaining_fraction * grown
-        worst = build_violation(
-            at_extreme, at_end, sigmas, limb, Triangle(code), watch.keep_in, value
+        if monitor.is_disc:
+            radius, radius_change = disc_values
+            limb = radius - extreme.remaining_fraction * radius_change
+        violation = build_violation(
+            at_extreme, at_end, sigmas, limb, Triangle(code), monitor.keep_in, value
         )
-        code.store(at.monitors + k, worst)
+        code.store(slots.monitors + k, violation)
 
 
 def _update(step: _StepBuilder, index: int) -> None:
-    """Update with a sensor if it is available and its field-of-view conditions are satisfied."""
+    """Generate code for the measurement update with one sensor. The update is skipped if the sensor
+    cannot measure.
+    """
     suite, sensor, code = step.suite, step.suite.sensors[index], step.find_part(f"update_{index}")
     rate = Vec3(*code.slots(step.slots.body_rate, 3))
-    v = step.load_body_vector(code, "references", index)
+    vector = step.load_body_vector(code, "references", index)
     variances = step.take_constants(code, len(sensor.noise_sigmas()))
     rows = suite.gradient_rows(index)
     gradient = [step.load_body_vector(code, "references", k) for k in range(rows.start, rows.stop)]
     gate = step.load_gate(code, index)
-    for view in sensor.list_visibility_cones():
+    for cone in sensor.list_visibility_cones():
         boresight, (bound,) = Vec3(*step.take_constants(code, 3)), step.take_constants(code, 1)
-        if view.is_disc:  # The bound is the cosine of the half-angle plus the radius.
-            cosine, sine = step.select_table_values(code, f"view {view.direction}", 3, 2)
+        if cone.is_disc:  # The bound is the cosine of the sum of half-angle and radius.
+            cosine, sine = step.select_table_values(code, f"view {cone.direction}", 3, 2)
             bound = bound * cosine - step.take_constants(code, 1)[0] * sine
-        looked_at = step.load_body_vector(code, f"view {view.direction}") if view.direction else v
-        inside = float(view.keep_in)
-        gate = gate * dot(boresight, looked_at).choose(bound, inside, 1.0 - inside)
+        direction = (
+            step.load_body_vector(code, f"view {cone.direction}") if cone.direction else vector
+        )
+        inside = float(cone.keep_in)
+        gate = gate * dot(boresight, direction).choose(bound, inside, 1.0 - inside)
     if sensor.max_rate() < np.inf:
         gate = gate * step.take_constants(code, 1)[0].choose(
             code.slot(step.slots.squared_rate), 1.0, 0.0
         )
-    follows = suite.find_sensitivity_columns(sensor)
+    sensitivity_columns = suite.find_sensitivity_columns(sensor)
     measure = partial(
         suite.apply_measurement_matrix,
         sensor,
-        v,
+        vector,
         to_body=partial(step.rotate_to_body, code),
         gradient=gradient,
         rate=rate,
         channel_deviations=step.select_table_values(
-            code, "sensitivity_factors", follows.start, follows.stop - follows.start
+            code,
+            "sensitivity_factors",
+            sensitivity_columns.start,
+            sensitivity_columns.stop - sensitivity_columns.start,
         ),
     )
     considered = frozenset(suite.considered_indices.tolist())
@@ -209,14 +227,16 @@ def _update(step: _StepBuilder, index: int) -> None:
 
 
 def _monitor_states(step: _StepBuilder) -> None:
-    """Count the consecutive samples with all required 1-sigmas satisfied."""
-    code, states = step.find_part("watch"), step.monitors.states
+    """Generate code that counts the latest consecutive samples at which all required 1-sigmas are
+    satisfied.
+    """
+    code, states = step.find_part("monitor_states"), step.monitors.states
     weights = step.take_constants(code, len(states))
     ratios = [code.slot(slot_index(i, i)) * each for i, each in zip(states, weights, strict=True)]
-    worst = reduce(maximum, ratios)
-    samples = step.slots.monitors + len(step.monitors.paths)
-    met = (-worst).choose(-1.0, code.slot(samples) + 1.0, 0.0)
-    code.store(samples, met)
+    largest_ratio = reduce(maximum, ratios)
+    count_slot = step.slots.monitors + len(step.monitors.paths)
+    n_satisfied = (-largest_ratio).choose(-1.0, code.slot(count_slot) + 1.0, 0.0)
+    code.store(count_slot, n_satisfied)
 
 
 def _sum_trace(step: _StepBuilder) -> None:
@@ -228,12 +248,14 @@ def _sum_trace(step: _StepBuilder) -> None:
 def compute_instrument_constants(
     suite: Suite, step: float, path_constraints: Sequence[PathConstraint] = ()
 ) -> np.ndarray:
-    """Return the step constants that depend on sensors, processes and path constraints.
+    """Return the numerical constants of a filter step that depend on sensors, Gauss-Markov
+    processes and path constraints, as one array.
 
-    The constants are, in order: decay and process-noise variances of each Gauss-Markov process; the
-    constants of the path constraints (`path_limits.list_cone_constants`); and for each sensor its noise
-    variances, the axis and the cosine of the half-angle of each view (followed by the sine if the
-    view refers to a disc), and the square of its maximum rate if it has one.
+    The constants are, in this order: decay factor and process-noise variances of each Gauss-Markov
+    process; the constants of the path constraints (`path_constraints.list_cone_constants`); and for
+    each sensor its noise variances, the axis and the cosine of the half-angle of each visibility
+    cone (followed by the sine if the cone refers to a disc), and the square of its maximum rate if
+    the sensor has a maximum rate.
 
     Parameters
     ----------
@@ -253,9 +275,9 @@ def compute_instrument_constants(
     values: list[float] = []
     for sensor in suite.sensors:
         values.extend(sigma**2 for sigma in sensor.noise_sigmas())
-        for view in sensor.list_visibility_cones():
-            values.extend([*view.axis, float(np.cos(view.half_angle))])
-            values.extend([float(np.sin(view.half_angle))] * view.is_disc)
+        for cone in sensor.list_visibility_cones():
+            values.extend([*cone.axis, float(np.cos(cone.half_angle))])
+            values.extend([float(np.sin(cone.half_angle))] * cone.is_disc)
         if sensor.max_rate() < np.inf:
             values.append(sensor.max_rate() ** 2)
     return np.concatenate([processes, list_cone_constants(path_constraints), values])
@@ -264,7 +286,8 @@ def compute_instrument_constants(
 def build_module_source(
     suite: Suite, gated: tuple[bool, ...], monitors: Monitors, n_lanes: int
 ) -> str:
-    """Return the source of a suite's module, with compiled functions ``step(W)`` and ``check(W)``.
+    """Return the source of a Python module with the filter step of a suite, the compiled functions
+    ``step(W)`` and ``check(W)``.
 
     Parameters
     ----------
@@ -296,5 +319,5 @@ def check(W):
 '''
 
 
-# The argument is a pointer because an array would take three times as long to compile.
+# The argument is a pointer, because a function of an array takes three times as long to compile.
 _SIGNATURE = "void(CPointer(float64))"

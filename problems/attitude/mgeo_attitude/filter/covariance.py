@@ -1,10 +1,11 @@
-"""Prediction, update and last Cholesky pivot of the covariance, as generated code with loops.
+"""Code generation for the time update and the measurement update of the covariance.
 
-Each function writes lines of the kernel (`symbols.py`) that work in place on a `Triangle`, the
-lower triangle of P, and on its scratch space. F and H are never formed: F is a sparse table, and H
-is a `measure` function that is applied to the columns of P. Loops run over blocks of three states,
-because straight-line code of a large suite exceeds the instruction cache many times. A loop body
-loads its values before it stores any, since the compiler cannot prove that the slots differ.
+Each function writes code (`symbols.py`) that changes a `Triangle` in place: the lower triangle of
+the covariance P, followed by scratch space. The matrices F and H are never formed. F is a dict of
+its nonzero entries, and H is a function `measure` that is applied to the columns of P. Loops run
+over blocks of three states, because straight-line code for a large suite exceeds the instruction
+cache many times. A loop body loads its values before it stores any value, since the compiler cannot
+prove that the slots differ.
 """
 
 from __future__ import annotations
@@ -20,21 +21,22 @@ from mgeo_attitude.filter.symbols import Index, Symbol, Triangle, count_slots
 
 _BLOCK = range(3)
 
-#: Entries of a sparse matrix by (row, column).
+#: Nonzero entries of a matrix by (row, column).
 SparseMatrix = Mapping[tuple[int, int], Any]
 Factor = dict[tuple[int, int], Any]
-#: Function that applies H to a column.
+#: Function that multiplies the measurement matrix H by a state column.
 MeasureFunction = Callable[[Sequence[Any]], Sequence[Any]]
-#: Three rows of G, loaded once.
+#: Three rows of the scaled gain G, loaded once.
 Rows = list[list[Symbol]]
 
 
 def predict(P: Triangle, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
-    """Write the prediction P ← F P Fᵀ + Q, equation (3).
+    """Generate code for the time update of the covariance, P ← F P Fᵀ + Q.
 
-    A row that is missing in F is a row of the identity without process noise: the state is
-    constant. Rows after the last state that other states depend on must come in blocks of three,
-    diagonal in F and in Q.
+    This is equation (3) of docs/theory.md. A row that is missing in F is
+    a row of the identity matrix without process noise, for a constant state. The states after the
+    last state on which other states depend must form blocks of three, and F and Q must be diagonal
+    there.
 
     Parameters
     ----------
@@ -43,7 +45,7 @@ def predict(P: Triangle, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
     n : int
         Number of states.
     F, Q : mapping of (row, column) to scalar
-        Transition, and the lower triangle of the process noise.
+        Entries of the transition matrix, and of the lower triangle of the process noise.
     """
     rows: dict[int, list[int]] = {}
     for i, k in F:
@@ -58,23 +60,27 @@ def predict(P: Triangle, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
 def _predict_coupled(
     P: Triangle, corner: int, rows: Mapping[int, list[int]], F: SparseMatrix, Q: SparseMatrix
 ) -> None:
-    """Predict the leading `corner` states, which other states depend on; coupled rows first."""
-    code, wide = P.code, [i for i in rows if rows[i] != [i]]
+    """Generate code for the time update of the first `corner` states, on which other states depend.
+    Coupled rows come first.
+    """
+    code, coupled_rows = P.code, [i for i in rows if rows[i] != [i]]
 
-    def FP(i: int, j: int | Index) -> str:
-        return f"{len(wide)} * ({j}) + {P.scratch + wide.index(i)}"
+    def format_product_slot(i: int, j: int | Index) -> str:
+        return f"{len(coupled_rows)} * ({j}) + {P.scratch + coupled_rows.index(i)}"
 
     with code.loop(0, corner) as column:
-        for i, value in [(i, sum(F[i, k] * P[k, column] for k in rows[i])) for i in wide]:
-            code.store(FP(i, column), value)
+        for i, value in [(i, sum(F[i, k] * P[k, column] for k in rows[i])) for i in coupled_rows]:
+            code.store(format_product_slot(i, column), value)
     for i in range(corner):
         for j in range(i + 1):
             noise = Q.get((i, j), 0.0) if i in rows and j in rows else 0.0
-            a, b = (i, j) if i in wide else (j, i)
-            if a in wide and b in rows:
-                P[i, j] = sum((code.slot(FP(a, k)) * F[b, k] for k in rows[b]), noise)
-            elif a in wide:
-                P[i, j] = code.slot(FP(a, b))
+            a, b = (i, j) if i in coupled_rows else (j, i)
+            if a in coupled_rows and b in rows:
+                P[i, j] = sum(
+                    (code.slot(format_product_slot(a, k)) * F[b, k] for k in rows[b]), noise
+                )
+            elif a in coupled_rows:
+                P[i, j] = code.slot(format_product_slot(a, b))
             elif a in rows or b in rows:
                 factors = [F[k, k] for k in (a, b) if k in rows]
                 P[i, j] = reduce(mul, factors, P[i, j]) + noise
@@ -83,7 +89,8 @@ def _predict_coupled(
 def _predict_below(
     P: Triangle, corner: int, n: int, rows: Mapping[int, list[int]], F: SparseMatrix
 ) -> None:
-    """Predict the columns of the leading `corner` states in all rows below.
+    """Generate code for the time update of the columns of the first `corner` states in all rows
+    below.
 
     Three rows are processed together, so that an entry of F is loaded once for three products.
     """
@@ -98,7 +105,7 @@ def _predict_below(
 
 
 def _predict_diagonal(P: Triangle, block: int, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
-    """Predict rows and columns of a block of three states whose rows of F are diagonal."""
+    """Generate code for the time update of three states whose rows of F are diagonal."""
     states = range(block, block + 3)
     with P.code.loop(0, block) as column:
         for i in states:
@@ -119,13 +126,14 @@ def update(
     gate: Any = 1.0,
     considered: Collection[int] = (),
 ) -> None:
-    """Write the measurement update P ← P - K H P, K = P Hᵀ (R + H P Hᵀ)⁻¹, equation (4).
+    """Generate code for the measurement update of the covariance with one sensor.
 
-    Up to three measurement rows are processed together. With R + H P Hᵀ = L Lᵀ and G = P Hᵀ L⁻ᵀ the
-    update is P ← P - G Gᵀ, equation (8).
+    The code computes P ← P - K H P with the gain K = P Hᵀ (R + H P Hᵀ)⁻¹, equation (4) of
+    docs/theory.md. Up to three measurement rows are processed together. With R + H P Hᵀ = L Lᵀ and
+    the scaled gain G = P Hᵀ L⁻ᵀ, the update is P ← P - G Gᵀ, equation (8).
 
-    States in `considered` have zero gain: G Gᵀ is subtracted except where both states are
-    considered. With K = [K₁; 0] and the optimal gain K₁ of the estimated states this equals
+    The states in `considered` have zero gain: G Gᵀ is not subtracted where both states are
+    considered. With K = [K₁; 0] and the optimal gain K₁ of the estimated states, the result equals
     Joseph's form, (I - K H) P (I - K H)ᵀ + K R Kᵀ (S. F. Schmidt, Application of State-Space
     Methods to Navigation Problems, Advances in Control Systems 3 (1966) 293-340).
 
@@ -136,20 +144,20 @@ def update(
     n : int
         Number of states.
     measure : function
-        Applies H to a state column.
+        Multiplies H by a state column.
     variances : sequence of scalars
         Diagonal of R.
     gate : scalar
-        1 to update; 0 to leave P unchanged, for a sensor that is not available.
+        1 to update; 0 to leave P unchanged, if the sensor cannot measure.
     considered : collection of int
         States that are not estimated, in whole blocks of three.
     """
-    code, support, m = P.code, list_measured_states(n, measure), len(variances)
+    code, measured_states, n_rows = P.code, list_measured_states(n, measure), len(variances)
 
-    # P Hᵀ. A symmetric entry is in a row of the triangle up to the block of a measured state and
-    # in a column past the block, so the loop is split there.
+    # Compute P Hᵀ. Up to the block of a measured state, a symmetric entry of P is in a row of the
+    # triangle, and after the block in a column. The loop is therefore split at the block.
     first = 0
-    for last in (*sorted({j - j % 3 + 3 for j in support}), n):
+    for last in (*sorted({j - j % 3 + 3 for j in measured_states}), n):
         if first < last:
             with code.loop(first, last) as state:
                 projected = measure([P[i, state] for i in range(n)])
@@ -157,15 +165,19 @@ def update(
                     code.store(_format_slot(P, state, r), value)
         first = last
 
-    L, gated = factor_innovation(
-        {j: _list_row_slots(P, j, m) for j in support}, n, measure, variances, gate
+    L, gated_inverse = factor_innovation(
+        {j: _list_row_slots(P, j, n_rows) for j in measured_states}, n, measure, variances, gate
     )
     with code.loop(0, n) as state:
-        for r, value in enumerate(compute_gain_row(_list_row_slots(P, state, m), L, gated)):
+        for r, value in enumerate(
+            compute_gain_row(_list_row_slots(P, state, n_rows), L, gated_inverse)
+        ):
             code.store(_format_slot(P, state, r), value)
 
     def G(i: int | Index) -> Rows:
-        return [[code.define(each.name) for each in _list_row_slots(P, i + a, m)] for a in _BLOCK]
+        return [
+            [code.define(each.name) for each in _list_row_slots(P, i + a, n_rows)] for a in _BLOCK
+        ]
 
     considered_blocks = sorted({i - i % 3 for i in considered})
     for first, last in _iterate_gaps(considered_blocks, n):
@@ -178,7 +190,9 @@ def update(
 
 
 def list_measured_states(n: int, measure: MeasureFunction) -> list[int]:
-    """Return the states with a nonzero column in H."""
+    """Return the indices of the states on which a measurement depends, that is, with a nonzero
+    column in H.
+    """
     units = enumerate(np.eye(n).tolist())
     return [j for j, unit in units if any(y != 0.0 for y in measure(unit))]
 
@@ -190,12 +204,13 @@ def factor_innovation(
     variances: Sequence[Any],
     gate: Any,
 ) -> tuple[Factor, list[Any]]:
-    """Return L of R + H P Hᵀ = L Lᵀ, and the inverse diagonal of L times `gate`; see `factor`.
+    """Factor the innovation covariance R + H P Hᵀ as L Lᵀ, and return L and the inverse of its
+    diagonal, multiplied by `gate`.
 
     Parameters
     ----------
     PHt : mapping of int to sequence
-        Rows of P Hᵀ for the states with a nonzero column in H.
+        Rows of P Hᵀ of the states with a nonzero column in H.
     n, measure, variances, gate
         See `update`.
     """
@@ -210,7 +225,8 @@ def factor_innovation(
 def factor_cholesky(
     columns: Sequence[Sequence[Any]], variances: Sequence[Any]
 ) -> tuple[Factor, list[Any]]:
-    """Return the Cholesky factor L of R + H P Hᵀ below the diagonal, and its inverse diagonal.
+    """Return the Cholesky factor L of R + H P Hᵀ below the diagonal, as a dict by (row, column),
+    and the inverse of the diagonal of L.
 
     Parameters
     ----------
@@ -230,7 +246,9 @@ def factor_cholesky(
 
 
 def compute_gain_row(row: Sequence[Any], L: Factor, inverse: Sequence[Any]) -> list[Any]:
-    """Return a row of G = P Hᵀ L⁻ᵀ from a row of P Hᵀ and the factors of `factor`."""
+    """Return a row of the scaled gain G = P Hᵀ L⁻ᵀ from a row of P Hᵀ and the factor of
+    `factor_cholesky`.
+    """
     g: list[Any] = []
     for r in range(len(inverse)):
         g.append((row[r] - sum(g[k] * L[r, k] for k in range(r))) * inverse[r])
@@ -238,10 +256,12 @@ def compute_gain_row(row: Sequence[Any], L: Factor, inverse: Sequence[Any]) -> l
 
 
 def compute_last_pivot(P: Triangle, n: int) -> Any:
-    """Return the last pivot of P = L Lᵀ, which is positive only if P is positive definite.
+    """Generate code for the Cholesky factorization of the covariance, and return the symbol of the
+    last pivot.
 
-    No branch is needed: the root of a negative pivot is NaN, and NaN propagates to all later
-    pivots. The factorization runs on a copy of P, three columns at a time.
+    The pivot is positive only if P is positive definite. No branch is needed, because the square
+    root of a negative pivot is NaN and NaN propagates to all later pivots. The factorization uses a
+    copy of P and processes three columns at a time.
     """
     code, A = P.code, Triangle(P.code, first=P.scratch)
 
@@ -273,7 +293,7 @@ def _subtract(
     last: int,
     start: int | Index,
 ) -> None:
-    """Subtract G Gᵀ from the rows `first` to `last` of P, from column `start` on."""
+    """Generate code for P ← P - G Gᵀ in the rows `first` to `last`, from the column `start` on."""
     with P.code.loop(first, last, 3) as i:
         row_gain = G(i)
         with P.code.loop(start, i, 3) as j:
@@ -284,7 +304,7 @@ def _subtract(
 def _subtract_block(
     P: Triangle, left: tuple[int | Index, Rows], right: tuple[int | Index, Rows]
 ) -> None:
-    """Subtract G Gᵀ from a 3 x 3 block of P, on or below the diagonal."""
+    """Generate code for P ← P - G Gᵀ in a 3 x 3 block on or below the diagonal."""
     (i, G), (j, other) = left, right
     for a in _BLOCK:
         for b in range(a + 1) if i is j else _BLOCK:
@@ -294,13 +314,13 @@ def _subtract_block(
 
 
 def _iterate_gaps(blocks: Sequence[int], end: int) -> Iterator[tuple[int, int]]:
-    """Yield the ranges of states before `end` that none of the blocks of three covers."""
+    """Yield (first, last) of each range of states before `end` between the blocks of three."""
     starts, ends = [0, *(block + 3 for block in blocks)], [*blocks, end]
     return ((a, b) for a, b in zip(starts, ends, strict=True) if a < b)
 
 
 def _format_slot(P: Triangle, i: int | Index, r: int) -> str:
-    """Return the slot of entry (i, r) of P Hᵀ, which later holds G."""
+    """Return the workspace slot of an entry of P Hᵀ, which later contains G."""
     return f"3 * ({i}) + {P.scratch + r}"
 
 

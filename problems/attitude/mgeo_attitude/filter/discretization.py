@@ -1,4 +1,7 @@
-"""Exact discretization at a constant rate, compiled; runs once per maneuver, not per step."""
+"""Compiled exact discretization of the error dynamics at a constant body rate.
+
+The functions run once per maneuver, not in every filter step.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,9 @@ import numpy as np
 from mgeo_attitude._compiled import helper
 from mgeo_attitude._typing import Floats
 
-#: Largest |(A dt)²|^½ for which the series is summed directly; a longer step is halved first. The
-#: test uses A² because the effect of bias on attitude dominates A but vanishes in its powers.
+#: Largest square root of the norm of (A dt)² for which the series is summed directly. A longer step
+#: is halved first. The test uses A² because the effect of the bias on the attitude dominates the
+#: norm of A but vanishes in the powers of A.
 _MAX_SERIES_NORM = 0.5
 #: Relative size of a term at which the series ends; later terms are smaller.
 _TERM_TOLERANCE = 1e-18
@@ -20,9 +24,9 @@ _MAX_TERMS = 30
 
 @helper
 def multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
-    """Compute out ← factor A B.
+    """Write the matrix product `factor` A B to the array `out`.
 
-    Plain loops that skip zeros are faster here than BLAS: the matrices are small and mostly zero.
+    Loops that skip zeros are faster than BLAS, since the matrices are small and mostly zero.
     """
     n = A.shape[0]
     for i in range(n):
@@ -37,7 +41,6 @@ def multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
 
 @helper
 def infinity_norm(A: Floats) -> float:
-    """Return the infinity norm of A (largest absolute row sum), without temporary arrays."""
     n, largest = A.shape[0], 0.0
     for i in range(n):
         total = 0.0
@@ -49,18 +52,19 @@ def infinity_norm(A: Floats) -> float:
 
 @helper
 def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
-    """Return transition F and process noise Q of one step, equation (7).
+    """Return the transition matrix F and the process-noise covariance Q of one filter step.
 
-    F = exp(A dt) and Q = ∫ exp(A s) diag(density) exp(A s)ᵀ ds.
+    F = exp(A dt) and Q is the integral of exp(A s) diag(density) exp(A s)ᵀ over the step, equation
+    (7) of docs/theory.md.
 
-    The step is halved until the Taylor series of F and of Q' = A Q + Q Aᵀ + diag(density) converge
-    fast, then doubled: F ← F F, Q ← Q + F Q Fᵀ. The result equals Van Loan's (IEEE TAC 23, 1978,
-    395) without the 2n x 2n matrix exponential.
+    The step is halved until the Taylor series of F and Q converge fast, then doubled by F ← F F and
+    Q ← Q + F Q Fᵀ. The result equals that of Van Loan (IEEE Transactions on Automatic Control 23
+    (1978) 395-404) without the matrix exponential of twice the size.
 
     Parameters
     ----------
     A : array, shape (n, n)
-        Dynamics [1/s].
+        Dynamics matrix [1/s].
     density : array, shape (n,)
         Diagonal of the process-noise density.
     dt : float
@@ -71,23 +75,30 @@ def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
     F, Q : arrays, shape (n, n)
     """
     n = A.shape[0]
-    room = np.zeros((6, n, n))
-    term, other, F, Q, F_term, Q_term = room[0], room[1], room[2], room[3], room[4], room[5]
+    scratch = np.zeros((6, n, n))
+    term, Q_half_term, F, Q, F_term, Q_term = (
+        scratch[0],
+        scratch[1],
+        scratch[2],
+        scratch[3],
+        scratch[4],
+        scratch[5],
+    )
     multiply(A, A, dt * dt, term)
-    size = math.sqrt(infinity_norm(term))
-    halvings = max(0, math.ceil(math.log2(size / _MAX_SERIES_NORM))) if size > 0.0 else 0
+    norm = math.sqrt(infinity_norm(term))
+    halvings = max(0, math.ceil(math.log2(norm / _MAX_SERIES_NORM))) if norm > 0.0 else 0
     h = dt / 2.0**halvings
     for i in range(n):
         F[i, i] = F_term[i, i] = 1.0
         Q[i, i] = Q_term[i, i] = density[i] * h
-    for m in range(1, _MAX_TERMS + 1):
-        multiply(A, F_term, h / m, term)
-        multiply(A, Q_term, h / (m + 1), other)
+    for order in range(1, _MAX_TERMS + 1):
+        multiply(A, F_term, h / order, term)
+        multiply(A, Q_term, h / (order + 1), Q_half_term)
         for i in range(n):
             for j in range(n):
                 F_term[i, j] = term[i, j]
                 F[i, j] += term[i, j]
-                Q_term[i, j] = other[i, j] + other[j, i]
+                Q_term[i, j] = Q_half_term[i, j] + Q_half_term[j, i]
                 Q[i, j] += Q_term[i, j]
         if infinity_norm(F_term) < _TERM_TOLERANCE and infinity_norm(
             Q_term
@@ -108,9 +119,10 @@ def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
 
 @helper
 def compute_step_rotation(omega: Floats, dt: float) -> Floats:
-    """Return exp(-[ω×] dt), the change of the GCRS-to-body matrix in a step at body rate `omega`.
+    """Return the rotation matrix by which the GCRS-to-body matrix changes in one step at a constant
+    body rate.
 
-    Rodrigues' formula; for small angles the coefficients are series.
+    The matrix is exp(-[ω×] dt) by Rodrigues' formula, with series for small angles.
 
     Parameters
     ----------

@@ -1,12 +1,14 @@
 """Error budget of a plan: contribution of each error source to the variances at the end.
 
-A filter error is linear in its independent sources: initial errors, process noise of gyro and
+The estimation error is linear in its independent sources: initial errors, process noise of gyro and
 sensor errors, measurement noise. The covariance at the end is therefore the sum of the covariances
 that the sources cause separately *with the gains of the complete filter* (Gelb, Applied Optimal
-Estimation, 1974, section 7.4, "error budget"). Variances add up; 1-sigmas do not. Without a source
-the filter would use other gains, so that removing the source gains at least its contribution.
+Estimation, 1974, section 7.4, "error budget"). Variances add up, and 1-sigmas do not. Without a
+source the filter would use other gains, so that removing a source reduces the variance by at least
+its contribution.
 
-All states are computed together: the transposed error transition is propagated back from the end.
+The budget of all states is computed in one pass, in which the transposed error transition is
+propagated backward from the end.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ from mgeo_attitude.sensors.suite import Suite, list_block_units
 
 
 class ErrorBudget(NamedTuple):
-    """Contributions of s error sources to the variances of n states.
+    """Contribution of each of s error sources to the variance of each of n states.
 
     Attributes
     ----------
@@ -42,7 +44,7 @@ class ErrorBudget(NamedTuple):
 
 
 class _Update(NamedTuple):
-    """Measurement update of one sensor: gain (n, m), I - K H (n, n), noise variances (m,)."""
+    """Measurement update with one sensor: gain K, error transition I - K H, and noise variances."""
 
     sensor: int
     gain: Floats
@@ -51,7 +53,9 @@ class _Update(NamedTuple):
 
 
 class _Step(NamedTuple):
-    """Filter step: F (n, n), Q of each block with process noise (d, n, n), and the updates."""
+    """Transition matrix of a filter step, process noise of each driven block, and the measurement
+    updates.
+    """
 
     transition: Floats
     process_noise: Floats
@@ -59,9 +63,11 @@ class _Step(NamedTuple):
 
 
 def compute_error_budget(model: FilterModel, design: ArrayLike, t_end: float) -> ErrorBudget:
-    """Return the error budget of a nominal run of a design until `t_end`.
+    """Return the contribution of each error source to the variances at the time `t_end` of a
+    nominal run of a design.
 
-    The computation takes about 0.1 ms per filter step.
+    The gains of the run are those of the complete filter. The computation takes about 0.1 ms per
+    filter step.
 
     Parameters
     ----------
@@ -72,58 +78,76 @@ def compute_error_budget(model: FilterModel, design: ArrayLike, t_end: float) ->
         End of the run [s].
     """
     suite, start = model.suite, model.initial_covariance
-    driven = [block for block, density in _iterate_densities(suite) if density.any()]
+    driven_blocks = [block for block, density in _iterate_densities(suite) if density.any()]
     labels = {b: unit.label for b, unit in zip(suite.blocks, list_block_units(suite), strict=True)}
     n = suite.n_states
-    adjoint, of_noise = np.eye(n), np.zeros((len(suite.sensors), n))
-    of_drift = np.zeros((len(driven), n))
+    adjoint, noise_variances = np.eye(n), np.zeros((len(suite.sensors), n))
+    drift_variances = np.zeros((len(driven_blocks), n))
     for step in reversed(list(_iterate_steps(model, design, round(t_end / model.step)))):
         for update in reversed(step.updates):
-            of_noise[update.sensor] += (adjoint @ update.gain) ** 2 @ update.noise
+            noise_variances[update.sensor] += (adjoint @ update.gain) ** 2 @ update.noise
             adjoint = adjoint @ update.error_transition
-        of_drift += np.einsum("ij,sjk,ik->si", adjoint, step.process_noise, adjoint, optimize=True)
+        drift_variances += np.einsum(
+            "ij,sjk,ik->si", adjoint, step.process_noise, adjoint, optimize=True
+        )
         adjoint = adjoint @ step.transition
     initial = [f"initial {labels[b]}" for b in suite.blocks]
     if (model.initial_correlation == np.eye(n)).all():
-        own = (adjoint**2 * model.initial_sigma**2).reshape(n, -1, 3).sum(axis=2).T
-    else:  # Correlated initial errors have no separate contributions.
+        initial_variances = (adjoint**2 * model.initial_sigma**2).reshape(n, -1, 3).sum(axis=2).T
+    else:  # Correlated initial errors cannot be separated.
         initial = ["initial errors, correlated"]
-        own = np.einsum("ij,jk,ik->i", adjoint, start, adjoint)[None]
-    drifts = ["noise of gyro" if b == "attitude" else f"drift of {labels[b]}" for b in driven]
+        initial_variances = np.einsum("ij,jk,ik->i", adjoint, start, adjoint)[None]
+    drifts = [
+        "noise of gyro" if b == "attitude" else f"drift of {labels[b]}" for b in driven_blocks
+    ]
     noises = [f"noise of {sensor.name}" for sensor in suite.sensors]
-    return ErrorBudget((*initial, *drifts, *noises), np.vstack([own, of_drift, of_noise]))
+    return ErrorBudget(
+        (*initial, *drifts, *noises),
+        np.vstack([initial_variances, drift_variances, noise_variances]),
+    )
 
 
 def _iterate_densities(suite: Suite) -> Iterator[tuple[str, Floats]]:
-    """Yield each dynamic block and the process-noise density of that block alone, (n_dynamic,)."""
+    """Yield the name of each dynamic block and a process-noise density, shape (n_dynamic,), in
+    which only this block is driven.
+    """
     density = suite.compute_noise_density()
     for i in range(0, len(density), 3):
-        own = np.zeros_like(density)
-        own[i : i + 3] = density[i : i + 3]
-        yield suite.blocks[i // 3], own
+        block_density = np.zeros_like(density)
+        block_density[i : i + 3] = density[i : i + 3]
+        yield suite.blocks[i // 3], block_density
 
 
 def _iterate_steps(model: FilterModel, design: ArrayLike, n_steps: int) -> Iterator[_Step]:
     motion = Motion.from_design(model, design, model.n_steps)
-    H, R, seen = build_measurement_model(model, motion.attitude, motion.rates)
+    H, R, is_measured = build_measurement_model(model, motion.attitude, motion.rates)
     counts = np.cumsum([0, *(len(sensor.noise_sigmas()) for sensor in model.suite.sensors)])
     rows = [slice(*edges) for edges in pairwise(counts)]
     P, considered = model.initial_covariance, model.suite.considered_indices
-    follows = model.sensitivity_factors[:, model.suite.find_sensitivity_columns(model.suite.gyro)]
-    now, F, Q, unit = np.full(3, np.nan), np.empty(0), np.empty(0), np.empty(0)
+    deviations = model.sensitivity_factors[
+        :, model.suite.find_sensitivity_columns(model.suite.gyro)
+    ]
+    current_rate, F, Q, F_at_unit_deviation = (
+        np.full(3, np.nan),
+        np.empty(0),
+        np.empty(0),
+        np.empty(0),
+    )
     for k, rate in enumerate(motion.rates[:n_steps], 1):
-        if (rate != now).any():
-            now, (unit, Q) = rate, _discretize(model, rate)
-            F = unit
-        if follows.size:
+        if (rate != current_rate).any():
+            current_rate, (F_at_unit_deviation, Q) = rate, _discretize(model, rate)
+            F = F_at_unit_deviation
+        if deviations.size:
             F = F.copy()
-            for columns, value in zip(model.suite.gyro_sensitivity_slices, follows[k], strict=True):
-                F[:3, columns] = value * unit[:3, columns]
+            for columns, value in zip(
+                model.suite.gyro_sensitivity_slices, deviations[k], strict=True
+            ):
+                F[:3, columns] = value * F_at_unit_deviation[:3, columns]
         P = F @ P @ F.T + Q.sum(axis=0)
         updates = []
-        for i, own in enumerate(rows):
-            if seen[k, own].any():
-                update = _compute_update(P, H[k, own], R[own], i, considered)
+        for i, rows_of_sensor in enumerate(rows):
+            if is_measured[k, rows_of_sensor].any():
+                update = _compute_update(P, H[k, rows_of_sensor], R[rows_of_sensor], i, considered)
                 P = update.error_transition @ P @ update.error_transition.T
                 P += (update.gain * update.noise) @ update.gain.T
                 updates.append(update)
@@ -133,20 +157,24 @@ def _iterate_steps(model: FilterModel, design: ArrayLike, n_steps: int) -> Itera
 def _compute_update(P: Floats, H: Floats, R: Floats, sensor: int, considered: Ints) -> _Update:
     gain = np.array(np.linalg.solve(H @ P @ H.T + np.diag(R), H @ P).T, dtype=np.float64)
     gain[considered] = 0.0
-    rest: Floats = np.eye(len(P)) - gain @ H
-    return _Update(sensor, gain, rest, R)
+    error_transition: Floats = np.eye(len(P)) - gain @ H
+    return _Update(sensor, gain, error_transition, R)
 
 
 def _discretize(model: FilterModel, rate: Floats) -> tuple[Floats, Floats]:
-    """Return F, shape (n, n), and Q of each block with process noise, shape (d, n, n)."""
+    """Return the transition matrix, shape (n, n), and the process noise of each driven block, shape
+    (d, n, n).
+    """
     from mgeo_attitude.filter.kernel import load_driver  # This import loads numba.
 
-    suite, n = model.suite, model.suite.n_states
-    A, m, F = suite.dynamics_matrix(rate), suite.n_dynamic, np.eye(n)
+    suite, n_states = model.suite, model.suite.n_states
+    A, n_dynamic, F = suite.dynamics_matrix(rate), suite.n_dynamic, np.eye(n_states)
     driven = []
     for _, density in _iterate_densities(suite):
         if density.any():
-            F[:m, :m], own = load_driver().discretize_compiled(A, density, model.step)
-            driven.append(np.zeros((n, n)))
-            driven[-1][:m, :m] = own
+            F[:n_dynamic, :n_dynamic], block_noise = load_driver().discretize_compiled(
+                A, density, model.step
+            )
+            driven.append(np.zeros((n_states, n_states)))
+            driven[-1][:n_dynamic, :n_dynamic] = block_noise
     return F, np.array(driven)

@@ -1,4 +1,4 @@
-"""Objectives of equation (5) for a batch of designs, compiled and multithreaded."""
+"""Evaluation of a batch of designs by the compiled covariance filter, in several threads."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Filter results of n designs.
+    """Results of the covariance filter for a batch of n designs.
 
     `t_end` and `trace` are NaN for a design whose covariance lost positive definiteness.
 
@@ -38,16 +38,16 @@ class Evaluation:
         Variances at every step, NaN after `t_end`. Empty unless requested.
     covariance : array, shape (n, n_states, n_states) or (0, n_states, n_states)
         Covariance at `t_end`. Empty unless requested.
-    path_angle : array, shape (n, n_path_limits)
+    path_angle : array, shape (n, n_path_constraints)
         Extreme angle [rad] between the direction and the axis of each path constraint, with the
-        margin for the attitude uncertainty. Keep-out: smallest angle less the margin; keep-in:
-        largest angle plus the margin. See `path_limits.excess`.
+        margin for the attitude uncertainty. Keep-out: smallest angle minus the margin; keep-in:
+        largest angle plus the margin. See `path_constraints.compute_violation`.
     t_required : array, shape (n,)
-        Time [s] from which on all required 1-sigmas are satisfied until `t_end`. Infinite if one is
-        violated at `t_end` or if there are none.
+        Time [s] from which on all required 1-sigmas are satisfied until `t_end`. Infinite if a
+        requirement is violated at `t_end` or if there are no requirements.
     wheel_load : array, shape (n, 2)
-        Largest momentum [N m s] and torque [N m] of any wheel until `t_end`; see
-        `momentum.MomentumBudget`. NaN without a budget.
+        Largest momentum [N m s] and torque [N m] of any wheel until `t_end`. NaN without a
+        `MomentumBudget`.
     plan : Schedule
         Body rates of the designs.
 
@@ -80,13 +80,14 @@ def evaluate(
     variant_index: Ints | None = None,
     end_steps: ArrayLike | None = None,
 ) -> Evaluation:
-    """Run the covariance filter over every design.
+    """Run the covariance filter for each design of a batch, and return convergence times, traces
+    and constraint quantities.
 
     The result of a design depends only on the model and the design, not on the rest of the batch,
     the order of the designs, or the number of threads.
 
-    Each design can be evaluated with its own variant of the model. Variants share one kernel: they
-    may differ in sensor and gyro parameters such as noise and field of view, in initial and
+    Each design can be evaluated with a variant of the model. Variants share one compiled filter and
+    may differ in parameters of sensors and gyro such as noise and field of view, in initial and
     required 1-sigmas, and in weights. A sensor with infinite noise is exactly equivalent to an
     absent sensor.
 
@@ -106,13 +107,13 @@ def evaluate(
     variant_index : array of int, shape (n,), optional
         Index of the variant of each design. Default: the first variant.
     end_steps : array_like of int, shape (n,) or (), optional
-        Steps at which to end the runs, from 1 to n_steps, instead of the convergence rule. A longer
-        maneuver is cut short; after the last maneuver its rate is held.
+        Steps at which the runs end, from 1 to n_steps, regardless of convergence. A maneuver that
+        lasts longer is cut short. After the last maneuver its rate is held.
 
     Raises
     ------
     ValueError
-        If a variant needs another kernel than the model; see `validate_variants`.
+        If a variant cannot use the compiled filter of the model; see `validate_variants`.
 
     Warns
     -----
@@ -127,58 +128,62 @@ def evaluate(
     >>> evaluate(model, [design, design], threads=2).t_end
     array([2337., 2337.])
     """
-    from mgeo_attitude.filter.jobs import Batch, run_batch  # Importing numba takes long.
+    from mgeo_attitude.filter.jobs import Batch, run_batch  # This import loads numba.
 
     variants = variants or [model]
     validate_variants(model, variants)
     plan = model.build_schedule(designs)
     n = len(plan.rates)
-    flown_by = (
+    variant_indices = (
         np.zeros(n, dtype=np.int64)
         if variant_index is None
         else np.asarray(variant_index, dtype=np.int64)
     )
-    batch = Batch(variants, flown_by, plan, threads or count_available_threads())
-    last = np.full(n, model.n_steps)
+    batch = Batch(variants, variant_indices, plan, threads or count_available_threads())
+    last_steps = np.full(n, model.n_steps)
     if end_steps is None and model.ends_with_last_maneuver:
         end_steps = np.clip(plan.maneuver_end_steps, 1, model.n_steps)
     if end_steps is not None:
-        last[:] = end_steps
-        # The end becomes part of the plan, so that equal plans with different ends are distinct.
-        batch_with_ends = batch._replace(plan=dataclasses.replace(plan, maneuver_end_steps=last))
-        ran = run_batch(model.nonconverging_model, batch_with_ends, last, history, covariance)
+        last_steps[:] = end_steps
+        # The end becomes part of the schedule, since equal schedules are run only once.
+        batch_with_ends = batch._replace(
+            plan=dataclasses.replace(plan, maneuver_end_steps=last_steps)
+        )
+        result = run_batch(
+            model.nonconverging_model, batch_with_ends, last_steps, history, covariance
+        )
     elif model.rule != "trace":
         full_run = run_batch(
-            model.full_duration_model, batch, last, settling_factor=model.settling_factor
+            model.full_duration_model, batch, last_steps, settling_factor=model.settling_factor
         )
         settled = (
             full_run.settling_step if model.rule == "settling" else _find_required_step(full_run)
         )
-        stops = np.clip(settled, plan.maneuver_end_steps, model.n_steps)
-        ran = run_batch(model.full_duration_model, batch, stops, history, covariance)
+        end_steps_by_rule = np.clip(settled, plan.maneuver_end_steps, model.n_steps)
+        result = run_batch(model.full_duration_model, batch, end_steps_by_rule, history, covariance)
     else:
-        ran = run_batch(model, batch, last, history, covariance)
-    t_end, trace = model.step * ran.end_step.astype(float), ran.trace
+        result = run_batch(model, batch, last_steps, history, covariance)
+    t_end, trace = model.step * result.end_step.astype(float), result.trace
     is_lost = np.isnan(trace)
     if is_lost.any():
         first = np.atleast_2d(np.asarray(designs, dtype=float))[np.argmax(is_lost)]
         warnings.warn(
             f"the covariance lost positivity in {is_lost.sum()} of {n} designs, first "
-            f"{first.tolist()}. Their objectives are NaN",
+            f"{first.tolist()}. The objectives of these designs are NaN",
             RuntimeWarning,
             stacklevel=2,
         )
         t_end = np.where(is_lost, np.nan, t_end)
     t_required = np.full(n, np.inf)
     if model.monitors.states:
-        met = ran.monitors[:, -1] > 0.0
-        t_required[met] = model.step * _find_required_step(ran)[met]
-    full = _expand_triangles(ran.covariance, model.suite.n_states)
+        is_satisfied = result.monitors[:, -1] > 0.0
+        t_required[is_satisfied] = model.step * _find_required_step(result)[is_satisfied]
+    full = _expand_triangles(result.covariance, model.suite.n_states)
     angles, loads = (
-        _compute_path_angles(model, ran.monitors),
-        _compute_wheel_loads(model, batch, ran.end_step),
+        _compute_path_angles(model, result.monitors),
+        _compute_wheel_loads(model, batch, result.end_step),
     )
-    return Evaluation(t_end, trace, ran.variances, full, angles, t_required, loads, plan)
+    return Evaluation(t_end, trace, result.variances, full, angles, t_required, loads, plan)
 
 
 def _compute_path_angles(model: FilterModel, monitor_values: Floats) -> Floats:
@@ -190,7 +195,7 @@ def _compute_path_angles(model: FilterModel, monitor_values: Floats) -> Floats:
 def _compute_wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Floats:
     if model.momentum_budget is None:
         return np.full((len(end_step), 2), np.nan)
-    from mgeo_attitude.filter.wheel_load import compute_wheel_loads  # Importing numba takes long.
+    from mgeo_attitude.filter.wheel_load import compute_wheel_loads  # This import loads numba.
 
     return compute_wheel_loads(
         model.momentum_budget, batch.plan, end_step, step=model.step, threads=batch.threads
@@ -198,12 +203,13 @@ def _compute_wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Fl
 
 
 def _find_required_step(result: BatchResult) -> Ints:
-    """Return the first step of the final span with satisfied requirements, or one past the end."""
+    """Return, for each design, the step from which on all required 1-sigmas are satisfied until the
+    end; one step past the end if they are violated there.
+    """
     return result.end_step + 1 - np.rint(result.monitors[:, -1]).astype(np.int64)
 
 
 def _expand_triangles(triangles: Floats, n: int) -> Floats:
-    """Expand lower triangles, shape (m, n (n + 1) / 2), to symmetric matrices, shape (m, n, n)."""
     row, column = triangle_indices(n)
     full = np.empty((len(triangles), n, n))
     full[:, row, column] = triangles
@@ -212,9 +218,10 @@ def _expand_triangles(triangles: Floats, n: int) -> Floats:
 
 
 def count_available_threads() -> int:
-    """Return the number of processors available to this process, at most ``NUMBA_NUM_THREADS``.
+    """Return the number of processors that this process may use.
 
-    joblib sets the environment variable in its worker processes, so that they share the processors.
+    The environment variable NUMBA_NUM_THREADS lowers the number. joblib sets the variable in its
+    worker processes, so that the processes share the processors.
     """
     if hasattr(os, "sched_getaffinity"):
         processors = len(os.sched_getaffinity(0))

@@ -1,4 +1,4 @@
-"""Sample-by-sample filter results of one design: 1-sigmas, attitudes and measurements."""
+"""Time history of the filter for one design: 1-sigmas, attitudes and measurement models."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mgeo_attitude.maneuvers.motion import Motion
 
 @dataclass(frozen=True)
 class FilterHistory:
-    """Results of a filter run from the start to convergence, at n samples.
+    """Time history of a filter run, from the start to convergence.
 
     Attributes
     ----------
@@ -28,11 +28,11 @@ class FilterHistory:
     attitude : array, shape (n, 3, 3)
         GCRS-to-body matrices.
     covariance : array, shape (n_states, n_states)
-        Covariance at the end.
+        Covariance matrix at the end.
     blocks : tuple of str
         Names of the 3-vectors of the state.
     converged : bool
-        False if the run ended at the scenario's duration.
+        Whether the run converged before the scenario's end.
 
     Examples
     --------
@@ -53,14 +53,16 @@ class FilterHistory:
 
     @property
     def t_end(self) -> float:
-        """End of the run [s], the first objective of equation (5)."""
+        """End time of the run [s], the first objective of the optimization."""
         return float(self.times[-1])
 
 
 def run_filter(model: FilterModel, design: ArrayLike) -> FilterHistory:
-    """Run the compiled filter of equations (2) to (4) over one design and return all samples.
+    """Run the compiled covariance filter for one design and return the 1-sigmas, the trace and the
+    attitude at each sample.
 
-    `run_reference_filter` computes the same history with filterpy and takes about a hundred times as long.
+    The filter consists of equations (2) to (4) of docs/theory.md. `run_reference_filter` computes
+    the same history with filterpy in about a hundred times the time.
 
     Parameters
     ----------
@@ -84,7 +86,9 @@ def run_filter(model: FilterModel, design: ArrayLike) -> FilterHistory:
     result = evaluate(model, np.atleast_2d(np.asarray(design, dtype=float)), 1, True, True)
     t_end = result.t_end[0]
     if np.isnan(t_end):
-        raise ValueError(f"the covariance of design {np.ravel(design).tolist()} loses positivity")
+        raise ValueError(
+            f"the covariance of design {np.ravel(design).tolist()} loses positive definiteness"
+        )
     n = round(t_end / model.step) + 1
     variances = result.variances[0, :n]
     return FilterHistory(
@@ -99,10 +103,11 @@ def run_filter(model: FilterModel, design: ArrayLike) -> FilterHistory:
 
 
 def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats) -> Bools:
-    """Return whether a sensor can measure at each of the first k + 1 samples.
+    """Return a boolean array that is True at the samples at which a sensor can measure along an
+    attitude history.
 
-    A measurement requires an available sensor, satisfied field-of-view conditions, and a body rate
-    of at most the sensor's maximum.
+    A sensor measures if it is available, if its field-of-view conditions are satisfied, and if the
+    body rate is at most the sensor's maximum.
 
     Parameters
     ----------
@@ -120,12 +125,12 @@ def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats)
     """
     samples = slice(len(attitude))
     sensor, mask = model.suite.sensors[index], model.available[samples, index].copy()
-    for view in sensor.list_visibility_cones():
-        looked_at, radius = model.references[samples, index], np.zeros(len(attitude))
-        if view.direction:
-            looked_at, radius = model.select_direction(view.direction, samples)
-        cosine = np.einsum("kij,kj->ki", attitude, looked_at) @ view.axis
-        mask &= (cosine >= np.cos(view.half_angle + radius)) == view.keep_in
+    for cone in sensor.list_visibility_cones():
+        vectors, radius = model.references[samples, index], np.zeros(len(attitude))
+        if cone.direction:
+            vectors, radius = model.select_direction(cone.direction, samples)
+        cosine = np.einsum("kij,kj->ki", attitude, vectors) @ cone.axis
+        mask &= (cosine >= np.cos(cone.half_angle + radius)) == cone.keep_in
     mask[1:] &= np.einsum("ki,ki->k", rates, rates) <= sensor.max_rate() ** 2
     return mask
 
@@ -133,7 +138,8 @@ def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats)
 def build_measurement_model(
     model: FilterModel, attitude: Floats, rates: Floats
 ) -> tuple[Floats, Floats, Bools]:
-    """Return the measurement matrices, noise variances and availability of all m measurement rows.
+    """Return the measurement matrices, the noise variances and the availability of all sensors
+    along an attitude history.
 
     Parameters
     ----------
@@ -144,22 +150,28 @@ def build_measurement_model(
     Returns
     -------
     H : array, shape (n_steps + 1, m, n_states)
+        Measurement matrices.
     R : array, shape (m,)
         Noise variances.
-    seen : array of bool, shape (n_steps + 1, m)
+    is_measured : array of bool, shape (n_steps + 1, m)
         Whether each row is measured at each sample.
     """
     H: list[Floats] = []
     R: list[float] = []
-    seen: list[Bools] = []
-    before = np.vstack([rates[:1], rates])  # A sample has the rate of the step before it.
+    is_measured: list[Bools] = []
+    # A sample has the rate of the step before it.
+    sample_rates = np.vstack([rates[:1], rates])
     for index, sensor in enumerate(model.suite.sensors):
         v, *gradient = (
             np.einsum("kij,kj->ki", attitude, model.references[:, row])
             for row in model.suite.list_vector_indices(index)
         )
-        follows = [*model.sensitivity_factors[:, model.suite.find_sensitivity_columns(sensor)].T]
-        H.append(model.suite.measurement_matrix(sensor, v, attitude, gradient, before, follows))
+        deviations = [*model.sensitivity_factors[:, model.suite.find_sensitivity_columns(sensor)].T]
+        H.append(
+            model.suite.measurement_matrix(sensor, v, attitude, gradient, sample_rates, deviations)
+        )
         R.extend(sigma**2 for sigma in sensor.noise_sigmas())
-        seen.extend([can_measure(model, index, attitude, rates)] * len(sensor.noise_sigmas()))
-    return np.concatenate(H, axis=1), np.array(R), np.stack(seen, axis=1)
+        is_measured.extend(
+            [can_measure(model, index, attitude, rates)] * len(sensor.noise_sigmas())
+        )
+    return np.concatenate(H, axis=1), np.array(R), np.stack(is_measured, axis=1)

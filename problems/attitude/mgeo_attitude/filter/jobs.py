@@ -1,10 +1,10 @@
 """Job scheduling for a batch of designs: a common initial part of several designs runs only once.
 
-A design is a sequence of body rates, one per step. After sorting, designs with a common initial
-part are neighbors, and the lengths of the common parts define a tree. A job is an edge of this
-tree: it starts where it branches off its parent job and ends where other jobs branch off, or at
-the end of the run. In one generation of MGEO each candidate differs from its walker in one
-variable, so that much is shared. Random designs share nothing and give one job each.
+A design is a sequence of body rates, one per filter step. After sorting, designs with a common
+initial part are neighbors, and the lengths of the common parts define a tree. A job is an edge of
+the tree. The job starts where it branches off its parent job, and ends where other jobs branch off
+or at the end of the run. In one generation of MGEO each candidate differs from its walker in one
+variable, so that many steps are shared. Random designs share no steps, with one job per design.
 """
 
 from __future__ import annotations
@@ -26,26 +26,26 @@ from mgeo_attitude.sensors.gyro import has_axis_dependent_noise
 
 #: Depth of a leaf, larger than the depth of any branching point.
 _LEAF_DEPTH = np.iinfo(np.int64).max
-#: Least number of common steps for which storing the state pays off.
+#: Least number of common steps for which storing the filter state saves time.
 _MIN_COMMON_STEPS = 16
 
 
 class Jobs(NamedTuple):
-    """Table of n jobs, each after its parent.
+    """Table of n jobs, in which each job comes after its parent job.
 
     Attributes
     ----------
     design : array, shape (n,)
-        A design that contains all steps of the job.
+        Index of a design that contains all steps of the job.
     begin, end : arrays, shape (n,)
         First and last step; `end` is -1 if the job runs to the end of the design.
     parent : array, shape (n,)
-        Job whose final state is the initial state of this job; -1 - k for the initial state of
-        variant k of the model.
+        Index of the job whose final state is the initial state of this job; -1 - k for the initial
+        state of variant k of the model.
     snapshot : array, shape (n,)
-        Slot in which the final state is stored; -1 if no other job needs it.
+        Index of the stored final state; -1 if no other job starts from the final state.
     representative : array, shape (n_designs,)
-        For each design, the equal design that is run in its place.
+        Index of the equal design that is run in place of each design.
     """
 
     design: Ints
@@ -57,7 +57,7 @@ class Jobs(NamedTuple):
 
 
 def build_separate_jobs(variant_index: Ints) -> Jobs:
-    """Return jobs that each run one whole design.
+    """Return a table of jobs in which each job runs one design from start to end.
 
     Parameters
     ----------
@@ -72,9 +72,10 @@ def build_separate_jobs(variant_index: Ints) -> Jobs:
 def build_shared_jobs(
     rates: Floats, starts: Ints, over: Ints, n_steps: int, variant_index: Ints
 ) -> Jobs:
-    """Return jobs that run equal designs, and common initial parts of designs, only once.
+    """Return a table of jobs that run equal designs, and common initial parts of designs, only
+    once.
 
-    Only designs with the same model variant share steps.
+    Designs of different model variants share no steps.
 
     Parameters
     ----------
@@ -96,28 +97,30 @@ def build_shared_jobs(
     rows = (keys + 0.0).astype(">f8", order="C").view(f"V{8 * keys.shape[1]}")
     order = np.argsort(rows[:, 0], kind="stable")
     ordered = keys[order]
-    differs = np.ones(len(order), dtype=bool)
-    differs[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    unique = order[differs]
-    twin = np.empty(len(order), dtype=np.int64)
-    twin[order] = unique[np.cumsum(differs) - 1]
+    is_new = np.ones(len(order), dtype=bool)
+    is_new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    unique = order[is_new]
+    representative = np.empty(len(order), dtype=np.int64)
+    representative[order] = unique[np.cumsum(is_new) - 1]
     common = _count_common_steps(rates[unique], ends[unique])
-    # No design may end, or be tested for convergence, before it branches off.
-    limit = np.minimum(over[unique], n_steps) - 1
-    common = np.minimum(common, np.minimum(limit[1:], limit[:-1]))
+    # A design must branch off before it ends or is tested for convergence.
+    last_common_steps = np.minimum(over[unique], n_steps) - 1
+    common = np.minimum(common, np.minimum(last_common_steps[1:], last_common_steps[:-1]))
     common[common < _MIN_COMMON_STEPS] = 0
     common[variant_index[unique[1:]] != variant_index[unique[:-1]]] = 0
-    jobs = _build_tree(unique, common, twin)
+    jobs = _build_tree(unique, common, representative)
     initial = -1 - variant_index[jobs.design]
     return jobs._replace(parent=np.where(jobs.parent < 0, initial, jobs.parent))
 
 
 def _count_common_steps(rates: Floats, ends: Ints) -> Ints:
-    """Count the steps that each of n sorted designs shares with the next, shape (n - 1,)."""
+    """Return the number of initial steps that each sorted design has in common with the next
+    design.
+    """
     same_rate = (rates[1:] == rates[:-1]).all(axis=2)
     same = same_rate & (ends[1:] == ends[:-1])
     count = np.minimum.accumulate(same, axis=1).sum(axis=1)
-    first = np.minimum(count, ends.shape[1] - 1)  # This maneuver is the first to differ.
+    first = np.minimum(count, ends.shape[1] - 1)  # Index of the first maneuver that differs.
     row = np.arange(len(first))
     begin = np.where(first > 0, ends[row, first - 1], 0)
     both = np.minimum(ends[1:][row, first], ends[:-1][row, first])
@@ -127,7 +130,7 @@ def _count_common_steps(rates: Floats, ends: Ints) -> Ints:
 def _build_tree(unique: Ints, common: Ints, representative: Ints) -> Jobs:
     depth, parent, design = _build_nodes(unique, common)
 
-    # Jobs are in the order of their first steps, so that a parent comes before its children.
+    # Jobs are sorted by their first steps, so that a parent precedes its children.
     begin = depth[parent[1:]]
     order = np.argsort(begin, kind="stable")
     place = np.append(np.argsort(order), -1)  # The root, at index -1, is not a job.
@@ -145,14 +148,14 @@ def _build_tree(unique: Ints, common: Ints, representative: Ints) -> Jobs:
 
 @compile_on_first_call("UniTuple(int64[::1], 3)(int64[::1], int64[::1])")
 def _build_nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
-    """Return depth, parent and design of each tree node.
+    """Return the depth, the parent and the design of each node of the job tree.
 
-    The nodes are the root (node 0), the designs, and the branching points. A stack holds the path
-    from the root to the current design.
+    The nodes are the root (node 0), the designs, and the branching points. A stack contains the
+    path from the root to the current design.
     """
-    most = 2 * len(unique) + 1
-    depth, parent = np.zeros(most, dtype=np.int64), np.full(most, -1)
-    design, stack = np.full(most, -1), np.zeros(most, dtype=np.int64)
+    max_nodes = 2 * len(unique) + 1
+    depth, parent = np.zeros(max_nodes, dtype=np.int64), np.full(max_nodes, -1)
+    design, stack = np.full(max_nodes, -1), np.zeros(max_nodes, dtype=np.int64)
     n, top = 1, 0
     for k in range(len(unique)):
         before, last = common[k - 1] if k else 0, 0
@@ -172,7 +175,9 @@ def _build_nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
 
 
 class Batch(NamedTuple):
-    """Designs with the model variant of each design and the number of threads; see `evaluate`."""
+    """Schedules of a batch of designs, with the model variant of each design and the number of
+    threads.
+    """
 
     variants: Sequence[FilterModel]
     variant_index: Ints
@@ -181,7 +186,9 @@ class Batch(NamedTuple):
 
 
 class BatchResult(NamedTuple):
-    """Results of n designs as the driver writes them; see `driver.run`."""
+    """Arrays of results of a batch of designs, as the compiled driver writes them; see
+    `driver.run`.
+    """
 
     end_step: Ints
     settling_step: Ints
@@ -199,7 +206,8 @@ def run_batch(
     covariance: bool = False,
     settling_factor: float = 0.0,
 ) -> BatchResult:
-    """Run every design of a batch until it converges or reaches its last step.
+    """Run the compiled filter for each design of a batch until the run converges or reaches its
+    last step.
 
     Parameters
     ----------
@@ -212,39 +220,41 @@ def run_batch(
     covariance : bool
         Whether to return the covariances at the end.
     settling_factor : float
-        Factor of a settled trace; 0 to skip the settling step.
+        Factor on the final trace below which the trace is settled; 0 to skip the settling step.
     """
-    variants, flown_by, plan, threads = batch
+    variants, variant_index, plan, threads = batch
     suite, n, monitors = model.suite, len(last_steps), model.monitors
     kernel, driver = load_kernel(suite, model.gated, monitors), load_driver()
-    at = build_layout(suite, model.gated, monitors)
-    # Recording a history requires that every design runs separately from the start.
+    layout = build_layout(suite, model.gated, monitors)
+    # A history is recorded only if every design runs separately from the start.
     jobs = (
-        build_separate_jobs(flown_by)
+        build_separate_jobs(variant_index)
         if history
         else build_shared_jobs(
             *(plan.commands or (plan.rates, plan.starts)),
             plan.maneuver_end_steps,
             model.n_steps,
-            flown_by,
+            variant_index,
         )
     )
     n_jobs = len(jobs.design)
     record = np.full((n if history else 0, model.n_steps + 1, suite.n_states), np.nan)
-    record[:, 0] = np.array([each.initial_sigma**2 for each in variants])[flown_by[: len(record)]]
-    end_step, settled, trace = np.zeros(n, np.int64), np.zeros(n, np.int64), np.empty(n)
-    watched, final = (
+    record[:, 0] = np.array([each.initial_sigma**2 for each in variants])[
+        variant_index[: len(record)]
+    ]
+    end_step, settling_step, trace = np.zeros(n, np.int64), np.zeros(n, np.int64), np.empty(n)
+    monitor_values, covariances = (
         np.empty((n, monitors.n_values)),
-        np.empty((n if covariance else 0, at.attitude)),
+        np.empty((n if covariance else 0, layout.attitude)),
     )
-    # States stored by `driver.save` come first, the initial states of the variants last.
+    # The states that `driver.save_lane` stores come first, the initial states of the variants last.
     n_stored = np.count_nonzero(jobs.snapshot >= 0)
-    states = np.zeros((n_stored + len(variants), at.rotation + model.window_steps + 1))
-    states[n_stored:, : at.rotation + 1] = compute_initial_values(model, variants)[::-1]
+    states = np.zeros((n_stored + len(variants), layout.rotation + model.window_steps + 1))
+    states[n_stored:, : layout.rotation + 1] = compute_initial_values(model, variants)[::-1]
     matrices, densities = stack_dynamics(variants)
     arguments: tuple[Any, ...] = (
         (kernel.step.address, kernel.check.address, count_lanes()),
-        tuple(at),
+        tuple(layout),
         (np.zeros(1, dtype=np.int64), np.zeros(n_jobs, dtype=np.int64)),
         jobs[:5],
         states,
@@ -252,7 +262,7 @@ def run_batch(
             np.ascontiguousarray(plan.rates),
             np.ascontiguousarray(plan.starts),
             plan.maneuver_end_steps,
-            flown_by,
+            variant_index,
         ),
         (
             matrices,
@@ -264,9 +274,9 @@ def run_batch(
         model.orbit_table,
         stack_constants(model, variants),
         (model.window_steps, model.relative_decrease, model.allow_rise, settling_factor),
-        (last_steps, end_step, settled),
+        (last_steps, end_step, settling_step),
         trace,
-        (watched, final),
+        (monitor_values, covariances),
         record,
     )
     n_helpers = min(threads, n_jobs) - 1
@@ -275,11 +285,20 @@ def run_batch(
         driver.run(*arguments)
     for future in futures:
         future.result()
-    twin = jobs.representative
-    final = final[twin] if covariance else final
-    return BatchResult(end_step[twin], settled[twin], trace[twin], watched[twin], final, record)
+    representative = jobs.representative
+    covariances = covariances[representative] if covariance else covariances
+    return BatchResult(
+        end_step[representative],
+        settling_step[representative],
+        trace[representative],
+        monitor_values[representative],
+        covariances,
+        record,
+    )
 
 
 def _is_isotropic(densities: Floats) -> bool:
-    """Return whether the gyro has only bias states and equal noise about all axes."""
+    """Return True if the gyro has no error states except the bias and equal noise about all
+    axes.
+    """
     return densities.shape[1] == 6 and not has_axis_dependent_noise(densities)

@@ -1,9 +1,10 @@
-"""Loading, generation and compilation of the kernel of a sensor suite and of the common driver.
+"""Generation, compilation and caching of the filter step of a sensor suite and of the common
+driver.
 
-A module is stored in the user's cache folder under a hash of its source and of everything that
-affects its compilation; numba stores the machine code next to it. A suite is therefore compiled
-once per machine. Two processes that start at the same time both compile and write the same bytes;
-threads of one process take turns.
+The generated step is called the kernel. A module is stored in the user's cache folder under a hash
+of its source and of everything that affects its compilation, and numba stores the machine code in
+the same folder. A suite is therefore compiled once per machine. Two processes that start at the
+same time both compile and write the same bytes. Threads of one process take turns.
 """
 
 from __future__ import annotations
@@ -39,13 +40,15 @@ from mgeo_attitude.sensors.suite import Suite
 
 _log = logging.getLogger(__name__)
 
-# The lock is needed because a module is in sys.modules before its execution has finished.
+# The lock is needed because a module is in sys.modules before its execution is finished.
 _load_lock = threading.Lock()
 
 
 @cache
 def count_lanes() -> int:
-    """Return the number of candidates per kernel call: the float64 values in a vector register."""
+    """Return the number of candidates that a kernel call processes, which is the number of float64
+    values in a vector register.
+    """
     features = llvmlite.binding.get_host_cpu_features()
     return 8 if features.get("avx512f") else 4
 
@@ -54,7 +57,8 @@ def count_lanes() -> int:
 def load_kernel(
     suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS
 ) -> ModuleType:
-    """Return the module of a suite, with the C functions ``step`` and ``check`` for the driver.
+    """Return the compiled module with the filter step of a sensor suite, the C functions ``step``
+    and ``check``.
 
     Parameters
     ----------
@@ -71,7 +75,7 @@ def load_kernel(
 
 @cache
 def load_driver() -> ModuleType:
-    """Return the compiled module of `driver.py`, with the function ``run``."""
+    """Return the compiled module of `driver.py`, whose function ``run`` runs filter jobs."""
     source = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
     return load_module("driver", source, [discretization, polynomials, lanewise])
 
@@ -82,24 +86,25 @@ def load_module(
     dependencies: Iterable[ModuleType | Callable[..., object]],
     part: str = "",
 ) -> ModuleType:
-    """Return a module from memory, from the user's cache, or compiled from its source.
+    """Return a compiled module: from memory, from the user's cache, or compiled from its source.
 
-    If several threads request modules at once, one thread loads and the others wait.
+    If several threads request modules at once, one thread loads a module while the others wait.
 
     Parameters
     ----------
     kind : str
         Kind of the module, which is also the name of its folder in the cache.
     source : str
-        Text of the module.
-    dependencies : modules, or a function for all of its module
-        Modules whose compiled functions the module calls. A change there recompiles the module.
+        Source of the module.
+    dependencies : iterable of modules or functions
+        Modules whose compiled functions the module calls; a function represents its module. A
+        change in one of them recompiles the module.
     part : str
         Name of the module among those of its kind, for the log.
     """
     parts = [source, numba.__version__, llvmlite.__version__, np.__version__, sys.version]
-    all_of = [_compiled, *(inspect.getmodule(each) or each for each in dependencies)]
-    parts += map(inspect.getsource, all_of)
+    modules = [_compiled, *(inspect.getmodule(each) or each for each in dependencies)]
+    parts += map(inspect.getsource, modules)
     digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
     name = f"{kind}_{digest[:16]}"
     with _load_lock:
@@ -109,13 +114,15 @@ def load_module(
 
 
 def _load_or_compile(kind: str, name: str, source: str, part: str) -> None:
-    """Execute a module from the cache folder, or in memory if the folder is not writable."""
+    """Load a module from the cache folder, or compile it in memory if the folder is not
+    writable.
+    """
     folder = Path(os.environ.get("MGEO_CACHE_DIR") or platformdirs.user_cache_dir("mgeo"))
     path = folder / f"{kind}s" / f"{name}.py"
     cached = any(path.parent.glob(f"__pycache__/{name}.*.nbi"))
     if not cached:
-        what = f"the {kind} of the filter{part and f' ({part})'}"
-        _log.warning(f"compiling {what}, once per machine (some seconds)")
+        description = f"the {kind} of the filter{part and f' ({part})'}"
+        _log.warning(f"compiling {description}, once per machine (some seconds)")
     start = time.perf_counter()
     try:
         if not path.exists():
@@ -124,8 +131,8 @@ def _load_or_compile(kind: str, name: str, source: str, part: str) -> None:
         _execute(name, str(path), source)
     except OSError as error:
         warnings.warn(
-            f"the kernel cache {folder} cannot be used ({error}); compiling in memory, in every "
-            "process anew. Set MGEO_CACHE_DIR to a writable folder.",
+            f"the kernel cache {folder} cannot be used ({error}); compiling in memory, which is "
+            "repeated in every process. Set MGEO_CACHE_DIR to a writable folder.",
             stacklevel=3,
         )
         _execute(name, name, source.replace("cache=True", "cache=False"))
@@ -135,7 +142,9 @@ def _load_or_compile(kind: str, name: str, source: str, part: str) -> None:
 
 
 def _execute(name: str, filename: str, source: str) -> None:
-    """Execute a module, registered in sys.modules first because numba looks the module up there."""
+    """Execute the source of a module. The module is first registered in sys.modules, where numba
+    looks it up.
+    """
     module = sys.modules[name] = ModuleType(name)
     try:
         exec(compile(source, filename, "exec"), module.__dict__)
@@ -147,7 +156,8 @@ def _execute(name: str, filename: str, source: str) -> None:
 def compute_transition(
     suite: Suite, rate: Sequence[float], duration: float
 ) -> tuple[Floats, Floats]:
-    """Return F and Q of the dynamic states over a step at constant rate, equation (7).
+    """Return the transition matrix F and the process-noise covariance Q of attitude and gyro errors
+    over a step at constant body rate.
 
     Parameters
     ----------

@@ -1,11 +1,12 @@
 """Compiler from scalar arithmetic to vector instructions, with one candidate in each lane.
 
-The source has lines such as ``t1 = W[3] * W[5]`` and ``W[3] = t1``, and loops over slots. It is
-written for one candidate; here every name becomes a vector of one value per lane. LLVM's own
-vectorizer would derive the same instructions from a loop over the lanes, but takes ten times as
-long.
+The source has lines such as ``t1 = W[3] * W[5]`` and ``W[3] = t1``, and loops over slots. It
+describes one candidate, and the compiler replaces every name by a vector with one value per lane.
+LLVM's vectorizer would derive the same instructions from a loop over the lanes, but takes ten times
+as long.
 
-The module also provides what numba lacks: calls by address, and atomic access to int64 arrays.
+The module also has two operations that numba lacks: calls of a function by its address, and atomic
+access to int64 arrays.
 """
 
 from __future__ import annotations
@@ -19,17 +20,19 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-# Without nnan and ninf, a covariance that breaks down shows as NaN. Without reassoc, sums keep the
-# written order, which fuses best into multiply-adds.
+# The flags nnan and ninf are omitted, so that a covariance that is not positive definite gives NaN.
+# The flag reassoc is omitted, because the order of the source fuses best into multiply-adds.
 _FLAGS = ("nsz", "arcp", "contract")
 _INTEGER = ir.IntType(64)
 _OPERATORS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 
 
 def lanewise(text: str, n_lanes: int) -> Any:
-    """Return a function ``f(W)``, for use in compiled code, that runs `text` for all lanes at once.
+    """Return a numba-callable function ``f(W)`` that executes the source `text` for all lanes at
+    once.
 
-    W is a pointer to float64: ``W[k]`` in the text is ``W[k * lanes + lane]`` of each lane.
+    W is a pointer to float64. The value ``W[k]`` in the source is ``W[k * n_lanes + lane]`` in each
+    lane.
 
     Parameters
     ----------
@@ -44,7 +47,7 @@ def lanewise(text: str, n_lanes: int) -> Any:
     Raises
     ------
     ValueError
-        When compiled, for any other text.
+        During compilation, if the source contains anything else.
     """
 
     @intrinsic
@@ -59,18 +62,22 @@ def lanewise(text: str, n_lanes: int) -> Any:
 
 
 def _compile_function(module: ir.Module, lines: Sequence[ast.stmt], n_lanes: int) -> ir.Function:
-    """Compile lines to a separate function, as compile time grows faster than function size."""
+    """Return an LLVM function that executes statements of the source for all lanes. Compilation
+    takes less time for several functions than for a large one.
+    """
     kind = ir.FunctionType(ir.VoidType(), [ir.DoubleType().as_pointer()])
     function = ir.Function(module, kind, module.get_unique_name("lanewise"))
     function.linkage = "internal"
     attributes = function.attributes
     attributes.add("noinline")
-    # Values that do not fit the registers go to the stack, where a vector across two cache lines
+    # Values that do not fit the registers are on the stack, where a vector across two cache lines
     # also takes twice as long.
-    attributes.add("nounwind")  # llvmlite writes `alignstack` only with another attribute.
+    attributes.add("nounwind")  # llvmlite writes `alignstack` only if there is another attribute.
     attributes.alignstack = 8 * n_lanes
     if any(isinstance(line, ast.For) for line in lines):
-        attributes.add("optsize")  # This prevents unrolling, which would exceed the cache.
+        attributes.add(
+            "optsize"
+        )  # This prevents unrolled loops, which exceed the instruction cache.
     builder = ir.IRBuilder(function.append_basic_block())
     writer = _Translator(builder, n_lanes, function.args[0])
     for line in lines:
@@ -80,7 +87,9 @@ def _compile_function(module: ir.Module, lines: Sequence[ast.stmt], n_lanes: int
 
 
 class _Translator:
-    """Translator that writes one instruction for every operation, in the order of the text."""
+    """Translator of statements to LLVM instructions, one instruction per operation, in the order of
+    the source.
+    """
 
     def __init__(self, builder: ir.IRBuilder, lanes: int, W: ir.Value) -> None:
         self.builder, self.n_lanes, self.W = builder, lanes, W
@@ -112,7 +121,9 @@ class _Translator:
     def write_loop(
         self, name: str, start: ir.Value, stop: ir.Value, step: int, body: Sequence[ast.stmt]
     ) -> None:
-        """Write a loop; names of its body are local to one pass and undefined after the loop."""
+        """Write a loop. Names that are assigned in its body are local to one iteration and
+        undefined after the loop.
+        """
         builder, values, outside = self.builder, dict(self.values), self.outer_names
         before, inside = builder.block, builder.append_basic_block(name)
         after = builder.append_basic_block(f"after_{name}")
@@ -157,7 +168,7 @@ class _Translator:
         raise ValueError(f"{ast.unparse(node)}: expected arithmetic of names, W[k] and numbers")
 
     def build_pointer(self, k: ast.expr) -> ir.Value:
-        """Return a pointer to the vector of value k, with the constant part of k as an offset."""
+        """Return a pointer to the vector of slot k. The constant part of k becomes an offset."""
         constant, first = 0, self.W
         while isinstance(k, ast.BinOp) and isinstance(k.op, ast.Add):
             match k.right:
@@ -206,7 +217,9 @@ _ALIGNMENT = 8
 
 @intrinsic
 def call_address(typing_context: Any, function: Any, pointer: Any) -> Any:
-    """Call the C function ``void f(double *)`` at address `function` with the address `pointer`."""
+    """Call the C function ``void f(double *)`` at the address `function` with the address `pointer`
+    as its argument.
+    """
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         values = ir.DoubleType().as_pointer()
@@ -219,7 +232,7 @@ def call_address(typing_context: Any, function: Any, pointer: Any) -> Any:
 
 @intrinsic
 def fetch_add(typing_context: Any, counter: Any, amount: Any) -> Any:
-    """Add `amount` to ``counter[0]`` atomically and return the previous value."""
+    """Atomically add `amount` to ``counter[0]`` and return the previous value."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         first = _build_item_pointer(
@@ -232,7 +245,9 @@ def fetch_add(typing_context: Any, counter: Any, amount: Any) -> Any:
 
 @intrinsic
 def store_release(typing_context: Any, flags: Any, index: Any, value: Any) -> Any:
-    """Set ``flags[index] = value`` atomically, after all earlier writes of this thread."""
+    """Atomically set ``flags[index]`` to a value, after all earlier writes of the calling
+    thread.
+    """
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         place = _build_item_pointer(context, builder, signature, args[0], args[1])
@@ -244,7 +259,9 @@ def store_release(typing_context: Any, flags: Any, index: Any, value: Any) -> An
 
 @intrinsic
 def load_acquire(typing_context: Any, flags: Any, index: Any) -> Any:
-    """Return ``flags[index]``, read atomically; the storing thread's earlier writes are visible."""
+    """Atomically read and return ``flags[index]``. Earlier writes of the thread that stored the
+    value are then visible.
+    """
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         place = _build_item_pointer(context, builder, signature, args[0], args[1])

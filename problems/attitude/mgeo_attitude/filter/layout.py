@@ -1,4 +1,4 @@
-"""Parameters of a generated kernel, and the slots of a candidate's values in its workspace."""
+"""Memory layout of the generated filter step, and the properties on which its source depends."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mgeo_attitude.sensors.suite import Suite
 
 
 class PathMonitor(NamedTuple):
-    """Path constraint as a kernel monitors it; the monitored value is `path_limits.excess` [rad].
+    """Properties of a path constraint on which the generated code depends.
 
     Attributes
     ----------
@@ -46,15 +46,16 @@ class PathMonitor(NamedTuple):
 
 @dataclass(frozen=True)
 class Monitors:
-    """Quantities monitored along every run in addition to the filter.
+    """Path constraints and required 1-sigmas that the compiled filter checks along every run.
 
     Attributes
     ----------
-    paths : tuple of Watch
+    paths : tuple of PathMonitor
         Path constraints.
     states : tuple of int
-        States with a required 1-sigma. If there are any, one more value counts the consecutive
-        samples, up to the current one, at which all requirements are satisfied.
+        Indices of the states with a required 1-sigma. If there are any, an additional value counts
+        the consecutive samples, up to the current sample, at which all required 1-sigmas are
+        satisfied.
     """
 
     paths: tuple[PathMonitor, ...] = ()
@@ -69,27 +70,27 @@ NO_MONITORS = Monitors()
 
 
 class Layout(NamedTuple):
-    """First workspace slot of each kind of value, in increasing order.
+    """Index of the first workspace slot of each quantity of a candidate, in increasing order.
 
-    Slot 0 starts the covariance. Covariance, `attitude` and `monitors` are the state of a
-    candidate.
+    The covariance starts at slot 0. Covariance, attitude and monitored values are the state of a
+    candidate, from which a run can be continued.
 
     Attributes
     ----------
     attitude : int
         GCRS-to-body matrix, 9 values.
     monitors : int
-        See `Monitors`.
+        Values of `Monitors`.
     rotation, F, Q : int
         Rotation matrix, transition and process noise of one step of the current maneuver.
-    turn : int
+    axis_angle : int
         Unit axis, angle, sine and cosine of the rotation in one step; only with path constraints.
     squared_rate : int
         Squared body rate [rad²/s²]; only if a sensor has a maximum rate.
     body_rate : int
         Body rate [rad/s]; only if a sensor has a measurement latency.
     trace, pivot : int
-        Results of ``step`` and ``check``.
+        Results of the compiled functions ``step`` and ``check``.
     scratch : int
         Intermediate values of loops.
     table : int
@@ -115,7 +116,7 @@ class Layout(NamedTuple):
 
 @cache
 def build_layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS) -> Layout:
-    """Return the workspace layout of a suite.
+    """Assign workspace slots to the quantities of a filter step of a sensor suite.
 
     Parameters
     ----------
@@ -123,36 +124,45 @@ def build_layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_
     gated : tuple of bool
         For each sensor, whether it is unavailable at some samples.
     monitors : Monitors
+        Path constraints and required 1-sigmas to monitor.
     """
-    n, m = suite.n_states, suite.n_kinematic
-    given = compute_table_columns(suite, gated, monitors)["end"]
+    n_states, n_kinematic = suite.n_states, suite.n_kinematic
+    n_columns = compute_table_columns(suite, gated, monitors)["end"]
     n_transition = len(compute_transition_pattern(suite))
     has_rate = any(sensor.max_rate() < np.inf for sensor in suite.sensors)
-    state, maneuver = [count_slots(n), 9, monitors.n_values], [9, n_transition, count_slots(m)]
+    state_sizes, maneuver_sizes = (
+        [count_slots(n_states), 9, monitors.n_values],
+        [9, n_transition, count_slots(n_kinematic)],
+    )
     has_latency = any(sensor.latency_states() for sensor in suite.sensors)
-    optional = [6 if monitors.paths else 0, int(has_rate), 3 if has_latency else 0]
-    return Layout(*accumulate([*state, *maneuver, *optional, 1, 1, count_slots(n), given]))
+    optional_sizes = [6 if monitors.paths else 0, int(has_rate), 3 if has_latency else 0]
+    return Layout(
+        *accumulate(
+            [*state_sizes, *maneuver_sizes, *optional_sizes, 1, 1, count_slots(n_states), n_columns]
+        )
+    )
 
 
 def compute_table_columns(
     suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS
 ) -> dict[str, int]:
-    """Return the first column of each part of `FilterModel.table`, and the width as ``end``.
+    """Return the index of the first column of each part of the table `FilterModel.orbit_table`, as
+    a dict by part. The key ``end`` has the number of columns.
 
-    The parts are, in order:
+    The parts are, in this order:
 
-    - ``references``: vectors measured by the sensors, and their gradients.
-    - ``off NAME``, for each direction of a path constraint: the direction at the sample, its change
-      in the step before, and 1 if it appears in that step; for a disc also the radius and its
-      change.
+    - ``references``: vectors measured by the sensors, and the gradients of the vectors.
+    - ``path NAME``, for each direction of a path constraint: the direction at the sample, the
+      change of the direction in the step before, and 1 if the direction appears in that step; for
+      a disc also the radius and the change of the radius.
     - ``view NAME``, for each direction of a field of view: the direction at the sample; for a disc
       also the cosine and sine of the radius.
-    - ``bias_sensitivities``: factors of the bias sensitivities.
-    - ``available``: availability of each gated sensor.
+    - ``sensitivity_factors``: factors of the bias sensitivities.
+    - ``available``: availability of each sensor that is unavailable at some samples.
     """
     widths = {"references": 3 * suite.n_vectors}
     for name in list_path_directions(monitors):
-        widths[f"off {name}"] = 9 if is_disc(name) else 7
+        widths[f"path {name}"] = 9 if is_disc(name) else 7
     for name in list_view_directions(suite):
         widths[f"view {name}"] = 5 if is_disc(name) else 3
     widths |= {
@@ -164,59 +174,65 @@ def compute_table_columns(
 
 
 def list_directions(suite: Suite, monitors: Monitors = NO_MONITORS) -> tuple[str, ...]:
-    """Return the directions of path constraints and of fields of view, without duplicates."""
+    """Return the names of all directions of path constraints and of fields of view, each name
+    once.
+    """
     return tuple(dict.fromkeys([*list_path_directions(monitors), *list_view_directions(suite)]))
 
 
 def list_path_directions(monitors: Monitors) -> tuple[str, ...]:
-    """Return the directions of path constraints, without duplicates."""
-    return tuple(dict.fromkeys(watch.direction for watch in monitors.paths))
+    """Return the names of the directions of path constraints, each name once."""
+    return tuple(dict.fromkeys(monitor.direction for monitor in monitors.paths))
 
 
 def list_view_directions(suite: Suite) -> tuple[str, ...]:
-    """Return the directions of the sensors' fields of view, without duplicates."""
-    names = (view.direction for sensor in suite.sensors for view in sensor.list_visibility_cones())
+    """Return the names of the directions that limit the sensors' fields of view, each name once."""
+    names = (cone.direction for sensor in suite.sensors for cone in sensor.list_visibility_cones())
     return tuple(dict.fromkeys(name for name in names if name))
 
 
 def is_disc(name: str) -> bool:
-    """Return whether a direction points to a disc with an apparent radius."""
+    """Return True if a named direction points to a disc with an apparent radius, such as the
+    Earth.
+    """
     return DIRECTIONS[name].radius is not None
 
 
 @cache
 def compute_transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
-    """Return the (row, column) entries of exp(A dt) that can be nonzero, without constant rows.
+    """Return the (row, column) positions of the entries of the transition matrix exp(A dt) that can
+    be nonzero.
 
-    The entries are the transitive closure of the pattern of A at any rate. A state without dynamics
-    and process noise has a row of the identity, which is left out.
+    The pattern is the transitive closure of the pattern of A over all body rates. A state without
+    dynamics and process noise has a row of the identity matrix, which is omitted.
     """
-    k = suite.n_kinematic
-    generic = np.zeros((k, k), dtype=bool)
+    n_kinematic = suite.n_kinematic
+    pattern = np.zeros((n_kinematic, n_kinematic), dtype=bool)
     for omega in np.vstack([np.zeros(3), np.eye(3)]):
-        generic |= suite.dynamics_matrix(omega)[:k, :k] != 0.0
-    closure = generic | np.eye(k, dtype=bool)
-    for _ in range(k):
+        pattern |= suite.dynamics_matrix(omega)[:n_kinematic, :n_kinematic] != 0.0
+    closure = pattern | np.eye(n_kinematic, dtype=bool)
+    for _ in range(n_kinematic):
         closure = closure @ closure
-    rows = generic.any(axis=1) | (suite.compute_noise_density()[:k] > 0.0)
-    return tuple((int(i), int(j)) for i, j in np.argwhere(closure) if rows[i])
+    has_row = pattern.any(axis=1) | (suite.compute_noise_density()[:n_kinematic] > 0.0)
+    return tuple((int(i), int(j)) for i, j in np.argwhere(closure) if has_row[i])
 
 
 class KernelTraits(NamedTuple):
-    """Properties that determine a compiled kernel: models with equal traits share a kernel.
+    """Properties that determine the code of a compiled filter. Models with equal properties share
+    the code.
 
     Attributes
     ----------
     states : tuple of str
-        Blocks of the suite.
+        Names of the 3-vectors of the state.
     considered_states : tuple of int
         States that are not estimated.
     directions_in_view : tuple of (str, bool)
-        Directions of path constraints and fields of view, and whether they must be inside.
+        Directions of path constraints and fields of view, and whether each must be inside its cone.
     number_of_constants : int
         Number of step constants of instruments and path constraints.
     measurements : tuple of bytes
-        Measurement matrix of each sensor, see `slopes`.
+        Measurement matrix of each sensor, see `serialize_measurement_matrix`.
     """
 
     states: tuple[str, ...]
@@ -227,16 +243,17 @@ class KernelTraits(NamedTuple):
 
 
 @lru_cache(maxsize=1000)
-def serialize_measurement_matrix(sensor: Sensor, world: EnvironmentErrors) -> bytes:
-    """Return the bytes of a sensor's measurement matrix at a fixed test attitude.
+def serialize_measurement_matrix(sensor: Sensor, environment_errors: EnvironmentErrors) -> bytes:
+    """Return the measurement matrix of a sensor at a fixed test attitude as bytes, to compare
+    measurement models.
 
-    The kernel contains the numbers of the measurement model, so equal bytes are required to share
-    it.
+    The generated code contains the coefficients of the measurement model. Two models can share the
+    code only if the bytes are equal.
     """
-    suite, somewhere = Suite(Gyro(), (sensor,), world), np.array([0.36, -0.48, 0.8])
-    gradient = [np.roll(somewhere, k + 1) for k in range(suite.count_gradient_vectors(sensor))]
-    follows = [1.0] * len(sensor.bias_sensitivities)
+    suite, vector = Suite(Gyro(), (sensor,), environment_errors), np.array([0.36, -0.48, 0.8])
+    gradient = [np.roll(vector, k + 1) for k in range(suite.count_gradient_vectors(sensor))]
+    deviations = [1.0] * len(sensor.bias_sensitivities)
     H = suite.measurement_matrix(
-        sensor, somewhere, gradient=gradient, rate=somewhere, channel_deviations=follows
+        sensor, vector, gradient=gradient, rate=vector, channel_deviations=deviations
     )
     return bytes((H + 0.0).tobytes())  # Adding zero removes the sign of negative zeros.

@@ -1,4 +1,7 @@
-"""Arrays that a filter run needs of a scenario, independent of the design."""
+"""Inputs of the covariance filter that follow from the scenario and not from the design.
+
+The compiled filter, the reference filter, the lower bound and the local refinement use the model.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +47,8 @@ from mgeo_attitude.sensors.suite import Suite
 
 @dataclass(frozen=True)
 class FilterModel:
-    """Sensor suite along an orbit, with initial uncertainty and convergence rule.
+    """Inputs of the covariance filter for one scenario: sensors, tables along the orbit, initial
+    uncertainty and convergence rule.
 
     Attributes
     ----------
@@ -53,30 +57,31 @@ class FilterModel:
     step : float
         Filter step [s].
     references : array, shape (n_steps + 1, n_vectors, 3)
-        Reference vector of each sensor in GCRS, zero for a sensor without one; then the columns of
-        their gradients, see `Suite.gradient_rows`.
+        Reference vector of each sensor in GCRS, zero for a sensor without a vector; then the
+        columns of the gradients of the vectors, see `Suite.gradient_rows`.
     available : array of bool, shape (n_steps + 1, n_sensors)
-        Whether each sensor can measure at each sample, apart from its field of view.
+        Whether each sensor can measure at each sample if its field-of-view and rate conditions are
+        satisfied.
     initial_sigma : array, shape (n_states,)
         Initial 1-sigmas.
     initial_correlation : array, shape (n_states, n_states)
         Correlation of the initial errors; the identity without an earlier calibration.
     initial_states : array, shape (n_states,)
-        Initial estimates of the calibration parameters, rotations as vectors of `rotation.rotate`;
-        zero without an earlier calibration. The covariance does not depend on them.
+        Initial estimates of the calibration parameters; zero without an earlier calibration.
+        Rotations are vectors as in `geometry.rotation`. The covariance does not depend on them.
     weights : array, shape (n_states,)
         Weight of each state's variance in the trace.
     window_steps : int
         Convergence window [steps].
     relative_decrease : float
-        The trace has converged when it fell by less than this fraction over the window and did not
-        rise.
+        A run has converged when the trace of the covariance fell by less than this fraction over
+        the window and did not rise.
     allow_rise : bool
-        Whether the trace has also converged when it rose.
+        Whether a run has also converged when the trace rose over the window.
     rule : {"trace", "required", "settling", "end"}
-        End of a run: when the trace has converged; when all required 1-sigmas are satisfied for the
-        rest of the scenario; when the trace stays within `settling_factor` of its final value; or with the
-        last maneuver.
+        End of a run: when the trace has converged ("trace"); when all required 1-sigmas are
+        satisfied for the rest of the scenario ("required"); when the trace stays below
+        `settling_factor` times its final value ("settling"); or with the last maneuver ("end").
     settling_factor : float
         Factor of the rule "settling".
     initial_attitude : array, shape (3, 3)
@@ -84,24 +89,24 @@ class FilterModel:
     initial_rate : array, shape (3,)
         Body rate before the first maneuver [rad/s], from which the first ramp starts.
     slew_limits : SlewLimits or MagnetorquerDrive, optional
-        Limits on rate changes, or a model of magnetorquer control. Rates change instantly without
-        it.
+        Limits on rate changes, or a model of magnetorquer control. Without either, rates change
+        instantly.
     path_constraints : tuple of PathConstraint
         Path constraints.
     directions : array, shape (n_steps + 1, n_directions, 3)
         Unit vectors of path constraints and fields of view in GCRS, in the order of
-        `layout.list_directions`; zero if not visible, such as the Sun in eclipse.
+        `layout.list_directions`; zero where not visible, such as the Sun in eclipse.
     radii : array, shape (n_steps + 1, n_directions)
-        Apparent radii of the directions [rad]; zero if not a disc.
+        Apparent radii of the directions [rad]; zero for a direction that is not a disc.
     momentum_budget : MomentumBudget, optional
-        Present if the wheel loads do not follow from the rates alone.
+        Inputs of the wheel loads; None if the loads follow from the rates alone.
     required_sigma : array, shape (n_states,)
         1-sigma that a plan must reach; infinite for a state without requirement.
     channels : mapping of str to array, shape (n_steps + 1,)
-        Values of the housekeeping channels that biases depend on.
+        Values of the housekeeping channels on which biases depend.
     use_polynomials : bool
-        Whether to discretize with `polynomials` where applicable, which is nine times as fast and
-        differs by rounding.
+        Whether to discretize with `filter.polynomials` where possible. The method is nine times as
+        fast as the default and differs by rounding.
 
     Examples
     --------
@@ -142,7 +147,8 @@ class FilterModel:
         environment: Environment | None = None,
         epoch: datetime | None = None,
     ) -> FilterModel:
-        """Build the model of a scenario.
+        """Build the filter model of a scenario: compute its environment tables, initial covariance
+        and initial attitude.
 
         Parameters
         ----------
@@ -173,12 +179,12 @@ class FilterModel:
             suite.blocks, suite.uncalibrated_blocks
         )
         required = RequiredSigma(scenario.required_sigma)
-        watches = tuple(map(PathMonitor.from_constraint, scenario.path_constraints))
-        names = list_directions(suite, Monitors(watches))
-        start, prior = SatelliteState.from_first_row(environment), scenario.prior
+        path_monitors = tuple(map(PathMonitor.from_constraint, scenario.path_constraints))
+        names = list_directions(suite, Monitors(path_monitors))
+        initial_state, prior = SatelliteState.from_first_row(environment), scenario.prior
         attitude, rate = (
-            scenario.compute_initial_attitude(start),
-            scenario.compute_initial_rate(start),
+            scenario.compute_initial_attitude(initial_state),
+            scenario.compute_initial_rate(initial_state),
         )
         sigma = suite.initial_sigma(np.radians(scenario.initial.attitude_deg))
         return cls(
@@ -209,10 +215,12 @@ class FilterModel:
         )
 
     def rotate_initial_attitude(self, rotation: Floats) -> FilterModel:
-        """Return the model for an initial attitude rotated by `rotation`, shape (3, 3).
+        """Return a copy of the model whose initial attitude is rotated by a matrix in GCRS, shape
+        (3, 3).
 
-        `initial_attitude` stays unchanged; all GCRS vectors are rotated by the inverse instead. In
-        GCRS the new initial body axes are the columns of ``turn @ initial_attitude.T``.
+        The attribute `initial_attitude` stays unchanged, and all GCRS vectors are rotated by the
+        inverse instead. The new initial body axes in GCRS are the columns of
+        ``rotation @ initial_attitude.T``.
         """
         limits = self.slew_limits
         return dataclasses.replace(
@@ -232,77 +240,90 @@ class FilterModel:
 
     @property
     def duration(self) -> float:
-        """End of a run that does not converge [s]."""
+        """Duration of a run that does not converge [s], which is the scenario's duration."""
         return self.n_steps * self.step
 
     @property
     def ends_with_last_maneuver(self) -> bool:
-        """Whether a run ends with the last maneuver, whatever the covariance."""
+        """True if every run ends with the last maneuver, regardless of convergence."""
         return self.rule == "end"
 
     @property
     def nonconvergence_time(self) -> float:
-        """End time that counts as not converged [s]; infinite if runs end by design."""
+        """End time of a run that did not converge [s]; infinite if every run ends with its last
+        maneuver.
+        """
         return np.inf if self.ends_with_last_maneuver else self.duration
 
     @cached_property
     def full_duration_model(self) -> FilterModel:
-        """Copy that runs for the full duration, with a convergence window longer than the run."""
+        """Copy of the model whose runs continue to the end of the scenario, without a convergence
+        test.
+        """
         return dataclasses.replace(self, window_steps=self.n_steps + 1, rule="trace")
 
     @cached_property
     def nonconverging_model(self) -> FilterModel:
-        """Copy whose convergence rule never ends a run."""
-        # The rule asks for a decrease below zero without a rise, which is impossible.
+        """Copy of the model whose convergence test never succeeds, for runs that end at a given
+        step.
+        """
+        # A trace that does not rise cannot fall by less than zero, so the rule is never satisfied.
         return dataclasses.replace(
             self, window_steps=1, relative_decrease=0.0, allow_rise=False, rule="trace"
         )
 
     @property
     def initial_covariance(self) -> Floats:
-        """Covariance of the initial errors, shape (n_states, n_states)."""
+        """Covariance matrix of the initial errors, shape (n_states, n_states)."""
         sigma = self.initial_sigma
         return sigma[:, None] * self.initial_correlation * sigma
 
     def select_samples(self, samples: slice, **changes: Any) -> FilterModel:
-        """Return a copy with the tables at a slice of samples and other changed attributes."""
+        """Return a copy of the model whose tables contain only the samples of a slice. Further
+        attributes can be replaced by keyword.
+        """
 
-        def select(table: NDArray[Any]) -> NDArray[Any]:
+        def select_rows(table: NDArray[Any]) -> NDArray[Any]:
             return np.ascontiguousarray(table[samples])
 
         tables: dict[str, Any] = {
-            "references": select(self.references),
-            "available": select(self.available),
-            "directions": select(self.directions),
-            "radii": select(self.radii),
-            "channels": {name: select(values) for name, values in self.channels.items()},
+            "references": select_rows(self.references),
+            "available": select_rows(self.available),
+            "directions": select_rows(self.directions),
+            "radii": select_rows(self.radii),
+            "channels": {name: select_rows(values) for name, values in self.channels.items()},
         }
         return dataclasses.replace(self, **(tables | changes))
 
     @property
     def times(self) -> Floats:
-        """Sample times [s], shape (n_steps + 1,)."""
+        """Times of the filter samples [s], shape (n_steps + 1,)."""
         return self.step * np.arange(self.n_steps + 1, dtype=float)
 
     @cached_property
     def sensitivity_factors(self) -> Floats:
-        """Factors of the bias sensitivities at every sample; see `Suite.compute_channel_deviations`."""
+        """Factor of each bias sensitivity at each sample: the deviation of its housekeeping channel
+        from the reference value.
+        """
         return self.suite.compute_channel_deviations(self.channels, len(self.references))
 
     @cached_property
     def monitors(self) -> Monitors:
-        """Path constraints and required 1-sigmas that the kernel monitors."""
+        """Path constraints and required 1-sigmas that the compiled filter checks in every step."""
         states = np.flatnonzero(self.required_sigma < np.inf)
-        watches = tuple(map(PathMonitor.from_constraint, self.path_constraints))
-        return Monitors(watches, tuple(int(state) for state in states))
+        path_monitors = tuple(map(PathMonitor.from_constraint, self.path_constraints))
+        return Monitors(path_monitors, tuple(int(state) for state in states))
 
     def select_direction(self, name: str, samples: slice = slice(None)) -> tuple[Floats, Floats]:
-        """Return the unit vectors, shape (n, 3), and radii [rad], shape (n,), of a direction."""
+        """Return the unit vectors in GCRS and the apparent radii [rad] of a named direction at a
+        slice of samples, shapes (n, 3) and (n,).
+        """
         index = list_directions(self.suite, self.monitors).index(name)
         return self.directions[samples, index], self.radii[samples, index]
 
     def compute_direction_motion(self, name: str, samples: slice = slice(None)) -> DirectionMotion:
-        """Return the motion of a named direction in the steps that lead to these samples.
+        """Return the motion of a named direction during the filter steps that end at the given
+        samples.
 
         The first sample has no step before it.
         """
@@ -310,34 +331,36 @@ class FilterModel:
 
     @cached_property
     def orbit_table(self) -> Floats:
-        """Orbit table of the kernel, one row per sample; see `layout.compute_table_columns`."""
+        """Table of the vectors and flags that the compiled filter reads, with one row per
+        sample.
+        """
         parts = [self.references.reshape(len(self.references), -1)]
         for name in list_path_directions(self.monitors):
-            passage = self.compute_direction_motion(name)
+            motion = self.compute_direction_motion(name)
             parts += [
-                passage.end,
-                passage.end - passage.start,
-                passage.appears[:, None].astype(float),
+                motion.end,
+                motion.end - motion.start,
+                motion.appears[:, None].astype(float),
             ]
             if is_disc(name):
-                radius, before = passage.end_radius, passage.start_radius
-                parts += [radius[:, None], (radius - before)[:, None]]
+                radius, start_radius = motion.end_radius, motion.start_radius
+                parts += [radius[:, None], (radius - start_radius)[:, None]]
         for name in list_view_directions(self.suite):
-            vectors, at = self.select_direction(name)
+            vectors, radii = self.select_direction(name)
             parts.append(vectors)
             if is_disc(name):
-                parts += [np.cos(at)[:, None], np.sin(at)[:, None]]
+                parts += [np.cos(radii)[:, None], np.sin(radii)[:, None]]
         return np.hstack([*parts, self.sensitivity_factors, self.available[:, self.gated]])
 
     @cached_property
     def traits(self) -> KernelTraits:
-        """Properties that determine the kernel."""
-        limits = [(watch.direction, watch.keep_in) for watch in self.monitors.paths]
-        views = [view for sensor in self.suite.sensors for view in sensor.list_visibility_cones()]
+        """Properties that must be equal for two models to share a compiled filter."""
+        constrained_directions = [(watch.direction, watch.keep_in) for watch in self.monitors.paths]
+        cones = [view for sensor in self.suite.sensors for view in sensor.list_visibility_cones()]
         return KernelTraits(
             self.suite.blocks,
             tuple(self.suite.considered_indices.tolist()),
-            (*limits, *((view.direction, view.keep_in) for view in views)),
+            (*constrained_directions, *((view.direction, view.keep_in) for view in cones)),
             len(self.instrument_constants),
             tuple(
                 serialize_measurement_matrix(sensor, self.suite.environment_errors)
@@ -347,34 +370,46 @@ class FilterModel:
 
     @cached_property
     def instrument_constants(self) -> Floats:
-        """Step constants of the instruments; see `codegen.instrument_constants`."""
+        """Numerical constants of a filter step that depend on sensors and path constraints, in the
+        order in which the compiled filter reads them.
+
+        See `codegen.compute_instrument_constants`.
+        """
         return compute_instrument_constants(self.suite, self.step, self.path_constraints)
 
     def build_schedule(self, designs: ArrayLike, n_steps: int | None = None) -> Schedule:
-        """Return the body rates of designs, shape (n, 4 m), until `n_steps` or the last step."""
+        """Convert designs, shape (n, 4 m), to schedules of body rates. A schedule ends at
+        `n_steps`, by default at the end of the scenario.
+        """
         last = self.n_steps if n_steps is None else n_steps
         return build_schedule(designs, self.step, self.slew_limits, last)
 
     @cached_property
     def gated(self) -> tuple[bool, ...]:
-        """For each sensor, whether it is unavailable at some samples."""
+        """One flag per sensor: True if the sensor is unavailable at some samples, such as a Sun
+        sensor in eclipse.
+        """
         return tuple(bool(column.any()) for column in ~self.available.T)
 
 
-def find_sample_instants(sensor: Sensor, step: float, n: int) -> Bools:
-    """Return at which of n filter samples, `step` [s] apart, a sensor takes a measurement."""
-    every = 1 if sensor.sample_interval is None else round(sensor.sample_interval / step)
-    samples: Bools = np.arange(n) % every == 0
+def find_sample_instants(sensor: Sensor, step: float, n_samples: int) -> Bools:
+    """Return a boolean array that is True at the filter samples at which a sensor takes a
+    measurement, according to its sample interval.
+    """
+    interval = 1 if sensor.sample_interval is None else round(sensor.sample_interval / step)
+    samples: Bools = np.arange(n_samples) % interval == 0
     return samples
 
 
 def compute_references(suite: Suite, environment: Environment) -> tuple[Floats, Bools]:
-    """Return `FilterModel.references` and `FilterModel.available`, ignoring sample intervals."""
-    n, environment = (
+    """Return the reference vectors of the sensors and their gradients in GCRS, and the availability
+    of each sensor, at all times of an environment.
+    """
+    n_times, environment = (
         len(environment.times),
         suite.environment_errors.apply_to_environment(environment),
     )
-    references = np.zeros((n, suite.n_vectors, 3))
+    references = np.zeros((n_times, suite.n_vectors, 3))
     for index, sensor in enumerate(suite.sensors):
         reference = sensor.inertial_vector(environment)
         if reference is not None:
@@ -384,15 +419,18 @@ def compute_references(suite: Suite, environment: Environment) -> tuple[Floats, 
 
 
 def compute_availability(suite: Suite, environment: Environment) -> Bools:
-    """Return whether each of s sensors can measure at each of n times, at a suitable attitude.
+    """Return a boolean array that is True where a sensor can measure, such as a Sun sensor in
+    sunlight.
+
+    The field of view, the body rate and the sample interval are not considered.
 
     Returns
     -------
-    array of bool, shape (n, s)
+    array of bool, shape (n_times, n_sensors)
     """
-    mask_of_all = np.ones((len(environment.times), len(suite.sensors)), dtype=bool)
-    for column, sensor in zip(mask_of_all.T, suite.sensors, strict=True):
+    is_available = np.ones((len(environment.times), len(suite.sensors)), dtype=bool)
+    for column, sensor in zip(is_available.T, suite.sensors, strict=True):
         mask = sensor.find_available_samples(environment)
         if mask is not None:
             column[:] = mask
-    return mask_of_all
+    return is_available

@@ -1,4 +1,4 @@
-"""Momentum budget of the reaction wheels: the quantities of their load that no plan changes."""
+"""Inputs of the wheel-load computation that do not depend on the plan."""
 
 from __future__ import annotations
 
@@ -15,16 +15,17 @@ from mgeo_attitude.scenario.scenario import Scenario
 
 @dataclass(frozen=True)
 class MomentumBudget:
-    """Inputs of the wheel-load computation that do not depend on the plan.
+    """Inertia, wheel allocation, initial momentum and disturbances of a satellite with reaction
+    wheels.
 
     Attributes
     ----------
     inertia : array, shape (3, 3)
         Inertia of the satellite [kg m²].
     allocation : array, shape (k, 3)
-        See `Wheels.shares`.
+        Momentum of each wheel per momentum of the satellite, see `Wheels.compute_load_matrix`.
     null_space_momentum : array, shape (k,)
-        Initial wheel momenta in the null space of the allocation, with zero sum [N m s].
+        Initial wheel momenta in the null space of the wheel axes, with zero vector sum [N m s].
     attitude : array, shape (3, 3)
         GCRS-to-body matrix at the start.
     rate : array, shape (3,)
@@ -36,11 +37,11 @@ class MomentumBudget:
     residual_dipole : array, shape (3,)
         Residual dipole, body axes [A m²].
     gravity_gradient : float
-        1 to include the gravity-gradient torque, else 0.
+        1 to include the gravity-gradient torque, 0 otherwise.
     disturbance_margin : float
         Factor on the disturbance torques.
     magnetorquer_dipole : array, shape (3,)
-        Maximum mean magnetorquer dipole of a step for unloading [A m²]; zero without unloading.
+        Largest mean dipole of a step for unloading, per axis [A m²]; zero without unloading.
     unloading_time_constant : float
         Time constant of unloading without saturation [s].
     """
@@ -63,38 +64,40 @@ class MomentumBudget:
     def from_scenario(
         cls, scenario: Scenario, environment: Environment, attitude: Floats, rate: Floats
     ) -> MomentumBudget | None:
-        """Return the budget of a scenario, or None if its wheel loads follow from the rates alone.
+        """Build the momentum budget of a scenario, or return None if the wheel loads follow from
+        the body rates alone.
 
         Parameters
         ----------
         scenario : Scenario
         environment : Environment
         attitude, rate : arrays
-            Initial attitude and body rate, see the class.
+            Initial GCRS-to-body matrix, shape (3, 3), and body rate [rad/s], shape (3,).
         """
-        wheels, coils = scenario.wheels, scenario.magnetorquers
+        wheels, magnetorquers = scenario.wheels, scenario.magnetorquers
         if wheels is None or not wheels.has_momentum_budget:
             return None
-        unloading, response = np.zeros(3), np.inf
-        if coils is not None and coils.unloads_wheels:
-            unloading, response = coils.duty_cycle * np.array(coils.max_dipole), coils.time_constant
+        unloading_dipole, time_constant = np.zeros(3), np.inf
+        if magnetorquers is not None and magnetorquers.unloads_wheels:
+            unloading_dipole, time_constant = (
+                magnetorquers.duty_cycle * np.array(magnetorquers.max_dipole),
+                magnetorquers.time_constant,
+            )
         axes = wheels.normalized_axes()
         allocation, inertia = wheels.compute_load_matrix(), wheels.inertia_matrix()
         wheel_momentum, momentum = np.zeros(len(axes)), np.zeros(3)
         if wheels.initial_momentum:  # By default the total momentum is zero.
             wheel_momentum = np.array(wheels.initial_momentum)
             momentum = axes.T @ wheel_momentum + inertia @ rate
-        circulating = np.zeros(len(allocation))
-        if (
-            wheels.allocation == "pseudo-inverse"
-        ):  # The other rule redistributes null-space momentum.
-            circulating = wheel_momentum - pseudo_inverse_allocation(axes) @ (
+        null_space_momentum = np.zeros(len(allocation))
+        if wheels.allocation == "pseudo-inverse":  # The minimax rule redistributes the momentum.
+            null_space_momentum = wheel_momentum - pseudo_inverse_allocation(axes) @ (
                 axes.T @ wheel_momentum
             )
         return cls(
             inertia=inertia,
             allocation=np.ascontiguousarray(allocation),
-            null_space_momentum=circulating,
+            null_space_momentum=null_space_momentum,
             attitude=np.ascontiguousarray(attitude),
             rate=rate,
             momentum=attitude.T @ momentum,
@@ -103,12 +106,14 @@ class MomentumBudget:
             residual_dipole=np.array(wheels.residual_dipole),
             gravity_gradient=float(wheels.gravity_gradient),
             disturbance_margin=wheels.disturbance_margin,
-            magnetorquer_dipole=unloading,
-            unloading_time_constant=response,
+            magnetorquer_dipole=unloading_dipole,
+            unloading_time_constant=time_constant,
         )
 
     def rotate_initial_attitude(self, rotation: Floats) -> MomentumBudget:
-        """Return the budget for an initial attitude rotated by `rotation`; see `FilterModel.turned`."""
+        """Return a copy for an initial attitude that is rotated by a matrix in GCRS; see
+        `FilterModel.rotate_initial_attitude`.
+        """
         return dataclasses.replace(
             self, position=self.position @ rotation, field=self.field @ rotation
         )

@@ -1,20 +1,22 @@
 """Violation of path constraints: extreme angles between directions and body axes, with a margin.
 
-A path constraint keeps a body axis away from a direction (keep-out) or close to it (keep-in).
-Within a step at constant rate the angle is extreme where the slope of its cosine is zero. In body
-axes at the end of the step, the body axis a at an angle θ before the end was
+A path constraint keeps a body axis away from a direction (keep-out) or close to a direction
+(keep-in). Within a step at constant rate the angle is extreme where the derivative of its cosine is
+zero. In body axes at the end of the step, the body axis a was, at a rotation angle θ before the
+end,
 
     a(θ) = n (n · a) + cos θ (a - n (n · a)) - sin θ (n × a)
 
-with the unit rotation axis n. The direction s moves in a straight line. For a fixed direction the
-slope of the cosine a · s is a multiple of sin(θ - θ₀), so that its zero follows from its values at
-both ends. The motion of the direction changes the slope so little that the same formula applies.
-See docs/theory.md, path limits.
+with the unit rotation axis n. The direction s moves in a straight line. For a fixed direction, the
+derivative of the cosine a · s is a multiple of sin(θ - θ₀), so that its zero follows from its
+values at both ends of the step. The motion of the direction changes the derivative so little that
+the same formula applies. See docs/theory.md.
 
-The attitude in a step is controlled with the estimates from before the step. The margin therefore
-uses the covariance predicted for the end of the step, before the measurements there; equation (14)
+The attitude in a step is controlled with the estimates before the step. The margin therefore uses
+the covariance predicted for the end of the step, before the measurements at the end, equation (14)
 of docs/theory.md. The arc tangent and the eigenvalues use only ``+ - * /`` and roots, which the
-kernel runs in vector registers. Scalars are kernel symbols, or arrays of one number per step.
+compiled filter executes in vector registers. Scalars are symbols of generated code, or arrays with
+one number per step.
 """
 
 from __future__ import annotations
@@ -32,17 +34,19 @@ from mgeo_attitude.filter.layout import PathMonitor
 from mgeo_attitude.geometry.vector import Vec3, choose, cross, dot, maximum
 from mgeo_attitude.scenario.constraints import PathConstraint
 
-#: Sine of the angle below which axis and direction count as parallel, without a common normal.
+#: Sine of the angle below which axis and direction are treated as parallel.
 _PARALLEL_SINE = 1e-6
 
 #: Number of terms of the arc-tangent series; the next term is below 1e-17 of the angle.
 _N_TERMS = 12
-#: Squared slope that counts as zero.
+#: Squared derivative that is treated as zero.
 _MIN_SQUARE = 1e-280
 
 
 class StepRotation(NamedTuple):
-    """Rotation of the body in a step: unit axis, angle [rad], sine and cosine of the angle."""
+    """Rotation of the body in a filter step: unit axis, angle [rad], and sine and cosine of the
+    angle.
+    """
 
     axis: Vec3
     angle: Any
@@ -51,23 +55,23 @@ class StepRotation(NamedTuple):
 
     @classmethod
     def from_rotation_vectors(cls, rotation_vectors: Floats) -> StepRotation:
-        """Return the rotations of n steps from rotation vectors, shape (n, 3) [rad]."""
+        """Build the rotations of n steps from their rotation vectors [rad], shape (n, 3)."""
         angle = np.linalg.norm(rotation_vectors, axis=1)
         axis = Vec3(*(rotation_vectors.T / np.where(angle > 0.0, angle, 1.0)))
         return cls(axis, angle, np.sin(angle), np.cos(angle))
 
 
 class ExtremePoint(NamedTuple):
-    """Point of a step at which the angle between an axis and a direction is extreme.
+    """Point of a filter step at which the angle between a body axis and a direction is extreme.
 
     Attributes
     ----------
-    rotation : Turn
+    rotation : StepRotation
         Rotation of the body in the step.
     cosine, sine : scalars
-        Of the rotation angle that remains from the point to the end of the step.
+        Cosine and sine of the rotation angle from the point to the end of the step.
     remaining_fraction : scalar
-        Share of the step that remains.
+        Fraction of the step from the point to the end.
     """
 
     rotation: StepRotation
@@ -76,20 +80,22 @@ class ExtremePoint(NamedTuple):
     remaining_fraction: Any
 
     def rotate_to_end(self, v: Vec3) -> Vec3:
-        """Rotate a body-fixed vector from the attitude at the point to the end of the step."""
+        """Rotate a body-fixed vector from the attitude at the point to the attitude at the end of
+        the step.
+        """
         n = self.rotation.axis
         along = (1.0 - self.cosine) * dot(n, v)
         rotated: Vec3 = along * n + self.cosine * v - self.sine * cross(n, v)
         return rotated
 
     def interpolate_direction(self, v: Vec3, change: Vec3) -> Vec3:
-        """Return the direction at the point, in body axes at the end of the step.
+        """Return the direction at the point, expressed in body axes at the end of the step.
 
         Parameters
         ----------
         v, change : Vec3
-            Direction at the end of the step, and its change in the step. The interpolated chord is
-            corrected to the arc.
+            Direction at the end of the step, and change of the direction in the step. The
+            interpolated chord is corrected to the arc.
         """
         bulge = (
             0.5 * self.remaining_fraction * (1.0 - self.remaining_fraction) * dot(change, change)
@@ -101,10 +107,11 @@ class ExtremePoint(NamedTuple):
 def find_extreme_point(
     axis: Vec3, keep_in: bool, rotation: StepRotation, v: Vec3, change: Vec3, appears: Any
 ) -> ExtremePoint:
-    """Return the point of a step with the smallest angle to an axis, or the largest if `keep_in`.
+    """Return the point of a step at which the angle between a body axis and a direction is
+    smallest, or largest if `keep_in` is true.
 
-    If there is no extreme within the step, the point is the end of the step; the start is the end
-    of the step before. In a step in which the direction appears, the point is the worse of both
+    If there is no extreme within the step, the point is the end of the step, since the start is the
+    end of the step before. In a step in which the direction appears, the point is the worse of both
     ends.
 
     Parameters
@@ -113,43 +120,54 @@ def find_extreme_point(
         Body axis.
     keep_in : bool
         Whether the direction must stay inside the cone about the axis.
-    rotation : Turn
+    rotation : StepRotation
         Rotation of the body, by less than 180 degrees.
     v, change : Vec3
-        Direction at the end of the step, and its change in the step, body axes at the end.
+        Direction at the end of the step, and change of the direction in the step, in body axes at
+        the end.
     appears : symbol or array
-        1 for a direction that appears in the step, with zero change; else 0.
+        1 for a direction that appears in the step, with zero change; 0 otherwise.
     """
     along, normal = dot(rotation.axis, axis), cross(rotation.axis, axis)
 
-    def parts(u: Vec3) -> tuple[Any, Any, Any]:
+    def decompose(u: Vec3) -> tuple[Any, Any, Any]:
         fixed = along * dot(rotation.axis, u)
         return fixed, dot(axis, u) - fixed, dot(normal, u)
 
-    _, q, r = parts(v)
-    # A positive value means that the angle at the start is smaller than at the end.
-    nearer = q * (rotation.cosine - 1.0) - r * rotation.sine
-    p_moved, q_moved, r_moved = parts(change)
+    _, q, r = decompose(v)
+    # A positive value means that the angle at the start is smaller than the angle at the end.
+    start_gain = q * (rotation.cosine - 1.0) - r * rotation.sine
+    p_moved, q_moved, r_moved = decompose(change)
     last = rotation.angle * r + p_moved + q_moved
-    turned = (q - q_moved) * rotation.sine + (r - r_moved) * rotation.cosine
-    first = rotation.angle * turned + p_moved + q_moved * rotation.cosine - r_moved * rotation.sine
+    start_derivative = (q - q_moved) * rotation.sine + (r - r_moved) * rotation.cosine
+    first = (
+        rotation.angle * start_derivative
+        + p_moved
+        + q_moved * rotation.cosine
+        - r_moved * rotation.sine
+    )
     if keep_in:
-        first, last, nearer = -first, -last, -nearer
-    start_is_extreme = appears * nearer
+        first, last, start_gain = -first, -last, -start_gain
+    start_is_extreme = appears * start_gain
     x, y = first - last * rotation.cosine, -last * rotation.sine
     square = x * x + y * y
     scale = 1.0 / np.sqrt(choose(square, _MIN_SQUARE, square, 1.0))
-    fall = first - last
-    # A slope of zero at both ends, as for a body at rest, has no extreme within the step.
-    within = first
-    for other in (-last, square - _MIN_SQUARE):
-        within = choose(other, within, within, other)
-    share = -last * (1.0 / choose(within, 0.0, fall, 1.0))
+    difference = first - last
+    # If the derivative is zero at both ends, as for a body at rest, there is no extreme within the
+    # step.
+    is_within = first
+    for condition in (-last, square - _MIN_SQUARE):
+        is_within = choose(condition, is_within, is_within, condition)
+    fraction = -last * (1.0 / choose(is_within, 0.0, difference, 1.0))
     return ExtremePoint(
         rotation,
-        choose(within, 0.0, x * scale, choose(start_is_extreme, _MIN_SQUARE, rotation.cosine, 1.0)),
-        choose(within, 0.0, y * scale, choose(start_is_extreme, _MIN_SQUARE, rotation.sine, 0.0)),
-        choose(within, 0.0, share, choose(start_is_extreme, _MIN_SQUARE, 1.0, 0.0)),
+        choose(
+            is_within, 0.0, x * scale, choose(start_is_extreme, _MIN_SQUARE, rotation.cosine, 1.0)
+        ),
+        choose(
+            is_within, 0.0, y * scale, choose(start_is_extreme, _MIN_SQUARE, rotation.sine, 0.0)
+        ),
+        choose(is_within, 0.0, fraction, choose(start_is_extreme, _MIN_SQUARE, 1.0, 0.0)),
     )
 
 
@@ -157,52 +175,56 @@ def compute_violation(
     cone: Cone,
     sigmas: float,
     rotation_vectors: Floats,
-    passage: DirectionMotion,
+    motion: DirectionMotion,
     covariance: Floats,
 ) -> Floats:
-    """Return the margin minus the smallest angle of a direction and an axis, per step [rad].
+    """Return the monitored value of a path constraint in each of n steps [rad], which grows as the
+    angle approaches the bound.
 
-    For a keep-in constraint, return the margin plus the largest angle. The attitude error is
-    constant in inertial axes throughout a step. The margin is the larger of the margins at the
-    extreme angle and at the end of the step.
+    For a keep-out constraint, the value is the margin minus the smallest angle between direction
+    and axis. For a keep-in constraint, the value is the margin plus the largest angle. A constraint
+    is violated if the value exceeds minus (keep-out) or plus (keep-in) the half-angle of the cone.
+
+    The attitude error is constant in inertial axes throughout a step. The margin is the larger of
+    the margins at the extreme angle and at the end of the step.
 
     Parameters
     ----------
     cone : Cone
-        Axis and kind of the constraint.
+        Body axis, and whether the cone must contain the direction.
     sigmas : float
-        Margin, in 1-sigmas of the angle.
+        Margin as a multiple of the 1-sigma of the angle.
     rotation_vectors : array, shape (n, 3)
-        Rotation vectors of the body [rad].
-    passage : Passage
+        Rotation vectors of the body in each step [rad].
+    motion : DirectionMotion
         Motion of the direction, in body axes at the end of each step.
     covariance : array, shape (n, 3, 3)
-        Covariance of the attitude error [rad²], body axes at the end.
+        Covariance of the attitude error [rad²], body axes at the end of each step.
 
     Returns
     -------
     array, shape (n,)
-        -inf in a step in which the direction is not visible.
+        Values [rad]; -inf in a step in which the direction is not visible.
     """
-    before, after, radius_before, radius_after, appears = passage
-    axis, v, moved = Vec3(*cone.axis), Vec3(*after.T), Vec3(*(after - before).T)
+    start, end, start_radius, end_radius, appears = motion
+    axis, v, change = Vec3(*cone.axis), Vec3(*end.T), Vec3(*(end - start).T)
     extreme = find_extreme_point(
         axis,
         cone.keep_in,
         StepRotation.from_rotation_vectors(rotation_vectors),
         v,
-        moved,
+        change,
         appears.astype(float),
     )
-    radius = radius_after - extreme.remaining_fraction * (radius_after - radius_before)
+    radius = end_radius - extreme.remaining_fraction * (end_radius - start_radius)
     at_extreme, P = (
-        (extreme.rotate_to_end(axis), extreme.interpolate_direction(v, moved)),
+        (extreme.rotate_to_end(axis), extreme.interpolate_direction(v, change)),
         np.moveaxis(covariance, 0, -1),
     )
-    margin_excess: Floats = build_violation(
+    violation: Floats = build_violation(
         at_extreme, (axis, v), sigmas or None, radius, P, cone.keep_in, -np.inf
     )
-    return margin_excess
+    return violation
 
 
 def compute_violation_on_orbit(
@@ -214,37 +236,40 @@ def compute_violation_on_orbit(
     rotation_vectors: Floats,
     covariance: Floats,
 ) -> Floats:
-    """Return `excess` in the steps that lead to n places of an orbit.
+    """Return the monitored value of a path constraint at n instants of an orbit [rad], for given
+    attitudes; see `compute_violation`.
 
     Parameters
     ----------
     cone, sigmas
-        See `excess`.
-    states : Place
-        Places of the orbit.
+        See `compute_violation`.
+    states : SatelliteState
+        States of satellite and Sun at the n instants.
     epoch : datetime
-        Time from which the times of the places count.
+        Epoch of the times of the states.
     attitude : array, shape (n, 3, 3)
-        GCRS-to-body matrices at the places.
+        GCRS-to-body matrices at the instants.
     rotation_vectors : array, shape (n, 3)
-        Rotation vectors since the place before [rad], body axes; zero for the first place.
+        Rotation vectors since the previous instant [rad], body axes; zero for the first instant.
     covariance : array, shape (n, 3, 3)
         Covariance of the attitude error [rad²], body axes.
     """
     direction = DIRECTIONS[cone.direction]
     vectors = direction.vectors(states, epoch)
     radius = np.zeros(len(vectors)) if direction.radius is None else direction.radius(states)
-    passage = DirectionMotion.from_samples(vectors, radius).rotate_to_body(attitude)
-    return compute_violation(cone, sigmas, rotation_vectors, passage, covariance)
+    motion = DirectionMotion.from_samples(vectors, radius).rotate_to_body(attitude)
+    return compute_violation(cone, sigmas, rotation_vectors, motion, covariance)
 
 
 def list_cone_constants(constraints: Sequence[PathConstraint]) -> Floats:
-    """Return the axis of each path constraint, followed by its margin [sigmas] if it has one."""
+    """Return the body axis of each path constraint, followed by its margin in 1-sigmas if it has a
+    margin, as one array.
+    """
     values: list[float] = []
-    for limit in constraints:
-        values.extend(limit.build_cone().axis)
-        if PathMonitor.from_constraint(limit).has_margin:
-            values.append(limit.attitude_sigmas)
+    for constraint in constraints:
+        values.extend(constraint.build_cone().axis)
+        if PathMonitor.from_constraint(constraint).has_margin:
+            values.append(constraint.attitude_sigmas)
     return np.array(values)
 
 
@@ -257,27 +282,29 @@ def build_violation(
     keep_in: bool,
     running_maximum: Any,
 ) -> Any:
-    """Return `excess` over symbols or arrays, or `running_maximum` if that is larger.
+    """Return the larger of the monitored value of a path constraint in a step and its running
+    maximum, for numbers, arrays or symbols.
 
-    To first order only a rotation about the common normal of axis and direction changes the angle.
-    If axis and direction are parallel, the margin uses the most uncertain rotation across the
-    direction.
+    To first order, only a rotation about the common normal of axis and direction changes the angle.
+    If axis and direction are parallel, the margin uses the most uncertain rotation about an axis
+    perpendicular to the direction.
 
     Parameters
     ----------
     extreme_pair, end_pair : pairs of Vec3
-        Axis and direction at the extreme angle and at the end of the step, body axes at the end.
-        Unit vectors; a direction that is not visible is zero, and the result is then `running_maximum`.
+        Axis and direction at the extreme angle and at the end of the step, as unit vectors in body
+        axes at the end. A direction that is not visible is zero, and the result is then
+        `running_maximum`.
     sigmas : symbol or float, optional
-        Margin, in 1-sigmas of the angle.
+        Margin as a multiple of the 1-sigma of the angle.
     radius : symbol or array, optional
         Apparent radius [rad] of a disc from whose limb the angle is measured.
     P : Triangle or array, shape (3, 3, n)
-        Covariance whose first three states are the attitude error.
+        Covariance in which the first three states are the attitude error.
     keep_in : bool
         Whether the direction must stay inside the cone.
     running_maximum : symbol or float
-        Largest value so far.
+        Largest value of the previous steps.
     """
     normal, cosine = cross(*extreme_pair), dot(*extreme_pair)
     square = dot(normal, normal)
@@ -306,9 +333,12 @@ def build_violation(
 
 
 def angle_from_sine_cosine(sine: Any, cosine: Any) -> Any:
-    """Return the angle in [0, π] with a nonnegative sine and a cosine, without an arc tangent."""
+    """Return the angle between 0 and π with a given nonnegative sine and a given cosine, without an
+    arc tangent.
+    """
     tangent = sine * (1.0 / (1.0 + maximum(cosine, -cosine)))
-    # The tangent of half the angle becomes that of a quarter and an eighth, which is at most 0.2.
+    # The tangent of half the angle is reduced to the tangents of a quarter and of an eighth of the
+    # angle, which is at most 0.2.
     for _ in range(2):
         tangent = tangent * (1.0 / (1.0 + np.sqrt(1.0 + tangent * tangent)))
     square, series = tangent * tangent, 0.0
@@ -319,16 +349,17 @@ def angle_from_sine_cosine(sine: Any, cosine: Any) -> Any:
 
 
 def _compute_variance(normal: Vec3, P: Any) -> Any:
-    """Return the variance of a rotation about a normal, which need not be a unit vector."""
+    """Return the variance of the rotation about a normal vector of any length."""
     square = dot(normal, normal)
-    form = dot(normal, Vec3(*(dot(row, normal) for row in _list_rows(P))))
-    return form * (1.0 / choose(square, _PARALLEL_SINE**2, square, _PARALLEL_SINE**2))
+    quadratic_form = dot(normal, Vec3(*(dot(row, normal) for row in _list_rows(P))))
+    return quadratic_form * (1.0 / choose(square, _PARALLEL_SINE**2, square, _PARALLEL_SINE**2))
 
 
 def _compute_max_variance(direction: Vec3, P: Any) -> Any:
-    """Return the largest variance of a rotation about any axis across a direction.
+    """Return the largest variance of a rotation about any axis perpendicular to a direction.
 
-    The 2 x 2 covariance across the direction enters by its two invariants.
+    The value is the larger eigenvalue of the 2 x 2 covariance perpendicular to the direction, from
+    its trace and determinant.
     """
     x, y, z = _list_rows(P)
     cofactors = Vec3(

@@ -1,25 +1,26 @@
-"""Exact discretization of attitude and bias as polynomials of the rate matrix, compiled.
+"""Compiled exact discretization of attitude and gyro bias by polynomials of the rate matrix.
 
-With W = -[ω×], all matrices of equation (2) for attitude and bias are polynomials of W. Because
-W³ = -|ω|² W, a polynomial has three coefficients: (p, q, r) stands for p I + q W + r W². The
-series of F and Q are sums of such triples, which takes a ninth of the time of
-`discretization.discretize`; this matters if each step has a rate of its own. The process noise must
-be equal about all axes, since Q is otherwise not a polynomial of W.
+With W = -[ω×], all matrices of equation (2) of docs/theory.md for attitude and bias are polynomials
+of W. Because W³ = -|ω|² W, a polynomial has three coefficients (p, q, r), which represent
+p I + q W + r W². The series of F and Q are sums of such triples. They take a ninth of the time of
+`discretization.discretize`, which matters if the body rate changes in every step. The process noise
+must be equal about all axes, since Q is otherwise not a polynomial of W.
 """
 
 import math
 
 from mgeo_attitude._compiled import helper
 
-#: Largest |ω| dt for which the series is summed directly; a longer step is halved first.
+#: Largest |ω| dt [rad] for which the series is summed directly. A longer step is halved first.
 MAX_SERIES_ANGLE = 0.5
-#: Relative size of a term, to the first, at which the series ends.
+#: Size of a term, relative to the first term, at which the series ends.
 TERM_TOLERANCE = 1e-18
 
 
 @helper
 def discretize_isotropic(decay, densities, rate, duration, F, Q, J, W):
-    """Write F and Q of a step for attitude and bias, equation (7).
+    """Write the transition matrix F and the process-noise covariance Q of a step for attitude and
+    bias, and the effect of a constant rate error.
 
     Parameters
     ----------
@@ -31,9 +32,9 @@ def discretize_isotropic(decay, densities, rate, duration, F, Q, J, W):
         Body rate [rad/s].
     duration : float
         Length of the step [s].
-    F, Q : arrays, shapes (m, m) and (l, l), m and l >= 6, written
+    F, Q : arrays, shapes (m, m) and (l, l), m and l >= 6, output
         Nonzero entries of the first six rows and columns.
-    J : array, shape (3, 3), written
+    J : array, shape (3, 3), output
         Attitude change per unit of a constant rate error.
     W : array, shape (3, 3)
         Scratch space.
@@ -44,12 +45,12 @@ def discretize_isotropic(decay, densities, rate, duration, F, Q, J, W):
     W[2, 0], W[2, 1], W[2, 2] = y, -x, 0.0
     square = x * x + y * y + z * z
     step = compute_coefficients(square, decay, densities, duration)
-    turn, by_bias, by_constant, bias, Q_aa, Q_ab, Q_b = step
+    rotation, by_bias, by_constant, bias, Q_aa, Q_ab, Q_b = step
     for i in range(3):
         for j in range(3):
             unit = 1.0 if i == j else 0.0
             W2 = W[i, 0] * W[0, j] + W[i, 1] * W[1, j] + W[i, 2] * W[2, j]
-            F[i, j] = evaluate_entry(turn, unit, W[i, j], W2)
+            F[i, j] = evaluate_entry(rotation, unit, W[i, j], W2)
             F[i, 3 + j] = evaluate_entry(by_bias, unit, W[i, j], W2)
             J[i, j] = evaluate_entry(by_constant, unit, W[i, j], W2)
             Q[i, j] = evaluate_entry(Q_aa, unit, W[i, j], W2)
@@ -60,7 +61,8 @@ def discretize_isotropic(decay, densities, rate, duration, F, Q, J, W):
 
 @helper
 def compute_coefficients(square, decay, densities, duration):
-    """Return the coefficients of F and Q of a step.
+    """Return the transition matrix and the process-noise covariance of a step as coefficient
+    triples of polynomials of the rate matrix.
 
     Parameters
     ----------
@@ -71,10 +73,10 @@ def compute_coefficients(square, decay, densities, duration):
 
     Returns
     -------
-    turn, by_bias, by_constant : triples
-        Attitude by attitude, by bias, and by a constant rate error.
+    rotation, by_bias, by_constant : triples
+        Attitude error per unit of attitude error, of bias, and of a constant rate error.
     bias : float
-        Bias by bias.
+        Bias per unit of bias.
     Q_aa, Q_ab : triples
         Covariance of the attitude, and of attitude and bias.
     Q_b : float
@@ -84,22 +86,22 @@ def compute_coefficients(square, decay, densities, duration):
     size = max(math.sqrt(square), decay)
     while size * h > MAX_SERIES_ANGLE:
         h, halvings = 0.5 * h, halvings + 1
-    turn = turn_m = (1.0, 0.0, 0.0)
+    rotation = rotation_m = (1.0, 0.0, 0.0)
     by_bias = by_bias_m = by_constant = by_constant_m = Q_ab = Q_ab_m = (0.0, 0.0, 0.0)
     bias = bias_m = 1.0
     Q_aa = Q_aa_m = (densities[0] * h, 0.0, 0.0)
     Q_b = Q_b_m = densities[1] * h
-    rest, m, bound = 1.0, 1, 1.0
+    constant_m, m, bound = 1.0, 1, 1.0
     while bound > TERM_TOLERANCE:
         f, g = h / m, h / (m + 1)
         p = multiply_by_W(by_bias_m, square)
         by_bias_m = (f * (p[0] - bias_m), f * p[1], f * p[2])
         p = multiply_by_W(by_constant_m, square)
-        by_constant_m = (f * (p[0] + rest), f * p[1], f * p[2])
-        p = multiply_by_W(turn_m, square)
-        turn_m = (f * p[0], f * p[1], f * p[2])
-        bias_m, rest = -f * decay * bias_m, 0.0
-        # The next term of Q is A Q + Q Aᵀ; the transpose of (p, q, r) is (p, -q, r).
+        by_constant_m = (f * (p[0] + constant_m), f * p[1], f * p[2])
+        p = multiply_by_W(rotation_m, square)
+        rotation_m = (f * p[0], f * p[1], f * p[2])
+        bias_m, constant_m = -f * decay * bias_m, 0.0
+        # The next term of Q is A Q + Q Aᵀ, and the transpose of (p, q, r) is (p, -q, r).
         p, q = multiply_by_W(Q_aa_m, square), multiply_by_W(Q_ab_m, square)
         Q_aa_m = (2.0 * g * (p[0] - Q_ab_m[0]), 0.0, 2.0 * g * (p[2] - Q_ab_m[2]))
         Q_ab_m = (
@@ -108,8 +110,8 @@ def compute_coefficients(square, decay, densities, duration):
             g * (q[2] - decay * Q_ab_m[2]),
         )
         Q_b_m *= -2.0 * g * decay
-        turn, by_bias, by_constant = (
-            add_triples(turn, turn_m),
+        rotation, by_bias, by_constant = (
+            add_triples(rotation, rotation_m),
             add_triples(by_bias, by_bias_m),
             add_triples(by_constant, by_constant_m),
         )
@@ -121,39 +123,41 @@ def compute_coefficients(square, decay, densities, duration):
     for _ in range(halvings):
         # Doubling the step gives Q + F Q Fᵀ and F F.
         a = add_triples(
-            multiply_polynomials(turn, Q_aa, square),
+            multiply_polynomials(rotation, Q_aa, square),
             multiply_polynomials(by_bias, transpose_triple(Q_ab), square),
         )
-        b = add_triples(multiply_polynomials(turn, Q_ab, square), scale_triple(by_bias, Q_b))
+        b = add_triples(multiply_polynomials(rotation, Q_ab, square), scale_triple(by_bias, Q_b))
         a = add_triples(
-            multiply_polynomials(a, transpose_triple(turn), square),
+            multiply_polynomials(a, transpose_triple(rotation), square),
             multiply_polynomials(b, transpose_triple(by_bias), square),
         )
         Q_aa, Q_ab = add_triples(Q_aa, a), add_triples(Q_ab, scale_triple(b, bias))
         Q_b += bias * bias * Q_b
         by_bias = add_triples(
-            multiply_polynomials(turn, by_bias, square), scale_triple(by_bias, bias)
+            multiply_polynomials(rotation, by_bias, square), scale_triple(by_bias, bias)
         )
-        by_constant = add_triples(multiply_polynomials(turn, by_constant, square), by_constant)
-        turn, bias = multiply_polynomials(turn, turn, square), bias * bias
-    return turn, by_bias, by_constant, bias, Q_aa, Q_ab, Q_b
+        by_constant = add_triples(multiply_polynomials(rotation, by_constant, square), by_constant)
+        rotation, bias = multiply_polynomials(rotation, rotation, square), bias * bias
+    return rotation, by_bias, by_constant, bias, Q_aa, Q_ab, Q_b
 
 
 @helper
 def evaluate_entry(a, unit, w, w2):
-    """Evaluate an entry of p I + q W + r W² for a triple (p, q, r)."""
+    """Return one entry of the polynomial with the coefficient triple `a`, from the entries of I, W
+    and W².
+    """
     return a[0] * unit + a[1] * w + a[2] * w2
 
 
 @helper
 def multiply_by_W(a, square):
-    """Multiply a matrix polynomial, given as a coefficient triple, by W."""
+    """Return the coefficient triple of the product of the rate matrix W and a polynomial of W."""
     return 0.0, a[0] - square * a[2], a[1]
 
 
 @helper
 def multiply_polynomials(a, b, square):
-    """Multiply two matrix polynomials, given as coefficient triples."""
+    """Return the coefficient triple of the product of two polynomials of the rate matrix W."""
     once, twice = multiply_by_W(b, square), multiply_by_W(multiply_by_W(b, square), square)
     return (
         a[0] * b[0] + a[1] * once[0] + a[2] * twice[0],

@@ -1,9 +1,9 @@
-"""Reference filter: filterpy's Kalman filter with dense matrices, for one design with all samples.
+"""Reference filter for one design, with dense matrices and filterpy's Kalman filter.
 
-The code is slow and simple on purpose, to verify the compiled kernel. Both share only the suite and
-the orbit tables: here F and Q come from Van Loan's matrix exponential, attitudes from scipy's
-rotations, and all sensors update together. filterpy does not support considered states; the update
-is then written out.
+The code is slow and simple, to verify the compiled filter. Both filters share only the sensor suite
+and the orbit tables. The reference filter computes F and Q by Van Loan's matrix exponential and
+attitudes by scipy's rotations, and updates with all sensors together. filterpy does not support
+considered states, for which the module has an update of its own.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from mgeo_attitude.maneuvers.motion import compute_attitudes
 
 @dataclass(frozen=True)
 class ReferenceHistory(FilterHistory):
-    """`FilterHistory` computed with filterpy.
+    """Time history of the reference filter, with the predicted attitude covariance of each sample.
 
     Attributes
     ----------
@@ -38,16 +38,16 @@ class ReferenceHistory(FilterHistory):
 
 @dataclass(frozen=True)
 class Agreement:
-    """Difference between the compiled filter and the reference filter.
+    """Result of a comparison of the compiled filter with the reference filter.
 
     Attributes
     ----------
     n_designs : int
-        Number of designs.
+        Number of compared designs.
     n_samples : int
         Number of samples at which the variances were compared.
     has_equal_ends : bool
-        Whether t_end is equal for every design.
+        Whether both filters have the same t_end for every design.
     max_difference : float
         Largest relative difference of a variance.
     """
@@ -58,19 +58,22 @@ class Agreement:
     max_difference: float
 
     def is_within(self, tolerance: float) -> bool:
-        """Return whether all t_end agree and the variances agree to a relative tolerance."""
+        """Return True if all end times are equal and the variances agree to a relative
+        tolerance.
+        """
         return self.has_equal_ends and self.max_difference <= tolerance
 
     def __str__(self) -> str:
-        ends = "every t_end the same" if self.has_equal_ends else "NOT every t_end the same"
+        ends = "all t_end are equal" if self.has_equal_ends else "some t_end DIFFER"
         return (
-            f"{self.n_designs} random plans, {self.n_samples:,} samples: {ends}, variances differ by "
-            f"{self.max_difference:.2g} of their size at most"
+            f"{self.n_designs} random plans, {self.n_samples:,} samples: {ends}, variances "
+            f"differ by {self.max_difference:.2g} of their size at most"
         )
 
 
 def compare_filters(model: FilterModel, designs: ArrayLike) -> Agreement:
-    """Compare `evaluate` with `run_reference_filter` over some designs.
+    """Compare end times and variances of the compiled filter with those of the reference filter,
+    for some designs.
 
     Parameters
     ----------
@@ -80,27 +83,28 @@ def compare_filters(model: FilterModel, designs: ArrayLike) -> Agreement:
 
     Examples
     --------
-    >>> from mgeo_attitude import FilterModel, Scenario, agreement
+    >>> from mgeo_attitude import FilterModel, Scenario, compare_filters
     >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 1000.0})
     >>> design = [0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]
-    >>> agreement(FilterModel.from_scenario(scenario), [design]).difference < 1e-9
+    >>> compare_filters(FilterModel.from_scenario(scenario), [design]).max_difference < 1e-9
     True
     """
     X = np.atleast_2d(np.asarray(designs, dtype=float))
     result = evaluate(model, X, history=True)
-    same_end, difference, samples = True, 0.0, 0
+    has_equal_ends, max_difference, n_samples = True, 0.0, 0
     for x, t_end, variances in zip(X, result.t_end, result.variances, strict=True):
-        run = run_reference_filter(model, x)
-        n = min(len(run.times), round(t_end / model.step) + 1)
-        expected = run.sigma[:n] ** 2
-        same_end &= bool(t_end == run.t_end)
-        difference = max(difference, float(np.abs(variances[:n] / expected - 1.0).max()))
-        samples += n
-    return Agreement(len(X), samples, same_end, difference)
+        history = run_reference_filter(model, x)
+        n = min(len(history.times), round(t_end / model.step) + 1)
+        expected = history.sigma[:n] ** 2
+        has_equal_ends &= bool(t_end == history.t_end)
+        max_difference = max(max_difference, float(np.abs(variances[:n] / expected - 1.0).max()))
+        n_samples += n
+    return Agreement(len(X), n_samples, has_equal_ends, max_difference)
 
 
 def run_reference_filter(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
-    """Run the filter of equations (2) to (4) over one design with filterpy.
+    """Run the reference filter for one design and return the 1-sigmas, the trace and the attitude
+    at each sample.
 
     Parameters
     ----------
@@ -118,52 +122,57 @@ def run_reference_filter(model: FilterModel, design: ArrayLike) -> ReferenceHist
     600.0
     """
     plan = model.build_schedule(np.atleast_2d(np.asarray(design, dtype=float)))
-    rates, starts, over = plan.rates[0], plan.starts[0], plan.maneuver_end_steps[0]
+    rates, starts, maneuver_end_step = plan.rates[0], plan.starts[0], plan.maneuver_end_steps[0]
     attitude = compute_attitudes(rates, starts, model.n_steps, model.step, model.initial_attitude)
-    stretch = np.searchsorted(starts, np.arange(model.n_steps), side="right") - 1
-    H, R, seen = build_measurement_model(model, attitude, rates[stretch])
+    interval = np.searchsorted(starts, np.arange(model.n_steps), side="right") - 1
+    H, R, is_measured = build_measurement_model(model, attitude, rates[interval])
     counts = [len(sensor.noise_sigmas()) for sensor in model.suite.sensors]
-    own = [slice(last - m, last) for m, last in zip(counts, np.cumsum(counts), strict=True)]
+    sensor_rows = [slice(last - m, last) for m, last in zip(counts, np.cumsum(counts), strict=True)]
 
-    follows = model.sensitivity_factors[:, model.suite.find_sensitivity_columns(model.suite.gyro)]
+    deviations = model.sensitivity_factors[
+        :, model.suite.find_sensitivity_columns(model.suite.gyro)
+    ]
     n, considered = model.suite.n_states, model.suite.considered_indices
-    kf = KalmanFilter(dim_x=n, dim_z=len(R))
-    # A one-dimensional state is required: filterpy broadcasts its (n, 1) default when given H.
-    kf.x = np.zeros(n)
-    kf.P = model.initial_covariance
-    trace, sigma = [float(model.weights @ np.diag(kf.P))], [model.initial_sigma]
-    predicted = [kf.P[:3, :3]]
-    covariances = [kf.P.copy()]
+    kalman_filter = KalmanFilter(dim_x=n, dim_z=len(R))
+    # The state must be one-dimensional, since filterpy broadcasts its default state of shape (n, 1)
+    # if H is given.
+    kalman_filter.x = np.zeros(n)
+    kalman_filter.P = model.initial_covariance
+    trace, sigma = [float(model.weights @ np.diag(kalman_filter.P))], [model.initial_sigma]
+    predicted = [kalman_filter.P[:3, :3]]
+    covariances = [kalman_filter.P.copy()]
     converged, rule = False, model.rule
     for k in range(1, model.n_steps + 1):
-        new_rate = np.flatnonzero(starts == k - 1)
-        if new_rate.size or follows.size:
-            kf.F, kf.Q = discretize_van_loan(model, rates[stretch[k - 1]], follows[k].tolist())
-        kf.predict()
-        predicted.append(kf.P[:3, :3].copy())
-        rows = seen[k]
+        rate_changes = np.flatnonzero(starts == k - 1)
+        if rate_changes.size or deviations.size:
+            kalman_filter.F, kalman_filter.Q = discretize_van_loan(
+                model, rates[interval[k - 1]], deviations[k].tolist()
+            )
+        kalman_filter.predict()
+        predicted.append(kalman_filter.P[:3, :3].copy())
+        rows = is_measured[k]
         if considered.size:
-            for sensor in own:
+            for sensor in sensor_rows:
                 if rows[sensor].any():
-                    kf.P = update_with_considered_states(
-                        kf.P, H[k, sensor], np.diag(R[sensor]), considered
+                    kalman_filter.P = update_with_considered_states(
+                        kalman_filter.P, H[k, sensor], np.diag(R[sensor]), considered
                     )
         elif rows.any():
-            kf.update(np.zeros(rows.sum()), R=np.diag(R[rows]), H=H[k, rows])
-        trace.append(float(model.weights @ np.diag(kf.P)))
-        sigma.append(np.sqrt(np.diag(kf.P)))
-        before = k - model.window_steps
+            kalman_filter.update(np.zeros(rows.sum()), R=np.diag(R[rows]), H=H[k, rows])
+        trace.append(float(model.weights @ np.diag(kalman_filter.P)))
+        sigma.append(np.sqrt(np.diag(kalman_filter.P)))
+        window_start = k - model.window_steps
         if rule != "trace":
-            covariances.append(kf.P.copy())
-        elif k >= over and before >= 0:
+            covariances.append(kalman_filter.P.copy())
+        elif k >= maneuver_end_step and window_start >= 0:
             converged = has_converged(
-                trace[before], trace[k], model.relative_decrease, model.allow_rise
+                trace[window_start], trace[k], model.relative_decrease, model.allow_rise
             )
             if converged:
                 break
-    end, covariance = len(trace) - 1, kf.P
+    end, covariance = len(trace) - 1, kalman_filter.P
     if rule != "trace":
-        end = min(max(_find_convergence_step(model, trace, sigma), over), end)
+        end = min(max(_find_convergence_step(model, trace, sigma), maneuver_end_step), end)
         converged, covariance = end < model.n_steps, covariances[end]
         trace, sigma, predicted = trace[: end + 1], sigma[: end + 1], predicted[: end + 1]
     return ReferenceHistory(
@@ -179,42 +188,46 @@ def run_reference_filter(model: FilterModel, design: ArrayLike) -> ReferenceHist
 
 
 def _find_convergence_step(model: FilterModel, trace: list[float], sigma: list[Floats]) -> int:
-    """Return the step from which on the rule of the model is satisfied for the rest of the run."""
+    """Return the first step from which on the model's convergence rule is satisfied until the end
+    of the run.
+    """
     if model.ends_with_last_maneuver:
         return 1
     if model.rule == "settling":
-        broken = np.flatnonzero(np.array(trace) > model.settling_factor * trace[-1])
+        violated = np.flatnonzero(np.array(trace) > model.settling_factor * trace[-1])
     else:
-        broken = np.flatnonzero((np.array(sigma) > model.required_sigma).any(axis=1))
-    return int(broken[-1]) + 1 if broken.size else 0
+        violated = np.flatnonzero((np.array(sigma) > model.required_sigma).any(axis=1))
+    return int(violated[-1]) + 1 if violated.size else 0
 
 
 def update_with_considered_states(P: Floats, H: Floats, R: Floats, considered: Ints) -> Floats:
-    """Return the covariance after an update with zero gain for the considered states.
+    """Return the covariance after a measurement update in which the gain of the considered states
+    is zero.
 
-    The update uses Joseph's form, which holds for any gain. Each sensor updates separately: a
-    sensor that leaves a considered state unchanged does not make the next reading more certain, so
-    that a joint update would give a smaller covariance.
+    The update has Joseph's form, which is valid for any gain. It must be called for one sensor at a
+    time. A joint update of several sensors would give a smaller covariance, since a considered
+    state is not improved between the sensors.
     """
     K = np.linalg.solve(H @ P @ H.T + R, H @ P).T
     K[considered] = 0.0
-    rest = np.eye(len(P)) - K @ H
-    return rest @ P @ rest.T + K @ R @ K.T
+    error_transition = np.eye(len(P)) - K @ H
+    return error_transition @ P @ error_transition.T + K @ R @ K.T
 
 
 def has_converged(
     start_trace: float, end_trace: float, relative_decrease: float, allow_rise: bool
 ) -> bool:
-    """Return whether the trace has converged by equation (6).
+    """Return True if the trace decreased by less than a given fraction over the convergence window,
+    without a rise.
 
     Parameters
     ----------
     start_trace, end_trace : float
         Trace at the start and the end of the window.
     relative_decrease : float
-        Least fraction by which the trace falls while the run has not converged.
+        Fraction of the trace at the start; a run has converged if the decrease is less.
     allow_rise : bool
-        Whether a trace that rose has converged.
+        Whether a run has also converged if the trace rose.
     """
     fall = start_trace - end_trace
     return fall < relative_decrease * start_trace and (allow_rise or fall >= 0.0)
@@ -223,10 +236,11 @@ def has_converged(
 def discretize_van_loan(
     model: FilterModel, omega: Floats, sensitivity_factors: Sequence[float] = ()
 ) -> tuple[Floats, Floats]:
-    """Return the exact F and Q of one step at constant body rate.
+    """Return the exact transition matrix and process-noise covariance of one filter step at a
+    constant body rate.
 
-    C. F. Van Loan, Computing integrals involving the matrix exponential, IEEE Transactions on
-    Automatic Control 23 (1978) 395-404.
+    Source: C. F. Van Loan, Computing integrals involving the matrix exponential, IEEE Transactions
+    on Automatic Control 23 (1978) 395-404.
 
     Parameters
     ----------

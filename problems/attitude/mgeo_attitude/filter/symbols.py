@@ -1,4 +1,4 @@
-"""Symbols for code generation: every operation on a symbol writes a line of Python."""
+"""Symbols for code generation: every operation on a symbol writes a line of Python source."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ from mgeo_attitude._typing import Ints
 
 @dataclass(frozen=True, eq=False)
 class Symbol:
-    """Name of a number in generated code; its operators write lines to `code`.
+    """Name of a scalar in generated code. Its arithmetic operators write lines to `code` and return
+    new symbols.
 
-    Products with zero and operations that change nothing write no line. ``np.sqrt`` accepts a
+    Products with zero, sums with zero and products with one write no line. ``np.sqrt`` accepts a
     symbol, as it accepts any object with a ``sqrt`` method.
     """
 
@@ -58,7 +59,7 @@ class Symbol:
 
     def __mul__(self, other: Symbol | float) -> Any:
         if not isinstance(other, (Symbol, float, int)):
-            return NotImplemented  # A vector multiplies its components itself.
+            return NotImplemented  # The other operand, such as a Vec3, then multiplies itself.
         if _is_equal(other, 0.0):
             return 0.0
         return (
@@ -77,14 +78,16 @@ class Symbol:
         return self.code.define(f"sqrt({self.name})")
 
     def choose(self, bound: float | Symbol, yes: float | Symbol, no: float | Symbol) -> Symbol:
-        """Return a symbol for `yes` if this symbol is at least `bound`, else for `no`."""
-        text = f"{_format_operand(yes)} if {self.name} >= {_format_operand(bound)} else {_format_operand(no)}"
-        return self.code.define(text)
+        """Return a symbol whose value is `yes` if this symbol is at least `bound`, and `no`
+        otherwise.
+        """
+        condition = f"{self.name} >= {_format_operand(bound)}"
+        return self.code.define(f"{_format_operand(yes)} if {condition} else {_format_operand(no)}")
 
 
 @dataclass(frozen=True)
 class Index:
-    """Loop variable of generated code, of which only the bounds are known."""
+    """Loop variable of generated code, with the range of its values."""
 
     text: str
     low: int
@@ -99,14 +102,16 @@ class Index:
 
 @dataclass
 class Code:
-    """Generated lines: assignments to names and workspace slots ``W[k]``, and loops over them."""
+    """Generated source: assignments to names and to workspace slots ``W[k]``, and loops over
+    assignments.
+    """
 
     lines: list[str] = field(default_factory=list)
     depth: int = 0
 
     @property
     def text(self) -> str:
-        """Source without the assignments that no stored value depends on."""
+        """Generated source, without assignments to names that are never used."""
         used: set[str] = set()
         lines = []
         for line in reversed(self.lines):
@@ -117,14 +122,16 @@ class Code:
         return "\n".join(reversed(lines))
 
     def define(self, expression: str) -> Symbol:
-        """Assign an expression to a new name and return its symbol."""
+        """Write an assignment of an expression to a new name, and return the symbol of the name."""
         name = f"t{len(self.lines)}"
         self._write(f"{name} = {expression}")
         return Symbol(name, self)
 
     @contextmanager
     def loop(self, start: int | Index, stop: int | Index, step: int = 1) -> Iterator[Index]:
-        """Write the lines of the ``with`` block, at least one, into a loop over a range."""
+        """Context manager that writes the lines of its ``with`` block, at least one line, into a
+        loop over a range.
+        """
         name = f"i{len(self.lines)}"
         self._write(f"for {name} in range({start}, {stop}, {step}):")
         self.depth += 1
@@ -149,9 +156,9 @@ class Code:
 
 @dataclass(frozen=True)
 class Triangle:
-    """Lower triangle of a symmetric matrix, row by row, in workspace slots from `first` on.
+    """Lower triangle of a symmetric matrix in workspace slots, row by row, from slot `first` on.
 
-    An equal number of slots from `scratch` on is free for loops (`covariance.py`).
+    As many slots, from `scratch` on, are free for intermediate values of loops (`covariance.py`).
     """
 
     code: Code
@@ -165,7 +172,7 @@ class Triangle:
         self.code.store(self._entry_slot(*index), value)
 
     def lower_entry(self, i: int | Index, j: int | Index) -> Symbol:
-        """Return entry (i, j) of the lower triangle; requires i >= j."""
+        """Return the symbol of entry (i, j) in the lower triangle, where i is at least j."""
         return self.code.slot(self._lower_slot(i, j))
 
     def _entry_slot(self, i: int | Index, j: int | Index) -> int | str:
@@ -184,17 +191,19 @@ class Triangle:
 
 @cache
 def triangle_indices(n: int) -> tuple[Ints, Ints]:
-    """Return the rows and columns of the entries of a `Triangle` with n rows, in slot order."""
+    """Return the row indices and the column indices of the entries of a `Triangle` with n rows, in
+    slot order.
+    """
     return np.tril_indices(n)
 
 
 def count_slots(n: int) -> int:
-    """Return the number of slots of a `Triangle` with n rows."""
+    """Return the number of workspace slots of a `Triangle` with n rows."""
     return n * (n + 1) // 2
 
 
 def slot_index(i: int, j: int) -> int:
-    """Return the slot of entry (i, j) of a `Triangle`."""
+    """Return the slot of entry (i, j) of a `Triangle`, relative to the first slot."""
     row, column = max(i, j), min(i, j)
     return count_slots(row) + column
 

@@ -1,7 +1,8 @@
-"""Numerical inputs of the kernel for several variants of a filter model.
+"""Numerical inputs of the compiled filter for several variants of a model, such as other sensors.
 
-A batch may have as many variants as designs, so functions here do little work per variant and rely
-on cached properties of the model. `thinned` returns a model for approximate derivatives.
+A batch may have as many variants as designs. The functions therefore do little work per variant and
+rely on cached properties of the model. `coarsen_model` returns a fast model for approximate
+derivatives, which the local refinement uses.
 """
 
 from __future__ import annotations
@@ -25,7 +26,9 @@ from mgeo_attitude.sensors.suite import Suite
 
 
 def validate_variants(model: FilterModel, variants: Sequence[FilterModel]) -> None:
-    """Raise ValueError if a variant needs another kernel than the model, and name the property."""
+    """Raise ValueError if a variant cannot use the compiled filter of the model. The message names
+    the first property that differs.
+    """
     for number, variant in enumerate(variants):
         if variant.traits == model.traits:
             continue
@@ -40,57 +43,70 @@ def validate_variants(model: FilterModel, variants: Sequence[FilterModel]) -> No
 
 
 def stack_constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
-    """Return the step constants of each variant, shape (n_variants, n_constants).
+    """Return the numerical constants of a filter step for each variant, shape (n_variants,
+    n_constants).
 
-    The constants are those of `codegen.instrument_constants`, the inverse squares of the monitored
-    required 1-sigmas, and the weights of the trace.
+    The constants are those of `codegen.compute_instrument_constants`, then the inverse squares of
+    the required 1-sigmas, then the weights of the trace.
     """
     states = list(model.monitors.states)
-    required = [[sigma**-2 for sigma in each.required_sigma[states]] for each in variants]
-    weights = [each.weights for each in variants]
-    return np.hstack([[each.instrument_constants for each in variants], required, weights])
+    required = [[sigma**-2 for sigma in variant.required_sigma[states]] for variant in variants]
+    weights = [variant.weights for variant in variants]
+    return np.hstack([[variant.instrument_constants for variant in variants], required, weights])
 
 
 def stack_dynamics(variants: Sequence[FilterModel]) -> tuple[Floats, Floats]:
-    """Return `compute_gyro_dynamics` of each variant, stacked along the first axis."""
-    gyros = {id(each.suite.gyro): each.suite.gyro for each in variants}  # Few gyros are distinct.
+    """Return the dynamics matrices and the process-noise densities of attitude and gyro, stacked
+    along a first axis of variants.
+    """
+    gyros = {
+        id(variant.suite.gyro): variant.suite.gyro for variant in variants
+    }  # Most variants share a gyro.
     dynamics = {key: compute_gyro_dynamics(gyro) for key, gyro in gyros.items()}
-    matrices, densities = zip(*(dynamics[id(each.suite.gyro)] for each in variants), strict=True)
+    matrices, densities = zip(
+        *(dynamics[id(variant.suite.gyro)] for variant in variants), strict=True
+    )
     return np.array(matrices), np.array(densities)
 
 
 @lru_cache(maxsize=1000)
 def compute_gyro_dynamics(gyro: Gyro) -> tuple[Floats, Floats]:
-    """Return the dynamics matrices and the process-noise density of attitude and gyro.
+    """Return the dynamics matrix of attitude and gyro errors, as coefficients of the body rate, and
+    the process-noise density.
 
-    Gauss-Markov processes of sensors do not depend on the rate and are not included.
+    The Gauss-Markov processes of sensors do not depend on the body rate and are not included.
 
     Returns
     -------
     matrices : array, shape (4, n_kinematic, n_kinematic)
-        A at zero rate, and the derivative of A by each component of the rate.
+        Dynamics matrix A at zero rate, and the derivative of A with respect to each component of
+        the rate.
     density : array, shape (n_kinematic,)
         Diagonal of the process-noise density.
     """
-    alone = Suite(gyro, ())
-    rest, *unit = map(alone.dynamics_matrix, np.vstack([np.zeros(3), np.eye(3)]))
-    return np.array([rest, *(matrix - rest for matrix in unit)]), alone.compute_noise_density()
+    suite = Suite(gyro, ())
+    base, *unit_rate_matrices = map(suite.dynamics_matrix, np.vstack([np.zeros(3), np.eye(3)]))
+    return np.array(
+        [base, *(matrix - base for matrix in unit_rate_matrices)]
+    ), suite.compute_noise_density()
 
 
 def compute_initial_values(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
-    """Return covariance, attitude, monitors and trace at the start, with one row per variant."""
+    """Return covariance, attitude, monitored values and trace at the start of a run, as one array
+    with a row per variant.
+    """
     sigma = np.array([each.initial_sigma for each in variants])
     correlation = np.array([each.initial_correlation for each in variants])
     covariance = sigma[:, :, None] * correlation * sigma[:, None, :]
     variances = np.diagonal(covariance, axis1=1, axis2=2)
     weights = np.array([each.weights for each in variants])
     row, column = triangle_indices(model.suite.n_states)
-    watched = bool(model.monitors.states)
+    has_required_sigma = bool(model.monitors.states)
     return np.hstack(
         [
             covariance[:, row, column],
             [each.initial_attitude.ravel() for each in variants],
-            [_compute_initial_monitors(each, watched) for each in variants],
+            [_compute_initial_monitors(each, has_required_sigma) for each in variants],
             np.cumsum(weights * variances, axis=1)[:, -1:],
         ]
     )
@@ -98,26 +114,29 @@ def compute_initial_values(model: FilterModel, variants: Sequence[FilterModel]) 
 
 def _compute_initial_monitors(model: FilterModel, has_required_sigma: bool) -> list[float]:
     values = []
-    still, covariance = np.zeros((1, 3)), model.initial_covariance[None, :3, :3]
-    for limit in model.path_constraints:
-        cone = limit.build_cone()
-        start = model.compute_direction_motion(cone.direction, slice(1)).rotate_to_body(
+    rotation_vectors, covariance = np.zeros((1, 3)), model.initial_covariance[None, :3, :3]
+    for constraint in model.path_constraints:
+        cone = constraint.build_cone()
+        motion = model.compute_direction_motion(cone.direction, slice(1)).rotate_to_body(
             model.initial_attitude[None]
         )
-        at_start = compute_violation(cone, limit.attitude_sigmas, still, start, covariance)[0]
-        values.append(max(-np.pi, at_start))
+        violation = compute_violation(
+            cone, constraint.attitude_sigmas, rotation_vectors, motion, covariance
+        )[0]
+        values.append(max(-np.pi, violation))
     if has_required_sigma:
         values.append(float(np.all(model.initial_sigma <= model.required_sigma)))
     return values
 
 
 def coarsen_model(model: FilterModel, n_merged: int) -> FilterModel:
-    """Return a model with a step `n_merged` times as long and equivalent measurement noise.
+    """Return an approximate model in which `n_merged` filter steps are merged into one, with
+    equivalent measurement noise.
 
-    The 1-sigmas of a sensor are divided by the root of its mean number of available samples in a
-    long step. Steps that remain at the end are dropped. The model itself is returned if it has
-    magnetorquer control or a momentum budget, which have tables of their own, or a sensor without
-    `noise_parameters`.
+    The noise 1-sigmas of a sensor are divided by the square root of its mean number of available
+    samples in a long step. Remaining steps at the end are dropped. The model is returned unchanged
+    if it has magnetorquer control or a momentum budget, which have separate tables, or a sensor
+    without `noise_parameters`.
 
     Parameters
     ----------
@@ -125,21 +144,21 @@ def coarsen_model(model: FilterModel, n_merged: int) -> FilterModel:
     n_merged : int
         Number of steps to merge, at least 1.
     """
-    coarse = not (
+    has_plain_tables = not (
         isinstance(model.slew_limits, MagnetorquerDrive) or model.momentum_budget is not None
     )
-    named = all(sensor.noise_parameters for sensor in model.suite.sensors)
-    n = model.n_steps // n_merged
-    if n_merged == 1 or n < 1 or not (coarse and named):
+    has_noise_parameters = all(sensor.noise_parameters for sensor in model.suite.sensors)
+    n_steps = model.n_steps // n_merged
+    if n_merged == 1 or n_steps < 1 or not (has_plain_tables and has_noise_parameters):
         return model
-    pick = slice(0, n * n_merged + 1, n_merged)
-    samples = model.available[1 : n * n_merged + 1].reshape(n, n_merged, -1)
+    selection = slice(0, n_steps * n_merged + 1, n_merged)
+    samples = model.available[1 : n_steps * n_merged + 1].reshape(n_steps, n_merged, -1)
     has_sample = samples.any(axis=1)
     counts = samples.sum(axis=(0, 1)) / np.maximum(has_sample.sum(axis=0), 1)
     suite = Suite(
         model.suite.gyro,
         tuple(
-            # One reading stands for the mean of the available samples of a long step.
+            # One measurement represents the mean of the available samples of a long step.
             dataclasses.replace(
                 scale_noise(sensor, 1.0 / math.sqrt(max(float(count), 1.0))), sample_interval=None
             )
@@ -148,10 +167,10 @@ def coarsen_model(model: FilterModel, n_merged: int) -> FilterModel:
         model.suite.environment_errors,
     )
     return model.select_samples(
-        pick,
+        selection,
         suite=suite,
         step=n_merged * model.step,
-        # The first sample is unused; its values preserve which sensors the kernel gates.
+        # The first sample is not used. Its values keep `gated`, and so the kernel, unchanged.
         available=np.vstack([~np.array(model.gated, dtype=bool), has_sample]),
         window_steps=max(round(model.window_steps / n_merged), 1),
         use_polynomials=True,

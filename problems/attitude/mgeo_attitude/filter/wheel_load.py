@@ -1,18 +1,18 @@
-"""Momentum and torque of the reaction wheels along plans, compiled.
+"""Compiled computation of the momentum and torque of the reaction wheels along plans.
 
-The attitude follows the plan exactly; wheel dynamics are not simulated. The angular momentum H of
-the satellite changes by external torques only. In body axes H = C (H₀ + D), with the attitude C,
+The attitude follows the plan exactly, and wheel dynamics are not simulated. The angular momentum H
+of the satellite changes by external torques only. In body axes H = C (H₀ + D), with the attitude C,
 the initial momentum H₀ = C₀ᵀ (A h₀ + J ω₀), and D = ∫ Cᵀ T dt of the torques
 T = 3 μ / r⁵ r × J r + m × B. The wheels store A h = H - J ω, and their torque is
-A dh/dt = T - J dω/dt - ω × H. The load of a wheel is its share by the plan alone, plus a margin
-times the magnitude of the contribution of the disturbances T and D.
+A dh/dt = T - J dω/dt - ω × H. The load of a wheel is its share of the undisturbed plan, plus a
+margin factor times the magnitude of the contribution of the disturbances T and D.
 
 Magnetorquers may unload the wheels. Their dipole m = b × τ / |b|² with τ = -H / t, limited to the
 maximum of each coil, is constant in a step and removes the part of H across the field b
-(cross-product law: Camillo & Markley, Journal of Guidance and Control 3 (1980) 563-568; the same
-law controls the body in `maneuvers.drives`). H is measured with wheel speeds and gyro. The load
-then includes the modeled disturbances and the unloading torques, plus the margin less one times the
-magnitude of the disturbances: the unmodeled part is not unloaded.
+(cross-product law: Camillo & Markley, Journal of Guidance and Control 3 (1980) 563-568). The law
+also controls the body in `maneuvers.actuation`. H is measured with wheel speeds and gyro. The load
+then includes the modeled disturbances and the unloading torques, plus the margin factor minus one
+times the magnitude of the disturbances, since the unmodeled part is not unloaded.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from mgeo_attitude.maneuvers.rigid_body import (
 )
 from mgeo_attitude.maneuvers.schedule import Schedule
 
-#: Relative duration of a ramp within a step below which the rate change is instantaneous.
+#: Duration of a ramp, relative to the step, below which the rate change is instantaneous.
 _INSTANT_RAMP_FRACTION = 1e-12
 
 
@@ -48,9 +48,10 @@ def compute_wheel_loads(
     threads: int,
     first_step: int = 0,
 ) -> Floats:
-    """Return the largest momentum [N m s] and torque [N m] of any wheel, shape (n, 2).
+    """Return the largest momentum [N m s] and the largest torque [N m] of any wheel along the plan
+    of each design, shape (n, 2).
 
-    Both ends of every filter step are checked.
+    The loads are evaluated at both ends of each filter step.
 
     Parameters
     ----------
@@ -63,12 +64,12 @@ def compute_wheel_loads(
         Filter step [s].
     threads : int
     first_step : int
-        First step to check.
+        First step whose loads are evaluated.
     """
     loads = np.zeros((len(end_steps), 2))
     wheels = budget.inertia, budget.allocation, budget.null_space_momentum
     start = budget.attitude, budget.rate, budget.momentum, first_step
-    outside = (
+    disturbances = (
         budget.position,
         budget.field,
         budget.residual_dipole,
@@ -79,7 +80,9 @@ def compute_wheel_loads(
 
     def compute_part(part: slice) -> None:
         stretches = plan.rates[part], plan.end_rates[part], plan.starts[part]
-        _compute_loads(stretches, end_steps[part], step, start, wheels, outside, coils, loads[part])
+        _compute_loads(
+            stretches, end_steps[part], step, start, wheels, disturbances, coils, loads[part]
+        )
 
     size = -(-len(end_steps) // threads)
     with ThreadPoolExecutor(threads) as pool:
@@ -89,7 +92,9 @@ def compute_wheel_loads(
 
 @helper
 def compute_gravity_gradient(inertia: Floats, position: Floats, out: Floats) -> None:
-    """Compute out ← 3 μ / r⁵ r × J r [N m] for a geocentric position in body axes [m]."""
+    """Write the gravity-gradient torque [N m] at a geocentric position in body axes [m] to
+    `out`.
+    """
     square = position[0] ** 2 + position[1] ** 2 + position[2] ** 2
     multiply_matrix(inertia, position, out)
     cross(position, out, out)
@@ -108,23 +113,23 @@ def compute_gravity_gradient(inertia: Floats, position: Floats, out: Floats) -> 
 def _compute_loads(plan, end_steps, step, start, wheels, disturbances, magnetorquers, loads):  # type: ignore[no-untyped-def]
     rates, end_rates, starts = plan
     inertia = wheels[0]
-    initial_attitude, initial_rate, momentum, first = start
+    initial_attitude, initial_rate, momentum, first_step = start
     position, field, dipole, gradient, margin = disturbances
-    largest, response = magnetorquers
-    unloads = largest[0] > 0.0
+    max_dipole, time_constant = magnetorquers
+    unloads = max_dipole[0] > 0.0
     if unloads:
         margin -= 1.0
-    C, rotation, old = initial_attitude.copy(), np.eye(3), np.eye(3)
+    C, rotation, old_attitude = initial_attitude.copy(), np.eye(3), np.eye(3)
     rate, acceleration = np.zeros(3), np.zeros(3)
     torque, magnetic, vector = np.zeros(3), np.zeros(3), np.zeros(3)
-    impulse, now, last = np.zeros(3), np.zeros(3), np.zeros(3)
-    own, extra, room = np.zeros(3), np.zeros(3), np.zeros((4, 3))
-    dipole_held, modeled, unloaded = np.zeros(3), np.zeros(3), np.zeros(3)
+    impulse, inertial_torque, last_inertial_torque = np.zeros(3), np.zeros(3), np.zeros(3)
+    body_momentum, extra_momentum, scratch = np.zeros(3), np.zeros(3), np.zeros((4, 3))
+    applied_dipole, modeled_torque, unloaded = np.zeros(3), np.zeros(3), np.zeros(3)
     for i in range(len(end_steps)):
         assign_matrix(initial_attitude, C)
         assign(initial_rate, rate)
         for a in range(3):
-            impulse[a] = dipole_held[a] = unloaded[a] = 0.0
+            impulse[a] = applied_dipole[a] = unloaded[a] = 0.0
         m, n_stretches = -1, starts.shape[1]
         for k in range(end_steps[i] + 1):
             multiply_matrix(C, position[k], vector)
@@ -133,56 +138,76 @@ def _compute_loads(plan, end_steps, step, start, wheels, disturbances, magnetorq
             cross(dipole, vector, magnetic)
             for a in range(3):
                 torque[a] = gradient * torque[a] + magnetic[a]
-            multiply_matrix(C.T, torque, now)
+            multiply_matrix(C.T, torque, inertial_torque)
             if k > 0:
                 for a in range(3):
-                    impulse[a] += 0.5 * step * (last[a] + now[a])
-            assign(now, last)
-            multiply_matrix(C, momentum, own)
-            multiply_matrix(C, impulse, extra)
-            if unloads:  # Trapezoidal rule: the second half of the impulse of the last step.
-                _apply_dipole(dipole_held, vector, C, 0.5 * step, magnetic, unloaded)
-                multiply_matrix(C, unloaded, modeled)
+                    impulse[a] += 0.5 * step * (last_inertial_torque[a] + inertial_torque[a])
+            assign(inertial_torque, last_inertial_torque)
+            multiply_matrix(C, momentum, body_momentum)
+            multiply_matrix(C, impulse, extra_momentum)
+            if unloads:  # Trapezoidal rule: add the second half of the impulse of the last step.
+                _apply_dipole(applied_dipole, vector, C, 0.5 * step, magnetic, unloaded)
+                multiply_matrix(C, unloaded, modeled_torque)
                 for a in range(3):
-                    own[a] += extra[a] + modeled[a]
-                    modeled[a] = torque[a] + magnetic[a]
+                    body_momentum[a] += extra_momentum[a] + modeled_torque[a]
+                    modeled_torque[a] = torque[a] + magnetic[a]
             if k > 0:
                 assign(end_rates[i, m], rate)
-            if k > first:  # Check the load at the end of the last step.
+            if k > first_step:  # Evaluate the load at the end of the last step.
                 _update_maxima(
-                    rate, acceleration, own, extra, torque, modeled, wheels, margin, room, loads[i]
+                    rate,
+                    acceleration,
+                    body_momentum,
+                    extra_momentum,
+                    torque,
+                    modeled_torque,
+                    wheels,
+                    margin,
+                    scratch,
+                    loads[i],
                 )
-            if unloads:  # The first half of the impulse of the next step.
+            if unloads:  # Add the first half of the impulse of the next step.
                 for a in range(3):
-                    modeled[a] = -own[a] / response
-                limit_dipole(vector, modeled, largest, dipole_held)
-                _apply_dipole(dipole_held, vector, C, 0.5 * step, magnetic, unloaded)
+                    modeled_torque[a] = -body_momentum[a] / time_constant
+                limit_dipole(vector, modeled_torque, max_dipole, applied_dipole)
+                _apply_dipole(applied_dipole, vector, C, 0.5 * step, magnetic, unloaded)
                 for a in range(3):
-                    modeled[a] = torque[a] + magnetic[a]
+                    modeled_torque[a] = torque[a] + magnetic[a]
             if k == end_steps[i]:
                 break
             before = m
             while m + 1 < n_stretches and starts[i, m + 1] <= k:
                 m += 1
-            if m > before:  # The next step has another rate.
+            if m > before:  # The rate changes at this step.
                 assign_matrix(compute_step_rotation(rates[i, m], step), rotation)
                 if not _compute_acceleration(
                     rate, rates[i, m], end_rates[i, m], step, acceleration
                 ):
                     assign(rates[i, m], rate)
-            if k == first or (m > before and k > first):
+            if k == first_step or (m > before and k > first_step):
                 _update_maxima(
-                    rate, acceleration, own, extra, torque, modeled, wheels, margin, room, loads[i]
+                    rate,
+                    acceleration,
+                    body_momentum,
+                    extra_momentum,
+                    torque,
+                    modeled_torque,
+                    wheels,
+                    margin,
+                    scratch,
+                    loads[i],
                 )
-            assign_matrix(C, old)
+            assign_matrix(C, old_attitude)
             for a in range(3):
-                multiply_matrix(rotation, old[:, a], vector)
+                multiply_matrix(rotation, old_attitude[:, a], vector)
                 assign(vector, C[:, a])
 
 
 @helper
 def _apply_dipole(dipole, b, C, time, torque, unloaded):  # type: ignore[no-untyped-def]
-    """Compute torque ← m × b in body axes and add its impulse over `time` to `unloaded` in GCRS."""
+    """Write the torque of a magnetic dipole in body axes to `torque`, and add its impulse over
+    `time`, in GCRS, to `unloaded`.
+    """
     cross(dipole, b, torque)
     for a in range(3):
         for c in range(3):
@@ -202,11 +227,12 @@ def _update_maxima(  # type: ignore[no-untyped-def]
     scratch,
     maxima,
 ):
-    """Raise `maxima` to the momentum and torque of the most loaded wheel, if those are larger.
+    """Update `maxima` with the momentum and torque of the most loaded wheel, if they are larger.
 
-    `body_momentum` is the satellite's momentum in body axes and `modeled_torque` the modeled torque. `extra_momentum` and
-    `torque` are the momentum and torque of the disturbances, which count with their magnitude.
-    `scratch`, shape (4, 3), is scratch space, because an allocation would double the run time.
+    `body_momentum` is the momentum of the satellite in body axes, and `modeled_torque` the modeled
+    torque. `extra_momentum` and `torque` are the momentum and torque of the disturbances, of which
+    the magnitude is added. `scratch`, shape (4, 3), is allocated by the caller, since an allocation
+    would double the run time.
     """
     inertia, allocation, circulating = wheels
     spin, inertial_torque, gyroscopic, gyroscopic_extra = (
@@ -220,23 +246,29 @@ def _update_maxima(  # type: ignore[no-untyped-def]
     cross(rate, body_momentum, gyroscopic)
     cross(rate, extra_momentum, gyroscopic_extra)
     for row in range(len(allocation)):
-        momentum, disturbance_momentum, effort, disturbance_torque = circulating[row], 0.0, 0.0, 0.0
+        momentum, disturbance_momentum, wheel_torque, disturbance_torque = (
+            circulating[row],
+            0.0,
+            0.0,
+            0.0,
+        )
         for a in range(3):
             share = allocation[row, a]
             momentum += share * (body_momentum[a] - spin[a])
             disturbance_momentum += share * extra_momentum[a]
-            effort += share * (inertial_torque[a] + gyroscopic[a] - modeled_torque[a])
+            wheel_torque += share * (inertial_torque[a] + gyroscopic[a] - modeled_torque[a])
             disturbance_torque += share * (torque[a] - gyroscopic_extra[a])
         maxima[0] = max(maxima[0], abs(momentum) + margin * abs(disturbance_momentum))
-        maxima[1] = max(maxima[1], abs(effort) + margin * abs(disturbance_torque))
+        maxima[1] = max(maxima[1], abs(wheel_torque) + margin * abs(disturbance_torque))
 
 
 @helper
 def _compute_acceleration(before, mean, end, step, out):  # type: ignore[no-untyped-def]
-    """Compute the angular acceleration of a step [rad/s²]; return whether the step contains a ramp.
+    """Write the angular acceleration of a step [rad/s²] to `out`, and return True if the step
+    contains a ramp.
 
-    The rate changes linearly from `before` to `end` in a fraction p of the step, so that the mean
-    rate is at 1 - p / 2 of the change.
+    The rate changes linearly from `before` to `end` in a fraction p of the step. The mean rate of
+    the step therefore has 1 - p / 2 of the change.
     """
     out[0] = out[1] = out[2] = 0.0
     change, moved = 0.0, 0.0

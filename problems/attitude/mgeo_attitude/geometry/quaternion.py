@@ -1,4 +1,4 @@
-"""Quaternions and body rates in the convention of CCSDS 504.0-B-2, annex F."""
+"""Attitude quaternions and body rates in the convention of CCSDS 504.0-B-2, annex F."""
 
 from __future__ import annotations
 
@@ -9,28 +9,31 @@ from mgeo_attitude._typing import Floats
 
 
 def quaternions_from_matrices(matrices: Floats) -> Floats:
-    """Convert GCRS-to-body matrices to quaternions "from GCRF to body", vector part first.
+    """Convert GCRS-to-body matrices to attitude quaternions, vector part first, shape (n, 4).
 
-    The quaternion (e sin(φ/2), cos(φ/2)) belongs to the rotation by φ about e that takes the GCRF
-    axes to the body axes. Its matrix is the transpose of the matrix that transforms coordinates.
-    The scalar part is not negative.
+    The quaternion (e sin(φ/2), cos(φ/2)) represents the rotation by φ about e that rotates the GCRF
+    axes to the body axes. The matrix of this rotation is the transpose of the matrix that
+    transforms coordinates. The scalar part is not negative.
 
     Parameters
     ----------
     matrices : array, shape (n, 3, 3)
+        GCRS-to-body matrices.
 
     Returns
     -------
     array, shape (n, 4)
+        Quaternions from GCRF to body, vector part first.
     """
     q: Floats = Rotation.from_matrix(np.swapaxes(matrices, -1, -2)).as_quat()
     return q * _compute_signs(q)[:, None]
 
 
 def interpolate_quaternions(times: Floats, matrices: Floats, output_times: Floats) -> Floats:
-    """Interpolate an attitude history to quaternions at given times, without sign jumps.
+    """Return attitude quaternions at given times, interpolated from an attitude history.
 
-    The body rate is constant between samples. The first scalar part is not negative.
+    The body rate is constant between samples. The scalar part of the first quaternion is not
+    negative, and the sign does not jump between output times.
 
     Parameters
     ----------
@@ -38,7 +41,7 @@ def interpolate_quaternions(times: Floats, matrices: Floats, output_times: Float
         Sample times [s].
     matrices : array, shape (n, 3, 3)
         GCRS-to-body matrices, less than 180 degrees apart.
-    at : array, shape (k,)
+    output_times : array, shape (k,)
         Output times [s].
 
     Returns
@@ -53,14 +56,16 @@ def interpolate_quaternions(times: Floats, matrices: Floats, output_times: Float
 
 
 def interpolate_body_rates(times: Floats, matrices: Floats, output_times: Floats) -> Floats:
-    """Return body rates [rad/s] at given times of a constant-rate maneuver or ramp, shape (k, 3).
+    """Return body rates [rad/s] at given times, shape (k, 3), from the attitude history of a
+    constant-rate maneuver or ramp.
 
-    The rate between two samples applies at the middle of the interval. Other times are interpolated
-    or extrapolated linearly, which is exact for a ramp.
+    The mean rate between two samples is assigned to the middle of the interval. The rates at other
+    times are interpolated or extrapolated linearly, which is exact for a constant rate and for a
+    ramp.
 
     Parameters
     ----------
-    times, matrices, at
+    times, matrices, output_times
         See `interpolate_quaternions`.
     """
     from scipy.interpolate import make_interp_spline  # This import takes long.
@@ -75,7 +80,10 @@ def interpolate_body_rates(times: Floats, matrices: Floats, output_times: Floats
 
 
 def quaternion_derivatives(q: Floats, rates: Floats) -> Floats:
-    """Return the time derivatives ½ q ⊗ (ω, 0) of quaternions [1/s], shape (k, 4).
+    """Return the time derivatives of attitude quaternions [1/s], shape (k, 4), for given body
+    rates.
+
+    The derivative is ½ q ⊗ (ω, 0).
 
     Parameters
     ----------
@@ -90,9 +98,10 @@ def quaternion_derivatives(q: Floats, rates: Floats) -> Floats:
 
 
 def _compute_signs(q: Floats) -> Floats:
-    """Return the sign, ±1, of the scalar part, or of the first other nonzero component.
+    """Return the sign of the scalar part of each quaternion, or of the next nonzero component if
+    the scalar part is zero.
 
-    A threshold makes the choice for half turns independent of rounding.
+    With a threshold, the sign at a rotation by 180 degrees does not depend on rounding.
     """
     order = q[:, [3, 0, 1, 2]]
     first = np.argmax(np.abs(order) > 1e-9, axis=1)

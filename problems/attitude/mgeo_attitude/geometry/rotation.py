@@ -4,13 +4,14 @@ A vector g represents the rotation by 2 arctan(|g| / 2) about g,
 
     R(g) = I + ([g×] + ½ [g×]²) / (1 + |g|² / 4).
 
-g is twice the Gibbs vector, as in multiplicative attitude filters (F. L. Markley, Attitude Error
-Representations for Kalman Filtering, Journal of Guidance, Control, and Dynamics 26 (2003) 311-317).
-It equals the rotation vector up to third order, and R(g) needs no root or sine.
+The vector g is twice the Gibbs vector, as in multiplicative attitude filters (F. L. Markley,
+Attitude Error Representations for Kalman Filtering, Journal of Guidance, Control, and Dynamics 26
+(2003) 311-317). It equals the rotation vector up to third order, and R(g) needs no square root or
+sine.
 
-The functions `rotate`, `cross`, `shear`, `dot` and `direction`, from which sensor models are built,
-accept arrays of vectors, shape (..., 3), and `estimation.taylor.Taylor`. Functions for many
-rotations use matrices of arrays, shape (3, 3, ...).
+The functions `rotate`, `cross`, `shear`, `dot` and `normalize`, from which sensor models are built,
+accept arrays of vectors, shape (..., 3), and `estimation.taylor.Taylor`. The functions for many
+rotations have the matrix axes first, shape (3, 3, ...).
 """
 
 from __future__ import annotations
@@ -23,36 +24,42 @@ from mgeo_attitude._typing import Floats
 
 
 def cross(a: Any, b: Any) -> Any:
-    """Return the cross product a × b."""
+    """Return the cross product a × b of vectors, shape (..., 3)."""
     following, last = [1, 2, 0], [2, 0, 1]
     return a[..., following] * b[..., last] - a[..., last] * b[..., following]
 
 
 def shear(a: Any, b: Any) -> Any:
-    """Return (a_y b_z + a_z b_y, a_z b_x + a_x b_z, a_x b_y + a_y b_x), shape (..., 3)."""
+    """Return N(a) b, shape (..., 3), where N(a) is the symmetric matrix with zero diagonal and the
+    components of a beside the diagonal.
+
+    The product is (a_y b_z + a_z b_y, a_z b_x + a_x b_z, a_x b_y + a_y b_x).
+    """
     following, last = [1, 2, 0], [2, 0, 1]
     return a[..., following] * b[..., last] + a[..., last] * b[..., following]
 
 
 def dot(a: Any, b: Any) -> Any:
-    """Return the scalar product a · b, shape (..., 1)."""
+    """Return the scalar product of vectors, with the last axis kept, shape (..., 1)."""
     product = a * b
     return product[..., :1] + product[..., 1:2] + product[..., 2:]
 
 
 def euclidean_norm(v: Any) -> Any:
-    """Return the Euclidean length of v, shape (..., 1)."""
+    """Return the Euclidean norm of vectors, with the last axis kept, shape (..., 1)."""
     square = dot(v, v)
     return np.sqrt(square) if isinstance(square, np.ndarray) else square.sqrt()
 
 
 def normalize(v: Any) -> Any:
-    """Return the unit vector along v."""
+    """Return the unit vectors along vectors, shape (..., 3)."""
     return v / euclidean_norm(v)
 
 
 def rotate(g: Any, v: Any) -> Any:
-    """Rotate v by g, as R(g) v; g may also be a function that rotates a vector."""
+    """Rotate a vector v by the rotation R(g) that the vector g represents. A function that rotates
+    vectors may be given instead of g.
+    """
     if callable(g):
         return g(v)
     once = cross(g, v)
@@ -60,28 +67,31 @@ def rotate(g: Any, v: Any) -> Any:
 
 
 def unrotate(g: Floats, v: Floats) -> Floats:
-    """Rotate v by the inverse of g, as R(g)ᵀ v."""
+    """Rotate a vector v by the inverse of the rotation R(g) that the vector g represents."""
     rotated: Floats = rotate(-g, v)
     return rotated
 
 
 def perpendicular_axes(axis: Floats) -> Floats:
-    """Return two unit vectors, shape (2, 3), that complete `axis` to a right-handed frame."""
+    """Return two unit vectors, shape (2, 3), that form a right-handed frame together with
+    `axis`.
+    """
     first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     first /= np.linalg.norm(first)
     return np.array([first, np.cross(axis, first)])
 
 
 def build_frame(axis: Floats) -> Floats:
-    """Return a right-handed frame with `axis` as the z-axis, one axis per row, shape (3, 3)."""
+    """Return a right-handed frame whose z axis is `axis`, with one axis per row, shape (3, 3)."""
     y, minus_x = perpendicular_axes(axis)
     return np.array([-minus_x, y, axis])
 
 
 def tangent_vectors(v: Floats) -> tuple[Floats, Floats]:
-    """Return unit vectors t and u with t × u = v for unit vectors v, shape (..., 3).
+    """Return two unit vectors t and u perpendicular to each unit vector v, with t × u = v, both of
+    shape (..., 3).
 
-    T. Duff and others, Building an orthonormal basis, revisited, Journal of Computer Graphics
+    Source: T. Duff et al., Building an orthonormal basis, revisited, Journal of Computer Graphics
     Techniques 6 (2017) 1-8.
     """
     x, y, z = np.moveaxis(v, -1, 0)
@@ -93,13 +103,13 @@ def tangent_vectors(v: Floats) -> tuple[Floats, Floats]:
 
 
 def multiply(A: Floats, B: Floats) -> Floats:
-    """Multiply matrices of arrays, shapes (i, k, ...) and (k, j, ...)."""
+    """Multiply matrices whose matrix axes come first, shapes (i, k, ...) and (k, j, ...)."""
     product: Floats = np.einsum("ik...,kj...->ij...", A, B)
     return product
 
 
 def skew(v: Floats) -> Floats:
-    """Return the cross-product matrix [v×], shape (3, 3, ...), of v, shape (3, ...)."""
+    """Return the cross-product matrix [v×], shape (3, 3, ...), of vectors v, shape (3, ...)."""
     product = np.zeros((3, *v.shape))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         product[j, i] = v[k]
@@ -108,7 +118,7 @@ def skew(v: Floats) -> Floats:
 
 
 def rotation_matrix(g: Floats) -> Floats:
-    """Convert g, shape (3, ...), to the rotation matrix R(g), shape (3, 3, ...)."""
+    """Return the rotation matrix R(g), shape (3, 3, ...), of a vector g, shape (3, ...)."""
     quarter = 0.25 * (g * g).sum(axis=0)
     rotation = skew(g) + 0.5 * g[:, None] * g
     for i in range(3):
@@ -118,14 +128,16 @@ def rotation_matrix(g: Floats) -> Floats:
 
 
 def rotation_vector(R: Floats) -> Floats:
-    """Convert a rotation matrix to the vector g with R(g) = R."""
+    """Return the vector g, shape (3, ...), of a rotation matrix R(g), shape (3, 3, ...)."""
     g: Floats = np.stack([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     g *= 2.0 / (1.0 + R[0, 0] + R[1, 1] + R[2, 2])
     return g
 
 
 def rotation_jacobian(g: Floats) -> Floats:
-    """Derivative of the vector of R(g) R(e) by e at e = 0, shape (3, 3, ...), of g, (3, ...)."""
+    """Return the derivative of the vector of the product R(g) R(e) with respect to a small rotation
+    e, shape (3, 3, ...).
+    """
     derivative = 0.5 * skew(g) + 0.25 * g[:, None] * g
     for i in range(3):
         derivative[i, i] += 1.0
@@ -133,6 +145,8 @@ def rotation_jacobian(g: Floats) -> Floats:
 
 
 def exponential_map(phi: Floats) -> Floats:
-    """Return the rotation matrix exp([φ×]) of a rotation vector φ [rad], shape (3, ...)."""
+    """Return the rotation matrix exp([φ×]), shape (3, 3, ...), of a rotation vector φ [rad], shape
+    (3, ...).
+    """
     half = 0.5 * np.sqrt((phi * phi).sum(axis=0))
     return rotation_matrix(phi * np.sinc(half / np.pi) / np.cos(half))

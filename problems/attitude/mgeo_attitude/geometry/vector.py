@@ -12,17 +12,18 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Vec3:
-    """3-vector whose components need only ``+``, ``-`` and ``*``.
+    """3-vector whose components may have any type with ``+``, ``-`` and ``*``, such as numbers,
+    arrays or symbols.
 
-    Error models are written with this class, so that the same code evaluates numbers and generates
-    the filter kernel from symbols.
+    Sensor error models use this class, so that the same code evaluates numbers and generates the
+    source of the filter step from symbols.
     """
 
     x: Any
     y: Any
     z: Any
 
-    __array_ufunc__ = None  # NumPy then leaves array * Vec3 to `__rmul__`.
+    __array_ufunc__ = None  # NumPy then delegates array * Vec3 to `__rmul__`.
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.x, self.y, self.z))
@@ -41,42 +42,43 @@ class Vec3:
 
 
 def cross(a: Vec3, b: Vec3) -> Vec3:
-    """Return the cross product a × b."""
     return Vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
 
 def dot(a: Vec3, b: Vec3) -> Any:
-    """Return the scalar product a · b."""
     return a.x * b.x + a.y * b.y + a.z * b.z
 
 
 def unit_vector(direction: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return the unit vector along a nonzero direction."""
+    """Scale three components of a nonzero direction to a unit vector, as a tuple."""
     length = math.hypot(*direction)
     x, y, z = (component / length for component in direction)
     return (x, y, z)
 
 
 def componentwise_product(a: Vec3, b: Vec3) -> Vec3:
-    """Return the component-wise product diag(a) b."""
     return Vec3(a.x * b.x, a.y * b.y, a.z * b.z)
 
 
 def shear(a: Vec3, b: Vec3) -> Vec3:
-    """Return N(a) b = (a_y b_z + a_z b_y, a_z b_x + a_x b_z, a_x b_y + a_y b_x).
+    """Return N(a) b, where N(a) is the symmetric matrix with zero diagonal and the components of a
+    beside the diagonal.
 
-    N(a) is the symmetric counterpart of the cross-product matrix [a×].
+    N(a) is the symmetric counterpart of the cross-product matrix [a×], with N(a) b = (a_y b_z + a_z
+    b_y, a_z b_x + a_x b_z, a_x b_y + a_y b_x).
     """
     return Vec3(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)
 
 
 def choose(value: Any, bound: Any, yes: Any, no: Any) -> Any:
-    """Return `yes` where a value is at least `bound`, else `no`."""
+    """Return `yes` where a value is at least `bound`, and `no` elsewhere, for numbers, arrays or
+    symbols.
+    """
     if isinstance(value, float | np.ndarray):
         return np.where(value >= bound, yes, no)
     return value.choose(bound, yes, no)
 
 
 def maximum(a: Any, b: Any) -> Any:
-    """Return the larger of a symbol or array and another number."""
+    """Return the element-wise maximum of a number, array or symbol and another number."""
     return choose(a, b, a, b)

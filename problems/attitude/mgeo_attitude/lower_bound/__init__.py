@@ -1,1 +1,1 @@
-"""Lower bounds of the covariance over all maneuver plans, as functions of time."""
+"""Lower bounds of the covariance over all maneuver plans of a scenario, as functions of time."""

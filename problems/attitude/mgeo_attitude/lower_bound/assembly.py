@@ -1,4 +1,7 @@
-"""Lower bound of a scenario, equations (20) to (29), and the relaxations behind it."""
+"""Lower bound of the covariance over all plans of a scenario, and the relaxations behind the bound.
+
+The equations (20) to (29) are those of docs/theory.md.
+"""
 
 from __future__ import annotations
 
@@ -37,10 +40,10 @@ from mgeo_attitude.sensors.suite import Suite
 
 
 def compute_lower_bound(scenario: Scenario, model: FilterModel | None = None) -> LowerBound:
-    """Return lower bounds of the covariance over all plans of a scenario, as functions of time.
+    """Return curves over time of the covariance that no plan of a scenario can undercut.
 
-    At each time the bound holds for every attitude history at rates that maneuvers may have, or at
-    any rate with magnetorquer control. Plans are nominal, without execution errors.
+    At each time the bound holds for every attitude history whose body rates are within the limits
+    of the maneuvers, or at any rate with magnetorquer control. Plans are executed without errors.
 
     Parameters
     ----------
@@ -55,9 +58,9 @@ def compute_lower_bound(scenario: Scenario, model: FilterModel | None = None) ->
 
     Examples
     --------
-    >>> from mgeo_attitude import Scenario, limit
-    >>> curves = limit(Scenario.paper())
-    >>> curves.trace[[600, 1800]].round(8)
+    >>> from mgeo_attitude import Scenario, compute_lower_bound
+    >>> bound = compute_lower_bound(Scenario.paper())
+    >>> bound.trace[[600, 1800]].round(8)
     array([1.919e-05, 6.100e-06])
     """
     model = FilterModel.from_scenario(scenario) if model is None else model
@@ -68,15 +71,15 @@ def _assemble_lower_bound(
     scenario: Scenario, model: FilterModel, information: SampleInformation
 ) -> LowerBound:
     prior = _invert_initial_covariance(model)
-    greatest = np.radians(scenario.maneuvers.max_rate_deg_s)
-    rates = np.maximum(greatest, np.abs(model.initial_rate))
+    max_rate = np.radians(scenario.maneuvers.max_rate_deg_s)
+    max_rates = np.maximum(max_rate, np.abs(model.initial_rate))
     bounds = dict(_bound_inertial(model, information, prior))
-    free = scenario.is_magnetorquer_driven  # Magnetorquers release the body after a slew.
-    bounds |= dict(_bound_gyro(model, information, prior, rates, free))
+    is_rate_free = scenario.is_magnetorquer_driven  # Magnetorquers do not limit the rate.
+    bounds |= dict(_bound_gyro(model, information, prior, max_rates, is_rate_free))
     bounds |= dict(_bound_sensors(model, information, prior))
-    angle = np.pi if free else float(np.linalg.norm(rates)) * model.step
-    for name, total in _bound_common_modes(model, information, prior, angle):
-        bounds[name] = bounds[name].raise_to_sum(total)
+    max_angle = np.pi if is_rate_free else float(np.linalg.norm(max_rates)) * model.step
+    for name, variance_sum in _bound_common_modes(model, information, prior, max_angle):
+        bounds[name] = bounds[name].raise_to_sum(variance_sum)
     bounds |= dict(_bound_considered(model))
     return assemble_bounds(scenario, model, bounds, list_relaxations(scenario, model, information))
 
@@ -84,34 +87,45 @@ def _assemble_lower_bound(
 def _bound_inertial(
     model: FilterModel, information: SampleInformation, prior: Floats
 ) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield joint bounds of the blocks with attitude-independent information, equation (22)."""
+    """Yield the bound of each error fixed in inertial axes, including the attitude, from the joint
+    information of all sensors.
+
+    See equation (22) of docs/theory.md.
+    """
     suite, names = model.suite, information.inertial_blocks
-    places = np.concatenate([_list_block_states(suite, name) for name in names])
-    axes = np.eye(len(places))
+    indices = np.concatenate([_list_block_states(suite, name) for name in names])
+    axes = np.eye(len(indices))
     axes[:3, :3] = model.initial_attitude
-    start = np.linalg.inv(axes.T @ prior[np.ix_(places, places)] @ axes)
-    walks = suite.compute_noise_density()[:3] * model.step
-    decay, noise = np.repeat([(1.0, walks.min())], 3 * len(names), axis=0).T
+    start = np.linalg.inv(axes.T @ prior[np.ix_(indices, indices)] @ axes)
+    walk_variances = suite.compute_noise_density()[:3] * model.step
+    decay, noise = np.repeat([(1.0, walk_variances.min())], 3 * len(names), axis=0).T
     for i, name in enumerate(names[1:], start=1):
-        own = slice(3 * i, 3 * i + 3)
-        decay[own], noise[own] = suite.processes[name].discretize(model.step)
+        states = slice(3 * i, 3 * i + 3)
+        decay[states], noise[states] = suite.processes[name].discretize(model.step)
     covariances = run_covariance_recursion(start, decay, noise, information.joint)
     for i, name in enumerate(names):
-        own = slice(3 * i, 3 * i + 3)
-        block = bounds_from_covariances(covariances[:, own, own])
-        if name == "attitude":  # Body axes may share the variance evenly.
+        states = slice(3 * i, 3 * i + 3)
+        block = bounds_from_covariances(covariances[:, states, states])
+        if name == "attitude":  # The body axes may have equal shares of the variance.
             block = block._replace(max_variance=block.variance_sum / 3.0)
-            if information.anisotropic_sensors or np.ptp(walks):
+            if information.anisotropic_sensors or np.ptp(walk_variances):
                 block = block.combine_with(
                     _bound_by_mean(
-                        information.attitude_trace, prior[:3, :3], 1.0, harmonic_mean(walks)
+                        information.attitude_trace,
+                        prior[:3, :3],
+                        1.0,
+                        harmonic_mean(walk_variances),
                     )
                 )
         yield name, block
 
 
 def _bound_by_mean(traces: Floats, prior: Floats, decay: float, noise: float) -> BlockBounds:
-    """Bound a 3-vector by a recursion of the mean eigenvalue, from traces alone, equation (24)."""
+    """Bound the variances of a 3-vector by a filter recursion of the mean eigenvalue, which needs
+    only the trace of the information.
+
+    See equation (24) of docs/theory.md.
+    """
     start = np.array([[3.0 / np.trace(prior)]])
     variances = run_covariance_recursion(
         start, np.array([decay]), np.array([noise]), traces[:, None, None] / 3.0
@@ -120,7 +134,7 @@ def _bound_by_mean(traces: Floats, prior: Floats, decay: float, noise: float) ->
 
 
 def harmonic_mean(values: Floats) -> float:
-    """Return the harmonic mean of noise densities.
+    """Return the harmonic mean of the noise densities of the axes.
 
     Isotropic noise of this density gives the same total information as the anisotropic noise.
     """
@@ -134,30 +148,44 @@ def _bound_gyro(
     max_rates: Floats,
     is_rate_free: bool,
 ) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield bounds of the gyro errors, equations (25) and (26)."""
+    """Yield the name and the bound of each gyro error.
+
+    See equations (25) and (26) of docs/theory.md.
+    """
     suite, times = Suite(model.suite.gyro, ()), model.times
-    walks, matrices = (
+    noise_densities, matrices = (
         suite.compute_noise_density(),
         np.array(list(map(suite.dynamics_matrix, rate_box_corners(max_rates)))),
     )
-    attitude, walk = prior[:3, :3], harmonic_mean(walks[:3])
+    attitude_information, angle_random_walk = prior[:3, :3], harmonic_mean(noise_densities[:3])
     for name in suite.blocks[1:]:
-        own = _list_block_states(suite, name)
-        gain = float(np.linalg.norm(matrices[:, :3, own], 2, axis=(1, 2)).max())
-        drift = GyroErrorDynamics(gain, -matrices[0][own[0], own[0]], walks[own].min())
-        start = np.inf if prior[:3, own].any() else float(np.trace(attitude))
-        of_own = prior[np.ix_(own, own)]
-        block = bounds_from_eigenvalues(
-            bound_through_attitude(times, drift, of_own, information.attitude_trace, start, walk)
+        states = _list_block_states(suite, name)
+        gain = float(np.linalg.norm(matrices[:, :3, states], 2, axis=(1, 2)).max())
+        drift = GyroErrorDynamics(
+            gain, -matrices[0][states[0], states[0]], noise_densities[states].min()
         )
-        at_any_rate = (matrices[:, :3, own] == matrices[0, :3, own]).all()
+        start = np.inf if prior[:3, states].any() else float(np.trace(attitude_information))
+        block_information = prior[np.ix_(states, states)]
+        block = bounds_from_eigenvalues(
+            bound_through_attitude(
+                times,
+                drift,
+                block_information,
+                information.attitude_trace,
+                start,
+                angle_random_walk,
+            )
+        )
+        at_any_rate = (matrices[:, :3, states] == matrices[0, :3, states]).all()
         if is_rate_free and not at_any_rate:
             raise NoLowerBoundError(
                 f"{name}: no lower bound is known, because its effect on the attitude depends on "
                 "the rate, which magnetorquers do not constrain"
             )
         if at_any_rate:
-            variances = bound_with_known_attitude(times, drift, of_own, walks[:3].min())
+            variances = bound_with_known_attitude(
+                times, drift, block_information, noise_densities[:3].min()
+            )
             block = block.combine_with(bounds_from_eigenvalues(variances))
         yield name, block
 
@@ -165,60 +193,77 @@ def _bound_gyro(
 def _bound_sensors(
     model: FilterModel, information: SampleInformation, prior: Floats
 ) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield bounds of the sensor errors if all other states are known, equation (23)."""
-    for name, samples_tell in information.blocks.items():
-        own = _list_block_states(model.suite, name)
-        start, process = prior[np.ix_(own, own)], model.suite.processes.get(name)
+    """Yield the name and the bound of each sensor error. All other states are assumed known.
+
+    See equation (23) of docs/theory.md.
+    """
+    for name, block_information in information.blocks.items():
+        states = _list_block_states(model.suite, name)
+        start, process = prior[np.ix_(states, states)], model.suite.processes.get(name)
         if process is not None:
             decay, noise = process.discretize(model.step)
             yield (
                 name,
                 _bound_by_mean(
-                    samples_tell.trace, start, decay, harmonic_mean(np.broadcast_to(noise, 3))
+                    block_information.trace, start, decay, harmonic_mean(np.broadcast_to(noise, 3))
                 ),
             )
-        elif samples_tell.matrix is not None:
-            gained = np.cumsum(samples_tell.matrix, axis=0)
-            yield name, bounds_from_covariances(np.linalg.inv(start + gained))
+        elif block_information.matrix is not None:
+            measured = np.cumsum(block_information.matrix, axis=0)
+            yield name, bounds_from_covariances(np.linalg.inv(start + measured))
         else:
-            yield name, bounds_from_information(start, np.cumsum(samples_tell.trace))
+            yield name, bounds_from_information(start, np.cumsum(block_information.trace))
 
 
 def _bound_common_modes(
     model: FilterModel, information: SampleInformation, prior: Floats, max_angle: float
 ) -> Iterator[tuple[str, Floats]]:
-    """Yield bounds of body-fixed errors that look like inertial errors, equation (28)."""
+    """Yield bounds on the variance sums of body-fixed errors that cannot be distinguished from an
+    inertial error at rest.
+
+    See equation (28) of docs/theory.md.
+    """
     suite = model.suite
     if (model.initial_correlation != np.eye(len(prior))).any():
         return
     states = {name: _list_block_states(suite, name) for name in suite.blocks}
-    start = {name: prior[np.ix_(own, own)] for name, own in states.items()}
+    start = {name: prior[np.ix_(indices, indices)] for name, indices in states.items()}
     for name in information.inertial_blocks:
         decay, noise = 1.0, suite.compute_noise_density()[:3] * model.step
         if name != "attitude":
             decay, noise = suite.processes[name].discretize(model.step)
         carrier = Carrier(float(decay), float(np.min(noise)), start[name])
-        looks = [look for look in information.carriers if look.carrier == name]
-        yield from bound_common_modes(name, carrier, looks, start, max_angle)
+        observations = [
+            observation for observation in information.carriers if observation.carrier == name
+        ]
+        yield from bound_common_modes(name, carrier, observations, start, max_angle)
 
 
 def _bound_considered(model: FilterModel) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield the exact covariances of the considered errors, which no plan changes."""
+    """Yield the covariance of each considered error, which is exact because measurements do not
+    change it.
+    """
     suite = model.suite
-    diffusion, start = suite.compute_noise_density(), model.initial_covariance
-    rest = suite.dynamics_matrix(np.zeros(3))
+    noise_density, start = suite.compute_noise_density(), model.initial_covariance
+    dynamics = suite.dynamics_matrix(np.zeros(3))
     for name in suite.considered_blocks:
-        own = _list_block_states(suite, name)
-        varies = own[0] < suite.n_dynamic
-        decay, walk = (-rest[own[0], own[0]], diffusion[own]) if varies else (0.0, np.zeros(3))
-        now = propagate_unobserved(start[np.ix_(own, own)], decay, walk, model.times)
-        yield name, bounds_from_covariances(now)
+        states = _list_block_states(suite, name)
+        is_dynamic = states[0] < suite.n_dynamic
+        decay, block_density = (
+            (-dynamics[states[0], states[0]], noise_density[states])
+            if is_dynamic
+            else (0.0, np.zeros(3))
+        )
+        covariances = propagate_unobserved(
+            start[np.ix_(states, states)], decay, block_density, model.times
+        )
+        yield name, bounds_from_covariances(covariances)
 
 
 def _invert_initial_covariance(model: FilterModel) -> Floats:
-    """Return the inverse of the initial covariance.
+    """Return the inverse of the initial covariance matrix.
 
-    A 3 x 3 block on its diagonal is the information about a 3-vector if all other states are known.
+    A 3 x 3 block on the diagonal is the information about a 3-vector if all other states are known.
     """
     sigma = model.initial_sigma
     return np.linalg.inv(model.initial_correlation) / np.outer(sigma, sigma)
@@ -231,16 +276,18 @@ def _list_block_states(suite: Suite, block: str) -> np.ndarray:
 def list_relaxations(
     scenario: Scenario, model: FilterModel, information: SampleInformation
 ) -> tuple[str, ...]:
-    """Return the relaxations of the lower bound, one line each.
+    """Return one line for each relaxation of the lower bound, such as an ignored field of view.
 
-    A relaxation that applies to every scenario is not listed: the bound of a 3-vector assumes that
-    all other states are known.
+    Each relaxation makes the bound lower than the best plan. The relaxation of every scenario, that
+    the bound of a 3-vector assumes all other states known, is not included.
     """
-    uneven = (
+    anisotropic = (
         *(["gyro"] if has_axis_dependent_noise(model.suite.compute_noise_density()) else []),
         *information.anisotropic_sensors,
     )
-    relaxations = [f"{name}: the noise of every axis is that of the best axis" for name in uneven]
+    relaxations = [
+        f"{name}: the noise of every axis is that of the best axis" for name in anisotropic
+    ]
     diodes = [each.name for each in model.suite.sensors if isinstance(each, Photodiode)]
     if diodes:
         relaxations.append(f"{', '.join(diodes)}: the Sun is in the most informative direction")
@@ -255,10 +302,10 @@ def list_relaxations(
         relaxations.append("considered errors are known in the bounds of other states")
     if len(model.suite.gyro.states()) > 1:
         relaxations.append("rate-dependent gyro errors: any attitude, at the maximum rates")
-    turning = [
+    limits = [
         ("magnetorquers" if scenario.is_magnetorquer_driven else "ramps", model.slew_limits),
         ("path constraints", model.path_constraints),
         ("wheels", scenario.wheels),
     ]
-    relaxations += [f"{name}: ignored, the attitude is free" for name, value in turning if value]
+    relaxations += [f"{name}: ignored, the attitude is free" for name, value in limits if value]
     return tuple(relaxations)

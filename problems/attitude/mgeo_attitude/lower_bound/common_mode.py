@@ -1,9 +1,9 @@
-"""Bounds for body-fixed errors that look like an attitude error or a field error.
+"""Lower bounds of body-fixed errors that resemble an inertial error, such as the attitude error.
 
-A misalignment common to all sensors looks like an attitude error; a bias common to all
-magnetometers looks like a field error. Only rotation of the body separates them, at rates that
-maneuvers allow, while the attitude error drifts with the gyro noise and the field error with its
-own process noise.
+A misalignment common to all sensors has the same effect as an attitude error. A bias common to all
+magnetometers has the same effect as a field error. Only rotation of the body distinguishes the
+errors, at rates that maneuvers allow, while the inertial error changes by its process noise. The
+inertial error is called the carrier.
 """
 
 from __future__ import annotations
@@ -20,16 +20,18 @@ from mgeo_attitude.lower_bound.curves import bounds_from_information
 
 @dataclass(frozen=True)
 class CarrierInformation:
-    """Information of one sensor about an inertial error, and its body-fixed errors that look alike.
+    """Information of one sensor about an inertial error, and the body-fixed errors of the sensor
+    that have the same effect on its measurements.
 
     Attributes
     ----------
     carrier : str
-        Block of the inertial error c, which is fixed in GCRS.
+        Name of the inertial error c, which is fixed in GCRS.
     trace : array, shape (n,)
         Trace of the information about c in each sample.
-    body_fixed_errors : dict of Turned
-        Body-fixed errors e of the sensor whose readings equal those of c = G Cᵀ e.
+    body_fixed_errors : dict of str to BodyFixedError
+        Body-fixed errors e of the sensor with the same effect on measurements as c = G Cᵀ e, where
+        C is the attitude.
     """
 
     carrier: str
@@ -38,35 +40,37 @@ class CarrierInformation:
 
 
 class BodyFixedError(NamedTuple):
-    """Information about a body-fixed error that looks like a carrier.
+    """Information about a body-fixed error that has the same effect on measurements as an inertial
+    error.
 
     Attributes
     ----------
     trace : array, shape (n,)
         Trace of the information in each sample.
     v : array, shape (n, 3), or None
-        G = [v×] in GCRS, for a misalignment, which looks like an error of the vector v; else G = 1.
+        Vector with G = [v×] in GCRS, for a misalignment, which resembles an error of the vector v;
+        None for G = I.
     """
 
     trace: Floats
     v: Floats | None
 
     def has_same_transformation(self, other: BodyFixedError) -> bool:
-        """Return whether both errors have the same G."""
+        """Return True if both errors are related to the inertial error by the same matrix G."""
         if self.v is None or other.v is None:
             return self.v is other.v
         return bool((self.v == other.v).all())
 
 
 class Carrier(NamedTuple):
-    """Inertial error that a body-fixed error may resemble.
+    """Dynamics and initial information of an inertial error.
 
     Attributes
     ----------
     decay, noise : float
-        Decay factor and least noise variance of a step.
+        Decay factor and smallest process-noise variance of a step.
     initial_information : array, shape (3, 3)
-        Initial information.
+        Inverse of the initial covariance.
     """
 
     decay: float
@@ -77,7 +81,10 @@ class Carrier(NamedTuple):
 def compute_following_cost(
     carrier: Carrier, max_angle: float, v: Floats | None, n_samples: int
 ) -> Floats:
-    """Return the information against a carrier that follows a body-fixed error, equation (29).
+    """Return the information that contradicts an inertial error which follows a body-fixed error
+    in a rotating body.
+
+    See equation (29) of docs/theory.md.
 
     Parameters
     ----------
@@ -92,22 +99,26 @@ def compute_following_cost(
     Returns
     -------
     array, shape (n,)
-        Upper bound on the trace of the information about the error, from the carrier's dynamics up
-        to each sample.
+        Upper bound on the trace of the information about the body-fixed error that the dynamics of
+        the carrier give, up to each sample.
     """
-    costs, decay, along = (
+    costs, decay, min_trace = (
         np.zeros(n_samples),
         carrier.decay,
         1.0 + 2.0 * np.cos(min(max_angle, np.pi)),
     )
-    if v is None:  # |R - decay|² for the rotation R of a step, whose trace is at least `along`.
+    if (
+        v is None
+    ):  # |R - decay I|² for the rotation R of a step, whose trace is at least `min_trace`.
         costs[0] = np.trace(carrier.initial_information)
-        costs[1:] = 3.0 * (1.0 + decay**2) - 2.0 * decay * along
+        costs[1:] = 3.0 * (1.0 + decay**2) - 2.0 * decay * min_trace
     else:  # |[v'×] R - decay [v×]|², where tr [v'×]ᵀ[v×] R = (v' v) tr R - v' R v.
-        size, alike = np.linalg.norm(v, axis=1), np.sum(v[1:] * v[:-1], axis=1)
-        costs[0] = 2.0 * size[0] ** 2 * np.linalg.eigvalsh(carrier.initial_information)[-1]
-        least_trace = np.minimum(along * alike, 3.0 * alike) - size[1:] * size[:-1]
-        costs[1:] = 2.0 * (size[1:] ** 2 + (decay * size[:-1]) ** 2 - decay * least_trace)
+        norms, products = np.linalg.norm(v, axis=1), np.sum(v[1:] * v[:-1], axis=1)
+        costs[0] = 2.0 * norms[0] ** 2 * np.linalg.eigvalsh(carrier.initial_information)[-1]
+        min_product_trace = (
+            np.minimum(min_trace * products, 3.0 * products) - norms[1:] * norms[:-1]
+        )
+        costs[1:] = 2.0 * (norms[1:] ** 2 + (decay * norms[:-1]) ** 2 - decay * min_product_trace)
     costs[1:] /= carrier.noise
     return np.cumsum(costs)
 
@@ -119,58 +130,62 @@ def bound_common_modes(
     initial_information: dict[str, Floats],
     max_angle: float,
 ) -> Iterator[tuple[str, Floats]]:
-    """Yield lower bounds on variance sums of body-fixed errors and their carrier, equation (28).
+    """Yield lower bounds on the variance sums of an inertial error and of the body-fixed errors
+    with the same effect on measurements.
+
+    See equation (28) of docs/theory.md.
 
     Parameters
     ----------
     name : str
-        Block of the carrier.
+        Name of the carrier.
     carrier : Carrier
-    observations : sequence of Look
+    observations : sequence of CarrierInformation
         Information of all sensors that observe the carrier.
     initial_information : dict of array, shape (3, 3)
-        Initial information about each block; blocks are not correlated.
+        Initial information about each block. The blocks must not be correlated.
     max_angle : float
         Largest rotation of the body in a step [rad].
 
     Yields
     ------
     tuple of str and array, shape (n,)
-        Block and bound. A block may have several bounds.
+        Name of the block, and bound on the sum of its variances. A block may occur several times.
     """
     if carrier.noise <= 0.0:  # A carrier without process noise cannot follow the body.
         return
-    totals = [np.cumsum(look.trace) for look in observations]
-    for look in observations:
-        for block, own in look.body_fixed_errors.items():
-            size = 1.0 if own.v is None else np.sum(own.v**2, axis=1).max()
-            against = compute_following_cost(carrier, max_angle, own.v, len(own.trace))
-            for other, all_told in zip(observations, totals, strict=True):
-                if other is not look:
-                    follow = [
-                        initial_information[b]
-                        for b, it in other.body_fixed_errors.items()
-                        if it.has_same_transformation(own)
+    totals = [np.cumsum(observation.trace) for observation in observations]
+    for observation in observations:
+        for block, error in observation.body_fixed_errors.items():
+            scale = 1.0 if error.v is None else np.sum(error.v**2, axis=1).max()
+            opposing = compute_following_cost(carrier, max_angle, error.v, len(error.trace))
+            for other, total in zip(observations, totals, strict=True):
+                if other is not observation:
+                    following = [
+                        initial_information[similar_block]
+                        for similar_block, similar in other.body_fixed_errors.items()
+                        if similar.has_same_transformation(error)
                     ]
-                    against = against + _reduce_by_following(size * all_told, follow)
-            along = np.cumsum(own.trace)
+                    opposing = opposing + _reduce_by_following(scale * total, following)
+            gained = np.cumsum(error.trace)
             yield (
                 block,
                 bounds_from_information(
-                    initial_information[block], along * against / (along + against)
+                    initial_information[block], gained * opposing / (gained + opposing)
                 ).variance_sum,
             )
-            if own.v is None:  # The carrier is the rotated error and can follow it completely.
-                against = against + _reduce_by_following(along, [initial_information[block]])
-                yield name, bounds_from_information(np.zeros((3, 3)), against).variance_sum
+            if error.v is None:  # The carrier can equal the rotated error completely.
+                opposing = opposing + _reduce_by_following(gained, [initial_information[block]])
+                yield name, bounds_from_information(np.zeros((3, 3)), opposing).variance_sum
 
 
 def _reduce_by_following(information: Floats, following_errors: Sequence[Floats]) -> Floats:
-    """Return the information of another sensor, reduced if its own error can look the same.
+    """Return the information of another sensor, reduced because an error of that sensor can have
+    the same effect.
 
-    The prior of that error limits how far the error can follow.
+    The initial information about the error limits how far the error can follow.
     """
     if not following_errors:
         return information
-    start = float(np.trace(following_errors[0]))
-    return information * start / (information + start)
+    initial_trace = float(np.trace(following_errors[0]))
+    return information * initial_trace / (information + initial_trace)

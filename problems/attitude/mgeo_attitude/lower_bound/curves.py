@@ -1,4 +1,4 @@
-"""Lower bounds of covariances as curves over time."""
+"""Lower bounds of the covariance as curves over time."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from mgeo_attitude.scenario.scenario import Scenario
 
 
 class BlockBounds(NamedTuple):
-    """Lower bounds for one 3-vector of the state at n times, valid for every plan.
+    """Lower bounds on the covariance of one 3-vector of the state at n times.
 
     Attributes
     ----------
     variance_sum : array, shape (n,)
-        Bound of the sum of the three variances.
+        Bound on the sum of the three variances.
     max_variance : array, shape (n,)
-        Bound of the largest variance.
+        Bound on the largest variance.
     log_det : array, shape (n,)
-        Bound of the natural logarithm of the determinant if all other states are known.
+        Bound on the natural logarithm of the determinant if all other states are known.
     """
 
     variance_sum: Floats
@@ -32,13 +32,14 @@ class BlockBounds(NamedTuple):
     log_det: Floats
 
     def combine_with(self, other: BlockBounds) -> BlockBounds:
-        """Return the larger of two proved bounds."""
+        """Return the larger of two lower bounds, element by element."""
         return BlockBounds(*map(np.maximum, self, other))
 
     def raise_to_sum(self, total: Floats) -> BlockBounds:
-        """Return the bounds raised to a bound of the sum of variances, shape (n,).
+        """Return bounds that also include a lower bound on the sum of the variances, shape (n,).
 
-        The determinant stays: the bound of the sum does not assume that other states are known.
+        The determinant is unchanged, since the bound on the sum does not assume that other states
+        are known.
         """
         return self._replace(
             variance_sum=np.maximum(self.variance_sum, total),
@@ -47,22 +48,28 @@ class BlockBounds(NamedTuple):
 
 
 def bounds_from_eigenvalues(variances: Floats) -> BlockBounds:
-    """Build bounds from the eigenvalues, shape (n, 3), of a covariance with unknown axes."""
+    """Build the bounds of a 3-vector from the eigenvalues of its covariance, shape (n, 3), whose
+    axes are unknown.
+    """
     total = variances.sum(axis=1)
     return BlockBounds(total, total / 3.0, np.log(variances).sum(axis=1))
 
 
 def bounds_from_covariances(covariances: Floats) -> BlockBounds:
-    """Build bounds from a covariance, shape (n, 3, 3), that no plan can undercut."""
+    """Build the bounds of a 3-vector from covariance matrices, shape (n, 3, 3), that are lower
+    bounds themselves.
+    """
     diagonals = np.diagonal(covariances, axis1=1, axis2=2)
     log_det = np.linalg.slogdet(covariances)[1]
     return BlockBounds(diagonals.sum(axis=1), diagonals.max(axis=1), log_det)
 
 
 def bounds_from_information(initial_information: Floats, max_trace: Floats) -> BlockBounds:
-    """Return the bounds of P = (Y + K)⁻¹ if only the trace of K is bounded.
+    """Build the bounds of a 3-vector from its initial information and the largest trace of the
+    measured information.
 
-    By equation (21) the best K has the eigenvectors of Y and raises its smallest eigenvalues to a
+    With the initial information Y and the measured information K, the covariance is (Y + K)⁻¹. By
+    equation (21) the best K has the eigenvectors of Y and raises the smallest eigenvalues to a
     common level (water filling), because the bounds are convex and decreasing functions of the
     eigenvalues.
 
@@ -71,13 +78,15 @@ def bounds_from_information(initial_information: Floats, max_trace: Floats) -> B
     initial_information : array, shape (3, 3)
         Y, positive definite.
     max_trace : array, shape (n,)
-        Largest trace of the positive semidefinite K.
+        Largest trace of K at each of n times.
     """
     return bounds_from_eigenvalues(apply_water_filling(initial_information, max_trace))
 
 
 def apply_water_filling(initial_information: Floats, max_trace: Floats) -> Floats:
-    """Return the eigenvalues of the best P of `least`, shape (n, 3)."""
+    """Return the eigenvalues of the smallest covariance, shape (n, 3), for a given trace of the
+    measured information; see `bounds_from_information`.
+    """
     eigenvalues = np.linalg.eigvalsh(initial_information)
     counts = np.arange(1, len(eigenvalues) + 1)
     level = ((max_trace[:, None] + np.cumsum(eigenvalues)) / counts).min(axis=1)
@@ -88,14 +97,14 @@ def apply_water_filling(initial_information: Floats, max_trace: Floats) -> Float
 def propagate_unobserved(
     initial_covariance: Floats, decay: float, noise_density: Floats, times: Floats
 ) -> Floats:
-    """Return the covariance of an unobserved error with e' = -λ e + noise.
+    """Return the covariance of a Gauss-Markov error that is never measured, at n times.
 
     Parameters
     ----------
     initial_covariance : array, shape (3, 3)
         Initial covariance.
     decay : float
-        λ [1/s].
+        Decay rate λ [1/s].
     noise_density : array, shape (3,)
         Noise density of each axis.
     times : array, shape (n,)
@@ -115,35 +124,35 @@ def propagate_unobserved(
 
 @dataclass(frozen=True)
 class LowerBound:
-    """Lower bounds over all plans at n times.
+    """Lower bounds over all plans of a scenario at n times.
 
     Attributes
     ----------
     times : array, shape (n,)
         Times [s].
     trace : array, shape (n,)
-        Bound of the weighted trace of the covariance.
+        Bound on the weighted trace of the covariance.
     trace_at_end : array, shape (n,)
-        Bound of the weighted trace for a plan that ends at the time. The rule "trace" also requires
-        a small decrease over the window before. Infinite while no plan can have ended.
+        Bound on the weighted trace of a plan that ends at the time. With the convergence rule
+        "trace", the decrease over the convergence window must also be small. Infinite at times at
+        which no plan can end.
     variance_sum : dict of array, shape (n,)
-        Bound of the sum of the variances of each 3-vector of the state, squared filter units.
+        Bound on the sum of the variances of each 3-vector of the state, squared filter units.
     max_variance : dict of array, shape (n,)
-        Bound of the largest variance of each 3-vector.
+        Bound on the largest variance of each 3-vector.
     criteria : dict of array, shape (n,)
-        Bounds of the objectives "normalized_trace", "log_det" and "max_eigenvalue".
+        Bounds on the objectives "normalized_trace", "log_det" and "max_eigenvalue".
     earliest_times : dict of float
         Earliest time [s] at which a plan can satisfy each key of ``required_sigma``; infinite if
         that is impossible within the duration.
     relaxations : tuple of str
-        Relaxations of the bound. The bound of each 3-vector also assumes that all other states are
-        known.
+        One line for each relaxation, see `list_relaxations`.
 
     Examples
     --------
-    >>> from mgeo_attitude import Scenario, limit
+    >>> from mgeo_attitude import Scenario, compute_lower_bound
     >>> scenario = Scenario.from_dict({"preset": "paper", "required_sigma": {"attitude_deg": 0.1}})
-    >>> limit(scenario).earliest
+    >>> compute_lower_bound(scenario).earliest_times
     {'attitude_deg': 278.0}
     """
 
@@ -157,7 +166,8 @@ class LowerBound:
     relaxations: tuple[str, ...]
 
     def compute_sigma(self, block: str) -> Floats:
-        """Return the bound of the worst-axis 1-sigma of a 3-vector, filter units, shape (n,).
+        """Return the lower bound on the 1-sigma of the worst axis of a 3-vector at each time, in
+        filter units.
 
         Raises
         ------
@@ -167,7 +177,9 @@ class LowerBound:
         return np.sqrt(self.max_variance[block])
 
     def evaluate_trace(self, times: Floats) -> Floats:
-        """Return the bound of the trace at sample times [s], shape (m,); NaN for a NaN time."""
+        """Return the lower bound on the weighted trace at the nearest sample of given times [s];
+        NaN for a NaN time.
+        """
         is_finite = np.isfinite(times)
         steps = np.rint(times[is_finite] / self.times[1]).astype(np.int64)
         least = np.full(len(times), np.nan)
@@ -181,16 +193,17 @@ def assemble_bounds(
     block_bounds: Mapping[str, BlockBounds],
     relaxations: tuple[str, ...],
 ) -> LowerBound:
-    """Assemble the lower bounds of a scenario from the bounds of each 3-vector of the state.
+    """Combine the bounds of each 3-vector of the state to bounds on the trace, the criteria and the
+    earliest times of a scenario.
 
     Parameters
     ----------
     scenario : Scenario
     model : FilterModel
-    block_bounds : mapping of str to Block
+    block_bounds : mapping of str to BlockBounds
         Bounds of each block of the suite.
     relaxations : tuple of str
-        Relaxations.
+        One line for each relaxation.
     """
     suite, names = model.suite, model.suite.blocks
     blocks = {name: block_bounds[name].variance_sum for name in names}
@@ -216,18 +229,25 @@ def assemble_bounds(
 
 
 def _bound_trace_at_end(model: FilterModel, trace: Floats) -> Floats:
-    """Return the bound of the trace of a plan that ends, equation (27)."""
+    """Return the lower bound on the trace of a plan that ends at each time.
+
+    See equation (27) of docs/theory.md.
+    """
     if model.rule != "trace":
         return trace
     window = model.window_steps
     before = np.concatenate([np.full(window, np.inf), trace[: len(trace) - window]])
     ending = np.maximum(trace, (1.0 - model.relative_decrease) * before)
-    ending[-1] = trace[-1]  # At the end of the scenario a plan may end without convergence.
+    ending[-1] = trace[-1]  # A plan without convergence ends with the scenario.
     return ending
 
 
 def _bound_criteria(model: FilterModel, bounds: Mapping[str, BlockBounds]) -> dict[str, Floats]:
-    """Return the bounds of the objectives of equation (13), over the calibrated states."""
+    """Return lower bounds on the objectives of the normalized covariance (mean variance, log
+    determinant, largest eigenvalue), as a dict by objective.
+
+    See equation (13) of docs/theory.md.
+    """
     suite = model.suite
     states = suite.calibrated_indices
     names = [suite.blocks[state // 3] for state in states[::3]]

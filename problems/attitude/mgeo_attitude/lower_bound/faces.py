@@ -1,4 +1,6 @@
-"""Bound on the attitude information of photodiodes: the Sun illuminates few faces at once."""
+"""Upper bound on the attitude information of photodiodes, few of which the Sun illuminates at
+once.
+"""
 
 from __future__ import annotations
 
@@ -15,13 +17,16 @@ _N_POINTS = 60000
 
 
 def bound_joint_information(diodes: Sequence[Photodiode]) -> float:
-    """Return a κ such that at any attitude a joint sample has at most the information κ (I - s sᵀ).
+    """Return an upper bound over all attitudes on the joint attitude information of several
+    photodiodes in one sample.
 
-    A diode has the information w (n × s) (n × s)ᵀ, w = 1 / r², if the angle between the Sun s and
-    its normal n is less than h. The largest eigenvalue of the sum is the squared norm of the matrix
-    of all √w (n × s), which changes by at most √(Σ w) δ over an angle δ. The sum is evaluated at
-    points so dense that every direction is within δ of a point; a diode counts at a point if it is
-    illuminated anywhere within δ.
+    At any attitude, the joint information of a sample is at most κ (I - s sᵀ), where κ is the
+    returned value and s the Sun direction. A diode with relative noise r has the information w (n ×
+    s) (n × s)ᵀ with w = 1 / r² if the angle between the Sun and its normal n is less than its
+    half-angle. The largest eigenvalue of the sum is the squared norm of the matrix of all √w (n ×
+    s), which changes by at most √(Σ w) δ over an angle δ. The sum is evaluated at points so dense
+    that every direction is within δ of a point. A diode is included at a point if it is illuminated
+    anywhere within δ.
     """
     return _compute_bound(
         tuple((tuple(d.axes[2].tolist()), d.half_angle_deg, d.noise_sigmas()[0]) for d in diodes)
@@ -30,23 +35,28 @@ def bound_joint_information(diodes: Sequence[Photodiode]) -> float:
 
 @cache
 def _compute_bound(diodes: tuple[tuple[tuple[float, ...], float, float], ...]) -> float:
-    points, within = _build_points()
+    points, radius = _build_points()
     normals = np.array([normal for normal, _, _ in diodes])
-    sides = np.array([1.0 / noise for _, _, noise in diodes])
-    lit = points @ normals.T >= np.cos(np.radians([half for _, half, _ in diodes]) + within)
-    rows = np.where(lit[:, :, None], sides[:, None] * np.cross(normals, points[:, None]), 0.0)
+    weights = np.array([1.0 / noise for _, _, noise in diodes])
+    is_illuminated = points @ normals.T >= np.cos(
+        np.radians([half for _, half, _ in diodes]) + radius
+    )
+    rows = np.where(
+        is_illuminated[:, :, None], weights[:, None] * np.cross(normals, points[:, None]), 0.0
+    )
     norms = np.sqrt(np.linalg.eigvalsh(np.einsum("pia,pib->pab", rows, rows))[:, -1])
-    slopes = np.sqrt(lit @ sides**2)
-    return float((norms + within * slopes).max() ** 2)
+    slopes = np.sqrt(is_illuminated @ weights**2)
+    return float((norms + radius * slopes).max() ** 2)
 
 
 @cache
 def _build_points() -> tuple[Floats, float]:
-    """Return points on the unit sphere, and an angle within which every direction has a point.
+    """Return points on the unit sphere, shape (n, 3), and an angle [rad] such that every direction
+    is within the angle of a point.
 
     The points are the centers of cells between parallels and meridians. A direction is at most half
-    a cell width from the central meridian along its parallel, then half a cell height from the
-    center.
+    a cell width, along its parallel, from the central meridian of its cell, and then half a cell
+    height from the center.
     """
     n = round(np.sqrt(_N_POINTS * np.pi / 4.0))
     step = np.pi / n

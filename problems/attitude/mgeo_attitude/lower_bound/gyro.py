@@ -1,4 +1,4 @@
-"""Bounds for gyro errors, and the filter recursion of errors that no attitude changes."""
+"""Lower bounds of gyro errors, and the filter recursion for attitude-independent information."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from mgeo_attitude.lower_bound.curves import apply_water_filling
 
 
 class GyroErrorDynamics(NamedTuple):
-    """Dynamics of a gyro error e that drives the attitude error θ.
+    """Dynamics of a gyro error that drives the attitude error.
 
     Attributes
     ----------
     gain : float
-        Largest spectral norm of M in θ' = -[ω×]θ + M e.
+        Largest spectral norm of M in the attitude error dynamics θ' = -[ω×]θ + M e.
     decay : float
-        λ in e' = -λ e [1/s].
+        Decay rate λ in e' = -λ e [1/s].
     noise_density : float
-        Noise density of e.
+        Process-noise density of e.
     """
 
     gain: float
@@ -30,9 +30,10 @@ class GyroErrorDynamics(NamedTuple):
 
 
 def rate_box_corners(max_rates: Floats) -> Floats:
-    """Return the corners of the box of rates up to `max_rates` about each axis, shape (8, 3).
+    """Return the eight corners of the box of body rates up to given maxima about each axis, shape
+    (8, 3).
 
-    The norm of a matrix that is linear in the rate is largest at a corner.
+    The norm of a matrix that is linear in the rate is largest at a corner of the box.
     """
     return np.array(list(product((-1.0, 1.0), repeat=3))) * max_rates
 
@@ -45,13 +46,16 @@ def bound_through_attitude(
     initial_attitude_information: float,
     angle_random_walk: float,
 ) -> Floats:
-    """Return least variances of a gyro error observed through the attitude, equation (25).
+    """Return lower bounds on the variances of a gyro error that is observed only through the
+    attitude.
+
+    See equation (25) of docs/theory.md.
 
     Parameters
     ----------
     times : array, shape (n,)
         Times [s].
-    drift : Drift
+    drift : GyroErrorDynamics
     initial_information : array, shape (3, 3)
         Initial information about the error.
     attitude_information : array, shape (n,)
@@ -72,11 +76,10 @@ def bound_through_attitude(
         else np.zeros(len(times))
     )
     spread = np.maximum(twice - once * mean, 0.0)
-    along = (
-        3.0 * times / angle_random_walk
-    )  # This is the information with an always known attitude.
-    both = spread + along
-    gained = drift.gain**2 * spread * along / np.where(both > 0.0, both, 1.0)
+    # This is the information if the attitude is always known.
+    known = 3.0 * times / angle_random_walk
+    total = spread + known
+    gained = drift.gain**2 * spread * known / np.where(total > 0.0, total, 1.0)
     return np.exp(-2.0 * drift.decay * times)[:, None] * apply_water_filling(
         initial_information, gained
     )
@@ -85,10 +88,11 @@ def bound_through_attitude(
 def bound_with_known_attitude(
     times: Floats, drift: GyroErrorDynamics, initial_information: Floats, angle_random_walk: float
 ) -> Floats:
-    """Return least variances of a gyro error with M = -I if the attitude is always known.
+    """Return lower bounds on the variances of a gyro bias if the attitude is known at all times.
 
-    The variances solve p' = -2 λ p + q - p² / r from each eigenvalue p of the initial covariance,
-    equation (26).
+    The variances solve the Riccati equation p' = -2 λ p + q - p² / r, equation (26), with the decay
+    rate λ and noise density q of the error and the angle random walk r. The initial values p are
+    the eigenvalues of the initial covariance.
 
     Parameters
     ----------
@@ -105,9 +109,12 @@ def bound_with_known_attitude(
 def run_covariance_recursion(
     initial_covariance: Floats, decay: Floats, noise: Floats, information: Floats
 ) -> Floats:
-    """Return the covariance of a filter with diagonal F and Q after each sample, equation (22).
+    """Run a Kalman filter's covariance recursion with diagonal transition and process noise, and
+    return the covariance after each sample.
 
-    Each step computes P⁻ = F P F + Q and P = ((P⁻)⁻¹ + J)⁻¹.
+    See equation (22) of docs/theory.md.
+
+    Each step computes P⁻ = F P F + Q and P = ((P⁻)⁻¹ + J)⁻¹ with the information J of a sample.
 
     Parameters
     ----------
@@ -116,7 +123,7 @@ def run_covariance_recursion(
     decay, noise : arrays, shape (k,)
         Diagonals of F and Q of a step.
     information : array, shape (n, k, k)
-        J of each sample; that of the first sample is not used.
+        J of each sample. The value of the first sample is not used.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Maneuvers of a plan: designs as rates over time, ramps between rates, and phases for display.
+"""Maneuvers of a plan: body rates over time, ramps between rates, and phases for display.
 
 This package does not depend on the filter; `filter` runs along a `Schedule`.
 """

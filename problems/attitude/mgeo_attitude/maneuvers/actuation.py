@@ -1,21 +1,21 @@
 """Actuation of the rates of a plan: ramps between body rates, or magnetorquers.
 
 Magnetorquers only approximate the rates of a plan: they drive the body to the rate of a maneuver,
-then the body rotates freely. At each filter step before the rate is reached, the dipole follows
-the cross-product law
+then the body rotates freely. At each filter step before the rate is reached, the dipole follows the
+cross-product law
 
     m = b × τ / |b|²,   τ = ω × J ω - J (ω - ω_plan) / T,
 
-scaled down as a whole if a component exceeds the maximum of its coil. The torque m × b is the part
-of τ across the field b. (Stickler and Alfriend, Elementary Magnetic Attitude Control System,
-Journal of Spacecraft and Rockets 13 (1976) 282-287; the first term cancels the gyroscopic torque of
-non-principal axes.) The dipole is constant in a step, and the body follows Euler's equations J
-dω/dt = m × b - ω × J ω. Once the rate is within the detumble rate of the plan's rate, the coils are
-off until the next maneuver.
+with field b, body rate ω, inertia J and time constant T. The dipole is scaled down as a whole if a
+component exceeds the maximum of its magnetorquer. The torque m × b is the part of τ across the
+field. (Stickler and Alfriend, Elementary Magnetic Attitude Control System, Journal of Spacecraft
+and Rockets 13 (1976) 282-287; the first term cancels the gyroscopic torque of non-principal axes.)
+The dipole is constant in a step, and the body follows Euler's equations J dω/dt = m × b - ω × J ω.
+Once the rate error is below the rate tolerance, the magnetorquers are off until the next maneuver.
 
-Neglected: gravity gradient, drag and radiation pressure; the duty cycle of a coil within a step
-(the dipole is the mean); errors of gyro and magnetometer in the law; the variation of the field
-within a step, of which the mean is used.
+Neglected: gravity gradient, drag and radiation pressure; the duty cycle of a magnetorquer within a
+step (the dipole is the mean); errors of gyro and magnetometer in the law; the variation of the
+field within a step, of which the mean is used.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from mgeo_attitude._typing import Bools, Floats, Ints
 
 @dataclass(frozen=True)
 class SlewLimits:
-    """Limits on changes of the body rate.
+    """Limits on changes of the body rate by acceleration and wheel torque.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class SlewLimits:
     inertia : array, shape (3, 3)
         Inertia of the satellite [kg m²].
     load_matrix : array, shape (k, 3)
-        Distribution of a torque to the wheels; see `Wheels.shares`.
+        Allocation of a torque to the wheels; see `Wheels.compute_load_matrix`.
     initial_rate : array, shape (3,)
         Body rate before the first ramp [rad/s].
     """
@@ -53,7 +53,8 @@ class SlewLimits:
     initial_rate: Floats = field(default_factory=lambda: np.zeros(3))
 
     def compute_ramp_time(self, rate_change: Floats) -> Floats:
-        """Return the shortest ramp durations [s] for changes of the rate, equation (12).
+        """Return the shortest time in which the body rate can change by given amounts [s], equation
+        (12).
 
         The rate changes along a straight line, with the torque J dω/dt.
 
@@ -61,29 +62,34 @@ class SlewLimits:
         ----------
         rate_change : array, shape (..., 3)
             Changes of the body rate [rad/s].
+
+        Returns
+        -------
+        array, shape (...)
         """
         acceleration = np.abs(rate_change).max(axis=-1) / self.max_acceleration
         torque = (
             np.abs(rate_change @ self.inertia @ self.load_matrix.T).max(axis=-1) / self.max_torque
         )
-        longest: Floats = np.maximum(acceleration, torque)
-        return longest
+        ramp_time: Floats = np.maximum(acceleration, torque)
+        return ramp_time
 
 
 @dataclass(frozen=True)
 class MagnetorquerDrive:
-    """Parameters of attitude motion with magnetorquers only, independent of the plan.
+    """Model of the attitude motion of a satellite that only magnetorquers rotate, independent of
+    the plan.
 
     Attributes
     ----------
     inertia : array, shape (3, 3)
         Inertia of the satellite [kg m²].
     max_dipole : array, shape (3,)
-        Maximum mean dipole of a step about each body axis [A m²].
+        Maximum mean dipole of a step along each body axis [A m²].
     residual_dipole : array, shape (3,)
         Constant residual dipole, body axes [A m²].
     rate_tolerance : float
-        Distance to the rate of the plan at which the coils switch off [rad/s].
+        Rate error at which the magnetorquers switch off [rad/s].
     time_constant : float
         Time constant T of the control law [s].
     field : array, shape (n_steps + 1, 3)
@@ -104,13 +110,22 @@ class MagnetorquerDrive:
     initial_rate: Floats
 
     def rotate(self, rotation: Floats) -> MagnetorquerDrive:
-        """Return the drive for an initial attitude rotated by `rotation`; see `FilterModel.turned`."""
+        """Return a copy for an initial attitude that is rotated by a given matrix.
+
+        The field is rotated instead of the attitude; see `FilterModel.rotate_initial_attitude`.
+
+        Parameters
+        ----------
+        rotation : array, shape (3, 3)
+            Rotation of the initial attitude.
+        """
         return dataclasses.replace(self, field=self.field @ rotation)
 
     def compute_rates(
         self, rates: Floats, starts: Ints, step: float, n_steps: int
     ) -> tuple[Floats, Floats, Bools]:
-        """Return the actual body rates for the maneuvers of n designs.
+        """Compute the body rates that the magnetorquers achieve in each filter step, for the
+        maneuvers of n designs.
 
         Parameters
         ----------
@@ -129,11 +144,10 @@ class MagnetorquerDrive:
             Constant rate equivalent to the rotation in each step, and rate at the end of the step
             [rad/s].
         free : array of bool, shape (n, k)
-            Whether the coils are off.
+            Whether the magnetorquers are off.
         """
-        from mgeo_attitude.maneuvers.rigid_body import (
-            compute_driven_rates,  # This import loads numba.
-        )
+        # This import loads numba.
+        from mgeo_attitude.maneuvers.rigid_body import compute_driven_rates
 
         shape = len(rates), min(n_steps, len(self.field) - 1)
         mean, end = np.zeros((*shape, 3)), np.zeros((*shape, 3))

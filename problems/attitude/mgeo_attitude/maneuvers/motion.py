@@ -24,37 +24,46 @@ from mgeo_attitude.maneuvers.schedule import (
 def compute_attitudes(
     rates: Floats, starts: Ints, n_steps: int, step: float, initial: Floats | None = None
 ) -> Floats:
-    """Return the GCRS-to-body matrix of one design at every sample, shape (n_steps + 1, 3, 3).
+    """Return the attitude matrix at every sample for intervals of constant body rate.
 
     Parameters
     ----------
     rates : array, shape (m, 3)
-        Body rates of the maneuvers [rad/s].
+        Body rates of the intervals [rad/s].
     starts : array, shape (m,)
-        First steps of the maneuvers.
+        First steps of the intervals.
     n_steps : int
+        Number of filter steps.
     step : float
         Filter step [s].
     initial : array, shape (3, 3), optional
         Initial attitude. Default: body axes aligned with GCRS.
+
+    Returns
+    -------
+    array, shape (n_steps + 1, 3, 3)
+        GCRS-to-body matrices.
     """
     C = np.empty((n_steps + 1, 3, 3))
     C[0] = np.eye(3) if initial is None else initial
     ends = np.minimum(np.append(starts[1:], n_steps), n_steps)
     # Ramps and magnetorquers have an interval in each step, whose rotations are vectorized.
-    alone = Rotation.from_rotvec(-step * rates).as_matrix() if len(rates) else np.empty((0, 3, 3))
-    for omega, turn, first, last in zip(rates, alone, starts.tolist(), ends.tolist(), strict=True):
+    step_rotations = (
+        Rotation.from_rotvec(-step * rates).as_matrix() if len(rates) else np.empty((0, 3, 3))
+    )
+    intervals = zip(rates, step_rotations, starts.tolist(), ends.tolist(), strict=True)
+    for omega, rotation, first, last in intervals:
         if last == first + 1:
-            C[last] = turn @ C[first]
+            C[last] = rotation @ C[first]
         elif last > first:
             steps = np.arange(first, last + 1)
-            turns = Rotation.from_rotvec(-np.outer((steps - first) * step, omega))
-            C[steps] = turns.as_matrix() @ C[first]
+            rotations = Rotation.from_rotvec(-np.outer((steps - first) * step, omega))
+            C[steps] = rotations.as_matrix() @ C[first]
     return C
 
 
 class Body(Protocol):
-    """Satellite whose attitude moves; implemented by `FilterModel`."""
+    """Protocol of a satellite whose attitude moves; implemented by `FilterModel`."""
 
     @property
     def step(self) -> float:
@@ -71,7 +80,8 @@ class Body(Protocol):
 
 @dataclass(frozen=True)
 class Motion:
-    """Nominal motion of a plan over n steps, from the estimated initial attitude.
+    """Nominal body rates and attitudes of a plan over n filter steps, from the estimated initial
+    attitude.
 
     Attributes
     ----------
@@ -86,34 +96,48 @@ class Motion:
 
     @classmethod
     def from_design(cls, body: Body, design: ArrayLike, n_steps: int) -> Motion:
-        """Compute the motion of a body along a design, shape (4 m,)."""
+        """Compute the body rates and attitudes of a satellite along a design.
+
+        Parameters
+        ----------
+        body : Body
+            Satellite, such as a `FilterModel`.
+        design : array_like, shape (4 m,)
+            Rates and durations of m maneuvers; see `decode_designs`.
+        n_steps : int
+            Number of filter steps.
+
+        Returns
+        -------
+        Motion
+        """
         plan = build_rate_intervals(design, n_steps * body.step, body.step, body.slew_limits)
         starts = np.rint(plan.times[:-1] / body.step).astype(np.int64)
-        stretch = np.searchsorted(starts, np.arange(n_steps), side="right") - 1
+        interval = np.searchsorted(starts, np.arange(n_steps), side="right") - 1
         initial = body.initial_attitude
         matrices = compute_attitudes(plan.rates, starts, n_steps, body.step, initial)
-        return cls(plan.rates[stretch], matrices)
+        return cls(plan.rates[interval], matrices)
 
 
-#: Label of the phase in which the last rate is held.
+#: Label of the phase in which the rate of the last maneuver is held.
 HOLD_LABEL = "constant-rate hold"
 #: Prefix of the label of a ramp.
 RAMP_PREFIX = "ramp to "
-#: Suffix of the label of a phase that only serves runs that converge late.
+#: Suffix of the label of a phase that only serves runs in which the filter converges late.
 LATE_CONVERGENCE_SUFFIX = ", for late convergence"
 
 
 @dataclass(frozen=True)
 class Phase:
-    """Interval of constant body rate, or a ramp between two rates.
+    """Phase of a plan for display: an interval of constant body rate, or a ramp between two rates.
 
-    With magnetorquers, a ramp is the time in which the coils are on; free motion follows.
+    With magnetorquers, a ramp is the time in which the magnetorquers are on; free motion follows.
 
     Attributes
     ----------
     label : str
-        ``maneuver 2``, numbered as in the design, ``ramp to maneuver 2`` or ``rate held``. After
-        the time of `split_phases`, the label ends with `LATE_CONVERGENCE_SUFFIX`.
+        ``maneuver 2``, numbered as in the design, ``ramp to maneuver 2`` or `HOLD_LABEL`. After the
+        time of `split_phases`, the label ends with `LATE_CONVERGENCE_SUFFIX`.
     start, end : float
         Start and end [s] after the epoch.
     rates_deg_s : tuple of three floats
@@ -133,7 +157,7 @@ class Phase:
 
     @property
     def duration(self) -> float:
-        """Duration [s]."""
+        """Duration of the phase [s]."""
         return self.end - self.start
 
 
@@ -144,55 +168,61 @@ def list_phases(
     limits: RotationDynamics = None,
     names: Mapping[int, str] = MappingProxyType({}),
 ) -> tuple[Phase, ...]:
-    """Return the phases of one design until `t_end`.
+    """Return the phases of one design in chronological order: maneuvers, ramps and constant-rate
+    hold.
 
-    A maneuver shorter than a step may be missing. There is no phase of a held rate if the run ends
+    A maneuver shorter than a step may be missing. There is no constant-rate hold if the run ends
     with the last maneuver.
 
     Parameters
     ----------
     design : array_like, shape (4 m,)
+        Rates and durations of m maneuvers; see `decode_designs`.
     t_end : float
         End of the run [s].
     step : float
         Filter step [s].
     limits : SlewLimits or MagnetorquerDrive, optional
-        See `schedule`.
+        See `build_schedule`.
     names : mapping of int to str
         Names of maneuvers, by number from 0, in place of ``maneuver N``.
+
+    Returns
+    -------
+    tuple of Phase
     """
-    flight = build_rate_intervals(design, t_end, step, limits)
-    # The rates come from the design, because a conversion to radians and back would round them.
+    intervals = build_rate_intervals(design, t_end, step, limits)
+    # The commanded rates are those of the design, since a conversion to radians and back rounds.
     commanded = np.asarray(design, dtype=float).reshape(-1, VARIABLES_PER_MANEUVER)[:, :3]
-    starts, ends = flight.times[:-1], flight.times[1:]
+    starts, ends = intervals.times[:-1], intervals.times[1:]
     result: list[Phase] = []
 
-    def add(label: str, start: float, end: float, mean: Floats, swept: float) -> None:
+    def add(label: str, start: float, end: float, mean: Floats, angle: float) -> None:
         (x, y, z), (a, b, c) = mean.tolist(), rate.tolist()
-        result.append(Phase(label, float(start), float(end), (x, y, z), (a, b, c), float(swept)))
+        result.append(Phase(label, float(start), float(end), (x, y, z), (a, b, c), float(angle)))
 
-    for number in dict.fromkeys(flight.maneuver_numbers.tolist()):
+    for number in dict.fromkeys(intervals.maneuver_numbers.tolist()):
         name = names.get(number, f"maneuver {number + 1}")
-        own, rate = flight.maneuver_numbers == number, commanded[number]
-        ramp, steady = own & ~flight.is_constant, own & flight.is_constant
+        selected, rate = intervals.maneuver_numbers == number, commanded[number]
+        ramp, constant = selected & ~intervals.is_constant, selected & intervals.is_constant
         if ramp.any():
             begin, until = starts[ramp][0], ends[ramp][-1]
             add(
                 f"{RAMP_PREFIX}{name}",
                 begin,
                 until,
-                *_compute_mean_rate_and_angle(flight, begin, until),
+                *_compute_mean_rate_and_angle(intervals, begin, until),
             )
-        if steady.any():
-            start, end = starts[steady][0], ends[steady][-1]
-            stop = flight.maneuver_end if end == t_end else end
+        if constant.any():
+            start, end = starts[constant][0], ends[constant][-1]
+            stop = intervals.maneuver_end if end == t_end else end
             # The last maneuver may end before its first step.
             for label, begin, until in ((name, start, stop), (HOLD_LABEL, stop, end)):
                 if begin < until and isinstance(limits, MagnetorquerDrive):
-                    add(label, begin, until, *_compute_mean_rate_and_angle(flight, begin, until))
+                    add(label, begin, until, *_compute_mean_rate_and_angle(intervals, begin, until))
                 elif begin < until:
-                    swept = float(np.linalg.norm(rate)) * (until - begin)
-                    add(label, begin, until, rate, swept)
+                    angle = float(np.linalg.norm(rate)) * (until - begin)
+                    add(label, begin, until, rate, angle)
     return tuple(result)
 
 
@@ -206,24 +236,38 @@ def _compute_mean_rate_and_angle(
 
 
 def split_phases(plan_phases: tuple[Phase, ...], time: float) -> tuple[Phase, ...]:
-    """Split the phase of constant rate at a time [s], and mark all later phases with `LATE_CONVERGENCE_SUFFIX`."""
+    """Split the phases of a plan at a time, and mark those after it as serving late convergence
+    only.
+
+    A ramp that contains the time is not split. Labels of later phases end with
+    `LATE_CONVERGENCE_SUFFIX`.
+
+    Parameters
+    ----------
+    plan_phases : tuple of Phase
+        Phases in chronological order.
+    time : float
+        Time after the epoch [s].
+
+    Returns
+    -------
+    tuple of Phase
+    """
     result: list[Phase] = []
     for phase in plan_phases:
         if phase.end <= time:
             result.append(phase)
             continue
-        since = phase.start
+        start = phase.start
         if phase.start < time and not phase.label.startswith(RAMP_PREFIX):
             before = replace(
                 phase, end=time, rotation_deg=_compute_angle_share(phase, time - phase.start)
             )
             result.append(before)
-            since = time
-        late, swept = (
-            f"{phase.label}{LATE_CONVERGENCE_SUFFIX}",
-            _compute_angle_share(phase, phase.end - since),
-        )
-        result.append(replace(phase, label=late, start=since, rotation_deg=swept))
+            start = time
+        label = f"{phase.label}{LATE_CONVERGENCE_SUFFIX}"
+        angle = _compute_angle_share(phase, phase.end - start)
+        result.append(replace(phase, label=label, start=start, rotation_deg=angle))
     return tuple(result)
 
 

@@ -1,4 +1,5 @@
-"""Rigid-body motion under a dipole that is constant in a step, compiled; see `maneuvers.drives`.
+"""Rigid-body motion under a dipole that is constant in a step, compiled; used by
+`MagnetorquerDrive`.
 
 With q from body axes to the body axes at the start of a step and b the field in body axes,
 
@@ -16,9 +17,9 @@ import numpy as np
 
 from mgeo_attitude._compiled import compile_on_first_call, helper
 
-#: Number of terms of the series, and the angle [rad] up to which they suffice.
+#: Number of terms of the Taylor series, and rotation angle [rad] up to which they suffice.
 _TERMS, _ANGLE = 20, 0.25
-#: Size of a term, relative to the largest one, at which the series ends.
+#: Size of a term, relative to the largest term, below which the series ends.
 _NEGLIGIBLE = 1e-17
 
 
@@ -29,7 +30,11 @@ _NEGLIGIBLE = 1e-17
     "float64[:,:,::1], float64[:,:,::1], boolean[:,::1])"
 )
 def compute_driven_rates(body, law, field, plan, step, mean, end, free):  # type: ignore[no-untyped-def]
-    """Compute `CoilDrive.rates` into the arrays `mean`, `end` and `free`."""
+    """Compute the body rates of designs under magnetorquers into the arrays `mean`, `end` and
+    `free`.
+
+    The arrays are the results of `MagnetorquerDrive.compute_rates`.
+    """
     inertia, inverse, initial_attitude, initial_rate = body
     largest, residual, near, response = law
     rates, starts = plan
@@ -84,7 +89,10 @@ def compute_driven_rates(body, law, field, plan, step, mean, end, free):  # type
 
 @helper
 def limit_dipole(b, torque, largest, dipole):  # type: ignore[no-untyped-def]
-    """Compute the dipole b × τ / |b|² of the cross-product law, scaled down to the coil limits."""
+    """Write the dipole of the cross-product law, scaled down to its maximum, to `dipole`.
+
+    The law is b × τ / |b|² with the field b and the torque τ.
+    """
     cross(b, torque, dipole)
     square = b[0] * b[0] + b[1] * b[1] + b[2] * b[2]
     most = 1.0
@@ -97,7 +105,7 @@ def limit_dipole(b, torque, largest, dipole):  # type: ignore[no-untyped-def]
 
 @helper
 def _propagate(rate, b, dipole, inertia, inverse, step, q, scratch):  # type: ignore[no-untyped-def]
-    """Propagate `rate` and the field `b` in body axes by a step, and write the rotation to `q`."""
+    """Propagate body rate and field over a step, in place, and write the rotation to `q`."""
     w, f, s, momentum = scratch[0], scratch[1], scratch[2], scratch[3]
     speed, push = 0.0, 0.0
     for a in range(3):
@@ -167,7 +175,7 @@ def _rotation_vector(q, out):  # type: ignore[no-untyped-def]
 
 @helper
 def _to_body(q, out):  # type: ignore[no-untyped-def]
-    """Return in `out` the matrix from the body axes at the start of a step to those at the end."""
+    """Write the matrix from the body axes at the start of a step to those at its end to `out`."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     out[0, 0], out[1, 1] = 1.0 - 2.0 * (y * y + z * z), 1.0 - 2.0 * (x * x + z * z)
     out[2, 2] = 1.0 - 2.0 * (x * x + y * y)
@@ -195,7 +203,9 @@ def cross(a, b, out):  # type: ignore[no-untyped-def]
 
 @helper
 def assign(x, out):  # type: ignore[no-untyped-def]
-    """Copy x to `out`; numba takes seconds to compile `out[:] = x` for shapes that might differ."""
+    """Copy x to `out`, since numba takes seconds to compile `out[:] = x` for shapes that might
+    differ.
+    """
     for i in range(len(out)):
         out[i] = x[i]
 

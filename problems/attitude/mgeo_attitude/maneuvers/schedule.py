@@ -14,7 +14,7 @@ from mgeo_attitude.maneuvers.actuation import MagnetorquerDrive, SlewLimits
 #: Limits on rate changes, or magnetorquer control; None for instantaneous changes.
 RotationDynamics = SlewLimits | MagnetorquerDrive | None
 
-#: Step number that no run reaches, as the start of an interval that is skipped.
+#: Step number that no run reaches; the start of an interval that is skipped.
 UNREACHED_STEP = 2**40
 
 #: Number of variables of a maneuver: three rates and a duration.
@@ -22,7 +22,7 @@ VARIABLES_PER_MANEUVER = 4
 
 
 def decode_designs(designs: ArrayLike) -> tuple[Floats, Floats]:
-    """Split designs into body rates and durations.
+    """Convert design vectors to the body rates [rad/s] and durations [s] of their maneuvers.
 
     Parameters
     ----------
@@ -45,15 +45,15 @@ def decode_designs(designs: ArrayLike) -> tuple[Floats, Floats]:
     table = np.atleast_2d(np.asarray(designs, dtype=float))
     if table.ndim != 2 or table.shape[1] == 0 or table.shape[1] % VARIABLES_PER_MANEUVER:
         raise ValueError(
-            f"designs of shape {np.shape(designs)}: expected 4 columns for each maneuver "
+            f"designs of shape {np.shape(designs)}: expected 4 columns per maneuver "
             "(three rates [deg/s] and a duration [s])"
         )
     count = table.shape[1] // VARIABLES_PER_MANEUVER
     maneuvers = table.reshape(len(table), count, VARIABLES_PER_MANEUVER)
     rates, durations = np.radians(maneuvers[:, :, :3]), maneuvers[:, :, 3]
-    bad = ~np.isfinite(table).all(axis=1) | (durations < 0.0).any(axis=1)
-    if bad.any():
-        first = int(np.argmax(bad))
+    is_invalid = ~np.isfinite(table).all(axis=1) | (durations < 0.0).any(axis=1)
+    if is_invalid.any():
+        first = int(np.argmax(is_invalid))
         raise ValueError(
             f"design {first} = {table[first].tolist()}: expected finite rates and durations >= 0"
         )
@@ -61,20 +61,28 @@ def decode_designs(designs: ArrayLike) -> tuple[Floats, Floats]:
 
 
 def get_durations(designs: Floats) -> Floats:
-    """Return a view of the durations [s], shape (..., m), of designs, shape (..., 4 m)."""
+    """Return a view of the maneuver durations [s], shape (..., m), in design vectors of shape (...,
+    4 m).
+    """
     return designs[..., VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
 
 
 def build_hold_design(rate: Floats) -> Floats:
-    """Return a design, shape (4,), that only holds the initial rate [rad/s].
+    """Return a design, shape (4,), that holds the initial body rate during the whole run.
 
-    A satellite with magnetorquers rotates freely under this design, since the coils stay off.
+    With magnetorquers, the satellite rotates freely, since its initial rate is already reached.
+
+    Parameters
+    ----------
+    rate : array, shape (3,)
+        Initial body rate [rad/s].
     """
     return np.append(np.degrees(rate), 0.0)
 
 
 def compute_maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
-    """Return the first step of each maneuver, and the step at which the last maneuver ends.
+    """Return the filter step at which each maneuver begins, and the step at which the last maneuver
+    ends.
 
     A maneuver begins at the first step at or after its start. A maneuver that ends before that step
     is skipped, except the last one, whose rate is held to the end of the run.
@@ -82,14 +90,16 @@ def compute_maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
     Parameters
     ----------
     durations : array, shape (n, m)
-        Durations [s].
+        Durations of the maneuvers of n designs [s].
     step : float
         Filter step [s].
 
     Returns
     -------
     starts : array, shape (n, m)
-    over : array, shape (n,)
+        First step of each maneuver.
+    ends : array, shape (n,)
+        Step at which the last maneuver ends.
     """
     times = np.cumsum(durations, axis=1) / step
     ends = np.ceil(np.minimum(times, UNREACHED_STEP)).astype(np.int64)
@@ -99,7 +109,7 @@ def compute_maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
 
 @dataclass(frozen=True)
 class Schedule:
-    """Designs as intervals of constant rate on filter steps.
+    """Designs as intervals of constant body rate, which begin and end at filter steps.
 
     Attributes
     ----------
@@ -115,7 +125,7 @@ class Schedule:
     maneuver_numbers : array, shape (n, k)
         Number of the maneuver, from 0, that contains each interval.
     free : array of bool, shape (n, k), optional
-        With magnetorquers, whether the coils are off.
+        With magnetorquers, whether the magnetorquers are off.
     commands : arrays, shapes (n, m, 3) and (n, m), optional
         With magnetorquers, commanded rates and first steps of the maneuvers. Designs with equal
         commands up to a step have equal motion up to that step.
@@ -130,9 +140,15 @@ class Schedule:
     commands: tuple[Floats, Ints] | None = None
 
     def is_constant(self) -> Bools:
-        """Return whether each interval has the constant rate of its maneuver, shape (n, k).
+        """Return a boolean array that is True for each interval with the constant rate of its
+        maneuver.
 
-        Steps of a ramp do not. With magnetorquers, return whether the coils are off.
+        Steps of a ramp are False. With magnetorquers, intervals in which the magnetorquers are off
+        are True.
+
+        Returns
+        -------
+        array of bool, shape (n, k)
         """
         if self.free is not None:
             return self.free
@@ -140,56 +156,73 @@ class Schedule:
         return unchanged
 
     def count_steps(self, end_steps: ArrayLike = UNREACHED_STEP) -> Ints:
-        """Return the number of steps of each interval, shape (n, k), in runs until `end_steps`."""
+        """Return the number of filter steps in each interval, for runs that end at given steps.
+
+        Parameters
+        ----------
+        end_steps : int or array of int, shape (n,)
+            Step at which the run of each design ends; default: no end.
+
+        Returns
+        -------
+        array of int, shape (n, k)
+        """
         limit = np.reshape(np.asarray(end_steps, dtype=np.int64), (-1, 1))
         ends = np.append(self.starts[:, 1:], np.full((len(self.starts), 1), UNREACHED_STEP), axis=1)
         result: Ints = np.minimum(ends, limit) - np.minimum(self.starts, limit)
         return result
 
     def has_duration(self) -> Bools:
-        """Return whether each interval lasts at least one step, shape (n, k)."""
+        """Return a boolean array, shape (n, k), that is True for intervals of at least one step."""
         return self.count_steps() > 0
 
 
 def build_schedule(
     designs: ArrayLike, step: float, limits: RotationDynamics = None, n_steps: int = UNREACHED_STEP
 ) -> Schedule:
-    """Convert designs to intervals of constant rate until step `n_steps`.
+    """Convert designs to intervals of constant body rate that begin and end at filter steps.
 
-    Without `limits` rates change instantly, as in the paper. With `SlewLimits` the rate moves along
-    a straight line to the rate of the next maneuver, first from the initial rate, in the shortest
-    time. Each step of a ramp is an interval at the exact mean rate of the step. A ramp belongs to
-    the maneuver that it leads to, and is cut short if that maneuver ends first; the last maneuver
-    is extended instead. With magnetorquers every step is an interval.
+    Without `limits`, rates change instantaneously, as in the paper. With `SlewLimits`, the rate
+    moves along a straight line to the rate of the next maneuver, first from the initial rate, in
+    the shortest time. Each step of a ramp is an interval at the exact mean rate of the step. A ramp
+    belongs to the maneuver that it leads to, and is cut short if that maneuver ends first; the last
+    maneuver is extended instead. With magnetorquers, every step is an interval.
 
     Parameters
     ----------
     designs : array_like, shape (n, 4 m)
+        Rates and durations of m maneuvers; see `decode_designs`.
     step : float
         Filter step [s].
     limits : SlewLimits or MagnetorquerDrive, optional
+        Limits on rate changes, or magnetorquer control; None for instantaneous changes.
     n_steps : int
-        Intervals that would start here or later start at `NEVER` or are missing.
+        Number of steps. Intervals that would start at this step or later start at `UNREACHED_STEP`
+        or are missing.
+
+    Returns
+    -------
+    Schedule
 
     Raises
     ------
     ValueError
-        See `decode`.
+        If a design is invalid; see `decode_designs`.
     """
     rates, durations = decode_designs(designs)
-    starts, over = compute_maneuver_steps(durations, step)
+    starts, last_end = compute_maneuver_steps(durations, step)
     n, m = starts.shape
     if limits is None:
         starts = np.where(starts < n_steps, starts, UNREACHED_STEP)
-        return Schedule(rates, rates, starts, over, np.broadcast_to(np.arange(m), (n, m)))
+        return Schedule(rates, rates, starts, last_end, np.broadcast_to(np.arange(m), (n, m)))
     if isinstance(limits, MagnetorquerDrive):
         mean, end, free = limits.compute_rates(rates, starts, step, n_steps)
         steps = np.tile(np.arange(mean.shape[1]), (len(free), 1))
         started = (starts[:, None, :] <= steps[:, :, None]).sum(axis=2)
-        return Schedule(mean, end, steps, over, started - 1, free, (rates, starts))
+        return Schedule(mean, end, steps, last_end, started - 1, free, (rates, starts))
     ends = np.column_stack([starts[:, 1:], np.full(n, UNREACHED_STEP)])
     time, length = np.empty((n, m)), np.empty((n, m), dtype=np.int64)
-    before = np.empty((n, m, 3))  # These are the rates at the start of each maneuver.
+    before = np.empty((n, m, 3))  # Rates at the start of each maneuver.
     before[:, 0] = limits.initial_rate
     change = rates.copy()
     for j in range(m):
@@ -200,29 +233,29 @@ def build_schedule(
         time[:, j] = limits.compute_ramp_time(change[:, j])
         steps = np.ceil(np.minimum(time[:, j] / step, UNREACHED_STEP))
         length[:, j] = np.minimum(steps, ends[:, j] - starts[:, j])
-    over = np.maximum(over, starts[:, -1] + length[:, -1])
+    last_end = np.maximum(last_end, starts[:, -1] + length[:, -1])
 
-    # List the intervals of all designs in sequence: the steps of each ramp, then the held rate.
+    # The intervals of all designs in sequence: the steps of each ramp, then the constant rate.
     count = np.clip(n_steps - starts, 0, length) + 1
-    which = np.repeat(np.arange(n * m), count.ravel())
-    place = _compute_group_indices(count.ravel())
-    start = starts.ravel()[which] + place
+    maneuver = np.repeat(np.arange(n * m), count.ravel())
+    index = _compute_group_indices(count.ravel())
+    start = starts.ravel()[maneuver] + index
     mean, end = (
-        before.reshape(-1, 3)[which] + share[:, None] * change.reshape(-1, 3)[which]
-        for share in _compute_ramp_shares(step * place.astype(float), step, time.ravel()[which])
+        before.reshape(-1, 3)[maneuver] + share[:, None] * change.reshape(-1, 3)[maneuver]
+        for share in _compute_ramp_shares(step * index.astype(float), step, time.ravel()[maneuver])
     )
     # Arrange the intervals with one design per row.
-    row, column = which // m, _compute_group_indices(count.sum(axis=1))
-    plan = _build_empty_schedule(n, column.max(initial=0) + 1, over)
+    row, column = maneuver // m, _compute_group_indices(count.sum(axis=1))
+    plan = _build_empty_schedule(n, column.max(initial=0) + 1, last_end)
     plan.rates[row, column], plan.end_rates[row, column] = mean, end
     plan.starts[row, column] = np.where(start < n_steps, start, UNREACHED_STEP)
-    plan.maneuver_numbers[row, column] = which % m
+    plan.maneuver_numbers[row, column] = maneuver % m
     return plan
 
 
 @dataclass(frozen=True)
 class RateIntervals:
-    """One design as k intervals of constant rate until the end of a run.
+    """One design as k intervals of constant body rate until the end of a run.
 
     Attributes
     ----------
@@ -233,8 +266,8 @@ class RateIntervals:
     rates : array, shape (k, 3)
         Body rates [rad/s].
     is_constant : array of bool, shape (k,)
-        Whether the interval has the rate of its maneuver, not of a ramp; with magnetorquers,
-        whether the coils are off.
+        Whether the interval has the rate of its maneuver and is no step of a ramp; with
+        magnetorquers, whether the magnetorquers are off.
     maneuver_end : float
         End of the last maneuver [s], or of the run if earlier; the last rate is held afterwards.
     """
@@ -249,24 +282,31 @@ class RateIntervals:
 def build_rate_intervals(
     design: ArrayLike, t_end: float, step: float, limits: RotationDynamics = None
 ) -> RateIntervals:
-    """Convert one design to intervals of constant rate in a run of `t_end` seconds.
+    """Convert one design to intervals of constant body rate until the end of a run.
 
     Parameters
     ----------
     design : array_like, shape (4 m,)
+        Rates and durations of m maneuvers; see `decode_designs`.
     t_end : float
         End of the run [s].
-    step, limits
-        See `schedule`.
+    step : float
+        Filter step [s].
+    limits : SlewLimits or MagnetorquerDrive, optional
+        See `build_schedule`.
+
+    Returns
+    -------
+    RateIntervals
     """
     designs = np.atleast_1d(np.asarray(design, dtype=float))[None]
     plan = build_schedule(designs, step, limits, math.ceil(t_end / step) + 1)
-    stretches = plan.has_duration()[0] & (plan.starts[0] * step < t_end)
+    selected = plan.has_duration()[0] & (plan.starts[0] * step < t_end)
     return RateIntervals(
-        maneuver_numbers=plan.maneuver_numbers[0, stretches],
-        times=np.append(plan.starts[0, stretches] * step, t_end),
-        rates=plan.rates[0, stretches],
-        is_constant=plan.is_constant()[0, stretches],
+        maneuver_numbers=plan.maneuver_numbers[0, selected],
+        times=np.append(plan.starts[0, selected] * step, t_end),
+        rates=plan.rates[0, selected],
+        is_constant=plan.is_constant()[0, selected],
         maneuver_end=min(float(plan.maneuver_end_steps[0]) * step, t_end),
     )
 
@@ -283,17 +323,20 @@ def _compute_group_indices(counts: Ints) -> Ints:
 
 
 def _compute_ramp_shares(start: Floats, step: float, time: Floats) -> tuple[Floats, Floats]:
-    """Return the completed share of a rate change, as the mean over a step and at its end.
+    """Return the completed share of a rate change, as the mean over a filter step and at the end of
+    the step.
 
-    A step begins `start` seconds after the start of a ramp that takes `time` seconds. The ramp may
-    end within the step.
+    The step begins `start` seconds after the start of a ramp that takes `time` seconds. The ramp
+    may end within the step.
     """
-    part = np.clip((time - start) / step, 0.0, 1.0)  # The ramp covers this part of the step.
+    part = np.clip((time - start) / step, 0.0, 1.0)  # Part of the step that the ramp covers.
     mean = part * _compute_completed_share(start + 0.5 * part * step, time) + (1.0 - part)
     return mean, _compute_completed_share(start + step, time)
 
 
 def _compute_completed_share(elapsed: Floats, time: Floats) -> Floats:
-    """Return the completed share of a rate change at a time `elapsed` the start of its ramp [s]."""
+    """Return the completed share of a rate change, at a time `elapsed` [s] after the start of its
+    ramp.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(time > 0.0, np.clip(elapsed / time, 0.0, 1.0), 1.0)

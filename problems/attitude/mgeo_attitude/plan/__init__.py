@@ -1,4 +1,4 @@
-"""Plans as objects and files: selected from a front, analyzed, exported, read."""
+"""Maneuver plans as objects and files: selection from a front, analysis, export and import."""
 
 from mgeo_attitude.plan.aem import format_aem
 from mgeo_attitude.plan.attitudes import format_stk

@@ -1,13 +1,14 @@
-"""Export of the planned attitude as a CCSDS Attitude Ephemeris Message (504.0-B) in KVN.
+"""Export of the planned attitude as a CCSDS Attitude Ephemeris Message (AEM, CCSDS 504.0-B) in KVN.
 
-Attitudes are rotations from REF_FRAME_A to REF_FRAME_B with the scalar part last. Version 1.0
-(504.0-B-1, 2008) states this by ATTITUDE_DIR = A2B and QUATERNION_TYPE = LAST; version 2.0
-(504.0-B-2, 2024) implies it. Rates are quaternion derivatives in version 1.0, which defines rates
-only for Euler angles, and angular velocities in body axes in version 2.0. REF_FRAME_A is GCRF, the
-frame of all tables of this package, or EME2000, whose axes differ by 0.02 arc seconds.
+Attitudes are rotations from REF_FRAME_A to REF_FRAME_B, as quaternions with the scalar part last.
+Version 1.0 (504.0-B-1, 2008) declares this by ATTITUDE_DIR = A2B and QUATERNION_TYPE = LAST;
+version 2.0 (504.0-B-2, 2024) implies it. Version 1.0 defines rates only for Euler angles, so that
+rates are written as quaternion derivatives; in version 2.0 they are angular velocities in body
+axes. REF_FRAME_A is GCRF, the frame of all tables of this package, or EME2000, whose axes differ by
+0.02 arc seconds.
 
-Each phase of constant rate is a segment, since readers must not interpolate across the ends of a
-segment (4.2.4.8.3). It starts at the instant at which the previous segment ends.
+Each phase of constant rate is a segment, because readers must not interpolate across the ends of a
+segment (4.2.4.8.3). A segment starts at the instant at which the previous segment ends.
 """
 
 from __future__ import annotations
@@ -43,9 +44,11 @@ def format_aem(
     rates: Rates = "given",
     frame: Frame = "GCRF",
 ) -> str:
-    """Return the attitude of a plan, slew back included, as an AEM.
+    """Return the attitude history of a plan, including its slew back, as the text of a CCSDS
+    Attitude Ephemeris Message (AEM).
 
-    Comments describe a constant-rate hold for Monte Carlo runs and list violated constraints.
+    Comments of the message describe a constant-rate hold beyond the nominal convergence, if there
+    is one, and list violated constraints.
 
     Parameters
     ----------
@@ -57,12 +60,16 @@ def format_aem(
     version : {"1.0", "2.0"}
         CCSDS_AEM_VERS.
     spacing : float
-        Largest time between attitudes [s]. Readers interpolate linearly: the error is below 0.03
-        arc seconds at 1 deg/s about all axes and the default spacing.
+        Largest time between attitudes [s]. Readers interpolate linearly, with an error below 0.03
+        arc seconds at the default spacing and 1 deg/s about all axes.
     rates : {"given", "none"}
-        Whether rates are written. Many readers accept quaternions without rates only.
+        Whether to write rates. Many readers accept only quaternions without rates.
     frame : {"GCRF", "EME2000"}
         REF_FRAME_A.
+
+    Returns
+    -------
+    str
 
     Raises
     ------
@@ -79,12 +86,12 @@ def format_aem(
     >>> print(format_aem(plan, object_name="MYSAT").splitlines()[0])
     CCSDS_AEM_VERS = 1.0
     """
-    for key, given, choices in (("version", version, Version), ("rates", rates, Rates)):
-        if given not in get_args(choices):
-            raise ValueError(f"{key} = {given!r}: expected one of {', '.join(get_args(choices))}")
+    for key, value, choices in (("version", version, Version), ("rates", rates, Rates)):
+        if value not in get_args(choices):
+            raise ValueError(f"{key} = {value!r}: expected one of {', '.join(get_args(choices))}")
     texts = {"object_name": object_name, "object_id": object_id, "originator": originator}
-    for key, value in texts.items():
-        _check_text(key, value)
+    for key, text in texts.items():
+        _check_text(key, text)
     names = [f"OBJECT_NAME = {object_name}", f"OBJECT_ID = {object_id}"]
     (creation_date,) = format_time_stamps(creation_time or datetime.now(UTC), [0.0])
     lines = [
@@ -112,7 +119,7 @@ def _format_segment(
     frame: Frame,
 ) -> list[str]:
     epochs = format_time_stamps(plan.scenario.epoch, part.times)
-    turning = " ".join(f"{rate:.6g}" for rate in part.phase.rates_deg_s)
+    body_rates = " ".join(f"{rate:.6g}" for rate in part.phase.rates_deg_s)
     first_edition = version == "1.0"
     kind, columns, lines = "QUATERNION", [part.q], ["QUATERNION_TYPE = LAST"]
     if rates == "given":
@@ -122,10 +129,10 @@ def _format_segment(
         )
     if not first_edition:
         lines = ["ANGVEL_FRAME = SC_BODY_1"] if rates == "given" else []
-    rows = np.hstack(columns).round(_DIGITS) + 0.0  # the format does not allow -0
+    rows = np.hstack(columns).round(_DIGITS) + 0.0  # AEM does not allow -0.
     return [
         "META_START",
-        f"COMMENT {part.phase.label}, body rates {turning} deg/s",
+        f"COMMENT {part.phase.label}, body rates {body_rates} deg/s",
         *names,
         "CENTER_NAME = EARTH",
         f"REF_FRAME_A = {frame}",
@@ -149,7 +156,6 @@ def _format_segment(
 
 
 def _format_comment(text: str) -> str:
-    """Return a comment line in ASCII, cut to the length that the format allows."""
     return f"COMMENT {text.encode('ascii', 'replace').decode()[:_LONGEST_VALUE]}"
 
 
@@ -159,5 +165,5 @@ def _check_text(key: str, value: str) -> None:
     if not (one_case and printable and len(value) <= _LONGEST_VALUE):
         raise ValueError(
             f"{key} = {value!r}: expected 1 to {_LONGEST_VALUE} printable ASCII characters, all "
-            "upper or all lower case, without blanks at either end"
+            "upper or all lower case, without leading or trailing blanks"
         )

@@ -1,4 +1,4 @@
-"""Attitude of a plan as a function of time, and its export as an STK attitude file."""
+"""Attitude history of a plan at given times, and its export as an STK attitude file."""
 
 from __future__ import annotations
 
@@ -22,15 +22,16 @@ Frame = Literal["GCRF", "EME2000"]
 
 @dataclass(frozen=True, eq=False)
 class PhaseAttitudes:
-    """Attitudes during one phase, both ends included.
+    """Attitude history of a plan during one phase, sampled at times that include both ends.
 
     Attributes
     ----------
     phase : Phase
     times : array, shape (k,)
-        Seconds after the epoch.
+        Times after the epoch of the scenario [s].
     q : array, shape (k, 4)
-        Quaternions from an inertial frame to the body, scalar last, as in `geometry.quaternion`.
+        Quaternions of the rotation from an inertial frame to the body, scalar part last, as in
+        `geometry.quaternion`.
     rates : array, shape (k, 3)
         Body rates about the body axes [rad/s].
     """
@@ -44,7 +45,7 @@ class PhaseAttitudes:
 def iterate_attitudes(
     plan: ManeuverPlan, spacing: float = 1.0, frame: Frame = "GCRF"
 ) -> Iterator[PhaseAttitudes]:
-    """Yield the attitudes of each phase of a plan, slew back included.
+    """Yield the sampled attitude history of each phase of a plan, including the slew back.
 
     Parameters
     ----------
@@ -54,10 +55,14 @@ def iterate_attitudes(
     frame : {"GCRF", "EME2000"}
         Inertial frame of the quaternions.
 
+    Yields
+    ------
+    PhaseAttitudes
+
     Raises
     ------
     ValueError
-        If the spacing is not positive or the frame is unknown.
+        If the spacing is not positive and finite, or if the frame is unknown.
     """
     if not 0.0 < spacing < math.inf:
         raise ValueError(f"spacing = {spacing!r}: expected a number of seconds above 0")
@@ -65,7 +70,7 @@ def iterate_attitudes(
         raise ValueError(f"frame = {frame!r}: expected {' or '.join(get_args(Frame))}")
     step = plan.scenario.step
     for phase in plan.phases:
-        at = np.linspace(phase.start, phase.end, math.ceil(phase.duration / spacing) + 1)
+        sample_times = np.linspace(phase.start, phase.end, math.ceil(phase.duration / spacing) + 1)
         first, last = plan.to_steps([phase.start, phase.end])
         times = step * np.arange(first, last + 1, dtype=float)
         matrices = plan.attitude[first : last + 1]
@@ -73,34 +78,53 @@ def iterate_attitudes(
             matrices = matrices @ gcrf_to_eme2000().T
         yield PhaseAttitudes(
             phase,
-            at,
-            interpolate_quaternions(times, matrices, at),
-            interpolate_body_rates(times, matrices, at),
+            sample_times,
+            interpolate_quaternions(times, matrices, sample_times),
+            interpolate_body_rates(times, matrices, sample_times),
         )
 
 
 def join_attitudes(plan: ManeuverPlan, spacing: float) -> tuple[Floats, Floats]:
-    """Return times, shape (k,), and quaternions from GCRF, shape (k, 4), of a whole plan.
+    """Return the sampled attitude history of a whole plan, as times and quaternions.
 
-    The instants at which phases meet appear once. The signs of the quaternions are continuous.
+    The instants at which two phases meet appear once. The signs of the quaternions are chosen so
+    that their components are continuous.
+
+    Parameters
+    ----------
+    plan : ManeuverPlan
+    spacing : float
+        Largest time between attitudes [s].
+
+    Returns
+    -------
+    times : array, shape (k,)
+        Times after the epoch of the scenario [s].
+    q : array, shape (k, 4)
+        Quaternions of the rotation from GCRF to the body, scalar part last.
     """
-    parts = list(iterate_attitudes(plan, spacing))
-    times = np.concatenate([part.times[:1] for part in parts[:1]] + [p.times[1:] for p in parts])
-    q = np.concatenate([part.q[:1] for part in parts[:1]] + [part.q[1:] for part in parts])
-    jumps = np.where(np.einsum("ki,ki->k", q[:-1], q[1:]) < 0.0, -1.0, 1.0)
-    return times, q * np.cumprod(np.append(1.0, jumps))[:, None]
+    phases = list(iterate_attitudes(plan, spacing))
+    times = np.concatenate([phases[0].times[:1], *(phase.times[1:] for phase in phases)])
+    q = np.concatenate([phases[0].q[:1], *(phase.q[1:] for phase in phases)])
+    signs = np.where(np.einsum("ki,ki->k", q[:-1], q[1:]) < 0.0, -1.0, 1.0)
+    return times, q * np.cumprod(np.append(1.0, signs))[:, None]
 
 
 def format_violations(plan: ManeuverPlan) -> list[str]:
-    """Return a line in ASCII for each violated constraint, for comments in files."""
+    """Return one line of ASCII text per violated constraint of a plan, for comments in files."""
     lines = (f"VIOLATED CONSTRAINT: {each}" for each in plan.list_violations())
     return [line.encode("ascii", "replace").decode() for line in lines]
 
 
 def gcrf_to_eme2000() -> Floats:
-    """Return the rotation matrix from GCRF to EME2000, the constant frame bias of 0.02 arc seconds.
+    """Return the rotation matrix from GCRF to EME2000, shape (3, 3).
 
-    Source: IAU 2006, by erfa (IERS Conventions 2010, section 5.4.4).
+    The rotation is the constant frame bias of 0.02 arc seconds (IAU 2006, computed by erfa; IERS
+    Conventions 2010, section 5.4.4).
+
+    Returns
+    -------
+    array, shape (3, 3)
     """
     return np.asarray(erfa.bp06(erfa.DJ00, 0.0)[0])
 
@@ -109,16 +133,21 @@ _MONTHS = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct",
 
 
 def format_stk(plan: ManeuverPlan, *, spacing: float = 1.0) -> str:
-    """Return the attitude of a plan as an STK attitude file.
+    """Return the attitude history of a plan, including its slew back, as the text of an STK
+    attitude file.
 
-    The quaternions rotate from ICRF to the body, with the scalar part last. Times are seconds after
-    ScenarioEpoch, in UTC.
+    The quaternions describe the rotation from ICRF to the body, with the scalar part last. Times
+    are seconds after ScenarioEpoch, which is in UTC.
 
     Parameters
     ----------
     plan : ManeuverPlan
     spacing : float
         Largest time between attitudes [s].
+
+    Returns
+    -------
+    str
 
     Raises
     ------

@@ -1,7 +1,8 @@
-"""JSON documents of plans, calibrations and true parameters.
+"""Common format of the JSON files of plans, calibrations and true parameters.
 
 A document starts with its ``format`` and ``version`` and contains the scenario. Entries that follow
-from other entries are informative: reading ignores them and computes them again.
+from other entries are written for readers of the file only; they are ignored and computed again
+when the file is read.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class DocumentFormat(Generic[T]):
-    """A format of JSON documents.
+    """Format of one kind of JSON document, with functions that convert objects to entries and
+    back.
 
     Attributes
     ----------
@@ -30,11 +32,11 @@ class DocumentFormat(Generic[T]):
     version : int
         Value of the entry ``version``.
     defining_entries : function
-        Return the entries that define an object, the scenario first.
+        Returns the entries that define an object, as a dict that starts with the scenario.
     build : function
-        Construct an object from a table with these entries and from their scenario.
+        Constructs an object from a dict with the defining entries and from the scenario.
     derived_entries : function
-        Return the entries that follow from the others.
+        Returns the entries that follow from the defining entries, as a dict.
     """
 
     name: str
@@ -43,13 +45,17 @@ class DocumentFormat(Generic[T]):
     build: Callable[[Mapping[str, Any], Scenario], T]
     derived_entries: Callable[[T], Mapping[str, Any]]
 
-    def build_document(self, thing: T) -> dict[str, Any]:
-        """Return all entries of an object's document."""
-        first = {"format": self.name, "version": self.version}
-        return {**first, **self.defining_entries(thing), **self.derived_entries(thing)}
+    def build_document(self, value: T) -> dict[str, Any]:
+        """Return the JSON document of an object as a dict: format, version and all entries."""
+        header = {"format": self.name, "version": self.version}
+        return {**header, **self.defining_entries(value), **self.derived_entries(value)}
 
     def parse(self, text: str) -> T:
-        """Return the object that a document describes.
+        """Construct the object that a JSON text describes.
+
+        Returns
+        -------
+        object
 
         Raises
         ------
@@ -57,17 +63,22 @@ class DocumentFormat(Generic[T]):
             If the text is not JSON, if its format or version differs, or if an entry is missing or
             invalid. The message names the key.
         """
-        table = parse_table(text, self.name, self.version)
-        return self.build(table, read_scenario(table))
+        entries = parse_table(text, self.name, self.version)
+        return self.build(entries, read_scenario(entries))
 
 
 def serialize(document: Mapping[str, Any]) -> str:
-    """Serialize a document as JSON text, from which floats are read back exactly."""
+    """Return a dict as JSON text, with floats in full precision.
+
+    Returns
+    -------
+    str
+    """
     return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def parse_table(text: str, kind: str, version: int) -> dict[str, Any]:
-    """Parse a document and check its format and version.
+    """Parse a JSON document to a dict, and check its entries ``format`` and ``version``.
 
     Parameters
     ----------
@@ -76,6 +87,10 @@ def parse_table(text: str, kind: str, version: int) -> dict[str, Any]:
         Expected ``format``.
     version : int
         Expected ``version``.
+
+    Returns
+    -------
+    dict
 
     Raises
     ------
@@ -92,28 +107,48 @@ def parse_table(text: str, kind: str, version: int) -> dict[str, Any]:
 
 
 def read_scenario(table: Mapping[str, Any]) -> Scenario:
-    """Return the scenario of a document.
+    """Construct the scenario from the entry ``scenario`` of a parsed document.
 
-    The document must contain all keys instead of a preset, whose values may change between
-    versions.
+    The entry must contain all keys of the scenario. A preset is rejected, because its values may
+    change between versions.
+
+    Parameters
+    ----------
+    table : mapping
+        Parsed document.
+
+    Returns
+    -------
+    Scenario
 
     Raises
     ------
     ValueError, TypeError
         If the scenario is invalid; the message names the key, after ``scenario``.
     """
-    own = get_entry(table, "scenario", dict)
-    if "preset" in own:
-        whole = "expected all keys instead of a preset, whose values may change between versions"
-        raise InvalidValue("scenario.preset", own["preset"], whole)
+    options = get_entry(table, "scenario", dict)
+    if "preset" in options:
+        expected = "expected all keys instead of a preset, whose values may change between versions"
+        raise InvalidValue("scenario.preset", options["preset"], expected)
     try:
-        return Scenario.from_dict(own)
+        return Scenario.from_dict(options)
     except InvalidValue as error:
         raise error.prefix_key("scenario") from None
 
 
 def read_document(path: Path | str, read: Callable[[str], T]) -> T:
-    """Apply `read` to the text of a file.
+    """Read a text file, and return the object that a parsing function constructs from the text.
+
+    Parameters
+    ----------
+    path : path
+    read : function
+        Constructs the object from the text, such as `from_json`.
+
+    Returns
+    -------
+    object
+        Result of `read`.
 
     Raises
     ------

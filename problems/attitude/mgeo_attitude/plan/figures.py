@@ -1,4 +1,4 @@
-"""Figures of one plan for its report page."""
+"""Figures of one plan on the page that ``mgeo attitude show --html`` writes."""
 
 from __future__ import annotations
 
@@ -15,10 +15,21 @@ from mgeo_attitude.view.summaries import format_nominal_suffix
 
 
 def build_plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
-    """Return the figures ``rates``, ``compute_uncertainty_by_phase``, ``budget`` and ``correlation``."""
-    own = dataclasses.replace(PlottedSolutions.from_plans(plan.view), labels=("plan",))
+    """Draw body rates, uncertainty by phase, error budget and correlations of a plan.
+
+    Parameters
+    ----------
+    plan : ManeuverPlan
+
+    Returns
+    -------
+    dict of str to plotly Figure
+        Figures with the keys ``rates``, ``uncertainty_by_phase``, ``error_budget`` and
+        ``correlation``.
+    """
+    solutions = dataclasses.replace(PlottedSolutions.from_plans(plan.view), labels=("plan",))
     return {
-        "rates": draw_maneuvers(plan.problem, own),
+        "rates": draw_maneuvers(plan.problem, solutions),
         "uncertainty_by_phase": _draw_uncertainty_by_phase(plan),
         "error_budget": _draw_error_budget(plan),
         "correlation": _draw_correlation(plan),
@@ -26,7 +37,6 @@ def build_plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
 
 
 def _draw_uncertainty_by_phase(plan: ManeuverPlan) -> go.Figure:
-    """Draw the 1-sigma of each state block at the end of each phase, over the initial one."""
     table = plan.compute_uncertainty_by_phase()
     sigma = table.iloc[:, -plan.problem.model.suite.n_states :].to_numpy(float)
     worst = sigma.reshape(len(table), -1, 3).max(axis=2)
@@ -55,12 +65,13 @@ def _draw_uncertainty_by_phase(plan: ManeuverPlan) -> go.Figure:
 
 
 def _draw_error_budget(plan: ManeuverPlan) -> go.Figure:
-    """Draw the share of each error source in the variance of the worst axis of each state block."""
     table = plan.compute_error_budget()
     share = 100.0 * (table / table.loc["all"]) ** 2
     figure = go.Figure()
     for index, source in enumerate(table.index[:-1]):
-        pattern = ("", "/", "x", ".")[index // len(COLORS) % 4]  # distinguishes equal colors
+        pattern = ("", "/", "x", ".")[
+            index // len(COLORS) % 4
+        ]  # The pattern distinguishes equal colors.
         figure.add_bar(
             y=table.columns,
             x=share.loc[source],
@@ -77,7 +88,6 @@ def _draw_error_budget(plan: ManeuverPlan) -> go.Figure:
 
 
 def _draw_correlation(plan: ManeuverPlan) -> go.Figure:
-    """Draw the correlation matrix as a heat map from -1 (blue) over 0 (white) to 1 (orange)."""
     table = plan.compute_correlations()
     figure = go.Figure(
         go.Heatmap(

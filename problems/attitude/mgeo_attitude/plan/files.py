@@ -1,8 +1,8 @@
-"""Files of plans: any export format by `write_plan`, JSON that is read back, and CSV.
+"""Files of plans: export in any format, JSON that can be read again, and CSV.
 
-In JSON, ``scenario`` and ``design`` define the plan. ``predicted``, ``constraints``, ``timeline``
-and ``accuracy`` are informative: reading ignores them and computes them again. Floats have all
-their digits, except in commands.
+In JSON, ``scenario`` and ``design`` define the plan. The entries ``predicted``, ``constraints``,
+``timeline`` and ``accuracy`` are for readers of the file: they are ignored and computed again when
+the file is read. Floats are written in full precision, except in the table of commands.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from mgeo_attitude.problem import PLAN_FORMAT
 
 
 def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
-    """Write a plan atomically to a file in the format of its suffix.
+    """Write a plan to a file atomically, in the format that the suffix of the file name selects.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
     ValueError
         If the suffix is unknown, or if the format's function raises one.
     TypeError
-        If no format takes a keyword.
+        If no format has one of the options.
     ImportError
         If the format needs a package that is not installed.
     OSError
@@ -59,7 +59,7 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
 
 
 def build_plan_content(plan: ManeuverPlan, path: Path | str, options: Mapping[str, Any]) -> bytes:
-    """Return the content that `write_plan` writes to a path, with its exceptions."""
+    """Return the bytes that `write_plan` writes to a file, or raise its exceptions."""
     chosen = find_format(path)
     reject_unknown_keywords(
         options, {key for each in FORMATS for key in each.list_options()}, "write_plan"
@@ -69,14 +69,18 @@ def build_plan_content(plan: ManeuverPlan, path: Path | str, options: Mapping[st
 
 
 def to_csv(plan: ManeuverPlan) -> str:
-    """Return the timeline as CSV with a header, one row per phase.
+    """Return the timeline of a plan as CSV text, with a header line and one row per phase.
 
-    The column ``row``, such as 2/4, makes missing rows visible. Lines before the header that begin
-    with # list violated constraints.
+    The column ``row`` has entries such as 2/4, so that missing rows are noticed. Lines before the
+    header that begin with # list violated constraints.
 
     Parameters
     ----------
     plan : ManeuverPlan
+
+    Returns
+    -------
+    str
 
     Examples
     --------
@@ -93,7 +97,7 @@ def to_csv(plan: ManeuverPlan) -> str:
 
 
 def format_csv(plan: ManeuverPlan, table: pd.DataFrame, **options: Any) -> str:
-    """Return a table as CSV, preceded by a comment for each violated constraint of the plan.
+    """Return a table as CSV text, after one comment line per violated constraint of a plan.
 
     Parameters
     ----------
@@ -101,6 +105,10 @@ def format_csv(plan: ManeuverPlan, table: pd.DataFrame, **options: Any) -> str:
     table : DataFrame
     options
         Keyword arguments of `DataFrame.to_csv`.
+
+    Returns
+    -------
+    str
     """
     comments = "".join(
         f"# VIOLATED CONSTRAINT: {violation}\n" for violation in plan.list_violations()
@@ -109,11 +117,15 @@ def format_csv(plan: ManeuverPlan, table: pd.DataFrame, **options: Any) -> str:
 
 
 def to_json(plan: ManeuverPlan) -> str:
-    """Return a plan as a JSON document, from which floats are read back exactly.
+    """Return a plan as JSON text, with floats in full precision.
 
     Parameters
     ----------
     plan : ManeuverPlan
+
+    Returns
+    -------
+    str
 
     Examples
     --------
@@ -128,21 +140,26 @@ def to_json(plan: ManeuverPlan) -> str:
 
 
 def build_document(plan: ManeuverPlan) -> dict[str, Any]:
-    """Return the entries that `to_json` writes, as JSON values."""
+    """Return the JSON document of a plan as a dict; see `to_json`."""
     return _FORMAT.build_document(plan)
 
 
 def from_json(text: str) -> ManeuverPlan:
-    """Return the plan of a JSON document.
+    """Construct a plan from the JSON text that `to_json` returns.
 
     Parameters
     ----------
     text : str
 
+    Returns
+    -------
+    ManeuverPlan
+
     Raises
     ------
     ValueError, TypeError
-        As `Form.read`.
+        If the text is not JSON, if its format or version differs, or if an entry is missing or
+        invalid. The message names the key.
 
     Examples
     --------
@@ -161,6 +178,10 @@ def read_json(path: Path | str) -> ManeuverPlan:
     Parameters
     ----------
     path : path
+
+    Returns
+    -------
+    ManeuverPlan
 
     Raises
     ------
@@ -183,7 +204,7 @@ def read_json(path: Path | str) -> ManeuverPlan:
 
 
 def _derive_entries(plan: ManeuverPlan) -> dict[str, Any]:
-    held = {"hold end [s]": plan.hold_end} if plan.describe_hold() else {}
+    hold = {"hold end [s]": plan.hold_end} if plan.describe_hold() else {}
     slew_back = {"slew-back end [s]": plan.duration} if plan.slew_back else {}
     return {
         "predicted": {
@@ -191,10 +212,11 @@ def _derive_entries(plan: ManeuverPlan) -> dict[str, Any]:
             "trace [-]": plan.trace,
             "attitude 1-sigma [deg]": plan.attitude_sigma_deg,
             "converged": plan.converged,
-            **held,
+            **hold,
             **slew_back,
         },
-        # Margins are differences of close numbers, whose last digits depend on libraries.
+        # The last digits of a margin depend on the libraries, since it is a difference of close
+        # numbers.
         "constraints": plan.build_constraint_table()
         .drop(columns="margin")
         .reset_index()

@@ -1,4 +1,4 @@
-"""Maneuver plan: one design in one scenario, with its analyses."""
+"""Maneuver plan: a design in a scenario, with the predicted accuracy and all analyses."""
 
 from __future__ import annotations
 
@@ -36,13 +36,14 @@ UNCALIBRATED_SHARE = 0.5
 
 @dataclass(frozen=True)
 class ManeuverPlan(Settings):
-    """Calibration maneuvers from the scenario's epoch until the filter has converged.
+    """Plan of calibration maneuvers: a design in its scenario, with the predicted accuracy.
 
-    With Monte Carlo runs, the last rate is held until the robust time. A slew back to the initial
-    attitude law follows if the scenario requests it.
+    A plan starts at the epoch of the scenario and ends when the filter has converged. With Monte
+    Carlo runs, the last rate is held until the time at which the requested share of the runs has
+    converged. A slew back to the initial attitude law follows if the scenario requests one.
 
-    Plans are equal if their scenarios and designs are equal; results are computed on first access.
-    A plan may violate constraints of the scenario, see `list_violations`.
+    Plans are equal if their scenarios and designs are equal. Results are computed on first access.
+    A plan may violate constraints of the scenario; see `list_violations`.
 
     Parameters
     ----------
@@ -63,25 +64,26 @@ class ManeuverPlan(Settings):
     >>> from mgeo_attitude.plan import ManeuverPlan
     >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
     >>> plan = ManeuverPlan(Scenario.paper(), design)
-    >>> plan.t_end, plan.accuracy()["after"].head(3).round(3).to_list()  # deg
+    >>> plan.t_end, plan.build_accuracy_table()["after"].head(3).round(3).to_list()  # deg
     (2337.0, [0.043, 0.046, 0.055])
     """
 
     scenario: Scenario
-    """scenario of the plan"""
+    """Scenario in which the plan is executed."""
     design: tuple[float, ...]
-    """rates [deg/s] and duration [s] of each maneuver"""
+    """Body rates [deg/s] and duration [s] of each maneuver in turn."""
 
     def __post_init__(self) -> None:
         problem = self.problem
-        nothing = tuple(
+        hold_design = tuple(
             np.tile(
                 build_hold_design(problem.model.initial_rate), self.scenario.maneuvers.count
             ).tolist()
         )
         if not self.design:
-            object.__setattr__(self, "design", nothing)
-        if self.design == nothing:  # a tumbling satellite may exceed the bounds of maneuver rates
+            object.__setattr__(self, "design", hold_design)
+        # The initial rate of a tumbling satellite may exceed the bounds of maneuver rates.
+        if self.design == hold_design:
             return
         if len(self.design) != problem.n_var:
             raise InvalidValue(
@@ -101,7 +103,9 @@ class ManeuverPlan(Settings):
     def from_design(
         cls, problem: AttitudeManeuverProblem, x: ArrayLike, F: Floats | None = None
     ) -> ManeuverPlan:
-        """Return the plan of a design vector, sharing the tables of a problem.
+        """Return the plan of a design vector of a problem.
+
+        The plan shares the problem's precomputed data, such as environment and filter model.
 
         Parameters
         ----------
@@ -109,7 +113,12 @@ class ManeuverPlan(Settings):
         x : array_like, shape (n_var,)
             Design vector.
         F : array, shape (n_obj,), optional
-            Known objectives, such as those stored in a run folder. They are not evaluated again.
+            Objectives of the design if they are available, for example from a run folder. They
+            are then not evaluated again.
+
+        Returns
+        -------
+        ManeuverPlan
 
         Raises
         ------
@@ -127,22 +136,22 @@ class ManeuverPlan(Settings):
 
     @cached_property
     def problem(self) -> AttitudeManeuverProblem:
-        """Problem of the scenario; equal scenarios share it."""
+        """Optimization problem of the scenario, shared by plans with equal scenarios."""
         return _build_problem(self.scenario)
 
     @cached_property
     def view(self) -> ManeuverView:
-        """View of the plan as a solution of its problem."""
+        """View of the plan as the only solution of its problem, for tables and figures."""
         return self.problem.view([self.design])
 
     @cached_property
     def history(self) -> FilterHistory:
-        """Filter run of the plan."""
+        """Time history of the covariance in the nominal run of the plan, computed on first use."""
         return run_filter(self.problem.model, self.design)
 
     @property
     def t_end(self) -> float:
-        """Time of convergence, or the scenario's duration [s].
+        """Convergence time in the nominal run [s]; the scenario's duration without convergence.
 
         Raises
         ------
@@ -158,41 +167,52 @@ class ManeuverPlan(Settings):
 
     @property
     def converged(self) -> bool:
-        """Whether the filter converged before the scenario's duration."""
+        """True if the filter converges before the end of the scenario."""
         return self.t_end < self.problem.model.duration
 
     @property
     def trace(self) -> float:
-        """Weighted trace of the covariance at `t_end`."""
+        """Weighted trace of the filter covariance at the convergence time `t_end`."""
         return float(self.view.nominal.trace[0])
 
     @property
     def covariance(self) -> Floats:
-        """Covariance at `t_end`, shape (n_states, n_states), in the filter's units."""
+        """Filter covariance at the convergence time, shape (n_states, n_states), in filter
+        units.
+        """
         covariance: Floats = self.view.nominal.covariance[0]
         return covariance
 
     @property
     def sigma(self) -> Floats:
-        """1-sigma of each state at `t_end`, shape (n_states,); see `Plans.sigma`."""
+        """Predicted 1-sigma of each state at `t_end`, shape (n_states,), in filter units.
+
+        With magnetorquers this is the root mean square over Monte Carlo runs; see `Plans.sigma`.
+        """
         sigma: Floats = self.view.sigma[0]
         return sigma
 
     @property
     def attitude_sigma_deg(self) -> float:
-        """Attitude 1-sigma about the worst body axis at `t_end` [deg]; see `sigma`."""
+        """Predicted attitude 1-sigma about the worst body axis at `t_end` [deg]; see `sigma`."""
         return float(DEG.factor * self.sigma[:3].max())
 
     @property
     def summary(self) -> str:
-        """One-line summary of the plan; see `describe.answers`."""
-        (answer,) = self.view.summaries()
-        return answer
+        """One line of text with the convergence time and the predicted 1-sigmas of the plan."""
+        (summary,) = self.view.summaries()
+        return summary
 
     def compare_with_monte_carlo(self) -> pd.DataFrame:
-        """Compare the objectives with those in 9 of 10 Monte Carlo runs, one row per objective.
+        """Compare each predicted objective with its 0.9-quantile over Monte Carlo runs, in a
+        table.
 
-        Columns: ``predicted``, ``kept``, ``kept / promised [-]``; see `Plans.promises`.
+        Returns
+        -------
+        DataFrame
+            One row per objective. Columns: ``predicted``; ``Monte Carlo``, the 0.9-quantile over
+            the runs; and their ratio ``Monte Carlo / predicted [-]``. See
+            `Plans.compare_with_monte_carlo`.
         """
         values = self.view.compare_with_monte_carlo().to_numpy(float).reshape(-1, 3)
         names = pd.Index(self.problem.obj_names, name="objective")
@@ -202,19 +222,19 @@ class ManeuverPlan(Settings):
 
     @cached_property
     def hold_end(self) -> float:
-        """End of the constant-rate hold [s], at `t_end` or later; see `Plans.held_until`."""
-        (held,) = self.view.hold_end
-        return float(held)
+        """Time until which the last rate is held [s], at least `t_end`; see `Plans.hold_end`."""
+        (hold_end,) = self.view.hold_end
+        return float(hold_end)
 
     @cached_property
     def trajectory(self) -> Trajectory:
-        """Motion of the satellite until the end of the plan."""
+        """Attitude motion of the satellite from the epoch to the end of the plan."""
         design = np.array(self.design)
         return Trajectory(self.scenario, self.problem.model, design, self.t_end, self.hold_end)
 
     @property
     def phases(self) -> tuple[Phase, ...]:
-        """Maneuvers, constant-rate hold and slew back, in this order."""
+        """Phases of the plan in time order: maneuvers, ramps, constant-rate hold and slew back."""
         return self.trajectory.phases
 
     @property
@@ -223,38 +243,53 @@ class ManeuverPlan(Settings):
 
     @property
     def slew_back(self) -> SlewBack | None:
-        """Slew back after `held_until`, or None if the scenario does not request one."""
+        """Slew back to the initial attitude law after `hold_end`, or None if none is requested."""
         return self.trajectory.slew_back
 
     @property
     def duration(self) -> float:
-        """End of the plan, slew back included [s]."""
+        """Time from the epoch to the end of the plan, including the slew back [s]."""
         return self.trajectory.end
 
     @property
     def attitude(self) -> Floats:
-        """Attitude from GCRS to body at every filter step of the plan, shape (n + 1, 3, 3)."""
+        """Attitude matrices from GCRS to body at all filter steps of the plan, shape (n + 1,
+        3, 3).
+        """
         return self.trajectory.attitude
 
     def to_steps(self, times: ArrayLike) -> NDArray[np.int64]:
-        """Return the filter steps at times [s], which must be multiples of the step."""
+        """Convert times [s], multiples of the filter's step size, to indices of filter steps.
+
+        Parameters
+        ----------
+        times : array_like
+            Times after the epoch of the scenario [s].
+
+        Returns
+        -------
+        array of int
+        """
         return np.rint(np.asarray(times) / self.scenario.step).astype(np.int64)
 
     def describe_hold(self) -> list[str]:
-        """Return a line on the constant-rate hold beyond `t_end`, if there is one."""
+        """Return a list with a line of text on the hold of the last rate beyond `t_end`, empty
+        without one.
+        """
         if self.hold_end <= self.t_end:
             return []
         return [
-            f"the filter has converged after {format_duration(self.t_end)} ({self.t_end:.6g} s) in the "
-            f"nominal run; the last rate is held until {format_duration(self.hold_end)} "
+            f"the filter has converged after {format_duration(self.t_end)} ({self.t_end:.6g} s) in "
+            f"the nominal run; the last rate is held until {format_duration(self.hold_end)} "
             f"({self.hold_end:.6g} s) for runs that converge later"
         ]
 
     def build_timeline(self) -> pd.DataFrame:
-        """Return times, rates and attitudes of the plan, one row per phase.
+        """Return a table with times, body rates and attitudes of the plan, one row per phase.
 
-        Attitudes are quaternions from GCRF to body, scalar last (see `quaternions_from_matrices`). The swept
-        angle is the integral of the rate, not the angle between the attitudes.
+        Attitudes are quaternions of the rotation from GCRF to the body, with the scalar part last
+        (see `quaternions_from_matrices`). The column ``rotation [deg]`` is the integral of the
+        rate, not the angle between start and end attitude.
         """
         edges = np.array([*(phase.start for phase in self.phases), self.duration])
         texts = format_time_stamps(self.scenario.epoch, edges)
@@ -275,7 +310,13 @@ class ManeuverPlan(Settings):
         return pd.DataFrame(columns)
 
     def build_accuracy_table(self) -> pd.DataFrame:
-        """Return the predicted 1-sigma of every state before the plan and at `t_end`."""
+        """Return the predicted 1-sigma of every state before the plan and at `t_end` as a table.
+
+        Returns
+        -------
+        DataFrame
+            One row per state. Columns: ``unit``, ``before``, ``after`` and ``after / before [-]``.
+        """
         states = covariance.StateLabels.from_suite(self.problem.model.suite)
         before, after = self.problem.model.initial_sigma, self.sigma
         return pd.DataFrame(
@@ -289,9 +330,10 @@ class ManeuverPlan(Settings):
         )
 
     def compare_with_lower_bound(self) -> pd.DataFrame:
-        """Compare the worst axes at `t_end` with the lower bound.
+        """Compare the worst-axis 1-sigmas at `t_end` with their lower bounds, in a table.
 
-        The table is that of `lower_bound.compare_with_lower_bound`.
+        The lower bound holds for every maneuver; see `lower_bound.compare_with_lower_bound` for the
+        columns of the table.
 
         Raises
         ------
@@ -303,7 +345,7 @@ class ManeuverPlan(Settings):
         )
 
     def describe_lower_bound(self) -> list[str]:
-        """Return lines that compare the trace with the lower bound."""
+        """Return lines of text on the ratio of the trace at `t_end` to its lower bound."""
         try:
             curves = self.problem.lower_bound
         except NoLowerBoundError as reason:
@@ -311,43 +353,51 @@ class ManeuverPlan(Settings):
         return list(lower_bound.describe_lower_bound(curves, self.t_end, self.trace))
 
     def list_uncalibrated_errors(self) -> list[str]:
-        """Return the errors whose 1-sigma fell by less than half, with the remaining share.
+        """Return the names of the errors whose 1-sigma remains above half of its initial value.
 
-        The fast end of a front may converge because the filter has stalled.
+        Each name comes with the remaining share of the initial 1-sigma. Plans with a short t_end
+        may satisfy the convergence rule because the filter stalls; this list reveals them.
         """
         suite = self.problem.model.suite
-        # Compare with the uncertainty before any calibration: a plan that follows a calibration
-        # need not reduce the uncertainty much further.
+        # The reference is the uncertainty before any calibration, because a plan that follows a
+        # calibration need not reduce the uncertainty much further.
         initial = suite.initial_sigma(np.radians(self.scenario.initial.attitude_deg))
-        left = (np.sqrt(np.diag(self.covariance)) / initial).reshape(-1, 3).max(axis=1)
+        remaining = (np.sqrt(np.diag(self.covariance)) / initial).reshape(-1, 3).max(axis=1)
         blocks = list_block_units(suite)
         return [
             f"{block.label} ({100.0 * share:.0f} % of the initial 1-sigma is left)"
-            for block, share in zip(blocks, left, strict=True)
+            for block, share in zip(blocks, remaining, strict=True)
             if share > UNCALIBRATED_SHARE
         ]
 
     def build_constraint_table(self) -> pd.DataFrame:
-        """Return the scenario's constraints with their margins, one row per constraint.
+        """Return value, bound and margin of each constraint of the scenario as a table.
 
-        Columns: ``unit``; ``value``; ``bound`` ("at most" or "at least"); ``limit``; ``margin``,
-        which is negative if the constraint is violated; ``kept``, whether it is satisfied. See
-        `ManeuverView.limits`.
+        Returns
+        -------
+        DataFrame
+            One row per constraint. Columns: ``unit``; ``value``; ``bound_type`` ("at most" or "at
+            least"); ``bound_value``; ``margin``, negative if the constraint is violated; and
+            ``satisfied``. See `ManeuverView.constraints`.
         """
         (table,) = self.view.constraints()
         return table.assign(satisfied=table["margin"].to_numpy(float) >= 0.0)
 
     def list_violations(self) -> list[str]:
-        """Return the violated constraints with values and bounds, one line each."""
+        """Return one line of text per violated constraint with its value, bound and excess."""
         table = self.build_constraint_table()
         return [
-            f"{label} {row['value']:.6g} {row['unit']}, {row['bound_type']} {row['bound_value']:.6g} "
-            f"{row['unit']}, violated by {-row['margin']:.3g} {row['unit']}"
+            f"{label} {row['value']:.6g} {row['unit']}, {row['bound_type']} "
+            f"{row['bound_value']:.6g} {row['unit']}, violated by {-row['margin']:.3g} "
+            f"{row['unit']}"
             for label, row in table[~table["satisfied"].astype(bool)].iterrows()
         ]
 
     def compute_uncertainty_by_phase(self) -> pd.DataFrame:
-        """Return the uncertainty reduction by phase; see `budget.compute_uncertainty_by_phase`."""
+        """Return a table of the trace and all 1-sigmas at the start and at the end of each phase.
+
+        See `error_budget.compute_uncertainty_by_phase` for the columns.
+        """
         return error_budget.compute_uncertainty_by_phase(
             self.problem.model, self.design, self.history
         )
@@ -362,45 +412,70 @@ class ManeuverPlan(Settings):
         return improvements.evaluate_improvements(self.problem.model, self.design, self.t_end, rate)
 
     def compute_error_budget(self) -> pd.DataFrame:
-        """Return the error budget of the 1-sigmas at `t_end`; see `budget.budget`."""
+        """Return a table of the contributions of error sources to the worst-axis 1-sigmas at
+        `t_end`.
+
+        See `error_budget.compute_error_budget` for rows and columns.
+        """
         return self._error_budget.copy()
 
     def evaluate_improvements(self) -> pd.DataFrame:
-        """Return the 1-sigmas at `t_end` with single improvements; see `alternatives.remedies`."""
+        """Return a table of the worst-axis 1-sigmas at `t_end` after improving one input at a time.
+
+        Inputs are initial uncertainties, sensor noise, and the duration of the plan; see
+        `improvements.evaluate_improvements`.
+        """
         return self._improvements.copy()
 
     def describe_error_drivers(self) -> list[str]:
-        """Return a line on the error drivers of each required 1-sigma; see `budget.describe_error_drivers`."""
+        """Return one line of text per required 1-sigma with its main error sources and
+        improvements.
+
+        Without requirements there is one line for the attitude. See
+        `error_budget.describe_error_drivers`.
+        """
         return error_budget.describe_error_drivers(
             self.problem.model, self._error_budget, self._improvements, self.history
         )
 
     def compute_measurement_times(self) -> pd.DataFrame:
-        """Return the time during which each sensor measured in each phase until `t_end` [s]."""
+        """Return a table of the time [s] for which each sensor measures in each phase until
+        `t_end`.
+        """
         arguments = self._calibration_phases, self.design, self.history
         return error_budget.compute_measurement_times(self.problem.model, *arguments)
 
     def compute_correlations(self) -> pd.DataFrame:
-        """Return the correlations of the errors at `t_end`; see `covariance.compute_correlations`."""
+        """Return the correlation matrix of the states at `t_end` as a table with state names."""
         return covariance.compute_correlations(self.problem.model, self.covariance)
 
     def find_least_observable(self, n_directions: int = 3) -> pd.DataFrame:
-        """Return the least observable directions; see `covariance.find_least_observable`."""
+        """Return a table of the directions of the error state with the largest remaining
+        uncertainty at `t_end`.
+
+        See `covariance.find_least_observable` for the columns.
+
+        Parameters
+        ----------
+        n_directions : int
+            Number of directions.
+        """
         return covariance.find_least_observable(self.problem.model, self.covariance, n_directions)
 
     def compare_with_designs(self, designs: Mapping[str, ArrayLike] | None = None) -> pd.DataFrame:
-        """Compare the plan, in the first row, with other designs at its `t_end`.
+        """Compare the accuracy of the plan with that of other designs at the plan's `t_end`, in a
+        table.
 
         Parameters
         ----------
         designs : mapping, optional
-            Designs by name; default: `alternatives.baselines` with the total maneuver time of the
-            plan.
+            Designs by name. Default: `improvements.build_baselines` with the total maneuver time
+            of the plan.
 
         Returns
         -------
         DataFrame
-            See `alternatives.compare`.
+            Table of `improvements.compare_designs`, with the plan in the first row.
         """
         if designs is None:
             designs = improvements.build_matching_baselines(self.scenario, self._calibration_phases)
@@ -409,6 +484,6 @@ class ManeuverPlan(Settings):
         )
 
 
-@lru_cache(maxsize=4)  # the tables of a problem take some MB
+@lru_cache(maxsize=4)  # The precomputed data of a problem take some MB.
 def _build_problem(scenario: Scenario) -> AttitudeManeuverProblem:
     return AttitudeManeuverProblem(scenario)

@@ -1,4 +1,4 @@
-"""Fronts read from the run folders of ``mgeo solve``, and selection of a plan."""
+"""Fronts that are read from the run folders of ``mgeo solve``, and selection of one plan."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ PROBLEM = "attitude"
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """Solutions of a run.
+    """Solutions of a run: the nondominated designs with their objectives, and their problem.
 
     Attributes
     ----------
@@ -40,8 +40,8 @@ class Front:
     problem : AttitudeManeuverProblem
     X, F : arrays, shapes (n, n_var) and (n, n_obj)
         Designs and objectives as stored in the file, n >= 1.
-    nominal : Nominal, optional
-        Results of the nominal runs, if the run has stored them.
+    nominal : NominalResults, optional
+        Results of the nominal runs, if they are stored in the run folder.
     is_feasible : bool
         Whether the solutions satisfy the constraints. If not, they are the solutions of
         ``nearest.csv``, in ascending order of violation.
@@ -50,7 +50,7 @@ class Front:
     --------
     >>> from mgeo_attitude.plan import read_front
     >>> front = read_front("runs/mine")  # doctest: +SKIP
-    >>> front.plan("knee").accuracy()  # doctest: +SKIP
+    >>> front.select_plan("knee").build_accuracy_table()  # doctest: +SKIP
     """
 
     path: Path
@@ -61,31 +61,45 @@ class Front:
     is_feasible: bool = True
 
     def select_plan(self, choice: Choice | float) -> ManeuverPlan:
-        """Select a solution of the front.
+        """Return the plan of one solution, selected by a rule or by its convergence time.
 
         Parameters
         ----------
         choice : {"knee", "min-time", "min-trace"} or float
-            The knee as `mgeo solve` and reports show it (without a knee, the best first objective;
-            if no solution is feasible, the nearest), the least t_end, the least trace, or the
-            solution whose t_end is nearest to a number of seconds.
+            "knee" is the knee that `mgeo solve` and reports show; without a knee it is the solution
+            with the best first objective, and without a feasible solution the one with the
+            smallest violation. "min-time" has the smallest t_end, "min-trace" the smallest trace.
+            A number selects the solution whose t_end [s] is closest to it.
+
+        Returns
+        -------
+        ManeuverPlan
 
         Raises
         ------
         ValueError
-            If the choice is unknown, or as in `solution`.
+            If the choice is unknown, or if the design is out of bounds.
         """
         return self.get_solution(self.find_row(choice))
 
     def get_solution(self, number: int) -> ManeuverPlan:
-        """Return the plan of a solution by its number, from 0 in the order of ``front.csv``.
+        """Return the plan of a solution by its row in ``front.csv``, counted from 0.
 
-        Objectives and nominal results are taken from the run folder.
+        Objectives and nominal results are taken from the run folder instead of being computed.
+
+        Parameters
+        ----------
+        number : int
+            Row of the solution.
+
+        Returns
+        -------
+        ManeuverPlan
 
         Raises
         ------
         ValueError
-            If no solution has the number, or if the design is out of bounds.
+            If there is no such row, or if the design is out of bounds.
         """
         if not 0 <= number < len(self.X):
             raise ValueError(
@@ -98,7 +112,14 @@ class Front:
         return plan
 
     def find_row(self, choice: Choice | float) -> int:
-        """Return the number of the solution that `plan` selects."""
+        """Return the row of one solution, selected by a rule or by its convergence time.
+
+        The choices are those of `select_plan`.
+
+        Returns
+        -------
+        int
+        """
         if choice == "knee":
             return select_default_solution(self.problem, self.F).row if self.is_feasible else 0
         rows, t_end = self._rows_by_time
@@ -111,7 +132,9 @@ class Front:
 
     @cached_property
     def _rows_by_time(self) -> tuple[Ints, Floats]:
-        """Rows that are nondominated in t_end and trace, and their t_end, ascending."""
+        """Rows of the solutions that are nondominated in t_end and trace, and their t_end,
+        ascending.
+        """
         F = self.F
         if self.problem.objectives != PAPER_OBJECTIVES:
             result = self.nominal or self.problem.evaluate_nominal(self.X)
@@ -121,12 +144,16 @@ class Front:
 
 
 def read_front(folder: Path | str) -> Front:
-    """Read the front of a run folder.
+    """Read the solutions of a run from its folder.
 
     Parameters
     ----------
     folder : path
         Folder written by `mgeo solve attitude`.
+
+    Returns
+    -------
+    Front
 
     Raises
     ------

@@ -1,7 +1,8 @@
-"""Export of the planned attitude as a SPICE C-kernel with its clock kernel.
+"""Export of the planned attitude as a SPICE C-kernel (CK) with its spacecraft clock kernel (SCLK).
 
-Both need the extra ``spice`` (spiceypy). SPICE treats its frame J2000 as ICRF, without a frame bias
-(NAIF, Frames Required Reading, "J2000"), so that it equals the frame of all tables of this package.
+The C-kernel needs the extra ``spice`` (spiceypy). SPICE treats its frame J2000 as ICRF, without a
+frame bias (NAIF, Frames Required Reading, "J2000"), so that it equals the frame of all tables of
+this package.
 """
 
 from __future__ import annotations
@@ -17,18 +18,20 @@ from mgeo_attitude.environment.times import compute_julian_dates, format_time_st
 from mgeo_attitude.plan.attitudes import format_violations, iterate_attitudes
 from mgeo_attitude.plan.plan import ManeuverPlan
 
-#: Default identifier of a spacecraft without an identifier of NAIF.
+#: Default identifier, for a spacecraft to which NAIF has assigned none.
 NAIF_ID = -999
 _J2000 = 2451545.0
-_TICKS = 1_000_000  # ticks of the clock per second
-_SECONDS = 2**32  # range of the clock [s]
+#: Ticks of the clock per second.
+_TICKS = 1_000_000
+#: Range of the clock [s].
+_CLOCK_RANGE = 2**32
 
 
 def build_ck(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID) -> bytes:
-    """Return a C-kernel of type 3 with attitudes and angular velocities, one segment per phase.
+    """Return the attitude history of a plan as the bytes of a SPICE C-kernel of type 3.
 
-    The structure is ``1000 naif_id``, the base frame is J2000, and the clock is that of
-    `format_sclk`.
+    Each phase is a segment with attitudes and angular velocities. The structure is ``1000
+    naif_id``, the base frame is J2000, and the clock is that of `format_sclk`.
 
     Parameters
     ----------
@@ -37,6 +40,10 @@ def build_ck(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID
         Largest time between attitudes [s]. SPICE interpolates at constant rate.
     naif_id : int
         Identifier of the spacecraft, negative.
+
+    Returns
+    -------
+    bytes
 
     Raises
     ------
@@ -88,13 +95,19 @@ def build_ck(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID
 
 
 def format_sclk(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
-    """Return the clock kernel of `build_ck`, which counts microseconds from the plan's epoch.
+    """Return the text of the SPICE clock kernel that belongs to the C-kernel of a plan.
+
+    The clock counts microseconds from the epoch of the plan.
 
     Parameters
     ----------
     plan : ManeuverPlan
     naif_id : int
         Identifier of the spacecraft, negative.
+
+    Returns
+    -------
+    str
 
     Raises
     ------
@@ -111,21 +124,22 @@ def format_sclk(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
     'KPL/SCLK'
     """
     _check_naif_id(naif_id)
-    at = compute_julian_dates(plan.scenario.epoch, [0.0])
-    # A Julian date in one number resolves only 40 microseconds: add whole days and fraction.
-    begin = DAY * (at.midnight - _J2000) + DAY * float(at.tt[0])
+    epoch_dates = compute_julian_dates(plan.scenario.epoch, [0.0])
+    # A Julian date in one number resolves only 40 microseconds, so that whole days and the fraction
+    # are converted separately.
+    start = DAY * (epoch_dates.midnight - _J2000) + DAY * float(epoch_dates.tt[0])
     (epoch,) = format_time_stamps(plan.scenario.epoch, [0.0])
     number = -naif_id
     values = {
         "DATA_TYPE": "1",
         "01_TIME_SYSTEM": "2",
         "01_N_FIELDS": "2",
-        "01_MODULI": f"{_SECONDS} {_TICKS}",
+        "01_MODULI": f"{_CLOCK_RANGE} {_TICKS}",
         "01_OFFSETS": "0 0",
         "01_OUTPUT_DELIM": "1",
         "_PARTITION_START": "0.0",
-        "_PARTITION_END": f"{_SECONDS * _TICKS - 1:.16e}",
-        "01_COEFFICIENTS": f"0.0 {begin:.6f} 1.0",
+        "_PARTITION_END": f"{_CLOCK_RANGE * _TICKS - 1:.16e}",
+        "01_COEFFICIENTS": f"0.0 {start:.6f} 1.0",
     }
     lines = [
         "KPL/SCLK",

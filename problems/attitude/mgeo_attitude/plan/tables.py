@@ -17,26 +17,27 @@ from mgeo_attitude.view.plans import MONTE_CARLO_SHARE_TEXT
 from mgeo_attitude.view.satellite import build_instrument_table, describe_satellite
 from mgeo_attitude.view.summaries import format_nominal_suffix
 
-_SECONDS = 19  # length of a date and time in seconds precision
+#: Length of a time stamp without fractions of a second.
+_STAMP_LENGTH = 19
 
 
 @dataclass(frozen=True)
 class PlanTable:
-    """Table of a plan.
+    """Definition of one table that describes a plan: title, contents, and display in a terminal.
 
     Attributes
     ----------
     title : str
-    table : function of a plan
-        Return the table with all columns, as in JSON.
-    columns : function of a table
-        Return the columns that the terminal and a review show.
-    note : function of a plan
-        Return a line below the table.
-    text : function of a plan
-        Return lines that interpret the table.
+    table : function
+        Returns the table of a plan with all columns, as in JSON.
+    columns : function
+        Returns the part of the table that the terminal and a review show.
+    note : function
+        Returns a line of text for a plan, shown below the table.
+    text : function
+        Returns lines of text for a plan that interpret the table.
     is_wide : bool
-        Whether a terminal shows rows as columns.
+        Whether a terminal shows the table transposed.
     """
 
     title: str
@@ -47,7 +48,7 @@ class PlanTable:
     is_wide: bool = False
 
     def build_section(self, plan: ManeuverPlan) -> Section | None:
-        """Return the table with its texts as a section of a review; None if it has no rows."""
+        """Return the table of a plan as a section of a review, or None if the table has no rows."""
         table = self.columns(self.table(plan))
         if table.empty:
             return None
@@ -55,18 +56,20 @@ class PlanTable:
 
 
 def build_review(plan: ManeuverPlan) -> Review:
-    """Return a review document of a plan with satellite, instruments and all tables."""
+    """Return the review document of a plan, with its satellite, its instruments and all its
+    tables.
+    """
     scenario = plan.scenario
     start, end = (
-        text[:_SECONDS]
+        text[:_STAMP_LENGTH]
         for text in format_time_stamps(scenario.epoch, np.array([0.0, plan.duration]))
     )
-    about = describe_satellite(plan.problem)
+    facts = describe_satellite(plan.problem)
     return Review(
         f"{scenario.name}: calibration maneuvers, {start} to {end} UTC",
         plan.summary,
         (
-            Section("Satellite", table=pd.DataFrame({"": about.values()}, index=list(about))),
+            Section("Satellite", table=pd.DataFrame({"": facts.values()}, index=list(facts))),
             Section("Gyro and sensors", table=build_instrument_table(scenario)),
             *(section for each in TABLES.values() if (section := each.build_section(plan))),
         ),
@@ -81,12 +84,11 @@ def _build_lower_bound_table(plan: ManeuverPlan) -> pd.DataFrame:
 
 
 def _select_command_columns(table: pd.DataFrame) -> pd.DataFrame:
-    """Return phases with rates and attitudes as text of six digits."""
     rates = [f"rate {axis} [deg/s]" for axis in "xyz"]
     attitude = [f"end q{part}" for part in "123c"]
-    numbers = ["start [s]", "duration [s]", *rates, "rotation [deg]", *attitude]
+    columns = ["start [s]", "duration [s]", *rates, "rotation [deg]", *attitude]
     table = table.set_index("phase")
-    return table[["start UTC"]].join(table[numbers].map("{:.6g}".format))
+    return table[["start UTC"]].join(table[columns].map("{:.6g}".format))
 
 
 def _select_worst_axis_columns(table: pd.DataFrame) -> pd.DataFrame:
@@ -99,18 +101,21 @@ def _format_constraints_note(plan: ManeuverPlan) -> str:
     if errors is None:
         return ""
     share = f"{errors.constraint_share:.0%} of {errors.n_runs} Monte Carlo runs"
-    return f"values until t_end hold in {share}; all other tables belong to the nominal run"
+    return f"values until t_end are satisfied in {share}; all other tables are of the nominal run"
 
 
 def _format_objectives_note(plan: ManeuverPlan) -> str:
-    text = f"predicted: by the plan; Monte Carlo: in {MONTE_CARLO_SHARE_TEXT}, of 200 drawn from [monte_carlo]"
+    text = (
+        f"predicted: by the plan; Monte Carlo: in {MONTE_CARLO_SHARE_TEXT}, of 200 drawn from "
+        "[monte_carlo]"
+    )
     if not np.isinf([plan.view.monte_carlo_t_end, plan.view.robust_t_end]).any():
         return text
     longest = plan.problem.model.duration
     return f"{text}; a t_end of {longest:.6g} s means that the filter does not converge"
 
 
-#: The tables of a plan by their keys in JSON, in the order in which they are printed.
+#: Tables of a plan by their keys in JSON, in the order of printing.
 TABLES = {
     "constraints": PlanTable(
         "Constraints",
@@ -142,9 +147,9 @@ TABLES = {
         text=ManeuverPlan.describe_error_drivers,
     ),
     "improvements": PlanTable(
-        "Remedies, 1-sigma of the worst body axis",
+        "Improvements, 1-sigma of the worst body axis",
         ManeuverPlan.evaluate_improvements,
-        note=lambda plan: "each by a run of the filter, without regard to constraints",
+        note=lambda plan: "each row is one run of the filter; constraints are not evaluated",
     ),
     "measurement_times": PlanTable(
         "Measurement time of the sensors", ManeuverPlan.compute_measurement_times

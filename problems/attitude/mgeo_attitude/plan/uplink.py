@@ -1,4 +1,4 @@
-"""Export of a plan as a sequence of rate commands."""
+"""Export of a plan as a sequence of body-rate commands."""
 
 from __future__ import annotations
 
@@ -12,19 +12,20 @@ from mgeo_attitude.maneuvers.motion import HOLD_LABEL, RAMP_PREFIX, Phase
 from mgeo_attitude.plan.files import format_csv
 from mgeo_attitude.plan.plan import ManeuverPlan
 
-#: Decimals of a rate [deg/s]. The rounding error of all three axes is at most 0.9e-8 deg/s.
+#: Decimals of a rate [deg/s]. The rounding error of the rate vector is at most 0.9e-8 deg/s.
 RATE_DIGITS = 8
-_TIME_DIGITS = 6  # decimals of a time [s], as in UTC texts
+#: Decimals of a time [s], as in time stamps.
+_TIME_DIGITS = 6
 
 
 def list_commands(plan: ManeuverPlan) -> pd.DataFrame:
-    """Return the rate commands of a plan, one row per command.
+    """Return the body-rate commands of a plan as a table, one row per command.
 
-    A command applies until the next command starts. Its ramp is part of it: the rates are commanded
-    at the start of the ramp. After the maneuvers follow the constant-rate hold until the filter has
-    converged, its extension to the robust time, and the slew back, if the plan has them. With
-    magnetorquers, each maneuver is a command that is executed until its rate is reached; no command
-    follows the last maneuver.
+    A command applies until the next command starts. A ramp belongs to the command that it leads to:
+    the rates are commanded at the start of the ramp. The maneuvers are followed by the
+    constant-rate hold until the filter has converged, by its extension for Monte Carlo runs that
+    converge late, and by the slew back, if the plan has them. With magnetorquers, each maneuver is
+    a command that is executed until its rate is reached, and no command follows the last maneuver.
 
     Times are rounded to microseconds and rates to `RATE_DIGITS` decimals. The attitude error from
     rounding grows by less than 1e-8 deg per second.
@@ -36,22 +37,22 @@ def list_commands(plan: ManeuverPlan) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns: ``command``, counted from 1; ``what``; ``start_utc``; ``start_s`` after the
-        scenario's epoch; ``duration_s``; and the body rates ``rate_x_deg_s``, ``rate_y_deg_s`` and
-        ``rate_z_deg_s``.
+        Columns: ``command``, the number from 1; ``label``; ``start_utc``; ``start_s``, after the
+        epoch of the scenario; ``duration_s``; and the body rates ``rate_x_deg_s``,
+        ``rate_y_deg_s`` and ``rate_z_deg_s``.
 
     Examples
     --------
     >>> from mgeo_attitude import Scenario
-    >>> from mgeo_attitude.plan import ManeuverPlan, commands
+    >>> from mgeo_attitude.plan import ManeuverPlan, list_commands
     >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
     >>> plan = ManeuverPlan(Scenario.paper(), design)
-    >>> commands(plan)[["label", "start_s", "duration_s"]]
-             what  start_s  duration_s
-    0  maneuver 1      0.0       400.0
-    1  maneuver 2    400.0       500.0
-    2  maneuver 3    900.0       600.0
-    3   rate held   1500.0       837.0
+    >>> list_commands(plan)[["label", "start_s", "duration_s"]]
+                    label  start_s  duration_s
+    0          maneuver 1      0.0       400.0
+    1          maneuver 2    400.0       500.0
+    2          maneuver 3    900.0       600.0
+    3  constant-rate hold   1500.0       837.0
     """
     phases = _merge_ramps(plan)
     starts = np.array([phase.start for phase in phases])
@@ -64,14 +65,15 @@ def list_commands(plan: ManeuverPlan) -> pd.DataFrame:
             "duration_s": np.diff([*starts, plan.duration]).round(_TIME_DIGITS),
         }
     )
-    rates = np.array([phase.commanded_deg_s for phase in phases]).round(RATE_DIGITS) + 0.0  # no -0
+    rates = (
+        np.array([phase.commanded_deg_s for phase in phases]).round(RATE_DIGITS) + 0.0
+    )  # Adding zero converts -0.
     for i, axis in enumerate("xyz"):
         table[f"rate_{axis}_deg_s"] = rates[:, i]
     return table
 
 
 def _merge_ramps(plan: ManeuverPlan) -> list[Phase]:
-    """Return the phases of a plan, each ramp merged with the phase that follows it."""
     phases: list[Phase] = []
     for phase in plan.phases:
         label = phase.label.removeprefix(RAMP_PREFIX)
@@ -83,13 +85,17 @@ def _merge_ramps(plan: ManeuverPlan) -> list[Phase]:
 
 
 def to_uplink_csv(plan: ManeuverPlan) -> str:
-    """Return the `commands` of a plan as CSV.
+    """Return the body-rate commands of a plan as CSV text; see `list_commands` for the columns.
 
     Lines before the header that begin with # list violated constraints.
 
     Parameters
     ----------
     plan : ManeuverPlan
+
+    Returns
+    -------
+    str
 
     Examples
     --------

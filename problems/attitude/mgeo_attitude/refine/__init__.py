@@ -1,1 +1,1 @@
-"""Improvement of plans without a global search: initial designs and local refinement."""
+"""Improvement of maneuver plans without a global search: initial designs and local refinement."""

@@ -1,4 +1,4 @@
-"""Gradient-based descent on the value of plans at a given time."""
+"""Gradient-based descent on the objective of plans at given times."""
 
 from __future__ import annotations
 
@@ -14,34 +14,34 @@ from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.refine.evaluators import FixedTimeEvaluator
 from mgeo_attitude.refine.minimizers import minimize_bounded, minimize_constrained
 
-#: Finite-difference steps: of a rate, relative to the maximum; of a duration, in filter steps.
+#: Finite-difference increments: of a rate, relative to the maximum; of a duration, in filter steps.
 _RATE_STEP, _DURATION_STEP = 1e-5, 1e-2
-#: Relative margin to constraints, so that rounding does not violate them.
+#: Relative margin to constraints, so that rounding errors do not violate them.
 _MARGIN = 1e-6
-#: Decrease of the logarithm of the value at which a descent ends.
+#: Decrease of the logarithm of the objective below which a descent ends.
 _TOLERANCE = 3e-5
-#: Share of the descents of a group that continue, by the number of points evaluated.
+#: Share of the descents of a group that continue, by the number of evaluated points.
 _CONTINUING_SHARES = {3: 1 / 3, 8: 1 / 2, 20: 1 / 2}
-#: Share of the time that counts as zero.
+#: Share of the plan's time that counts as zero.
 _ZERO_SHARE = 1e-12
-#: Finite replacement of an infinite value.
+#: Finite replacement of an infinite objective.
 _INFINITE_VALUE = 1e3
 
 
 @dataclass
 class DescentProblem:
-    """Values and gradients of plans at given times, as functions of scaled variables.
+    """Minimization problems of n plans: the objective at each plan's time over scaled variables.
 
     The variables are the rates relative to the maximum rate, from -1 to 1, and the durations as
     shares of the time, from 0 to 1. The shares need not sum to one.
 
     Attributes
     ----------
-    at : FixedTimeEvaluator
+    evaluator : FixedTimeEvaluator
     times : float or array, shape (n,)
-        Time of each plan [s].
+        Time at which each plan ends and is evaluated [s].
     n_maneuvers : int
-        Number of maneuvers.
+        Number m of maneuvers of each plan.
     """
 
     evaluator: FixedTimeEvaluator
@@ -50,21 +50,19 @@ class DescentProblem:
 
     @property
     def steps(self) -> Ints:
-        """Filter steps of the times in the model, shape () or (n,)."""
+        """Filter step at which each plan is evaluated, shape () or (n,)."""
         steps = np.rint(np.asarray(self.times) / self.evaluator.model.step).astype(np.int64)
         return np.clip(steps, 1, self.evaluator.model.n_steps)
 
     @property
     def bounds(self) -> Floats:
-        """Lower and upper bounds of the variables, shape (4 m, 2)."""
         return np.array([(-1.0, 1.0)] * (3 * self.n_maneuvers) + [(0.0, 1.0)] * self.n_maneuvers)
 
     def select(self, rows: Ints | list[int]) -> DescentProblem:
-        """Return the problem of some of the plans."""
         return DescentProblem(self.evaluator, np.asarray(self.times)[rows], self.n_maneuvers)
 
     def to_variables(self, designs: Floats) -> Floats:
-        """Convert designs, shape (4 m,) or (n, 4 m), to variables."""
+        """Convert designs, shape (4 m,) or (n, 4 m), to scaled variables of the same shape."""
         maneuvers = designs.reshape(*designs.shape[:-1], -1, VARIABLES_PER_MANEUVER)
         rates = maneuvers[..., :3] / self.evaluator.scenario.maneuvers.max_rate_deg_s
         shares = maneuvers[..., 3] / np.asarray(self.times)[..., None]
@@ -73,7 +71,7 @@ class DescentProblem:
         return within
 
     def to_designs(self, variables: Floats) -> Floats:
-        """Convert variables, shape (n, 4 m) or (4 m,), to designs that fill the times.
+        """Convert scaled variables to designs that fill the plans' times, shape (n, 4 m).
 
         A design is shorter than its time if all maneuvers have the maximum duration.
         """
@@ -83,33 +81,37 @@ class DescentProblem:
         shares = z[:, 3 * self.n_maneuvers :] + _ZERO_SHARE
         times = np.broadcast_to(self.times, n)[:, None]
         durations = times * shares / shares.sum(axis=1, keepdims=True)
-        # Time beyond the longest maneuver goes to the other maneuvers, by their remaining room.
+        # Time beyond the maximum duration is given to the other maneuvers, in proportion to how
+        # much each of them may be extended.
         room = np.maximum(limits.max_duration - durations, 0.0)
-        over = np.maximum(durations - limits.max_duration, 0.0).sum(axis=1, keepdims=True)
-        fraction = np.minimum(over / np.maximum(room.sum(axis=1, keepdims=True), _ZERO_SHARE), 1.0)
+        excess = np.maximum(durations - limits.max_duration, 0.0).sum(axis=1, keepdims=True)
+        fraction = np.minimum(
+            excess / np.maximum(room.sum(axis=1, keepdims=True), _ZERO_SHARE), 1.0
+        )
         durations = np.minimum(durations, limits.max_duration) + fraction * room
         return np.concatenate([rates, durations[:, :, None]], axis=2).reshape(n, -1)
 
     def evaluate_gradients(self, variables: Floats) -> tuple[Floats, Floats]:
-        """Evaluate values, constraint margins and gradients in one kernel batch.
+        """Evaluate objectives, constraint margins and their gradients by finite differences.
 
         Parameters
         ----------
         variables : array, shape (n, 4 m)
+            Scaled variables of each plan.
 
         Returns
         -------
         values : array, shape (n, 1 + k)
-            Value, then the margin of each constraint.
-        slopes : array, shape (n, 1 + k, 4 m)
-            Gradients by finite differences.
+            Objective, then the margin of each constraint, positive if satisfied.
+        gradients : array, shape (n, 1 + k, 4 m)
+            Derivatives of the values with respect to the variables.
         """
         model, (n, size) = self.evaluator.model, variables.shape
-        smooth = model.slew_limits is None  # Ramps start on steps, so that values have jumps.
+        is_smooth = model.slew_limits is None  # Ramps start on steps, so that values have jumps.
         times = np.broadcast_to(self.times, n)
         steps = np.full((n, size), _RATE_STEP)
         steps[:, 3 * self.n_maneuvers :] = (
-            (_DURATION_STEP if smooth else 1.0) * model.step / times[:, None]
+            (_DURATION_STEP if is_smooth else 1.0) * model.step / times[:, None]
         )
         steps = np.where(variables + steps > self.bounds[:, 1], -steps, steps)
         points = np.repeat(variables[:, None], 1 + size, axis=1)
@@ -130,30 +132,34 @@ class DescentProblem:
 def descend(
     evaluator: FixedTimeEvaluator, designs: Floats, times: float | Floats, max_iterations: int
 ) -> Floats:
-    """Improve each design at its own time by a gradient-based descent within all constraints.
+    """Improve each of n designs at its own time by a gradient-based descent within all constraints.
 
-    All descents run in parallel. They use `minimize_constrained` with constraints, else
-    `minimize_bounded`. A design whose descent fails is returned unchanged.
+    All descents run in parallel. They use `minimize_constrained` if there are constraints,
+    otherwise `minimize_bounded`. A design whose descent fails is returned unchanged.
 
     Parameters
     ----------
-    at : FixedTimeEvaluator
+    evaluator : FixedTimeEvaluator
     designs : array, shape (n, 4 m)
         Designs that end by their time.
     times : float or array, shape (n,)
         Time of each design [s].
     max_iterations : int
         Largest number of iterations.
+
+    Returns
+    -------
+    array, shape (n, 4 m)
     """
     count = designs.shape[1] // VARIABLES_PER_MANEUVER
     problem = DescentProblem(evaluator, np.broadcast_to(times, len(designs)), count)
-    starts = problem.to_variables(designs)
+    initial = problem.to_variables(designs)
     with warnings.catch_warnings():
         # The line search of SLSQP warns if it leaves the bounds by rounding.
         warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
-        ends = _run_in_parallel(problem, starts, max_iterations)
-    is_finite: Bools = np.asarray(np.isfinite(ends).all(axis=1))[:, None]
-    return np.where(is_finite, problem.to_designs(np.where(is_finite, ends, starts)), designs)
+        final = _run_in_parallel(problem, initial, max_iterations)
+    is_finite: Bools = np.asarray(np.isfinite(final).all(axis=1))[:, None]
+    return np.where(is_finite, problem.to_designs(np.where(is_finite, final, initial)), designs)
 
 
 def descend_from_best(
@@ -163,19 +169,20 @@ def descend_from_best(
     time_indices: Ints,
     max_iterations: int,
 ) -> Floats:
-    """Return the best result of several descents for each time, without constraints.
+    """Descend from several designs for each of k times, and return the best result for each time.
 
-    All descents run in parallel. After a few points only the best third of the descents for a time
-    continues, then twice the better half.
+    Constraints are not evaluated. All descents run in parallel. After a few points only the best
+    third of the descents for a time continues, and later twice the better half.
 
     Parameters
     ----------
-    at : FixedTimeEvaluator
+    evaluator : FixedTimeEvaluator
     designs : array, shape (n, 4 m)
+        Initial designs.
     times : array, shape (k,)
         Times [s].
     time_indices : array of int, shape (n,)
-        Index of the time of each design, ascending; every time has a design.
+        Index of the time of each design, ascending. Every time has a design.
     max_iterations : int
         Largest number of iterations.
 
@@ -187,8 +194,8 @@ def descend_from_best(
         evaluator, times[time_indices], designs.shape[1] // VARIABLES_PER_MANEUVER
     )
     groups = [np.flatnonzero(time_indices == k).tolist() for k in range(len(times))]
-    ends = _run_in_parallel(problem, problem.to_variables(designs), max_iterations, groups)
-    return problem.to_designs(ends)[[group[0] for group in groups]]
+    final = _run_in_parallel(problem, problem.to_variables(designs), max_iterations, groups)
+    return problem.to_designs(final)[[group[0] for group in groups]]
 
 
 def _run_in_parallel(
@@ -197,35 +204,38 @@ def _run_in_parallel(
     iterations: int,
     groups: Sequence[list[int]] = (),
 ) -> Floats:
-    """Run all descents in parallel and return their final variables, shape (n, 4 m).
+    """Run one minimizer per plan in parallel, and return the final scaled variables of each plan.
 
-    Each list in `groups` is reduced to the descents that continue, best first.
+    Each list in `groups` contains the rows of one time. It is reduced in place to the descents that
+    continue, the best first.
     """
-    ends, least = initial_variables.copy(), np.full(len(initial_variables), np.inf)
-    limited = bool(problem.evaluator.motion_constraints or problem.evaluator.covariance_constraints)
-    method: Any = minimize_constrained if limited else minimize_bounded
-    generators = [method(z, problem.bounds, iterations, _TOLERANCE) for z in initial_variables]
-    requests = {row: next(way) for row, way in enumerate(generators)}
-    points = 0
+    final, least = initial_variables.copy(), np.full(len(initial_variables), np.inf)
+    is_constrained = bool(
+        problem.evaluator.motion_constraints or problem.evaluator.covariance_constraints
+    )
+    minimize: Any = minimize_constrained if is_constrained else minimize_bounded
+    minimizers = [minimize(z, problem.bounds, iterations, _TOLERANCE) for z in initial_variables]
+    requests = {row: next(minimizer) for row, minimizer in enumerate(minimizers)}
+    n_points = 0
     while requests:
         rows = list(requests)
         values, slopes = problem.select(rows).evaluate_gradients(np.array(list(requests.values())))
         for row, value, slope in zip(rows, values, slopes, strict=True):
             least[row] = min(least[row], value[0])
             try:
-                answer = (value, slope) if limited else (float(value[0]), slope[0])
-                requests[row] = generators[row].send(answer)
+                result = (value, slope) if is_constrained else (float(value[0]), slope[0])
+                requests[row] = minimizers[row].send(result)
             except StopIteration as end:
-                ends[row] = end.value
+                final[row] = end.value
                 del requests[row]
-        points += 1
-        if points in _CONTINUING_SHARES:
+        n_points += 1
+        if n_points in _CONTINUING_SHARES:
             for group in groups:
                 group.sort(key=lambda row: least[row])
-                n_left = max(int(_CONTINUING_SHARES[points] * len(group)), 1)
+                n_left = max(int(_CONTINUING_SHARES[n_points] * len(group)), 1)
                 for row in group[n_left:]:
                     requests.pop(row, None)
                 del group[n_left:]
     for group in groups:
         group.sort(key=lambda row: least[row])
-    return ends
+    return final

@@ -1,4 +1,6 @@
-"""Evaluation of plans at a given time, independent of the convergence rule, and by a problem."""
+"""Evaluation of plans at given times without regard to convergence, and changes of their
+durations.
+"""
 
 from __future__ import annotations
 
@@ -17,14 +19,14 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, get_durations
 from mgeo_attitude.scenario.scenario import Scenario
 
-#: Fraction of a step by which ends are early, so that rounding does not add a step.
+#: Fraction of a step by which maneuvers end early, so that rounding does not add a step.
 _STEP_TOLERANCE = 1e-6
-#: Function from designs to objectives, shape (n, k), and constraint violations, shape (n,).
+#: Function that returns objectives, shape (n, k), and largest constraint violations, shape (n,).
 DesignEvaluator = Callable[[Floats], tuple[Floats, Floats]]
 
 
 class PlanProblem(Protocol):
-    """Problem whose designs are maneuvers of one scenario."""
+    """Protocol of optimization problems whose designs are maneuvers in one scenario."""
 
     scenario: Scenario
     threads: int | None
@@ -37,7 +39,7 @@ class PlanProblem(Protocol):
 
 @dataclass(frozen=True)
 class FixedTimeEvaluator:
-    """Evaluation of designs of a scenario at any filter step.
+    """Evaluator of one objective of designs at any filter step, whether converged or not.
 
     Attributes
     ----------
@@ -45,9 +47,9 @@ class FixedTimeEvaluator:
     model : FilterModel
         Model of the scenario, possibly with thinned samples.
     objective_name : str
-        Key of the objective. The value is its logarithm ("log_det" is one already).
+        Key of the objective. Its logarithm is minimized; "log_det" is a logarithm already.
     threads : int, optional
-        Threads of one evaluation.
+        Number of threads of one evaluation.
     """
 
     scenario: Scenario
@@ -57,12 +59,12 @@ class FixedTimeEvaluator:
 
     @cached_property
     def motion_constraints(self) -> list[Constraint]:
-        """Constraints on the motion, which do not depend on the covariance at the end."""
+        """Constraints of the scenario that do not depend on the final covariance."""
         return [each for each in list_constraints(self.scenario) if not each.needs_covariance]
 
     @cached_property
     def covariance_constraints(self) -> list[Constraint]:
-        """Constraints on the covariance at the end."""
+        """Constraints of the scenario on the final covariance."""
         return [each for each in list_constraints(self.scenario) if each.needs_covariance]
 
     def evaluate_at_steps(
@@ -72,7 +74,7 @@ class FixedTimeEvaluator:
         include_covariance_constraints: bool = False,
         allow_partial_steps: bool = False,
     ) -> tuple[Floats, Floats]:
-        """Evaluate designs at given filter steps.
+        """Return objective and constraint violations of designs at given filter steps.
 
         Parameters
         ----------
@@ -80,49 +82,63 @@ class FixedTimeEvaluator:
         steps : array of int, shape (n,), or int
             Step at which each design is evaluated.
         include_covariance_constraints : bool
-            Whether to include the constraints on the covariance at the end.
+            Whether to evaluate the constraints on the final covariance too.
         allow_partial_steps : bool
-            Whether maneuvers may end within a step, if rates change instantly; the values are then
-            smooth functions of the durations.
+            Whether maneuvers may end within a step, which makes the objective a smooth function of
+            the durations. It has no effect on scenarios with ramps between rates.
 
         Returns
         -------
         value : array, shape (n,)
-            Values of the objective; infinite if undefined.
+            Logarithm of the objective; infinite if undefined.
         excess : array, shape (n, k)
-            Violation of each constraint, positive if violated.
+            Relative violation of each bound, positive if violated.
         """
         if allow_partial_steps and self.model.slew_limits is None:
             designs = merge_partial_steps(designs, self.model.step)
-        measure = find_objective(self.objective_name, self.model.suite)
+        objective = find_objective(self.objective_name, self.model.suite)
         active = self.motion_constraints + (
             self.covariance_constraints if include_covariance_constraints else []
         )
-        covariance = measure.needs_covariance or any(each.needs_covariance for each in active)
+        covariance = objective.needs_covariance or any(each.needs_covariance for each in active)
         result = evaluate(
             self.model, designs, self.threads, covariance=covariance, end_steps=np.asarray(steps)
         )
-        value = measure.value(self.model, result)
+        value = objective.value(self.model, result)
         with np.errstate(invalid="ignore"):
             value = value if self.objective_name == "log_det" else np.log(value)
-        excesses = [each.compute_violations(result) for each in active]
-        excess = np.concatenate(excesses).T if excesses else np.empty((len(designs), 0))
+        violations = [each.compute_violations(result) for each in active]
+        excess = np.concatenate(violations).T if violations else np.empty((len(designs), 0))
         value, excess = (np.where(np.isfinite(each), each, np.inf) for each in (value, excess))
         return value, excess
 
     def select_best(
         self, designs: Floats, steps: int, n_max: int, allow_partial_steps: bool = False
     ) -> Floats:
-        """Return the `n_max` best designs, best first.
+        """Return the `n_max` designs with the smallest objective at a filter step, the best first.
 
-        The order is by the largest violation of a motion constraint, then by value.
+        Designs with a smaller largest violation of the motion constraints come first.
+
+        Parameters
+        ----------
+        designs : array, shape (n, 4 m)
+        steps : int
+            Filter step of the evaluation.
+        n_max : int
+            Largest number of designs to return.
+        allow_partial_steps : bool
+            See `evaluate_at_steps`.
+
+        Returns
+        -------
+        array, shape (k, 4 m), k <= n_max
         """
         return designs[self.rank_designs(designs, steps, allow_partial_steps)[:n_max]]
 
     def rank_designs(
         self, designs: Floats, steps: Ints | int, allow_partial_steps: bool = False
     ) -> Ints:
-        """Return the indices of designs in the order of `best`."""
+        """Return the indices of designs from best to worst at a filter step; see `select_best`."""
         value, excess = self.evaluate_at_steps(
             designs, steps, allow_partial_steps=allow_partial_steps
         )
@@ -130,7 +146,11 @@ class FixedTimeEvaluator:
         return np.lexsort((value, worst))
 
     def evaluate_convergence(self, designs: Floats) -> tuple[Floats, Floats]:
-        """Evaluate designs with the convergence rule of the scenario.
+        """Return convergence times, traces and constraint violations by the scenario's own rule.
+
+        Parameters
+        ----------
+        designs : array, shape (n, 4 m)
 
         Returns
         -------
@@ -140,32 +160,46 @@ class FixedTimeEvaluator:
             Largest violation of a motion constraint; 0 if all are satisfied.
         """
         result = evaluate(self.model, designs, self.threads)
-        excesses = [each.compute_violations(result) for each in self.motion_constraints]
-        worst = np.concatenate([*excesses, np.zeros((1, len(designs)))]).max(axis=0)
+        violations = [each.compute_violations(result) for each in self.motion_constraints]
+        worst = np.concatenate([*violations, np.zeros((1, len(designs)))]).max(axis=0)
         return np.column_stack([result.t_end, result.trace]), worst
 
 
 def build_fixed_time_evaluator(
     problem: PlanProblem, objective_name: str = "trace"
 ) -> FixedTimeEvaluator:
-    """Return an evaluator of a problem's designs at any time, in nominal runs."""
+    """Return an evaluator that computes an objective of designs at any time, in nominal runs.
+
+    Parameters
+    ----------
+    problem : AttitudeManeuverProblem
+    objective_name : str
+        Key of the objective.
+    """
     return FixedTimeEvaluator(problem.scenario, problem.model, objective_name, problem.threads)
 
 
 def build_design_evaluator(problem: PlanProblem) -> DesignEvaluator:
-    """Return an evaluator of designs by the objectives and constraints of a problem."""
+    """Return a function that computes objectives and largest constraint violations of designs.
 
-    def judge(designs: Floats) -> tuple[Floats, Floats]:
+    Returns
+    -------
+    function
+        Returns objectives, shape (n, n_obj), and largest violations, shape (n,), of n designs.
+    """
+
+    def evaluate_designs(designs: Floats) -> tuple[Floats, Floats]:
         F, G = problem.evaluate(designs, return_values_of=["F", "G"])
         return F, np.maximum(G, 0.0).max(axis=1, initial=0.0)
 
-    return judge
+    return evaluate_designs
 
 
 def set_end_times(designs: Floats, times: Floats | float, max_duration: float) -> Floats:
-    """Return designs that end at given times, with the last maneuvers cut short or extended.
+    """Return copies of designs that end at given times, with the last maneuvers cut or extended.
 
-    No maneuver becomes longer than `max_duration`, so that a plan may also end earlier.
+    No maneuver becomes longer than `max_duration`, so that a plan may also end earlier than its
+    time.
 
     Parameters
     ----------
@@ -174,53 +208,76 @@ def set_end_times(designs: Floats, times: Floats | float, max_duration: float) -
         End of each design [s].
     max_duration : float
         Longest duration of a maneuver [s].
+
+    Returns
+    -------
+    array, shape (n, 4 m)
     """
     result = designs.copy()
     durations = get_durations(result)
-    until = np.broadcast_to(times, len(designs))[:, None]
-    ends = np.minimum(np.cumsum(durations, axis=1), until)
-    ends[:, -1:] = until
+    end_times = np.broadcast_to(times, len(designs))[:, None]
+    ends = np.minimum(np.cumsum(durations, axis=1), end_times)
+    ends[:, -1:] = end_times
     durations[:] = np.minimum(np.diff(ends, axis=1, prepend=0.0), max_duration)
     return result
 
 
 def stretch_durations(designs: Floats, factors: Floats | float, max_duration: float) -> Floats:
-    """Return designs with all durations multiplied by `factors`, up to `max_duration` [s]."""
+    """Return copies of designs with all durations multiplied by a factor, up to a maximum.
+
+    Parameters
+    ----------
+    designs : array, shape (n, 4 m)
+    factors : array, shape (n,), or float
+        Factor of each design.
+    max_duration : float
+        Longest duration of a maneuver [s].
+
+    Returns
+    -------
+    array, shape (n, 4 m)
+    """
     result = designs.copy()
     durations = get_durations(result)
-    by = np.broadcast_to(factors, len(designs))[:, None]
-    durations[:] = np.minimum(by * durations, max_duration)
+    column = np.broadcast_to(factors, len(designs))[:, None]
+    durations[:] = np.minimum(column * durations, max_duration)
     return result
 
 
 def scale_time(
     designs: Floats, factors: Floats | float, max_duration: float, max_rate_deg_s: float
 ) -> Floats:
-    """Return designs with durations multiplied and rates divided by `factors`.
+    """Return copies of designs with all durations multiplied and all rates divided by a factor.
 
-    Without saturation the designs pass through the same attitudes.
+    Unless a bound is reached, the designs pass through the same attitudes.
 
     Parameters
     ----------
     designs : array, shape (n, 4 m)
     factors : array, shape (n,), or float
+        Factor of each design.
     max_duration : float
         Longest duration of a maneuver [s].
     max_rate_deg_s : float
         Maximum rate about each axis [deg/s].
+
+    Returns
+    -------
+    array, shape (n, 4 m)
     """
     result = stretch_durations(designs, factors, max_duration)
     maneuvers = result.reshape(len(result), -1, VARIABLES_PER_MANEUVER)
-    by = np.broadcast_to(factors, len(designs))[:, None, None]
-    maneuvers[:, :, :3] = np.clip(maneuvers[:, :, :3] / by, -max_rate_deg_s, max_rate_deg_s)
+    column = np.broadcast_to(factors, len(designs))[:, None, None]
+    maneuvers[:, :, :3] = np.clip(maneuvers[:, :, :3] / column, -max_rate_deg_s, max_rate_deg_s)
     return result
 
 
 def round_to_steps(evaluator: FixedTimeEvaluator, designs: Floats) -> Floats:
-    """Return designs, shape (n, 4 m), with maneuver ends rounded to the nearest filter step.
+    """Return copies of designs whose maneuvers end at the nearest filter step, shape (n, 4 m).
 
-    A maneuver that ends within a step continues to the next step, which is half a step too late on
-    average. Designs with ramps are returned unchanged, since ramps start on steps.
+    A maneuver that ends within a step otherwise continues to the end of the step, half a step too
+    long on average. Designs of scenarios with ramps are returned unchanged, because ramps start on
+    steps.
     """
     if evaluator.model.slew_limits is not None:
         return designs
@@ -233,17 +290,27 @@ def round_to_steps(evaluator: FixedTimeEvaluator, designs: Floats) -> Floats:
 
 
 def merge_partial_steps(designs: Floats, step: float) -> Floats:
-    """Approximate maneuvers that end within a step, as designs of shape (n, 4 (2 m - 1)).
+    """Replace each filter step in which maneuvers end by a maneuver with the mean rate of the step.
 
-    Each step [s] in which maneuvers end has the time-weighted mean of their rates, and all other
-    ends are on steps. Values of the result are smooth functions of the durations.
+    The mean is weighted by time. All maneuvers of the returned designs end on steps, and their
+    evaluated results are smooth functions of the original durations.
+
+    Parameters
+    ----------
+    designs : array, shape (n, 4 m)
+    step : float
+        Filter step [s].
+
+    Returns
+    -------
+    array, shape (n, 4 (2 m - 1))
     """
     maneuvers = designs.reshape(len(designs), -1, VARIABLES_PER_MANEUVER)
     rates, ends = maneuvers[:, :, :3], np.cumsum(maneuvers[:, :, 3], axis=1) / step
     if ends.shape[1] == 1:
         return designs
     starts = np.hstack([np.zeros((len(ends), 1)), ends[:, :-1]])
-    shared = np.floor(ends[:, :-1])  # These are the steps in which maneuvers end, (n, m - 1).
+    shared = np.floor(ends[:, :-1])  # Steps in which maneuvers end, shape (n, m - 1).
     weights = np.minimum(shared[:, :, None] + 1.0, ends[:, None]) - np.maximum(
         shared[:, :, None], starts[:, None]
     )
@@ -252,9 +319,11 @@ def merge_partial_steps(designs: Floats, step: float) -> Floats:
     n, m = ends.shape
     result = np.empty((n, 2 * m - 1, VARIABLES_PER_MANEUVER))
     result[:, ::2, :3], result[:, 1::2, :3] = rates, weights @ rates
-    until = np.empty((n, 2 * m - 1))
-    until[:, :-1:2], until[:, 1::2] = shared, shared + 1.0
-    until[:, -1] = np.ceil(ends[:, -1] - _STEP_TOLERANCE)
-    until = np.maximum.accumulate(until, axis=1)
-    result[:, :, 3] = step * np.diff(np.maximum(until - _STEP_TOLERANCE, 0.0), axis=1, prepend=0.0)
+    end_steps = np.empty((n, 2 * m - 1))
+    end_steps[:, :-1:2], end_steps[:, 1::2] = shared, shared + 1.0
+    end_steps[:, -1] = np.ceil(ends[:, -1] - _STEP_TOLERANCE)
+    end_steps = np.maximum.accumulate(end_steps, axis=1)
+    result[:, :, 3] = step * np.diff(
+        np.maximum(end_steps - _STEP_TOLERANCE, 0.0), axis=1, prepend=0.0
+    )
     return result.reshape(n, -1)

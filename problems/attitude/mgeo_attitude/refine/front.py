@@ -1,4 +1,4 @@
-"""Rows of a front that refined plans replace, and additional rows at times between the plans."""
+"""Best known plans of a front during its refinement, by their end times."""
 
 from __future__ import annotations
 
@@ -8,28 +8,32 @@ from mgeo.evaluation.dominance import find_front_rows
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.refine.evaluators import DesignEvaluator
 
-#: Least time of a plan that replaces a row, relative to the time of the row.
+#: Smallest ratio of the end time of a replacing plan to the initial end time of its row.
 _MIN_TIME_RATIO = 0.98
-#: Largest factor on the density of added rows where the value falls steeply.
+#: Largest factor on the density of added end times where the objective falls steeply.
 _MAX_DENSITY_FACTOR = 3.0
 
 
 class RefinementFront:
-    """Plans with their end times and final values.
+    """Best known plan for each of several end times, updated with refined plans.
+
+    The end times are those of the initial plans and optionally times between them.
 
     Parameters
     ----------
     evaluate_designs : function
-        Returns time and value of designs, shape (n, 2), and violations, shape (n,).
+        Returns end time and objective of designs, shape (n, 2), and largest violations, shape (n,).
     X : array, shape (n, n_var)
         Initial plans.
     max_time_ratio : float
-        Ratio of neighboring times above which rows are added between them.
+        Ratio of neighboring end times above which end times are added between them.
 
     Attributes
     ----------
+    X : array, shape (n + r, n_var)
+        Best known plan of each row.
     times : array, shape (n + r,)
-        Times of the initial plans [s], then of the added rows.
+        End times of the initial plans [s], then the r added end times.
     """
 
     def __init__(
@@ -39,32 +43,41 @@ class RefinementFront:
         F, violation = evaluate_designs(X)
         self._n_initial = len(X)
         self._added_rows: list[int] = []
-        room, best = _add_rows(F, violation, max_time_ratio)
+        added_times, best = _add_rows(F, violation, max_time_ratio)
         self.X = np.vstack([X, X[best]])
-        self._F = np.vstack([F, np.column_stack([room, F[best, 1]])])
+        self._F = np.vstack([F, np.column_stack([added_times, F[best, 1]])])
         self._violation = np.append(violation, violation[best])
         self.times = self._F[:, 0].copy()
 
     @property
     def rows(self) -> Ints:
-        """Rows that hold plans: initial rows, then added rows in the order of their first plans."""
+        """Rows that have a plan: initial rows, then added rows in the order of their first
+        plans.
+        """
         return np.array([*range(self._n_initial), *self._added_rows], dtype=np.int64)
 
     @property
     def plans(self) -> Floats:
-        """Plans of `rows`, shape (n + a, n_var)."""
+        """Best known plans in the order of `rows`, shape (n + a, n_var)."""
         return self.X[self.rows]
 
     def replace_rows(self, designs: Floats) -> None:
-        """Replace rows by feasible designs that end no later and have a lower value.
+        """Store each feasible design that improves on the best known plan of an end time.
 
-        A design that ends much earlier than the initial time of a row does not replace the row,
-        since a better value is possible at that time.
+        A design improves on a plan if it ends no later and has a smaller objective. A design that
+        ends much earlier than the initial end time of a row does not replace its plan, because a
+        smaller objective is possible at that time.
+
+        Parameters
+        ----------
+        designs : array, shape (k, n_var)
         """
         self._replace(designs, np.arange(len(self.X)), _MIN_TIME_RATIO)
 
     def replace_dominated(self) -> None:
-        """Replace each plan by a plan that ends no later and has a lower value, if there is one."""
+        """Replace each plan by another one that ends no later and has a smaller objective, if
+        any.
+        """
         self._replace(self.plans, self.rows, 0.0)
 
     def _replace(self, designs: Floats, rows: Ints, share: float) -> None:
@@ -73,12 +86,12 @@ class RefinementFront:
         F, violation = self._evaluate_designs(designs)
         feasible = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0))
         order = feasible[find_front_rows(F[feasible])]
-        place = np.searchsorted(F[order, 0], self._F[rows, 0], side="right") - 1
-        rows, place = rows[place >= 0], place[place >= 0]
-        best = order[place]
-        better = (F[best, 1] < self._F[rows, 1]) & (F[best, 0] >= share * self.times[rows])
-        better |= self._violation[rows] > 0.0
-        rows, best = rows[better], best[better]
+        latest = np.searchsorted(F[order, 0], self._F[rows, 0], side="right") - 1
+        rows, latest = rows[latest >= 0], latest[latest >= 0]
+        best = order[latest]
+        is_better = (F[best, 1] < self._F[rows, 1]) & (F[best, 0] >= share * self.times[rows])
+        is_better |= self._violation[rows] > 0.0
+        rows, best = rows[is_better], best[is_better]
         self.X[rows], self._F[rows], self._violation[rows] = designs[best], F[best], 0.0
         present = set(self._added_rows)
         self._added_rows += [
@@ -87,10 +100,10 @@ class RefinementFront:
 
 
 def _add_rows(F: Floats, violation: Floats, ratio: float) -> tuple[Floats, Ints]:
-    """Return additional times between feasible plans, and the best plan until each time.
+    """Return end times between those of feasible plans, and the row of the best plan until each.
 
-    Neighboring times have the ratio `ratio`, or a smaller one where the values fall by more than
-    it.
+    Neighboring times have the ratio `ratio`, or a smaller ratio where the objective falls faster
+    than the time increases.
     """
     feasible = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0) & (F[:, 0] > 0.0))
     order = feasible[find_front_rows(F[feasible])]

@@ -1,4 +1,7 @@
-"""Initial designs by a receding horizon: each stage takes the rate of least value at its end."""
+"""Initial designs of a search by a receding horizon over the maneuvers.
+
+Each stage of a plan takes the rate with the smallest objective at its end.
+"""
 
 from __future__ import annotations
 
@@ -18,14 +21,27 @@ from mgeo_attitude.scenario.actuators import build_slew_limits
 
 #: Number of rates about each axis, from the negative to the positive maximum.
 _N_RATE_LEVELS = 7
-#: Relative error of a trace from thinned samples.
+#: Relative error of a trace that was computed from thinned samples.
 _THINNING_TOLERANCE = 0.02
-#: Shortest useful stage [steps].
+#: Shortest useful stage, in filter steps.
 _MIN_STAGE_STEPS = 5
 
 
 def build_rate_grid(max_rate_deg_s: float, n_levels: int = _N_RATE_LEVELS) -> Floats:
-    """Return rates [deg/s] on a grid about the three axes, shape (n_levels³, 3)."""
+    """Return all combinations of equally spaced rates about three axes [deg/s], one per row.
+
+    Parameters
+    ----------
+    max_rate_deg_s : float
+        Maximum rate about each axis [deg/s].
+    n_levels : int
+        Number of rates about each axis, from the negative to the positive maximum.
+
+    Returns
+    -------
+    array, shape (n_levels³, 3)
+        Rates [deg/s].
+    """
     levels = np.linspace(-max_rate_deg_s, max_rate_deg_s, n_levels)
     return np.stack(np.meshgrid(levels, levels, levels), axis=-1).reshape(-1, 3)
 
@@ -36,49 +52,63 @@ def append_converging_rate(
     evaluate_designs: DesignEvaluator | None = None,
     thinned_evaluator: FixedTimeEvaluator | None = None,
 ) -> Floats:
-    """Append a final rate with which a design converges, and return one design per suitable rate.
+    """Extend a design by a last maneuver at a rate with which the filter converges.
 
-    The candidate rates are those of `build_rate_grid`. The result contains the candidates that no other
-    candidate dominates in time and value, at least one. The first one converges about one window
-    after the design, when the trace falls as little as the rule allows.
+    There is one copy of the design for each suitable rate. The candidate rates are those of
+    `build_rate_grid`. The result contains the candidates that no other candidate dominates in time
+    and objective, at least one. The first one converges about one window of the convergence rule
+    after the design, with the smallest decrease of the trace that the rule accepts.
 
     Parameters
     ----------
     evaluator : FixedTimeEvaluator
     design : array, shape (4 m,)
     evaluate_designs : function, optional
-        Returns time and value of designs, and violations. Default: time and trace of `evaluator`.
+        Returns time and objective of designs, and violations. Default: convergence time and trace
+        by `evaluator`.
     thinned_evaluator : FixedTimeEvaluator, optional
-        Evaluation on thinned samples that discards most candidates first.
+        Evaluator on thinned samples, which discards most candidates first.
 
     Returns
     -------
     array, shape (k, 4 (m + 1))
     """
-    last = build_rate_grid(evaluator.scenario.maneuvers.max_rate_deg_s)
-    before = np.broadcast_to(design, (len(last), len(design)))
-    extended = np.hstack([before, last, np.zeros((len(last), 1))])
+    rates = build_rate_grid(evaluator.scenario.maneuvers.max_rate_deg_s)
+    repeated = np.broadcast_to(design, (len(rates), len(design)))
+    extended = np.hstack([repeated, rates, np.zeros((len(rates), 1))])
     if thinned_evaluator is not None:
         extended = extended[
             _find_near_nondominated_rows(thinned_evaluator.evaluate_convergence(extended)[0])
         ]
     F, violation = (evaluate_designs or evaluator.evaluate_convergence)(extended)
     rows = _find_nondominated_rows(F, violation)
-    late = np.abs(
+    deviation = np.abs(
         F[rows, 0]
         - get_durations(design).sum()
         - evaluator.model.step * evaluator.model.window_steps
     )
-    return extended[rows[np.argsort(late, kind="stable")]]
+    return extended[rows[np.argsort(deviation, kind="stable")]]
 
 
 def build_receding_horizon_plan(
     evaluator: FixedTimeEvaluator, n_stages: int, end_time: float
 ) -> Floats:
-    """Return a plan of `n_stages` stages of equal length until a time [s], shape (4 count,).
+    """Return a design of equal stages, each at the rate with the smallest objective at its end.
 
-    Each stage takes the rate with the least value at its end, on a grid of seven rates about each
-    axis, among the rates with the least violation of constraints.
+    The rates are those of a grid with seven levels about each axis. Among them, those with the
+    smallest violation of constraints are compared.
+
+    Parameters
+    ----------
+    evaluator : FixedTimeEvaluator
+    n_stages : int
+        Number of stages, each of which is a maneuver.
+    end_time : float
+        Approximate end of the design [s].
+
+    Returns
+    -------
+    array, shape (4 n_stages,)
     """
     plan: Floats = beam_search(evaluator, n_stages, end_time)[0]
     return plan
@@ -92,24 +122,29 @@ def beam_search(
     width: int = 1,
     length_ratio: float = 1.0,
 ) -> Floats:
-    """Return the best plans of a beam search over rates, best first, shape (width, 4 count).
+    """Return the best designs of a beam search over the rates of successive stages, the best first.
 
-    Each stage keeps the `width` partial plans with the least values at its end, so that a rate can
-    pay off in later stages.
+    Each stage continues the `width` partial designs with the smallest objectives at its end, so
+    that a rate can pay off in a later stage.
 
     Parameters
     ----------
     evaluator : FixedTimeEvaluator
     n_stages : int
-        Number of stages.
+        Number of stages, each of which is a maneuver.
     end_time : float
-        Approximate end of the plan [s].
+        Approximate end of the designs [s].
     n_levels : int
         Number of rates about each axis.
     width : int
-        Largest number of partial plans.
+        Largest number of partial designs.
     length_ratio : float
-        Ratio of the lengths of consecutive stages. The final value depends most on the last stages.
+        Ratio of the lengths of consecutive stages. The final objective depends most on the last
+        stages.
+
+    Returns
+    -------
+    array, shape (width, 4 n_stages)
     """
     limits, step = evaluator.scenario.maneuvers, evaluator.model.step
     rates = build_rate_grid(limits.max_rate_deg_s, n_levels)
@@ -117,22 +152,26 @@ def beam_search(
     durations = np.minimum(end_time * lengths / lengths.sum(), limits.max_duration)
     n_steps = np.maximum((durations / step).astype(int), 1)
     plans = np.empty((1, 0))
-    for own_steps, until in zip(n_steps, np.cumsum(n_steps), strict=True):
-        own = np.column_stack([rates, np.full(len(rates), own_steps * step)])
-        candidates = np.hstack([np.repeat(plans, len(own), axis=0), np.tile(own, (len(plans), 1))])
-        plans = evaluator.select_best(candidates, min(int(until), evaluator.model.n_steps), width)
+    for stage_steps, end_step in zip(n_steps, np.cumsum(n_steps), strict=True):
+        stages = np.column_stack([rates, np.full(len(rates), stage_steps * step)])
+        candidates = np.hstack(
+            [np.repeat(plans, len(stages), axis=0), np.tile(stages, (len(plans), 1))]
+        )
+        plans = evaluator.select_best(
+            candidates, min(int(end_step), evaluator.model.n_steps), width
+        )
     return plans
 
 
 def build_initial_designs(
     problem: PlanProblem, n_designs: int, random_state: np.random.Generator
 ) -> Floats:
-    """Return initial designs for a search, shape (n, n_var), for n different end times.
+    """Return initial designs for a search by a receding horizon, for n stratified random end times.
 
-    The logarithms of the end times are stratified samples. With the convergence rule "trace", a
-    plan reduces the value until one window before its end, and then holds a rate with which the
-    filter converges. With magnetorquers the designs assume instantaneous rate changes, which give
-    similar values much faster.
+    The logarithms of the end times are stratified. With the convergence rule "trace", a design
+    minimizes the trace until one window before its end, and then holds a rate with which the filter
+    converges. With magnetorquers, the designs assume instantaneous rate changes, which give similar
+    traces much faster.
 
     Parameters
     ----------
@@ -142,6 +181,10 @@ def build_initial_designs(
     random_state : numpy Generator
         Draws the end times.
 
+    Returns
+    -------
+    array, shape (n_designs, n_var)
+
     Raises
     ------
     ValueError
@@ -149,24 +192,25 @@ def build_initial_designs(
     """
     if n_designs < 0:
         raise ValueError(f"n = {n_designs}: expected a number of designs >= 0")
-    at = _remove_magnetorquers(build_fixed_time_evaluator(problem))
-    scenario, model = at.scenario, at.model
+    evaluator = _remove_magnetorquers(build_fixed_time_evaluator(problem))
+    scenario, model = evaluator.scenario, evaluator.model
     count, window = scenario.maneuvers.count, model.window_steps * model.step
-    holds = model.rule == "trace" and count > 1
-    learning = count - 1 if holds else count
-    first = min(_MIN_STAGE_STEPS * learning * model.step, 0.5 * model.duration)
+    has_final_rate = model.rule == "trace" and count > 1
+    n_stages = count - 1 if has_final_rate else count
+    first = min(_MIN_STAGE_STEPS * n_stages * model.step, 0.5 * model.duration)
     first = max(first, 0.02 * model.duration)
     last = min(
-        model.duration - (window if holds else 0.0), learning * scenario.maneuvers.max_duration
+        model.duration - (window if has_final_rate else 0.0),
+        n_stages * scenario.maneuvers.max_duration,
     )
     shares = (np.arange(n_designs) + random_state.random(n_designs)) / max(n_designs, 1)
     times = first * (max(last, first) / first) ** shares
     designs = np.empty((n_designs, VARIABLES_PER_MANEUVER * count))
     for row, time in enumerate(times):
-        plan = build_receding_horizon_plan(at, learning, float(time))
-        if holds:
-            plan = append_converging_rate(at, plan)[0]
-        designs[row] = plan
+        design = build_receding_horizon_plan(evaluator, n_stages, float(time))
+        if has_final_rate:
+            design = append_converging_rate(evaluator, design)[0]
+        designs[row] = design
     return designs
 
 
@@ -180,9 +224,10 @@ def _remove_magnetorquers(evaluator: FixedTimeEvaluator) -> FixedTimeEvaluator:
 
 
 def _find_nondominated_rows(F: Floats, violation: Floats) -> Ints:
-    """Return the nondominated rows of the least violation, by time and value, or one row.
+    """Return the rows that are nondominated in time and objective among those of least violation.
 
-    F, shape (n, 2), has the time and the final value of each row.
+    F has time and objective of each row, shape (n, 2). If no objective is finite, one row is
+    returned.
     """
     order = np.lexsort((F[:, 1], F[:, 0], violation))
     least = np.minimum.accumulate(np.nan_to_num(F[order, 1], nan=np.inf))
@@ -191,9 +236,9 @@ def _find_nondominated_rows(F: Floats, violation: Floats) -> Ints:
 
 
 def _find_near_nondominated_rows(F: Floats) -> Ints:
-    """Return the rows that are nondominated up to a tolerance of the value.
+    """Return the rows whose objective is nearly the best one until their time.
 
-    F is as in `_nondominated_rows`.
+    F has time and objective of each row, shape (n, 2).
     """
     order = np.lexsort((F[:, 1], F[:, 0]))
     value = np.nan_to_num(F[order, 1], nan=np.inf)

@@ -1,4 +1,4 @@
-"""Local refinement of the plans of a front, by gradients of the final value."""
+"""Local refinement of the plans of a front, by gradients of the objective at their ends."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from mgeo_attitude.refine.initial_designs import append_converging_rate, beam_se
 from mgeo_attitude.refine.splitting import remove_ineffective_maneuvers
 from mgeo_attitude.refine.thinned_samples import ThinnedSamples
 
-#: Number of plans of a front to refine, and of iterations for each.
+#: Default number of plans of a front to refine, and of iterations for each plan.
 MAX_PLANS, MAX_ITERATIONS = 16, 48
 #: Number of plans that are refined in one batch.
 _BATCH_SIZE = 4
 #: Beam search: rate levels per axis, width, and ratio of the lengths of consecutive stages.
 BeamSettings = tuple[int, int, float]
-#: Beam searches for plans of at most `_TURNS` rotations at the maximum rate, which need a wide beam
-#: of maximum rates, and for longer plans, which need stages of decreasing length.
+#: Beam searches for plans of at most `_MAX_EARLY_ROTATIONS` revolutions at the maximum rate, which
+#: need a wide beam of maximum rates, and for longer plans, which need stages of decreasing length.
 _MAX_EARLY_ROTATIONS = 4.0
 _EARLY_BEAMS: tuple[BeamSettings, ...] = ((2, 100, 1.0), (3, 10, 0.9))
 _LATE_BEAMS: tuple[BeamSettings, ...] = ((3, 15, 0.9), (3, 15, 0.8))
@@ -43,15 +43,16 @@ _N_BEAM_PLANS = 8
 #: For the first round of plans and for the plans between them: number of initial designs, share of
 #: the iterations, and whether beam searches provide initial designs.
 _ROUNDS = (16, 0.6, True), (3, 0.4, False)
-#: Number of final rates per plan that Monte Carlo runs evaluate, and that are tried at other times.
+#: Number of final rates of each plan that Monte Carlo runs evaluate, and that are tried at other
+#: times.
 _N_MONTE_CARLO_RATES, _N_FINAL_RATES = 4, 6
-#: Number of refined plans that are tried at another time, and of results that are evaluated.
+#: Number of refined plans that are adapted to another time, and of results that are evaluated.
 _N_CANDIDATES, _N_EVALUATED = 3, 2
-#: Tolerance for a time on a step, in steps.
+#: Tolerance by which a time may miss a filter step, in steps.
 _STEP_TOLERANCE = 1e-6
-#: Earliest end of a plan to refine, as a share of the longest run.
+#: Earliest end of a plan to refine, as a share of the scenario's duration.
 _MIN_TIME_SHARE = 0.02
-#: Ratio of the times of neighboring plans above which plans are added between them.
+#: Ratio of the end times of neighboring plans above which plans are added between them.
 _MAX_TIME_RATIO = 1.01
 #: Number of refined plans that serve as initial designs of another plan.
 _N_NEAREST = 3
@@ -63,22 +64,26 @@ def refine_plans(
     max_plans: int = MAX_PLANS,
     max_iterations: int = MAX_ITERATIONS,
 ) -> Floats:
-    """Return plans that end no later than the given ones and have no higher value, row by row.
+    """Improve plans by local refinement: none ends later or has a larger objective than before.
 
-    Up to `max_plans` plans of the front, at approximately equal ratios of their times, are refined. The
-    initial designs of a refinement are the plan, other refined plans and beam searches
-    (`starts.beam_search`). The plans between them follow, with fewer iterations and without beam searches.
-    All results are also tried at the times of the other plans, and maneuvers without effect are
-    removed. A row without a better feasible plan stays unchanged.
+    The result has the plans in the order of `designs`. A plan for which no better feasible plan is
+    found stays unchanged.
 
-    With the convergence rule "trace", the value one window before the end is refined, and a final
-    rate is chosen with which the filter converges. If the problem uses Monte Carlo runs, gradients
-    are those of nominal runs, and results are accepted by the Monte Carlo values.
+    Up to `max_plans` plans of the front, at approximately equal ratios of their end times, are
+    refined first. The initial designs of a refinement are the plan, other refined plans, and the
+    results of beam searches (`initial_designs.beam_search`). The plans between them follow, with
+    fewer iterations and without beam searches. All results are then adapted to the end times of the
+    other plans, and maneuvers without effect are removed.
+
+    With the convergence rule "trace", the objective one window before the end is refined, and a
+    final rate is chosen with which the filter converges. If the problem uses Monte Carlo runs,
+    gradients are those of nominal runs, but results are accepted by their objectives over the Monte
+    Carlo runs.
 
     Parameters
     ----------
     problem : AttitudeManeuverProblem
-        Its objectives are the time and one smooth objective of the covariance.
+        Its objectives are t_end and one smooth objective of the covariance.
     designs : array_like, shape (n, n_var)
         Plans within the bounds of the problem.
     max_plans : int
@@ -98,11 +103,11 @@ def refine_plans(
     Examples
     --------
     >>> import numpy as np
-    >>> from mgeo_attitude import AttitudeManeuverProblem, Scenario, polish
+    >>> from mgeo_attitude import AttitudeManeuverProblem, Scenario, refine_plans
     >>> scenario = Scenario.from_dict({"preset": "paper", "step": 4.0})
     >>> problem = AttitudeManeuverProblem(scenario)
     >>> designs = np.array([[0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, 0.4, 0.7, 600.0]])
-    >>> better = polish(problem, designs, iterations=3)
+    >>> better = refine_plans(problem, designs, max_iterations=3)
     >>> bool((problem.evaluate(better)[0] <= problem.evaluate(designs)[0]).all())
     True
     """
@@ -119,80 +124,89 @@ def iterate_refinement(
     max_iterations: int = MAX_ITERATIONS,
     add_plans: bool = False,
 ) -> Iterator[Floats]:
-    """Return an iterator over the plans after each batch of refinements.
+    """Return an iterator over the plans of a front after each batch of local refinements.
 
-    No table of plans is worse than the one before.
+    Each element has the refined plans in the order of `designs`, followed by the added plans. No
+    plan is worse than in the element before.
 
     Parameters
     ----------
     problem, designs, max_plans, max_iterations
-        See `polish`.
+        See `refine_plans`.
     add_plans : bool
-        Whether to append plans for times between those of the rows.
+        Whether to append plans for end times between those of `designs`.
+
+    Returns
+    -------
+    iterator of array, shape (n + a, n_var)
+        The refined plans, then a added plans.
 
     Raises
     ------
     ValueError
-        If the problem has other objectives than `polish` needs.
+        If the problem has other objectives than `refine_plans` needs.
     """
-    name = find_smooth_objective(problem.objectives)
-    table = np.atleast_2d(np.array(designs, dtype=float))
-    return _refine_tables(problem, name, table, (max_plans, max_iterations), add_plans)
+    objective_name = find_smooth_objective(problem.objectives)
+    X = np.atleast_2d(np.array(designs, dtype=float))
+    return _iterate_batches(problem, objective_name, X, (max_plans, max_iterations), add_plans)
 
 
-def _refine_tables(
-    problem: PlanProblem, name: str, table: Floats, size: tuple[int, int], add_plans: bool
+def _iterate_batches(
+    problem: PlanProblem, objective_name: str, X: Floats, size: tuple[int, int], add_plans: bool
 ) -> Iterator[Floats]:
-    (most, iterations), judge = size, build_design_evaluator(problem)
-    if not table.size:
+    (max_plans, max_iterations), evaluate_designs = size, build_design_evaluator(problem)
+    if not X.size:
         return
-    at = build_fixed_time_evaluator(problem, name)
-    time = problem.objectives.index("t_end")
-    order = [time, 1 - time]
+    evaluator = build_fixed_time_evaluator(problem, objective_name)
+    time_column = problem.objectives.index("t_end")
+    order = [time_column, 1 - time_column]
 
-    def in_order(designs: Floats) -> tuple[Floats, Floats]:
-        F, violation = judge(designs)
+    def evaluate_in_order(designs: Floats) -> tuple[Floats, Floats]:
+        F, violation = evaluate_designs(designs)
         return F[:, order], violation
 
     is_robust = problem.scenario.monte_carlo is not None
-    front = RefinementFront(in_order, table, _MAX_TIME_RATIO if add_plans else np.inf)
+    front = RefinementFront(evaluate_in_order, X, _MAX_TIME_RATIO if add_plans else np.inf)
     refined: list[Floats] = []
-    thinned = ThinnedSamples(at)
-    new: list[Floats] = []
+    thinned = ThinnedSamples(evaluator)
+    completed: list[Floats] = []
     finished: set[int] = set()
     for between, (n_initial, share, uses_beams) in enumerate(_ROUNDS):
-        rows = [row for row in _select_rows(at, front, most, bool(between)) if row not in finished]
+        candidates = _select_rows(evaluator, front, max_plans, bool(between))
+        rows = [row for row in candidates if row not in finished]
         finished.update(rows)
-        for own in _group_rows(thinned, front, rows):
-            ends = np.array([_compute_refinement_time(at, front.times[row]) for row in own])
+        for batch in _group_rows(thinned, front, rows):
+            ends = np.array(
+                [_compute_refinement_time(evaluator, front.times[row]) for row in batch]
+            )
             initial = [
                 _build_initial_designs(
                     thinned,
                     plan,
                     refined,
                     until,
-                    _select_beam_searches(at, until) if uses_beams else (),
+                    _select_beam_searches(evaluator, until) if uses_beams else (),
                 )
-                for plan, until in zip(front.X[own], ends, strict=True)
+                for plan, until in zip(front.X[batch], ends, strict=True)
             ]
-            better = thinned.refine_designs(
-                initial, ends, max(round(share * iterations), 1), n_initial
+            improved = thinned.refine_designs(
+                initial, ends, max(round(share * max_iterations), 1), n_initial
             )
-            refined += list(better)
-            of_plans = None if is_robust else in_order
+            refined += list(improved)
+            acceptance = None if is_robust else evaluate_in_order
             with_rates = [
-                _append_final_rates(thinned, each, until, of_plans)
-                for each, until in zip(better, ends, strict=True)
+                _append_final_rates(thinned, each, until, acceptance)
+                for each, until in zip(improved, ends, strict=True)
             ]
             front.replace_rows(
                 np.vstack(
                     [each[:_N_MONTE_CARLO_RATES] if is_robust else each for each in with_rates]
                 )
             )
-            new.extend(np.vstack([each[:_N_FINAL_RATES] for each in with_rates]))
+            completed.extend(np.vstack([each[:_N_FINAL_RATES] for each in with_rates]))
             yield front.plans
-    if new and not is_robust:
-        front.replace_rows(_adapt_refined_plans(thinned, np.array(new), front.times))
+    if completed and not is_robust:
+        front.replace_rows(_adapt_refined_plans(thinned, np.array(completed), front.times))
         yield front.plans
     front.replace_dominated()
     yield front.plans
@@ -203,6 +217,7 @@ def _refine_tables(
 def _group_rows(
     thinned: ThinnedSamples, front: RefinementFront, rows: list[int]
 ) -> list[list[int]]:
+    """Return batches of rows whose plans are refined with the same number of merged samples."""
     groups: dict[int, list[int]] = {}
     for row in rows:
         n_merged = thinned.count_merged_samples(
@@ -210,29 +225,31 @@ def _group_rows(
         )
         groups.setdefault(n_merged, []).append(row)
     return [
-        own[first : first + _BATCH_SIZE]
-        for own in groups.values()
-        for first in range(0, len(own), _BATCH_SIZE)
+        group[first : first + _BATCH_SIZE]
+        for group in groups.values()
+        for first in range(0, len(group), _BATCH_SIZE)
     ]
 
 
 def _select_rows(
     evaluator: FixedTimeEvaluator, front: RefinementFront, n_max: int, between: bool
 ) -> list[int]:
-    """Return up to `n_max` rows at approximately equal ratios of their times, earliest first.
+    """Return up to `n_max` rows at nearly equal ratios of their end times, the earliest first.
 
-    With `between`, return up to `n_max` - 1 rows between them.
+    If `between` is True, return up to `n_max` - 1 rows between those.
     """
     rows = front.rows
     times = front.times[rows]
-    learning = np.array([_compute_refinement_time(evaluator, time) or 0.0 for time in times])
+    refinement_times = np.array(
+        [_compute_refinement_time(evaluator, time) or 0.0 for time in times]
+    )
     candidates = np.flatnonzero(
-        (learning > 0.0) & (times >= _MIN_TIME_SHARE * evaluator.model.duration)
+        (refinement_times > 0.0) & (times >= _MIN_TIME_SHARE * evaluator.model.duration)
     )
     if not len(candidates):
         return []
     candidates = candidates[np.argsort(times[candidates], kind="stable")]
-    order, logs = rows[candidates], np.log(learning[candidates])
+    order, logs = rows[candidates], np.log(refinement_times[candidates])
     targets = np.linspace(logs[0], logs[-1], 2 * n_max - 1)[int(between) :: 2]
     nearest = np.unique(np.abs(logs[:, None] - targets).argmin(axis=0))
     selection: list[int] = order[nearest].tolist()
@@ -240,12 +257,16 @@ def _select_rows(
 
 
 def _has_final_rate(evaluator: FixedTimeEvaluator) -> bool:
-    """Return whether the last maneuver only serves convergence, not observability."""
+    """Return True if the last maneuver only serves convergence, not the estimation."""
     return evaluator.model.rule == "trace" and evaluator.scenario.maneuvers.count > 1
 
 
 def _compute_refinement_time(evaluator: FixedTimeEvaluator, t_end: float) -> float | None:
-    """Return the time [s] at which the value of a plan with this end is refined, or None."""
+    """Return the time [s] at which the objective of a plan with a given end is refined, or None.
+
+    With a final rate, this is one window before the end. The result is None for a plan that is too
+    short or does not end.
+    """
     if not np.isfinite(t_end):
         return None
     steps = math.floor(t_end / evaluator.model.step + _STEP_TOLERANCE)
@@ -254,8 +275,8 @@ def _compute_refinement_time(evaluator: FixedTimeEvaluator, t_end: float) -> flo
 
 
 def _select_beam_searches(evaluator: FixedTimeEvaluator, time: float) -> tuple[BeamSettings, ...]:
-    turns = evaluator.scenario.maneuvers.max_rate_deg_s * time / 360.0
-    return _EARLY_BEAMS if turns <= _MAX_EARLY_ROTATIONS else _LATE_BEAMS
+    n_rotations = evaluator.scenario.maneuvers.max_rate_deg_s * time / 360.0
+    return _EARLY_BEAMS if n_rotations <= _MAX_EARLY_ROTATIONS else _LATE_BEAMS
 
 
 def _build_initial_designs(
@@ -265,23 +286,24 @@ def _build_initial_designs(
     time: float,
     beams: Iterable[BeamSettings],
 ) -> Floats:
-    at = thinned.full_evaluator
-    count = design.size // VARIABLES_PER_MANEUVER - _has_final_rate(at)
-    longest = at.scenario.maneuvers.max_duration
-    parts = [set_end_times(design[None, : VARIABLES_PER_MANEUVER * count], time, longest)]
-    for levels, width, shorter in beams:
-        plans = beam_search(thinned.get_evaluator(time), count, time, levels, width, shorter)
-        parts.append(plans[:: -(-len(plans) // _N_BEAM_PLANS)])
+    evaluator = thinned.full_evaluator
+    count = design.size // VARIABLES_PER_MANEUVER - _has_final_rate(evaluator)
+    max_duration = evaluator.scenario.maneuvers.max_duration
+    designs = [set_end_times(design[None, : VARIABLES_PER_MANEUVER * count], time, max_duration)]
+    for n_levels, width, length_ratio in beams:
+        plans = beam_search(thinned.get_evaluator(time), count, time, n_levels, width, length_ratio)
+        designs.append(plans[:: -(-len(plans) // _N_BEAM_PLANS)])
     if refined:
         plans = np.array(refined)
-        parts.append(
-            _adapt_to_times(at, plans[_find_nearest_rows(at, plans, time, _N_NEAREST)], time)
-        )
-    return np.vstack(parts)
+        nearest = _find_nearest_rows(evaluator, plans, time, _N_NEAREST)
+        designs.append(_adapt_to_times(evaluator, plans[nearest], time))
+    return np.vstack(designs)
 
 
 def _adapt_to_times(evaluator: FixedTimeEvaluator, plans: Floats, times: Floats | float) -> Floats:
-    """Return plans, shape (k, 4 m), that end at other times: cut or extended, stretched, slowed."""
+    """Return three versions of each plan with a new end time: cut or extended, stretched,
+    slowed.
+    """
     limits, factors = evaluator.scenario.maneuvers, times / _sum_durations(plans)
     return np.vstack(
         [
@@ -295,17 +317,16 @@ def _adapt_to_times(evaluator: FixedTimeEvaluator, plans: Floats, times: Floats 
 def _find_nearest_rows(
     evaluator: FixedTimeEvaluator, plans: Floats, time: float, n_max: int
 ) -> Ints:
-    """Return the rows of the `n_max` plans whose total duration is closest to a time [s]."""
     total = _sum_durations(plans)
     nonzero = np.flatnonzero(total >= evaluator.model.step)
-    far = np.abs(np.log(total[nonzero] / time))
-    return nonzero[np.argsort(far, kind="stable")[:n_max]]
+    distance = np.abs(np.log(total[nonzero] / time))
+    return nonzero[np.argsort(distance, kind="stable")[:n_max]]
 
 
 def _append_final_rates(
     thinned: ThinnedSamples, refined: Floats, time: float, evaluate_designs: DesignEvaluator | None
 ) -> Floats:
-    """Return designs that end a refined plan with a final rate, if the rule needs one."""
+    """Append final rates with which the filter converges to a refined plan, if needed."""
     if not _has_final_rate(thinned.full_evaluator):
         return round_to_steps(thinned.full_evaluator, refined[None])
     return append_converging_rate(
@@ -314,28 +335,28 @@ def _append_final_rates(
 
 
 def _adapt_refined_plans(thinned: ThinnedSamples, plans: Floats, times: Floats) -> Floats:
-    """Adapt refined plans to other end times.
-
-    Thinned samples select the few best plans for each time.
-    """
-    at = thinned.full_evaluator
-    alike = (
-        _N_FINAL_RATES if _has_final_rate(at) else 1
-    )  # So many plans differ only in the final rate.
-    size = VARIABLES_PER_MANEUVER * (at.scenario.maneuvers.count - _has_final_rate(at))
-    learning = [_compute_refinement_time(at, t_end) for t_end in np.unique(times)]
-    targets = [time for time in learning if time is not None]
+    """Adapt refined plans to other end times, and return the best few by thinned samples."""
+    evaluator = thinned.full_evaluator
+    has_final_rate = _has_final_rate(evaluator)
+    # This number of plans differ only in the final rate.
+    n_similar = _N_FINAL_RATES if has_final_rate else 1
+    size = VARIABLES_PER_MANEUVER * (evaluator.scenario.maneuvers.count - has_final_rate)
+    refinement_times = [_compute_refinement_time(evaluator, t_end) for t_end in np.unique(times)]
+    targets = [time for time in refinement_times if time is not None]
     if not targets:
         return plans
     rows = [
-        _find_nearest_rows(at, plans[:, :size], time, alike * _N_CANDIDATES) for time in targets
+        _find_nearest_rows(evaluator, plans[:, :size], time, n_similar * _N_CANDIDATES)
+        for time in targets
     ]
-    which, until = np.concatenate(rows), np.repeat(targets, [len(each) for each in rows])
-    bodies = _adapt_to_times(at, plans[which, :size], until)
-    tails = np.tile(plans[which, size:], (len(bodies) // len(which), 1))
-    best = thinned.select_best_per_time(bodies, np.resize(until, len(bodies)), alike * _N_EVALUATED)
+    indices, end_times = np.concatenate(rows), np.repeat(targets, [len(each) for each in rows])
+    bodies = _adapt_to_times(evaluator, plans[indices, :size], end_times)
+    tails = np.tile(plans[indices, size:], (len(bodies) // len(indices), 1))
+    best = thinned.select_best_per_time(
+        bodies, np.resize(end_times, len(bodies)), n_similar * _N_EVALUATED
+    )
     bodies, tails = bodies[best], tails[best]
-    result = np.hstack([bodies, tails]) if _has_final_rate(at) else round_to_steps(at, bodies)
+    result = np.hstack([bodies, tails]) if has_final_rate else round_to_steps(evaluator, bodies)
     return np.unique(result, axis=0)
 
 

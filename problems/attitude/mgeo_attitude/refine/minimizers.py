@@ -1,7 +1,7 @@
-"""Local minimizers with external evaluation: projected BFGS within bounds, and SLSQP.
+"""Local minimizers as generators: projected BFGS within bounds, and SLSQP within constraints.
 
-Each minimizer is a generator that yields a point and receives values and gradients at the point, so
-that many minimizers share one kernel batch.
+Each minimizer yields a point and receives values and gradients at the point, so that many
+minimizers share one batch of the filter kernel.
 """
 
 from __future__ import annotations
@@ -28,25 +28,31 @@ _BOUND_TOLERANCE = 1e-9
 def minimize_bounded(
     initial: Floats, bounds: Floats, max_iterations: int, tolerance: float
 ) -> Generator[Floats, tuple[float, Floats], Floats]:
-    """Minimize a function within bounds from a start point, shape (k,).
+    """Minimize a function within bounds, as a generator that yields points and receives their
+    values.
 
-    The generator yields points, receives value and gradient, shape (k,), of each, and returns the
-    last accepted point.
+    The generator receives the value and the gradient, shape (k,), at each yielded point, and
+    returns the last accepted point.
 
-    BFGS with projected steps; the gradient of a variable at a bound counts as zero if a step would
-    leave the bound (D. P. Bertsekas, Projected Newton methods for optimization problems with simple
-    constraints, SIAM J. Control Optim. 20 (1982) 221-246). At this size it takes a third of the
-    time of scipy's L-BFGS-B.
+    The method is BFGS with projected steps. The gradient of a variable at a bound counts as zero if
+    a step would leave the bound (D. P. Bertsekas, Projected Newton methods for optimization
+    problems with simple constraints, SIAM J. Control Optim. 20 (1982) 221-246). For the few
+    variables of a plan, it takes a third of the time of scipy's L-BFGS-B.
 
     Parameters
     ----------
     initial : array, shape (k,)
+        Initial point.
     bounds : array, shape (k, 2)
-        Lower and upper bounds.
+        Lower and upper bounds of the variables.
     max_iterations : int
         Largest number of iterations.
     tolerance : float
-        Decrease of the value at which the minimizer stops.
+        Decrease of the value in one iteration below which the minimizer stops.
+
+    Returns
+    -------
+    generator
     """
     low, high = bounds.T
     z = np.clip(initial, low, high)
@@ -81,9 +87,9 @@ def minimize_bounded(
         change, slope_change = trial - z, trial_slope - slope
         slope_change = np.where(is_fixed, 0.0, slope_change)
         inverse = _update_inverse(inverse, change, slope_change)
-        fall = value - trial_value
+        decrease = value - trial_value
         z, value, slope = trial, trial_value, trial_slope
-        if fall < tolerance:
+        if decrease < tolerance:
             break
     return z
 
@@ -102,37 +108,45 @@ def _update_inverse(inverse: Floats, change: Floats, slope_change: Floats) -> Fl
 
 
 class _SolverStop(Exception):
-    """Raised in the solver thread when the generator is closed."""
+    """Exception that ends the solver thread when the generator is closed."""
 
 
 def minimize_constrained(
     initial: Floats, bounds: Floats, max_iterations: int, tolerance: float
 ) -> Generator[Floats, tuple[Floats, Floats], Floats]:
-    """Minimize a function within bounds and with nonnegative margins from a start point.
+    """Minimize a function within constraints, as a generator that yields points and receives
+    values.
 
-    The generator yields points and receives values and margins, shape (1 + m,), and their
-    gradients, shape (1 + m, k). The method is SLSQP (D. Kraft, A software package for sequential
-    quadratic programming, DFVLR-FB 88-28, 1988). scipy's implementation calls functions, so that it
-    runs in a separate thread, which waits for the received values.
+    The generator receives the value followed by the constraint margins at each yielded point, shape
+    (1 + m,), and their gradients, shape (1 + m, k). Margins are nonnegative where the constraints
+    are satisfied. It returns the last point.
+
+    The method is SLSQP (D. Kraft, A software package for sequential quadratic programming, DFVLR-FB
+    88-28, 1988). Because scipy's implementation calls functions, it runs in a separate thread,
+    which waits for the received values.
 
     Parameters
     ----------
     initial, bounds, max_iterations, tolerance
         See `minimize_bounded`.
+
+    Returns
+    -------
+    generator
     """
     requests: SimpleQueue[Any] = SimpleQueue()
     answers: SimpleQueue[tuple[Floats, Floats] | None] = SimpleQueue()
-    last: dict[bytes, tuple[Floats, Floats]] = {}
+    latest: dict[bytes, tuple[Floats, Floats]] = {}
 
     def evaluate(z: Floats) -> tuple[Floats, Floats]:
-        nonlocal last
-        if z.tobytes() not in last:
+        nonlocal latest
+        if z.tobytes() not in latest:
             requests.put(z.copy())
             answer = answers.get()
             if answer is None:
                 raise _SolverStop
-            last = {z.tobytes(): answer}
-        return last[z.tobytes()]
+            latest = {z.tobytes(): answer}
+        return latest[z.tobytes()]
 
     margins = {
         "type": "ineq",

@@ -9,12 +9,14 @@ from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode_designs
 from mgeo_attitude.refine.evaluators import PlanProblem, build_design_evaluator
 
-#: Largest difference in rotation to a neighbor's rate at which a maneuver may be removed [deg].
+#: Largest change of the rotation angle by the removal of a maneuver [deg].
 _MAX_ROTATION_CHANGE_DEG = 20.0
 
 
 def split_maneuvers(designs: ArrayLike, n_maneuvers: int) -> Floats:
-    """Divide plans into `n_maneuvers` maneuvers without changing them, by halving the longest maneuver.
+    """Halve the longest maneuver of each plan repeatedly until it has `n_maneuvers` maneuvers.
+
+    The motion of the satellite stays the same.
 
     Parameters
     ----------
@@ -25,24 +27,25 @@ def split_maneuvers(designs: ArrayLike, n_maneuvers: int) -> Floats:
 
     Returns
     -------
-    array, shape (n, 4 count)
+    array, shape (n, 4 n_maneuvers)
 
     Raises
     ------
     ValueError
-        If the designs have more than `n_maneuvers` maneuvers or are invalid; see `decode`.
+        If the designs have more than `n_maneuvers` maneuvers or are invalid; see `decode_designs`.
 
     Examples
     --------
-    >>> from mgeo_attitude import split
-    >>> split([[0.5, 0.0, 0.0, 100.0, 0.0, 0.5, 0.0, 40.0]], count=3)
+    >>> from mgeo_attitude import split_maneuvers
+    >>> split_maneuvers([[0.5, 0.0, 0.0, 100.0, 0.0, 0.5, 0.0, 40.0]], n_maneuvers=3)
     array([[ 0.5,  0. ,  0. , 50. ,  0.5,  0. ,  0. , 50. ,  0. ,  0.5,  0. ,
             40. ]])
     """
     _, durations = decode_designs(designs)
     if durations.shape[1] > n_maneuvers:
         raise ValueError(
-            f"designs of {durations.shape[1]} maneuvers: expected at most count = {n_maneuvers} maneuvers"
+            f"designs of {durations.shape[1]} maneuvers: expected at most n_maneuvers = "
+            f"{n_maneuvers}"
         )
     table = np.atleast_2d(np.asarray(designs, dtype=float))
     maneuvers = table.reshape(len(table), -1, VARIABLES_PER_MANEUVER)
@@ -57,16 +60,16 @@ def split_maneuvers(designs: ArrayLike, n_maneuvers: int) -> Floats:
 
 
 def remove_ineffective_maneuvers(problem: PlanProblem, designs: ArrayLike) -> Floats:
-    """Remove maneuvers from plans where no objective and no violation becomes worse.
+    """Remove maneuvers from plans if no objective and no constraint violation becomes worse.
 
-    A neighboring maneuver extends over the time of the removed one, if that changes the rotation by
+    A neighboring maneuver then extends over the time of the removed one. The rotation may change by
     at most 20 deg. The removed maneuver stays in the design with zero duration and the rate of a
     neighbor.
 
     Parameters
     ----------
     problem : AttitudeManeuverProblem
-        Provides objectives and constraints.
+        Problem whose objectives and constraints are evaluated.
     designs : array_like, shape (n, n_var)
 
     Returns
@@ -88,20 +91,20 @@ def remove_ineffective_maneuvers(problem: PlanProblem, designs: ArrayLike) -> Fl
     n, count = len(plans), problem.scenario.maneuvers.count
     if not n or count < 2:
         return table
-    judge = build_design_evaluator(problem)
-    F, violation = judge(plans)
+    evaluate_designs = build_design_evaluator(problem)
+    F, violation = evaluate_designs(plans)
     rows, longest = np.arange(n), problem.scenario.maneuvers.max_duration
     while len(rows):
-        shorter_plans, which = _remove_single_maneuvers(plans[rows], longest)
-        if not len(which):
+        shorter_plans, originals_of = _remove_single_maneuvers(plans[rows], longest)
+        if not len(originals_of):
             break
-        new_F, new_violation = judge(shorter_plans)
-        of = rows[which]
-        good = (new_F <= F[of]).all(axis=1) & (new_violation <= violation[of])
-        # Of several acceptable removals, take the best one in the last objective.
-        order = np.lexsort((*new_F[good].T, of[good]))
-        first, at = np.unique(of[good][order], return_index=True)
-        chosen = np.flatnonzero(good)[order][at]
+        new_F, new_violation = evaluate_designs(shorter_plans)
+        originals = rows[originals_of]
+        is_accepted = (new_F <= F[originals]).all(axis=1) & (new_violation <= violation[originals])
+        # Of several acceptable removals, the best one in the last objective is taken.
+        order = np.lexsort((*new_F[is_accepted].T, originals[is_accepted]))
+        first, best = np.unique(originals[is_accepted][order], return_index=True)
+        chosen = np.flatnonzero(is_accepted)[order][best]
         plans[first], F[first], violation[first] = (
             shorter_plans[chosen],
             new_F[chosen],
@@ -112,35 +115,37 @@ def remove_ineffective_maneuvers(problem: PlanProblem, designs: ArrayLike) -> Fl
 
 
 def _has_effect(durations: Floats) -> Bools:
-    """Return which maneuvers have an effect, shape (n, m); the last one always has."""
+    """Return a boolean array that marks maneuvers of nonzero duration and the last maneuver."""
     result: Bools = durations > 0.0
     result[:, -1] = True
     return result
 
 
 def _remove_single_maneuvers(designs: Floats, max_duration: float) -> tuple[Floats, Ints]:
-    """Return copies of designs that each lack one maneuver, and the row of the original of each.
+    """Return copies of designs that lack one maneuver each, and the row of each original.
 
-    A copy is missing if a maneuver would exceed `max_duration` [s] or the rotation would change too
-    much.
+    Copies in which a maneuver would exceed `max_duration` [s] or the rotation would change too much
+    are left out.
     """
     maneuvers = designs.reshape(len(designs), -1, VARIABLES_PER_MANEUVER)
-    row, place = np.nonzero(_has_effect(maneuvers[:, :, 3]))
+    row, position = np.nonzero(_has_effect(maneuvers[:, :, 3]))
     pairs = np.flatnonzero(row[1:] == row[:-1])
-    together = maneuvers[row[pairs], place[pairs], 3] + maneuvers[row[pairs], place[pairs + 1], 3]
+    together = (
+        maneuvers[row[pairs], position[pairs], 3] + maneuvers[row[pairs], position[pairs + 1], 3]
+    )
     pairs = np.repeat(pairs[together <= max_duration], 2)  # Either rate of a pair may remain.
-    left, right = place[pairs], place[pairs + 1]
-    rate_from, gone = np.where(np.arange(len(pairs)) % 2, (right, left), (left, right))
-    rates, lasts = maneuvers[row[pairs], :, :3], maneuvers[row[pairs], gone, 3]
+    left, right = position[pairs], position[pairs + 1]
+    kept, removed = np.where(np.arange(len(pairs)) % 2, (right, left), (left, right))
+    rates, lasts = maneuvers[row[pairs], :, :3], maneuvers[row[pairs], removed, 3]
     each = np.arange(len(pairs))
     rotation = lasts * np.abs(rates[each, left] - rates[each, right]).max(axis=1)
     near = rotation <= _MAX_ROTATION_CHANGE_DEG
-    which, left, right, rate_from = row[pairs][near], left[near], right[near], rate_from[near]
+    which, left, right, kept = row[pairs][near], left[near], right[near], kept[near]
     each, result = np.arange(len(which)), maneuvers[which]
     result[each, right, 3] += result[each, left, 3]
     result[each, left, 3] = 0.0
     places = np.arange(result.shape[1])
     changed = (places >= left[:, None]) & (places <= right[:, None])
-    new_rate = result[each, rate_from, :3][:, None]
+    new_rate = result[each, kept, :3][:, None]
     result[:, :, :3] = np.where(changed[:, :, None], new_rate, result[:, :, :3])
     return result.reshape(-1, designs.shape[1]), which

@@ -16,37 +16,40 @@ from mgeo_attitude.refine.evaluators import FixedTimeEvaluator
 #: Candidate numbers of samples to merge, the least number of merged samples in a plan, and the
 #: largest rotation in a merged step [deg].
 _MERGE_SIZES, _MIN_SAMPLES, _MAX_ROTATION_DEG = (20, 10, 5, 2), 100, 20.0
-#: With constraints, descents take longer: largest number of initial designs, and share of the
+#: Descents within constraints take longer: largest number of initial designs, and share of the
 #: iterations after which half of the designs continue, until one is left.
 _MAX_CONSTRAINED_DESIGNS, _FIRST_ITERATION_SHARE = 6, 0.15
-#: Final iterations on all samples with constraints, which thinned samples represent poorly.
+#: Number of final iterations on all samples, which are needed with constraints: thinned samples
+#: represent constraints poorly.
 _N_FINAL_ITERATIONS = 5
 
 
 @dataclass(frozen=True)
 class ThinnedSamples:
-    """Evaluation of plans on as few merged samples as accurate gradients allow.
+    """Evaluators that merge successive measurement samples, as far as gradients remain accurate.
 
     Attributes
     ----------
     full_evaluator : FixedTimeEvaluator
-        Evaluation on all samples.
+        Evaluator on all samples.
     """
 
     full_evaluator: FixedTimeEvaluator
     _evaluators: dict[int, FixedTimeEvaluator] = field(default_factory=dict)
 
     def get_evaluator(self, time: float) -> FixedTimeEvaluator:
-        """Return the evaluation on thinned samples for a time [s]."""
-        model, every = self.full_evaluator.model, self.count_merged_samples(time)
-        if every not in self._evaluators:
-            self._evaluators[every] = dataclasses.replace(
-                self.full_evaluator, model=coarsen_model(model, every)
+        """Return the evaluator with merged samples for plans that end at a given time [s]."""
+        model, n_merged = self.full_evaluator.model, self.count_merged_samples(time)
+        if n_merged not in self._evaluators:
+            self._evaluators[n_merged] = dataclasses.replace(
+                self.full_evaluator, model=coarsen_model(model, n_merged)
             )
-        return self._evaluators[every]
+        return self._evaluators[n_merged]
 
     def count_merged_samples(self, time: float) -> int:
-        """Return the number of samples to merge into one, for a time [s]."""
+        """Return how many measurement samples are merged into one for plans that end at a
+        time [s].
+        """
         model, rate = (
             self.full_evaluator.model,
             self.full_evaluator.scenario.maneuvers.max_rate_deg_s,
@@ -55,18 +58,21 @@ class ThinnedSamples:
         return next((each for each in _MERGE_SIZES if each <= most), 1)
 
     def count_steps(self, time: float) -> int:
+        """Return the index of the filter step at a time [s] in the model with merged samples."""
         model = self.get_evaluator(time).model
         return min(max(round(time / model.step), 1), model.n_steps)
 
     def evaluate_each(self, designs: Floats, times: Floats) -> tuple[Floats, Floats]:
-        """Return value and largest violation of each design at its own time [s], shape (n,)."""
+        """Return objective and largest violation of each design at its own time [s], as two
+        arrays.
+        """
         value, worst = np.empty(len(designs)), np.empty(len(designs))
-        every = np.array([self.count_merged_samples(time) for time in times])
-        for size in np.unique(every):
-            rows = np.flatnonzero(every == size)
+        n_merged = np.array([self.count_merged_samples(time) for time in times])
+        for size in np.unique(n_merged):
+            rows = np.flatnonzero(n_merged == size)
             steps = np.array([self.count_steps(time) for time in times[rows]])
-            at = self.get_evaluator(times[rows[0]])
-            value[rows], excess = at.evaluate_at_steps(
+            evaluator = self.get_evaluator(times[rows[0]])
+            value[rows], excess = evaluator.evaluate_at_steps(
                 designs[rows], steps, allow_partial_steps=True
             )
             worst[rows] = np.maximum(excess, 0.0).max(axis=1, initial=0.0)
@@ -75,7 +81,19 @@ class ThinnedSamples:
     def select_best_per_time(self, designs: Floats, times: Floats, n_max: int) -> Ints:
         """Return the indices of the best designs for each time [s], at most `n_max` per time.
 
-        The order is that of `AtTime.best`.
+        Designs are compared by their largest violation, then by their objective.
+
+        Parameters
+        ----------
+        designs : array, shape (n, 4 m)
+        times : array, shape (n,)
+            Time of each design [s].
+        n_max : int
+            Largest number of designs for each time.
+
+        Returns
+        -------
+        array of int
         """
         order = np.lexsort((*self.evaluate_each(designs, times), times))
         places = np.arange(len(order)) - np.searchsorted(times[order], times[order])
@@ -84,35 +102,36 @@ class ThinnedSamples:
     def refine_designs(
         self, initial_designs: Sequence[Floats], times: Floats, max_iterations: int, n_max: int
     ) -> Floats:
-        """Return the best design found for each of n times, shape (n, 4 m).
+        """Refine initial designs for each of n times, and return the best design of each, shape (n,
+        4 m).
 
-        Descents start from the initial designs with the best values at the time. The better ones
-        continue with more iterations until one is left.
+        The descents for a time start from the initial designs with the smallest objective at that
+        time. The better results continue with more iterations until one design is left.
 
         Parameters
         ----------
         initial_designs : sequence of n arrays, shape (k, 4 m)
             Initial designs for each time.
         times : array, shape (n,)
-            Times [s], with the same number of merged samples (see `every`).
+            Times [s], all with the same number of merged samples; see `count_merged_samples`.
         max_iterations : int
             Largest number of iterations of a descent.
         n_max : int
             Largest number of initial designs for each time.
         """
-        at = self.get_evaluator(times[0])
-        limited = bool(
+        evaluator = self.get_evaluator(times[0])
+        is_constrained = bool(
             self.full_evaluator.motion_constraints or self.full_evaluator.covariance_constraints
         )
-        n_max = min(n_max, _MAX_CONSTRAINED_DESIGNS) if limited else n_max
+        n_max = min(n_max, _MAX_CONSTRAINED_DESIGNS) if is_constrained else n_max
         initial = [
-            at.select_best(each, self.count_steps(time), n_max, allow_partial_steps=True)
+            evaluator.select_best(each, self.count_steps(time), n_max, allow_partial_steps=True)
             for each, time in zip(initial_designs, times, strict=True)
         ]
-        if limited:
-            return self._descend_constrained(at, initial, times, max_iterations)
-        which = np.repeat(np.arange(len(times)), [len(each) for each in initial])
-        return descend_from_best(at, np.vstack(initial), times, which, max_iterations)
+        if is_constrained:
+            return self._descend_constrained(evaluator, initial, times, max_iterations)
+        time_indices = np.repeat(np.arange(len(times)), [len(each) for each in initial])
+        return descend_from_best(evaluator, np.vstack(initial), times, time_indices, max_iterations)
 
     def _descend_constrained(
         self,
@@ -125,11 +144,11 @@ class ThinnedSamples:
         while several := [row for row, each in enumerate(initial) if len(each) > 1]:
             sizes = [len(initial[row]) for row in several]
             designs = np.vstack([initial[row] for row in several])
-            until = np.repeat(times[several], sizes)
-            ends = descend(evaluator, designs, until, max(round(share * max_iterations), 1))
-            for row, own in zip(several, np.split(ends, np.cumsum(sizes)[:-1]), strict=True):
+            end_times = np.repeat(times[several], sizes)
+            ends = descend(evaluator, designs, end_times, max(round(share * max_iterations), 1))
+            for row, group in zip(several, np.split(ends, np.cumsum(sizes)[:-1]), strict=True):
                 initial[row] = evaluator.select_best(
-                    own, steps[row], len(own) // 2, allow_partial_steps=True
+                    group, steps[row], len(group) // 2, allow_partial_steps=True
                 )
             share = min(2.0 * share, 1.0)
         refined = descend(evaluator, np.vstack(initial), times, max_iterations)

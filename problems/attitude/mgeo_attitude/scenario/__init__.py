@@ -1,4 +1,4 @@
-"""Scenarios: all inputs of a study, from Python, presets or TOML files."""
+"""Scenarios: all inputs of a maneuver optimization, from Python, presets or TOML files."""
 
 from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit
 from mgeo_attitude.environment.ephemeris import EphemerisOrbit

@@ -1,10 +1,11 @@
-"""Actuators: reaction wheels with torque and momentum limits, and magnetorquers.
+"""Actuators of the satellite: reaction wheels with torque and momentum limits, and magnetorquers.
 
 With the spin axes of n wheels as columns of A, wheel torques or momenta u give A u in body axes.
 With more than three wheels, u is not unique. For both allocation rules, the load of the most loaded
 wheel for a demand m is the largest |W m| with a matrix W, shape (k, 3).
 
-`criteria.constraints` evaluates the loads of wheels; `maneuvers.drives` simulates magnetorquers.
+`criteria.constraints` evaluates the loads of wheels; `maneuvers.rigid_body` simulates
+magnetorquers.
 """
 
 from __future__ import annotations
@@ -39,31 +40,41 @@ _MIN_SINE = 1e-9
 
 
 def pseudo_inverse_allocation(axes: Floats) -> Floats:
-    """Return W of the least-squares allocation, A⁺ = Aᵀ (A Aᵀ)⁻¹, one row per wheel, shape (n, 3).
+    """Return the matrix from a torque or momentum to wheel loads for the least-squares allocation.
 
     Parameters
     ----------
     axes : array, shape (n, 3)
         Spin axes, unit vectors in body axes that span all directions.
+
+    Returns
+    -------
+    array, shape (n, 3)
+        W = A⁺ = Aᵀ (A Aᵀ)⁻¹, one row per wheel.
     """
     return np.asarray(np.linalg.solve(axes.T @ axes, axes.T).T)
 
 
 def minimax_allocation(axes: Floats) -> Floats:
-    """Return W of the allocation with the least maximum load, shape (k, 3).
-
-    W has one row per pair of wheels.
+    """Return the matrix from a torque or momentum to wheel loads for the allocation with the
+    smallest maximum load.
 
     The set {A u: |u| <= 1} that wheels of equal size reach is a zonotope, whose facets are spanned
     by pairs of axes. A demand m exceeds the facet of normal n by the factor |n · m| / Σ |n · a|;
-    the largest factor is the least wheel size that reaches m (Markley, Reynolds, Liu, Lebsock,
+    the largest factor is the smallest wheel size that reaches m (Markley, Reynolds, Liu, Lebsock,
     Maximum Torque and Momentum Envelopes for Reaction-Wheel Arrays, Journal of Guidance, Control,
     and Dynamics 33 (2010) 1606-1614).
 
     Parameters
     ----------
     axes : array, shape (n, 3)
-        As in `pseudo_inverse_allocation`.
+        Spin axes, as in `pseudo_inverse_allocation`.
+
+    Returns
+    -------
+    array, shape (k, 3)
+        W with one row per pair of wheels; the largest |W m| is the load of the most loaded wheel
+        for a demand m.
     """
     normals = np.array([np.cross(a, b) for a, b in combinations(axes, 2)])
     normals = normals[np.linalg.norm(normals, axis=1) > _MIN_SINE]
@@ -74,38 +85,42 @@ def minimax_allocation(axes: Floats) -> Floats:
 ALLOCATIONS = {"pseudo-inverse": pseudo_inverse_allocation, "minimax": minimax_allocation}
 
 
-#: Smallest singular value of the spin axes below which they lie in a plane.
+#: Singular value of the spin axes below which they count as lying in a plane.
 _MIN_SINGULAR_VALUE = 1e-6
 
 
 def inertia_matrix(
     moments: tuple[float, float, float], products: tuple[float, float, float]
 ) -> Floats:
-    """Return the inertia matrix J, shape (3, 3).
+    """Return the 3 x 3 inertia matrix for given moments and products of inertia.
 
     Parameters
     ----------
     moments : tuple of three float
         Moments of inertia about x, y and z.
     products : tuple of three float
-        Entries xy, xz and yz.
+        Entries xy, xz and yz of the matrix.
+
+    Returns
+    -------
+    array, shape (3, 3)
 
     Raises
     ------
     InvalidValue
-        For ``products_of_inertia`` if J is not positive definite; for ``inertia`` if a principal
-        moment exceeds the sum of the other two.
+        For ``products_of_inertia`` if the matrix is not positive definite; for ``inertia`` if a
+        principal moment exceeds the sum of the other two.
     """
     (xx, yy, zz), (xy, xz, yz) = moments, products
     J = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    definite = f"a positive definite inertia matrix with {moments} on the diagonal"
-    least, middle, most = np.linalg.eigvalsh(J)
-    expect(least > 0.0, "products_of_inertia", products, definite)
-    possible = (
-        f"principal moments of which none exceeds the sum of the other two, not {least:.4g}, "
-        f"{middle:.4g} and {most:.4g}"
+    expected = f"a positive definite inertia matrix with {moments} on the diagonal"
+    smallest, middle, largest = np.linalg.eigvalsh(J)
+    expect(smallest > 0.0, "products_of_inertia", products, expected)
+    expected = (
+        f"principal moments of which none exceeds the sum of the other two, not {smallest:.4g}, "
+        f"{middle:.4g} and {largest:.4g}"
     )
-    expect(most <= (least + middle) * (1.0 + 1e-9), "inertia", moments, possible)
+    expect(largest <= (smallest + middle) * (1.0 + 1e-9), "inertia", moments, expected)
     return J
 
 
@@ -125,80 +140,98 @@ class Wheels(Settings):
     """
 
     inertia: Annotated[Triple[Positive], Unit("kg m²"), UsualRange(1e-5, 1e4)]
-    """moments of inertia about body x, y and z"""
+    """moments of inertia of the satellite about body x, y and z, wheels included"""
     products_of_inertia: Annotated[Vector, Unit("kg m²")] = (0.0, 0.0, 0.0)
-    """entries xy, xz and yz of the inertia matrix"""
+    """entries xy, xz and yz of the satellite's inertia matrix"""
     axes: tuple[Direction, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     """spin axes of three or more wheels, body axes (any length)"""
     allocation: Annotated[str, restrict_to(ALLOCATIONS)] = "pseudo-inverse"
-    """allocation of torque to more than three wheels: least squares, or least maximum load"""
+    """rule that allocates a torque to more than three wheels: 'pseudo-inverse' for least squares,
+    'minimax' for the smallest load of the most loaded wheel"""
     max_torque: Annotated[float | None, Unit("N m")] = Field(default=None, gt=0.0)
-    """largest torque of each wheel"""
+    """largest torque of each wheel; default: no limit"""
     max_momentum: Annotated[float | None, Unit("N m s")] = Field(default=None, gt=0.0)
-    """largest momentum stored in each wheel"""
+    """largest angular momentum that each wheel can store; default: no limit"""
     initial_momentum: Annotated[tuple[float, ...], Unit("N m s")] = ()
-    """initial momentum of each wheel; default: zero total angular momentum of the satellite"""
+    """angular momentum of each wheel at the start; default: values for which the total angular
+    momentum of the satellite is zero"""
     residual_dipole: Annotated[Vector, Unit("A m²")] = (0.0, 0.0, 0.0)
     """residual magnetic dipole of the satellite, body axes"""
     gravity_gradient: bool = False
-    """whether the momentum budget includes the gravity gradient torque"""
+    """true if the wheels also have to store the momentum of the gravity gradient torque"""
     disturbance_margin: float = Field(default=2.0, ge=1.0)
-    """safety factor on the effect of dipole and gravity gradient, for either sign"""
+    """safety factor on the momentum and torque due to residual dipole and gravity gradient, applied
+    with either sign"""
     ramp_share: float = Field(default=1.0, gt=0.0, le=1.0)
-    """share of max_torque available for ramps; the rest is for gyroscopic torque and
+    """share of max_torque that ramps between rates may use; the rest is for gyroscopic torque and
     disturbances"""
 
     def __post_init__(self) -> None:
-        self.inertia_matrix()  # raises an error for an invalid inertia
-        spans = (
+        self.inertia_matrix()  # This raises an error for an invalid inertia.
+        spans_space = (
             len(self.axes) >= 3
             and np.linalg.svd(self.normalized_axes())[1][2] > _MIN_SINGULAR_VALUE
         )
-        expect(spans, "axes", self.axes, "three or more that do not lie in a plane")
+        expect(spans_space, "axes", self.axes, "three or more that do not lie in a plane")
 
         momentum, key = self.initial_momentum, "initial_momentum"
-        count = f"{len(self.axes)} numbers, one for each of axes, or none"
-        expect(len(momentum) in (0, len(self.axes)), key, momentum, count)
-        most = self.max_momentum
-        within = most is None or all(abs(h) <= most for h in momentum)
-        expect(within, key, momentum, f"at most max_momentum = {most!r} N m s in each wheel")
+        expected = f"{len(self.axes)} numbers, one for each wheel of axes, or none"
+        expect(len(momentum) in (0, len(self.axes)), key, momentum, expected)
+        largest = self.max_momentum
+        is_valid = largest is None or all(abs(h) <= largest for h in momentum)
+        expect(is_valid, key, momentum, f"at most max_momentum = {largest!r} N m s in each wheel")
         if self.has_momentum_budget and self.max_torque is not None:
-            rest = (
-                "less than 1: with initial_momentum, residual_dipole or gravity_gradient wheels of "
-                f"max_torque = {self.max_torque!r} N m need a part of it for disturbances"
+            expected = (
+                "less than 1: with initial_momentum, residual_dipole or gravity_gradient, a part "
+                f"of max_torque = {self.max_torque!r} N m is needed for disturbances"
             )
-            expect(self.ramp_share < 1.0, "ramp_share", self.ramp_share, rest)
+            expect(self.ramp_share < 1.0, "ramp_share", self.ramp_share, expected)
         if self.max_torque is None and self.max_momentum is None:
-            limit, dipole = "zero, or a max_momentum or max_torque", self.residual_dipole
-            expect(not any(dipole), "residual_dipole", dipole, limit)
-            expect(not self.gravity_gradient, "gravity_gradient", self.gravity_gradient, limit)
+            dipole = self.residual_dipole
+            expected = "zero, or a value of max_momentum or max_torque"
+            expect(not any(dipole), "residual_dipole", dipole, expected)
+            expected = "false, or a value of max_momentum or max_torque"
+            expect(not self.gravity_gradient, "gravity_gradient", self.gravity_gradient, expected)
 
     @property
     def has_momentum_budget(self) -> bool:
-        """Whether the total angular momentum may be nonzero and needs a budget."""
-        disturbed = self.gravity_gradient or any(self.residual_dipole)
-        return disturbed or bool(self.initial_momentum)
+        """True if the total angular momentum of the satellite may be nonzero.
+
+        The wheels then also store this momentum, which the filter computes along the plan.
+        """
+        is_disturbed = self.gravity_gradient or any(self.residual_dipole)
+        return is_disturbed or bool(self.initial_momentum)
 
     def inertia_matrix(self) -> Floats:
-        """Return the inertia matrix J [kg m²], shape (3, 3)."""
+        """Return the inertia matrix J of the satellite [kg m²], shape (3, 3)."""
         return inertia_matrix(self.inertia, self.products_of_inertia)
 
     def normalized_axes(self) -> Floats:
-        """Return the spin axes as unit vectors, shape (n, 3)."""
+        """Return the spin axes as unit vectors in body axes, one per row, shape (n, 3)."""
         return np.array([unit_vector(axis) for axis in self.axes])
 
     def compute_load_matrix(self) -> Floats:
-        """Return W, shape (k, 3): the largest `|W m|` is the load of the most loaded wheel."""
+        """Return the matrix from a torque or momentum to wheel loads for the allocation rule of the
+        wheels.
+
+        Returns
+        -------
+        array, shape (k, 3)
+            The matrix W; the largest `|W m|` is the load of the most loaded wheel for a torque or
+            momentum m.
+        """
         return ALLOCATIONS[self.allocation](self.normalized_axes())
 
     def compute_largest_load(self, demand: Floats) -> float:
-        """Return the load of the most loaded wheel for a torque or momentum in body axes."""
+        """Return the torque or momentum of the most loaded wheel for a total torque or momentum in
+        body axes.
+        """
         return float(np.abs(self.compute_load_matrix() @ demand).max())
 
 
 @dataclass(frozen=True, kw_only=True)
 class Magnetorquers(Settings):
-    """Magnetorquers along the body axes, which produce the torque m × B.
+    """Magnetorquers along the body axes, which produce the torque m × B with dipole m and field B.
 
     With wheels, magnetorquers do not rotate the satellite but may unload momentum
     (`filter.wheel_load`). Without wheels, the rates of a plan are targets: in each maneuver, the
@@ -207,43 +240,45 @@ class Magnetorquers(Settings):
 
     Examples
     --------
-    >>> from mgeo_attitude.scenario import Coils
-    >>> Coils(max_dipole=(0.2, 0.2, 0.2), inertia=(0.002, 0.002, 0.002)).duty_cycle
+    >>> from mgeo_attitude.scenario import Magnetorquers
+    >>> Magnetorquers(max_dipole=(0.2, 0.2, 0.2), inertia=(0.002, 0.002, 0.002)).duty_cycle
     0.8
     """
 
     max_dipole: Annotated[Triple[Positive], Unit("A m²")]
-    """largest dipole along body x, y and z"""
+    """largest magnetic dipole along body x, y and z"""
     inertia: Annotated[Triple[Positive] | None, Unit("kg m²"), UsualRange(1e-5, 1e4)] = None
-    """moments of inertia about body x, y and z; omitted with wheels, which define them"""
+    """moments of inertia of the satellite about body x, y and z; required without [wheels], not
+    allowed with [wheels]"""
     products_of_inertia: Annotated[Vector, Unit("kg m²")] = (0.0, 0.0, 0.0)
-    """entries xy, xz and yz of the inertia matrix"""
+    """entries xy, xz and yz of the satellite's inertia matrix"""
     rate_tolerance_deg_s: DegreesPerSecond = Field(default=0.05, gt=0.0)
-    """rate error below which the magnetorquers are switched off"""
+    """rate error below which the magnetorquers are switched off until the next maneuver"""
     duty_cycle: float = Field(default=0.8, gt=0.0, le=1.0)
-    """duty cycle of the magnetorquers; the magnetometer measures during the rest"""
+    """share of the time in which the magnetorquers are on; the magnetometer measures during the
+    rest"""
     time_constant: Seconds = Field(default=10.0, gt=0.0)
-    """time constant of the decay of a rate error, or of wheel momentum, without saturation"""
+    """time constant of the decay of a rate error, or of wheel momentum, while no dipole is at its
+    maximum"""
     residual_dipole: Annotated[Vector, Unit("A m²")] = (0.0, 0.0, 0.0)
-    """residual magnetic dipole of the satellite, permanent, body axes"""
+    """constant residual magnetic dipole of the satellite, body axes"""
     unloads_wheels: bool = False
-    """whether magnetorquers unload the wheels during a plan"""
+    """true if the magnetorquers unload the wheels during a plan"""
 
     def __post_init__(self) -> None:
         if self.inertia is not None:
-            self.inertia_matrix()  # raises an error for an invalid inertia
+            self.inertia_matrix()  # This raises an error for an invalid inertia.
         else:
-            alone = "nothing without inertia"
             products = self.products_of_inertia
-            expect(not any(products), "products_of_inertia", products, alone)
+            expect(not any(products), "products_of_inertia", products, "zeros without inertia")
 
     def inertia_matrix(self) -> Floats:
         """Return the inertia matrix J of a satellite without wheels [kg m²], shape (3, 3)."""
-        assert self.inertia is not None  # ensured by `check_magnetorquers`
+        assert self.inertia is not None  # `check_magnetorquers` ensures this.
         return inertia_matrix(self.inertia, self.products_of_inertia)
 
     def build_drive(self, field: Floats, attitude: Floats, rate: Floats) -> MagnetorquerDrive:
-        """Return the dynamics under magnetorquers alone.
+        """Return the model of the attitude motion of a satellite that only magnetorquers rotate.
 
         Parameters
         ----------
@@ -253,6 +288,10 @@ class Magnetorquers(Settings):
             Initial attitude, GCRS to body.
         rate : array, shape (3,)
             Initial body rate [rad/s].
+
+        Returns
+        -------
+        MagnetorquerDrive
         """
         return MagnetorquerDrive(
             inertia=self.inertia_matrix(),
@@ -272,15 +311,28 @@ def check_magnetorquers(
     maneuvers: ManeuverBounds,
     step: float,
 ) -> None:
-    """Raise InvalidValue if the magnetorquers contradict wheels, maneuvers or the step."""
+    """Raise InvalidValue if the magnetorquers are inconsistent with wheels, maneuver bounds or
+    filter step.
+
+    Parameters
+    ----------
+    magnetorquers : Magnetorquers or None
+    wheels : Wheels or None
+    maneuvers : ManeuverBounds
+    step : float
+        Filter step [s].
+    """
     if magnetorquers is None:
         return
-    slow = f"{2.0 * step:g} or more, two steps of {step:g} s, for which a dipole is held"
+    at_least = (
+        f"{2.0 * step:g} or more, two steps of {step:g} s, since the dipole is constant in a step"
+    )
     if wheels is not None:
-        own = "no value with [wheels]: wheels.inertia is the inertia of the satellite"
-        expect(magnetorquers.inertia is None, "magnetorquers.inertia", magnetorquers.inertia, own)
+        expected = "no value with [wheels]: wheels.inertia is the inertia of the satellite"
+        inertia = magnetorquers.inertia
+        expect(inertia is None, "magnetorquers.inertia", inertia, expected)
         if magnetorquers.unloads_wheels:
-            held = (
+            expected = (
                 "false, or wheels.initial_momentum, residual_dipole or gravity_gradient: without "
                 "them the wheels store no total momentum to unload"
             )
@@ -288,13 +340,13 @@ def check_magnetorquers(
                 wheels.has_momentum_budget,
                 "magnetorquers.unloads_wheels",
                 magnetorquers.unloads_wheels,
-                held,
+                expected,
             )
             expect(
                 magnetorquers.time_constant >= 2.0 * step,
                 "magnetorquers.time_constant",
                 magnetorquers.time_constant,
-                slow,
+                at_least,
             )
         return
     expect(
@@ -310,23 +362,26 @@ def check_magnetorquers(
         magnetorquers.time_constant >= 2.0 * step,
         "magnetorquers.time_constant",
         magnetorquers.time_constant,
-        slow,
+        at_least,
     )
     key, acceleration = "maneuvers.max_acceleration_deg_s2", maneuvers.max_acceleration_deg_s2
-    unlimited = (
+    expected = (
         "no value with [magnetorquers] and without [wheels]: the torque follows from "
         "magnetorquers.max_dipole and the field"
     )
-    expect(acceleration is None, key, acceleration, unlimited)
-    back = (
-        "false with [magnetorquers] and without [wheels]: magnetorquers cannot reach an attitude at "
-        "a given time"
+    expect(acceleration is None, key, acceleration, expected)
+    expected = (
+        "false with [magnetorquers] and without [wheels]: magnetorquers cannot reach an attitude "
+        "at a given time"
     )
-    expect(not maneuvers.slew_back, "maneuvers.slew_back", maneuvers.slew_back, back)
+    expect(not maneuvers.slew_back, "maneuvers.slew_back", maneuvers.slew_back, expected)
 
 
 def list_assumptions(wheels: Wheels | None, magnetorquers: Magnetorquers | None) -> tuple[str, ...]:
-    """Return the assumptions about the rotation of the satellite, one line each."""
+    """Return the assumptions about actuators that the user should know, one sentence each.
+
+    The tuple is empty if the scenario models wheels or magnetorquers completely.
+    """
     if wheels is None and magnetorquers is None:
         return (
             "body rates are assumed to be independent of actuators: the scenario has neither "
@@ -339,8 +394,8 @@ def list_assumptions(wheels: Wheels | None, magnetorquers: Magnetorquers | None)
         and not magnetorquers.unloads_wheels
     ):
         return (
-            "the wheels are assumed to store all momentum: coils unload them during a plan only "
-            "with magnetorquers.unloads_wheels = true",
+            "the wheels are assumed to store all momentum: magnetorquers unload them during a plan "
+            "only with magnetorquers.unloads_wheels = true",
         )
     return ()
 
@@ -348,24 +403,30 @@ def list_assumptions(wheels: Wheels | None, magnetorquers: Magnetorquers | None)
 def build_slew_limits(
     maneuvers: ManeuverBounds, wheels: Wheels | None, initial_rate: Floats
 ) -> SlewLimits | None:
-    """Return the limits on changes of rate, or None if rates change instantaneously.
+    """Return the limits on changes of the body rate, or None if rates change instantaneously.
 
     Parameters
     ----------
     maneuvers : ManeuverBounds
+        Bounds with an optional maximum angular acceleration.
     wheels : Wheels or None
+        Wheels with an optional maximum torque.
     initial_rate : array, shape (3,)
         Body rate at the start [rad/s].
+
+    Returns
+    -------
+    SlewLimits or None
     """
     acceleration = maneuvers.max_acceleration_deg_s2
     torque = None if wheels is None else wheels.max_torque
     if acceleration is None and torque is None:
         return None
-    greatest = np.inf if acceleration is None else float(np.radians(acceleration))
+    largest = np.inf if acceleration is None else float(np.radians(acceleration))
     if wheels is None:
-        return SlewLimits(greatest, np.inf, np.eye(3), initial_rate=initial_rate)
+        return SlewLimits(largest, np.inf, np.eye(3), initial_rate=initial_rate)
     return SlewLimits(
-        max_acceleration=greatest,
+        max_acceleration=largest,
         max_torque=np.inf if torque is None else wheels.ramp_share * torque,
         inertia=wheels.inertia_matrix(),
         load_matrix=wheels.compute_load_matrix(),

@@ -1,7 +1,4 @@
-"""Constraints of a scenario: bounds of the design vector, path constraints and time windows.
-
-`criteria.constraints` evaluates path constraints.
-"""
+"""Constraints of a scenario: bounds of the design vector, path constraints and time windows."""
 
 from __future__ import annotations
 
@@ -34,7 +31,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class ManeuverBounds(Settings):
-    """Bounds of the design vector.
+    """Number of maneuvers in a plan, and bounds on their rates, durations and accelerations.
 
     Examples
     --------
@@ -44,28 +41,32 @@ class ManeuverBounds(Settings):
     """
 
     count: int = Field(default=3, ge=1, le=100)
-    """number of constant-rate maneuvers"""
+    """number of constant-rate maneuvers in a plan"""
     max_rate_deg_s: DegreesPerSecond = Field(default=1.0, gt=0.0)
-    """largest body rate per axis"""
+    """largest body rate about each axis"""
     max_duration: Seconds = Field(default=2000.0, gt=0.0)
     """longest duration of one maneuver"""
     max_acceleration_deg_s2: Annotated[float | None, Unit("deg/s²")] = Field(default=None, gt=0.0)
-    """largest angular acceleration per axis; default: instantaneous changes of rate"""
+    """largest angular acceleration about each axis; default: instantaneous changes of rate"""
     slew_back: bool = False
-    """whether a plan ends, after t_end, with a slew back to the attitude of [initial]"""
+    """true if a plan ends, after t_end, with a slew back to the attitude law of [initial]"""
     end_tolerance_deg: Degrees | None = Field(default=None, gt=0.0)
     """largest 3-sigma attitude error after the slew back, about the worst axis, relative to the
-    attitude of [initial]"""
+    attitude law of [initial]; default: any error"""
 
     def __post_init__(self) -> None:
-        needed = "none without slew_back = true: a plan then ends in the attitude of its last rate"
-        alone = self.end_tolerance_deg is not None and not self.slew_back
-        expect(not alone, "end_tolerance_deg", self.end_tolerance_deg, needed)
+        expected = (
+            "no value without slew_back = true, since the plan then does not return to the "
+            "attitude of [initial]"
+        )
+        is_possible = self.end_tolerance_deg is None or self.slew_back
+        expect(is_possible, "end_tolerance_deg", self.end_tolerance_deg, expected)
 
 
 @dataclass(frozen=True, kw_only=True)
 class PathConstraint(Settings):
-    """A cone about a body axis that must contain or exclude a direction during the whole plan.
+    """A cone about a body axis that must contain or exclude a direction, such as the Sun, during
+    the whole plan.
 
     For the Earth's disc, angles are measured from the limb and are negative inside of the disc. The
     Sun counts in sunlight only. The axis follows from the estimated attitude: the constraint has a
@@ -81,36 +82,38 @@ class PathConstraint(Settings):
     name: DisplayName = "payload"
     """name of the constraint, for display"""
     reference: Annotated[str, restrict_to(DIRECTIONS)] = "sun"
-    """constrained direction; angles to earth are measured from the limb, to nadir from the Earth's
-    center"""
+    """direction that the cone must contain or exclude; angles to 'earth' are measured from the
+    Earth's limb, angles to 'nadir' from the Earth's center"""
     sense: Literal["keep-out", "keep-in"] = "keep-out"
-    """whether the direction must stay outside of the cone or inside"""
+    """'keep-out' if the direction must stay outside of the cone, 'keep-in' if it must stay
+    inside"""
     boresight: Direction
     """axis of the cone, body axes (any length)"""
     half_angle_deg: Degrees = Field(gt=0.0, lt=180.0)
     """half-angle of the cone"""
     attitude_sigmas: float = Field(default=3.0, ge=0.0)
-    """margin for attitude errors, in 1-sigmas of the angle; 0 for no margin"""
+    """margin for the attitude error, as a multiple of the 1-sigma of the angle; 0 for no margin"""
 
     @property
     def keep_in(self) -> bool:
+        """True if the direction must stay inside of the cone."""
         return self.sense == "keep-in"
 
     @property
     def label(self) -> str:
-        """Display name, such as ``Sun off camera`` or ``nadir in antenna``."""
-        way = "in" if self.keep_in else "off"
-        return f"{DIRECTIONS[self.reference].label} {way} {self.name}"
+        """Name for display, such as ``Sun off camera`` or ``nadir in antenna``."""
+        preposition = "in" if self.keep_in else "off"
+        return f"{DIRECTIONS[self.reference].label} {preposition} {self.name}"
 
     def build_cone(self) -> Cone:
-        """Return the cone, with its half-angle in rad."""
+        """Return the cone of the constraint, with its half-angle in rad."""
         half_angle = math.radians(self.half_angle_deg)
         return Cone(self.reference, unit_vector(self.boresight), half_angle, self.keep_in)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Window(Settings):
-    """A time window for whole plans; both ends are converted to UTC.
+    """A time window that must contain a whole plan; start and end are converted to UTC.
 
     Examples
     --------
@@ -122,39 +125,40 @@ class Window(Settings):
     """
 
     start: Instant
-    """earliest start of a plan, with UTC offset"""
+    """earliest start of a plan, with its UTC offset"""
     end: Instant
-    """latest end of a plan, slew back included"""
+    """latest end of a plan, slew back included, with its UTC offset"""
 
     def __post_init__(self) -> None:
-        later = f"later than start = {self.start.isoformat()}"
-        expect(self.end > self.start, "end", self.end.isoformat(), later)
+        expected = f"later than start = {self.start.isoformat()}"
+        expect(self.end > self.start, "end", self.end.isoformat(), expected)
 
     def __str__(self) -> str:
         return f"{self.start:%Y-%m-%dT%H:%M:%SZ} to {self.end:%Y-%m-%dT%H:%M:%SZ}"
 
 
 def compute_deadline(scenario: Scenario) -> float:
-    """Return the latest end of a plan [s] after the epoch.
+    """Return the latest time at which a plan may end, given the time windows of the scenario [s
+    after the epoch].
 
-    The deadline includes the largest start delay of Monte Carlo runs. It is infinite without
+    The deadline is earlier by the largest start delay of Monte Carlo runs. It is infinite without
     windows, and minus infinity if no window is open at the epoch.
     """
     if not scenario.windows:
         return math.inf
-    late = 0.0 if scenario.monte_carlo is None else scenario.monte_carlo.start_delay
-    return float(_compute_open_window_ends(scenario).max()) - late
+    delay = 0.0 if scenario.monte_carlo is None else scenario.monte_carlo.start_delay
+    return float(_compute_open_window_ends(scenario).max()) - delay
 
 
 def _compute_open_window_ends(scenario: Scenario) -> Floats:
-    """Return the end of each window [s] after the epoch; -inf if not open at the epoch."""
+    """Return the end of each window [s after the epoch], or -inf if it is not open at the epoch."""
     spans = ((each.start - scenario.epoch, each.end - scenario.epoch) for each in scenario.windows)
     seconds = ((start.total_seconds(), end.total_seconds()) for start, end in spans)
     return np.array([end if start <= 0.0 < end else -np.inf for start, end in seconds])
 
 
 def check_windows(scenario: Scenario) -> None:
-    """Check that a plan may start at the epoch and can end within the window.
+    """Raise InvalidValue unless a plan may start at the epoch and can end within a time window.
 
     Raises
     ------
@@ -164,16 +168,16 @@ def check_windows(scenario: Scenario) -> None:
     if not scenario.windows:
         return
     ends = _compute_open_window_ends(scenario)
-    within = f"a start in one of the windows, {', '.join(map(str, scenario.windows))}"
-    expect(np.isfinite(ends).any(), "epoch", scenario.epoch.isoformat(), within)
-    # With other rules, a plan may end after one step.
-    waits = scenario.convergence.rule == "trace"
-    least, name = (
-        (scenario.convergence.window, "convergence.window") if waits else (scenario.step, "a step")
-    )
-    left, index = compute_deadline(scenario), int(ends.argmax())
-    after = (
-        f"{least + ends[index] - left:g} s or more after the epoch, {name} and "
+    expected = f"a start in one of the windows, {', '.join(map(str, scenario.windows))}"
+    expect(np.isfinite(ends).any(), "epoch", scenario.epoch.isoformat(), expected)
+    # With rules other than "trace", a plan may end after one step.
+    shortest, name = scenario.step, "a step"
+    if scenario.convergence.rule == "trace":
+        shortest, name = scenario.convergence.window, "convergence.window"
+    deadline, index = compute_deadline(scenario), int(ends.argmax())
+    expected = (
+        f"{shortest + ends[index] - deadline:g} s or more after the epoch, {name} and "
         "monte_carlo.start_delay: no plan ends earlier"
     )
-    expect(left >= least, f"windows[{index}].end", scenario.windows[index].end.isoformat(), after)
+    key, end = f"windows[{index}].end", scenario.windows[index].end.isoformat()
+    expect(deadline >= shortest, key, end, expected)

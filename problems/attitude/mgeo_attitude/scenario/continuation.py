@@ -19,7 +19,7 @@ from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.base import to_table
 from mgeo_attitude.settings.errors import InvalidKey, InvalidValue, expect
 
-#: Entries of a calibration document from which a run continues, with their types.
+#: Entries of a calibration from which a scenario continues, with their types.
 ENTRIES: Mapping[str, Any] = {
     "scenario": Mapping,
     "time_s": int | float,
@@ -29,15 +29,15 @@ ENTRIES: Mapping[str, Any] = {
     "covariance": list,
 }
 
-#: Keys that are determined by the calibration or its scenario.
+#: Keys that the calibration or its scenario determines.
 DETERMINED_KEYS = ("preset", "prior")
 #: Tolerance for an epoch that equals the time of the calibration [s].
 _SAME_INSTANT = 1e-3
 
-#: Conclusion of a statistically consistent calibration.
+#: Text of the entry ``conclusion`` in a statistically consistent calibration.
 CONSISTENT = "the innovations support it"
 
-#: Key that permits to continue after a statistically inconsistent calibration.
+#: Key of a scenario that accepts a statistically inconsistent calibration.
 ACCEPT_INCONSISTENT = "accept_inconsistent"
 
 #: Latest time of a calibration [s].
@@ -49,23 +49,29 @@ _N_SIGMAS = 6.0
 def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], Any]) -> Table:
     """Return the table of a scenario that continues after a calibration.
 
-    The calibration document is the entry ``after`` of the table. Without an ``epoch``, the scenario
-    starts at the time, attitude and covariance of the calibration. With a later ``epoch``,
-    time-varying errors are propagated to it (see `carried`), and attitude and rate follow from
-    ``initial``, since the calibration does not determine them at that time.
+    The calibration, a dict as saved in JSON, is the entry ``after`` of the table. Without an
+    ``epoch``, the scenario starts at the time, attitude and covariance of the calibration. With a
+    later ``epoch``, time-varying errors are propagated to the epoch (see `propagate_prior`), and
+    attitude and rate follow from ``initial``, since the calibration does not determine them at that
+    time.
 
     Parameters
     ----------
     table : mapping
         Table of a scenario with the entry ``after``.
     build_scenario : function
-        Return the scenario of a table.
+        Function that returns the scenario of a table.
+
+    Returns
+    -------
+    dict
+        Table without ``after``, with the entry ``prior``.
 
     Raises
     ------
     InvalidValue
-        If the document is not that of a calibration, if the calibration is statistically
-        inconsistent and `ACCEPT_INCONSISTENT` is not true, or if the table has a key that the calibration
+        If the entry ``after`` is no calibration, if the calibration is statistically inconsistent
+        and `ACCEPT_INCONSISTENT` is not true, or if the table has a key that the calibration
         determines.
     """
     overrides = dict(table)
@@ -89,8 +95,8 @@ def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], 
         base["prior"] = to_table(_clip_rate(prior, before))
         return merge_table(base, overrides)
     later = seconds_between(before.epoch, _parse_epoch(overrides["epoch"]))
-    at_end = f"an instant after that of the calibration, {document.get('utc', f'{time} s')}"
-    expect(later > time - _SAME_INSTANT, "epoch", overrides["epoch"], at_end)
+    expected = f"an instant after that of the calibration, {document.get('utc', f'{time} s')}"
+    expect(later > time - _SAME_INSTANT, "epoch", overrides["epoch"], expected)
     base["orbit"] |= to_table(before.orbit.shift_epoch(later))
     base |= _shift_channels(base, later)
     base["prior"] = None
@@ -102,17 +108,21 @@ def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], 
 
 
 def _shift_channels(base: Mapping[str, Any], time: float) -> dict[str, Any]:
-    """Return the channels of a scenario that starts later, without their initial values."""
+    """Return the housekeeping channels of a scenario that starts later, with shifted times and
+    without initial values.
+    """
     later = []
     for channel in base.get("housekeeping_channels", []):
-        times = {"times": [at - time for at in channel["times"]]} if "times" in channel else {}
-        rest = {key: value for key, value in channel.items() if key != "initial"}
-        later.append(rest | times)
+        shifted = {key: value for key, value in channel.items() if key != "initial"}
+        if "times" in channel:
+            shifted["times"] = [instant - time for instant in channel["times"]]
+        later.append(shifted)
     return {"housekeeping_channels": later} if later else {}
 
 
 def propagate_prior(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior:
-    """Propagate a prior over a duration without measurements.
+    """Propagate the estimates and the covariance of a calibration over a duration without
+    measurements.
 
     The gyro's bias and the Gauss-Markov errors decay and accumulate noise; constants keep their
     uncertainty. Attitude and rate are the initial values of the new scenario, uncorrelated with all
@@ -121,23 +131,32 @@ def propagate_prior(prior: Prior, suite: Suite, duration: float, scenario: Any) 
     Parameters
     ----------
     prior : Prior
+        Result of the calibration.
     suite : Suite
+        Gyro, sensors and environment model errors of the calibration.
     duration : float
-        [s].
+        Time from the calibration to the start of the new scenario [s].
     scenario : Scenario
         Scenario that starts at the end of the duration.
-    """
-    from mgeo_attitude.geometry.quaternion import quaternions_from_matrices  # imports scipy
 
-    decay, new = np.ones(suite.n_states), np.zeros(suite.n_states)
+    Returns
+    -------
+    Prior
+    """
+    from mgeo_attitude.geometry.quaternion import quaternions_from_matrices  # This imports scipy.
+
+    decay, variance = np.ones(suite.n_states), np.zeros(suite.n_states)
     rate, density = suite.gyro.bias_decay, suite.compute_noise_density()[3:6]
     decay[3:6] = math.exp(-rate * duration)
-    new[3:6] = density * (-math.expm1(-2.0 * rate * duration) / (2.0 * rate) if rate else duration)
+    variance[3:6] = density * (
+        -math.expm1(-2.0 * rate * duration) / (2.0 * rate) if rate else duration
+    )
     for process, first in zip(
         suite.processes.values(), range(suite.n_kinematic, suite.n_dynamic, 3), strict=True
     ):
-        decay[first : first + 3], new[first : first + 3] = process.discretize(duration)
-    covariance = decay[:, None] * np.array(prior.covariance) * decay + np.diag(new)
+        block = slice(first, first + 3)
+        decay[block], variance[block] = process.discretize(duration)
+    covariance = decay[:, None] * np.array(prior.covariance) * decay + np.diag(variance)
     covariance[:3], covariance[:, :3] = 0.0, 0.0
     covariance[:3, :3] = scenario.initial_attitude_covariance
     at = Environment.from_times(scenario, np.zeros(1))
@@ -156,17 +175,21 @@ def _parse_epoch(value: Any) -> datetime:
         epoch = datetime.fromisoformat(value) if isinstance(value, str) else value
         return as_utc(epoch)
     except (ValueError, AttributeError):
-        expected = "expected a date and time with a UTC offset, after that of the calibration"
+        expected = "expected a date and time with a UTC offset, later than the calibration"
         raise InvalidValue("epoch", value, expected) from None
 
 
 def _check_document(document: Any) -> Mapping[str, Any]:
-    """Check that a document has the `ENTRIES`, and return it."""
+    """Return the calibration unchanged if all `ENTRIES` are present with valid types, else raise
+    InvalidValue.
+    """
     if not isinstance(document, Mapping):
-        raise InvalidValue("after", document, "expected a calibration's document")
+        raise InvalidValue("after", document, "expected a calibration as saved in JSON")
     for key, kind in ENTRIES.items():
         if key not in document:
-            raise InvalidKey(f"after.{key}", None, "missing; expected a calibration's document")
+            raise InvalidKey(
+                f"after.{key}", None, "missing; expected a calibration as saved in JSON"
+            )
         entry = document[key]
         if not isinstance(entry, kind) or isinstance(entry, bool):
             names = " or ".join(each.__name__ for each in getattr(kind, "__args__", (kind,)))
@@ -177,27 +200,27 @@ def _check_document(document: Any) -> Mapping[str, Any]:
 
 
 def _check_consistency(document: Mapping[str, Any], accept: Any) -> None:
-    """Raise InvalidValue for a statistically inconsistent calibration unless it is accepted."""
+    """Raise InvalidValue if the calibration is statistically inconsistent and is not accepted."""
     if not isinstance(accept, bool):
         raise InvalidValue(ACCEPT_INCONSISTENT, accept, "expected true or false")
     conclusion = document.get("conclusion", CONSISTENT)
     if conclusion != CONSISTENT and not accept:
         expected = (
-            f"expected {CONSISTENT!r}; set {ACCEPT_INCONSISTENT} = true to continue nevertheless"
+            f"expected {CONSISTENT!r}; to continue nevertheless, set {ACCEPT_INCONSISTENT} = true"
         )
         raise InvalidValue("after.conclusion", conclusion, expected)
 
 
 def _clip_rate(prior: Prior, scenario: Any) -> Prior:
-    """Reduce the rate of a prior to its bound if noise alone makes it exceed the bound."""
+    """Reduce the estimated rate to its upper bound if noise alone explains the excess."""
     rate, wheels = np.array(prior.rate_deg_s), scenario.wheels
-    shares = [np.abs(rate).max() / scenario.maneuvers.max_rate_deg_s]
+    ratios = [np.abs(rate).max() / scenario.maneuvers.max_rate_deg_s]
     if wheels is not None and wheels.max_momentum is not None and not wheels.initial_momentum:
         momentum = wheels.compute_largest_load(np.radians(rate) @ wheels.inertia_matrix())
-        shares.append(momentum / wheels.max_momentum)
-    share = max(shares)
+        ratios.append(momentum / wheels.max_momentum)
+    ratio = max(ratios)
     walk = max(expand_per_axis(scenario.suite.gyro.angle_random_walk_deg_per_sqrt_h))
     noise = walk / 60.0 / math.sqrt(scenario.step)
-    if not 1.0 < share <= 1.0 + _N_SIGMAS * noise / np.abs(rate).max():
+    if not 1.0 < ratio <= 1.0 + _N_SIGMAS * noise / np.abs(rate).max():
         return prior
-    return dataclasses.replace(prior, rate_deg_s=tuple((rate / share).tolist()))
+    return dataclasses.replace(prior, rate_deg_s=tuple((rate / ratio).tolist()))

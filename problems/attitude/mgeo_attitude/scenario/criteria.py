@@ -1,6 +1,6 @@
-"""Criteria of plans: convergence, objectives, required 1-sigmas, Monte Carlo runs.
+"""Criteria of plans: convergence, objectives, required 1-sigmas and Monte Carlo runs.
 
-`criteria` computes objectives and constraints.
+The package `criteria` computes objectives and constraints from these settings.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ from mgeo_attitude.settings.types import (
 
 @dataclass(frozen=True, kw_only=True)
 class Convergence(Settings):
-    """Definition of the end of a plan: end of the last maneuver, or convergence of the filter.
+    """Rule that defines the end of a plan, t_end: convergence of the filter, or the end of the last
+    maneuver.
 
     Examples
     --------
@@ -38,62 +39,65 @@ class Convergence(Settings):
     """
 
     rule: Literal["trace", "required", "settling", "end"] = "trace"
-    """definition of t_end: trace, when the trace decreases little over the window; required, from
-    when on required_sigma is met until the end of duration; settling, from when on the trace stays
-    within a factor of its value; end, the end of the last maneuver"""
+    """definition of t_end. 'trace': the time at which the trace decreases by less than
+    relative_decrease over the window; 'required': the time from which all values of required_sigma
+    are satisfied until the end of duration; 'settling': the time from which the trace stays within
+    a factor of its final value; 'end': the end of the last maneuver"""
     factor: float = Field(default=1.25, gt=1.0)
-    """factor of the rule settling"""
+    """factor of the rule 'settling', relative to the final trace"""
     window: Seconds = Field(default=300.0, gt=0.0)
-    """window of the rule trace, a multiple of the step"""
+    """window of the rule 'trace', a multiple of the step"""
     relative_decrease: float = Field(default=0.01, gt=0.0, lt=1.0)
     """relative decrease of the trace over the window below which the filter has converged, provided
     that the trace did not rise"""
     allow_rise: bool = False
-    """whether the filter also counts as converged if the trace rose over the window"""
+    """true if the filter also counts as converged when the trace rises over the window"""
 
     @property
     def time_label(self) -> str:
-        """Name of t_end for display."""
+        """Phrase for t_end in texts, such as ``time to converge``."""
         return "a plan's end" if self.rule == "end" else "time to converge"
 
 
 @dataclass(frozen=True, kw_only=True)
 class MonteCarloSettings(Settings):
-    """Monte Carlo runs in which a plan is evaluated, with random errors of these distributions.
+    """Number of Monte Carlo runs in which a plan is evaluated, and distributions of the random
+    errors.
 
     Run k of a seed does not depend on the number of runs.
 
     Examples
     --------
     >>> from mgeo_attitude.scenario import MonteCarloSettings
-    >>> MonteCarloSettings(count=32, attitude_deg=5.0, rate_error_deg_s=0.01).quantile
+    >>> MonteCarloSettings(n_runs=32, attitude_deg=5.0, rate_error_deg_s=0.01).quantile
     0.9
     """
 
     n_runs: int = Field(default=16, ge=1, le=10_000)
-    """number of Monte Carlo runs, the same runs for all plans"""
+    """number of Monte Carlo runs; all plans are evaluated in the same runs"""
     seed: int = Field(default=0, ge=0)
     """seed of the random errors"""
     quantile: float = Field(default=0.9, gt=0.0, le=1.0)
     """share of the runs in which the value of an objective must hold; 1 for the worst run"""
     mean: bool = False
-    """whether objectives are means over the runs instead of quantiles"""
+    """true if objectives are means over the runs instead of quantiles"""
     constraint_share: float = Field(default=1.0, gt=0.0, le=1.0)
     """share of the runs in which each constraint must be satisfied"""
     fidelities: tuple[Annotated[int, Field(ge=0, le=10_000)], ...] = ()
-    """numbers of runs in the fidelity levels of a search before the last one; 0 for the nominal run
-    alone"""
+    """numbers of runs at the lower fidelity levels of a search, in ascending order; 0 for the
+    nominal run alone"""
     attitude_deg: Degrees | None = Field(default=None, ge=0.0, le=180.0)
     """initial attitude error, 1-sigma per axis; default: initial.attitude_deg"""
     rate_error_deg_s: DegreesPerSecond | None = Field(default=None, ge=0.0)
-    """error common to all rates, 1-sigma per axis; default: the gyro's initial bias"""
+    """error common to all body rates of a run, 1-sigma per axis; default: the gyro's initial
+    bias"""
     maneuver_rate_error_deg_s: DegreesPerSecond = Field(default=0.0, ge=0.0)
-    """error of the rate of each maneuver, 1-sigma per axis"""
+    """independent error of the body rate of each maneuver, 1-sigma per axis"""
     duration_error: Seconds = Field(default=0.0, ge=0.0)
     """error of the duration of each maneuver, 1-sigma"""
     start_delay: Seconds = Field(default=0.0, ge=0.0, le=31 * 86400.0)
-    """largest delay of the start, uniformly distributed; 604800 for a plan that holds at any time
-    of a week"""
+    """largest delay of the start, uniformly distributed from 0; 604800 for plans that start at any
+    time of a week"""
 
     noise_spread: float = Field(default=0.0, ge=0.0, le=2.0)
     """uncertainty of the noise level of the gyro and of each sensor: 1-sigma of the logarithm of
@@ -101,10 +105,11 @@ class MonteCarloSettings(Settings):
 
     def __post_init__(self) -> None:
         counts = [*self.fidelities, self.n_runs]
-        expect(counts == sorted(counts), "grow", self.fidelities, f"ascending, up to {self.n_runs}")
+        expected = f"ascending numbers up to n_runs = {self.n_runs}"
+        expect(counts == sorted(counts), "fidelities", self.fidelities, expected)
 
     def n_runs_at_fidelity(self, fidelity: int | None) -> int:
-        """Return the number of Monte Carlo runs in a fidelity level of a search, counted from 0.
+        """Return the number of Monte Carlo runs at a fidelity level of the search, counted from 0.
 
         Levels after the last, and None, use all runs.
         """
@@ -113,12 +118,12 @@ class MonteCarloSettings(Settings):
 
 
 class NamedNumbers(dict[str, float]):
-    """Numbers by dotted names, such as ``mag.bias``; hashable, since scenarios are.
+    """Hashable dict of numbers by dotted name, such as ``mag.bias``.
 
-    A table may nest the names: ``{"mag": {"bias": 1.0}}``.
+    In a file, the names may be nested tables: ``{"mag": {"bias": 1.0}}``.
     """
 
-    #: Type of the numbers, which restricts their range.
+    #: Type of the numbers, including their valid range.
     number_type: ClassVar[Any] = float
 
     def __hash__(self) -> int:  # type: ignore[override]
@@ -136,9 +141,11 @@ class NamedNumbers(dict[str, float]):
 
 
 class TraceWeights(NamedNumbers):
-    """Weight, >= 0, of each state block in the trace.
+    """Weights (>= 0) of the 3-vector blocks of the error state in the trace, as a dict by block
+    name.
 
-    The default is 1, or 0 for errors that no plan reduces (`uncalibrated`).
+    A block without an entry has the weight 1, or 0 if no plan can reduce its error
+    (`Suite.uncalibrated_blocks`).
 
     Parameters
     ----------
@@ -158,20 +165,25 @@ class TraceWeights(NamedNumbers):
     def list_weights(
         self, blocks: Iterable[str], uncalibrated: Collection[str] = ()
     ) -> tuple[float, ...]:
-        """Return the weights of blocks, in their order."""
+        """Return the weight of each block in the trace, in the order of `blocks`.
+
+        Parameters
+        ----------
+        blocks : iterable of str
+            Names of blocks of the error state.
+        uncalibrated : collection of str
+            Blocks whose default weight is 0 instead of 1.
+        """
         return tuple(self.get(block, 0.0 if block in uncalibrated else 1.0) for block in blocks)
 
 
 class RequiredSigma(NamedNumbers):
-    """Required 1-sigma, > 0, of every axis of a state block.
+    """Required 1-sigmas (> 0) of the 3-vector blocks of the error state, as a dict by block name
+    and unit.
 
-    Keys end in the unit of the number (`state_units`): ``attitude_deg``, ``gyro.bias_deg_h``,
-    ``mag.bias_nt``; ``sun.bias``, part of a unit vector, has no unit.
-
-    Parameters
-    ----------
-    values : mapping of str to float, optional
-        Requirements by key; default: none.
+    Each axis of the block must satisfy the requirement. Keys end in the unit of the number:
+    ``attitude_deg``, ``gyro.bias_deg_h``, ``mag.bias_nt``; ``sun.bias``, part of a unit vector, has
+    no unit.
 
     Examples
     --------
@@ -185,12 +197,13 @@ class RequiredSigma(NamedNumbers):
     number_type = Positive
 
     def list_sigmas(self, units: Mapping[str, Unit]) -> tuple[float, ...]:
-        """Return the requirements of blocks in the filter's units; infinite without a requirement.
+        """Return the required 1-sigma of each block in the filter's units; infinite without a
+        requirement.
 
         Parameters
         ----------
         units : mapping
-            Unit of each block.
+            Unit of each block; the result is in this order.
         """
         return tuple(
             self.get(unit.build_key(block), math.inf) / unit.key_factor
@@ -199,7 +212,18 @@ class RequiredSigma(NamedNumbers):
 
 
 def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) -> None:
-    """Raise InvalidValue if a number belongs to an unknown state block."""
+    """Raise InvalidValue if a key of a table, such as ``trace_weights``, is no block of the error
+    state.
+
+    Parameters
+    ----------
+    key : str
+        Key of the table in the message.
+    values : mapping of str to float
+        Numbers by block.
+    known : collection of str
+        Valid names.
+    """
     for block, value in values.items():
         if block not in known:
             expected = f"unknown state block{format_known_names(block, known)}"
@@ -207,13 +231,14 @@ def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) 
 
 
 def check_objectives(names: Sequence[str], blocks: Collection[str], required: bool) -> None:
-    """Raise InvalidValue if a name is no objective of the scenario.
+    """Raise InvalidValue if a name is repeated or is not an objective of the scenario.
 
     Parameters
     ----------
     names : sequence of str
+        Names of objectives.
     blocks : collection of str
-        State blocks that names may refer to.
+        Blocks of the error state to which names may refer.
     required : bool
         Whether the scenario has required 1-sigmas.
     """
@@ -228,4 +253,5 @@ def check_objectives(names: Sequence[str], blocks: Collection[str], required: bo
             known = format_known_names(name, [*OBJECTIVES, f"{TRACE_PREFIX}BLOCK"])
             raise InvalidValue(key, name, f"unknown objective{known}")
         if name == "t_required" and not required:
-            raise InvalidValue(key, name, "the scenario has no required_sigma")
+            expected = "the scenario has no required_sigma: define it, or remove the objective"
+            raise InvalidValue(key, name, expected)

@@ -1,4 +1,4 @@
-"""Initial attitude, attitude uncertainty and body rate of a run."""
+"""Initial attitude, attitude uncertainty and body rate of a plan."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
 from mgeo_attitude.settings.types import Degrees, Unit, Vector, restrict_to
 
-#: Tolerance on unit vectors and right angles, for numbers that are typed with four digits.
+#: Tolerance on unit vectors and right angles, for numbers with four digits.
 _TOLERANCE = 1e-3
 
-#: Function of a `Place` that returns vectors, shape (n, 3).
+#: Function that returns one vector for each orbit state, shape (n, 3).
 _Vectors = Callable[["Environment | SatelliteState"], Floats]
 
 
@@ -30,7 +30,7 @@ def _compute_momentum(orbit_state: Environment | SatelliteState) -> Floats:
 
 
 def _compute_orbital_rate(orbit_state: Environment | SatelliteState) -> Floats:
-    """Return the angular rate of the radius vector [rad/s], GCRS."""
+    """Return the angular rate of the radius vector [rad/s], GCRS, shape (n, 3)."""
     rate: Floats = _compute_momentum(orbit_state) / (orbit_state.position**2).sum(
         axis=1, keepdims=True
     )
@@ -38,7 +38,9 @@ def _compute_orbital_rate(orbit_state: Environment | SatelliteState) -> Floats:
 
 
 def _compute_velocity_rate(orbit_state: Environment | SatelliteState) -> Floats:
-    """Return the angular rate of the velocity under the acceleration -μ r / r³ [rad/s], GCRS."""
+    """Return the angular rate of the velocity vector in a Keplerian orbit [rad/s], GCRS, shape (n,
+    3).
+    """
     cube = np.linalg.norm(orbit_state.position, axis=1, keepdims=True) ** 3
     square = (orbit_state.velocity**2).sum(axis=1, keepdims=True)
     rate: Floats = EARTH_MU * _compute_momentum(orbit_state) / (cube * square)
@@ -47,9 +49,13 @@ def _compute_velocity_rate(orbit_state: Environment | SatelliteState) -> Floats:
 
 #: Target direction, reference direction of the clock angle, and angular rate of each pointing law.
 _LAWS: dict[str, tuple[_Vectors, _Vectors, _Vectors]] = {
-    "nadir": (lambda at: -at.position, lambda at: at.velocity, _compute_orbital_rate),
-    "velocity": (lambda at: at.velocity, lambda at: -at.position, _compute_velocity_rate),
-    "sun": (lambda at: at.sun, _compute_momentum, lambda at: np.zeros_like(at.sun)),
+    "nadir": (lambda state: -state.position, lambda state: state.velocity, _compute_orbital_rate),
+    "velocity": (
+        lambda state: state.velocity,
+        lambda state: -state.position,
+        _compute_velocity_rate,
+    ),
+    "sun": (lambda state: state.sun, _compute_momentum, lambda state: np.zeros_like(state.sun)),
 }
 
 POINTING_LAWS = ("inertial", *_LAWS)
@@ -71,26 +77,27 @@ class InitialConditions(Settings):
     """
 
     attitude_deg: Degrees = Field(default=5.0, gt=0.0, le=180.0)
-    """attitude error, 1-sigma per axis"""
+    """initial attitude error, 1-sigma per axis"""
     pointing: Annotated[str, restrict_to(POINTING_LAWS)] = "inertial"
-    """attitude law: fixed in GCRS (quaternion or axes; default: along GCRS), or target of the
-    axis"""
+    """attitude law: 'inertial' for an attitude that is fixed in GCRS, given by quaternion or axes
+    (default: body axes along GCRS); otherwise the target of the pointing axis: 'nadir', 'velocity'
+    or 'sun'"""
     quaternion: tuple[float, float, float, float] | None = None
-    """attitude from GCRF to body, scalar last, as in plans; for 'inertial'"""
+    """attitude from GCRF to body, scalar last, as in plans; only with pointing = 'inertial'"""
     axes: tuple[Vector, ...] | None = None
-    """body x, y and z as unit vectors in GCRS; alternative to the quaternion"""
+    """body x, y and z as unit vectors in GCRS; an alternative to the quaternion"""
     axis: Vector | None = None
-    """pointing body axis, a unit vector; default: z"""
+    """pointing axis, a unit vector in body axes; default: z"""
     clock_deg: Degrees | None = Field(default=None, ge=-360.0, le=360.0)
-    """rotation about the pointing axis; at zero, body z (x if the axis is within 45 deg of z) is
-    closest to the velocity (nadir), nadir (velocity) or the orbit normal (sun)"""
+    """rotation about the pointing axis. At zero, body z (body x if the pointing axis is within 45
+    deg of z) is closest to the velocity ('nadir'), to nadir ('velocity') or to the orbit normal
+    ('sun')"""
     rate_deg_s: Annotated[Vector | None, Unit("deg/s")] = None
-    """body rate; default: the rate of the attitude law, orbital or zero"""
+    """initial body rate; default: the rate of the attitude law, orbital or zero"""
 
     def __post_init__(self) -> None:
-        fixed = self.pointing == "inertial"
-        foreign = ("axis", "clock_deg") if fixed else ("quaternion", "axes")
-        for key in foreign:
+        is_inertial = self.pointing == "inertial"
+        for key in ("axis", "clock_deg") if is_inertial else ("quaternion", "axes"):
             value = getattr(self, key)
             expect(value is None, key, value, f"no value with pointing = {self.pointing!r}")
         if self.axes is not None:
@@ -99,11 +106,21 @@ class InitialConditions(Settings):
         for key in ("quaternion", "axis"):
             if (value := getattr(self, key)) is not None:
                 length = math.hypot(*value)
-                sound = abs(length - 1.0) <= _TOLERANCE
-                expect(sound, key, value, f"a length of 1, not {length:.6g}")
+                is_unit = abs(length - 1.0) <= _TOLERANCE
+                expect(is_unit, key, value, f"a length of 1, not {length:.6g}")
 
     def compute_attitude(self, orbit_state: Environment | SatelliteState) -> Floats:
-        """Return the attitude of the law, GCRS to body, shape (n, 3, 3).
+        """Return the attitude that the attitude law prescribes at each given orbit state.
+
+        Parameters
+        ----------
+        orbit_state : Environment or SatelliteState
+            Position, velocity and Sun direction at n instants.
+
+        Returns
+        -------
+        array, shape (n, 3, 3)
+            Matrices from GCRS to body.
 
         Raises
         ------
@@ -114,50 +131,71 @@ class InitialConditions(Settings):
             return np.repeat(
                 self._build_inertial_attitude()[None], len(orbit_state.position), axis=0
             )
-        target, toward, _ = _LAWS[self.pointing]
+        target, reference, _ = _LAWS[self.pointing]
         axis = np.array(self.axis or (0.0, 0.0, 1.0))
         clock = math.radians(self.clock_deg or 0.0)
         try:
             return compute_pointing_attitudes(
-                axis / np.linalg.norm(axis), target(orbit_state), toward(orbit_state), clock
+                axis / np.linalg.norm(axis), target(orbit_state), reference(orbit_state), clock
             )
         except ValueError as error:
-            expected = f"expected another pointing: {error}"
+            expected = f"expected another attitude law: {error}"
             raise InvalidValue("initial.pointing", self.pointing, expected) from None
 
     def compute_law_rate(self, orbit_state: Environment | SatelliteState) -> Floats:
-        """Return the body rate of the attitude law [rad/s], shape (n, 3).
+        """Return the body rate that the attitude law prescribes at each given orbit state [rad/s].
 
         The rate is that of a Keplerian orbit. It is zero for inertial and Sun pointing; the drift
         of the orbital plane and the Sun's motion of one degree per day are neglected.
+
+        Parameters
+        ----------
+        orbit_state : Environment or SatelliteState
+            Position, velocity and Sun direction at n instants.
+
+        Returns
+        -------
+        array, shape (n, 3)
         """
         if self.pointing == "inertial":
             return np.zeros((len(orbit_state.position), 3))
         return self._compute_law_rate(self.compute_attitude(orbit_state), orbit_state)
 
-    def _compute_law_rate(self, attitude: Floats, at: Environment | SatelliteState) -> Floats:
-        rates: Floats = np.einsum("kij,kj->ki", attitude, _LAWS[self.pointing][2](at))
+    def _compute_law_rate(
+        self, attitude: Floats, orbit_state: Environment | SatelliteState
+    ) -> Floats:
+        rates: Floats = np.einsum("kij,kj->ki", attitude, _LAWS[self.pointing][2](orbit_state))
         return rates
 
     def evaluate_law(self, orbit_source: OrbitSource, time: float) -> tuple[Floats, Floats]:
-        """Return attitude, GCRS to body, and body rate [rad/s] of the law, shapes (3, 3) and (3,).
+        """Return attitude and body rate of the attitude law at one time.
 
         Parameters
         ----------
-        orbit_source : Course
+        orbit_source : OrbitSource
+            Scenario, or another object with an orbit and an epoch.
         time : float
-            Time after the epoch [s], possibly after the end of the scenario's run.
+            Time after the epoch [s], possibly after the end of the scenario.
+
+        Returns
+        -------
+        attitude : array, shape (3, 3)
+            Matrix from GCRS to body.
+        rate : array, shape (3,)
+            Body rate [rad/s].
         """
-        if self.pointing == "inertial":  # independent of the position
+        if self.pointing == "inertial":  # This law is independent of the position.
             return self._build_inertial_attitude(), np.zeros(3)
-        at = SatelliteState.from_times(orbit_source, np.array([time]))
-        attitude = self.compute_attitude(at)
-        return attitude[0], self._compute_law_rate(attitude, at)[0]
+        orbit_state = SatelliteState.from_times(orbit_source, np.array([time]))
+        attitude = self.compute_attitude(orbit_state)
+        return attitude[0], self._compute_law_rate(attitude, orbit_state)[0]
 
     def compute_rate(self, orbit_state: Environment | SatelliteState) -> Floats:
-        """Return the body rate at the first instant [rad/s], shape (3,)."""
-        given = self.rate_deg_s
-        return self.compute_law_rate(orbit_state)[0] if given is None else np.radians(given)
+        """Return the body rate at the first instant [rad/s], shape (3,): as given, or that of the
+        attitude law.
+        """
+        rate = self.rate_deg_s
+        return self.compute_law_rate(orbit_state)[0] if rate is None else np.radians(rate)
 
     def _build_inertial_attitude(self) -> Floats:
         from scipy.spatial.transform import Rotation

@@ -1,4 +1,4 @@
-"""Prior of a run: the result of a previous calibration."""
+"""Prior of a plan: the result of a previous calibration."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
 from mgeo_attitude.settings.types import Unit, Vector
 
-#: Tolerance on numbers that are written with all their digits.
+#: Tolerance on numbers that are saved with all their digits.
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
 class Prior(Settings):
-    """Estimates at the epoch and the covariance of their errors, as a calibration yields them.
+    """Attitude, rate and error estimates at the epoch with their covariance, from a calibration.
 
     The prior replaces attitude and rate of ``[initial]`` and all initial 1-sigmas. Numbers are in
     the filter's units (rad, rad/s, 1; a field in units of 50 µT). Estimates of rotations are
@@ -46,10 +46,10 @@ class Prior(Settings):
     rate_deg_s: Annotated[Vector, Unit("deg/s")]
     """body rate at the epoch"""
     states: tuple[Vector, ...]
-    """estimated states, one row per block after the attitude, in the filter's units"""
+    """estimated error states, one row per block after the attitude, in the filter's units"""
     covariance: tuple[tuple[float, ...], ...]
-    """covariance of the errors of attitude and estimated states, by rows, in the filter's units
-    squared"""
+    """covariance of the errors of attitude and estimated error states, row by row, in the filter's
+    units squared"""
 
     def __post_init__(self) -> None:
         check_quaternion(self.quaternion)
@@ -57,7 +57,7 @@ class Prior(Settings):
 
     @property
     def attitude(self) -> Floats:
-        """Attitude from GCRS to body, shape (3, 3)."""
+        """Attitude matrix from GCRS to body at the epoch, shape (3, 3)."""
         from scipy.spatial.transform import Rotation
 
         C: Floats = Rotation.from_quat(self.quaternion).as_matrix().T
@@ -65,34 +65,41 @@ class Prior(Settings):
 
     @property
     def rate(self) -> Floats:
-        """Body rate [rad/s], shape (3,)."""
+        """Body rate at the epoch [rad/s], shape (3,)."""
         return np.radians(self.rate_deg_s)
 
     @property
     def estimates(self) -> Floats:
-        """Estimates of all states, shape (n_states,); zero for the attitude error."""
+        """Estimates of the error state, shape (n_states,); zero for the attitude error."""
         return np.concatenate([np.zeros(3), *map(np.array, self.states)])
 
     @property
     def sigma(self) -> Floats:
-        """1-sigma of every state, shape (n_states,)."""
+        """1-sigma of every error-state component, shape (n_states,)."""
         return np.sqrt(np.diag(np.array(self.covariance)))
 
     @property
     def correlation(self) -> Floats:
-        """Correlation of the errors, shape (n_states, n_states)."""
+        """Correlation matrix of the estimation errors, shape (n_states, n_states)."""
         correlation: Floats = np.array(self.covariance) / np.outer(self.sigma, self.sigma)
         np.fill_diagonal(correlation, 1.0)
         return 0.5 * (correlation + correlation.T)
 
 
 def read_prior(document: Mapping[str, Any], suite: Suite) -> Prior:
-    """Return the prior from the document of a calibration.
+    """Convert a calibration, a dict as saved in JSON, to the prior of a scenario.
+
+    Parameters
+    ----------
+    document : mapping
+        Calibration with the entries ``quaternion``, ``rate_deg_s``, ``states`` and ``covariance``.
+    suite : Suite
+        Suite whose error state the calibration must have.
 
     Raises
     ------
     InvalidValue
-        If the states are those of another satellite, or if an entry is invalid.
+        If the error state is that of another suite, or if an entry is invalid.
     """
     rows = tuple(read_states(document, suite).values())
     entries = {key: document[key] for key in ("quaternion", "rate_deg_s", "covariance")}
@@ -100,7 +107,9 @@ def read_prior(document: Mapping[str, Any], suite: Suite) -> Prior:
 
 
 def read_states(document: Mapping[str, Any], suite: Suite) -> Mapping[str, Any]:
-    """Return the states of a calibration document by block, without the attitude.
+    """Return the estimated error states of a calibration, a dict as saved in JSON, by block name.
+
+    The attitude is not included.
 
     Raises
     ------
@@ -114,36 +123,26 @@ def read_states(document: Mapping[str, Any], suite: Suite) -> Mapping[str, Any]:
 
 
 def check_quaternion(quaternion: Sequence[float]) -> None:
-    """Check that a quaternion has four components and unit length.
-
-    Raises
-    ------
-    InvalidValue
-        If the quaternion is invalid.
-    """
+    """Raise InvalidValue unless a quaternion has four components and unit length."""
     length = float(np.linalg.norm(quaternion))
-    sound = len(quaternion) == 4 and abs(length - 1.0) <= _ROUNDING
-    unit = f"four numbers of unit length, not {length:.12g}"
-    expect(sound, "quaternion", quaternion, unit)
+    is_valid = len(quaternion) == 4 and abs(length - 1.0) <= _ROUNDING
+    expected = f"four numbers of unit length, not of length {length:.12g}"
+    expect(is_valid, "quaternion", quaternion, expected)
 
 
 def check_covariance(matrix: Sequence[Sequence[float]] | ArrayLike, n: int) -> None:
-    """Check that a matrix is a covariance of n states.
-
-    Raises
-    ------
-    InvalidValue
-        If the shape is wrong or the matrix is not symmetric and positive definite.
+    """Raise InvalidValue unless a matrix is a covariance of n states: square, symmetric and
+    positive definite.
     """
     rows = [len(row) for row in matrix]  # type: ignore[union-attr, arg-type]
-    square = len(rows) == n and set(rows) == {n}
+    is_square = len(rows) == n and set(rows) == {n}
     shape = f"{len(rows)} rows of {', '.join(map(str, sorted(set(rows)))) or 0}"
-    expect(square, "covariance", shape, f"{n} x {n} numbers, three rows per block")
+    expect(is_square, "covariance", shape, f"{n} x {n} numbers, three rows per block")
     covariance = np.array(matrix, dtype=float)
     scale = np.sqrt(np.abs(np.diag(covariance)))
     with np.errstate(divide="ignore", invalid="ignore"):
         correlation = covariance / scale / scale[:, None]
-    regular = np.isfinite(correlation).all() and np.allclose(correlation, correlation.T, 0, 1e-9)
-    if not regular or np.linalg.eigvalsh(correlation)[0] <= 0.0:
-        worst = f"least variance {np.diag(covariance).min():.6g}"
-        expect(False, "covariance", worst, "a symmetric positive definite matrix")
+    is_regular = np.isfinite(correlation).all() and np.allclose(correlation, correlation.T, 0, 1e-9)
+    if not is_regular or np.linalg.eigvalsh(correlation)[0] <= 0.0:
+        smallest = f"matrix with the smallest variance {np.diag(covariance).min():.6g}"
+        expect(False, "covariance", smallest, "a symmetric positive definite matrix")

@@ -1,4 +1,4 @@
-"""Scenario: all inputs of a run of the filter, checked for consistency."""
+"""Scenario: all inputs of a maneuver optimization, checked for consistency."""
 
 from __future__ import annotations
 
@@ -61,13 +61,14 @@ from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.settings.types import DisplayName, Instant, Seconds
 
 _NO_GYRO = (
-    "expected a table of its keys: the filter needs a gyro, see 'Without a gyro' in docs/errors.md"
+    "expected a [gyro] table: the filter needs a gyro, see 'Without a gyro' in docs/errors.md"
 )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario(Settings):
-    """Orbit, instruments, constraints and criteria of a study; frozen, hashable and picklable.
+    """Orbit, gyro, sensors, constraints and criteria of a maneuver optimization; immutable and
+    hashable.
 
     An epoch with another UTC offset is converted to UTC; an epoch without offset is rejected.
 
@@ -87,19 +88,20 @@ class Scenario(Settings):
     """
 
     name: DisplayName = "custom"
-    """name of the scenario, on one line"""
+    """name of the scenario for display, on one line"""
     epoch: Instant
-    """start of the run with its UTC offset; Z is UTC"""
+    """start of the plan, with its UTC offset; Z is UTC"""
     duration: Seconds = Field(gt=0.0)
     """longest time to converge, a multiple of the step; a slew back may end later"""
     step: Seconds = Field(default=1.0, gt=0.0)
     """time step of the filter"""
     eclipse: bool = True
-    """whether eclipses interrupt the measurements of Sun sensors"""
+    """true if eclipses interrupt the measurements of Sun sensors and photodiodes"""
     objectives: tuple[str, ...] = Field(
         default=PAPER_OBJECTIVES,
         min_length=1,
-        description=f"what to minimize, of {', '.join(OBJECTIVES)}, {TRACE_PREFIX}BLOCK,BLOCK...",
+        description="objectives, which are minimized: one or more of "
+        f"{', '.join(OBJECTIVES)}, {TRACE_PREFIX}BLOCK,BLOCK...",
     )
     orbit: Annotated[AnyOrbit, ORBITS]
     """elements at the epoch, an element set, or an ephemeris"""
@@ -108,36 +110,36 @@ class Scenario(Settings):
     sensors: tuple[Annotated[Sensor, TableClasses("kind", SENSORS)], ...] = Field(min_length=1)
     """sensors, at least one, with unique names"""
     environment_errors: EnvironmentErrors = Field(default_factory=EnvironmentErrors)
-    """environment model errors of field, orbit and albedo, shared by all sensors"""
+    """errors of the models of field, orbit and albedo, shared by all sensors"""
     housekeeping_channels: tuple[HousekeepingChannel, ...] = ()
     """predicted housekeeping channels on which biases depend"""
     initial: InitialConditions = Field(default_factory=InitialConditions)
     """initial attitude with its uncertainty, and initial body rate"""
     maneuvers: ManeuverBounds = Field(default_factory=ManeuverBounds)
-    """bounds of the design vector"""
+    """number of maneuvers, and bounds on their rates and durations"""
     convergence: Convergence = Field(default_factory=Convergence)
-    """convergence criterion of the filter"""
+    """rule that defines the end of a plan"""
     trace_weights: Annotated[Mapping[str, float], TraceWeights] = Field(
         default_factory=TraceWeights
     )
-    """weight of each state block in the trace; default: 1, or 0 for errors that vary or are
-    considered"""
+    """weight of each block of the error state in the trace; default: 1, or 0 for errors that vary
+    with time or are considered but not estimated"""
     required_sigma: Annotated[Mapping[str, float], RequiredSigma] = Field(
         default_factory=RequiredSigma
     )
-    """required 1-sigma of each axis of a state block, by key with unit"""
+    """required 1-sigma of each axis of a block of the error state, by block name with unit"""
     wheels: Wheels | None = None
     """reaction wheels that rotate the satellite"""
     magnetorquers: Magnetorquers | None = None
-    """magnetorquers; without wheels they rotate the satellite"""
+    """magnetorquers; without wheels, they rotate the satellite"""
     path_constraints: tuple[PathConstraint, ...] = ()
-    """cones that must contain or exclude a direction during the plan"""
+    """cones that must contain or exclude a direction during the whole plan"""
     windows: tuple[Window, ...] = ()
-    """time windows that contain a plan from start to end; default: any time"""
+    """time windows, one of which must contain a plan from start to end; default: any time"""
     monte_carlo: MonteCarloSettings | None = None
     """Monte Carlo runs in which plans are evaluated; default: the nominal run alone"""
     prior: Prior | None = None
-    """result of a calibration that replaces initial attitude, rate and 1-sigmas"""
+    """result of a calibration, which replaces initial attitude, rate and 1-sigmas"""
 
     def __post_init__(self) -> None:
         units = self.suite.units
@@ -154,52 +156,61 @@ class Scenario(Settings):
 
     @property
     def suite(self) -> Suite:
-        """Gyro, sampled at every step, sensors and environment model errors as one error state."""
+        """Gyro, sensors and environment model errors with their combined error state.
+
+        The sample noise of the gyro is included in its angle random walk, for one sample per step.
+        """
         return Suite(
             self.gyro.convert_sample_noise(self.step), self.sensors, self.environment_errors
         )
 
     @property
     def n_steps(self) -> int:
-        """Number of steps of the whole duration."""
+        """Number of filter steps in the whole duration."""
         return round(self.duration / self.step)
 
     @property
     def deadline(self) -> float:
-        """Latest end of a plan, slew back included [s]; infinite without windows.
+        """Latest time at which a plan may end, slew back included [s after the epoch]; infinite
+        without windows.
 
-        The deadline includes the largest start delay of Monte Carlo runs.
+        The deadline is earlier by the largest start delay of Monte Carlo runs.
         """
         return compute_deadline(self)
 
     @property
     def latest_end(self) -> float:
-        """End of the run that starts with the largest delay [s]."""
+        """Latest end of a run [s after the epoch]: the duration plus the largest start delay."""
         return self.duration + (0.0 if self.monte_carlo is None else self.monte_carlo.start_delay)
 
     def shift_start(self, time: float) -> Scenario:
-        """Return the scenario with its epoch moved by a time [s], on the same orbit."""
+        """Return a copy of the scenario that starts later by a time [s], on the same orbit."""
         epoch = instant_after(self.epoch, time)
         return dataclasses.replace(self, epoch=epoch, orbit=self.orbit.shift_epoch(time))
 
     @property
     def is_magnetorquer_driven(self) -> bool:
-        """Whether magnetorquers alone rotate the satellite."""
+        """True if magnetorquers alone rotate the satellite."""
         return self.magnetorquers is not None and self.wheels is None
 
     def build_rotation_dynamics(
         self, field: Floats, attitude: Floats, rate: Floats
     ) -> RotationDynamics:
-        """Return the dynamics of rotations from an initial attitude and rate.
+        """Return the dynamics that limit changes of the body rate: ramps, magnetorquers, or None
+        for instantaneous changes.
 
         Parameters
         ----------
         field : array, shape (n, 3)
             Geomagnetic field [T], GCRS, used by magnetorquers.
         attitude : array, shape (3, 3)
-            GCRS to body.
+            Initial attitude, GCRS to body.
         rate : array, shape (3,)
-            Body rate [rad/s].
+            Initial body rate [rad/s].
+
+        Returns
+        -------
+        SlewLimits, MagnetorquerDrive or None
         """
         if self.magnetorquers is not None and self.is_magnetorquer_driven:
             return self.magnetorquers.build_drive(field, attitude, rate)
@@ -207,29 +218,31 @@ class Scenario(Settings):
 
     @property
     def needs_field(self) -> bool:
-        """Whether the scenario depends on the geomagnetic field."""
-        dipole = self.wheels is not None and any(self.wheels.residual_dipole)
-        dipole |= self.magnetorquers is not None and self.magnetorquers.unloads_wheels
+        """True if a sensor or an actuator of the scenario requires the geomagnetic field model."""
+        has_dipole = self.wheels is not None and any(self.wheels.residual_dipole)
+        has_dipole |= self.magnetorquers is not None and self.magnetorquers.unloads_wheels
         return (
-            dipole or self.is_magnetorquer_driven or any(each.needs_field for each in self.sensors)
+            has_dipole
+            or self.is_magnetorquer_driven
+            or any(each.needs_field for each in self.sensors)
         )
 
     @property
     def assumptions(self) -> tuple[str, ...]:
-        """Assumptions about the rotation of the satellite, one line each."""
+        """Assumptions about actuators that the user should know, one sentence each."""
         return list_assumptions(self.wheels, self.magnetorquers)
 
     @property
     def times(self) -> Floats:
-        """Sample times k * step since the epoch [s], shape (n_steps + 1,)."""
+        """Sample times k * step [s after the epoch], shape (n_steps + 1,)."""
         return self.step * np.arange(self.n_steps + 1, dtype=np.float64)
 
     def compute_initial_attitude(self, orbit_state: Environment | SatelliteState) -> Floats:
-        """Return the attitude at the epoch, GCRS to body, shape (3, 3).
+        """Return the attitude matrix at the epoch, GCRS to body, shape (3, 3).
 
         Parameters
         ----------
-        orbit_state : Environment or Place
+        orbit_state : Environment or SatelliteState
             State of the satellite at the epoch.
         """
         return (
@@ -239,7 +252,13 @@ class Scenario(Settings):
         )
 
     def compute_initial_rate(self, orbit_state: Environment | SatelliteState) -> Floats:
-        """Return the body rate at the epoch [rad/s], shape (3,); see `initial_attitude`."""
+        """Return the body rate at the epoch [rad/s], shape (3,).
+
+        Parameters
+        ----------
+        orbit_state : Environment or SatelliteState
+            State of the satellite at the epoch.
+        """
         return self.initial.compute_rate(orbit_state) if self.prior is None else self.prior.rate
 
     @property
@@ -253,24 +272,31 @@ class Scenario(Settings):
     def paper() -> Scenario:
         """Return the scenario of Table 2 of Hott, Chagas & de Sousa.
 
-        Values that the paper does not state are chosen to reproduce its fronts; the file
-        ``scenario/paper.toml`` marks them.
+        Values that the paper does not state are chosen to reproduce its fronts; comments in the
+        file ``scenario/paper.toml`` mark them.
         """
         return Scenario.from_dict({"preset": "paper"})
 
     @staticmethod
     def cubesat_1u() -> Scenario:
-        """Return a 1U cubesat with magnetorquers only; the file of the preset lists sources."""
+        """Return the preset of a 1U cubesat that only magnetorquers rotate.
+
+        Comments in the file ``scenario/cubesat_1u.toml`` list the sources of its values.
+        """
         return Scenario.from_dict({"preset": "cubesat_1u"})
 
     @staticmethod
     def microsatellite() -> Scenario:
-        """Return a 110 kg satellite with two star trackers and wheels; its file lists sources."""
+        """Return the preset of a 110 kg satellite with two star trackers and reaction wheels.
+
+        Comments in the file ``scenario/microsatellite.toml`` list the sources of its values.
+        """
         return Scenario.from_dict({"preset": "microsatellite"})
 
     @staticmethod
     def cubesat_6u() -> Scenario:
-        """Return a 6U cubesat with small instruments, in the paper's orbit with eclipses.
+        """Return the preset of a 6U cubesat with small instruments, in the paper's orbit with
+        eclipses.
 
         With the rule "trace", it converges later than the paper's satellite, when the trace falls
         by less than 1 % over 300 s.
@@ -279,30 +305,38 @@ class Scenario(Settings):
 
     @staticmethod
     def cubesat_6u_full() -> Scenario:
-        """Return `cubesat_6u` with all constant and varying errors of instruments and models.
+        """Return the preset `cubesat_6u` with all constant and time-varying errors of instruments
+        and models.
 
-        The file ``scenario/cubesat_6u_full.toml`` lists sources.
+        Comments in the file ``scenario/cubesat_6u_full.toml`` list the sources of its values.
         """
         return Scenario.from_dict({"preset": "cubesat_6u_full"})
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the scenario as nested dicts and lists of JSON types; see `from_dict`."""
+        """Return the scenario as nested dicts and lists of JSON types, which `from_dict` reads."""
         table = to_table(self)
-        if self.objectives == PAPER_OBJECTIVES:  # the default is omitted
+        if self.objectives == PAPER_OBJECTIVES:  # A default is not written.
             del table["objectives"]
         return table
 
     @staticmethod
     def from_dict(table: Mapping[str, Any], folder: str | os.PathLike[str] = "") -> Scenario:
-        """Construct a scenario from a table; the inverse of `to_dict`.
+        """Build a scenario from nested dicts and lists, optionally on top of a preset or a
+        calibration.
 
-        With ``preset``, the table overrides the preset key by key. With ``after``, the document of
-        a calibration, the table overrides the scenario that continues from its time, attitude and
-        covariance, see `Calibration.build_followup_scenario`.
+        With ``preset``, the table overrides the preset key by key. With ``after``, a calibration as
+        saved in JSON, the table overrides the scenario that continues from its time, attitude and
+        covariance; see `Calibration.build_followup_scenario`.
 
         A list of sensors replaces that of the preset. A sensor inherits missing keys from the
         preset's sensor of its name and kind, or from the only one of its kind, or uses defaults.
-        The path ``orbit.file`` is relative to `folder`.
+
+        Parameters
+        ----------
+        table : mapping
+            Tables and keys of a scenario file; see `to_dict`.
+        folder : path, optional
+            Folder to which the path ``orbit.file`` is relative.
 
         Raises
         ------
@@ -317,20 +351,21 @@ class Scenario(Settings):
         return Scenario(**_resolve_orbit_file(merge_preset(table), folder))
 
     def to_toml(self) -> str:
-        """Return the scenario as a TOML document with a comment on every key."""
+        """Return the scenario as the text of a TOML file, with a comment on every key."""
         units = self.suite.units
         keys = {
             "trace_weights": units,
             "required_sigma": [unit.build_key(block) for block, unit in units.items()],
         }
-        notes = {key: f"The blocks: {', '.join(blocks)}" for key, blocks in keys.items()}
+        notes = {key: f"Valid names: {', '.join(blocks)}" for key, blocks in keys.items()}
         return to_toml(self, self.to_dict(), notes)
 
     @staticmethod
     def from_toml(source: str | os.PathLike[str]) -> Scenario:
-        """Read a scenario from a TOML file or text; ``preset = "..."`` works as in `from_dict`.
+        """Read a scenario from a TOML file, or from a text in TOML.
 
-        The path ``orbit.file`` is relative to the folder of the file.
+        The key ``preset`` works as in `from_dict`. The path ``orbit.file`` is relative to the
+        folder of the file.
 
         Parameters
         ----------
@@ -346,8 +381,8 @@ class Scenario(Settings):
 
         Warns
         -----
-        Implausible
-            If a value is likely an error; see `implausible`.
+        ImplausibleValue
+            If a value is likely an error; see `find_implausible_values`.
         """
         origin, folder, table = read_toml(source)
         try:
@@ -359,7 +394,7 @@ class Scenario(Settings):
         return scenario
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the scenario atomically to a TOML file."""
+        """Write the scenario to a TOML file, atomically."""
         write_file(Path(path), self.to_toml().encode())
 
 

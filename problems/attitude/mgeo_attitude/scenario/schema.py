@@ -1,4 +1,4 @@
-"""JSON Schema of scenario files."""
+"""JSON Schema of scenario files, for editors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mgeo_attitude.settings.base import build_schema
 
 
 def build_scenario_schema() -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of the tables that `Scenario.from_dict` reads.
+    """Return the JSON Schema (draft 2020-12) of scenario files, as a dict.
 
     Editors use the schema to complete and validate scenario files. Keys without a default are
     required only in a file without a preset. The schema does not express conditions on several

@@ -1,4 +1,4 @@
-"""Scenario files in TOML with a comment on every key, and presets."""
+"""Scenario files in TOML: reading, merging with presets, and writing with comments."""
 
 from __future__ import annotations
 
@@ -23,7 +23,16 @@ PRESETS = ("paper", "cubesat_1u", "cubesat_6u", "cubesat_6u_full", "microsatelli
 
 
 def merge_preset(table: Mapping[str, Any]) -> Table:
-    """Merge a table into the preset that it names, if any; see `Scenario.from_dict`."""
+    """Merge a scenario table into the preset that its key ``preset`` names; without this key,
+    return a copy.
+
+    See `Scenario.from_dict` for the rules.
+
+    Raises
+    ------
+    InvalidValue
+        If the preset does not exist.
+    """
     overrides = dict(table)
     if "preset" not in overrides:
         return overrides
@@ -35,10 +44,14 @@ def merge_preset(table: Mapping[str, Any]) -> Table:
 
 
 def merge_table(base: Table, table: Mapping[str, Any]) -> Table:
-    """Merge a table into a complete table, key by key."""
+    """Return a copy of a complete scenario table in which the keys of another table replace or
+    extend entries.
+
+    An orbit of another class replaces the whole orbit, and a list of sensors the whole list.
+    """
     overrides = dict(table)
     if _find_orbit_class(overrides) not in (None, _find_orbit_class(base)):
-        base = {key: base[key] for key in base if key != "orbit"}  # kinds of orbits share no keys
+        base = {key: base[key] for key in base if key != "orbit"}  # Orbit classes share no keys.
     sensors = overrides.get("sensors")
     if isinstance(sensors, list | tuple):
         overrides["sensors"] = [_merge_sensor(entry, base["sensors"]) for entry in sensors]
@@ -46,20 +59,24 @@ def merge_table(base: Table, table: Mapping[str, Any]) -> Table:
 
 
 def _find_orbit_class(table: Table) -> type | None:
-    """Return the class of the orbit in a table; None if it is not determined."""
+    """Return the class of the orbit in a scenario table, or None if the table does not determine
+    it.
+    """
     orbit = table.get("orbit")
     name = ORBITS.get_class_name(orbit) if isinstance(orbit, Mapping) else None
     return ORBITS.classes.get(name) if isinstance(name, str) else None
 
 
 def _merge_sensor(table: Any, preset: list[Table]) -> Any:
-    """Merge a sensor into the preset's sensor of its name and kind, or the only one of its kind."""
+    """Merge a sensor table into the preset's sensor of the same name and kind, or the only one of
+    its kind.
+    """
     if not isinstance(table, Mapping):
         return table
     name, kind = table.get("name"), table.get("kind")
-    same = [one for one in preset if one["name"] == name and kind in (None, one["kind"])]
-    same = same or [one for one in preset if one["kind"] == kind]
-    return {**same[0], **table} if len(same) == 1 else table
+    matches = [each for each in preset if each["name"] == name and kind in (None, each["kind"])]
+    matches = matches or [each for each in preset if each["kind"] == kind]
+    return {**matches[0], **table} if len(matches) == 1 else table
 
 
 def _merge(base: Table, overrides: Mapping[str, Any]) -> Table:
@@ -70,24 +87,31 @@ def _merge(base: Table, overrides: Mapping[str, Any]) -> Table:
     return merged
 
 
-#: Name of the schema for editors in a scenario file's folder: the output of the command ``schema``.
+#: Name of the JSON Schema in the folder of a scenario file, as written by the command ``schema``.
 SCHEMA_FILE = "scenario.schema.json"
 
 _HEADER = f"""\
 #:schema ./{SCHEMA_FILE}
-# Scenario of mgeo-attitude. A file may also start from a preset and say
-# only what differs: preset = {" or ".join(f'"{preset}"' for preset in PRESETS)}
+# Scenario of mgeo-attitude. A file may also start from a preset and contain
+# only the keys that differ: preset = {" or ".join(f'"{preset}"' for preset in PRESETS)}
 """
 
 
 class ScenarioFileError(ValueError):
-    """Scenario file or text that cannot be read; the message names file and place."""
+    """Error for a scenario file or text that cannot be read; the message names the file and the key
+    or line.
+    """
 
 
 def read_toml(source: str | os.PathLike[str]) -> tuple[str, Path, Table]:
-    """Return the display name of a file or text, its folder and its table.
+    """Read TOML from a file or a text, and return its name for messages, its folder and its table.
 
-    See `Scenario.from_toml`.
+    See `Scenario.from_toml` for the parameter.
+
+    Raises
+    ------
+    ScenarioFileError
+        If the source is empty or is not valid TOML.
     """
     is_text = isinstance(source, str) and ("\n" in source or not source.endswith(".toml"))
     origin, folder = ("TOML text", Path()) if is_text else (os.fspath(source), Path(source).parent)
@@ -95,33 +119,34 @@ def read_toml(source: str | os.PathLike[str]) -> tuple[str, Path, Table]:
         text = str(source) if is_text else Path(source).read_text(encoding="utf-8-sig")
         table = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        hint = " (the name of a file ends in .toml)" if is_text else ""
+        hint = " (a file name must end in .toml)" if is_text else ""
         raise ScenarioFileError(f"{origin}{hint}: not TOML: {error}") from None
     if not table:
-        raise ScenarioFileError(f'{origin}: empty; the shortest scenario is preset = "paper"')
+        raise ScenarioFileError(f'{origin}: empty; the shortest scenario is: preset = "paper"')
     return origin, folder, table
 
 
 def to_toml(scenario: Settings, table: Mapping[str, Any], notes: Mapping[str, str]) -> str:
-    """Serialize a scenario's table as TOML.
+    """Return the text of a TOML file for a scenario, with a comment on every key.
 
     Parameters
     ----------
     scenario : Settings
+        Scenario whose fields are described in the comments.
     table : mapping
         Result of `Scenario.to_dict`.
-    notes : mapping
-        Comments below the tables of these keys.
+    notes : mapping of str to str
+        Additional comment at the end of a table, by key.
     """
     head, tables = [_HEADER], []
     for key, value in table.items():
-        part = getattr(scenario, key)
+        settings = getattr(scenario, key)
         if isinstance(value, Mapping):
             meaning = build_schema(type(scenario))["properties"][key]["description"]
-            tables += ["", f"[{key}] # {meaning}", *_format_lines(value, part)]
+            tables += ["", f"[{key}] # {meaning}", *_format_lines(value, settings)]
         elif isinstance(value, list) and isinstance(value[0], Mapping):
-            for entry, own in zip(value, part, strict=True):
-                tables += ["", f"[[{key}]]", *_format_lines(entry, own)]
+            for entry, each in zip(value, settings, strict=True):
+                tables += ["", f"[[{key}]]", *_format_lines(entry, each)]
         else:
             head += _format_lines({key: value}, scenario)
         tables += [f"# {notes[key]}"] if key in notes else []
@@ -129,17 +154,20 @@ def to_toml(scenario: Settings, table: Mapping[str, Any], notes: Mapping[str, st
 
 
 def _format_lines(values: Mapping[str, Any], settings: Any) -> Iterator[str]:
-    """Yield each key and value with a comment on meaning, range and unit."""
+    """Yield one TOML line for each key and value, with a comment on meaning, range and unit."""
     properties = (
         build_schema(type(settings))["properties"] if isinstance(settings, Settings) else {}
     )
     for key, value in values.items():
-        own = getattr(settings, key, None)
-        value = own if isinstance(own, datetime) else value  # TOML has a type for date and time
+        attribute = getattr(settings, key, None)
+        if isinstance(attribute, datetime):  # TOML has a type for date and time.
+            value = attribute
         schema = properties.get(key)
         comment = f" # {schema.get('description', '')}: {describe_schema(schema)}" if schema else ""
         text = f"{_format_value(value)}{comment}"
-        if isinstance(value, list) and isinstance(value[0], list | Mapping):  # one line per row
+        if isinstance(value, list) and isinstance(
+            value[0], list | Mapping
+        ):  # Each row is on its own line.
             rows = (f"  {_format_value(row)},\n" for row in value)
             text = f"[{comment}\n{''.join(rows)}]"
         yield f"{tomlkit.key(key).as_string()} = {text}"

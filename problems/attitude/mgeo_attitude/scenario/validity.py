@@ -1,4 +1,6 @@
-"""Consistency checks between tables of a scenario, warnings, and validity of the covariance."""
+"""Consistency checks across the tables of a scenario, warnings, and validity of the linear
+covariance.
+"""
 
 from __future__ import annotations
 
@@ -24,26 +26,24 @@ from mgeo_attitude.settings.types import Unit, UsualRange
 if TYPE_CHECKING:
     from mgeo_attitude.scenario.scenario import Scenario
 
-_MAX_COUNT = 2**31  # with more steps, any remainder is within the rounding error
-# Bounds on memory: tables of the run exist once, those of the window for each design.
+_MAX_COUNT = 2**31  # With more steps, any remainder is within the rounding error.
+# These bounds limit the memory: arrays over the duration exist once, arrays over the window exist
+# for each design.
 _MAX_STEPS = {"duration": 1_000_000, "convergence.window": 100_000}
-_ROUNDING = 1e-9  # relative; decimal steps such as 0.1 s are not exact in binary
+_ROUNDING = 1e-9  # This is relative: decimal steps such as 0.1 s are not exact in binary.
 
-#: Range of validity of IGRF, which neglects currents outside the Earth: geocentric distance in
-#: Earth radii above which the field of the ring current is significant, and lowest altitude of
-#: orbits [m].
+#: Geocentric distance in Earth radii above which the field of the ring current, which IGRF
+#: neglects, is significant; and lowest altitude of orbits [m].
 _MAX_DISTANCE, _MIN_ALTITUDE = 3.0, 100e3
-#: Number of samples of the orbit for this check.
+#: Number of samples of the orbit for the check of its altitude.
 _SAMPLES = 200
 
 
 def check_consistency(scenario: Scenario, suite: Suite) -> None:
-    """Check that the fields of a scenario are consistent with each other and with the suite.
+    """Raise InvalidValue unless the fields of a scenario are consistent with each other and with
+    the sensor suite.
 
-    Raises
-    ------
-    InvalidValue
-        If a field is inconsistent; the message names the key, its value and the condition.
+    The message names the key, its value and the condition.
     """
     _check_spans(scenario)
     _check_rate(scenario)
@@ -57,65 +57,73 @@ def check_consistency(scenario: Scenario, suite: Suite) -> None:
 
 
 def _check_spans(scenario: Scenario) -> None:
-    """Check that duration and window are multiples of the step and not too long."""
+    """Raise InvalidValue unless duration and convergence window are multiples of the step and not
+    too long.
+    """
     step, window = f"step = {scenario.step!r} s", scenario.convergence.window
     for key, span in (("duration", scenario.duration), ("convergence.window", window)):
         expect(_is_multiple(span, scenario.step), key, span, f"a multiple of {step}")
-        few = round(span / scenario.step) <= _MAX_STEPS[key]
-        expect(few, key, span, f"at most {_MAX_STEPS[key]} times {step}")
+        is_short = round(span / scenario.step) <= _MAX_STEPS[key]
+        expect(is_short, key, span, f"at most {_MAX_STEPS[key]} times {step}")
 
 
 def _check_rate(scenario: Scenario) -> None:
-    """Check that rates are below half a turn per step and within the gyro's range."""
+    """Raise InvalidValue unless the maximum rate is below half a turn per step and in the gyro's
+    range.
+    """
     step = f"step = {scenario.step!r} s"
     rate = scenario.maneuvers.max_rate_deg_s
     # Samples half a turn apart leave the sense of rotation ambiguous.
     fastest = 180.0 / (math.sqrt(3.0) * scenario.step)
-    slow = (
+    expected = (
         f"less than {fastest:.4g}, so that a rotation at this rate about all axes is less than 180 "
         f"deg in {step}; or a step below {180.0 / (math.sqrt(3.0) * rate):.4g} s"
     )
-    expect(rate < fastest, "maneuvers.max_rate_deg_s", rate, slow)
+    expect(rate < fastest, "maneuvers.max_rate_deg_s", rate, expected)
     gyro_range = scenario.gyro.range_deg_per_s
-    within = f"at most gyro.range_deg_per_s = {gyro_range!r}"
-    expect(gyro_range is None or rate <= gyro_range, "maneuvers.max_rate_deg_s", rate, within)
+    expected = f"at most gyro.range_deg_per_s = {gyro_range!r}"
+    expect(gyro_range is None or rate <= gyro_range, "maneuvers.max_rate_deg_s", rate, expected)
 
 
 def _check_samples(scenario: Scenario) -> None:
-    """Check that intervals and window fit in the run, and that the convergence rule applies."""
+    """Raise InvalidValue unless sample intervals and convergence window fit in the duration.
+
+    The convergence rule 'required' also needs required 1-sigmas.
+    """
     step, window = f"step = {scenario.step!r} s", scenario.convergence.window
-    most = f"at most duration = {scenario.duration!r} s"
+    expected = f"at most duration = {scenario.duration!r} s"
     for i, sensor in enumerate(scenario.sensors):
         interval, key = sensor.sample_interval, f"sensors[{i}].sample_interval"
-        fits = interval is None or _is_multiple(interval, scenario.step)
-        expect(fits, key, interval, f"a multiple of {step}")
-        expect((interval or 0.0) <= scenario.duration, key, interval, most)
-    expect(window <= scenario.duration, "convergence.window", window, most)
-    possible = scenario.required_sigma or scenario.convergence.rule != "required"
-    others = "another rule, or a value in required_sigma"
-    expect(possible, "convergence.rule", scenario.convergence.rule, others)
+        is_multiple = interval is None or _is_multiple(interval, scenario.step)
+        expect(is_multiple, key, interval, f"a multiple of {step}")
+        expect((interval or 0.0) <= scenario.duration, key, interval, expected)
+    expect(window <= scenario.duration, "convergence.window", window, expected)
+    is_possible = scenario.required_sigma or scenario.convergence.rule != "required"
+    expected = "another rule, or a value in [required_sigma]"
+    expect(is_possible, "convergence.rule", scenario.convergence.rule, expected)
 
 
 def _check_epoch(scenario: Scenario) -> None:
-    """Check that the field model covers the run, if the scenario needs the field."""
+    """Raise InvalidValue unless the field model covers the run or the scenario does not require the
+    model.
+    """
     epoch, start, end = scenario.epoch, FIELD_MODEL_START, FIELD_MODEL_END
-    inside = start <= epoch <= end and scenario.latest_end <= (end - epoch).total_seconds()
-    late = ", with the largest start delay," if scenario.latest_end > scenario.duration else ""
-    years = (
-        f"a run of duration = {scenario.duration!r} s{late} inside the field model IGRF-14, from "
+    is_covered = start <= epoch <= end and scenario.latest_end <= (end - epoch).total_seconds()
+    delay = ", with the largest start delay," if scenario.latest_end > scenario.duration else ""
+    expected = (
+        f"a run of duration = {scenario.duration!r} s{delay} inside the field model IGRF-14, from "
         f"{start:%Y-%m-%d} to {end:%Y-%m-%d} UTC, or a scenario that does not need the field "
-        "(without magnetometers, coils that rotate the satellite and residual dipole)"
+        "(without magnetometers, magnetorquers that rotate the satellite and residual dipole)"
     )
-    expect(inside or not scenario.needs_field, "epoch", epoch.isoformat(), years)
+    expect(is_covered or not scenario.needs_field, "epoch", epoch.isoformat(), expected)
 
 
 def _check_names(scenario: Scenario) -> None:
     names = [sensor.name for sensor in scenario.sensors]
     expect_unique("sensors[{}].name", names)
     for i, name in enumerate(names):
-        expect(
-            name not in ("gyro", "environment_errors"), f"sensors[{i}].name", name, "another name"
-        )
+        is_free = name not in ("gyro", "environment_errors")
+        expect(is_free, f"sensors[{i}].name", name, "another name, since this name is reserved")
     expect_unique(
         "housekeeping_channels[{}].name",
         [channel.name for channel in scenario.housekeeping_channels],
@@ -123,30 +131,35 @@ def _check_names(scenario: Scenario) -> None:
 
 
 def _check_states(scenario: Scenario, suite: Suite) -> None:
-    """Check that a state has a positive weight, and that a prior has the states of the suite."""
+    """Raise InvalidValue unless an error state has a weight and a prior has the error states of the
+    suite.
+    """
     weights = TraceWeights(scenario.trace_weights)
-    some = any(weights.list_weights(suite.blocks, suite.uncalibrated_blocks))
-    expect(some, "trace_weights", dict(weights), "a weight above 0")
+    has_weight = any(weights.list_weights(suite.blocks, suite.uncalibrated_blocks))
+    expect(has_weight, "trace_weights", dict(weights), "a weight above 0")
     if scenario.prior is not None:
-        blocks, found = suite.blocks[1:], len(scenario.prior.states)
-        same = f"{len(blocks)} rows, of {', '.join(blocks)}"
-        expect(found == len(blocks), "prior.states", f"{found} rows", same)
+        blocks, n_rows = suite.blocks[1:], len(scenario.prior.states)
+        expected = f"{len(blocks)} rows, of {', '.join(blocks)}"
+        expect(n_rows == len(blocks), "prior.states", f"{n_rows} rows", expected)
 
 
 def _check_path_constraints(scenario: Scenario) -> None:
-    """Check that each cone is wider than the margin for the initial attitude error."""
-    for i, limit in enumerate(scenario.path_constraints if scenario.prior is None else ()):
-        room = limit.half_angle_deg if limit.keep_in else 180.0 - limit.half_angle_deg
-        fewest = room / scenario.initial.attitude_deg
-        far = (
-            f"less than {fewest:.4g}: with initial.attitude_deg = "
+    """Raise InvalidValue unless path constraints are feasible with the margin for the initial
+    attitude error.
+    """
+    for i, constraint in enumerate(scenario.path_constraints if scenario.prior is None else ()):
+        half_angle, keep_in = constraint.half_angle_deg, constraint.keep_in
+        available_angle = half_angle if keep_in else 180.0 - half_angle
+        max_sigmas = available_angle / scenario.initial.attitude_deg
+        expected = (
+            f"less than {max_sigmas:.4g}: with initial.attitude_deg = "
             f"{scenario.initial.attitude_deg!r} the margin leaves no attitude "
-            f"{'inside' if limit.keep_in else 'outside'} half_angle_deg = "
-            f"{limit.half_angle_deg!r}"
+            f"{'inside' if keep_in else 'outside'} half_angle_deg = {half_angle!r}"
         )
-        # For a disc, the admissible range depends on its apparent radius.
-        fits = limit.attitude_sigmas < fewest or limit.build_cone().is_disc
-        expect(fits, f"path_constraints[{i}].attitude_sigmas", limit.attitude_sigmas, far)
+        # For the disc of a body, the admissible range depends on its apparent radius.
+        sigmas = constraint.attitude_sigmas
+        is_feasible = sigmas < max_sigmas or constraint.build_cone().is_disc
+        expect(is_feasible, f"path_constraints[{i}].attitude_sigmas", sigmas, expected)
 
 
 def _is_multiple(span: float, step: float) -> bool:
@@ -155,11 +168,16 @@ def _is_multiple(span: float, step: float) -> bool:
 
 
 class ImplausibleValue(UserWarning):
-    """Value that is likely an error: another unit, or outside of the model's range."""
+    """Warning about a value that is likely an error, such as a number in another unit."""
 
 
 def find_implausible_values(scenario: Scenario) -> tuple[str, ...]:
-    """Return a warning for each value that is likely an error; empty if there is none."""
+    """Return a warning text for each value of a scenario that is likely an error; empty if there is
+    none.
+
+    The causes are numbers outside of their usual range, an orbit outside of the range of the field
+    model, and an old element set.
+    """
     return (
         *_find_unusual_values(scenario),
         *_find_invalid_altitude(scenario),
@@ -167,21 +185,20 @@ def find_implausible_values(scenario: Scenario) -> tuple[str, ...]:
     )
 
 
-def _find_unusual_values(settings: Any, place: str = "") -> Iterator[str]:
-    """Yield a warning for each nonzero number outside of its `UsualRange` range."""
+def _find_unusual_values(settings: Any, prefix: str = "") -> Iterator[str]:
+    """Yield a warning text for each nonzero number outside of the `UsualRange` of its field."""
     for name in get_fields(type(settings)):
-        value, key = getattr(settings, name), f"{place}{name}"
+        value, key = getattr(settings, name), f"{prefix}{name}"
         values = value if isinstance(value, tuple) else (value,)
-        usual = get_annotation(type(settings), name, UsualRange)
+        usual_range = get_annotation(type(settings), name, UsualRange)
         unit = get_annotation(type(settings), name, Unit)
         text = f" {unit.text}" if unit else ""
         for i, each in enumerate(values):
             if isinstance(each, Settings):
-                yield from _find_unusual_values(
-                    each, f"{key}[{i}]." if values is value else f"{key}."
-                )
-            elif usual and each and not usual.low <= each <= usual.high:
-                expected = f"the usual range is {usual.low:g} to {usual.high:g}{text}"
+                entry = f"{key}[{i}]" if values is value else key
+                yield from _find_unusual_values(each, f"{entry}.")
+            elif usual_range and each and not usual_range.low <= each <= usual_range.high:
+                expected = f"the usual range is {usual_range.low:g} to {usual_range.high:g}{text}"
                 yield f"{key} = {each:g}{text}: {expected}; check the unit"
                 break
 
@@ -191,13 +208,18 @@ def _find_invalid_altitude(scenario: Scenario) -> Iterator[str]:
         return
     times = np.linspace(0.0, scenario.latest_end, _SAMPLES)
     distance = np.linalg.norm(scenario.orbit.propagate(scenario.epoch, times)[0], axis=1)
-    if (most := float(distance.max()) / EARTH_RADIUS) > _MAX_DISTANCE:
+    largest = float(distance.max()) / EARTH_RADIUS
+    if largest > _MAX_DISTANCE:
         yield (
-            f"orbit: {most:.1f} Earth radii from the Earth's center: above {_MAX_DISTANCE:g}, IGRF is "
-            "inaccurate, since it neglects currents outside the Earth"
+            f"orbit: {largest:.1f} Earth radii from the Earth's center: above {_MAX_DISTANCE:g} "
+            "Earth radii, IGRF is inaccurate, since it neglects currents outside the Earth"
         )
-    if (least := float(distance.min()) - EARTH_RADIUS) < _MIN_ALTITUDE:
-        yield f"orbit: down to {1e-3 * least:.0f} km: nothing orbits below {1e-3 * _MIN_ALTITUDE:g} km"
+    lowest = float(distance.min()) - EARTH_RADIUS
+    if lowest < _MIN_ALTITUDE:
+        yield (
+            f"orbit: down to an altitude of {1e-3 * lowest:.0f} km: no satellite orbits below "
+            f"{1e-3 * _MIN_ALTITUDE:g} km"
+        )
 
 
 def _find_old_element_set(scenario: Scenario) -> Iterator[str]:
@@ -213,7 +235,9 @@ def _find_old_element_set(scenario: Scenario) -> Iterator[str]:
 
 
 class OutsideValidity(UserWarning):
-    """Initial errors of a scenario exceed those for which the filter was found to be consistent."""
+    """Warning about initial errors that exceed the range in which the filter was found to be
+    consistent.
+    """
 
 
 #: Largest initial 1-sigma per axis for which the NEES of the estimator is within its 99 % bounds
@@ -233,33 +257,35 @@ MAX_ORBIT_ERROR_M = 30_000.0
 
 
 def list_validity_ranges(scenario: Scenario) -> list[tuple[str, float, float]]:
-    """Return the initial 1-sigmas that affect the validity of the covariance.
+    """Return the initial 1-sigmas on which the validity of the linear covariance depends, with
+    their upper bounds.
 
     Returns
     -------
     list of tuple
         Key, value, and largest value for which the covariance was found to be consistent.
     """
-    faces = any(isinstance(sensor, Photodiode) for sensor in scenario.sensors)
-    attitude = MAX_PHOTODIODE_ATTITUDE_DEG if faces else MAX_ATTITUDE_DEG
+    has_photodiodes = any(isinstance(sensor, Photodiode) for sensor in scenario.sensors)
+    attitude = MAX_PHOTODIODE_ATTITUDE_DEG if has_photodiodes else MAX_ATTITUDE_DEG
     gyro, key = scenario.gyro, "initial_misalignment_deg"
-    limits = [
+    ranges = [
         ("initial.attitude_deg", scenario.initial.attitude_deg, attitude),
         ("gyro.initial_bias_deg_s", gyro.initial_bias_deg_s, MAX_GYRO_BIAS_DEG_S),
         (f"gyro.{key}", gyro.initial_misalignment_deg, MAX_MISALIGNMENT_DEG),
     ]
     if scenario.environment_errors.has_orbit_error and scenario.needs_field:
-        along = max(scenario.environment_errors.orbit_error_m)
-        limits.append(("environment_errors.orbit_error_m", along, MAX_ORBIT_ERROR_M))
-    return limits + [
+        error = max(scenario.environment_errors.orbit_error_m)
+        ranges.append(("environment_errors.orbit_error_m", error, MAX_ORBIT_ERROR_M))
+    return ranges + [
         (f"sensors[{index}].{key}", getattr(sensor, key, 0.0), MAX_MISALIGNMENT_DEG)
         for index, sensor in enumerate(scenario.sensors)
-        if not isinstance(sensor, Photodiode)  # its signal is linear in the tilt of its normal
+        if not isinstance(sensor, Photodiode)  # Its signal is linear in the tilt of its normal.
     ]
 
 
 def find_validity_violations(scenario: Scenario) -> tuple[str, ...]:
-    """Return the reasons why the linear covariance may be overconfident; empty if there are none.
+    """Return a text for each initial uncertainty for which the linear covariance may be
+    overconfident; empty if there is none.
 
     The initial uncertainties are compared with the ranges of docs/consistency.md, in which one
     uncertainty at a time was varied from the presets. A scenario within the ranges is not
@@ -268,18 +294,19 @@ def find_validity_violations(scenario: Scenario) -> tuple[str, ...]:
     Parameters
     ----------
     scenario : Scenario
+        Scenario without a prior; a calibration leaves smaller errors than the ranges.
 
     Examples
     --------
-    >>> from mgeo_attitude import Scenario, validity
+    >>> from mgeo_attitude import Scenario, find_validity_violations
     >>> wild = Scenario.from_dict({"preset": "paper", "initial": {"attitude_deg": 60.0}})
-    >>> validity(Scenario.paper()), len(validity(wild))
+    >>> find_validity_violations(Scenario.paper()), len(find_validity_violations(wild))
     ((), 1)
     """
-    if scenario.prior is not None:  # a calibration leaves smaller errors than these bounds
+    if scenario.prior is not None:  # A calibration leaves smaller errors than these bounds.
         return ()
     return tuple(
-        f"{key} = {value:g}: the linear covariance was found to be consistent up to {limit:g}"
-        for key, value, limit in list_validity_ranges(scenario)
-        if value > limit
+        f"{key} = {value:g}: the linear covariance was found to be consistent up to {upper_bound:g}"
+        for key, value, upper_bound in list_validity_ranges(scenario)
+        if value > upper_bound
     )

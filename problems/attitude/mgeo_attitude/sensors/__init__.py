@@ -1,4 +1,4 @@
-"""Gyro and sensors: parameters, error models and measurements."""
+"""Gyro and attitude sensors: parameters, error models and measurements."""
 
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.direction_sensors import HorizonSensor, TwoAxisSunSensor
@@ -9,7 +9,7 @@ from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.star_tracker import StarTracker
 from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
 
-#: Sensor classes by the ``kind`` that names them in a scenario file.
+#: Sensor classes by the value of ``kind`` in a scenario file.
 SENSORS: dict[str, type[Sensor]] = {
     cls.kind: cls
     for cls in (SunSensor, TwoAxisSunSensor, Photodiode, HorizonSensor, Magnetometer, StarTracker)

@@ -35,21 +35,24 @@ from mgeo_attitude.settings.types import (
     Unit,
 )
 
-#: Gyro or sensor.
+#: Type variable for a gyro or a sensor.
 Instrument = TypeVar("Instrument")
 
-Boresight = Annotated[Direction, Field(description="boresight, body axes (any length)")]
-#: Least angle between the boresight and a body that blinds a sensor.
+Boresight = Annotated[
+    Direction, Field(description="boresight of the sensor, body axes (any length)")
+]
+#: Smallest angle between the boresight and a body at which a sensor is not blinded [deg].
 Exclusion = Annotated[Degrees | None, Field(ge=0.0, lt=90.0)]
 
 
 @dataclass(frozen=True)
 class Sensor(Settings, ABC):
-    """A sensor that measures a 3-vector or up to three numbers.
+    """Base class of attitude sensors, which measure a 3-vector or up to three numbers.
 
-    A subclass is a frozen dataclass of parameters. The filter requires `states`, `linearize_measurement` and
-    `noise_sigmas`; its kernel is generated from `linearize_measurement`. Simulation and calibration also require the
-    exact model `predict_measurement`.
+    A subclass is a frozen dataclass whose fields are the parameters of the sensor. The filter
+    requires `states`, `linearize_measurement` and `noise_sigmas`, and generates its kernel from
+    `linearize_measurement`. Simulation and calibration also require the exact model
+    `predict_measurement`.
 
     Examples
     --------
@@ -60,9 +63,9 @@ class Sensor(Settings, ABC):
     ...     kind = "direction"
     ...     def states(self):
     ...         return {"bias": 0.01}
-    ...     def measure(self, x, v):
+    ...     def linearize_measurement(self, x, v):
     ...         return v + x.bias
-    ...     def noise(self):
+    ...     def noise_sigmas(self):
     ...         return (1e-3,) * 3
     >>> Direction(name="beacon").states()
     {'bias': 0.01}
@@ -70,36 +73,38 @@ class Sensor(Settings, ABC):
 
     selector: ClassVar[str] = "kind"
     kind: ClassVar[str]
-    #: States that are rotation vectors for `rotation.rotate`; all other states are additive.
+    #: Names of the states that are rotation vectors of `rotation.rotate`; all others are additive.
     rotations: ClassVar[tuple[str, ...]] = ()
     #: Name of the state that is a constant offset of the measurements.
     offset_state: ClassVar[str] = "bias"
-    #: Whether the sensor requires the geomagnetic field model.
+    #: True if the sensor requires the geomagnetic field model.
     needs_field: ClassVar[bool] = True
-    #: Names of the parameters that are 1-sigmas of noise.
+    #: Names of the fields that are noise 1-sigmas.
     noise_parameters: ClassVar[tuple[str, ...]] = ()
-    #: Display units of the states, also of keys in scenario files; missing states have no unit.
+    #: Units of the states for display and for keys in scenario files; a missing state has no unit.
     units: ClassVar[dict[str, Unit]] = {"misalignment": DEG, "latency": SECOND}
-    #: Suffixes of the telemetry columns, which follow the sensor's name and an underscore:
+    #: Suffixes of the telemetry columns, which begin with the sensor's name and an underscore: the
     #: components of a vector, or q1 to q4 of the measured quaternion from GCRF to the body, scalar
-    #: last. The column of a scalar is the sensor's name alone.
+    #: last. The column of a scalar sensor is the sensor's name alone.
     telemetry_suffixes: ClassVar[tuple[str, ...]] = ("x", "y", "z")
-    #: Whether the length of a vector in telemetry is ignored.
+    #: True if measured vectors have unit length, so that their length in telemetry is ignored.
     has_unit_length: ClassVar[bool] = False
-    #: Unit of a vector in telemetry.
+    #: Unit of the vector components in telemetry.
     telemetry_unit: ClassVar[Unit] = DIMENSIONLESS
 
     name: Identifier
-    """name, unique in the suite; prefix of the sensor's states"""
+    """name of the sensor, unique in the scenario; prefix of its error states in tables and
+    columns"""
     sample_interval: Seconds | None = Field(default=None, gt=0.0, kw_only=True)
-    """time between measurements, a multiple of the filter's step; default: every step"""
+    """time between two measurements, a multiple of the filter's step; default: one measurement at
+    every step"""
     considered: tuple[str, ...] = Field(default=(), kw_only=True)
-    """states that the filter considers but does not estimate (Schmidt-Kalman)"""
+    """error states that the filter considers but does not estimate (Schmidt-Kalman filter)"""
     bias_sensitivities: tuple[BiasSensitivity, ...] = Field(default=(), kw_only=True)
-    """housekeeping channels on which the bias or misalignment depends, such as a temperature or a
-    current"""
+    """housekeeping channels, such as a temperature or a current, on which the bias or the
+    misalignment depends"""
     initial_latency_s: Seconds = Field(default=0.0, ge=0.0, kw_only=True)
-    """unknown constant latency of the measurements, 1-sigma; 0 omits the states"""
+    """1-sigma of the unknown constant latency of the measurements; 0 to model no latency"""
 
     def __post_init__(self) -> None:
         check_considered(self.considered, self.states())
@@ -108,15 +113,22 @@ class Sensor(Settings, ABC):
             not self.initial_latency_s or "latency" in self.states(),
             "initial_latency_s",
             self.initial_latency_s,
-            f"0: {self.kind} has no state of this name",
+            f"0, because kind = {self.kind!r} has no latency state",
         )
 
     def latency_states(self) -> dict[str, State]:
-        """Return the state of `initial_latency_s`, if any, for use in `states`."""
+        """Return the error state of the measurement latency, as a dict for use in `states`.
+
+        The dict is empty if `initial_latency_s` is 0.
+        """
         return {"latency": ScalarConstant(self.initial_latency_s)} if self.initial_latency_s else {}
 
     def sensitivity_states(self) -> dict[str, State]:
-        """Return the states of `bias_sensitivities`, for use in `states`."""
+        """Return the initial 1-sigma of each coefficient of `bias_sensitivities`, as a dict for use
+        in `states`.
+
+        The keys are the names of the coefficients' states, such as ``bias_per_temp``.
+        """
         return {
             each.state_name: each.initial_sigma
             / (self.telemetry_unit if each.error == "bias" else DEG).factor
@@ -125,99 +137,137 @@ class Sensor(Settings, ABC):
 
     @abstractmethod
     def states(self) -> Mapping[str, State]:
-        """Return the error states of the sensor, each a 3-vector, by name.
+        """Return the error states of the sensor as a mapping from name to uncertainty model.
+
+        Each error state is a 3-vector.
 
         Returns
         -------
         mapping
-            For a constant its initial 1-sigma, for all axes or per axis; for a time-varying error
-            its process. The state ``delay`` is not passed to `measure` and `measured`, whose
-            attitude and vectors already refer to the time of the measurement.
+            For a constant error, its initial 1-sigma, for all axes or per axis; for a time-varying
+            error, its process. The state ``latency`` is not passed to `linearize_measurement` and
+            `predict_measurement`, whose attitude and vectors already refer to the time of the
+            measurement.
         """
 
     def list_environment_errors(self) -> tuple[str, ...]:
-        """Return the names of the `World.states` that affect the sensor.
+        """Return the names of the environment model errors that affect the measurements of this
+        sensor.
 
-        The errors that the scenario models are attributes of the `x` of `measure` and `measured`.
+        The names are keys of `EnvironmentErrors.states`. Errors that the scenario models are
+        attributes of the argument `x` of `linearize_measurement` and `predict_measurement`.
         """
         return ()
 
     @abstractmethod
     def linearize_measurement(self, x: Any, v: Vec3) -> Any:
-        """Return the measurement error as a linear function of the error state.
+        """Return the measurement error to first order, for given error states and reference vector.
+
+        The result must be linear in `x`, since the filter derives the measurement matrix from it.
 
         Parameters
         ----------
         x : namespace of Vec3
             ``x.theta`` is the attitude error [rad]. Further attributes are the sensor's `states`
-            and the modeled errors of `list_environment_errors`. ``x.reference_change`` is the change of `v` in body axes.
-            ``x.to_body`` rotates a vector from GCRS to body axes. ``x.gradient`` holds the columns
-            of `gradient` in body axes, followed by those of the derivative with respect to the
-            orbit error, if the sensor is affected by it.
+            and the modeled errors of `list_environment_errors`. ``x.reference_change`` is the
+            change of `v` in body axes due to latency. ``x.to_body`` rotates a vector from GCRS to
+            body axes. ``x.gradient`` is the list of the columns of `gradient` in body axes,
+            followed by the columns of the derivative with respect to the orbit error if it affects
+            the sensor.
         v : Vec3
             The `inertial_vector` in body axes.
 
         Returns
         -------
-        Vec3, or a tuple of as many numbers as `noise` has
+        Vec3, or a tuple of as many numbers as `noise_sigmas` returns
         """
 
     def predict_measurement(self, x: Any, v: Any) -> Any:
         """Return the exact noise-free measurement for errors of any size.
 
-        The derivative at zero errors is `measure`. Implementations use only ``+ - * /`` and the
-        functions of `rotation`, since they are evaluated on arrays and on second-order polynomials
-        in the errors (`estimation.taylor`).
+        The derivative at zero errors is `linearize_measurement`. Implementations use only ``+ - *
+        /`` and the functions of `rotation`, since they are evaluated on arrays and on second-order
+        polynomials in the errors (`estimation.taylor`).
 
         Parameters
         ----------
         x : namespace
-            The sensor's `states` and the modeled errors of `list_environment_errors`, shape (..., 3); a state of
-            `rotations` is an argument of `rotate`. ``x.to_body`` and ``x.gradient`` are as in
-            `measure`.
+            The sensor's `states` and the modeled errors of `list_environment_errors`, shape (...,
+            3). A state of `rotations` is an argument of `rotate`. ``x.to_body`` and ``x.gradient``
+            are as in `linearize_measurement`.
         v : array, shape (..., 3)
             The `inertial_vector` in body axes.
 
         Returns
         -------
         array, shape (..., 3), or a tuple of arrays that `innovation` compares
+
+        Raises
+        ------
+        NotImplementedError
+            If the subclass does not define an exact model.
         """
         raise NotImplementedError(
-            f"{type(self).__name__} has no exact measurement model: define `measured` to simulate "
-            "or calibrate the sensor"
+            f"{type(self).__name__} has no exact measurement model: define predict_measurement "
+            "to simulate or calibrate the sensor"
         )
 
     def add_noise(self, measurement: Any, noise: Floats) -> Any:
-        """Add noise to a measurement.
+        """Return a noise-free measurement with given noise added.
 
         Parameters
         ----------
         measurement : array or tuple
-            Result of `measurement`.
+            Result of `predict_measurement`.
         noise : array, shape (..., m)
-            Noise in the axes and unit of `measure`.
+            Noise in the axes and unit of `linearize_measurement`.
+
+        Returns
+        -------
+        array or tuple, in the format of `measurement`
         """
         return measurement + noise
 
     def innovation(self, measured: Any, predicted: Any) -> Any:
-        """Return the difference of two results of `measured`, in the sign and unit of `measure`.
+        """Return the difference between a measurement and its prediction.
 
-        The axes of the m numbers may differ from those of `measure` if the noise is isotropic.
+        Sign and unit are those of `linearize_measurement`. The axes of the m numbers may differ
+        from those of `linearize_measurement` if the noise is isotropic.
+
+        Parameters
+        ----------
+        measured, predicted : array or tuple
+            Results of `predict_measurement`, `measured` with noise.
+
+        Returns
+        -------
+        array, shape (..., m)
         """
         return measured - predicted
 
     @abstractmethod
     def noise_sigmas(self) -> tuple[float, ...]:
-        """Return the 1-sigma of the noise of each number, in the unit of the measurement."""
+        """Return the noise 1-sigma of each measured number, in the unit of the measurement."""
 
     def inertial_vector(self, environment: Environment) -> Floats | None:
-        """Return the reference vector in GCRS, shape (n_steps + 1, 3), or None."""
+        """Return the reference vector that the sensor measures, at each sample, in GCRS axes.
+
+        Parameters
+        ----------
+        environment : Environment
+            Satellite position, Sun direction and geomagnetic field at each sample.
+
+        Returns
+        -------
+        array, shape (n_steps + 1, 3), or None
+            None for a sensor without a reference vector, such as a star tracker.
+        """
         return None
 
     def position_gradient(self, environment: Environment) -> Floats:
-        """Return the derivative of the `inertial_vector` with respect to the position.
+        """Return the derivative of the reference vector with respect to the satellite position.
 
-        Required for sensors that are affected by the orbit error.
+        Only sensors that are affected by the orbit error must define it.
 
         Returns
         -------
@@ -228,11 +278,15 @@ class Sensor(Settings, ABC):
 
     @property
     def n_gradient(self) -> int:
-        """Number of columns of `gradient` that `measure` uses."""
+        """Number of vectors that `gradient` returns for each sample."""
         return 0
 
     def gradient(self, environment: Environment) -> Floats:
-        """Return additional vectors for `measure`, such as derivatives of the `inertial_vector`.
+        """Return the vectors besides the reference vector that the measurement model uses, at each
+        sample.
+
+        Examples are the tangent vectors of a direction sensor and the albedo vector of a
+        photodiode.
 
         Returns
         -------
@@ -242,31 +296,39 @@ class Sensor(Settings, ABC):
         raise NotImplementedError
 
     def list_visibility_cones(self) -> tuple[Cone, ...]:
-        """Return the cones that must contain or exclude directions for a measurement.
+        """Return the cones about body axes that must contain or exclude a direction for a
+        measurement.
 
         A field of view is a cone that must contain the `inertial_vector`.
         """
         return ()
 
     def max_rate(self) -> float:
-        """Return the largest body rate in the step before a measurement [rad/s]."""
+        """Return the largest body rate at which the sensor can measure [rad/s].
+
+        The filter compares it with the body rate in the step before a measurement.
+        """
         return math.inf
 
     def find_available_samples(self, environment: Environment) -> Bools | None:
-        """Return a mask of the samples at which the environment permits a measurement.
+        """Return a boolean array of the samples at which the environment permits a measurement.
 
-        The shape is (n_steps + 1,); None stands for all samples. Cones and rates are evaluated
-        separately.
+        Visibility cones and body rates are evaluated separately.
+
+        Returns
+        -------
+        array of bool, shape (n_steps + 1,), or None
+            None if every sample is available.
         """
         return None
 
 
 def scale_noise(instrument: Instrument, factor: float) -> Instrument:
-    """Return a gyro or sensor with its noise multiplied by a factor."""
+    """Return a copy of a gyro or sensor whose noise parameters are multiplied by a factor."""
 
-    def times(sigma: Any) -> Any:
-        return tuple(map(times, sigma)) if isinstance(sigma, tuple) else factor * sigma
+    def multiply(sigma: Any) -> Any:
+        return tuple(map(multiply, sigma)) if isinstance(sigma, tuple) else factor * sigma
 
     names = instrument.noise_parameters  # type: ignore[attr-defined]
-    changes = {name: times(getattr(instrument, name)) for name in names}
+    changes = {name: multiply(getattr(instrument, name)) for name in names}
     return dataclasses.replace(instrument, **changes)  # type: ignore[type-var]

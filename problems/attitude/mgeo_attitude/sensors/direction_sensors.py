@@ -1,4 +1,4 @@
-"""Sensors that measure a direction by two angles."""
+"""Sensors that measure a direction by two angles: Sun sensor and horizon sensor."""
 
 from __future__ import annotations
 
@@ -34,13 +34,14 @@ if TYPE_CHECKING:
 
 
 class DirectionSensor(VectorSensor):
-    """Sensor of a direction, measured on the tangent plane of the unit vector v.
+    """Base class of sensors that measure the two angles of a direction.
 
-    y = Tᵀ ([v×](θ - μ) + b + w), where the two columns of T are perpendicular to v and the noise w
-    has no component along v. With noise of 1-sigma r, a measurement has the information matrix (I -
-    v vᵀ) / r² with respect to an additive error such as the bias: the component of the bias along v
-    becomes observable only when v changes. The choice of T is arbitrary, since the noise is
-    isotropic.
+    The measurement is on the tangent plane of the unit vector v: y = Tᵀ ([v×](θ - μ) + b + w), with
+    attitude error θ, misalignment μ and bias b. The two columns of T are perpendicular to v, and
+    the noise w has no component along v. With noise of 1-sigma r, a measurement has the information
+    matrix (I - v vᵀ) / r² with respect to an additive error such as the bias: the component of the
+    bias along v becomes observable only when v changes. The choice of T is arbitrary, since the
+    noise is isotropic.
 
     The innovation is a rotation: twice the tangent of half the angle between measured and predicted
     direction, which increases up to opposite directions. Its axes belong to the prediction, since
@@ -57,42 +58,57 @@ class DirectionSensor(VectorSensor):
         return normalize(super().predict_measurement(x, v))
 
     def add_noise(self, measurement: Any, noise: Floats) -> Any:
-        across = sum(axis * noise[..., [k]] for k, axis in enumerate(tangent_vectors(measurement)))
-        return rotate(cross(measurement, across), measurement)
+        tangent_noise = sum(
+            axis * noise[..., [k]] for k, axis in enumerate(tangent_vectors(measurement))
+        )
+        return rotate(cross(measurement, tangent_noise), measurement)
 
     def innovation(self, measured: Any, predicted: Any) -> Any:
-        known = predicted if isinstance(predicted, np.ndarray) else predicted.value.T
-        columns = np.moveaxis(rotate_tangents(known, measured), -2, 0)
-        off = sum(column * predicted[..., [k]] for k, column in enumerate(columns))
-        return -2.0 * off / (1.0 + dot(measured, predicted))
+        predicted_values = predicted if isinstance(predicted, np.ndarray) else predicted.value.T
+        columns = np.moveaxis(rotate_tangents(predicted_values, measured), -2, 0)
+        difference = sum(column * predicted[..., [k]] for k, column in enumerate(columns))
+        return -2.0 * difference / (1.0 + dot(measured, predicted))
 
     @property
     def n_gradient(self) -> int:
         return 2
 
     def gradient(self, environment: Environment) -> Floats:
-        """Return two unit vectors across the direction, divided by the vector's length."""
+        """Return the two unit vectors perpendicular to the reference direction, divided by the
+        length of the reference vector, at each sample.
+        """
         v = self.inertial_vector(environment)
         assert v is not None
-        length = np.linalg.norm(v, axis=1, keepdims=True)  # differs from 1 with albedo
-        across: Floats = np.stack(tangent_vectors(v / length), axis=-1) / length[:, :, None]
-        return across
+        length = np.linalg.norm(v, axis=1, keepdims=True)  # With albedo, it differs from 1.
+        tangents: Floats = np.stack(tangent_vectors(v / length), axis=-1) / length[:, :, None]
+        return tangents
 
 
 def rotate_tangents(v: Floats, w: Floats) -> Floats:
-    """Return axes perpendicular to the unit vector v, rotated with v to w by the smallest rotation.
+    """Return the tangent vectors of the unit vectors v, rotated together with v to w by the
+    smallest rotation.
 
-    The shape is (..., 3, 2).
+    Parameters
+    ----------
+    v, w : array, shape (..., 3)
+        Unit vectors. The tangent vectors are those of `rotation.tangent_vectors`.
+
+    Returns
+    -------
+    array, shape (..., 3, 2)
+        One tangent vector per column.
     """
-    turn = 2.0 * cross(v, w) / (1.0 + dot(v, w))
-    return np.stack([rotate(turn, axis) for axis in tangent_vectors(v)], axis=-1)
+    rotation = 2.0 * cross(v, w) / (1.0 + dot(v, w))
+    return np.stack([rotate(rotation, axis) for axis in tangent_vectors(v)], axis=-1)
 
 
 @dataclass(frozen=True)
 class TwoAxisSunSensor(DirectionSensor, SunSensor):
-    """Sun sensor that measures two angles or a normalized vector; no measurements in eclipse.
+    """Sun sensor that measures the two angles of the Sun direction, or its unit vector, except in
+    eclipse.
 
-    The measured direction is that of R(φ) s + δs; see `DirectionSensor`.
+    The measured direction is that of R(φ) s + δs with Sun direction s, misalignment φ and bias δs;
+    see `DirectionSensor`.
 
     Examples
     --------
@@ -105,30 +121,31 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
 
     name: Identifier = "sun"
     noise_deg: Annotated[Degrees, UsualRange(0.001, 10.0)] = Field(default=0.5, gt=0.0)
-    """noise per sample, 1-sigma of each angle"""
+    """noise of each of the two angles in one sample, 1-sigma"""
 
     def noise_sigmas(self) -> tuple[float, ...]:
         return super().noise_sigmas()[:2]
 
     def predict_measurement(self, x: Any, v: Any) -> Any:
-        """Return the direction to the Sun, rotated by the perpendicular part of the albedo.
+        """Return the measured Sun direction, including the effect of misalignment, bias and albedo.
 
-        The part along the Sun direction changes the angles in second order only and is omitted. In
-        the model, it would scale all other parts, and the maximum a posteriori estimate would
-        shrink them.
+        Only the part of the albedo perpendicular to the Sun direction is used. The part along the
+        Sun direction changes the angles in second order only. In the model, it would scale all
+        other parts, and the maximum a posteriori estimate would shrink them.
         """
-        seen = normalize(VectorSensor.predict_measurement(self, x, v))
+        direction = normalize(VectorSensor.predict_measurement(self, x, v))
         if not hasattr(x, "albedo"):
-            return seen
-        light = x.to_body(x.albedo)
+            return direction
+        albedo = x.to_body(x.albedo)
         if hasattr(x, "misalignment"):
-            light = rotate(x.misalignment, light)
-        return rotate(cross(seen, light / euclidean_norm(v)), seen)
+            albedo = rotate(x.misalignment, albedo)
+        return rotate(cross(direction, albedo / euclidean_norm(v)), direction)
 
 
 @dataclass(frozen=True)
 class HorizonSensor(DirectionSensor):
-    """Horizon sensor, which measures two angles of the Earth's center, day and night.
+    """Horizon sensor, which measures the two angles of the direction to the Earth's center, by day
+    and by night.
 
     An orbit error changes the direction by 0.8 deg per 100 km. Nadir is geocentric: the oblateness
     of the Earth and of its infrared layer is assumed to be corrected, with the residual as part of
@@ -148,20 +165,22 @@ class HorizonSensor(DirectionSensor):
 
     name: Identifier = "horizon"
     noise_deg: Annotated[Degrees, UsualRange(0.001, 10.0)] = Field(default=0.1, gt=0.0)
-    """noise per sample, 1-sigma of each angle"""
+    """noise of each of the two angles in one sample, 1-sigma"""
     initial_misalignment_deg: Misalignment = 0.5
     initial_bias: float = Field(default=0.002, gt=0.0)
-    """initial bias of the unit vector, 1-sigma per axis"""
+    """initial bias of the measured unit vector, 1-sigma per axis"""
     boresight: Boresight = (0.0, 0.0, 1.0)
     half_angle_deg: Degrees = Field(default=180.0, gt=0.0, le=180.0)
-    """half-angle of the cone about the boresight that must contain nadir; 180 for no limit"""
+    """half-angle of the cone about the boresight that must contain nadir; 180 for an unlimited
+    field of view"""
     sun_exclusion_deg: Exclusion = None
-    """least angle between boresight and Sun, in sunlight; default: no limit"""
+    """smallest angle between boresight and Sun, in sunlight, at which the sensor measures; default:
+    any angle"""
     lowest_altitude_km: Annotated[float, Unit("km")] = Field(default=0.0, ge=0.0)
-    """lowest altitude above the equatorial radius at which the sensor measures"""
+    """lowest altitude above the Earth's equatorial radius at which the sensor measures"""
     highest_altitude_km: Annotated[float | None, Unit("km")] = Field(default=None, gt=0.0)
-    """highest altitude above the equatorial radius at which the sensor measures; default: no
-    limit"""
+    """highest altitude above the Earth's equatorial radius at which the sensor measures; default:
+    any altitude"""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -197,8 +216,8 @@ class HorizonSensor(DirectionSensor):
             self.inertial_vector(environment),
             np.linalg.norm(environment.position, axis=1),
         )
-        across = np.eye(3) - n[:, :, None] * n[:, None, :]
-        derivative: Floats = -POSITION_UNIT / distance[:, None, None] * across
+        projection = np.eye(3) - n[:, :, None] * n[:, None, :]
+        derivative: Floats = -POSITION_UNIT / distance[:, None, None] * projection
         return derivative
 
     def list_visibility_cones(self) -> tuple[Cone, ...]:
@@ -212,5 +231,5 @@ class HorizonSensor(DirectionSensor):
     def find_available_samples(self, environment: Environment) -> Bools | None:
         altitude = 1e-3 * (np.linalg.norm(environment.position, axis=1) - EARTH_RADIUS)
         highest = math.inf if self.highest_altitude_km is None else self.highest_altitude_km
-        there: Bools = (altitude >= self.lowest_altitude_km) & (altitude <= highest)
-        return None if there.all() else there
+        available: Bools = (altitude >= self.lowest_altitude_km) & (altitude <= highest)
+        return None if available.all() else available

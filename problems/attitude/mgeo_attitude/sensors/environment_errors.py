@@ -1,4 +1,4 @@
-"""Environment model errors: geomagnetic field, orbit and albedo.
+"""Errors of the environment models: geomagnetic field, orbit and albedo.
 
 Each error is one 3-vector of the error state, shared by all sensors.
 """
@@ -21,28 +21,30 @@ from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
 from mgeo_attitude.settings.types import ARCMIN, NonNegative, Seconds, Triple, Unit
 
-#: Unit of the field inside the filter [nT], so that every state is of order one or less.
+#: Unit of the geomagnetic field in the filter [nT], so that every state is of order one or less.
 FIELD_UNIT_NT = 50_000.0
 NT = Unit("nT", "nt", FIELD_UNIT_NT)
 
-#: Unit of errors of the position inside the filter [m].
+#: Unit of position errors in the filter [m].
 POSITION_UNIT = 1000.0
 
-#: Margin between a Sun measurement and an eclipse, in 1-sigmas of the orbit error: the edge of the
-#: shadow has no derivative that a filter could use.
+#: Margin between a Sun measurement and an eclipse, in 1-sigmas of the orbit error. A filter cannot
+#: linearize the edge of the shadow, so that measurements near the edge are not used.
 ECLIPSE_MARGIN_SIGMAS = 3.0
 
 
 @dataclass(frozen=True)
 class EnvironmentErrors(Settings):
-    """Errors of the models of field, orbit and albedo as Gauss-Markov processes, off by default.
+    """Errors of the geomagnetic field model, the orbit and the albedo model, as Gauss-Markov
+    processes.
 
-    The errors of field and albedo are in GCRS axes.
+    All errors are off by default. The errors of field and albedo are in GCRS axes.
 
     Examples
     --------
-    >>> from mgeo_attitude import World
-    >>> list(World(field_error_nt=150.0, orbit_error_m=(2000.0, 200.0, 200.0)).states())
+    >>> from mgeo_attitude import EnvironmentErrors
+    >>> errors = EnvironmentErrors(field_error_nt=150.0, orbit_error_m=(2000.0, 200.0, 200.0))
+    >>> list(errors.states())
     ['field_error', 'orbit_error']
     """
 
@@ -54,27 +56,29 @@ class EnvironmentErrors(Settings):
     }
 
     field_error_nt: Annotated[float, Unit("nT")] = Field(default=0.0, ge=0.0)
-    """error of the field model, 1-sigma per axis; 0 omits the states"""
+    """error of the geomagnetic field model, 1-sigma per axis; 0 to model no error"""
     field_error_correlation_time: Seconds = Field(default=300.0, gt=0.0)
     """correlation time of the field model error along the orbit"""
     orbit_error_m: Annotated[Triple[NonNegative], Unit("m")] = (0.0, 0.0, 0.0)
-    """error of the position used by the models, 1-sigma along track, across track and radial; zeros
-    omit the states. Sun measurements within 3-sigma of an eclipse's edge are not used"""
+    """error of the satellite position in the environment models, 1-sigma along orbit_error_axes;
+    three zeros to model no error. Sun measurements within 3-sigma of the edge of an eclipse are not
+    used"""
     orbit_error_axes: Literal["orbital", "inertial"] = "orbital"
-    """axes of the position error: along track, across track and radial, or GCRS"""
+    """axes of the position error: 'orbital' for along track, across track and radial, 'inertial'
+    for GCRS"""
     orbit_error_correlation_time: Seconds = Field(default=20000.0, gt=0.0)
     """correlation time of the position error"""
     earth_albedo: float = Field(default=0.0, ge=0.0, le=1.0)
-    """reflectivity of the Earth as a Lambert sphere, for the albedo on Sun sensors; 0 omits the
-    albedo"""
+    """reflectivity of the Earth, modeled as a Lambert sphere, for the mean albedo on Sun sensors
+    and photodiodes; 0 for no albedo"""
     albedo: float = Field(default=0.0, ge=0.0)
-    """error of the albedo model as an error of the Sun's unit vector, 1-sigma per axis; 0 omits the
-    states"""
+    """error of the albedo model, as an error of the measured Sun vector relative to direct
+    sunlight, 1-sigma per axis; 0 to model no error"""
     albedo_correlation_time: Seconds = Field(default=600.0, gt=0.0)
     """correlation time of the albedo error"""
     considered: tuple[str, ...] = ()
-    """error states of the environment models that the filter considers but does not estimate
-    (Schmidt-Kalman)"""
+    """errors that the filter considers but does not estimate (Schmidt-Kalman filter):
+    'field_error', 'orbit_error' or 'albedo'"""
 
     def __post_init__(self) -> None:
         size = self.orbit_error_m
@@ -82,7 +86,12 @@ class EnvironmentErrors(Settings):
         check_considered(self.considered, self.states())
 
     def states(self) -> dict[str, GaussMarkov]:
-        """Return the error states of the environment models; see `Sensor.states`."""
+        """Return the Gauss-Markov process of each environment error with a nonzero 1-sigma, by
+        name.
+
+        The names are ``albedo``, ``field_error`` and ``orbit_error``, in this order. The units are
+        those of the filter's state; see `units`.
+        """
         along, across, radial = (sigma / POSITION_UNIT for sigma in self.orbit_error_m)
         field = self.field_error_nt / FIELD_UNIT_NT
         states = {
@@ -94,64 +103,76 @@ class EnvironmentErrors(Settings):
 
     @property
     def has_orbit_error(self) -> bool:
-        """Whether the position is uncertain, and with it the time of eclipses."""
+        """True if an orbit error is modeled, which also makes the times of eclipses uncertain."""
         return any(self.orbit_error_m)
 
     def apply_to_environment(self, environment: Environment) -> Environment:
-        """Return the environment as the sensor models use it.
+        """Return a copy of the environment with the margin around eclipses and the mean albedo that
+        the sensor models use.
 
-        With an orbit error, samples within `ECLIPSE_MARGIN_SIGMAS` 1-sigmas of an eclipse count as eclipse. With a
-        reflectivity of the Earth, the mean albedo is added.
+        With an orbit error, samples within `ECLIPSE_MARGIN_SIGMAS` 1-sigmas of an eclipse count as
+        eclipse. With a reflectivity of the Earth, the mean albedo vector is added.
         """
         changes: dict[str, Any] = {}
         if self.has_orbit_error and environment.has_eclipses:
             changes["sunlit"] = environment.sunlit & self._sunlight_mask(environment)
         if self.earth_albedo:
-            light = albedo_vector(environment.position, environment.sun)
-            changes["albedo"] = self.earth_albedo * light
+            albedo = albedo_vector(environment.position, environment.sun)
+            changes["albedo"] = self.earth_albedo * albedo
         return dataclasses.replace(environment, **changes) if changes else environment
 
     def _sunlight_mask(self, environment: Environment) -> Bools:
-        """Return a mask of the samples that no likely orbit error moves into the Earth's shadow."""
-        here, sun = environment.position, environment.sun
-        angle = sun_limb_angle(here, sun)
-        axes = np.broadcast_to(np.eye(3), (len(here), 3, 3))
-        off = self.convert_position_gradient(axes, environment) * np.array(self.orbit_error_m)
-        moved = [sun_limb_angle(here + off[:, :, k], sun) - angle for k in range(3)]
-        sure: Bools = angle > ECLIPSE_MARGIN_SIGMAS * np.linalg.norm(moved, axis=0)
-        return sure
+        """Return a boolean array of the samples that no likely orbit error moves into the Earth's
+        shadow.
+        """
+        position, sun = environment.position, environment.sun
+        angle = sun_limb_angle(position, sun)
+        axes = np.broadcast_to(np.eye(3), (len(position), 3, 3))
+        offset = self.convert_position_gradient(axes, environment) * np.array(self.orbit_error_m)
+        angle_change = [sun_limb_angle(position + offset[:, :, k], sun) - angle for k in range(3)]
+        sunlit: Bools = angle > ECLIPSE_MARGIN_SIGMAS * np.linalg.norm(angle_change, axis=0)
+        return sunlit
 
     def displace_position(self, environment: Environment, orbit_error: Floats) -> Environment:
-        """Return the environment at the true position.
+        """Return a copy of the environment in which the satellite is displaced by an orbit error.
 
         Position and eclipses change; field and Sun direction do not.
 
         Parameters
         ----------
         environment : Environment
+            Environment at the nominal position.
         orbit_error : array, shape (n, 3)
             Orbit error at each sample, in units of the filter's state.
+
+        Returns
+        -------
+        Environment
         """
         axes = np.broadcast_to(np.eye(3), (len(orbit_error), 3, 3))
-        off = np.einsum(
+        offset = np.einsum(
             "kij,kj->ki", self.convert_position_gradient(axes, environment), orbit_error
         )
-        there = environment.position + POSITION_UNIT * off
-        lit = (
-            sun_limb_angle(there, environment.sun) > 0.0
+        position = environment.position + POSITION_UNIT * offset
+        sunlit = (
+            sun_limb_angle(position, environment.sun) > 0.0
             if environment.has_eclipses
             else environment.sunlit
         )
-        return dataclasses.replace(environment, position=there, sunlit=lit)
+        return dataclasses.replace(environment, position=position, sunlit=sunlit)
 
     def convert_position_gradient(self, gradient: Floats, environment: Environment) -> Floats:
-        """Convert a derivative by position to a derivative by the orbit error state.
+        """Convert a derivative with respect to the position to a derivative with respect to the
+        orbit error state.
+
+        The two differ in their axes only.
 
         Parameters
         ----------
         gradient : array, shape (n, 3, 3)
             Derivative with respect to the position; columns along GCRS axes.
         environment : Environment
+            Position and velocity at each sample.
 
         Returns
         -------

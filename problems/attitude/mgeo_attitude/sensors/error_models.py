@@ -1,7 +1,7 @@
-"""Error models of gyro, sensors and environment models that enter the error state.
+"""Error models of gyro, sensors and environment models, from which the error state is assembled.
 
-A time-varying error is a first-order Gauss-Markov process. A bias or misalignment may depend on a
-housekeeping channel, such as a temperature or a current.
+A constant error has an initial 1-sigma. A time-varying error is a first-order Gauss-Markov process.
+A bias or misalignment may depend on a housekeeping channel, such as a temperature or a current.
 """
 
 from __future__ import annotations
@@ -24,10 +24,12 @@ from mgeo_attitude.settings.types import Degrees, NonNegative, Unit
 
 @dataclass(frozen=True)
 class GaussMarkov:
-    """Stationary first-order Gauss-Markov process e' = -e / τ + white noise (Ornstein-Uhlenbeck).
+    """Stationary first-order Gauss-Markov (Ornstein-Uhlenbeck) process as the model of a
+    time-varying error.
 
-    In `Sensor.states`, the process replaces the initial 1-sigma of a constant. Its autocorrelation
-    after a time t is exp(-t / τ) (A. Gelb, Applied Optimal Estimation, 1974, section 2.2).
+    The error e follows e' = -e / τ + white noise with correlation time τ. Its autocorrelation after
+    a time t is exp(-t / τ) (A. Gelb, Applied Optimal Estimation, 1974, section 2.2). In
+    `Sensor.states`, the process replaces the initial 1-sigma of a constant.
 
     Attributes
     ----------
@@ -50,17 +52,22 @@ class GaussMarkov:
 
     @property
     def noise_density(self) -> Any:
-        """Power spectral density of the driving noise, one number or one per axis."""
+        """Power spectral density of the driving white noise, as one number or one per axis."""
         return 2.0 * np.square(self.sigma) / self.correlation_time
 
     def discretize(self, duration: Any) -> tuple[Any, Any]:
-        """Return the decay factor over a duration [s] and the variance of the accumulated noise.
+        """Return the decay factor over a duration and the variance of the noise that accumulates.
 
         Parameters
         ----------
         duration : float or array
-            For an array, the results are arrays. If `sigma` differs between axes, the last axis of
-            the array must broadcast with the three axes.
+            Duration [s]. If `sigma` differs between axes, the last axis of an array must broadcast
+            with the three axes.
+
+        Returns
+        -------
+        decay, variance : float or array
+            An error e becomes decay * e plus noise of this variance.
         """
         ratio = duration / self.correlation_time
         return np.exp(-ratio), -np.square(self.sigma) * np.expm1(-2.0 * ratio)
@@ -68,63 +75,70 @@ class GaussMarkov:
 
 @dataclass(frozen=True)
 class ScalarConstant:
-    """Constant error with three nearly equal components, which represents a scalar as a 3-vector.
+    """Model of a scalar constant error, represented by a 3-vector with three nearly equal
+    components.
 
     Attributes
     ----------
     sigma : float
         Initial 1-sigma of each component.
     correlation : float
-        Initial correlation of any two components. Their difference has a 1-sigma of
-        √(2 (1 - correlation)) sigma.
+        Initial correlation of any two components. Their difference has a 1-sigma of √(2 (1 -
+        correlation)) sigma.
     """
 
     sigma: float
     correlation: float = 0.9999
 
 
-#: Model of a state: the initial 1-sigma of a constant, for all axes or per axis, or a process.
+#: Uncertainty model of an error state: the initial 1-sigma of a constant, for all axes or per axis,
+#: or a process.
 State = float | tuple[float, float, float] | GaussMarkov | ScalarConstant
 
 
 def get_initial_sigma(state: State) -> float | tuple[float, float, float]:
-    """Return the initial 1-sigma of a state, for all axes or per axis."""
+    """Return the initial 1-sigma of an error state, as one number for all axes or one per axis."""
     return state.sigma if isinstance(state, GaussMarkov | ScalarConstant) else state
 
 
 @pydantic.dataclasses.dataclass(frozen=True)
 class BiasSensitivity(Settings):
-    """Dependence of a bias or misalignment on a housekeeping channel.
+    """Linear dependence of a bias or misalignment on a housekeeping channel, with an estimated
+    coefficient.
 
-    The error changes by c (u - u₀) with the channel's value u. The coefficient c is a constant
-    3-vector that the filter estimates.
+    The error changes by c (u - u₀) with the channel's value u and the reference value u₀. The
+    coefficient c is a constant 3-vector that the filter estimates.
 
     Examples
     --------
-    >>> from mgeo_attitude import Gyro, Influence
-    >>> list(Gyro(bias_sensitivities=(Influence("temp", 5e-4, "degC", 20.0),)).states())
+    >>> from mgeo_attitude import BiasSensitivity, Gyro
+    >>> list(Gyro(bias_sensitivities=(BiasSensitivity("temp", 5e-4, "degC", 20.0),)).states())
     ['bias', 'bias_per_temp']
     """
 
     channel: str
-    """name of the channel: of a channel of the scenario, or of a telemetry column"""
+    """name of the housekeeping channel in the scenario or of the column in the telemetry"""
     initial_sigma: float = Field(gt=0.0)
-    """1-sigma of the coefficient per axis: change of the error per unit of the channel, in the unit
-    of the initial bias (deg/s, nT, or part of a unit vector) or, for a misalignment, in deg"""
+    """1-sigma of the coefficient per axis: change of the error per unit of the channel. Units of
+    the error: deg/s for the gyro, nT for a magnetometer, 1 for the bias of a unit vector, deg for a
+    misalignment"""
     unit: str = "unit"
     """unit of the channel, for display"""
     reference: float = 0.0
-    """value of the channel at which the error equals the initial error"""
+    """value of the channel at which the coefficient has no effect on the error"""
     error: Literal["bias", "misalignment"] = "bias"
     """error that depends on the channel"""
 
     @property
     def state_name(self) -> str:
-        """Name of the coefficient's state."""
+        """Name of the coefficient's error state, such as ``bias_per_temp``."""
         return f"{self.error}_per_{self.channel}"
 
     def coefficient_unit(self, error: Unit) -> Unit:
-        """Return the unit of the coefficient for an error in a unit."""
+        """Return the unit of the coefficient, given the unit of the bias or misalignment.
+
+        The unit is, for example, ``deg/h per degC``.
+        """
         return Unit(f"{error.text} per {self.unit}", error.suffix, error.factor)
 
 
@@ -134,24 +148,33 @@ def apply_bias_sensitivities(
     channel_deviations: Sequence[Any],
     multiply: Callable[[Any, Any], Any] = lambda value, coefficient: value * coefficient,
 ) -> MutableMapping[str, Any]:
-    """Add the effect of housekeeping channels to the errors of an owner, in place.
+    """Add the effect of housekeeping channels to the bias and misalignment of a gyro or sensor, in
+    place.
 
     Parameters
     ----------
-    influences : sequence of Influence
+    sensitivities : sequence of BiasSensitivity
     errors : mapping
-        States by name. The coefficients are removed, and the errors that depend on them change.
+        Error states by name. The coefficients are removed, and the errors that depend on them
+        change.
     channel_deviations : sequence
-        u - u₀ of each influence, in a shape that broadcasts with the states.
+        Channel minus reference value of each sensitivity, in a shape that broadcasts with the
+        states.
     multiply : function
-        Product of a value and a state.
+        Product of a channel deviation and a coefficient.
+
+    Returns
+    -------
+    mapping
+        The argument `errors`.
     """
-    for influence, value in zip(sensitivities, channel_deviations, strict=True):
-        known, change = errors[influence.error], multiply(value, errors.pop(influence.state_name))
-        if influence.error == "bias" or isinstance(known, Vec3):
-            errors[influence.error] = known + change
+    for sensitivity, deviation in zip(sensitivities, channel_deviations, strict=True):
+        error = errors[sensitivity.error]
+        change = multiply(deviation, errors.pop(sensitivity.state_name))
+        if sensitivity.error == "bias" or isinstance(error, Vec3):
+            errors[sensitivity.error] = error + change
         else:
-            errors[influence.error] = partial(_rotate_twice, known, change)
+            errors[sensitivity.error] = partial(_rotate_twice, error, change)
     return errors
 
 
@@ -160,12 +183,14 @@ def _rotate_twice(last: Any, first: Any, vector: Any) -> Any:
 
 
 def expand_per_axis(sigma: float | tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return one number per axis, where one number may stand for all axes."""
+    """Return a tuple of one number per axis; a single number is repeated three times."""
     return sigma if isinstance(sigma, tuple) else (sigma, sigma, sigma)
 
 
 def select_nonzero(**sigmas: float) -> dict[str, State]:
-    """Return the constants with a nonzero initial 1-sigma."""
+    """Return the keyword arguments with a nonzero value, as a dict of error-state names and initial
+    1-sigmas.
+    """
     return {state: sigma for state, sigma in sigmas.items() if sigma}
 
 
@@ -173,21 +198,21 @@ Misalignment = Annotated[
     Degrees,
     Field(
         ge=0.0,
-        description="initial misalignment, 1-sigma per axis; 0 omits the states: the sensor then "
-        "defines the body axes",
+        description="initial misalignment between sensor and body axes, 1-sigma per axis; 0 to "
+        "model no misalignment: the sensor then defines the body axes",
     ),
 ]
 ScaleFactor = Annotated[
     NonNegative,
-    Field(description="initial scale-factor error, 1-sigma per axis; 0 omits the states"),
+    Field(description="initial scale-factor error, 1-sigma per axis; 0 to model no error"),
 ]
-#: See `vector.shear`.
+#: Half the deviation of two axes from a right angle; see `vector.shear`.
 Nonorthogonality = Annotated[
     Degrees,
     Field(
         ge=0.0,
         description="initial non-orthogonality, half the deviation of two axes from a right angle, "
-        "1-sigma; 0 omits the states",
+        "1-sigma; 0 to model none",
     ),
 ]
 
@@ -195,18 +220,26 @@ Nonorthogonality = Annotated[
 def check_bias_sensitivities(
     sensitivities: Sequence[BiasSensitivity], states: Collection[str], kind: str
 ) -> None:
-    """Raise InvalidValue if an influence is repeated or refers to an error that does not exist."""
-    for i, influence in enumerate(sensitivities):
-        none = f"no influence: {kind} has no {influence.error} that could depend on it"
-        there = {influence.state_name, influence.error} <= set(states)
-        expect(there, f"bias_sensitivities[{i}].channel", influence.channel, none)
-    expect_unique(
-        "bias_sensitivities[{}].channel", [influence.state_name for influence in sensitivities]
-    )
+    """Raise InvalidValue if a bias sensitivity is repeated or refers to an error that the device
+    does not have.
+
+    Parameters
+    ----------
+    sensitivities : sequence of BiasSensitivity
+    states : collection of str
+        Names of the error states of the gyro or sensor.
+    kind : str
+        Name of the device in the message.
+    """
+    for i, sensitivity in enumerate(sensitivities):
+        exists = {sensitivity.state_name, sensitivity.error} <= set(states)
+        expected = f"no bias sensitivity, because {kind} has no {sensitivity.error} state"
+        expect(exists, f"bias_sensitivities[{i}].channel", sensitivity.channel, expected)
+    expect_unique("bias_sensitivities[{}].channel", [each.state_name for each in sensitivities])
 
 
 def check_considered(considered: Sequence[str], states: Collection[str]) -> None:
-    """Raise InvalidValue if a considered state is repeated or unknown."""
+    """Raise InvalidValue if a name of a considered state is repeated or is no error state."""
     expect_unique("considered[{}]", considered)
     for i, state in enumerate(considered):
         if state not in states:

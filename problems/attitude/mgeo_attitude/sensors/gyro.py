@@ -38,14 +38,17 @@ from mgeo_attitude.settings.types import (
     UsualRange,
 )
 
+#: Largest Allan deviation of a Gauss-Markov process, in units of q √T.
 _ALLAN_PEAK = 0.437
 
 
 @dataclass(frozen=True)
 class Gyro(Settings):
-    """Three-axis gyro with the model ω_m = ω + b + v_g.
+    """Three-axis gyro with white rate noise and a bias that follows a random walk or a Gauss-Markov
+    process.
 
-    Errors of scale factor, misalignment and non-orthogonality are optional; see `predict_measurement`.
+    The measured rate is ω_m = ω + b + v_g with body rate ω, bias b and noise v_g. Errors of scale
+    factor, misalignment and non-orthogonality are optional; see `predict_measurement`.
 
     Examples
     --------
@@ -69,47 +72,54 @@ class Gyro(Settings):
     angle_random_walk_deg_per_sqrt_h: Annotated[
         PerAxis[Positive], Unit("deg/sqrt(h)"), UsualRange(5e-5, 5.0)
     ] = 0.01
-    """angle random walk, 1-sigma, for all axes or per axis"""
+    """angle random walk, one number for all axes or one per axis"""
     rate_random_walk: Annotated[PerAxis[NonNegative], Unit("rad/s^1.5")] = 3e-8
-    """rate random walk of the bias, 1-sigma, for all axes or per axis"""
+    """rate random walk of the bias, one number for all axes or one per axis"""
     bias_instability_deg_per_h: Annotated[
         PerAxis[Positive] | None, Unit("deg/h"), UsualRange(1e-4, 100.0)
     ] = None
-    """bias instability, the minimum of the Allan deviation, for all axes or per axis; replaces
-    rate_random_walk"""
+    """bias instability, the minimum of the Allan deviation, one number for all axes or one per
+    axis; replaces rate_random_walk and requires bias_decay"""
     bias_decay: Annotated[float, Unit("1/s")] = Field(default=0.0, ge=0.0)
     """inverse correlation time of the bias; 0 for a random walk"""
     initial_bias_deg_s: DegreesPerSecond = Field(default=0.01, gt=0.0)
     """initial bias, 1-sigma per axis"""
     initial_scale_factor: ScaleFactor = 0.0
     initial_misalignment_deg: Degrees = Field(default=0.0, ge=0.0)
-    """initial misalignment, 1-sigma per axis; 0 omits the states"""
+    """initial misalignment between gyro and body axes, 1-sigma per axis; 0 to model no
+    misalignment"""
     initial_nonorthogonality_deg: Nonorthogonality = 0.0
     range_deg_per_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
-    """largest rate that the gyro measures about an axis; an upper bound on rates of plans"""
+    """largest rate about an axis that the gyro can measure; an upper bound on the rates of plans"""
     quantization_deg_per_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
-    """quantization step of the reported rates, in simulation and calibration"""
+    """quantization step of the measured rates, for simulation and calibration"""
     sample_noise_deg_s: Annotated[
         PerAxis[Positive] | None, Unit("deg/s"), UsualRange(1e-5, 5.0)
     ] = None
-    """noise of each rate sample in addition to the angle random walk, 1-sigma, for all axes or per
-    axis; independent of the sample interval"""
+    """noise of each rate sample in addition to the angle random walk, 1-sigma, one number for all
+    axes or one per axis; independent of the sample interval"""
     considered: tuple[str, ...] = ()
-    """states that the filter considers but does not estimate (Schmidt-Kalman)"""
+    """error states that the filter considers but does not estimate (Schmidt-Kalman filter)"""
     bias_sensitivities: tuple[BiasSensitivity, ...] = ()
-    """housekeeping channels on which the bias depends, such as a temperature or a current"""
+    """housekeeping channels, such as a temperature or a current, on which the bias depends"""
 
     def __post_init__(self) -> None:
         floor = self.bias_instability_deg_per_h
-        lasting = "none without bias_decay: the Allan deviation of a random walk has no floor"
-        expect(not floor or self.bias_decay, "bias_instability_deg_per_h", floor, lasting)
+        expected = (
+            "none without bias_decay, because the Allan deviation of a random walk has no minimum"
+        )
+        expect(not floor or self.bias_decay, "bias_instability_deg_per_h", floor, expected)
         walk = expand_per_axis(self.rate_random_walk)
         expect(all(walk) == any(walk), "rate_random_walk", walk, "all > 0 rad/s^1.5, or all zero")
         check_considered(self.considered, self.states())
         check_bias_sensitivities(self.bias_sensitivities, self.states(), "the gyro")
 
     def states(self) -> dict[str, float]:
-        """Return the initial 1-sigma per axis of each error state (3-vectors, body axes)."""
+        """Return the initial 1-sigma per axis of each error state of the gyro, by name.
+
+        Every state is a 3-vector in body axes. The units are rad/s for the bias, rad for
+        misalignment and non-orthogonality, and 1 for the scale factor.
+        """
         states = {
             "bias": math.radians(self.initial_bias_deg_s),
             "scale_factor": self.initial_scale_factor,
@@ -124,9 +134,11 @@ class Gyro(Settings):
         return {state: sigma for state, sigma in states.items() if sigma}
 
     def convert_sample_noise(self, interval: float) -> Gyro:
-        """Return the gyro with its sample noise converted to angle random walk.
+        """Return a copy of the gyro in which the angle random walk includes the noise of each
+        sample.
 
-        Independent rate errors σ at a sample interval T accumulate to an angle random walk of σ √T.
+        Independent rate errors of 1-sigma σ at a sample interval T accumulate to an angle random
+        walk of σ √T.
 
         Parameters
         ----------
@@ -136,22 +148,23 @@ class Gyro(Settings):
         if self.sample_noise_deg_s is None:
             return self
         walks = expand_per_axis(self.angle_random_walk_deg_per_sqrt_h)
-        each = zip(walks, expand_per_axis(self.sample_noise_deg_s), strict=True)
-        x, y, z = (math.hypot(walk, 60.0 * sigma * math.sqrt(interval)) for walk, sigma in each)
+        pairs = zip(walks, expand_per_axis(self.sample_noise_deg_s), strict=True)
+        x, y, z = (math.hypot(walk, 60.0 * sigma * math.sqrt(interval)) for walk, sigma in pairs)
         return dataclasses.replace(
             self, angle_random_walk_deg_per_sqrt_h=(x, y, z), sample_noise_deg_s=None
         )
 
     def compute_error_derivative(self, x: Any, omega: Vec3) -> dict[str, Vec3]:
-        """Return the time derivative of the error state, equation (2), by state.
+        """Return the time derivative of the attitude error and of the gyro's error states, as a
+        dict by state.
 
-        States that are missing from the result are constant. The channels of `bias_sensitivities` are taken
-        as one.
+        This is equation (2) without noise. States that are missing from the result are constant.
+        Channel deviations of `bias_sensitivities` are taken as one.
 
         Parameters
         ----------
         x : namespace of Vec3
-            ``x.theta`` [rad] and the gyro's `states`.
+            ``x.theta``, the attitude error [rad], and the gyro's `states`.
         omega : Vec3
             Body rate [rad/s].
         """
@@ -162,12 +175,12 @@ class Gyro(Settings):
             theta = theta + cross(omega, x.misalignment)
         if self.initial_nonorthogonality_deg:
             theta = theta - shear_components(omega, x.nonorthogonality)
-        for influence in self.bias_sensitivities:
-            theta = theta - getattr(x, influence.state_name)
+        for sensitivity in self.bias_sensitivities:
+            theta = theta - getattr(x, sensitivity.state_name)
         return {"theta": theta, "bias": -self.bias_decay * x.bias}
 
     def predict_measurement(self, x: Any, omega: Floats) -> Floats:
-        """Return the exact noise-free measured rate [rad/s], shape (..., 3).
+        """Return the measured rate without noise, exact for errors of any size.
 
         ω_m = R(μ) (ω + k ∘ ω + N(η) ω) + b, with misalignment μ, scale factors k and the symmetric
         matrix N of the non-orthogonality η (`vector.shear`).
@@ -178,15 +191,35 @@ class Gyro(Settings):
             The gyro's `states`.
         omega : array, shape (..., 3)
             Body rate ω [rad/s].
+
+        Returns
+        -------
+        array, shape (..., 3)
+            Measured rate ω_m [rad/s].
         """
         rate = self._apply_scale_and_shear(x, omega)
         if self.initial_misalignment_deg:
             rate = rotate(x.misalignment, rate)
-        reported: Floats = rate + x.bias
-        return reported
+        measured: Floats = rate + x.bias
+        return measured
 
     def correct_measurement(self, x: Any, measured: Floats) -> Floats:
-        """Return the body rate for a measured rate; the inverse of `measured`."""
+        """Return the body rate that corresponds to a measured rate, given the errors of the gyro.
+
+        This is the inverse of `predict_measurement`.
+
+        Parameters
+        ----------
+        x : namespace of arrays, shape (..., 3)
+            The gyro's `states`.
+        measured : array, shape (..., 3)
+            Measured rate [rad/s].
+
+        Returns
+        -------
+        array, shape (..., 3)
+            Body rate [rad/s].
+        """
         rate: Any = measured - x.bias
         if self.initial_misalignment_deg:
             rate = unrotate(x.misalignment, rate)
@@ -194,7 +227,7 @@ class Gyro(Settings):
             columns = np.stack(
                 [self._apply_scale_and_shear(x, axis) for axis in np.eye(3)], axis=-1
             )
-            if columns.size == 9:  # the same errors for all rates
+            if columns.size == 9:  # The errors are equal for all rates.
                 rate = np.einsum("ij,...j->...i", np.linalg.inv(columns.reshape(3, 3)), rate)
             else:
                 rate = np.linalg.solve(columns, rate[..., None])[..., 0]
@@ -204,17 +237,21 @@ class Gyro(Settings):
         return corrected
 
     def _apply_scale_and_shear(self, x: Any, rate: Floats) -> Floats:
-        """Return (I + diag(k) + N(η)) ω."""
-        stretched = rate
+        """Return a body rate as measured with the gyro's scale-factor and non-orthogonality errors.
+
+        This is (I + diag(k) + N(η)) ω for the scale factors k and the non-orthogonality η.
+        """
+        scaled = rate
         if self.initial_scale_factor:
-            stretched = stretched + x.scale_factor * rate
+            scaled = scaled + x.scale_factor * rate
         if self.initial_nonorthogonality_deg:
-            stretched = stretched + shear(x.nonorthogonality, rate)
-        return stretched
+            scaled = scaled + shear(x.nonorthogonality, rate)
+        return scaled
 
     @property
     def effective_rate_random_walk(self) -> tuple[float, float, float]:
-        """Rate random walk that drives the bias, per axis [rad/s^1.5].
+        """Rate random walk of the bias per axis [rad/s^1.5], given directly or derived from the
+        bias instability.
 
         The bias instability is the maximum of the Allan deviation of a Gauss-Markov process with
         driving noise q and correlation time T: 0.437 q √T, at 1.89 T (IEEE Std 952-1997, annex
@@ -229,7 +266,13 @@ class Gyro(Settings):
         return x, y, z
 
     def compute_noise_density(self) -> dict[str, list[float]]:
-        """Return the power spectral density of the noise that drives each state, per axis."""
+        """Return the power spectral density of the white noise that drives attitude error and bias.
+
+        Returns
+        -------
+        dict of str to list of float
+            Densities per axis, with the keys ``theta`` [rad²/s] and ``bias`` [rad²/s³].
+        """
         walks = expand_per_axis(self.angle_random_walk_deg_per_sqrt_h)
         return {
             "theta": [(math.radians(walk) / 60.0) ** 2 for walk in walks],
@@ -238,12 +281,13 @@ class Gyro(Settings):
 
 
 def has_axis_dependent_noise(noise_density: Floats) -> bool:
-    """Return whether the noise of a gyro differs between axes.
+    """Return True if the noise of a gyro differs between the three axes.
 
     Parameters
     ----------
     noise_density : array, shape (..., n), n >= 6
-        Diagonal of the process noise density, attitude and bias first; see `Suite.diffusion`.
+        Diagonal of the process noise density, with attitude error and gyro bias first; see
+        `Suite.compute_noise_density`.
     """
     walks = noise_density[..., :6].reshape(*noise_density.shape[:-1], 2, 3)
     return bool(np.ptp(walks, axis=-1).any())

@@ -1,4 +1,4 @@
-"""Measurements of gyro and sensors as arrays, simulated or recorded."""
+"""Measurements of gyro and sensors as arrays, simulated or from telemetry."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.geometry.rotation import rotate
 from mgeo_attitude.sensors.base import Sensor
 
-#: Name of the state of the rate error by gyro noise in the step before a sample [rad/s].
+#: Name of the state for the rate error due to gyro noise in the step before a sample [rad/s].
 RATE_NOISE = "rate_noise"
 
 
 @dataclass(frozen=True)
 class Measurements:
-    """Measurements of a run of n steps.
+    """Gyro and sensor measurements of a run of n filter steps, as arrays.
 
     Attributes
     ----------
@@ -39,46 +39,61 @@ class Measurements:
     sensors: tuple[Floats, ...]
 
     def mask(self, available: Bools) -> Measurements:
-        """Return the measurements at available samples; all others become NaN.
+        """Return a copy in which the sensor measurements at unavailable samples are NaN.
 
         Parameters
         ----------
         available : array of bool, shape (n + 1, n_sensors)
+            Whether each sensor measures at each sample.
         """
-        each = zip(available.T, self.sensors, strict=True)
-        readings = tuple(np.where(there[:, None, None], rows, np.nan) for there, rows in each)
-        return dataclasses.replace(self, sensors=readings)
+        pairs = zip(available.T, self.sensors, strict=True)
+        masked = tuple(np.where(mask[:, None, None], vectors, np.nan) for mask, vectors in pairs)
+        return dataclasses.replace(self, sensors=masked)
 
 
 def stack_measurement(measurement: Any) -> Floats:
-    """Stack the result of `Sensor.measured` into one array, shape (..., k, 3)."""
+    """Stack the vectors of a measurement along the second to last axis of one array.
+
+    Parameters
+    ----------
+    measurement : array or tuple of arrays, shape (..., 3)
+        Result of `Sensor.predict_measurement`.
+
+    Returns
+    -------
+    array, shape (..., k, 3)
+    """
     vectors = measurement if isinstance(measurement, tuple) else (measurement,)
     return np.stack(np.broadcast_arrays(*vectors), axis=-2)
 
 
 def unstack_measurement(array: Floats) -> Any:
-    """Split an array into the form of `Sensor.measured`; the inverse of `stack_measurement`."""
+    """Split an array of stacked vectors into one array, or a tuple of arrays for a sensor with
+    several vectors.
+
+    This is the inverse of `stack_measurement`.
+    """
     vectors = tuple(np.moveaxis(array, -2, 0))
     return vectors if len(vectors) > 1 else vectors[0]
 
 
 def count_vectors(sensor: Sensor) -> int:
-    """Return the number of vectors that a sensor measures.
+    """Return the number of vectors in a measurement of the sensor: 1, or 3 for a star tracker.
 
     Raises
     ------
     NotImplementedError
-        If the sensor does not define `measured`.
+        If the sensor does not define `predict_measurement`.
     """
-    zero, still = dict.fromkeys(sensor.states(), np.zeros(3)), np.zeros(3)
-    looks = [
+    states, rate = dict.fromkeys(sensor.states(), np.zeros(3)), np.zeros(3)
+    reference_vectors = [
         np.array([1.0, 0.0, 0.0]),
         *np.zeros((sensor.n_gradient + len(sensor.latency_states()), 3)),
     ]
     return len(
         stack_measurement(
             sensor.predict_measurement(
-                *apply_latency(sensor, zero, looks, lambda vector: vector, still)
+                *apply_latency(sensor, states, reference_vectors, lambda vector: vector, rate)
             )
         )
     )
@@ -91,19 +106,21 @@ def apply_latency(
     to_body: Callable[[Any], Any],
     rate: Floats,
 ) -> tuple[SimpleNamespace, Any]:
-    """Return the arguments of `Sensor.measured` at the time of a measurement with latency.
+    """Build the arguments of `Sensor.predict_measurement` for the time of a measurement that has
+    latency.
 
     The latency rotates the body back by its rate, and moves the reference vector back by its
     derivative. The three components of the latency, one for each body axis, are nearly equal
-    (`ScalarConstant`). If the rate error `NOISE` is a state, it is added to the rate.
+    (`ScalarConstant`). If the rate error `RATE_NOISE` is a state, it is added to the rate.
 
     Parameters
     ----------
     sensor : Sensor
+        Sensor with or without latency.
     states : mapping
-        States for `Sensor.measured`, and ``delay``.
+        Error states of the sensor, including ``latency`` if it has one.
     reference_vectors : sequence of arrays, shape (..., 3)
-        Reference vectors in GCRS; see `Suite.looks`.
+        Reference vectors in GCRS; see `Suite.list_vector_indices`.
     to_body : function
         Rotation from GCRS to body axes at the time stamp.
     rate : array, shape (..., 3)
@@ -112,40 +129,46 @@ def apply_latency(
     Returns
     -------
     x : SimpleNamespace
+        Error states, rotation to body axes and additional vectors at the time of the measurement.
     v : array, shape (..., 3)
-        Reference vector in body axes.
+        Reference vector in body axes at the time of the measurement.
     """
-    late = states.get("latency")
+    latency = states.get("latency")
     if RATE_NOISE in states:
         rate = rate + states[RATE_NOISE]
 
-    def then(vector: Any) -> Any:
-        turned = to_body(vector)
-        return turned if late is None else rotate(late * rate, turned)
+    def to_body_at_measurement(vector: Any) -> Any:
+        rotated = to_body(vector)
+        return rotated if latency is None else rotate(latency * rate, rotated)
 
-    v, *more = map(then, reference_vectors)
-    if late is not None:
-        v = v - late * more.pop()
-    return SimpleNamespace(**{**states, "to_body": then, "gradient": more}), v
+    v, *gradient = map(to_body_at_measurement, reference_vectors)
+    if latency is not None:
+        v = v - latency * gradient.pop()
+    x = {**states, "to_body": to_body_at_measurement, "gradient": gradient}
+    return SimpleNamespace(**x), v
 
 
 def pad_to_three(numbers: Iterable[Sequence[float] | Floats]) -> Floats:
-    """Return up to three numbers per sensor as an array, shape (s, 3), padded with ones."""
+    """Return an array with one row of three numbers per sensor, where shorter rows are padded with
+    ones.
+    """
     return np.array([[*row, 1.0, 1.0][:3] for row in numbers])
 
 
 def to_telemetry(sensor: Sensor, vectors: Floats) -> Floats:
-    """Convert measurements to telemetry columns, with NaN for missing measurements.
+    """Convert measurements of a sensor to telemetry columns, with NaN for missing measurements.
 
     Parameters
     ----------
     sensor : Sensor
     vectors : array, shape (n, k, 3)
+        Measured vectors, NaN without a measurement.
 
     Returns
     -------
-    array, shape (n, len(channels))
-        Vector components in the channel's unit, or a quaternion as in `quaternions_from_matrices`.
+    array, shape (n, number of `telemetry_suffixes`)
+        Vector components in the `telemetry_unit`, or a quaternion as in
+        `quaternions_from_matrices`.
     """
     if len(sensor.telemetry_suffixes) < 4:
         return vectors[:, 0] * sensor.telemetry_unit.factor
@@ -153,9 +176,19 @@ def to_telemetry(sensor: Sensor, vectors: Floats) -> Floats:
 
 
 def from_telemetry(sensor: Sensor, values: Floats) -> Floats:
-    """Convert telemetry columns to measurements; the inverse of `to_telemetry`.
+    """Convert telemetry columns of a sensor to measurements; the inverse of `to_telemetry`.
 
     Vectors of sensors with `has_unit_length` are normalized.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    values : array, shape (n, number of `telemetry_suffixes`)
+        Telemetry columns, NaN without a measurement.
+
+    Returns
+    -------
+    array, shape (n, k, 3)
     """
     if len(sensor.telemetry_suffixes) < 4:
         length = np.linalg.norm(values, axis=1, keepdims=True) if sensor.has_unit_length else 1.0
@@ -166,8 +199,8 @@ def from_telemetry(sensor: Sensor, values: Floats) -> Floats:
 def _convert_finite_rows(
     values: Floats, shape: int | tuple[int, ...], convert: Callable[[Floats], Floats]
 ) -> Floats:
-    """Convert rows to a new shape; rows with NaN become NaN."""
-    there = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+    """Apply a function to the rows without NaN; the other rows of the result are NaN."""
+    finite = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
     result = np.full((len(values), *np.atleast_1d(shape)), np.nan)
-    result[there] = convert(values[there])
+    result[finite] = convert(values[finite])
     return result

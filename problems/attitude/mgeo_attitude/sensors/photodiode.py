@@ -1,4 +1,4 @@
-"""Photodiode: a scalar sensor of the cosine between its normal and the Sun direction."""
+"""Photodiode: a scalar sensor of the cosine of the angle between normal and Sun direction."""
 
 from __future__ import annotations
 
@@ -23,13 +23,15 @@ from mgeo_attitude.settings.types import Degrees, Direction, Identifier, UsualRa
 
 @dataclass(frozen=True)
 class Photodiode(Sensor):
-    """Cosine-law photodiode, y = (n + e) · s + w, with the error e of the sensitivity n.
+    """Cosine-law photodiode, whose signal is the scalar product of its sensitivity vector and the
+    Sun direction.
 
-    Each photodiode is one sensor. In the diode's axes, whose z axis is the normal, the first two
-    components of e tilt the normal [rad] and the third is the gain error. These are the parameters
-    that are calibrated in orbit (J. C. Springmann, J. W. Cutler, On-Orbit Calibration of
-    Photodiodes for Attitude Determination, Journal of Guidance, Control, and Dynamics 37 (2014)
-    1808-1823).
+    The signal is y = (n + e) · s + w with normal n, Sun direction s, error e of the sensitivity
+    vector and noise w. Each photodiode is one sensor. In the diode's axes, whose z axis is the
+    normal, the first two components of e tilt the normal [rad] and the third is the gain error.
+    These are the parameters that are calibrated in orbit (J. C. Springmann, J. W. Cutler, On-Orbit
+    Calibration of Photodiodes for Attitude Determination, Journal of Guidance, Control, and
+    Dynamics 37 (2014) 1808-1823).
 
     The diode measures while the Sun is within a half-angle of the normal. With `includes_albedo`,
     albedo that arrives in front of the face adds to sunlight.
@@ -49,22 +51,22 @@ class Photodiode(Sensor):
 
     name: Identifier = "diode"
     normal: Direction = (0.0, 0.0, 1.0)
-    """outward normal, body axes (any length)"""
+    """outward normal of the photodiode, body axes (any length)"""
     relative_noise: Annotated[float, UsualRange(1e-4, 0.5)] = Field(default=0.02, gt=0.0)
-    """noise per sample, 1-sigma, relative to the signal with the Sun at the normal"""
+    """noise of one sample, 1-sigma, relative to the signal with the Sun along the normal"""
     initial_scale_factor: Annotated[float, UsualRange(1e-4, 0.5)] = Field(default=0.05, gt=0.0)
     """initial gain error, 1-sigma"""
     initial_misalignment_deg: Degrees = Field(default=2.0, gt=0.0)
     """initial misalignment of the normal, 1-sigma about each transverse axis"""
     half_angle_deg: Degrees = Field(default=70.0, gt=0.0, le=89.0)
-    """largest angle between Sun and normal at which the diode is used; beyond it, albedo and
-    reflections are no longer small compared to the signal"""
+    """largest angle between Sun and normal at which the signal is used; beyond this angle, albedo
+    and reflections are no longer small compared to the signal"""
     includes_albedo: bool = True
-    """whether albedo affects the measurement, if the scenario models it"""
+    """true if albedo affects the measurements, if the scenario models albedo"""
 
     @cached_property
     def axes(self) -> Floats:
-        """Axes of the diode in body axes, row by row, shape (3, 3); the last row is the normal."""
+        """Axes of the diode in body axes, one per row, shape (3, 3); the last row is the normal."""
         return build_frame(np.array(unit_vector(self.normal)))
 
     def states(self) -> dict[str, State]:
@@ -76,26 +78,26 @@ class Photodiode(Sensor):
 
     def linearize_measurement(self, x: Any, v: Vec3) -> Any:
         *_, n = axes = [Vec3(*axis) for axis in self.axes.tolist()]
-        seen, more = v, x.reference_change
+        light, change = v, x.reference_change
         if self.includes_albedo:
-            light = x.gradient[0]
-            before = Vec3(*[_select_front_light(inner(n, light))] * 3)
-            seen = v + componentwise_product(before, light)
+            albedo = x.gradient[0]
+            is_front = Vec3(*[_select_front_light(inner(n, albedo))] * 3)
+            light = v + componentwise_product(is_front, albedo)
             if hasattr(x, "albedo"):
-                more = more + componentwise_product(before, x.to_body(x.albedo))
-        y = inner(n, cross(seen, x.theta) + more)
-        return (sum((e * inner(a, seen) for e, a in zip(x.sensitivity, axes, strict=True)), y),)
+                change = change + componentwise_product(is_front, x.to_body(x.albedo))
+        y = inner(n, cross(light, x.theta) + change)
+        return (sum((e * inner(a, light) for e, a in zip(x.sensitivity, axes, strict=True)), y),)
 
     def predict_measurement(self, x: Any, v: Any) -> Any:
-        """Return the signal of Sun and albedo for a Sun angle within the half-angle."""
+        """Return the signal from Sun and albedo, valid for Sun angles within the half-angle."""
         errors = (x.sensitivity[..., [k]] * axis for k, axis in enumerate(self.axes))
         sensitivity = sum(errors, self.axes[2])
         if self.includes_albedo:
-            light = x.gradient[0]
-            before = _select_front_light(dot(self.axes[2], light))
+            albedo = x.gradient[0]
+            is_front = _select_front_light(dot(self.axes[2], albedo))
             if hasattr(x, "albedo"):
-                light = light + x.to_body(x.albedo)
-            v = v + before * light
+                albedo = albedo + x.to_body(x.albedo)
+            v = v + is_front * albedo
         return dot(sensitivity, v)
 
     def noise_sigmas(self) -> tuple[float, ...]:
@@ -109,9 +111,11 @@ class Photodiode(Sensor):
         return int(self.includes_albedo)
 
     def gradient(self, environment: Environment) -> Floats:
-        """Return the albedo vector, shape (n_steps + 1, 3, 1)."""
-        light, sun = environment.albedo, environment.sun
-        return (np.zeros_like(sun) if light is None else light)[:, :, None]
+        """Return the albedo vector at each sample, shape (n_steps + 1, 3, 1); zero without an
+        albedo model.
+        """
+        albedo, sun = environment.albedo, environment.sun
+        return (np.zeros_like(sun) if albedo is None else albedo)[:, :, None]
 
     def list_visibility_cones(self) -> tuple[Cone, ...]:
         return (
@@ -123,5 +127,9 @@ class Photodiode(Sensor):
 
 
 def _select_front_light(cosine: Any) -> Any:
-    """Return 1 for light in front of a face and 0 otherwise; also for symbols and `TaylorPolynomial`."""
+    """Return 1 for a positive cosine, that is, for light from in front of the face, and 0
+    otherwise.
+
+    The cosine may be an array, a symbol of the code generator or a `TaylorPolynomial`.
+    """
     return choose(cosine.value.T if hasattr(cosine, "value") else cosine, 0.0, 1.0, 0.0)

@@ -24,12 +24,13 @@ _ARCSEC_PER_DEG = 3600.0
 
 @dataclass(frozen=True)
 class StarTracker(Sensor):
-    """Star tracker with small-angle model y = T (θ - μ) + w and misalignment μ.
+    """Star tracker, which measures the attitude with larger noise about the boresight than about
+    the cross axes.
 
-    T rotates from body axes to the tracker's axes, whose z axis is the boresight. The noise about
-    the boresight is larger than about the cross axes. Measurements are in body axes. The tracker
-    measures below a maximum body rate, and while Sun, Moon and the Earth's limb are outside of
-    their exclusion angles from the boresight.
+    The small-angle model is y = T (θ - μ) + w with attitude error θ, misalignment μ and noise w. T
+    rotates from body axes to the tracker's axes, whose z axis is the boresight. Measurements are in
+    body axes. The tracker measures below a maximum body rate, and while Sun, Moon and the Earth's
+    limb are outside of their exclusion angles from the boresight.
 
     Examples
     --------
@@ -58,17 +59,24 @@ class StarTracker(Sensor):
 
     boresight: Boresight = (0.0, 0.0, 1.0)
     max_rate_deg_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
-    """largest body rate at which the tracker measures; default: no limit"""
+    """largest body rate at which the tracker measures; default: any rate"""
     sun_exclusion_deg: Exclusion = None
-    """least angle between boresight and Sun, in sunlight; default: no limit"""
+    """smallest angle between boresight and Sun, in sunlight, at which the tracker measures;
+    default: any angle"""
     earth_exclusion_deg: Exclusion = None
-    """least angle between boresight and the Earth's limb; default: no limit"""
+    """smallest angle between boresight and the Earth's limb at which the tracker measures; default:
+    any angle"""
     moon_exclusion_deg: Exclusion = None
-    """least angle between boresight and Moon; default: no limit"""
+    """smallest angle between boresight and Moon at which the tracker measures; default: any
+    angle"""
 
     @cached_property
     def axes(self) -> Floats:
-        """Axes of the tracker in body axes, row by row (T), shape (3, 3)."""
+        """Axes of the tracker in body axes, one per row, shape (3, 3); the last row is the
+        boresight.
+
+        The array is the matrix T from body axes to the tracker's axes.
+        """
         return build_frame(np.array(unit_vector(self.boresight)))
 
     def states(self) -> dict[str, State]:
@@ -80,17 +88,27 @@ class StarTracker(Sensor):
         return Vec3(*(inner(error, Vec3(*axis)) for axis in self.axes.tolist()))
 
     def predict_measurement(self, x: Any, v: Any) -> tuple[Any, ...]:
-        """Return the axes of GCRS in the body axes that the tracker reports."""
+        """Return the axes of GCRS in the body axes that the tracker reports, as a tuple of three
+        vectors.
+        """
         axes = tuple(map(x.to_body, np.eye(3)))
-        mounted = hasattr(x, "misalignment")
-        return tuple(rotate(x.misalignment, axis) for axis in axes) if mounted else axes
+        if not hasattr(x, "misalignment"):
+            return axes
+        return tuple(rotate(x.misalignment, axis) for axis in axes)
 
     def add_noise(self, measurement: tuple[Any, ...], noise: Floats) -> tuple[Floats, ...]:
-        """Rotate the measured axes by R(-Tᵀ noise), so that the `innovation` equals the noise."""
+        """Rotate the measured axes by the noise, so that the `innovation` equals the noise.
+
+        The rotation is R(-Tᵀ noise).
+        """
         return tuple(unrotate(noise @ self.axes, axis) for axis in measurement)
 
     def innovation(self, measured: tuple[Any, ...], predicted: tuple[Any, ...]) -> Any:
-        """Return T y for the rotation R(-y) from the predicted to the measured axes."""
+        """Return the rotation from the predicted to the measured axes, as a vector in the tracker's
+        axes.
+
+        The result is T y for the rotation R(-y) from the predicted to the measured axes.
+        """
         pairs = list(zip(predicted, measured, strict=True))
         cosines, axis = sum(dot(p, m) for p, m in pairs), sum(cross(p, m) for p, m in pairs)
         y = -2.0 * axis / (1.0 + cosines)

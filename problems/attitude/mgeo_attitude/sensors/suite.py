@@ -1,4 +1,4 @@
-"""Sensor suite with its combined error state: blocks, units and model matrices."""
+"""Sensor suite with its combined error state: state blocks, their units and the model matrices."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ ZERO_VECTOR = Vec3(0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Suite:
-    """A gyro, its aiding sensors, and the environment model errors that affect them.
+    """A gyro, the sensors that aid it, and the environment model errors, combined into one error
+    state.
 
     The error state is a sequence of 3-vectors, called blocks: the attitude error, the gyro's
     states, then the environment model errors, which all sensors share, and the states of each
@@ -44,7 +45,7 @@ class Suite:
     gyro : Gyro
     sensors : tuple of Sensor
         Sensors with unique names.
-    environment_errors : World, optional
+    environment_errors : EnvironmentErrors, optional
         Environment model errors.
 
     Examples
@@ -61,98 +62,127 @@ class Suite:
 
     @cached_property
     def error_sources(self) -> dict[str, ErrorSource]:
-        """Gyro, environment models and sensors by the names that prefix their blocks."""
+        """Gyro, environment model errors and sensors, as a dict by the name that prefixes their
+        blocks.
+        """
         sensors = {sensor.name: sensor for sensor in self.sensors}
         return {"gyro": self.gyro, "environment_errors": self.environment_errors, **sensors}
 
     @cached_property
     def blocks(self) -> tuple[str, ...]:
-        """Names of the 3-vectors of the state, in order, such as ``attitude`` and ``gyro.bias``."""
+        """Names of the blocks (3-vectors) of the error state, in order, such as ``attitude`` and
+        ``gyro.bias``.
+        """
         return tuple(self.units)
 
     @cached_property
     def units(self) -> dict[str, Unit]:
-        """Unit of each block for display and scenario files, in the order of `blocks`."""
+        """Unit of each block for display and scenario files, as a dict in the order of the error
+        state.
+        """
         units = {
             f"{name}.{state}": unit
-            for name, owner in self.error_sources.items()
-            for state, unit in list_units(owner).items()
+            for name, source in self.error_sources.items()
+            for state, unit in list_units(source).items()
         }
-        first = (*(f"gyro.{state}" for state in self.gyro.states()), *self.processes)
-        return {"attitude": DEG} | {block: units[block] for block in first} | units
+        leading = (*(f"gyro.{state}" for state in self.gyro.states()), *self.processes)
+        return {"attitude": DEG} | {block: units[block] for block in leading} | units
 
     @cached_property
     def block_slices(self) -> dict[str, slice]:
-        """Slice of the three states of each block."""
+        """Slice of each 3-vector block in the error state, as a dict by block name."""
         return {block: slice(3 * i, 3 * i + 3) for i, block in enumerate(self.blocks)}
 
     @cached_property
     def states(self) -> dict[str, State]:
-        """Initial 1-sigma or process of each block but the attitude."""
+        """Initial 1-sigma or Gauss-Markov process of each 3-vector block, as a dict by block name.
+
+        The attitude is left out, because its initial 1-sigma belongs to the scenario.
+        """
         return {
             f"{name}.{state}": value
-            for name, owner in self.error_sources.items()
-            for state, value in owner.states().items()
+            for name, source in self.error_sources.items()
+            for state, value in source.states().items()
         }
 
     @property
     def n_states(self) -> int:
+        """Number of components of the error state."""
         return 3 * len(self.blocks)
 
     @property
     def n_kinematic(self) -> int:
-        """Number of leading states of the attitude kinematics: attitude and gyro."""
+        """Number of leading components of the error state for the attitude kinematics: attitude
+        error and gyro.
+        """
         return 3 * (1 + len(self.gyro.states()))
 
     @property
     def n_dynamic(self) -> int:
-        """Number of leading states with dynamics: attitude, gyro and Gauss-Markov errors."""
+        """Number of leading components of the error state with dynamics: attitude, gyro and
+        Gauss-Markov errors.
+        """
         return self.n_kinematic + 3 * len(self.processes)
 
     @cached_property
     def processes(self) -> dict[str, GaussMarkov]:
-        """Gauss-Markov processes by block; their states follow the kinematic ones."""
+        """Gauss-Markov processes, as a dict by block name; their states follow those of attitude
+        and gyro.
+        """
         return {b: value for b, value in self.states.items() if isinstance(value, GaussMarkov)}
 
     @cached_property
     def considered_blocks(self) -> tuple[str, ...]:
-        """Blocks that the filter considers but does not estimate (Schmidt-Kalman)."""
-        owners = self.error_sources.items()
-        return tuple(f"{name}.{state}" for name, owner in owners for state in owner.considered)
+        """Names of the error-state blocks that the filter considers but does not estimate
+        (Schmidt-Kalman).
+        """
+        sources = self.error_sources.items()
+        return tuple(f"{name}.{state}" for name, source in sources for state in source.considered)
 
     @cached_property
     def considered_indices(self) -> Ints:
-        """State indices of the considered blocks."""
+        """Indices of the error-state components that the filter considers but does not estimate."""
         return self._list_state_indices(self.considered_blocks)
 
     @cached_property
     def uncalibrated_blocks(self) -> frozenset[str]:
-        """Blocks that no plan reduces permanently: Gauss-Markov errors and considered blocks."""
+        """Names of the error-state blocks that no plan can reduce permanently.
+
+        These are the Gauss-Markov errors and the considered blocks.
+        """
         return frozenset((*self.processes, *self.considered_blocks))
 
     @cached_property
     def calibrated_indices(self) -> Ints:
-        """State indices of the blocks that are not `uncalibrated`."""
+        """Indices of the error-state components that a plan can reduce permanently.
+
+        Gauss-Markov errors and considered states are left out.
+        """
         return self._list_state_indices(
             [block for block in self.blocks if block not in self.uncalibrated_blocks]
         )
 
     def count_gradient_vectors(self, sensor: Sensor) -> int:
-        """Return the number of vectors of `gradient` for a sensor."""
+        """Return the number of vectors besides the reference vector that a sensor's measurement
+        model uses.
+
+        These are the auxiliary vectors of `compute_gradient`.
+        """
         orbit = 3 * ("orbit_error" in self.list_blocks(sensor))
         return sensor.n_gradient + orbit + len(sensor.latency_states())
 
     def compute_gradient(self, sensor: Sensor, environment: Environment) -> Floats:
-        """Return the additional reference vectors of a sensor.
+        """Return the vectors besides the reference vector that a sensor's measurement model uses,
+        at each sample.
 
-        These are the columns of `Sensor.gradient`, then the derivatives with respect to the orbit
-        error, if the sensor is affected by it, and last, for a sensor with latency, the time
-        derivative of its reference vector.
+        These auxiliary vectors are the columns of `Sensor.gradient`, then the derivatives with
+        respect to the orbit error if it affects the sensor, and last, for a sensor with latency,
+        the time derivative of its reference vector.
 
         Returns
         -------
-        array, shape (n_steps + 1, n_gradient, 3)
-            GCRS axes.
+        array, shape (n_steps + 1, k, 3)
+            GCRS axes; k is the result of `count_gradient_vectors`.
         """
         parts = [np.zeros((len(environment.times), 3, 0))]
         if sensor.n_gradient:
@@ -171,85 +201,121 @@ class Suite:
 
     @cached_property
     def n_vectors(self) -> int:
-        """Number of reference vectors: one per sensor, then the vectors of all gradients."""
+        """Number of inertial vectors that the sensors use per sample: reference and auxiliary
+        vectors.
+        """
         return len(self.sensors) + sum(map(self.count_gradient_vectors, self.sensors))
 
     def gradient_rows(self, index: int) -> slice:
-        """Return the slice of a sensor's `gradient` among the reference vectors."""
+        """Return the slice of one sensor's auxiliary vectors in the array of all sensors' inertial
+        vectors.
+
+        The array begins with the reference vectors of all sensors.
+
+        Parameters
+        ----------
+        index : int
+            Index of the sensor.
+        """
         first = len(self.sensors) + sum(map(self.count_gradient_vectors, self.sensors[:index]))
         return slice(first, first + self.count_gradient_vectors(self.sensors[index]))
 
     def list_vector_indices(self, index: int) -> list[int]:
-        """Return the indices of all reference vectors of a sensor."""
+        """Return the indices of one sensor's vectors in the array of all sensors' inertial vectors.
+
+        The first index is that of the reference vector; those of the auxiliary vectors follow.
+        """
         rows = self.gradient_rows(index)
         return [index, *range(rows.start, rows.stop)]
 
     @cached_property
     def sensitivities_by_key(self) -> dict[str, BiasSensitivity]:
-        """Influences of the gyro and of the sensors, by key in a scenario."""
-        places: dict[str, Gyro | Sensor] = {"gyro": self.gyro}
-        places |= {f"sensors[{i}]": sensor for i, sensor in enumerate(self.sensors)}
+        """Bias sensitivities to housekeeping channels of gyro and sensors, as a dict by scenario
+        key.
+
+        A key is, for example, ``gyro.bias_sensitivities[0]``.
+        """
+        sources: dict[str, Gyro | Sensor] = {"gyro": self.gyro}
+        sources |= {f"sensors[{i}]": sensor for i, sensor in enumerate(self.sensors)}
         return {
-            f"{place}.bias_sensitivities[{i}]": influence
-            for place, owner in places.items()
-            for i, influence in enumerate(owner.bias_sensitivities)
+            f"{key}.bias_sensitivities[{i}]": sensitivity
+            for key, source in sources.items()
+            for i, sensitivity in enumerate(source.bias_sensitivities)
         }
 
     def find_sensitivity_columns(self, source: Gyro | Sensor) -> slice:
-        """Return the slice of the influences of a gyro or sensor among all influences."""
+        """Return the slice of one gyro's or sensor's bias sensitivities among all bias
+        sensitivities of the suite.
+
+        The result of `compute_channel_deviations` has one column per bias sensitivity.
+        """
         first = 0
         if isinstance(source, Sensor):
-            place = [sensor.name for sensor in self.sensors].index(source.name)
-            before: list[Gyro | Sensor] = [self.gyro, *self.sensors[:place]]
-            first = sum(len(each.bias_sensitivities) for each in before)
+            index = [sensor.name for sensor in self.sensors].index(source.name)
+            earlier: list[Gyro | Sensor] = [self.gyro, *self.sensors[:index]]
+            first = sum(len(each.bias_sensitivities) for each in earlier)
         return slice(first, first + len(source.bias_sensitivities))
 
     def compute_channel_deviations(self, channels: Mapping[str, Floats], n: int) -> Floats:
-        """Return channel minus reference value of all influences, shape (n, n_influences).
+        """Return the value of a housekeeping channel minus its reference value, for each sample and
+        bias sensitivity.
 
-        The gyro's factors are means over the step before each sample.
+        The deviations for the gyro are means over the step before each sample.
 
         Parameters
         ----------
         channels : mapping
-            Values of each channel, shape (n,).
+            Values of each housekeeping channel at every sample, shape (n,).
         n : int
             Number of samples.
+
+        Returns
+        -------
+        array, shape (n, number of bias sensitivities)
         """
         columns = [
             channels[each.channel] - each.reference for each in self.sensitivities_by_key.values()
         ]
         values: Floats = np.column_stack(columns) if columns else np.zeros((n, 0))
-        own = slice(len(self.gyro.bias_sensitivities))
-        values[1:, own] = 0.5 * (values[1:, own] + values[:-1, own])
+        gyro = slice(len(self.gyro.bias_sensitivities))
+        values[1:, gyro] = 0.5 * (values[1:, gyro] + values[:-1, gyro])
         return values
 
     @cached_property
     def rotation_indices(self) -> tuple[int, ...]:
-        """First state index of each block that is a rotation, the attitude first."""
-        owners: tuple[Gyro | Sensor, ...] = (self.gyro, *self.sensors)
-        placed = (
-            (state, first, o) for o in owners for state, first in self.get_first_indices(o).items()
+        """Index of the first component of each rotation vector in the error state, the attitude
+        first.
+        """
+        sources: tuple[Gyro | Sensor, ...] = (self.gyro, *self.sensors)
+        indices = (
+            first
+            for source in sources
+            for state, first in self.get_first_indices(source).items()
+            if state in source.rotations
         )
-        return (0, *(first for state, first, owner in placed if state in owner.rotations))
+        return (0, *indices)
 
     def list_blocks(self, source: Gyro | Sensor) -> dict[str, str]:
-        """Return the blocks of a gyro, or the blocks that affect a sensor, by state.
+        """Return the names of the error-state blocks that affect a gyro or sensor, as a dict by
+        state name.
 
-        The blocks of a sensor are its own and those of the environment model errors that affect it.
+        The blocks of a sensor are its own and those of the environment model errors that affect the
+        sensor.
         """
         if isinstance(source, Gyro):
             return {state: f"gyro.{state}" for state in source.states()}
-        seen = {state: f"environment_errors.{state}" for state in source.list_environment_errors()}
-        seen = {state: block for state, block in seen.items() if block in self.block_slices}
-        return {state: f"{source.name}.{state}" for state in source.states()} | seen
+        shared = {name: f"environment_errors.{name}" for name in source.list_environment_errors()}
+        shared = {name: block for name, block in shared.items() if block in self.block_slices}
+        return {state: f"{source.name}.{state}" for state in source.states()} | shared
 
     def get_first_indices(self, source: Gyro | Sensor) -> dict[str, int]:
-        """Return the first state index of each of `blocks_of`, by state."""
+        """Return the index of the first component of each block that affects a gyro or sensor, as a
+        dict by state name.
+        """
         return {state: self.block_slices[b].start for state, b in self.list_blocks(source).items()}
 
     def initial_sigma(self, attitude_sigma: float) -> Floats:
-        """Return the initial 1-sigma of every state, shape (n_states,).
+        """Return the initial 1-sigma of every error-state component, shape (n_states,).
 
         Parameters
         ----------
@@ -263,12 +329,12 @@ class Suite:
 
     @cached_property
     def initial_correlation(self) -> Floats:
-        """Initial correlation of the errors, shape (n_states, n_states)."""
+        """Initial correlation matrix of the error state, shape (n_states, n_states)."""
         correlation = np.eye(self.n_states)
         for block, value in self.states.items():
             if isinstance(value, ScalarConstant):
-                own = self.block_slices[block]
-                correlation[own, own] += value.correlation * (1.0 - np.eye(3))
+                rows = self.block_slices[block]
+                correlation[rows, rows] += value.correlation * (1.0 - np.eye(3))
         return correlation
 
     def apply_measurement_matrix(
@@ -281,7 +347,10 @@ class Suite:
         rate: Vec3 = ZERO_VECTOR,
         channel_deviations: Sequence[Any] = (),
     ) -> tuple[Any, ...]:
-        """Multiply a sensor's measurement matrix H by a column of states; see `Sensor.measure`.
+        """Return the product of a sensor's measurement matrix H and an error state.
+
+        Numbers, arrays or symbols of the code generator are possible; see
+        `Sensor.linearize_measurement`.
 
         Parameters
         ----------
@@ -293,25 +362,31 @@ class Suite:
         to_body : function
             Rotation from GCRS to body axes; default: identity.
         gradient : sequence of Vec3
-            Vectors of `gradient` in body axes.
+            Vectors of `compute_gradient` in body axes.
         rate : Vec3
-            Body rate [rad/s], for sensors with latency; see `readings.taken`.
+            Body rate [rad/s], for sensors with latency; see `measurements.apply_latency`.
         channel_deviations : sequence
             The sensor's columns of `compute_channel_deviations`.
+
+        Returns
+        -------
+        tuple
+            One entry for each of the m numbers that the sensor measures.
         """
-        own = {
-            s: self._select_block(column, block) for s, block in self.list_blocks(sensor).items()
+        errors = {
+            state: self._select_block(column, block)
+            for state, block in self.list_blocks(sensor).items()
         }
         theta, reference_change = self._select_block(column, "attitude"), ZERO_VECTOR
-        if late := own.pop("latency", None):
+        if latency := errors.pop("latency", None):
             *gradient, change = gradient
             theta, reference_change = (
-                theta - componentwise_product(late, rate),
-                -componentwise_product(late, change),
+                theta - componentwise_product(latency, rate),
+                -componentwise_product(latency, change),
             )
         apply_bias_sensitivities(
             sensor.bias_sensitivities,
-            own,
+            errors,
             channel_deviations,
             lambda u, c: componentwise_product(Vec3(u, u, u), c),
         )
@@ -320,20 +395,32 @@ class Suite:
             reference_change=reference_change,
             to_body=to_body,
             gradient=gradient,
-            **own,
+            **errors,
         )
         return tuple(sensor.linearize_measurement(x, v))
 
     def apply_dynamics(self, column: Sequence[Any], omega: Vec3) -> list[Any]:
-        """Apply the dynamics of equation (2) to the `n_kinematic` leading states."""
-        own = {state: self._select_block(column, f"gyro.{state}") for state in self.gyro.states()}
+        """Return the time derivative of the attitude and gyro states, as a list of `n_kinematic`
+        entries.
+
+        This is equation (2) without noise. Numbers, arrays or symbols of the code generator are
+        possible.
+
+        Parameters
+        ----------
+        column : sequence
+            Error state; only the first `n_kinematic` entries are used.
+        omega : Vec3
+            Body rate [rad/s].
+        """
+        errors = {s: self._select_block(column, f"gyro.{s}") for s in self.gyro.states()}
         rates = self.gyro.compute_error_derivative(
-            SimpleNamespace(theta=self._select_block(column, "attitude"), **own), omega
+            SimpleNamespace(theta=self._select_block(column, "attitude"), **errors), omega
         )
-        return [entry for state in ("theta", *own) for entry in rates.get(state, ZERO_VECTOR)]
+        return [entry for state in ("theta", *errors) for entry in rates.get(state, ZERO_VECTOR)]
 
     def dynamics_matrix(self, omega: Floats, channel_deviations: Sequence[float] = ()) -> Floats:
-        """Return A in x' = A x for the dynamic states at a body rate.
+        """Return the dynamics matrix A of the error state at a body rate, for x' = A x.
 
         Parameters
         ----------
@@ -341,6 +428,11 @@ class Suite:
             Body rate [rad/s].
         channel_deviations : sequence of float
             The gyro's columns of `compute_channel_deviations`; default: ones.
+
+        Returns
+        -------
+        array, shape (n_dynamic, n_dynamic)
+            Attitude, gyro and Gauss-Markov errors; all further states are constant.
         """
         A, k = np.zeros((self.n_dynamic, self.n_dynamic)), self.n_kinematic
         for j, unit in enumerate(np.eye(k)):
@@ -362,17 +454,18 @@ class Suite:
         rate: Floats | None = None,
         channel_deviations: Sequence[Any] = (),
     ) -> Floats:
-        """Return the measurement matrix H of a sensor.
+        """Return the measurement matrix H of a sensor with respect to the whole error state.
 
         Parameters
         ----------
         sensor : Sensor
+            Sensor of the suite.
         v : array, shape (..., 3)
             Reference vector in body axes.
         attitude : array, shape (..., 3, 3), optional
-            GCRS to body; default: identity.
+            Attitude matrix, GCRS to body; default: identity.
         gradient : sequence of arrays, shape (..., 3)
-            Vectors of `gradient` in body axes.
+            Vectors of `compute_gradient` in body axes.
         rate : array, shape (..., 3), optional
             Body rate [rad/s]; default: zero.
         channel_deviations : sequence of floats or arrays, shape (...)
@@ -387,21 +480,28 @@ class Suite:
         components = Vec3(*np.moveaxis(v, -1, 0))
         columns = [Vec3(*np.moveaxis(column, -1, 0)) for column in gradient]
         C = np.eye(3) if attitude is None else attitude
-        turning = ZERO_VECTOR if rate is None else Vec3(*np.moveaxis(rate, -1, 0))
+        body_rate = ZERO_VECTOR if rate is None else Vec3(*np.moveaxis(rate, -1, 0))
 
         def to_body(vector: Vec3) -> Vec3:
             return Vec3(*(sum(C[..., i, k] * vk for k, vk in enumerate(vector)) for i in range(3)))
 
         for j, unit in enumerate(np.eye(self.n_states)):
             y = self.apply_measurement_matrix(
-                sensor, components, list(unit), to_body, columns, turning, channel_deviations
+                sensor, components, list(unit), to_body, columns, body_rate, channel_deviations
             )
             for i, entry in enumerate(y):
                 H[..., i, j] = entry
         return H
 
     def compute_noise_density(self) -> Floats:
-        """Return the diagonal of the dynamic states' process noise density, shape (n_dynamic,)."""
+        """Return the power spectral density of the white noise that drives each dynamic error-state
+        component.
+
+        Returns
+        -------
+        array, shape (n_dynamic,)
+            Diagonal of the process noise density, in squared filter units per second.
+        """
         density = self.gyro.compute_noise_density()
         gyro = [density.get(state, (0.0,) * 3) for state in ("theta", *self.gyro.states())]
         varying = [np.broadcast_to(each.noise_density, 3) for each in self.processes.values()]
@@ -409,29 +509,43 @@ class Suite:
 
     @property
     def gyro_sensitivity_slices(self) -> tuple[slice, ...]:
-        """Slice of the states of each of the gyro's influences."""
+        """Slice of the error state for the coefficient of each of the gyro's bias sensitivities."""
         return tuple(
             self.block_slices[f"gyro.{each.state_name}"] for each in self.gyro.bias_sensitivities
         )
 
     def _list_state_indices(self, blocks: Iterable[str]) -> Ints:
-        every = np.arange(self.n_states).reshape(-1, 3)
-        return every[[self.blocks.index(block) for block in blocks]].ravel()
+        indices = np.arange(self.n_states).reshape(-1, 3)
+        return indices[[self.blocks.index(block) for block in blocks]].ravel()
 
     def _select_block(self, column: Sequence[Any], name: str) -> Vec3:
         return Vec3(*column[self.block_slices[name]])
 
 
 def list_units(source: ErrorSource) -> dict[str, Unit]:
-    """Return the unit of each state of a gyro, sensor or environment model, by state."""
+    """Return the unit of each error state of a gyro, a sensor or the environment models, as a dict
+    by state name.
+    """
     units = {state: source.units.get(state, DIMENSIONLESS) for state in source.states()}
-    for influence in () if isinstance(source, EnvironmentErrors) else source.bias_sensitivities:
-        units[influence.state_name] = influence.coefficient_unit(units[influence.error])
+    if not isinstance(source, EnvironmentErrors):
+        for sensitivity in source.bias_sensitivities:
+            error_unit = units[sensitivity.error]
+            units[sensitivity.state_name] = sensitivity.coefficient_unit(error_unit)
     return units
 
 
 class BlockUnit(NamedTuple):
-    """Label and display unit of a state block; `factor` converts from the filter's unit."""
+    """Display name and display unit of a 3-vector block of the error state.
+
+    Attributes
+    ----------
+    label : str
+        Name for display, such as ``gyro bias``.
+    unit : str
+        Unit for display, such as ``deg/h``.
+    factor : float
+        Factor from the filter's unit to the display unit.
+    """
 
     label: str
     unit: str
@@ -439,13 +553,14 @@ class BlockUnit(NamedTuple):
 
 
 def list_block_units(suite: Suite) -> list[BlockUnit]:
-    """Return label, unit and factor of each state block, in the order of ``suite.blocks``.
+    """Return the display name and display unit of each 3-vector block, in the order of the error
+    state.
 
     The units also apply to keys of ``required_sigma`` that end in a unit.
     """
     units = []
     for block, unit in suite.units.items():
-        owner, _, state = block.rpartition(".")
-        label = f"{owner} {state.replace('_', ' ')}".strip()
+        source, _, state = block.rpartition(".")
+        label = f"{source} {state.replace('_', ' ')}".strip()
         units.append(BlockUnit(label, unit.text, unit.factor))
     return units

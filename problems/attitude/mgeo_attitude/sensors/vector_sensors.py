@@ -38,17 +38,19 @@ from mgeo_attitude.settings.types import (
 
 
 class VectorSensor(Sensor):
-    """Sensor that measures its reference vector v: y = [v×]θ - [v×]μ + b (equation 2).
+    """Base class of sensors that measure the three components of a reference vector in body axes.
 
-    The misalignment μ and the bias b are optional states, present if `states` contains them.
+    The linear model is y = [v×]θ - [v×]μ + b (equation 2) with reference vector v, attitude error
+    θ, misalignment μ and bias b. Misalignment and bias are optional error states, present if
+    `states` contains them.
     """
 
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
     units: ClassVar[dict[str, Unit]] = Sensor.units | {"bias": ARCMIN}
 
     def linearize_measurement(self, x: Any, v: Vec3) -> Any:
-        turned = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta
-        y = cross(v, turned)
+        rotation = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta
+        y = cross(v, rotation)
         y = y + x.bias + x.reference_change if hasattr(x, "bias") else y + x.reference_change
         if hasattr(x, "orbit_error"):
             for error, column in zip(x.orbit_error, x.gradient[-3:], strict=True):
@@ -56,12 +58,21 @@ class VectorSensor(Sensor):
         return y
 
     def predict_measurement(self, x: Any, v: Any) -> Any:
-        reported = rotate(x.misalignment, v) if hasattr(x, "misalignment") else v
-        return reported + x.bias if hasattr(x, "bias") else reported
+        measured = rotate(x.misalignment, v) if hasattr(x, "misalignment") else v
+        return measured + x.bias if hasattr(x, "bias") else measured
 
 
 def apply_orbit_error(x: Any, v: Any) -> Any:
-    """Return the reference vector v of `Sensor.measured`, corrected for the orbit error."""
+    """Return the reference vector in body axes, corrected for the orbit error to first order.
+
+    Parameters
+    ----------
+    x : namespace
+        Argument of `Sensor.predict_measurement`; has the attribute ``orbit_error`` if it is
+        modeled.
+    v : array, shape (..., 3)
+        Reference vector in body axes at the nominal position.
+    """
     if hasattr(x, "orbit_error"):
         for axis, column in enumerate(x.gradient[-3:]):
             v = v + x.orbit_error[..., [axis]] * column
@@ -70,9 +81,11 @@ def apply_orbit_error(x: Any, v: Any) -> Any:
 
 @dataclass(frozen=True)
 class SunSensor(VectorSensor):
-    """Sun sensor, y_s = [s×]θ - [s×]φ + δs + w_s (equation 2), without measurements in eclipse.
+    """Sun sensor that measures the Sun vector in body axes, except in eclipse.
 
-    Albedo adds to the vector of a coarse sensor; see `EnvironmentErrors`.
+    The linear model is y_s = [s×]θ - [s×]φ + δs + w_s (equation 2) with Sun vector s, attitude
+    error θ, misalignment φ, bias δs and noise w_s. Albedo adds to the vector of a coarse sensor;
+    see `EnvironmentErrors`.
 
     Examples
     --------
@@ -87,16 +100,16 @@ class SunSensor(VectorSensor):
 
     name: Identifier = "sun"
     noise_deg: Annotated[PerAxis[Positive], Unit("deg"), UsualRange(0.005, 50.0)] = 2.0
-    """noise per sample, 1-sigma, for all axes or per axis"""
+    """noise of one sample, 1-sigma, one number for all axes or one per axis"""
     initial_misalignment_deg: Misalignment = 1.0
     initial_bias: float = Field(default=0.02, gt=0.0)
-    """initial bias of the unit vector, 1-sigma per axis"""
+    """initial bias of the measured unit vector, 1-sigma per axis"""
 
     boresight: Boresight = (0.0, 0.0, 1.0)
     half_angle_deg: Degrees = Field(default=180.0, gt=0.0, le=180.0)
-    """half-angle of the field of view; 180 for an unlimited field of view"""
+    """half-angle of the field of view about the boresight; 180 for an unlimited field of view"""
     includes_albedo: bool = True
-    """whether albedo affects the measurement, if the scenario models it"""
+    """true if albedo affects the measurements, if the scenario models albedo"""
 
     def states(self) -> dict[str, State]:
         tilt = math.radians(self.initial_misalignment_deg)
@@ -120,8 +133,8 @@ class SunSensor(VectorSensor):
         return (math.radians(x), math.radians(y), math.radians(z))
 
     def inertial_vector(self, environment: Environment) -> Floats:
-        light = environment.albedo if self.includes_albedo else None
-        return environment.sun if light is None else environment.sun + light
+        albedo = environment.albedo if self.includes_albedo else None
+        return environment.sun if albedo is None else environment.sun + albedo
 
     def list_visibility_cones(self) -> tuple[Cone, ...]:
         if self.half_angle_deg == 180.0:
@@ -135,10 +148,12 @@ class SunSensor(VectorSensor):
 
 @dataclass(frozen=True)
 class Magnetometer(VectorSensor):
-    """Magnetometer, y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2), with B in units of 50 µT.
+    """Three-axis magnetometer, which measures the geomagnetic field in body axes.
 
-    Errors of scale factor and non-orthogonality, as caused by soft iron, are optional. Field model
-    errors and orbit errors affect the magnetometer if the `EnvironmentErrors` models them; see `predict_measurement`.
+    The linear model is y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2) with field B in units of 50 µT,
+    attitude error θ, misalignment ψ, bias δB and noise w_B. Errors of scale factor and
+    non-orthogonality, as caused by soft iron, are optional. Field model errors and orbit errors
+    affect the magnetometer if `EnvironmentErrors` models them; see `predict_measurement`.
 
     Examples
     --------
@@ -158,7 +173,7 @@ class Magnetometer(VectorSensor):
 
     name: Identifier = "mag"
     noise_nt: Annotated[PerAxis[Positive], Unit("nT"), UsualRange(1.0, 1e4)] = 500.0
-    """noise per sample, 1-sigma, for all axes or per axis"""
+    """noise of one sample, 1-sigma, one number for all axes or one per axis"""
     initial_misalignment_deg: Misalignment = 1.0
     initial_bias_nt: Annotated[float, Unit("nT")] = Field(default=2000.0, gt=0.0)
     """initial bias, 1-sigma per axis"""
@@ -188,13 +203,14 @@ class Magnetometer(VectorSensor):
         return y
 
     def predict_measurement(self, x: Any, v: Any) -> Any:
-        """Return B_m = R(ψ) (B + k ∘ B + N(η) B) + δB with B = C (B_model + e + G r).
+        """Return the measured field without noise, exact for errors of any size.
 
-        C is the attitude, e the field model error, G the `gradient` of the field and r the orbit
-        error. I + diag(k) + N(η), with N of `vector.shear`, is the symmetric part of the effect of
-        soft iron, gains and non-orthogonal axes; the rotational part is the misalignment ψ (R.
-        Alonso, M. D. Shuster, Complete Linear Attitude-Independent Magnetometer Calibration,
-        Journal of the Astronautical Sciences 50 (2002) 477-490).
+        B_m = R(ψ) (B + k ∘ B + N(η) B) + δB with B = C (B_model + e + G r). C is the attitude, e
+        the field model error, G the `position_gradient` of the field and r the orbit error. I +
+        diag(k) + N(η), with N of `vector.shear`, is the symmetric part of the effect of soft iron,
+        gains and non-orthogonal axes; the rotational part is the misalignment ψ (R. Alonso, M. D.
+        Shuster, Complete Linear Attitude-Independent Magnetometer Calibration, Journal of the
+        Astronautical Sciences 50 (2002) 477-490).
         """
         if hasattr(x, "field_error"):
             v = v + x.to_body(x.field_error)

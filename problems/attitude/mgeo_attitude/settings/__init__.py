@@ -1,4 +1,4 @@
-"""Settings: frozen pydantic dataclasses whose fields declare meaning, unit and range.
+"""Settings: frozen pydantic dataclasses whose fields declare their meaning, unit and range.
 
 A settings class represents one table of a file::
 

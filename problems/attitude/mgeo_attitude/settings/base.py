@@ -47,7 +47,7 @@ class _ErrorConversion(ABCMeta):
 
 
 class Settings(metaclass=_ErrorConversion):
-    """Base class of frozen pydantic dataclasses that represent a table of a file.
+    """Base class of frozen pydantic dataclasses, each of which represents a table of a TOML file.
 
     Validation is strict: a bool is not a number, numbers must be finite, and text is not converted
     to numbers. An int is converted to a float, a numpy number to a Python number, a list to a
@@ -67,7 +67,7 @@ class Settings(metaclass=_ErrorConversion):
         extra="forbid",
         arbitrary_types_allowed=True,
     )
-    #: Key that selects one of several classes in a table, such as ``kind``, if it is not a field.
+    #: Key of a table that selects one of several classes, such as ``kind``, if it is not a field.
     selector: ClassVar[str] = ""
 
     @model_validator(mode="wrap")
@@ -76,8 +76,8 @@ class Settings(metaclass=_ErrorConversion):
         if isinstance(value, Mapping):
             return cls(**value)
         if isinstance(value, ArgsKwargs):
-            named = {key: _convert_numpy(each) for key, each in (value.kwargs or {}).items()}
-            value = ArgsKwargs(_convert_numpy(value.args), named)
+            kwargs = {key: _convert_numpy(each) for key, each in (value.kwargs or {}).items()}
+            value = ArgsKwargs(_convert_numpy(value.args), kwargs)
         return validate(value)
 
     @classmethod
@@ -85,20 +85,21 @@ class Settings(metaclass=_ErrorConversion):
         cls, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> Schema:
         reference = handler(schema)
-        own = handler.resolve_ref_schema(reference)
-        own["description"] = " ".join((cls.__doc__ or "").partition("\n\n")[0].split())
+        definition = handler.resolve_ref_schema(reference)
+        definition["description"] = " ".join((cls.__doc__ or "").partition("\n\n")[0].split())
         texts = ChainMap(*map(_field_docstrings, cls.__mro__[: cls.__mro__.index(Settings)]))
-        for key, entry in own["properties"].items():
+        for key, entry in definition["properties"].items():
             text = get_fields(cls)[key].description or texts.get(key, "")
             entry["description"] = " ".join(text.split())
         if name := getattr(cls, cls.selector, ""):
             kind = {"const": name, "description": "class of the table"}
-            own["properties"] = {cls.selector: kind} | own["properties"]
+            definition["properties"] = {cls.selector: kind} | definition["properties"]
         return reference
 
 
 def _field_docstrings(cls: type) -> dict[str, str]:
-    """Return the docstrings of a class's own fields.
+    """Return the docstrings below the fields of a class, by field name, without those of base
+    classes.
 
     They are read from the source on demand, for a schema or a message, since reading all of them at
     import takes a sixth of a second.
@@ -116,39 +117,51 @@ def _field_docstrings(cls: type) -> dict[str, str]:
 
 
 def get_fields(cls: type) -> dict[str, FieldInfo]:
-    """Return the fields of a settings class by name."""
-    found: dict[str, FieldInfo] = cls.__pydantic_fields__  # type: ignore[attr-defined]
-    return found
+    """Return the pydantic `FieldInfo` of each field of a settings class, by field name."""
+    result: dict[str, FieldInfo] = cls.__pydantic_fields__  # type: ignore[attr-defined]
+    return result
 
 
 def get_annotation(cls: type, key: str, kind: type[T]) -> T | None:
-    """Return the annotation of a field of a given type, such as `Unit`; None if there is none."""
-    found = (each for each in get_fields(cls)[key].metadata if isinstance(each, kind))
-    return next(found, None)
+    """Return the annotation of a field that is an instance of a class, such as `Unit`, or None.
+
+    Parameters
+    ----------
+    cls : type
+        Settings class.
+    key : str
+        Name of the field.
+    kind : type
+        Class of the annotation.
+    """
+    matches = (each for each in get_fields(cls)[key].metadata if isinstance(each, kind))
+    return next(matches, None)
 
 
 @cache
 def build_schema(cls: type) -> Schema:
-    """Return the JSON Schema of a settings class."""
+    """Return the JSON Schema of a settings class, as a dict."""
     return TypeAdapter(cls).json_schema()
 
 
 def _convert_numpy(value: Any) -> Any:
-    """Convert numpy numbers to Python numbers, and lists to tuples."""
+    """Convert numpy numbers to Python numbers, and lists to tuples, also inside of lists."""
     if isinstance(value, list | tuple):
         return tuple(map(_convert_numpy, value))
     return value.item() if isinstance(value, np.generic) else value
 
 
 def _convert_error(error: ValidationError, cls: Any) -> ValueError:
-    """Convert the first error of pydantic, unknown keys first, to an error with key and value."""
+    """Return one InvalidValue or InvalidKey for a validation error of pydantic; unknown keys come
+    first.
+    """
     errors = error.errors(include_url=False)
     unknown = (each for each in errors if each["type"].startswith("unexpected_"))
     first = next(unknown, errors[0])
     cause = first.get("ctx", {}).get("error")
-    if not first["loc"]:  # the error is from __post_init__
+    if not first["loc"]:  # The error is from __post_init__.
         return cause if isinstance(cause, ValueError) else error
-    key, *places = first["loc"]
+    key, *path = first["loc"]
     if isinstance(key, int):
         key = [each.name for each in fields(cls) if not each.kw_only][key]
     if first["type"].startswith("unexpected_"):
@@ -156,17 +169,17 @@ def _convert_error(error: ValidationError, cls: Any) -> ValueError:
         known = format_known_names(key, [*names, *get_fields(cls)])
         return InvalidKey(key, first["input"], f"unknown key{known}")
     schema = build_schema(cls)["properties"][key]
-    if places and isinstance(places[0], str) and "anyOf" in schema:  # alternatives of a union
-        places = []
-    missing = first["type"] == "missing"
+    if path and isinstance(path[0], str) and "anyOf" in schema:
+        path = []  # For a union, the path names the alternatives.
+    is_missing = first["type"] == "missing"
     expected = f"expected {describe_schema(schema)}"
-    if places and not missing:  # the error is in an entry of a list or table
+    if path and not is_missing:  # The error is in an entry of a list or table.
         unit = f" [{schema['unit']}]" if "unit" in schema else ""
         expected = first["msg"].replace("Input should be", "expected") + unit
     expected += f" ({schema['description']})"
-    if missing and not places:
+    if is_missing and not path:
         return InvalidKey(key, None, f"missing; {expected}")
-    entry = places[:-1] if missing else places  # a missing entry means that a list is too short
+    entry = path[:-1] if is_missing else path  # If an entry is missing, a list is too short.
     key += "".join(f"[{each}]" if isinstance(each, int) else f".{each}" for each in entry)
     if isinstance(cause, InvalidValue):
         return cause.prefix_key(key)
@@ -180,10 +193,22 @@ Table = dict[str, Any]
 
 @dataclass(frozen=True)
 class TableClasses:
-    """Annotation of a field that accepts one of several classes of settings.
+    """Annotation of a field whose table may represent one of several settings classes, such as
+    kinds of sensors.
 
-    The entry `key` of a table selects the class. Without this entry, a key of `identifying_keys` selects the
-    class, or else the class is `default`.
+    The entry `key` of a table selects the class by name. Without this entry, the first key of
+    `identifying_keys` that the table contains selects the class, or else the class is `default`.
+
+    Attributes
+    ----------
+    key : str
+        Entry that names the class, such as ``kind``.
+    classes : mapping of str to type
+        Settings classes by name.
+    default : str
+        Name of the class of a table that selects none; empty if a class must be selected.
+    identifying_keys : mapping of str to str
+        Names of classes by a key that only this class has.
     """
 
     key: str
@@ -192,12 +217,18 @@ class TableClasses:
     identifying_keys: Mapping[str, str] = field(default_factory=dict)
 
     def get_class_name(self, table: Mapping[str, Any]) -> Any:
-        """Return the unchecked name of the class in a table; None if there is none."""
+        """Return the unchecked name of the class that a table selects, or None if there is none."""
         names = (name for key, name in self.identifying_keys.items() if key in table)
         return table[self.key] if self.key in table else next(names, None)
 
     def convert(self, value: Any) -> Any:
-        """Convert a table to settings of the selected class; return other values unchanged."""
+        """Convert a table to settings of the selected class; return any other value unchanged.
+
+        Raises
+        ------
+        InvalidValue
+            If the table selects no class or an unknown class.
+        """
         if not isinstance(value, Mapping):
             return value
         name = self.get_class_name(value)
@@ -214,59 +245,68 @@ class TableClasses:
         classes = tuple(dict.fromkeys(self.classes.values()))
         tables = core_schema.union_schema([handler.generate_schema(cls) for cls in classes])
         bases = get_args(source) or (source,)
-        words = f"{' or '.join(base.__name__ for base in bases)}, or a table"
-        instance = core_schema.is_instance_schema((*bases, *classes), cls_repr=words)
-        read = core_schema.no_info_before_validator_function(self.convert, instance)
-        return core_schema.json_or_python_schema(json_schema=tables, python_schema=read)
+        description = f"{' or '.join(base.__name__ for base in bases)}, or a table"
+        instance = core_schema.is_instance_schema((*bases, *classes), cls_repr=description)
+        python_schema = core_schema.no_info_before_validator_function(self.convert, instance)
+        return core_schema.json_or_python_schema(json_schema=tables, python_schema=python_schema)
 
 
 def to_table(settings: Any) -> Table:
-    """Return settings as a table with times as ISO 8601 text, without None and empty tuples."""
+    """Convert settings to a dict of JSON types, which becomes a table of a TOML or JSON file.
+
+    Times become ISO 8601 text. Fields that are None or an empty tuple are left out, since TOML has
+    no null value.
+    """
     values = {key: getattr(settings, key) for key in get_fields(type(settings))}
     selector = type(settings).selector
     name = {selector: getattr(settings, selector)} if selector else {}
-    # TOML has no null value.
     return name | {k: _convert_entry(v) for k, v in values.items() if v is not None and v != ()}
 
 
 def flatten_keys(values: Any) -> Any:
-    """Convert nested mappings to dotted keys, ``{"mag": {"bias": 1}}`` to ``{"mag.bias": 1}``.
+    """Convert nested mappings to one dict with dotted keys, ``{"mag": {"bias": 1}}`` to
+    ``{"mag.bias": 1}``.
 
-    Other values are returned unchanged.
+    A value that is no mapping is returned unchanged.
+
+    Raises
+    ------
+    InvalidKey
+        If two entries have the same dotted key.
     """
     if not isinstance(values, Mapping):
         return values
     flat: Table = {}
     for name, value in values.items():
         nested = flatten_keys(value) if isinstance(value, Mapping) else {"": value}
-        for rest, number in nested.items():
-            key = f"{name}.{rest}" if rest else str(name)
+        for suffix, number in nested.items():
+            key = f"{name}.{suffix}" if suffix else str(name)
             if key in flat:
-                raise InvalidKey(key, number, "given twice")
+                raise InvalidKey(key, number, "given twice, nested and with a dot")
             flat[key] = number
     return flat
 
 
 def require_same(name: str, settings: Any, expected_settings: Any, keys: Iterable[str]) -> None:
-    """Raise InvalidValue if settings differ from the scenario's.
+    """Raise InvalidValue if settings differ from the scenario's in one of the given fields.
 
     Parameters
     ----------
     name : str
         Name of the settings in the message.
     settings, expected_settings : Settings
-        Settings to check, and those of the scenario.
+        Settings to check, and settings of the scenario.
     keys : iterable of str
         Fields to compare. The message names the first difference, such as ``orbit.eccentricity``,
         and both values.
     """
-    found, expected = to_table(settings), to_table(expected_settings)
+    tables = to_table(settings), to_table(expected_settings)
     for key in keys:
-        own, others = (flatten_keys({key: table.get(key)}) for table in (found, expected))
-        for place in dict.fromkeys([*own, *others]):
-            if own.get(place) != others.get(place):
-                wanted = f"expected the scenario's {others.get(place)!r:.300}"
-                raise InvalidValue(f"{name}.{place}", own.get(place), wanted)
+        values, expected = (flatten_keys({key: table.get(key)}) for table in tables)
+        for path in dict.fromkeys([*values, *expected]):
+            if values.get(path) != expected.get(path):
+                text = f"expected the scenario's {expected.get(path)!r:.300}"
+                raise InvalidValue(f"{name}.{path}", values.get(path), text)
 
 
 def _convert_entry(value: Any) -> Any:

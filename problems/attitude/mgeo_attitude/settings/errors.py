@@ -1,4 +1,4 @@
-"""Errors that name a key, its value and the expected values."""
+"""Errors for invalid settings, which name the key, its value and the expected values."""
 
 from __future__ import annotations
 
@@ -8,7 +8,17 @@ from mgeo.validation.arguments import format_suggestion
 
 
 class InvalidValue(ValueError):
-    """Invalid value with attributes ``key``, ``value`` and ``expected``."""
+    """Error for a setting with an invalid value.
+
+    Attributes
+    ----------
+    key : str
+        Full key of the setting, such as ``orbit.eccentricity``.
+    value : object
+        Invalid value.
+    expected : str
+        Text on what was expected.
+    """
 
     def __init__(self, key: str, value: object, expected: str) -> None:
         super().__init__(key, value, expected)
@@ -18,30 +28,47 @@ class InvalidValue(ValueError):
         return f"{self.key} = {self.value!r:.300}: {self.expected}"
 
     def prefix_key(self, section: str) -> InvalidValue:
-        """Return the error with its key prefixed by a section: ``a`` becomes ``section.a``."""
+        """Return a copy of the error whose key begins with the name of a table: ``a`` becomes
+        ``section.a``.
+        """
         return type(self)(f"{section}.{self.key}", self.value, self.expected)
 
 
 class InvalidKey(InvalidValue):
-    """Unknown, missing or repeated key."""
+    """Error for an unknown, missing or repeated key."""
 
     def __str__(self) -> str:
         return f"{self.key}: {self.expected}"
 
 
 def expect(condition: object, key: str, value: object, expected: str) -> None:
-    """Raise InvalidValue if a condition does not hold."""
+    """Raise InvalidValue if a condition is false.
+
+    The message is ``KEY = VALUE: expected EXPECTED``.
+    """
     if not condition:
         raise InvalidValue(key, value, f"expected {expected}")
 
 
 def expect_unique(key: str, values: Sequence[object]) -> None:
-    """Raise InvalidValue for the first repeated value; ``{}`` in `key` stands for its index."""
+    """Raise InvalidValue for the first value in a sequence that repeats an earlier value.
+
+    Parameters
+    ----------
+    key : str
+        Key in the message; ``{}`` stands for the index of the value.
+    values : sequence
+        Values that must differ from each other.
+    """
     for i, value in enumerate(values):
         expect(value not in values[:i], key.format(i), value, "each one once")
 
 
 def format_known_names(name: object, known: Iterable[str]) -> str:
-    """Return ``; did you mean 'x'? (known: 'x', 'y')``; the question needs a similar name."""
+    """Return the end of a message about an unknown name: a similar name, if any, and all known
+    names.
+
+    The text is, for example, ``; did you mean 'x'? (known: 'x', 'y')``.
+    """
     names = list(known)
     return f"{format_suggestion(name, names)} (known: {', '.join(map(repr, names))})"

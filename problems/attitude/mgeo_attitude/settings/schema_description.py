@@ -1,4 +1,4 @@
-"""Description of JSON Schemas in words, for error messages, comments and reference pages."""
+"""Descriptions of JSON Schemas in English, for error messages, comments and reference pages."""
 
 from __future__ import annotations
 
@@ -19,15 +19,17 @@ _BOUNDS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "m
 
 
 def describe_schema(schema: Schema) -> str:
-    """Return a description of valid values, such as ``nothing or a number > 0 [deg]``."""
+    """Return a phrase for the values that a JSON Schema permits, such as ``nothing or a number > 0
+    [deg]``.
+    """
     unit = f" [{schema['unit']}]" if "unit" in schema else ""
     return f"{_describe_type(schema)}{unit}"
 
 
 def _describe_type(schema: Schema) -> str:
     if "anyOf" in schema:
-        words = dict.fromkeys(map(describe_schema, schema["anyOf"]))
-        return " or ".join(sorted(words, key="nothing".__ne__))
+        alternatives = dict.fromkeys(map(describe_schema, schema["anyOf"]))
+        return " or ".join(sorted(alternatives, key="nothing".__ne__))
     if "enum" in schema or "const" in schema:
         return "one of " + ", ".join(map(repr, schema.get("enum", [schema.get("const")])))
     if "pattern" in schema:
@@ -35,8 +37,8 @@ def _describe_type(schema: Schema) -> str:
     if schema.get("format") == "date-time":
         return "a date and time with UTC offset, such as 2018-06-05T00:00:00Z"
     if schema.get("type") == "array":
-        least = "" if "maxItems" in schema else "at least "
-        count = f"{least}{schema['minItems']} x " if "minItems" in schema else ""
+        bound = "" if "maxItems" in schema else "at least "
+        count = f"{bound}{schema['minItems']} x " if "minItems" in schema else ""
         entry = schema.get("items") or schema.get("prefixItems", [{}])[0]
         return f"a list of {count}({describe_schema(entry)})"
     kind = _TYPES.get(schema.get("type", "object" if "$ref" in schema else ""), "anything")

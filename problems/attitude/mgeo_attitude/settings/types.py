@@ -22,7 +22,8 @@ Schema = dict[str, Any]
 
 @dataclass(frozen=True)
 class Unit:
-    """Unit of a setting, as an annotation, or of a 3-vector of the filter's state.
+    """Unit of a setting, as an annotation of its field, or of a 3-vector of the filter's error
+    state.
 
     Attributes
     ----------
@@ -31,7 +32,7 @@ class Unit:
     suffix : str
         Unit as a suffix of keys, such as deg_h; empty for none.
     factor : float
-        Factor from the filter's unit to the unit.
+        Factor from the filter's unit to this unit.
     """
 
     text: str
@@ -39,12 +40,14 @@ class Unit:
     factor: float = 1.0
 
     def build_key(self, name: str) -> str:
-        """Return the key of a quantity in a scenario file."""
+        """Return the key of a quantity in a scenario file: its name, followed by the suffix of the
+        unit.
+        """
         return f"{name}_{self.suffix}" if self.suffix else name
 
     @property
     def key_factor(self) -> float:
-        """Factor from the filter's unit to the unit of the key; 1 without a suffix."""
+        """Factor from the filter's unit to the unit of the key; 1 if the key has no suffix."""
         return self.factor if self.suffix else 1.0
 
     def __get_pydantic_json_schema__(
@@ -54,7 +57,7 @@ class Unit:
 
 
 DIMENSIONLESS = Unit("-")
-#: Error of a component of a unit vector, as the small angle by which it rotates the vector.
+#: Error of a component of a unit vector, as the small angle by which the error rotates the vector.
 ARCMIN = Unit("arcmin", "", 60.0 * math.degrees(1.0))
 PPM = Unit("ppm", "", 1e6)
 SECOND = Unit("s", "s", 1.0)
@@ -64,14 +67,16 @@ DEG_H = Unit("deg/h", "deg_h", 3600.0 * math.degrees(1.0))
 
 @dataclass(frozen=True)
 class UsualRange:
-    """Range, as an annotation, outside of which a nonzero number causes a warning."""
+    """Usual range of a number, as an annotation of its field; a nonzero number outside causes a
+    warning.
+    """
 
     low: float
     high: float
 
 
 def restrict_to(names: Iterable[str]) -> GetPydanticSchema:
-    """Return the annotation of a string with a set of permitted values."""
+    """Return the annotation of a field that accepts only the given strings."""
     choices = list(names)
     return GetPydanticSchema(lambda source, handler: core_schema.literal_schema(choices))
 
@@ -106,9 +111,9 @@ def _check_display_name(text: str) -> str:
 
 T = TypeVar("T")
 
-#: Name for use in keys and columns.
+#: Name that is part of keys and column names.
 Identifier = Annotated[str, Field(pattern=r"^[A-Z_a-z0-9-]+$")]
-#: Name for display.
+#: Name for display, on one line.
 DisplayName = Annotated[str, AfterValidator(_check_display_name)]
 Seconds = Annotated[float, Unit("s")]
 Degrees = Annotated[float, Unit("deg")]
@@ -119,7 +124,7 @@ Triple = tuple[T, T, T]
 Vector = Triple[float]
 #: Nonzero vector.
 Direction = Annotated[Vector, AfterValidator(_check_direction)]
-#: One number for all three axes, or one per axis.
+#: One number for all three axes, or three numbers, one per axis.
 PerAxis = Union[T, tuple[T, T, T]]  # noqa: UP007
-#: Instant with UTC offset, or its text in a file; converted to UTC.
+#: Instant with UTC offset, or its ISO 8601 text in a file; converted to UTC.
 Instant = Annotated[datetime, BeforeValidator(_parse_instant), AfterValidator(_to_utc)]

@@ -1,9 +1,9 @@
-"""Complete trajectory of a design: the filter run and all motion after it.
+"""Complete trajectory of a design: the motion during the filter run and after the filter run.
 
-After the run, the last rate is held for runs that converge late, and the satellite slews back to
-its initial attitude law. The slew back is one more maneuver with a constant rate from a root
-search, followed by a change to the rate of the law. Both use the ramps of all maneuvers, so that
-the extended design is handled as any other design.
+After the run, the last rate is held for Monte Carlo runs that converge later, and the satellite
+slews back to its initial attitude law, such as nadir pointing. The slew back consists of a maneuver
+with a constant rate, which a root search finds, and of a change to the rate of the law. Both have
+the ramps of all maneuvers, so that the extended design can be used like any other design.
 """
 
 from __future__ import annotations
@@ -31,27 +31,28 @@ from mgeo_attitude.maneuvers.schedule import (
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
 
-#: Labels of the two maneuvers after the maneuvers of the design.
+#: Labels of the two maneuvers of a slew back.
 SLEW_BACK_LABELS = ("slew back", "starting attitude")
 
 #: Largest error of the attitude at the end of the slew back [rad].
 _TOLERANCE = 1e-10
-#: Factor on limits that allows for rounding of the solver.
+#: Factor on limits, to tolerate rounding of the solver.
 _ROUNDING_FACTOR = 1.0 + 1e-9
-#: Rate that counts as zero [deg/s]: in a day it rotates by less than the attitude tolerance.
+#: Rate that is treated as zero [deg/s], since its rotation in a day is below the attitude
+#: tolerance.
 _ZERO_RATE_DEG_S = 1e-14
-#: Largest number of evaluations in the search for a rate; a feasible search takes about twenty.
+#: Largest number of evaluations in the search for a rate. A feasible search takes about twenty.
 _MAX_EVALUATIONS = 60
 
 
 @dataclass(frozen=True)
 class SlewBack:
-    """Design extended by a slew back to the initial attitude law.
+    """Design that is extended by a slew back to the initial attitude law.
 
     Attributes
     ----------
     design : array, shape (4 k,)
-        The maneuvers of the plan until `start`, the slew back, and the rate of the law.
+        Maneuvers of the plan until `start`, the slew back, and the change to the rate of the law.
     start, end : float
         Start and end of the slew back [s] after the epoch, both on a filter step.
     """
@@ -61,7 +62,7 @@ class SlewBack:
     end: float
 
     def list_phases(self, step: float, limits: RotationDynamics) -> tuple[Phase, ...]:
-        """Return the phases of the slew back, for display."""
+        """Return the phases of the slew back, such as ramps and constant rates."""
         first = len(self.design) // VARIABLES_PER_MANEUVER - len(SLEW_BACK_LABELS)
         names = dict(enumerate(SLEW_BACK_LABELS, first))
         all_phases = list_phases(self.design, self.end, step, limits, names)
@@ -75,27 +76,28 @@ def find_slew_back(
     limits: RotationDynamics,
     initial_attitude: Floats,
 ) -> SlewBack | None:
-    """Return the shortest slew back to the initial attitude law.
+    """Return the shortest slew back from the end of a filter run to the initial attitude law.
 
-    The body takes the shorter way, at rates within the limits of maneuvers and wheel momenta, and
-    reaches attitude and rate of the law at the same time. Powell's hybrid method finds the rate,
-    and bisection the duration in filter steps.
+    The body rotates the shorter way, at rates within the limits of maneuvers and wheel momenta, and
+    reaches attitude and rate of the law at the same time. The rate is found by Powell's hybrid
+    method, and the duration in filter steps by bisection.
 
     Parameters
     ----------
     scenario : Scenario
     design : array_like, shape (4 m,)
+        Rates [deg/s] and duration [s] of each maneuver in turn.
     t_end : float
         End of the filter run [s].
-    limits : SlewLimits, optional
-        Limits on rate changes for the design.
+    limits : SlewLimits or MagnetorquerDrive, optional
+        Limits on rate changes of the design.
     initial_attitude : array, shape (3, 3)
         GCRS-to-body matrix at the epoch.
 
     Returns
     -------
     SlewBack or None
-        None if the scenario requests no slew back.
+        None if the scenario requests no slew back or has magnetorquer control.
 
     Raises
     ------
@@ -105,15 +107,15 @@ def find_slew_back(
     if not scenario.maneuvers.slew_back or isinstance(limits, MagnetorquerDrive):
         return None
     step = scenario.step
-    before = _truncate_design(np.asarray(design, dtype=float), t_end, step, limits)
+    truncated = _truncate_design(np.asarray(design, dtype=float), t_end, step, limits)
     last = round(t_end / step)
-    plan = build_schedule(before, step, limits, last)
+    plan = build_schedule(truncated, step, limits, last)
     search = SlewSearch(
         scenario, t_end, limits, *_compute_attitude_and_rate(plan, last, step, initial_attitude)
     )
-    least, most = 0, 1
-    while (maneuvers := search.find_maneuvers(most)) is None:
-        if most >= scenario.n_steps:
+    infeasible_steps, feasible_steps = 0, 1
+    while (maneuvers := search.find_maneuvers(feasible_steps)) is None:
+        if feasible_steps >= scenario.n_steps:
             raise InvalidValue(
                 "maneuvers.slew_back",
                 True,
@@ -121,22 +123,25 @@ def find_slew_back(
                 f"maneuvers.max_rate_deg_s = {scenario.maneuvers.max_rate_deg_s:g}; increase one "
                 "of them",
             )
-        least, most = most, min(2 * most, scenario.n_steps)
-    while most - least > 1:
-        middle = (least + most) // 2
+        infeasible_steps, feasible_steps = feasible_steps, min(2 * feasible_steps, scenario.n_steps)
+    while feasible_steps - infeasible_steps > 1:
+        middle = (infeasible_steps + feasible_steps) // 2
         shorter = search.find_maneuvers(middle)
-        least, most, maneuvers = (
-            (middle, most, maneuvers) if shorter is None else (least, middle, shorter)
+        infeasible_steps, feasible_steps, maneuvers = (
+            (middle, feasible_steps, maneuvers)
+            if shorter is None
+            else (infeasible_steps, middle, shorter)
         )
-    return SlewBack(np.concatenate([before, maneuvers]), t_end, (last + most) * step)
+    return SlewBack(np.concatenate([truncated, maneuvers]), t_end, (last + feasible_steps) * step)
 
 
 def _truncate_design(
     design: Floats, t_end: float, step: float, limits: SlewLimits | None
 ) -> Floats:
-    """Return the maneuvers of a run, the last of which ends half a step before `t_end`.
+    """Return the maneuvers of a design until `t_end`. The last maneuver ends half a step before
+    `t_end`.
 
-    The margin makes the following maneuver start at the next step regardless of rounding.
+    With the margin, the next maneuver starts at the next step regardless of rounding.
     """
     last_number = int(build_rate_intervals(design, t_end, step, limits).maneuver_numbers[-1])
     table = design.reshape(-1, VARIABLES_PER_MANEUVER)[: last_number + 1].copy()
@@ -147,21 +152,27 @@ def _truncate_design(
 def _compute_attitude_and_rate(
     plan: Schedule, end_step: int, step: float, attitude: Floats
 ) -> tuple[Floats, Floats]:
-    """Return attitude (GCRS to body) and body rate [rad/s] at a step of a one-design schedule."""
+    """Return the GCRS-to-body matrix and the body rate [rad/s] at a step of a schedule with one
+    design.
+    """
     n_steps = plan.count_steps(end_step)[0]
-    is_flown = n_steps > 0
-    turns = -plan.rates[0, is_flown] * (n_steps[is_flown] * step)[:, None]
-    matrices = Rotation.from_rotvec(turns).as_matrix()
-    while len(matrices) > 1:  # Multiply neighbors pairwise, which vectorizes the product.
-        alone = matrices[len(matrices) // 2 * 2 :]
-        matrices = np.concatenate([matrices[1::2] @ matrices[: len(matrices) // 2 * 2 : 2], alone])
-    reached: Floats = matrices[0] @ attitude
-    return reached, plan.end_rates[0, is_flown][-1]
+    is_executed = n_steps > 0
+    rotation_vectors = -plan.rates[0, is_executed] * (n_steps[is_executed] * step)[:, None]
+    matrices = Rotation.from_rotvec(rotation_vectors).as_matrix()
+    while len(matrices) > 1:  # Pairwise products of neighbors can be vectorized.
+        unpaired = matrices[len(matrices) // 2 * 2 :]
+        matrices = np.concatenate(
+            [matrices[1::2] @ matrices[: len(matrices) // 2 * 2 : 2], unpaired]
+        )
+    final_attitude: Floats = matrices[0] @ attitude
+    return final_attitude, plan.end_rates[0, is_executed][-1]
 
 
 @dataclass
 class SlewSearch:
-    """Search for slews of a given number of steps from the attitude and rate at `start` [s]."""
+    """Search for slews to the attitude law from a given attitude and rate at the time `start`
+    [s].
+    """
 
     scenario: Scenario
     start: float
@@ -170,29 +181,35 @@ class SlewSearch:
     rate: Floats
 
     def find_maneuvers(self, n_steps: int) -> Floats | None:
-        """Return a slew back in n steps as a design of two maneuvers, shape (8,).
+        """Return a slew back of a given number of filter steps as a design of two maneuvers, shape
+        (8,).
 
-        The second maneuver changes to the rate of the law. None if n steps are too few.
+        The second maneuver changes to the rate of the law. The result is None if the slew back is
+        impossible in `n_steps` steps.
         """
         step, initial = self.scenario.step, self.scenario.initial
-        target, final = initial.evaluate_law(self.scenario, self.start + n_steps * step)
-        turn = -Rotation.from_matrix(target @ self.attitude.T).as_rotvec()
-        rate = turn / (n_steps * step)
-        if np.linalg.norm(rate) > math.sqrt(3.0) * self._max_rate:  # No rates are high enough.
+        target, final_rate = initial.evaluate_law(self.scenario, self.start + n_steps * step)
+        rotation_vector = -Rotation.from_matrix(target @ self.attitude.T).as_rotvec()
+        rate = rotation_vector / (n_steps * step)
+        if np.linalg.norm(rate) > math.sqrt(3.0) * self._max_rate:  # No rate is high enough.
             return None
-        leaving = self._count_steps(rate - final)
-        while self._count_steps(rate - self.rate) + leaving <= n_steps:
-            new_rate = self._find_rate(n_steps, leaving, target, final, rate)
+        n_ramp_steps = self._count_steps(rate - final_rate)
+        while self._count_steps(rate - self.rate) + n_ramp_steps <= n_steps:
+            new_rate = self._find_rate(n_steps, n_ramp_steps, target, final_rate, rate)
             if new_rate is None:
                 return None
             rate = new_rate
-            n_needed = self._count_steps(final - rate)
-            if n_needed <= leaving:
+            n_needed = self._count_steps(final_rate - rate)
+            if n_needed <= n_ramp_steps:
                 is_feasible = self._count_steps(
                     rate - self.rate
-                ) + leaving <= n_steps and self._is_within_limits(rate)
-                return self._build_design(n_steps, leaving, rate, final) if is_feasible else None
-            leaving = n_needed
+                ) + n_ramp_steps <= n_steps and self._is_within_limits(rate)
+                return (
+                    self._build_design(n_steps, n_ramp_steps, rate, final_rate)
+                    if is_feasible
+                    else None
+                )
+            n_ramp_steps = n_needed
         return None
 
     def _find_rate(
@@ -203,9 +220,11 @@ class SlewSearch:
         final_rate: Floats,
         guess: Floats,
     ) -> Floats | None:
-        """Find the rate of a slew to the target attitude, or None.
+        """Return the constant rate of a slew that reaches the target attitude after `n_steps`
+        steps.
 
-        The last `n_ramp_steps` of the n steps change the rate to `final_rate`.
+        The last `n_ramp_steps` of the `n_steps` steps change the rate to `final_rate`. The result
+        is None if the search does not converge.
         """
         from scipy.optimize import root  # This import takes long.
 
@@ -214,7 +233,7 @@ class SlewSearch:
         if limits is not None:
             limits = dataclasses.replace(limits, initial_rate=self.rate)
 
-        def off(angle: Floats) -> Floats:
+        def compute_attitude_error(angle: Floats) -> Floats:
             design = self._build_design(n_steps, n_ramp_steps, angle / time, final_rate)
             reached, _ = _compute_attitude_and_rate(
                 build_schedule(design, step, limits, n_steps), n_steps, step, self.attitude
@@ -222,9 +241,11 @@ class SlewSearch:
             error: Floats = Rotation.from_matrix(target_attitude @ reached.T).as_rotvec()
             return error
 
-        solution = root(off, guess * time, tol=1e-12, options={"maxfev": _MAX_EVALUATIONS})
+        solution = root(
+            compute_attitude_error, guess * time, tol=1e-12, options={"maxfev": _MAX_EVALUATIONS}
+        )
         rate: Floats = solution.x / time
-        return rate if np.abs(off(solution.x)).max() < _TOLERANCE else None
+        return rate if np.abs(compute_attitude_error(solution.x)).max() < _TOLERANCE else None
 
     @property
     def _max_rate(self) -> float:
@@ -256,13 +277,16 @@ class SlewSearch:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Trajectory of a design, shape (n_var,), to the end of the plan.
+    """Trajectory of a design from the start to the end of the plan, including the motion after the
+    filter run.
 
     Attributes
     ----------
     scenario : Scenario
     body : Body
+        Initial attitude, limits on rate changes and step, such as a `FilterModel`.
     design : array, shape (n_var,)
+        Rates [deg/s] and duration [s] of each maneuver in turn.
     t_end : float
         End of the filter run [s].
     hold_until : float
@@ -277,50 +301,54 @@ class Trajectory:
 
     @property
     def design_end(self) -> float:
-        """End of the design [s], including the rate held for runs that converge late."""
+        """End time of the design [s], including the time for which the last rate is held."""
         return max(self.t_end, self.hold_until)
 
     @cached_property
     def slew_back(self) -> SlewBack | None:
-        """Slew back after the design, if the scenario requests one."""
+        """Slew back after the end of the design; None if the scenario requests no slew back."""
         limits, initial = self.body.slew_limits, self.body.initial_attitude
         return find_slew_back(self.scenario, self.design, self.design_end, limits, initial)
 
     @property
     def commanded_design(self) -> Floats:
-        """Commanded design, including the slew back."""
+        """Design that the satellite executes, including the slew back."""
         return self.design if self.slew_back is None else self.slew_back.design
 
     @property
     def end(self) -> float:
-        """End of the plan [s]."""
+        """End time of the plan [s], including the slew back."""
         return self.design_end if self.slew_back is None else self.slew_back.end
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """Phases of the plan: maneuvers, held rate, and slew back.
+        """Phases of the plan in chronological order: maneuvers, held rate and slew back.
 
-        The time that is added for runs that converge late is a separate phase.
+        The time for which the last rate is held after `t_end` is a separate phase.
         """
         step, limits = self.body.step, self.body.slew_limits
-        found = split_phases(list_phases(self.design, self.design_end, step, limits), self.t_end)
-        return found if self.slew_back is None else found + self.slew_back.list_phases(step, limits)
+        phases = split_phases(list_phases(self.design, self.design_end, step, limits), self.t_end)
+        return (
+            phases if self.slew_back is None else phases + self.slew_back.list_phases(step, limits)
+        )
 
     @cached_property
     def intervals(self) -> RateIntervals:
-        """Intervals of constant rate until the end."""
+        """Intervals of constant rate until the end of the plan."""
         return build_rate_intervals(
             self.commanded_design, self.end, self.body.step, self.body.slew_limits
         )
 
     @cached_property
     def motion(self) -> Motion:
-        """Rates and attitudes at every step until the end."""
+        """Body rate and attitude at each filter step until the end of the plan."""
         return Motion.from_design(
             self.body, self.commanded_design, round(self.end / self.body.step)
         )
 
     @property
     def attitude(self) -> Floats:
-        """GCRS-to-body matrices at every step until the end, shape (n + 1, 3, 3)."""
+        """GCRS-to-body matrix at each filter step until the end of the plan, shape (n + 1, 3,
+        3).
+        """
         return self.motion.attitude

@@ -1,1 +1,3 @@
-"""Views of plans for display: `ManeuverView` with its tables, summaries, remarks and figures."""
+"""Display of maneuver plans: tables, summaries, warnings and figures for the command line and
+reports.
+"""

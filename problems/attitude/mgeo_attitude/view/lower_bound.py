@@ -1,4 +1,7 @@
-"""Comparison of plans with the lower bound of trace and 1-sigmas; see `mgeo_attitude.lower_bound`."""
+"""Comparison of plans with the lower bounds of trace and 1-sigma that hold for every maneuver.
+
+The bounds are computed in `mgeo_attitude.lower_bound`.
+"""
 
 from __future__ import annotations
 
@@ -20,14 +23,14 @@ from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.view.plans import Plans
 from mgeo_attitude.view.summaries import format_duration
 
-#: Relative tolerance for the filter's rounding errors, which the bound does not include.
+#: Relative tolerance for rounding errors of the filter, which the lower bound does not include.
 _ROUNDING = 1e-9
-#: Number of points of a curve.
+#: Number of points of each curve in a figure.
 _N_POINTS = 400
 
 
 def find_lower_bound(problem: AttitudeManeuverProblem) -> LowerBound | None:
-    """Return the lower bound of nominal plans, or None if no bound is proved."""
+    """Return the lower bounds over all maneuvers of a scenario, or None if none can be proved."""
     try:
         return problem.lower_bound
     except NoLowerBoundError:
@@ -35,131 +38,162 @@ def find_lower_bound(problem: AttitudeManeuverProblem) -> LowerBound | None:
 
 
 def is_valid_for_monte_carlo(scenario: Scenario) -> bool:
-    """Return whether the nominal lower bound also holds for each Monte Carlo run.
+    """Return True if random sensor errors cannot make a plan better than the nominal lower bound.
 
-    The bound does not depend on errors of the initial attitude or of the rates, except with gyro
-    errors that rates make observable, and after a previous calibration.
+    The nominal lower bound does not depend on errors of the initial attitude or of the rates. The
+    exceptions are gyro errors that rates make observable, scenarios that follow an earlier
+    calibration, and Monte Carlo runs with random start delays or noise levels.
     """
-    flight = scenario.monte_carlo
-    if flight is None:
+    settings = scenario.monte_carlo
+    if settings is None:
         return True
-    same = not (flight.start_delay or flight.noise_spread) and scenario.prior is None
-    return same and list(scenario.gyro.states()) == ["bias"]
+    has_nominal_model = not (settings.start_delay or settings.noise_spread)
+    return has_nominal_model and scenario.prior is None and list(scenario.gyro.states()) == ["bias"]
 
 
 def list_infeasible_requirements(problem: AttitudeManeuverProblem) -> list[str]:
-    """Return a line for each required 1-sigma that is below its lower bound."""
+    """Return one line of text for each required 1-sigma that lies below its lower bound.
+
+    No maneuver can meet such a requirement. The line suggests how to change the scenario.
+    """
     scenario, model = problem.scenario, problem.model
     if not scenario.required_sigma or not is_valid_for_monte_carlo(scenario):
         return []
-    curves = find_lower_bound(problem)
-    if curves is None:
+    bound = find_lower_bound(problem)
+    if bound is None:
         return []
     required = RequiredSigma(scenario.required_sigma).list_sigmas(model.suite.units)
-    first = model.window_steps if model.rule == "trace" else 0  # earliest step of t_end
+    first = model.window_steps if model.rule == "trace" else 0  # Earliest step of t_end.
     lines = []
-    for unit, name, greatest in zip(
+    for unit, name, max_sigma in zip(
         list_block_units(model.suite), model.suite.blocks, required, strict=True
     ):
-        least = (1.0 - _ROUNDING) * float(curves.compute_sigma(name)[first:].min())
-        if least > greatest:
+        min_sigma = (1.0 - _ROUNDING) * float(bound.compute_sigma(name)[first:].min())
+        if min_sigma > max_sigma:
             lines.append(
-                f"required 1-sigma of {unit.label}: {greatest * unit.factor:.4g} {unit.unit} cannot"
-                f" be reached within {format_duration(model.duration)} by any maneuver: relax it to more than "
-                f"{_round_up(least * unit.factor)} {unit.unit}, take better sensors, or a longer "
-                "duration"
+                f"required 1-sigma of {unit.label}: {max_sigma * unit.factor:.4g} {unit.unit} "
+                f"cannot be reached within {format_duration(model.duration)} by any maneuver: "
+                f"relax it to more than {_round_up(min_sigma * unit.factor)} {unit.unit}, take "
+                "better sensors, or a longer duration"
             )
     return lines
 
 
 def summarize_lower_bound(plans: Plans, sample: Plans, sample_label: str) -> list[str]:
-    """Return a line that compares the traces of nominal plans with the lower bound.
+    """Return a line of text on the ratio of the trace of plans to its lower bound.
 
-    The line covers the default solution of the front and the median of the plans `sample`.
+    The line has the ratio of the default solution of the front and the median ratio of a sample of
+    the plans. If no lower bound can be proved, it has the reason.
+
+    Parameters
+    ----------
+    plans : Plans
+        All plans of the front.
+    sample : Plans
+        The sample, usually `plans` or a part of them.
+    sample_label : str
+        Phrase for the sample, such as "50 evaluated plans".
     """
     from mgeo.runs.summary import select_default_solution
 
     problem = plans.problem
     try:
-        curves = problem.lower_bound
+        bound = problem.lower_bound
     except NoLowerBoundError as reason:
         return [f"no lower bound of the trace: {reason}"]
-    ratios = sample.nominal.trace / curves.evaluate_trace(sample.nominal.t_end)
+    ratios = sample.nominal.trace / bound.evaluate_trace(sample.nominal.t_end)
     rows = np.flatnonzero(np.isfinite(plans.F).all(axis=1))
     if not len(rows) or np.isnan(ratios).all():
         return []
     row = int(rows[select_default_solution(problem, plans.F[rows]).row])
-    shown = plans.select([row]).nominal
-    (least,) = curves.evaluate_trace(shown.t_end)
+    default = plans.select([row]).nominal
+    (min_trace,) = bound.evaluate_trace(default.t_end)
     return [
-        f"the lower bound of the trace after {format_duration(shown.t_end[0])} is {least:.3g}: solution {row} "
-        f"has {shown.trace[0] / least:.2f} times its bound; the median of {sample_label} is "
-        f"{np.nanmedian(ratios):.2f} times"
+        f"the lower bound of the trace after {format_duration(default.t_end[0])} is "
+        f"{min_trace:.3g}: solution {row} has {default.trace[0] / min_trace:.2f} times its bound; "
+        f"the median of {sample_label} is {np.nanmedian(ratios):.2f} times"
     ]
 
 
 def compute_bound_curves(problem: AttitudeManeuverProblem, t_end: Floats) -> Floats:
-    """Return the lower bound over the range of `t_end`, shape (k, 3).
+    """Sample the lower bounds of trace and attitude 1-sigma over a range of convergence times.
 
-    The range starts at 0.8 times the smallest `t_end`. For problems with Monte Carlo runs, whose
-    times vary, the curves are the running minimum of the bound.
+    The range starts at 0.8 times the smallest time. With Monte Carlo runs, the convergence time of
+    a plan varies between runs; the curves are then the running minimum of the bounds.
+
+    Parameters
+    ----------
+    problem : AttitudeManeuverProblem
+    t_end : array, shape (n,)
+        Convergence times of plans [s].
 
     Returns
     -------
     array, shape (k, 3)
-        Time [s], trace, and 1-sigma of the attitude about the worst body axis [deg]; no rows if no
-        bound is proved.
+        Time [s], trace, and 1-sigma of the attitude about the worst body axis [deg]. There are no
+        rows if no bound can be proved.
     """
-    found = find_lower_bound(problem) if is_valid_for_monte_carlo(problem.scenario) else None
-    if found is None:
+    bound = find_lower_bound(problem) if is_valid_for_monte_carlo(problem.scenario) else None
+    if bound is None:
         return np.empty((0, 3))
     ends = [0.8 * np.nanmin(t_end), np.nanmax(t_end)]
-    first, last = np.searchsorted(found.times, ends).clip(max=len(found.times) - 1)
-    shown = np.unique(np.linspace(first, last, _N_POINTS).round().astype(np.int64))
-    curves = np.column_stack([found.trace, np.degrees(found.compute_sigma("attitude"))])
+    first, last = np.searchsorted(bound.times, ends).clip(max=len(bound.times) - 1)
+    indices = np.unique(np.linspace(first, last, _N_POINTS).round().astype(np.int64))
+    curves = np.column_stack([bound.trace, np.degrees(bound.compute_sigma("attitude"))])
     if problem.scenario.monte_carlo:
         curves = np.minimum.accumulate(curves)
-    return np.column_stack([found.times, curves])[shown]
+    return np.column_stack([bound.times, curves])[indices]
 
 
 def compare_with_lower_bound(
     model: FilterModel, bound: LowerBound, history: FilterHistory
 ) -> pd.DataFrame:
-    """Compare the worst axis of each 3-vector of the state with the lower bound at a plan's end.
+    """Compare the worst-axis 1-sigmas at the end of a plan with their lower bounds, in a table.
+
+    Parameters
+    ----------
+    model : FilterModel
+    bound : LowerBound
+    history : FilterHistory
+        Covariance history of the plan until its convergence.
 
     Returns
     -------
     DataFrame
-        One row per 3-vector, with columns ``unit``, ``predicted``, ``at best`` (the lower bound)
-        and ``predicted / at best [-]``.
+        One row per 3-vector of the state. Columns: ``unit``, ``predicted``, ``lower bound`` and
+        ``predicted / lower bound [-]``.
     """
     step = round(history.t_end / model.step)
     units = list_block_units(model.suite)
     factors = np.array([unit.factor for unit in units])
     worst = history.sigma[-1].reshape(-1, 3).max(axis=1)
-    least = np.array([bound.compute_sigma(name)[step] for name in model.suite.blocks])
+    bounds = np.array([bound.compute_sigma(name)[step] for name in model.suite.blocks])
     return pd.DataFrame(
         {
             "unit": [unit.unit for unit in units],
             "predicted": worst * factors,
-            "lower bound": least * factors,
-            "predicted / lower bound [-]": worst / least,
+            "lower bound": bounds * factors,
+            "predicted / lower bound [-]": worst / bounds,
         },
         index=pd.Index([unit.label for unit in units], name="error"),
     )
 
 
 def describe_lower_bound(bound: LowerBound, t_end: float, trace: float) -> Iterator[str]:
-    """Yield lines on a plan's trace relative to the lower bound, and on the bound's relaxations."""
-    (least,) = bound.evaluate_trace(np.array([t_end]))
+    """Yield lines of text on a plan's trace relative to its lower bound, and on relaxations.
+
+    A relaxation is a simplification by which the bound is lower than necessary.
+    """
+    (min_trace,) = bound.evaluate_trace(np.array([t_end]))
     yield (
-        f"the trace is {trace / least:.2f} times its lower bound, which is {least:.3g} after "
-        f"{format_duration(t_end)}"
+        f"the trace is {trace / min_trace:.2f} times its lower bound, which is {min_trace:.3g} "
+        f"after {format_duration(t_end)}"
     )
     if bound.relaxations:
         yield f"relaxation of the lower bound: {'; '.join(bound.relaxations)}"
 
 
 def _round_up(value: float) -> str:
+    """Format a positive number with three significant digits, rounded up."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 2)
     return f"{math.ceil(value / unit * (1.0 - 1e-12)) * unit:.3g}"

@@ -1,4 +1,6 @@
-"""View of maneuver plans that the command line and reports of mgeo display."""
+"""View of maneuver plans: the tables, texts and figures that the command line and reports
+display.
+"""
 
 from __future__ import annotations
 
@@ -23,14 +25,14 @@ from mgeo_attitude.view.plans import (
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-#: Relative excess up to which an objective counts as satisfied in the Monte Carlo runs.
+#: Relative excess over its predicted value up to which an objective counts as reached.
 TOLERANCE = 0.1
 
 
 class ManeuverView(Plans):
-    """View of n maneuver plans, shape (n, n_var).
+    """View of n maneuver plans: their tables, summaries, warnings and figures for display.
 
-    `mgeo.View` documents the methods; `Plans` holds the evaluation results.
+    `mgeo.View` documents the methods, and `Plans` has the evaluation results.
     """
 
     def describe(self) -> pd.DataFrame:
@@ -43,51 +45,58 @@ class ManeuverView(Plans):
         return summaries.summarize_plans(self)
 
     def constraints(self) -> list[pd.DataFrame]:
-        """Return constraints and margins, one table per plan; see `margins.tables`.
+        """Return, for each plan, a table of constraint values, bounds and margins.
 
-        With Monte Carlo runs, each value holds in the requested share of the runs. Path constraints
-        and the wheel budget have additional rows for the time after convergence, that is, for the
-        constant-rate hold and for the slew back. The search does not evaluate these rows.
+        With Monte Carlo runs, each value is satisfied in the requested share of the runs. Path
+        constraints and wheel budgets have additional rows for the constant-rate hold after
+        convergence and for the slew back. The search does not evaluate these rows. See
+        `margins.build_constraint_tables` for the columns.
         """
         result = []
-        limits = [
-            limit for each in list_constraints(self.problem.scenario) for limit in each.bounds
+        bounds = [
+            bound for each in list_constraints(self.problem.scenario) for bound in each.bounds
         ]
         for row, after in zip(
             self.violations, margins.compute_margins_after_convergence(self), strict=True
         ):
-            result += margins.build_constraint_tables(limits, row[None], [after])
+            result += margins.build_constraint_tables(bounds, row[None], [after])
         return result
 
     def remarks(self) -> list[str]:
-        """Return lines on the robustness of a front, its margins and the lower bound.
+        """Return lines of text on robustness, margins and lower bound of the plans, and
+        warnings.
 
-        The lines count the plans that satisfy their objectives, and their constraints until the
-        end. The `notes` follow. Of a large front, a sample of plans is evaluated.
+        The lines count the plans that reach their predicted objectives in most Monte Carlo runs,
+        and those that satisfy their constraints until the end of the plan. If there are many plans,
+        a sample of them is evaluated.
         """
         if not len(self.X):
             return self.notes()
         rows = select_sample_rows(len(self.X))
-        some, these = self.select(rows), format_plan_count(rows, len(self.X))
+        sample, sample_label = self.select(rows), format_plan_count(rows, len(self.X))
         return [
-            _summarize_robustness(some, these),
-            *margins.summarize_margins(some, these),
-            *lower_bound.summarize_lower_bound(self, some, these),
+            _summarize_robustness(sample, sample_label),
+            *margins.summarize_margins(sample, sample_label),
+            *lower_bound.summarize_lower_bound(self, sample, sample_label),
             *self.notes(),
         ]
 
     def suggestions(self) -> list[str]:
-        """Return suggestions for required 1-sigmas that no plan reaches."""
         return suggestions.suggest_changes(self)
 
     def figures(self) -> dict[str, go.Figure]:
-        """Return figures of all plans; ``front`` exists only for the paper's objectives."""
+        """Return the figures of all plans by name: ``front``, ``maneuvers`` and ``convergence``.
+
+        ``front`` exists only for the paper's objectives, t_end and trace.
+        """
         from mgeo_attitude.view.figures.time_series import build_figures
 
         return build_figures(self)
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """Return small figures of each plan: rates, directions of Sun and field, 1-sigmas."""
+        """Return small figures of each plan by name: rates, attitude, directions of Sun and field,
+        1-sigmas.
+        """
         import plotly.graph_objects as go
 
         return [
@@ -96,39 +105,39 @@ class ManeuverView(Plans):
         ]
 
     def figure_dicts(self) -> list[dict[str, dict[str, Any]]]:
-        """Return the figures of `solution_figures` as plotly dictionaries."""
         from mgeo_attitude.view.figures.plan_drawings import draw_plans
 
         return list(draw_plans(self))
 
     def review(self) -> Review:
-        """Return a review document of the only plan; see `plan.tables.review`."""
         from mgeo_attitude.plan.plan import ManeuverPlan
         from mgeo_attitude.plan.tables import build_review
 
         return build_review(ManeuverPlan.from_design(self.problem, self.X[0], self.F[0]))
 
     def infeasibility_reasons(self) -> list[str]:
-        """Return the requirements that the lower bound proves infeasible."""
         return lower_bound.list_infeasible_requirements(self.problem)
 
     def facts(self) -> dict[str, str]:
-        """Return orbit, illumination, margins at rest and validity of the scenario."""
         return satellite.describe_satellite(self.problem)
 
     def notes(self) -> list[str]:
-        """Return warnings on implausible values, assumptions and validity of the covariance."""
+        """Return warnings on implausible values, assumptions, and initial errors beyond the
+        validated range.
+        """
         scenario = self.problem.scenario
-        remarks = [
+        validity = [
             f"{line} (docs/consistency.md): verify a plan"
             for line in find_validity_violations(scenario)
         ]
-        return [*find_implausible_values(scenario), *scenario.assumptions, *remarks]
+        return [*find_implausible_values(scenario), *scenario.assumptions, *validity]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
-        """Return the number of points of a front that converge in the first orbit, and later.
+        """Return the numbers of points of a front that converge within the first orbit and
+        later.
 
-        The result is empty for objectives other than the paper's.
+        The dict has the keys ``points, first orbit`` and ``points, second orbit``. It is empty for
+        objectives other than the paper's.
         """
         if self.problem.objectives != PAPER_OBJECTIVES:
             return {}
@@ -136,18 +145,16 @@ class ManeuverView(Plans):
 
 
 def _summarize_robustness(plans: Plans, sample_label: str) -> str:
-    """Count the plans that satisfy their objectives in most Monte Carlo runs, as a line."""
     names = list(plans.problem.obj_names)
-    if (
-        plans.problem.model.ends_with_last_maneuver
-    ):  # the design fixes t_end, so every run satisfies it
+    if plans.problem.model.ends_with_last_maneuver:
+        # The design fixes t_end, so that every run reaches it.
         names = [name for name in names if name != OBJECTIVES["t_end"].label] or names
     # The comparison is false for NaN, the result of a lost covariance.
-    in_time = plans.monte_carlo_objectives - plans.F <= TOLERANCE * np.abs(plans.F)
-    keep = in_time.all(axis=1) & ~np.isinf(plans.monte_carlo_t_end)
+    is_reached = plans.monte_carlo_objectives - plans.F <= TOLERANCE * np.abs(plans.F)
+    is_robust = is_reached.all(axis=1) & ~np.isinf(plans.monte_carlo_t_end)
     ratio = plans.compare_with_monte_carlo()[f"Monte Carlo / predicted {names[0]}"]
     return (
-        f"{keep.sum()} of {sample_label} reach their objectives within {TOLERANCE:.0%} in {MONTE_CARLO_SHARE_TEXT}; "
-        f"the ratio of {names[0]} in these runs to the plan's is {ratio.median():.3g} in the "
-        f"median, {ratio.max():.3g} at most"
+        f"{is_robust.sum()} of {sample_label} reach their objectives within {TOLERANCE:.0%} in "
+        f"{MONTE_CARLO_SHARE_TEXT}; the ratio of {names[0]} in these runs to the plan's is "
+        f"{ratio.median():.3g} in the median, {ratio.max():.3g} at most"
     )

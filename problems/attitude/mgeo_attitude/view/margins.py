@@ -1,6 +1,6 @@
-"""Margins of plans to the constraints of their scenario, each in the unit of the constraint.
+"""Margins of plans to the constraints of their scenario, in the unit of each constraint.
 
-The margins also cover the time after convergence, which the search does not evaluate.
+The margins include the time after convergence, which the search does not evaluate.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view.plans import Plans
 
-#: Unit, value, "at most" or "at least", limit and margin.
+#: Row of a constraint table: unit, value, "at most" or "at least", bound and margin.
 MarginRow = tuple[str, float, str, float, float]
 _COLUMNS = ["unit", "value", "bound_type", "bound_value", "margin"]
-#: Number of 1-sigmas in the attitude margin, the default of path constraints.
+#: Number of 1-sigmas in the final attitude error, the default of path constraints.
 _SIGMAS = 3.0
-#: Names of the intervals after `t_end`.
+#: Phrases for the two intervals after convergence, in labels of constraints.
 INTERVALS_AFTER_CONVERGENCE = ("in the constant-rate hold", "in the slew back")
-#: Label of the row of `ManeuverLimits.end_tolerance_deg`.
+#: Label of the constraint that ``maneuvers.end_tolerance_deg`` sets.
 END_ATTITUDE = "attitude after the slew back, 3 sigma"
 
 
@@ -42,29 +42,29 @@ def build_constraint_tables(
     violations: Floats,
     margins_after: Sequence[Mapping[str, MarginRow]] | None = None,
 ) -> list[pd.DataFrame]:
-    """Return a table of constraints for each of n designs.
+    """Return, for each of n designs, a table of constraint values, bounds and margins.
 
     Parameters
     ----------
-    bounds : sequence of Limit
-    violations : array, shape (n, n_limits)
-        Relative violations, positive if violated.
+    bounds : sequence of Bound
+    violations : array, shape (n, n_bounds)
+        Relative violations of the bounds, positive if violated.
     margins_after : sequence of mapping, optional
-        Additional rows of each design for the time after convergence; see `compute_margins_after_convergence`.
+        Additional rows of each design by label; see `compute_margins_after_convergence`.
 
     Returns
     -------
     list of DataFrame
-        One row per constraint. Columns: ``unit``, ``value``, ``bound`` ("at most" or "at least"),
-        ``limit``, and ``margin``, which is negative if the constraint is violated.
+        One row per constraint. Columns: ``unit``, ``value``, ``bound_type`` ("at most" or "at
+        least"), ``bound_value``, and ``margin``, which is negative if the constraint is violated.
     """
-    more = [{} for _ in violations] if margins_after is None else margins_after
+    additional_rows = [{} for _ in violations] if margins_after is None else margins_after
     result = []
-    for row, rest in zip(violations, more, strict=True):
-        cells = [_build_row(limit, each) for limit, each in zip(bounds, row.tolist(), strict=True)]
-        labels = [*(limit.label for limit in bounds), *rest]
+    for row, additional in zip(violations, additional_rows, strict=True):
+        cells = [_build_row(bound, each) for bound, each in zip(bounds, row.tolist(), strict=True)]
+        labels = [*(bound.label for bound in bounds), *additional]
         index = pd.Index(labels, name="constraint", dtype=str)
-        result.append(pd.DataFrame([*cells, *rest.values()], columns=_COLUMNS, index=index))
+        result.append(pd.DataFrame([*cells, *additional.values()], columns=_COLUMNS, index=index))
     return result
 
 
@@ -85,7 +85,7 @@ def _build_upper_bound_row(unit: str, value: float, bound: float) -> MarginRow:
 
 
 def has_constraints_after_convergence(scenario: Scenario) -> bool:
-    """Return whether constraints apply to plans after convergence."""
+    """Return True if a scenario has constraints on the time after the convergence of a plan."""
     wheels = scenario.wheels
     budgeted = wheels is not None and wheels.has_momentum_budget
     limited = scenario.path_constraints or scenario.windows or budgeted
@@ -94,12 +94,17 @@ def has_constraints_after_convergence(scenario: Scenario) -> bool:
 
 
 def compute_margins_after_convergence(plans: Plans) -> list[dict[str, MarginRow]]:
-    """Return the margins of each plan for the time after convergence, by label.
+    """Return a dict of constraint margins for the time after convergence, for each plan.
 
-    Path constraints, the wheel budget and the end of the window are evaluated during the
-    constant-rate hold and the slew back, in about 0.1 s per design; the attitude uncertainty is
-    evaluated at the end. A design whose covariance was lost, and every design of a scenario without
-    such constraints, has an empty mapping.
+    Path constraints, wheel budgets and the deadline are evaluated during the constant-rate hold and
+    the slew back, in about 0.1 s per plan. The final attitude uncertainty is compared with its
+    tolerance. The dict is empty if the scenario has no such constraints or if the covariance of the
+    plan lost positivity.
+
+    Returns
+    -------
+    list of dict of str to MarginRow
+        One dict per plan, with labels of constraints as keys.
     """
     problem, result = plans.problem, plans.nominal
     rows: list[dict[str, MarginRow]] = [{} for _ in plans.X]
@@ -124,10 +129,17 @@ def compute_margins_after_convergence(plans: Plans) -> list[dict[str, MarginRow]
             rows[i][f"{PLAN_END}, including hold and slew back"] = _build_upper_bound_row(
                 "s", edges[-1], latest
             )
-        for (start, end), while_ in zip(pairwise(edges), INTERVALS_AFTER_CONVERGENCE, strict=False):
+        for (start, end), interval_name in zip(
+            pairwise(edges), INTERVALS_AFTER_CONVERGENCE, strict=False
+        ):
             if start < end:
                 rows[i] |= compute_interval_margins(
-                    problem.model, trajectory, start, end, result.covariance[i, :3, :3], while_
+                    problem.model,
+                    trajectory,
+                    start,
+                    end,
+                    result.covariance[i, :3, :3],
+                    interval_name,
                 )
     return rows
 
@@ -137,26 +149,30 @@ def _compute_final_attitude_error(
 ) -> float:
     """Return three times the attitude 1-sigma about the worst axis at the end of a plan [deg].
 
-    The covariance includes all measurements until the end and the growth by the gyro's noise.
+    The covariance includes all measurements until the end and the growth due to gyro noise.
     """
     last = round(trajectory.end / model.step)
-    if last > model.n_steps:  # the scenario's duration bounds t_end, not the slew back
+    if last > model.n_steps:  # The scenario's duration bounds t_end, but not the slew back.
         longer = dataclasses.replace(scenario, duration=last * model.step)
         model = FilterModel.from_scenario(longer)
-    ran = evaluate(model, trajectory.commanded_design, covariance=True, end_steps=last)
-    return _SIGMAS * float(attitude_accuracy_deg(ran.covariance[0]))
+    result = evaluate(model, trajectory.commanded_design, covariance=True, end_steps=last)
+    return _SIGMAS * float(attitude_accuracy_deg(result.covariance[0]))
 
 
 def summarize_margins(plans: Plans, sample_label: str) -> list[str]:
-    """Return a line that counts the plans of a front that satisfy all constraints to their end."""
+    """Return a line of text that counts the plans that satisfy all constraints after convergence.
+
+    The line names the violated constraints. The list is empty if the scenario has no such
+    constraints.
+    """
     if not has_constraints_after_convergence(plans.problem.scenario):
         return []
     exceeded = [
         {label for label, (*_, margin) in after.items() if margin < 0.0}
         for after in compute_margins_after_convergence(plans)
     ]
-    keep = sum(not each for each in exceeded)
-    line = f"{keep} of {sample_label} satisfy all constraints after convergence"
+    n_satisfied = sum(not each for each in exceeded)
+    line = f"{n_satisfied} of {sample_label} satisfy all constraints after convergence"
     if labels := sorted(set().union(*exceeded)):
         line += f"; the other plans violate {', '.join(labels)}"
     return [line]
@@ -170,23 +186,28 @@ def compute_interval_margins(
     covariance: Floats,
     interval_name: str,
 ) -> dict[str, MarginRow]:
-    """Return margins of path constraints and of the wheel budget in an interval, by label.
+    """Return a dict of the margins of path constraints and wheel budgets in an interval, by
+    label.
 
     Parameters
     ----------
     model : FilterModel
     trajectory : Trajectory
     start, end : float
-        Interval [s] after the epoch, both on a step of the filter.
+        Start and end of the interval after the epoch [s], both on a step of the filter.
     covariance : array, shape (3, 3)
         Attitude covariance, body axes [rad²], assumed constant over the interval.
     interval_name : str
-        Name of the interval, for the labels.
+        Phrase for the interval, appended to the labels.
+
+    Returns
+    -------
+    dict of str to MarginRow
     """
     scenario = trajectory.scenario
     first, last = (round(time / model.step) for time in (start, end))
     attitude = trajectory.attitude[first : last + 1]
-    turn = np.vstack([np.zeros(3), model.step * trajectory.motion.rates[first:last]])
+    rotation = np.vstack([np.zeros(3), model.step * trajectory.motion.rates[first:last]])
     rows: dict[str, MarginRow] = {}
     wheels = scenario.wheels
     if wheels is not None and wheels.has_momentum_budget:
@@ -196,37 +217,44 @@ def compute_interval_margins(
         for (name, unit), load, bound in zip(names, loads, bounds, strict=True):
             if bound is not None:
                 rows[name] = _build_upper_bound_row(unit, load, bound)
-    at = SatelliteState.from_times(
+    states = SatelliteState.from_times(
         scenario, start + model.step * np.arange(len(attitude), dtype=float)
     )
-    at = at if scenario.eclipse else at.without_eclipses()
+    states = states if scenario.eclipse else states.without_eclipses()
     covariances = np.repeat(covariance[None], len(attitude), axis=0)
-    for limit in scenario.path_constraints:
-        cone, bound = limit.build_cone(), limit.half_angle_deg
+    for constraint in scenario.path_constraints:
+        cone, bound = constraint.build_cone(), constraint.half_angle_deg
         excess = compute_violation_on_orbit(
-            cone, limit.attitude_sigmas, at, scenario.epoch, attitude, turn, covariances
+            cone,
+            constraint.attitude_sigmas,
+            states,
+            scenario.epoch,
+            attitude,
+            rotation,
+            covariances,
         )
-        worst = np.degrees(max(float(excess.max()), -np.pi))  # -inf if the Sun is never visible
+        # The violation is -inf if the Sun is never visible.
+        worst = np.degrees(max(float(excess.max()), -np.pi))
         if cone.keep_in:
-            rows[limit.label] = _build_upper_bound_row("deg", worst, bound)
+            rows[constraint.label] = _build_upper_bound_row("deg", worst, bound)
         else:
-            rows[limit.label] = ("deg", -worst, "at least", bound, -worst - bound)
+            rows[constraint.label] = ("deg", -worst, "at least", bound, -worst - bound)
     return {f"{label} {interval_name}": row for label, row in rows.items()}
 
 
 def _compute_wheel_load(
     model: FilterModel, trajectory: Trajectory, first: int, last: int
 ) -> Floats:
-    """Return the largest momentum [N m s] and torque [N m] of budgeted wheels, shape (2,)."""
-    from mgeo_attitude.filter.wheel_load import compute_wheel_loads  # imports numba
+    """Return the largest momentum [N m s] and torque [N m] of the wheels between two steps."""
+    from mgeo_attitude.filter.wheel_load import compute_wheel_loads  # The import of numba is slow.
 
     scenario = trajectory.scenario
-    times = model.step * np.arange(last + 1, dtype=float)  # may extend beyond the run
-    around = Environment.from_times(scenario, times)
+    times = model.step * np.arange(last + 1, dtype=float)  # They may extend beyond the run.
+    environment = Environment.from_times(scenario, times)
     budget = MomentumBudget.from_scenario(
-        scenario, around, model.initial_attitude, model.initial_rate
+        scenario, environment, model.initial_attitude, model.initial_rate
     )
-    assert budget is not None  # the caller checks that the wheels have a budget
-    flown = model.build_schedule(trajectory.commanded_design, last + 1)
-    loads: Floats = compute_wheel_loads(budget, flown, np.array([last]), model.step, 1, first)[0]
+    assert budget is not None  # The caller checks that the wheels have a budget.
+    schedule = model.build_schedule(trajectory.commanded_design, last + 1)
+    loads: Floats = compute_wheel_loads(budget, schedule, np.array([last]), model.step, 1, first)[0]
     return loads

@@ -1,4 +1,4 @@
-"""Evaluation results of plans of one scenario, each computed on first access."""
+"""Evaluation results of maneuver plans of one scenario, each computed on first access."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ from mgeo_attitude.scenario.criteria import MonteCarloSettings
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 
-#: Share of Monte Carlo runs in which a plan's ``kept`` values hold, as a number and in words.
+#: Share of Monte Carlo runs that do not exceed the displayed value, as a number and in words.
 MONTE_CARLO_SHARE, MONTE_CARLO_SHARE_TEXT = 0.9, "9 of 10 Monte Carlo runs"
-#: Largest number of plans that remarks and figures evaluate; 200 runs of each take 1 to 2 s.
+#: Largest number of plans that remarks and figures evaluate. For each, 200 runs take 1 to 2 s.
 _MAX_EVALUATED = 50
 
 
 class NominalResults(NamedTuple):
-    """Results of the nominal runs of n plans.
+    """Convergence times, traces and covariances of n plans in nominal runs.
 
     Attributes
     ----------
     t_end, trace : arrays, shape (n,)
-        Time of convergence [s] and weighted trace of the covariance at that time; NaN if the
+        Convergence time [s], and weighted trace of the covariance at that time; NaN if the
         covariance lost positivity.
     covariance : array, shape (n, n_states, n_states)
-        Covariance at `t_end`.
+        Covariance at `t_end` in the filter's units.
     """
 
     t_end: Floats
@@ -48,13 +48,19 @@ class NominalResults(NamedTuple):
 
 
 class Plans(View):
-    """Maneuver plans, shape (n, n_var), with cached results.
+    """Maneuver plans of one problem with cached evaluation results.
 
-    Views created by `select` share the caches of their source.
+    A view that `select` returns shares the caches of its source.
+
+    Parameters
+    ----------
+    problem : AttitudeManeuverProblem
+    X : array_like, shape (n, n_var)
+        Designs.
     """
 
     problem: AttitudeManeuverProblem
-    #: Number of independent Monte Carlo runs from which `kept` is computed.
+    #: Number of independent Monte Carlo runs per plan.
     n_monte_carlo_runs: ClassVar[int] = 200
 
     def __init__(self, problem: AttitudeManeuverProblem, X: ArrayLike) -> None:
@@ -64,7 +70,7 @@ class Plans(View):
 
     def select(self, rows: ArrayLike) -> Plans:
         part = super().select(rows)
-        assert isinstance(part, Plans)  # the class of the problem's view
+        assert isinstance(part, Plans)  # `View.select` returns an instance of this class.
         part._caches, part._slew_backs = self._caches, self._slew_backs
         if "nominal" in self.__dict__:
             part.nominal = NominalResults(*(each[np.asarray(rows)] for each in self.nominal))
@@ -76,33 +82,36 @@ class Plans(View):
 
     @cached_property
     def nominal(self) -> NominalResults:
-        """Results of the nominal runs, taken from the run folder if stored, else evaluated."""
+        """Results of the nominal runs, read from the run folder if stored there, else evaluated."""
         return NominalResults(
             self._nominal_run.t_end, self._nominal_run.trace, self._nominal_run.covariance
         )
 
     def arrays(self) -> dict[str, Floats]:
-        """Return the results of the nominal runs by the field names of `NominalResults`."""
         return self.nominal._asdict()
 
     @cached_property
     def F(self) -> Floats:
-        """Objectives, shape (n, n_obj), taken from the run folder if stored, else evaluated.
+        """Objectives, shape (n, n_obj), read from the run folder if stored there, else
+        evaluated.
 
-        With Monte Carlo runs, the objectives are statistics of these; otherwise they are nominal.
+        With Monte Carlo runs, the objectives are quantiles or means over the runs; otherwise they
+        are those of the nominal runs.
         """
         return self.objectives_and_constraints[:, : self.problem.n_obj]
 
     @property
     def violations(self) -> Floats:
-        """Relative violation of each constraint, shape (n, n_limits); positive if violated."""
+        """Relative violations of all bounds of the constraints, shape (n, n_bounds), positive where
+        violated.
+        """
         if not self.problem.n_ieq_constr:
             return np.empty((len(self.X), 0))
         return self.objectives_and_constraints[:, self.problem.n_obj + self.problem.n_ieq_constr :]
 
     @cached_property
     def objectives_and_constraints(self) -> Floats:
-        """Objectives, constraints and `excesses`, side by side."""
+        """Objectives, constraint values, and violations of all bounds, as columns of one array."""
         problem = self.problem
         if problem.monte_carlo_runs is None:
             return problem.compute_values(problem.model, self._nominal_run)
@@ -113,31 +122,34 @@ class Plans(View):
 
     @property
     def monte_carlo_objectives(self) -> Floats:
-        """Objectives in the share `MOST` of 200 independent Monte Carlo runs, shape (n, n_obj)."""
+        """0.9-quantile of each objective over independent Monte Carlo runs, shape (n, n_obj)."""
         return self._evaluate_runs()[:, : self.problem.n_obj]
 
     @property
     def monte_carlo_sigma_deg(self) -> Floats:
-        """Attitude 1-sigma, worst body axis, in the share `MOST` of the runs [deg], shape (n,)."""
+        """0.9-quantile of the worst-axis attitude 1-sigma over Monte Carlo runs [deg], shape
+        (n,).
+        """
         return self._evaluate_runs()[:, self.problem.n_obj]
 
     @cached_property
     def sigma(self) -> Floats:
-        """1-sigma of each state at `t_end`, as displayed, shape (n, n_states).
+        """Predicted 1-sigma of each state at `t_end`, shape (n, n_states), in the filter's units.
 
-        The values belong to the nominal run. Magnetorquers have no representative nominal run,
-        since their motion depends on the initial attitude; their values are root mean squares over
-        the Monte Carlo runs of `kept`.
+        The values are those of the nominal run. With magnetorquers no run is nominal, because the
+        motion depends on the initial attitude error; the values are then root mean squares over
+        independent Monte Carlo runs.
         """
         if self.problem.scenario.is_magnetorquer_driven:
             return self._evaluate_runs()[:, self.problem.n_obj + 1 :]
         return np.sqrt(np.diagonal(self.nominal.covariance, axis1=1, axis2=2))
 
     def _evaluate_runs(self, n_runs: int | None = None, seed: int | None = None) -> Floats:
-        """Return statistics of independent Monte Carlo runs, shape (n, n_obj + 1 + n_states).
+        """Return quantiles of objectives and attitude 1-sigma over Monte Carlo runs, and rms
+        1-sigmas.
 
-        Columns: objectives and 1-sigma of the attitude [deg] in the share `MOST` of the runs, then
-        the root mean square of the 1-sigma of each state.
+        The columns are the 0.9-quantiles of the objectives and of the worst-axis attitude 1-sigma
+        [deg], then the root mean square of the 1-sigma of each state.
         """
         problem = self.problem
         errors = problem.scenario.monte_carlo or MonteCarloSettings()
@@ -147,27 +159,28 @@ class Plans(View):
             seed=errors.seed + 1 if seed is None else seed,
         )
 
-        def found(model: FilterModel, ran: Evaluation) -> Floats:
-            objectives = problem.compute_values(model, ran)[:, : problem.n_obj]
-            variances = np.diagonal(ran.covariance, axis1=1, axis2=2)
-            return np.column_stack([objectives, attitude_sigma_deg(ran.covariance), variances])
+        def compute_values(model: FilterModel, result: Evaluation) -> Floats:
+            objectives = problem.compute_values(model, result)[:, : problem.n_obj]
+            variances = np.diagonal(result.covariance, axis1=1, axis2=2)
+            return np.column_stack([objectives, attitude_sigma_deg(result.covariance), variances])
 
-        def run(X: Floats) -> Floats:
-            samples = MonteCarloRuns(problem.scenario, problem.model, errors)
-            values = evaluate_runs(samples, X, found, problem.threads, True)
-            own, variances = np.split(values, [problem.n_obj + 1], axis=2)
+        def compute_statistics(X: Floats) -> Floats:
+            runs = MonteCarloRuns(problem.scenario, problem.model, errors)
+            values = evaluate_runs(runs, X, compute_values, problem.threads, True)
+            criteria, variances = np.split(values, [problem.n_obj + 1], axis=2)
             return np.hstack(
-                [compute_quantile(own, MONTE_CARLO_SHARE), np.sqrt(variances.mean(axis=0))]
+                [compute_quantile(criteria, MONTE_CARLO_SHARE), np.sqrt(variances.mean(axis=0))]
             )
 
-        return self._get_cache(errors).evaluate(self.X, run)
+        return self._get_cache(errors).evaluate(self.X, compute_statistics)
 
     def compare_with_monte_carlo(
         self, n_runs: int | None = None, seed: int | None = None
     ) -> pd.DataFrame:
-        """Compare the objectives of plans with those in 9 of 10 independent Monte Carlo runs.
+        """Compare predicted objectives of plans with their 0.9-quantiles over Monte Carlo runs.
 
-        The runs are drawn from the scenario's ``flight`` errors, or from the default errors.
+        The runs are independent of those that the search used. Their errors are drawn from the
+        table ``monte_carlo`` of the scenario, or from its defaults.
 
         Parameters
         ----------
@@ -179,28 +192,31 @@ class Plans(View):
         Returns
         -------
         DataFrame
-            One row per plan. For each objective: ``promised LABEL``, the plan's value; ``kept
-            LABEL``, the value in 9 of 10 runs; and their ratio ``kept / promised LABEL``.
+            One row per plan. For each objective: ``predicted LABEL``; ``Monte Carlo LABEL``, the
+            0.9-quantile over the runs; and their ratio ``Monte Carlo / predicted LABEL``.
         """
         columns: dict[str, Floats] = {}
         statistics = self._evaluate_runs(n_runs, seed)
         for i, label in enumerate(self.problem.obj_names):
-            own, robust = self.F[:, i], statistics[:, i]
-            columns |= {f"predicted {label}": own, f"Monte Carlo {label}": robust}
-            columns[f"Monte Carlo / predicted {label}"] = robust / own
+            predicted, robust = self.F[:, i], statistics[:, i]
+            columns |= {f"predicted {label}": predicted, f"Monte Carlo {label}": robust}
+            columns[f"Monte Carlo / predicted {label}"] = robust / predicted
         return pd.DataFrame(columns)
 
     @property
     def monte_carlo_t_end(self) -> Floats:
-        """t_end in the share `MOST` of 200 independent Monte Carlo runs [s], shape (n,).
+        """0.9-quantile of the convergence time over independent Monte Carlo runs [s], shape (n,).
 
-        Infinite if too few runs converge; NaN if t_end is no objective or the covariance was lost.
+        The value is infinite if too few runs converge. It is NaN if t_end is not an objective or if
+        the covariance lost positivity.
         """
         return self._extract_t_end(self.monte_carlo_objectives)
 
     @property
     def robust_t_end(self) -> Floats:
-        """t_end over the Monte Carlo runs of the problem [s], shape (n,); NaN without such runs."""
+        """Convergence time of each plan by the problem's own Monte Carlo runs [s]; NaN without
+        runs.
+        """
         has_runs = self.problem.scenario.monte_carlo is not None
         return self._extract_t_end(self.F) if has_runs else np.full(len(self.X), np.nan)
 
@@ -213,30 +229,30 @@ class Plans(View):
 
     @cached_property
     def hold_end(self) -> Floats:
-        """End of the constant-rate hold of each plan [s], shape (n,); NaN for a lost covariance.
+        """Time until which the last rate of each plan is held [s], shape (n,).
 
-        Without Monte Carlo runs, the hold ends at the nominal t_end. With Monte Carlo runs, the
-        hold ends at the robust time, which holds in the share `MOST` of the runs or more, or at the
-        end of the scenario if too few runs converge.
+        Without Monte Carlo runs this is the nominal convergence time. With Monte Carlo runs, it is
+        the time at which at least 9 of 10 runs have converged, or the end of the scenario if too
+        few runs converge. It is NaN if the covariance lost positivity.
         """
         problem, t_end = self.problem, self.nominal.t_end
         errors = problem.scenario.monte_carlo
         if not errors:
             return t_end
-        late = self.robust_t_end
+        end = self.robust_t_end
         if errors.mean or errors.quantile < MONTE_CARLO_SHARE:
-            late = np.fmax(late, self.monte_carlo_t_end)
+            end = np.fmax(end, self.monte_carlo_t_end)
         step = problem.model.step
-        late = np.fmin(np.nan_to_num(late, posinf=np.inf), problem.model.duration)
-        # A mean over runs is no multiple of the step.
-        return np.maximum(t_end, np.ceil(late / step - 1e-9) * step)
+        end = np.fmin(np.nan_to_num(end, posinf=np.inf), problem.model.duration)
+        # A mean over runs is not a multiple of the step.
+        return np.maximum(t_end, np.ceil(end / step - 1e-9) * step)
 
     @cached_property
     def end_times(self) -> Floats:
-        """End of each plan [s], shape (n,); NaN if the covariance was lost.
+        """Time from the epoch to the end of each plan [s], shape (n,); NaN for a lost covariance.
 
-        Without a slew back, this is `held_until`. With a slew back, this is its end, or infinity if
-        no slew back fits in the scenario's duration. A slew back takes about 25 ms per plan to
+        Without a slew back this is `hold_end`, else the end of the slew back. The value is infinite
+        if no slew back fits into the scenario's duration. A slew back takes about 25 ms per plan to
         compute.
         """
         if not self.problem.scenario.maneuvers.slew_back:
@@ -250,26 +266,37 @@ class Plans(View):
         return times
 
     def compute_trajectory(self, row: int) -> Trajectory:
-        """Return the trajectory of a plan whose covariance was not lost.
+        """Return the attitude trajectory of the plan in a row, from the epoch to the end of the
+        plan.
 
-        The slew back, the most expensive part, is cached for all views of a front.
+        The covariance of the plan must not have lost positivity. The slew back, which takes most of
+        the time, is cached for all views that share their caches.
+
+        Parameters
+        ----------
+        row : int
+            Row of the plan.
+
+        Returns
+        -------
+        Trajectory
         """
         problem, times = self.problem, (float(self.nominal.t_end[row]), float(self.hold_end[row]))
         trajectory = Trajectory(problem.scenario, problem.model, self.X[row], *times)
         key = self.X[row].tobytes()
         if key not in self._slew_backs:
-            with suppress(InvalidValue):  # the trajectory raises the error when it is accessed
+            with suppress(InvalidValue):  # The trajectory raises the error again on access.
                 self._slew_backs[key] = trajectory.slew_back
         if key in self._slew_backs:
-            trajectory.__dict__["slew_back"] = self._slew_backs[key]  # fills the cached_property
+            trajectory.__dict__["slew_back"] = self._slew_backs[key]  # Set the cached_property.
         return trajectory
 
 
 def select_sample_rows(n: int) -> Ints:
-    """Return up to 50 evenly spaced row indices of n."""
+    """Return the indices of up to 50 evenly spaced rows out of n."""
     return np.unique(np.linspace(0, n - 1, min(n, _MAX_EVALUATED)).round().astype(np.int64))
 
 
 def format_plan_count(rows: Ints, n: int) -> str:
-    """Return a phrase with the number of evaluated plans of a front of n."""
+    """Return a phrase with the number of evaluated plans, such as "50 evaluated plans"."""
     return f"{len(rows)} plans" if len(rows) == n else f"{len(rows)} evaluated plans"

@@ -1,4 +1,4 @@
-"""Facts about a satellite that are displayed before a search."""
+"""Description of a satellite and its scenario, displayed before a search and in reviews."""
 
 from __future__ import annotations
 
@@ -23,36 +23,36 @@ from mgeo_attitude.settings.types import Unit
 from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view.margins import compute_interval_margins
 
-#: Largest number of eclipses that are listed.
+#: Largest number of eclipses in the description of the Sun.
 _MAX_ECLIPSES = 4
 _UNIT_SUFFIX = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
 
 
 def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
-    """Return a description of a problem's satellite by topic; takes about 0.1 s.
+    """Return a description of a satellite and its scenario, as a dict of text by topic.
 
-    Topics are the satellite, orbit, Sun, field, turns, margins at rest and validity of the
-    covariance.
+    The topics are satellite, orbit, Sun, magnetic field, maneuvers, constraint margins at rest, and
+    validity of the covariance. The computation takes about 0.1 s.
     """
-    scenario, around = problem.scenario, problem.environment
+    scenario, environment = problem.scenario, problem.environment
     edges = format_time_stamps(scenario.epoch, np.array([0.0, _compute_end(scenario)]))
     start, end = (text[:19] for text in edges)
     topics = {
         "satellite": f"{scenario.name}, {start} to {end} UTC",
-        "orbit": _describe_orbit(around),
-        "Sun": _describe_sun(scenario, around),
-        "field": _describe_field(around),
+        "orbit": _describe_orbit(environment),
+        "Sun": _describe_sun(scenario, environment),
+        "field": _describe_field(environment),
         "maneuvers": _describe_maneuvers(scenario),
     }
     at_rest = list(format_rest_margins(problem))
     if at_rest:
-        topics["at rest"] = f"held as at the start, until {end[11:19]}: {'; '.join(at_rest)}"
+        topics["at rest"] = f"initial attitude until {end[11:19]}: {'; '.join(at_rest)}"
     topics["covariance"] = _describe_validity(scenario)
     return topics
 
 
 def _compute_end(scenario: Scenario) -> float:
-    """Return the end of the window or of the run, whichever is earlier [s]."""
+    """Return the end of the window or of the scenario, whichever is earlier [s]."""
     return min(scenario.duration, scenario.deadline)
 
 
@@ -71,15 +71,15 @@ def _describe_orbit(environment: Environment) -> str:
 
 
 def ascending_node_solar_time(position: Floats, velocity: Floats, sun: Floats) -> float:
-    """Return the apparent solar time at the ascending node [h], from 0 to 24.
+    """Return the apparent local solar time of the ascending node of an orbit [h], from 0 to 24.
 
-    The time is 12 h if the node has the right ascension of the Sun, and increases by 1 h for each
-    15 deg east of it.
+    The time is 12 h if the node has the right ascension of the Sun, and 1 h later for each 15 deg
+    farther east.
 
     Parameters
     ----------
     position, velocity, sun : array, shape (3,)
-        Satellite position and velocity and Sun direction, inertial axes, any length.
+        Satellite position, satellite velocity and Sun direction in inertial axes, of any length.
     """
     normal = np.cross(position, velocity)
     node = np.arctan2(normal[0], -normal[1])
@@ -93,12 +93,12 @@ def _describe_sun(scenario: Scenario, environment: Environment) -> str:
     text = f"{beta:+.1f} deg from the orbit's plane"
     if not scenario.eclipse:
         return f"{text}; eclipses are not modeled"
-    shown = environment.times <= _compute_end(scenario)
-    dark = np.concatenate([[False], ~environment.sunlit[shown], [False]])
+    is_shown = environment.times <= _compute_end(scenario)
+    dark = np.concatenate([[False], ~environment.sunlit[is_shown], [False]])
     edges = np.flatnonzero(np.diff(dark)).reshape(-1, 2)
     if not len(edges):
         return f"{text}; shines throughout"
-    times = np.append(environment.times[shown], environment.times[shown][-1])
+    times = np.append(environment.times[is_shown], environment.times[is_shown][-1])
     stamps = [format_time_stamps(scenario.epoch, times[edge]) for edge in edges[:_MAX_ECLIPSES]]
     listed = ", ".join(f"{a[11:19]} to {b[11:19]}" for a, b in stamps)
     more = f" and {len(edges) - _MAX_ECLIPSES} times more" if len(edges) > _MAX_ECLIPSES else ""
@@ -115,36 +115,44 @@ def _describe_maneuvers(scenario: Scenario) -> str:
     text = f"{limits.count} maneuvers of at most {limits.max_rate_deg_s:g} deg/s about each axis"
     if limits.max_acceleration_deg_s2 is not None:
         text += f", {limits.max_acceleration_deg_s2:g} deg/s²"
-    by = "magnetorquers" if scenario.is_magnetorquer_driven else "wheels" if scenario.wheels else ""
-    return text + (f", by {by}" if by else "") + (", and a slew back" if limits.slew_back else "")
+    actuators = (
+        "magnetorquers" if scenario.is_magnetorquer_driven else "wheels" if scenario.wheels else ""
+    )
+    return (
+        text
+        + (f", by {actuators}" if actuators else "")
+        + (", and a slew back" if limits.slew_back else "")
+    )
 
 
 def format_rest_margins(problem: AttitudeManeuverProblem) -> Iterator[str]:
-    """Yield the margins of path constraints and wheel budgets while the initial attitude is held.
+    """Yield one line of text per path constraint and wheel budget, with its margin while at
+    rest.
 
-    The attitude uncertainty is the initial one. Nothing is yielded for magnetorquers, which do not
-    hold an attitude.
+    The satellite holds its initial attitude with the initial attitude uncertainty. Nothing is
+    yielded for magnetorquers, which cannot hold an attitude.
     """
     scenario, model = problem.scenario, problem.model
     wheels = scenario.wheels
-    limited = bool(scenario.path_constraints) or (wheels is not None and wheels.has_momentum_budget)
-    if not limited or scenario.is_magnetorquer_driven:  # magnetorquers do not hold an attitude
+    is_constrained = bool(scenario.path_constraints) or (
+        wheels is not None and wheels.has_momentum_budget
+    )
+    if not is_constrained or scenario.is_magnetorquer_driven:
         return
-    until = model.step * min(int(_compute_end(scenario) / model.step), model.n_steps)
-    still = np.zeros(VARIABLES_PER_MANEUVER * scenario.maneuvers.count)
-    trajectory = Trajectory(scenario, model, still, until, until)
+    end = model.step * min(int(_compute_end(scenario) / model.step), model.n_steps)
+    design = np.zeros(VARIABLES_PER_MANEUVER * scenario.maneuvers.count)
+    trajectory = Trajectory(scenario, model, design, end, end)
     covariance = scenario.initial_attitude_covariance
-    rows = compute_interval_margins(model, trajectory, 0.0, until, covariance, "at rest")
-    for label, (unit, value, bound, limit, margin) in rows.items():
+    rows = compute_interval_margins(model, trajectory, 0.0, end, covariance, "at rest")
+    for label, (unit, value, bound_type, bound, margin) in rows.items():
         state = "margin" if margin >= 0.0 else "EXCEEDED by"
         yield (
-            f"{label.removesuffix(' at rest')} {value:.3g} {unit}, {bound} {limit:.3g} {unit}, "
-            f"{state} {abs(margin):.2g} {unit}"
+            f"{label.removesuffix(' at rest')} {value:.3g} {unit}, {bound_type} {bound:.3g} "
+            f"{unit}, {state} {abs(margin):.2g} {unit}"
         )
 
 
 def _describe_validity(scenario: Scenario) -> str:
-    """Return whether the initial errors are in the range for which the covariance was validated."""
     if scenario.prior is not None:
         return "valid: the errors after a calibration are small"
     beyond = find_validity_violations(scenario)
@@ -159,7 +167,14 @@ def _describe_validity(scenario: Scenario) -> str:
 
 
 def build_instrument_table(scenario: Scenario) -> pd.DataFrame:
-    """Return noise, sample interval and initial errors of gyro and sensors, one row each."""
+    """Return a table of noise, sampling interval and initial errors of the gyro and of each sensor.
+
+    Returns
+    -------
+    DataFrame
+        One row per instrument. Columns: ``kind``, ``noise``, ``every [s]`` and ``errors at the
+        start, 1-sigma``, all as text.
+    """
     suite = scenario.suite
     sigma = suite.initial_sigma(np.radians(scenario.initial.attitude_deg)).reshape(-1, 3)
     errors: dict[str, list[str]] = {}
@@ -168,20 +183,22 @@ def build_instrument_table(scenario: Scenario) -> pd.DataFrame:
         text = f"{error.replace('_', ' ')} {values.max() * unit.factor:.3g} {unit.unit}"
         errors.setdefault(owner, []).append(text.removesuffix(" -"))
     rows = {}
-    parts: list[tuple[str, Any]] = [("gyro", suite.gyro)]
-    parts += [(sensor.name, sensor) for sensor in suite.sensors]
-    for name, part in parts:
-        units = {key: get_annotation(type(part), key, Unit) for key in part.noise_parameters}
+    instruments: list[tuple[str, Any]] = [("gyro", suite.gyro)]
+    instruments += [(sensor.name, sensor) for sensor in suite.sensors]
+    for name, instrument in instruments:
+        units = {
+            key: get_annotation(type(instrument), key, Unit) for key in instrument.noise_parameters
+        }
         noise = [
-            f"{_UNIT_SUFFIX.sub('', key).replace('_', ' ')} {_format_numbers(getattr(part, key))} "
-            f"{unit.text if unit else ''}".strip()
+            f"{_UNIT_SUFFIX.sub('', key).replace('_', ' ')} "
+            f"{_format_numbers(getattr(instrument, key))} {unit.text if unit else ''}".strip()
             for key, unit in units.items()
         ]
-        every = getattr(part, "sample_interval", None) or scenario.step
+        interval = getattr(instrument, "sample_interval", None) or scenario.step
         rows[name] = {
-            "kind": getattr(part, "kind", "gyro"),
+            "kind": getattr(instrument, "kind", "gyro"),
             "noise": ", ".join(noise),
-            "every [s]": f"{every:g}",
+            "every [s]": f"{interval:g}",
             "errors at the start, 1-sigma": ", ".join(errors.get(name, [])),
         }
     return pd.DataFrame.from_dict(rows, orient="index").rename_axis("")

@@ -1,4 +1,4 @@
-"""Summaries of plans in the terms of an engineer: one line each, and tables."""
+"""Summaries of maneuver plans: one line of text per plan, and tables with one row per plan."""
 
 from __future__ import annotations
 
@@ -26,19 +26,23 @@ BOUND_RATIO_COLUMN = "trace / lower bound [-]"
 
 
 def summarize_plans(plans: Plans) -> list[str]:
-    """Return a one-line summary of each plan.
+    """Return one line of text per plan with its convergence time and predicted 1-sigmas.
 
-    The line has the time of convergence and the 1-sigma of the attitude and of each bias about the
-    worst body axis. A robust time comes first. If the design fixes t_end, the line has the 1-sigma
-    of the attitude that most Monte Carlo runs satisfy.
+    The 1-sigmas are those of the attitude and of each bias about the worst body axis. A robust
+    convergence time comes first. If the design fixes t_end, the line has the attitude 1-sigma that
+    9 of 10 Monte Carlo runs do not exceed.
+
+    Returns
+    -------
+    list of str
     """
     model = plans.problem.model
-    kept_sigma = (
+    monte_carlo_sigma = (
         plans.monte_carlo_sigma_deg
         if model.ends_with_last_maneuver
         else np.full(len(plans.X), np.nan)
     )
-    times = plans.nominal.t_end, plans.robust_t_end, plans.monte_carlo_t_end, kept_sigma
+    times = plans.nominal.t_end, plans.robust_t_end, plans.monte_carlo_t_end, monte_carlo_sigma
     return [_summarize_plan(plans, *row) for row in zip(plans.sigma, *times, strict=True)]
 
 
@@ -52,51 +56,63 @@ def _summarize_plan(
 ) -> str:
     if not math.isfinite(t_end):
         return COVARIANCE_LOST
-    by_coils = plans.problem.scenario.is_magnetorquer_driven
-    sigmas = _describe_sigma(plans.problem.model.suite, sigma, by_coils)
-    late = None if math.isnan(monte_carlo_t_end) else format_convergence_time(monte_carlo_t_end)
+    is_monte_carlo = plans.problem.scenario.is_magnetorquer_driven
+    sigmas = _describe_sigma(plans.problem.model.suite, sigma, is_monte_carlo)
+    robustness = (
+        None if math.isnan(monte_carlo_t_end) else format_convergence_time(monte_carlo_t_end)
+    )
     if math.isfinite(monte_carlo_sigma):
-        late = f"attitude {format_two_digits(monte_carlo_sigma)} deg in {MONTE_CARLO_SHARE_TEXT}"
+        robustness = (
+            f"attitude {format_two_digits(monte_carlo_sigma)} deg in {MONTE_CARLO_SHARE_TEXT}"
+        )
     converged, after = t_end < plans.problem.model.nonconvergence_time, format_duration(t_end)
     if math.isnan(robust_t_end):
         nominal = (
             f"{after}; then {sigmas}" if converged else f"not converged; after {after} {sigmas}"
         )
-        return "; ".join(filter(None, [nominal, late]))
-    own = (
+        return "; ".join(filter(None, [nominal, robustness]))
+    robust_time = (
         f"robust time {format_duration(robust_t_end)}"
         if robust_t_end < math.inf
         else "no robust time"
     )
     nominal = f"{after}, then {sigmas}" if converged else f"not converged, after {after} {sigmas}"
-    return "; ".join(filter(None, [own, late, nominal if by_coils else f"nominal {nominal}"]))
+    return "; ".join(
+        filter(None, [robust_time, robustness, nominal if is_monte_carlo else f"nominal {nominal}"])
+    )
 
 
 def _describe_sigma(suite: Suite, sigma: Floats, is_monte_carlo: bool) -> str:
-    if not np.isfinite(sigma).all():  # a run with a lost covariance makes the mean undefined
+    if not np.isfinite(sigma).all():  # One run with a lost covariance makes the mean undefined.
         return f"{COVARIANCE_LOST} in Monte Carlo runs"
     parts, worsts = [], sigma.reshape(-1, 3).max(axis=1)
     for block, name, worst in zip(list_block_units(suite), suite.blocks, worsts, strict=True):
         if name == "attitude" or name.endswith(".bias"):
             parts.append(f"{block.label} {format_two_digits(worst * block.factor)} {block.unit}")
-    flights = " of Monte Carlo runs" if is_monte_carlo else ""
-    return f"{', '.join(parts)} (1-sigma{flights}, worst body axis)"
+    source = " of Monte Carlo runs" if is_monte_carlo else ""
+    return f"{', '.join(parts)} (1-sigma{source}, worst body axis)"
 
 
 def format_nominal_suffix(scenario: Scenario) -> str:
-    """Return a suffix that marks titles as nominal if the scenario also has Monte Carlo results."""
+    """Return ", nominal" for titles of nominal results next to Monte Carlo results, else ""."""
     return ", nominal" if scenario.monte_carlo or scenario.is_magnetorquer_driven else ""
 
 
 def format_convergence_time(t_end: float) -> str:
-    """Return a phrase with the time within which most Monte Carlo runs converge [s]."""
+    """Return a phrase with the time within which 9 of 10 Monte Carlo runs converge.
+
+    Parameters
+    ----------
+    t_end : float
+        Time [s]; infinite if fewer runs converge.
+    """
     if t_end == math.inf:
         return f"fewer than {MONTE_CARLO_SHARE_TEXT} converge"
     return f"{MONTE_CARLO_SHARE_TEXT} converge within {format_duration(t_end)}"
 
 
 def format_duration(seconds: float) -> str:
-    """Format a duration in hours, minutes and seconds, such as 1 h 40 min 5 s."""
+    """Format a duration [s] in hours, minutes and seconds, such as 1 h 40 min 5 s."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     parts = [(hours, "h"), (minutes, "min"), (rest, "s")]
@@ -110,32 +126,38 @@ def format_two_digits(value: float) -> str:
 
 
 def build_plan_table(plans: Plans) -> pd.DataFrame:
-    """Return a table of plans with objectives in the nominal run and in Monte Carlo runs.
+    """Return a table of plans with their objectives in the nominal run and in Monte Carlo runs.
 
-    The columns are those of `glance` and, for each objective, the value that 9 of 10 Monte Carlo
-    runs satisfy (see `Plans.promises`). If the scenario has Monte Carlo runs, the predicted values
-    and the values in the runs come first. For magnetorquers, 1-sigmas are those of `Plans.sigma`.
-    """
-    table, promises = compute_quick_metrics(plans), plans.compare_with_monte_carlo()
-    if plans.problem.scenario.is_magnetorquer_driven:  # the nominal run is not representative
-        table = table.assign(**compute_worst_axes(plans.problem.model.suite, plans.sigma))
-    if not plans.problem.scenario.monte_carlo:  # predicted values equal the nominal ones
-        return table.join(promises.filter(regex="^Monte Carlo (?!/)"))
-    return promises.filter(regex="^(predicted|Monte Carlo) (?!/)").join(table)
-
-
-def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
-    """Return quick metrics of plans that need one run of the filter, one row per plan.
-
-    If the scenario has Monte Carlo runs, the names of the paper's objectives mark them as nominal.
-    A design whose covariance lost positivity has NaN in objectives and 1-sigmas.
+    The table has the columns of `compute_quick_metrics` and, for each objective, its 0.9-quantile
+    over Monte Carlo runs (see `Plans.compare_with_monte_carlo`). If the scenario has Monte Carlo
+    runs, the predicted objectives and these quantiles come first. With magnetorquers, the 1-sigmas
+    are those of `Plans.sigma`.
 
     Returns
     -------
     DataFrame
-        The paper's objectives; ``t_end [orbits]``; ``trace / limit [-]``, the ratio of the trace to
-        its lower bound, if a bound is proved; ``maneuver time [s]``, the sum of all durations;
-        ``slew back until [s]``, if there is a slew back, possibly after the scenario's duration;
+        One row per plan.
+    """
+    table, robustness = compute_quick_metrics(plans), plans.compare_with_monte_carlo()
+    if plans.problem.scenario.is_magnetorquer_driven:  # No run is nominal.
+        table = table.assign(**compute_worst_axes(plans.problem.model.suite, plans.sigma))
+    if not plans.problem.scenario.monte_carlo:  # The predicted values are the nominal ones.
+        return table.join(robustness.filter(regex="^Monte Carlo (?!/)"))
+    return robustness.filter(regex="^(predicted|Monte Carlo) (?!/)").join(table)
+
+
+def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
+    """Return a table of the results that need only one run of the filter, one row per plan.
+
+    If the scenario has Monte Carlo runs, the names of objectives mark them as nominal. Objectives
+    and 1-sigmas are NaN for a design whose covariance lost positivity.
+
+    Returns
+    -------
+    DataFrame
+        The paper's objectives; ``t_end [orbits]``; ``trace / lower bound [-]``, if a bound can be
+        proved; ``maneuver time [s]``, the sum of all durations;
+        ``slew-back end [s]``, if there is a slew back, possibly after the scenario's duration;
         ``start UTC``, if the start is free; one text per maneuver with rates about body x / y / z
         [deg/s] and duration [s]; and the predicted 1-sigma at t_end of the worst body axis of each
         3-vector of the error state.
@@ -176,13 +198,18 @@ def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
 
 
 def compute_worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
-    """Return the largest of three 1-sigmas of each state block by column name.
+    """Return the worst-axis 1-sigma of each 3-vector of the state, as a dict by column name.
 
     Parameters
     ----------
     suite : Suite
     sigma : array, shape (n, n_states)
-        1-sigmas in the filter's units.
+        1-sigma of every state in the filter's units.
+
+    Returns
+    -------
+    dict of str to array, shape (n,)
+        1-sigmas in display units. The column name contains the unit.
     """
     blocks = list_block_units(suite)
     worst = sigma.reshape(len(sigma), len(blocks), 3).max(axis=2)
@@ -193,7 +220,7 @@ def compute_worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
 
 
 def count_front_points(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
-    """Count the distinct nondominated points that converge within one orbital period, and later.
+    """Count the distinct nondominated points that converge within the first orbit, and those later.
 
     The paper's Table 3 lists these counts for runs of two orbits. In a longer run, the second count
     includes all later orbits.
@@ -202,7 +229,12 @@ def count_front_points(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
     ----------
     scenario : Scenario
     F : array_like, shape (n, 2)
-        t_end [s] and trace.
+        t_end [s] and trace of each point.
+
+    Returns
+    -------
+    dict of str to float
+        Counts with the keys ``points, first orbit`` and ``points, second orbit``.
     """
     table = np.asarray(F, dtype=float)
     t_end = table[find_nondominated(table), 0]
@@ -211,7 +243,7 @@ def count_front_points(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
 
 
 def format_maneuvers(x: Floats) -> list[str]:
-    """Format each maneuver of a design as ``x / y / z for duration``, in deg/s and s."""
+    """Format each maneuver of a design as text: ``x / y / z for duration``, in deg/s and s."""
     maneuvers = x[: len(x) - len(x) % VARIABLES_PER_MANEUVER]
     return [
         f"{' / '.join(f'{rate:+.3f}' for rate in rates)} for {duration:.1f}"

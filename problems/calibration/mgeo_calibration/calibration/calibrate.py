@@ -202,9 +202,12 @@ def _build_calibration(
     # The NIS test and the correlation test are one-sided. Together they count as one test.
     n_tests += sum(len(each.samples) > 0 for each in filter_results.innovations)
     tests = run_sensor_tests(fit_result, filter_results, n_tests)
-    variance_ratio = models.compute_variance_ratio(
-        run_sensor_tests(full_fit, full_filter_results, n_tests)
+    all_tests = (
+        tests
+        if full_fit is fit_result
+        else run_sensor_tests(full_fit, full_filter_results, n_tests)
     )
+    variance_ratio = models.compute_variance_ratio(all_tests)
     model_tests, doubts = models.run_model_tests(
         full_fit.solution, hypotheses, n_tests, variance_ratio
     )

@@ -1,1 +1,1 @@
-"""Fixed-interval smoothing of attitude and calibration parameters from all readings of a batch."""
+"""Smoothing of telemetry batches to estimate attitude and calibration parameters."""

@@ -1,7 +1,7 @@
-"""Search for permuted axes and other quaternion conventions.
+"""Search for permuted axes of sensors and gyro, and for other quaternion conventions.
 
-Short windows of samples are checked with Wahba's problem, for the readings as declared and for each
-possible mistake. Used to suggest a cause when a calibration fails.
+Wahba's problem is solved in short windows of samples, for the readings as declared and for each
+possible mistake. A calibration that fails uses the result to suggest a cause.
 """
 
 from __future__ import annotations
@@ -21,14 +21,13 @@ from mgeo_calibration.estimation.prior import PriorEstimate
 #: Number of windows, compared samples in each window, and desired rotation within a window [rad].
 _N_WINDOWS, _N_SAMPLES, _WINDOW_ROTATION = 24, 60, 0.5
 _MAX_WINDOW_LENGTH, _MIN_SAMPLES = 600, 5
-_MAX_BIAS_ROTATION = 0.5  # largest rotation of a window by the gyro bias, 1-sigma [rad]
-_MAX_STEP_ROTATION = 3.0  # largest rotation in a step [rad]
+#: Largest rotation of a window by the gyro bias, 1-sigma, and largest rotation in a step [rad].
+_MAX_BIAS_ROTATION, _MAX_STEP_ROTATION = 0.5, 3.0
 #: Largest misfit after a correction relative to the original misfit, and largest misfit relative to
 #: the best correction. Among the corrections within both bounds, the simplest is reported.
 _MAX_MISFIT_RATIO, _MAX_RATIO_TO_BEST = 0.2, 1.5
-_MAX_RATIO_TO_EXPECTED = (
-    5.0  # largest misfit after a correction relative to the misfit expected from the prior
-)
+#: Largest misfit after a correction relative to the misfit that the prior predicts.
+_MAX_RATIO_TO_EXPECTED = 5.0
 
 #: Quaternion conventions: description, positions of (x, y, z, scalar), and whether the rotation is
 #: the inverse.
@@ -44,56 +43,74 @@ WindowVectors = tuple[Floats, Floats, Floats]
 
 
 def find_axis_mistakes(batch: Batch) -> Iterator[str]:
-    """Yield a description of the axis or quaternion mistake that explains the misfit, if any."""
+    """Yield one description of the axis permutation or quaternion convention that makes sensors and
+    gyro agree.
+
+    Nothing is yielded if the readings as declared already agree, or if no correction is sufficient.
+    """
     bias = np.full(3, batch.suite.gyro.states()["bias"])
     windows = _select_windows(batch, count_propagated_samples(batch, bias, _MAX_BIAS_ROTATION))
     sensors = [i for i in range(len(batch.readings)) if _has_directions(batch.readings[i])]
     if not len(windows) or not sensors:
         return
-    picked = windows[:, _select_samples(windows)]
-    seen = [_normalize_vectors(batch, i, batch.readings[i][picked], picked) for i in sensors]
+    samples = windows[:, _select_samples(windows)]
+    vectors = [_normalize_vectors(batch, i, batch.readings[i][samples], samples) for i in sensors]
     rates = (batch.gyro_rates * batch.durations[:, None])[windows[:, :-1]]
-    turned = _accumulate_rotations(rates)
-    now = _compute_misfit(seen, turned)
+    rotations = _accumulate_rotations(rates)
+    declared_misfit = _compute_misfit(vectors, rotations)
     result: list[tuple[float, int, str]] = []
     for k, i in enumerate(sensors):
-        for changes, words, rows in _correct_mistakes(batch.readings[i][picked]):
-            other = [*seen[:k], _normalize_vectors(batch, i, rows, picked), *seen[k + 1 :]]
-            words = f"{batch.suite.sensors[i].name}{words}"
-            result.append((_compute_misfit(other, turned), changes, words))
-    for P, changes, words in _permute_axes():
+        for n_changes, description, rows in _correct_mistakes(batch.readings[i][samples]):
+            corrected = [
+                *vectors[:k],
+                _normalize_vectors(batch, i, rows, samples),
+                *vectors[k + 1 :],
+            ]
+            description = f"{batch.suite.sensors[i].name}{description}"
+            result.append((_compute_misfit(corrected, rotations), n_changes, description))
+    for P, n_changes, description in _permute_axes():
         result.append(
-            (_compute_misfit(seen, _accumulate_rotations(rates @ P.T)), changes, f"gyro{words}")
+            (
+                _compute_misfit(vectors, _accumulate_rotations(rates @ P.T)),
+                n_changes,
+                f"gyro{description}",
+            )
         )
-    least = min(misfit for misfit, _, _ in result)
-    lasts = batch.times[windows[:, -1]] - batch.times[windows[:, 0]]
-    astray = float(np.median(bias[0] * lasts) ** 2) / 6.0  # of two numbers, about their mean
-    well = _MAX_RATIO_TO_EXPECTED * float(
-        np.mean([_predict_misfit(batch, i) for i in sensors]) + astray
+    min_misfit = min(misfit for misfit, _, _ in result)
+    window_durations = batch.times[windows[:, -1]] - batch.times[windows[:, 0]]
+    bias_misfit = float(np.median(bias[0] * window_durations) ** 2) / 6.0
+    max_misfit = _MAX_RATIO_TO_EXPECTED * float(
+        np.mean([_predict_misfit(batch, i) for i in sensors]) + bias_misfit
     )
-    if least < min(_MAX_MISFIT_RATIO * now, well):
+    if min_misfit < min(_MAX_MISFIT_RATIO * declared_misfit, max_misfit):
         yield min(
-            (n, misfit, words) for misfit, n, words in result if misfit < _MAX_RATIO_TO_BEST * least
+            (n_changed, misfit, description)
+            for misfit, n_changed, description in result
+            if misfit < _MAX_RATIO_TO_BEST * min_misfit
         )[2]
 
 
 def _permute_axes() -> Iterator[tuple[Floats, int, str]]:
-    """Yield the 47 signed axis permutations with the number of changed axes and a description."""
+    """Yield the 47 signed axis permutations: matrix, number of changed axes, description."""
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
             P = np.zeros((3, 3))
             P[range(3), order] = signs
-            changes = int((np.diag(P) != 1.0).sum())
-            if changes:
+            n_changes = int((np.diag(P) != 1.0).sum())
+            if n_changes:
                 axes = ", ".join(
                     f"{'-' if sign < 0.0 else ''}{'xyz'[axis]}"
                     for sign, axis in zip(signs, order, strict=True)
                 )
-                yield P, changes, f" agrees with all else if its axes are ({axes}), not (x, y, z)"
+                yield (
+                    P,
+                    n_changes,
+                    f" agrees with the other sensors if its axes are ({axes}), not (x, y, z)",
+                )
 
 
 def _select_windows(batch: Batch, max_length: int) -> Ints:
-    """Return the samples of each window, shape (w, k); no window spans a break of the gyro."""
+    """Return the sample indices of each window, shape (w, k). No window contains a gyro break."""
     n, rate = len(batch.times), np.linalg.norm(batch.gyro_rates * batch.durations[:, None], axis=1)
     length = int(
         np.clip(
@@ -103,28 +120,34 @@ def _select_windows(batch: Batch, max_length: int) -> Ints:
     length = max(_MIN_SAMPLES, min(length, n, max_length))
     first = np.unique(np.linspace(0, n - length, _N_WINDOWS).astype(int))
     result: Ints = first[:, None] + np.arange(length)
-    silent = np.append(batch.breaks, False)[result[:, :-1]].any(axis=1)
-    return result[~silent]
+    has_break = np.append(batch.breaks, False)[result[:, :-1]].any(axis=1)
+    return result[~has_break]
 
 
 def _correct_mistakes(rows: Floats) -> Iterator[tuple[int, str, Floats]]:
-    """Yield the number of changed axes, a description and the corrected rows for each mistake."""
+    """Yield the readings of a sensor corrected for each possible mistake, after the number of
+    changed axes and a description.
+    """
     if rows.shape[-2] == 1:
-        yield from ((changes, words, rows @ P.T) for P, changes, words in _permute_axes())
+        yield from (
+            (n_changes, description, rows @ P.T) for P, n_changes, description in _permute_axes()
+        )
         return
-    for words, order, inverse in QUATERNION_CONVENTIONS:
-        says = f": its quaternions agree with all else if they are read as {words}: expected "
-        says += "scalar last, from GCRF to the body"
-        yield 1, says, _convert_quaternions(rows, order, inverse)
+    for convention, order, inverse in QUATERNION_CONVENTIONS:
+        description = (
+            ": its quaternions agree with the other sensors if they are read as "
+            f"{convention}: expected scalar last, from GCRF to the body"
+        )
+        yield 1, description, _convert_quaternions(rows, order, inverse)
 
 
 def _convert_quaternions(axes: Floats, order: tuple[int, ...], inverse: bool) -> Floats:
-    """Return star tracker axes, shape (w, k, 3, 3), with the quaternions in another convention."""
+    """Return star tracker axes, shape (w, k, 3, 3), after a change of the quaternion convention."""
     result = np.full_like(axes, np.nan)
-    there = np.isfinite(axes).all(axis=(-2, -1))
-    if there.any():
-        rotations = Rotation.from_quat(Rotation.from_matrix(axes[there]).as_quat()[:, order])
-        result[there] = (rotations.inv() if inverse else rotations).as_matrix()
+    has_reading = np.isfinite(axes).all(axis=(-2, -1))
+    if has_reading.any():
+        rotations = Rotation.from_quat(Rotation.from_matrix(axes[has_reading]).as_quat()[:, order])
+        result[has_reading] = (rotations.inv() if inverse else rotations).as_matrix()
     return result
 
 
@@ -133,27 +156,29 @@ def _has_directions(rows: Floats) -> bool:
 
 
 def _normalize_vectors(batch: Batch, index: int, body: Floats, samples: Ints) -> WindowVectors:
-    known = batch.vectors[samples, index][:, :, None] if body.shape[2] == 1 else np.eye(3)
+    references = batch.vectors[samples, index][:, :, None] if body.shape[2] == 1 else np.eye(3)
     with np.errstate(over="ignore", invalid="ignore"):
         body = np.nan_to_num(body / np.linalg.norm(body, axis=-1, keepdims=True))
-    known = np.broadcast_to(known / np.linalg.norm(known, axis=-1, keepdims=True), body.shape)
-    there = body.any(axis=-1)
-    count = there.sum(axis=(1, 2), keepdims=True)
-    return body, known, np.where(count < _MIN_SAMPLES, 0.0, there / np.maximum(count, 1))
+    references = np.broadcast_to(
+        references / np.linalg.norm(references, axis=-1, keepdims=True), body.shape
+    )
+    is_nonzero = body.any(axis=-1)
+    count = is_nonzero.sum(axis=(1, 2), keepdims=True)
+    return body, references, np.where(count < _MIN_SAMPLES, 0.0, is_nonzero / np.maximum(count, 1))
 
 
 def _predict_misfit(batch: Batch, index: int) -> float:
-    """Return the expected mean squared error of a unit vector from the prior [rad²]."""
-    places = batch.suite.get_first_indices(batch.suite.sensors[index])
+    """Return the mean squared error of a sensor's unit vectors that the prior predicts [rad²]."""
+    first_indices = batch.suite.get_first_indices(batch.suite.sensors[index])
     sigma = PriorEstimate.from_suite(batch.suite).sigma
-    bias, turned = (
-        float((sigma[k : k + 3] ** 2).mean()) if (k := places.get(state)) else 0.0
+    bias, misalignment = (
+        float((sigma[k : k + 3] ** 2).mean()) if (k := first_indices.get(state)) else 0.0
         for state in ("bias", "misalignment")
     )
-    tracker = batch.readings[index].shape[1] == 3  # The noise of a star tracker is an angle.
-    square = 1.0 if tracker else float(np.median((batch.vectors[:, index] ** 2).sum(axis=1)))
+    is_tracker = batch.readings[index].shape[1] == 3  # The noise of a star tracker is an angle.
+    square = 1.0 if is_tracker else float(np.median((batch.vectors[:, index] ** 2).sum(axis=1)))
     # Two of the three components are perpendicular to the vector.
-    return 2.0 * ((float((batch.noise[index] ** 2).mean()) + bias) / square + turned)
+    return 2.0 * ((float((batch.noise[index] ** 2).mean()) + bias) / square + misalignment)
 
 
 def _select_samples(windows: Ints) -> Ints:
@@ -175,11 +200,11 @@ def _accumulate_rotations(angles: Floats) -> Floats:
     """
     with np.errstate(over="ignore", invalid="ignore"):
         angles = np.clip(angles, -_MAX_STEP_ROTATION, _MAX_STEP_ROTATION)
-    step = np.moveaxis(exponential_map(np.moveaxis(angles, -1, 0)), (0, 1), (-2, -1))
+    step_rotations = np.moveaxis(exponential_map(np.moveaxis(angles, -1, 0)), (0, 1), (-2, -1))
     w, n = angles.shape[:2]
-    R = np.concatenate([np.broadcast_to(np.eye(3), (w, 1, 3, 3)), step], axis=1)
+    R = np.concatenate([np.broadcast_to(np.eye(3), (w, 1, 3, 3)), step_rotations], axis=1)
     reach = 1
-    while reach <= n:  # products of 2, 4, 8... steps
+    while reach <= n:  # The products contain 2, 4, 8... steps.
         R[:, reach:] = R[:, :-reach] @ R[:, reach:]
         reach *= 2
     result: Floats = R[:, _select_samples(R)]
@@ -189,13 +214,15 @@ def _accumulate_rotations(angles: Floats) -> Floats:
 def _compute_misfit(vectors: Sequence[WindowVectors], rotations: Floats) -> float:
     """Return the mean squared residual of Wahba's problem over all windows [rad²]."""
     profile, total = np.zeros((len(rotations), 3, 3)), np.zeros(len(rotations))
-    for body, known, weight in vectors:
-        there = np.einsum("wkij,wkmj->wkmi", rotations, body)
-        profile += np.einsum("wkm,wkmi,wkmj->wij", weight, known, there)
+    for body, references, weight in vectors:
+        rotated = np.einsum("wkij,wkmj->wkmi", rotations, body)
+        profile += np.einsum("wkm,wkmi,wkmj->wij", weight, references, rotated)
         total += weight.sum(axis=(1, 2))
     sizes = np.linalg.svd(profile, compute_uv=False)
     sizes[:, 2] *= np.sign(np.linalg.det(profile))
-    some = total > 0.0
+    has_vectors = total > 0.0
     return (
-        float((2.0 * (1.0 - sizes[some].sum(axis=1) / total[some])).mean()) if some.any() else 0.0
+        float((2.0 * (1.0 - sizes[has_vectors].sum(axis=1) / total[has_vectors])).mean())
+        if has_vectors.any()
+        else 0.0
     )

@@ -1,4 +1,8 @@
-"""What telemetry says, in the estimator's terms: steps between samples, and what was seen."""
+"""Telemetry of a scenario in the form that the estimator needs.
+
+A batch contains the gyro rates of the steps between samples, and the readings of the sensors with
+the vectors that they observe.
+"""
 
 from __future__ import annotations
 
@@ -32,38 +36,44 @@ from mgeo_calibration.telemetry.orbit_checks import find_invalid_norms
 from mgeo_calibration.telemetry.quantization import compute_angle_variance_rate
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-#: Channels of the magnitudes of the gyro's rates [deg/s]: a bias that follows them is a scale
-#: factor that differs between the senses of rotation.
+#: Names of the channels with the absolute gyro rate about each axis [deg/s]. A bias proportional to
+#: such a channel is a scale factor that differs between the two senses of rotation.
 RATE_MAGNITUDES = ("abs_gyro_x", "abs_gyro_y", "abs_gyro_z")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Batch:
-    """n + 1 samples and the n steps between them.
+    """Telemetry of n + 1 samples in the form that the estimator needs: gyro rates of the n steps
+    between the samples, and sensor readings with the vectors that the sensors observe.
 
     Attributes
     ----------
+    suite : Suite
+        Gyro and sensors. The sample noise of the gyro is converted to angle random walk.
     times : array, shape (n + 1,)
-        [s]
+        Time of each sample after the epoch [s].
     gyro_rates : array, shape (n, 3)
-        Mean of the reported rate over each step [rad/s].
+        Mean measured rate in each step [rad/s].
     rate_changes : array, shape (n, 3)
-        By what it changes from the begin of a step to its end [rad/s].
+        Change of the measured rate from the start to the end of each step [rad/s].
     excess_angle_variance : array, shape (n, 3)
-        Variance of the angle about each body axis in each step beside that of the gyro's noise
-        [rad²]: of a guessed rate, of one that stands apart, and of rates that are counted in steps.
+        Variance of the rotation angle about each body axis in each step, in addition to the gyro
+        noise [rad²]. Sources are interpolated rates, gyro spikes and quantization.
     breaks : array of bool, shape (n,)
-        Steps over which the attitude is not known from the gyro.
+        Steps in which the gyro does not determine the rotation.
     readings : tuple of arrays, shape (n + 1, k, 3)
-        As `Readings.sensors`.
+        Readings of each sensor, as in `Measurements.sensors`; NaN without a reading.
     noise : array, shape (s, 3)
-        1-sigma of each sensor, in the unit of its noise, with that of its steps; see `pad_to_three`.
+        1-sigma of each component of the sensors' readings, including quantization; see
+        `pad_to_three`.
     vectors : array, shape (n + 1, n_vectors, 3)
-        What the sensors look at and their gradients, GCRS; see `FilterModel.references`.
-    channel_values : array, shape (n + 1, n_influences)
-        See `Suite.compute_channel_deviations`.
-    pointing : Held, optional
-        Attitude that a satellite without gyro holds: it moves by its pointing error, not by rates.
+        Vectors that the sensors observe, and gradients of these vectors, in GCRS; see
+        `FilterModel.references`.
+    channel_values : array, shape (n + 1, n_sensitivities)
+        Channels of the bias sensitivities; see `Suite.compute_channel_deviations`.
+    pointing : AssumedAttitude, optional
+        Attitude that a satellite without a gyro is assumed to hold. The attitude then varies by the
+        pointing error instead of the measured rates.
     """
 
     suite: Suite
@@ -79,22 +89,35 @@ class Batch:
     pointing: AssumedAttitude | None = None
 
     def select_channel_values(self, owner: Gyro | Sensor, samples: slice | Ints) -> list[Floats]:
-        """What influences of an owner are times at m samples, each of shape (m, 1)."""
-        own = self.suite.find_sensitivity_columns(owner)
-        return [self.channel_values[samples][:, [k]] for k in range(own.start, own.stop)]
+        """Return the values of the channels that the bias of a gyro or sensor depends on, at the
+        given samples.
+
+        Parameters
+        ----------
+        owner : Gyro or Sensor
+        samples : slice or array of int
+            Selection of m samples.
+
+        Returns
+        -------
+        list of arrays, shape (m, 1)
+            Deviation of each channel from its reference value, one array for each bias sensitivity.
+        """
+        columns = self.suite.find_sensitivity_columns(owner)
+        return [self.channel_values[samples][:, [k]] for k in range(columns.start, columns.stop)]
 
     @property
     def durations(self) -> Floats:
-        """Of the steps [s]."""
+        """Duration of each step [s], shape (n,)."""
         return np.diff(self.times)
 
     @property
     def has_reading(self) -> Bools:
-        """Where sensors have reported, shape (s, n + 1)."""
+        """Boolean array that is True where a sensor has a reading at a sample, shape (s, n + 1)."""
         return np.stack([np.isfinite(rows[:, 0, 0]) for rows in self.readings])
 
     def select_samples(self, low: int, high: int) -> Batch:
-        """Samples low to high - 1."""
+        """Return the batch of the samples `low` to `high` - 1 and of the steps between them."""
         samples, steps = slice(low, high), slice(low, high - 1)
         return replace(
             self,
@@ -112,41 +135,59 @@ class Batch:
 
 
 def build_batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
-    """Telemetry with what a scenario says of orbit, sensors and eclipse.
+    """Convert telemetry to the input of the estimator: gyro rates of each step, and sensor readings
+    with the vectors that the sensors observe.
 
-    A sensor that a scenario with eclipses calls blind at a sample has reported nothing there, nor
-    has a photodiode whose face the Sun is not before. Rates
-    of the gyro that are missing are interpolated, with half the difference of their neighbors as
-    1-sigma; so is one that stands apart from both, with how far it does as 1-sigma. What was sent
-    while the gyro was silent for longer (`UNKNOWN_RATE_RATIO`) is left out.
+    The orbit and the environment of the scenario give the observed vectors. Some telemetry is
+    omitted, replaced or used with a larger variance:
 
-    If the scenario goes on from a calibration, the first sample is the epoch, and what was sent
-    until then is left out: the calibration has read it.
+    - Readings of a sensor are omitted at samples at which a scenario with eclipses predicts no
+      measurement, and readings of a photodiode where the Sun is outside its field of view.
+    - Missing gyro rates are interpolated. Their 1-sigma is half of the difference between the
+      neighboring rates.
+    - A gyro spike is replaced by the rate that its neighbors predict. Its 1-sigma is the size of
+      the spike.
+    - Samples in gyro gaps longer than `UNKNOWN_RATE_RATIO` median steps are omitted.
+    - If the scenario has the result of an earlier calibration as its prior, samples up to the epoch
+      are omitted, because the earlier calibration has used them. The first sample is then the
+      epoch.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    telemetry : Telemetry
+        Telemetry with times after the epoch of the scenario.
+
+    Returns
+    -------
+    Batch
 
     Raises
     ------
     ValueError
-        For telemetry of other sensors, of fewer than two samples of the gyro, or without a channel
-        that a bias follows; nothing after the epoch of a scenario that goes on; or
-        vectors of another unit.
+        If the sensors of the telemetry are not the sensors of the scenario, the gyro has fewer than
+        two samples, the channel of a bias sensitivity is missing, the vectors have another unit, or
+        no telemetry follows the epoch of a scenario with a prior.
     """
     for finding in find_invalid_norms(Samples.from_telemetry(scenario, telemetry)):
         raise ValueError(str(finding))
     if scenario.prior is not None:
         telemetry = _select_after_epoch(scenario, telemetry)
-    at, rates = select_gyro_samples(telemetry)
-    usual = compute_median_step(at)
-    suite = replace(scenario.suite, gyro=scenario.gyro.convert_sample_noise(usual))
+    gyro_times, rates = select_gyro_samples(telemetry)
+    median_step = compute_median_step(gyro_times)
+    suite = replace(scenario.suite, gyro=scenario.gyro.convert_sample_noise(median_step))
     readings = telemetry.build_readings(suite)
-    there = np.isfinite(telemetry.gyro_deg_s[:, 0])
-    there |= np.any([np.isfinite(rows[:, 0, 0]) for rows in readings], axis=0)
-    silent = (np.diff(at) > UNKNOWN_RATE_RATIO * usual).nonzero()[0]
-    for last, first in zip(at[silent], at[silent + 1], strict=True):
-        there &= (telemetry.times <= last) | (telemetry.times >= first)
-    there &= (telemetry.times >= at[0] - usual) & (telemetry.times <= at[-1] + usual)
-    there[0] |= scenario.prior is not None
+    is_selected = np.isfinite(telemetry.gyro_deg_s[:, 0])
+    is_selected |= np.any([np.isfinite(rows[:, 0, 0]) for rows in readings], axis=0)
+    gaps = (np.diff(gyro_times) > UNKNOWN_RATE_RATIO * median_step).nonzero()[0]
+    for gap_start, gap_end in zip(gyro_times[gaps], gyro_times[gaps + 1], strict=True):
+        is_selected &= (telemetry.times <= gap_start) | (telemetry.times >= gap_end)
+    is_selected &= (telemetry.times >= gyro_times[0] - median_step) & (
+        telemetry.times <= gyro_times[-1] + median_step
+    )
+    is_selected[0] |= scenario.prior is not None
 
-    times = telemetry.times[there]
+    times = telemetry.times[is_selected]
     position, hold = telemetry.interpolate_positions(times), telemetry.attitude_hold
     environment = Environment.from_times(scenario, times, position)
     if not scenario.eclipse:
@@ -154,30 +195,41 @@ def build_batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     vectors, available = compute_references(suite, environment)
     sensors = tuple(
         np.where(
-            available[:, i, None, None], mask_dark_readings(suite.sensors[i], rows[there]), np.nan
+            available[:, i, None, None],
+            mask_dark_readings(suite.sensors[i], rows[is_selected]),
+            np.nan,
         )
         for i, rows in enumerate(readings)
     )
-    off = find_gyro_spikes(suite, telemetry)
-    rates -= off
-    gyro, change, missing, breaks = compute_step_rates(times, at, rates, usual)
-    declared = suite.gyro.quantization_deg_per_s or 0.0
-    step = np.radians(np.maximum(telemetry.find_quantization_steps("gyro"), declared))
-    sigma = compute_rate_sigma(suite, usual)
-    counted = compute_angle_variance_rate(rates, usual, step, sigma)
-    # vectors say whether the body has turned so: all parts of a sample are off together
-    stands = compute_averaging_durations(at)[:, None]
-    wrong = (
-        np.minimum(np.abs(off).max(axis=1, keepdims=True) * stands, UNKNOWN_ATTITUDE_SIGMA) ** 2
-        / stands
+    spikes = find_gyro_spikes(suite, telemetry)
+    rates -= spikes
+    gyro_rates, rate_changes, gap_variance, breaks = compute_step_rates(
+        times, gyro_times, rates, median_step
     )
-    j = np.minimum(np.searchsorted(at, times[1:]), len(at) - 1)
+    declared = suite.gyro.quantization_deg_per_s or 0.0
+    quantization_step = np.radians(np.maximum(telemetry.find_quantization_steps("gyro"), declared))
+    sigma = compute_rate_sigma(suite, median_step)
+    quantization_variance = compute_angle_variance_rate(
+        rates, median_step, quantization_step, sigma
+    )
+    # The vector sensors decide whether the body has rotated by a spike. All steps within one gyro
+    # sample share its error.
+    averaging_durations = compute_averaging_durations(gyro_times)[:, None]
+    spike_variance = (
+        np.minimum(
+            np.abs(spikes).max(axis=1, keepdims=True) * averaging_durations, UNKNOWN_ATTITUDE_SIGMA
+        )
+        ** 2
+        / averaging_durations
+    )
+    gyro_samples = np.minimum(np.searchsorted(gyro_times, times[1:]), len(gyro_times) - 1)
     return Batch(
         suite=suite,
         times=times,
-        gyro_rates=gyro,
-        rate_changes=change,
-        excess_angle_variance=missing[:, None] + (counted + wrong)[j] * np.diff(times)[:, None],
+        gyro_rates=gyro_rates,
+        rate_changes=rate_changes,
+        excess_angle_variance=gap_variance[:, None]
+        + (quantization_variance + spike_variance)[gyro_samples] * np.diff(times)[:, None],
         breaks=breaks & (hold is None),
         readings=sensors,
         noise=pad_to_three(_compute_noise(sensor, telemetry) for sensor in suite.sensors),
@@ -196,36 +248,52 @@ def build_batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
 
 
 def collect_channels(telemetry: Telemetry) -> dict[str, Floats]:
-    """Return the other columns of telemetry and `RATE_MAGNITUDES`, shape (n,)."""
-    there = np.isfinite(telemetry.gyro_deg_s[:, 0])
-    at, rates = telemetry.times[there], np.abs(telemetry.gyro_deg_s[there])
+    """Return the telemetry channels that a bias may depend on, as a dict from channel name to an
+    array of shape (n,).
+
+    These are all housekeeping columns, and the absolute gyro rate about each axis; see
+    `RATE_MAGNITUDES`.
+    """
+    has_gyro = np.isfinite(telemetry.gyro_deg_s[:, 0])
+    gyro_times, rates = telemetry.times[has_gyro], np.abs(telemetry.gyro_deg_s[has_gyro])
     magnitudes = {
-        name: np.interp(telemetry.times, at, rates[:, axis])
+        name: np.interp(telemetry.times, gyro_times, rates[:, axis])
         for axis, name in enumerate(RATE_MAGNITUDES)
     }
     return {**magnitudes, **telemetry.housekeeping}
 
 
 def mask_dark_readings(sensor: Sensor, readings: Floats) -> Floats:
-    """Readings, shape (n, k, 3), of a photodiode without those of a Sun outside its cone.
+    """Return the readings of a photodiode, with NaN where the Sun is outside its field of view.
 
-    Whether it is inside say the samples before and after, since noise of its own that decided
-    would be noise of a sign; where both are missing it says so itself.
+    The mean of the readings before and after a sample decides. If the reading itself decided, only
+    readings with noise of one sign would remain near the edge of the field of view. A reading
+    without neighbors decides for itself. Readings of other sensors are returned unchanged.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    readings : array, shape (n, k, 3)
+        Readings of the sensor.
+
+    Returns
+    -------
+    array, shape (n, k, 3)
     """
     if not isinstance(sensor, Photodiode):
         return readings
     values = readings[:, 0, 0]
-    around = np.full((2, len(values)), np.nan)
-    around[0, 1:], around[1, :-1] = values[:-1], values[1:]
-    count = np.isfinite(around).sum(axis=0)
-    mean = np.where(count > 0, np.nansum(around, axis=0) / np.maximum(count, 1), values)
+    neighbors = np.full((2, len(values)), np.nan)
+    neighbors[0, 1:], neighbors[1, :-1] = values[:-1], values[1:]
+    count = np.isfinite(neighbors).sum(axis=0)
+    mean = np.where(count > 0, np.nansum(neighbors, axis=0) / np.maximum(count, 1), values)
     lit = mean >= np.cos(np.radians(sensor.half_angle_deg))
-    found: Floats = np.where(lit[:, None, None], readings, np.nan)
-    return found
+    result: Floats = np.where(lit[:, None, None], readings, np.nan)
+    return result
 
 
 def _compute_noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
-    """1-sigma of each number, with the variance of a number that is rounded."""
+    """Return the 1-sigma of each component of a sensor's readings, including quantization."""
     step, sigma = telemetry.find_quantization_steps(sensor.name), np.array(sensor.noise_sigmas())
     if sensor.has_unit_length:
         rows = telemetry.sensors[sensor.name]
@@ -233,23 +301,23 @@ def _compute_noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
         step = np.full(len(sigma), step.max() / np.median(lengths) if len(lengths) else 0.0)
     elif len(sensor.telemetry_suffixes) < 4:
         step = step / sensor.telemetry_unit.factor
-    else:  # a turn by a small angle changes a quaternion by half of it
+    else:  # A rotation by a small angle changes a quaternion by half of the angle.
         step = 2.0 * np.full(3, step.max())
     noise: Floats = np.sqrt(sigma**2 + step**2 / 12.0)
     return noise
 
 
 def _select_after_epoch(scenario: Scenario, telemetry: Telemetry) -> Telemetry:
-    """Samples after the epoch, and an empty one then."""
+    """Return the telemetry after the epoch, preceded by a sample at the epoch without readings."""
     later = telemetry.times > 0.0
     if later.sum() < 2:
         raise ValueError(
-            f"telemetry ends at {telemetry.times[-1]:.6f} s after {scenario.epoch.isoformat()}, "
-            "until when the calibration that the scenario goes on from has read it: expected later "
-            "samples"
+            f"telemetry ends at {telemetry.times[-1]:.6f} s after {scenario.epoch.isoformat()}: "
+            "expected samples after this epoch, because the calibration in the scenario's prior "
+            "has already used all earlier samples. Add later telemetry, or remove the prior"
         )
 
-    def empty_before(rows: Floats) -> Floats:
+    def prepend_nan(rows: Floats) -> Floats:
         return np.vstack([np.full(rows.shape[1], np.nan), rows[later]])
 
     position = telemetry.position
@@ -258,8 +326,8 @@ def _select_after_epoch(scenario: Scenario, telemetry: Telemetry) -> Telemetry:
         position = np.vstack([start, position[later]])
     return Telemetry(
         times=np.append(0.0, telemetry.times[later]),
-        gyro_deg_s=empty_before(telemetry.gyro_deg_s),
-        sensors={name: empty_before(rows) for name, rows in telemetry.sensors.items()},
+        gyro_deg_s=prepend_nan(telemetry.gyro_deg_s),
+        sensors={name: prepend_nan(rows) for name, rows in telemetry.sensors.items()},
         position=position,
         housekeeping={
             name: np.append(np.interp(0.0, telemetry.times, values), values[later])

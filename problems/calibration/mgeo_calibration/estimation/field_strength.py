@@ -35,14 +35,15 @@ _PAIRS = ((1, 2), (2, 0), (0, 1))  # row and column of each element of N
 
 @dataclass(frozen=True, eq=False)
 class FieldStrengthFit:
-    """Magnetometer parameters estimated from the field strength.
+    """Bias, scale factors and non-orthogonality of a magnetometer, estimated from the field
+    strength, with covariance and residuals.
 
     Attributes
     ----------
     parameters : array, shape (9,)
         b in the unit of the field, then k and N [-].
     covariance : array, shape (9, 9)
-        Covariance of the values; zero for parameters that are not estimated.
+        Covariance of the parameters; zero for parameters that are not estimated.
     residuals : array, shape (n,)
         Normalized residual of each reading; standard normal if the declared noise is correct.
     """
@@ -55,7 +56,10 @@ class FieldStrengthFit:
 def fit_field_strength(
     measured: Floats, strength: Floats, sigma: Floats, prior_mean: Floats, prior_sigma: Floats
 ) -> FieldStrengthFit:
-    """Estimate b, k and N of a magnetometer by maximum a posteriori.
+    """Estimate bias, scale factors and non-orthogonality of a magnetometer from the strength of the
+    measured field.
+
+    The estimate is the maximum a posteriori of the nine unknowns b, k and N.
 
     Parameters
     ----------
@@ -68,6 +72,10 @@ def fit_field_strength(
     prior_mean, prior_sigma : arrays, shape (9,)
         Prior mean and 1-sigma of the unknowns. An unknown with a 1-sigma of zero is not estimated.
 
+    Returns
+    -------
+    FieldStrengthFit
+
     Raises
     ------
     ValueError
@@ -77,29 +85,32 @@ def fit_field_strength(
         raise ValueError(f"{len(measured)} readings: expected {MIN_READINGS} or more")
     free = prior_sigma > 0.0
     weight = np.where(free, 1.0 / np.where(free, prior_sigma, 1.0), 0.0)
-    starts = [
+    initial_guesses = [
         prior_mean,
         np.where(free, _estimate_linear(measured, strength, sigma, free), prior_mean),
     ]
 
-    def equations(values: Floats, spread: Floats) -> tuple[Floats, Floats]:
+    def linearize(values: Floats, spread: Floats) -> tuple[Floats, Floats]:
         z, slopes = _compute_residuals(values, measured, strength, sigma)
         r = np.concatenate([z / spread, weight * (values - prior_mean)])
         return r, np.vstack([slopes / spread[:, None], np.diag(weight)])[:, free]
 
-    def cost(values: Floats, spread: Floats) -> float:
-        r, _ = equations(values, spread)
+    def compute_cost(values: Floats, spread: Floats) -> float:
+        r, _ = linearize(values, spread)
         total = float(r @ r)
         return total if np.isfinite(total) else np.inf
 
-    values = min(starts, key=lambda start: cost(start, _compute_sigma(start, measured, sigma)))
+    values = min(
+        initial_guesses,
+        key=lambda start: compute_cost(start, _compute_sigma(start, measured, sigma)),
+    )
     for _ in range(_MAX_ITERATIONS):
         spread = _compute_sigma(values, measured, sigma)  # The weights are constant within a step.
-        r, J = equations(values, spread)
+        r, J = linearize(values, spread)
         result, *_ = np.linalg.lstsq(J, -r, rcond=None)
         step = np.zeros(9)
         step[free] = result
-        while cost(values + step, spread) > (1.0 + 1e-9) * float(r @ r):
+        while compute_cost(values + step, spread) > (1.0 + 1e-9) * float(r @ r):
             step *= 0.5
         values = values + step
         if np.linalg.norm(J @ step[free]) < _TOLERANCE:
@@ -109,7 +120,7 @@ def fit_field_strength(
             "the estimate of bias and scale factors from the field strength does not converge in "
             f"{_MAX_ITERATIONS} iterations"
         )
-    r, J = equations(values, _compute_sigma(values, measured, sigma))
+    r, J = linearize(values, _compute_sigma(values, measured, sigma))
     covariance = np.zeros((9, 9))
     covariance[np.ix_(free, free)] = np.linalg.inv(J.T @ J)
     return FieldStrengthFit(values, covariance, r[: len(measured)])
@@ -118,12 +129,14 @@ def fit_field_strength(
 def fit_magnetometer(
     batch: Batch, index: int, state_prior: PriorEstimate, max_readings: int | None = None
 ) -> FieldStrengthFit:
-    """Estimate the parameters of a magnetometer of a batch from the field strength.
+    """Estimate bias, scale factors and non-orthogonality of one magnetometer of a batch from the
+    field strength.
 
-    Field model errors are added to the noise. Readings with implausible lengths are excluded.
+    Field model errors are added to the noise. Readings with outlying lengths are excluded.
 
     Parameters
     ----------
+    batch : Batch
     index : int
         Index of the magnetometer in the suite.
     state_prior : PriorEstimate
@@ -134,63 +147,80 @@ def fit_magnetometer(
     Returns
     -------
     FieldStrengthFit
-        Values in the filter's units.
+        Parameters in the filter's units.
 
     Raises
     ------
     ValueError
-        As `fit_field_strength`.
+        Under the same conditions as in `fit_field_strength`.
     """
     suite, sensor = batch.suite, batch.suite.sensors[index]
-    places = suite.get_first_indices(sensor)
-    mean, prior = np.zeros(9), np.zeros(9)
+    first_indices = suite.get_first_indices(sensor)
+    mean, sigma = np.zeros(9), np.zeros(9)
     for number, block in enumerate(BLOCKS):
-        if block in places:
-            own = slice(places[block], places[block] + 3)
-            mean[3 * number : 3 * number + 3] = state_prior.states[own]
-            prior[3 * number : 3 * number + 3] = state_prior.sigma[own]
-    varying = places.get("field_error")
-    more = 0.0 if varying is None else state_prior.sigma[varying : varying + 3]
-    seen = np.flatnonzero(
+        if block in first_indices:
+            states = slice(first_indices[block], first_indices[block] + 3)
+            mean[3 * number : 3 * number + 3] = state_prior.states[states]
+            sigma[3 * number : 3 * number + 3] = state_prior.sigma[states]
+    field_error_index = first_indices.get("field_error")
+    field_sigma = (
+        0.0
+        if field_error_index is None
+        else state_prior.sigma[field_error_index : field_error_index + 3]
+    )
+    samples = np.flatnonzero(
         np.isfinite(batch.readings[index][:, 0, 0]) & ~find_outlying_lengths(batch)[index]
     )
-    seen = seen[:: max(1, len(seen) // max_readings) if max_readings else 1]
+    samples = samples[:: max(1, len(samples) // max_readings) if max_readings else 1]
     return fit_field_strength(
-        batch.readings[index][seen, 0],
-        np.linalg.norm(batch.vectors[seen, index], axis=1),
-        np.hypot(batch.noise[index], more),
+        batch.readings[index][samples, 0],
+        np.linalg.norm(batch.vectors[samples, index], axis=1),
+        np.hypot(batch.noise[index], field_sigma),
         mean,
-        prior,
+        sigma,
     )
 
 
 def compute_initial_states(batch: Batch, prior: PriorEstimate) -> Floats:
-    """Return initial states for a fit, shape (n_states,).
+    """Return the states from which a fit starts, shape (n_states,).
 
-    The states are the prior states, except for magnetometers with a potentially large bias. Their
-    states are estimated from the field strength, because such a bias corrupts the field directions.
+    These are the prior states, except for magnetometers whose bias may be large. Their states are
+    estimated from the field strength, because a large bias corrupts the measured field directions.
+
+    Parameters
+    ----------
+    batch : Batch
+    prior : PriorEstimate
+        Prior estimate at the first sample.
     """
     states = prior.states.copy()
     for index, sensor in enumerate(batch.suite.sensors):
         if not isinstance(sensor, Magnetometer):
             continue
-        places = batch.suite.get_first_indices(sensor)
+        first_indices = batch.suite.get_first_indices(sensor)
         strength = float(np.median(np.linalg.norm(batch.vectors[:, index], axis=1)))
-        if prior.sigma[places["bias"]] < _LARGE_BIAS * strength:
+        if prior.sigma[first_indices["bias"]] < _LARGE_BIAS * strength:
             continue
         try:
             result = fit_magnetometer(batch, index, prior, _MAX_READINGS)
         except ValueError:
             continue  # Keep the prior states.
         for number, block in enumerate(BLOCKS):
-            if block in places:
-                first = places[block]
+            if block in first_indices:
+                first = first_indices[block]
                 states[first : first + 3] = result.parameters[3 * number : 3 * number + 3]
     return states
 
 
 def compute_response_matrix(values: Floats) -> Floats:
-    """Return the matrix I + diag k + N, shape (3, 3)."""
+    """Return the matrix of scale factors and non-orthogonality by which a magnetometer multiplies
+    the field, shape (3, 3).
+
+    Parameters
+    ----------
+    values : array, shape (9,)
+        Unknowns b, k and N. The matrix is I + diag k + N.
+    """
     K = np.diag(1.0 + values[3:6])
     for value, (i, j) in zip(values[6:], _PAIRS, strict=True):
         K[i, j] = K[j, i] = value
@@ -200,7 +230,11 @@ def compute_response_matrix(values: Floats) -> Floats:
 def _compute_residuals(
     values: Floats, measured: Floats, strength: Floats, sigma: Floats
 ) -> tuple[Floats, Floats]:
-    """Return |u|² - |B|² minus its mean due to noise, shape (n,), and its Jacobian, (n, 9)."""
+    """Return the residuals of the squared field strength, shape (n,), and their Jacobian, shape (n,
+    9).
+
+    A residual is |u|² - |B|² minus its mean due to noise.
+    """
     W = np.linalg.inv(compute_response_matrix(values))
     u = (measured - values[:3]) @ W
     Wu = u @ W
@@ -210,7 +244,7 @@ def _compute_residuals(
 
 
 def _compute_sigma(values: Floats, measured: Floats, sigma: Floats) -> Floats:
-    """Return the 1-sigma of the residuals, shape (n,).
+    """Return the 1-sigma that magnetometer noise causes in each residual, shape (n,).
 
     Noise w adds 2 uᵀ W w + |W w|² to a residual, with W = (I + diag k + N)⁻¹.
     """
@@ -222,21 +256,21 @@ def _compute_sigma(values: Floats, measured: Floats, sigma: Floats) -> Floats:
 
 
 def _estimate_linear(measured: Floats, strength: Floats, sigma: Floats, is_free: Bools) -> Floats:
-    """Return the linear first estimate of TWOSTEP, shape (9,).
+    """Return the linear first estimate of the unknowns by TWOSTEP, shape (9,).
 
-    Centered differences of |m|² - |B|² = 2 mᵀ d - mᵀ E m + constant give d and E, with
-    I + E = (I + diag k + N)⁻² and d = (I + E) b.
+    Centered differences of |m|² - |B|² = 2 mᵀ d - mᵀ E m + constant give d and E, with I + E = (I +
+    diag k + N)⁻² and d = (I + E) b.
     """
     scale = float(np.median(strength))
     m = measured / scale
     z = (m * m).sum(axis=1) - (strength / scale) ** 2
-    pairs = [-2.0 * m[:, i] * m[:, j] for i, j in _PAIRS]
-    A = np.column_stack([2.0 * m, -m * m, *pairs])
-    estimated = is_free.copy()
-    estimated[3:] = is_free[3:].any()
+    shear_columns = [-2.0 * m[:, i] * m[:, j] for i, j in _PAIRS]
+    A = np.column_stack([2.0 * m, -m * m, *shear_columns])
+    is_estimated = is_free.copy()
+    is_estimated[3:] = is_free[3:].any()
     A, z = A - A.mean(axis=0), z - z.mean()
     result = np.zeros(9)
-    result[estimated], *_ = np.linalg.lstsq(A[:, estimated], z, rcond=None)
+    result[is_estimated], *_ = np.linalg.lstsq(A[:, is_estimated], z, rcond=None)
     square = compute_response_matrix(result)
     sizes, axes = np.linalg.eigh(square)
     if sizes.min() <= 0.0:  # The quadric is not an ellipsoid: estimate the bias alone.

@@ -1,6 +1,6 @@
-"""Batch fit from an unknown attitude: initial attitude, growing data interval, outlier rejection.
+"""Smoothing of a telemetry batch without an initial attitude, with rejection of outliers.
 
-`calibration.calibration` fits telemetry with this module.
+`calibration.calibrate` estimates the calibration parameters with this module.
 """
 
 from __future__ import annotations
@@ -36,21 +36,22 @@ from mgeo_calibration.estimation.vector_lengths import (
 #: each extension lengthens the interval.
 MAX_FIRST_EXTENSION, EXTENSION_FACTOR = 200, 3
 _MIN_EXTENSION = 10
-_MAX_BIAS_ROTATION = (
-    1.0  # largest rotation by the gyro bias over the first extension, 1-sigma [rad]
-)
-_MAX_WALK_ROTATION = (
-    0.3  # largest rotation by the rate random walk over an extension, 1-sigma [rad]
-)
+#: Largest rotation by the gyro bias over the first extension, 1-sigma [rad].
+_MAX_BIAS_ROTATION = 1.0
+#: Largest rotation by the rate random walk of the gyro over an extension, 1-sigma [rad].
+_MAX_WALK_ROTATION = 0.3
 _MAX_ITERATIONS = 30
+#: Convergence tolerances of all intervals but the last; see `smoother.TOLERANCES`.
 _INTERVAL_TOLERANCES = 0.1, 1e-3
-_MAX_ROUNDS = 30  # rounds of outlier rejection
-_MAX_ACCEPTANCE_ROUNDS = 6  # rounds in which a rejected reading may be accepted again
+#: Largest number of rounds of outlier rejection, and number of rounds in which a rejected reading
+#: may be accepted again.
+_MAX_ROUNDS, _MAX_ACCEPTANCE_ROUNDS = 30, 6
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Smoother solution of a batch after outlier rejection.
+    """Smoother solution of a telemetry batch, with the residuals of all readings and the rejected
+    outliers.
 
     Attributes
     ----------
@@ -58,7 +59,9 @@ class Fit:
         Readings of each sensor that the solution does not use: readings beyond the gate, and
         readings that crossed the gate in both directions in earlier rounds.
     residuals : Residuals
+        Residuals of all readings, including the rejected readings.
     solution : Solution
+        Smoother solution of the last round of outlier rejection.
     """
 
     is_rejected: Bools
@@ -67,30 +70,36 @@ class Fit:
 
     @property
     def batch(self) -> Batch:
-        """Batch with all readings."""
+        """Telemetry batch that was fitted, including the rejected readings."""
         return self.solution.batch
 
 
 class FitError(ValueError):
-    """Raised if the fit does not converge or most readings of a sensor are outliers."""
+    """Error of a fit that does not converge or rejects most readings of a sensor."""
 
 
 def fit(batch: Batch, prior: PriorEstimate, gate: float) -> Fit:
-    """Estimate attitude and calibration parameters from an unknown attitude.
+    """Estimate attitude and calibration parameters by smoothing a telemetry batch, without an
+    initial attitude.
 
     The fit starts with a short interval in which the observed vectors are far apart. Wahba's
-    problem gives the initial attitude. The interval is extended on both sides, each time from the
-    previous estimate propagated with the gyro. A large gyro bias would make a fit of the whole
-    batch diverge. If the satellite
-    holds an attitude, the whole batch is solved at once from the held attitude.
+    problem gives the initial attitude of this interval. The interval is then extended on both
+    sides, each time from the previous estimate propagated with the gyro, because a large gyro bias
+    would make a fit of the whole batch diverge. If the satellite is assumed to hold an attitude,
+    the whole batch is fitted at once from this attitude.
 
     Parameters
     ----------
     batch : Batch
     prior : PriorEstimate
-        Prior at the first sample.
+        Prior estimate at the first sample.
     gate : float
         Probability of rejecting a valid reading; 0 keeps all readings.
+
+    Returns
+    -------
+    Fit
+        Converged smoother solution.
 
     Raises
     ------
@@ -101,39 +110,53 @@ def fit(batch: Batch, prior: PriorEstimate, gate: float) -> Fit:
         noisy components are expected.
     """
     N = len(batch.times)
-    begin = replace(prior, states=compute_initial_states(batch, prior))
-    states = np.tile(begin.states, (N, 1))
+    initial = replace(prior, states=compute_initial_states(batch, prior))
+    states = np.tile(initial.states, (N, 1))
     if batch.pointing is not None:
         return _fit_held_attitude(batch, prior, Trajectory(batch.pointing.attitude, states), gate)
-    where = find_interval(collect_directions(batch, accumulate_rotations(batch, states), states), N)
+    interval = find_interval(
+        collect_directions(batch, accumulate_rotations(batch, states), states), N
+    )
     validate_vector_lengths(batch)
-    reach = count_propagated_samples(batch, prior.sigma[3:6], _MAX_BIAS_ROTATION)
-    least = min(MAX_FIRST_EXTENSION, max(_MIN_EXTENSION, where.stop - where.start, reach))
-    drifted = _count_drift_samples(batch)
-    at = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)
-    rejected = find_outlying_lengths(
-        batch
-    )  # Only the first solution can replace this initial guess.
+    n_bias_samples = count_propagated_samples(batch, prior.sigma[3:6], _MAX_BIAS_ROTATION)
+    min_extension = min(
+        MAX_FIRST_EXTENSION, max(_MIN_EXTENSION, interval.stop - interval.start, n_bias_samples)
+    )
+    n_drift_samples = _count_drift_samples(batch)
+    trajectory = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)
+    # The fit of an interval may accept these readings again.
+    is_rejected = find_outlying_lengths(batch)
     arcs = np.concatenate([[0], np.flatnonzero(batch.breaks) + 1, [N]])
-    low = high = where.start
+    low = high = interval.start
     while high - low < N:
-        grown = (EXTENSION_FACTOR - 1) * (high - low)
-        more = max(least, where.stop - where.start, min(grown, max(drifted, grown // 8)))
-        if drifted >= N and 2 * (high - low + more) > N:  # The whole batch costs hardly more.
-            more = N
-        old = low, high
-        low, high = _extend_interval(low, high, more, arcs)
-        at = _extend_trajectory(batch, at, old, (low, high), arcs)
+        growth = (EXTENSION_FACTOR - 1) * (high - low)
+        n_new = max(
+            min_extension,
+            interval.stop - interval.start,
+            min(growth, max(n_drift_samples, growth // 8)),
+        )
+        if n_drift_samples >= N and 2 * (high - low + n_new) > N:
+            n_new = N  # A fit of the whole batch takes little more time than this extension.
+        previous = low, high
+        low, high = _extend_interval(low, high, n_new, arcs)
+        trajectory = _extend_trajectory(batch, trajectory, previous, (low, high), arcs)
         if low == 0 and prior.attitude is not None and batch.breaks[:1].any():
-            at.attitude[0] = prior.attitude
-        part = batch.select_samples(low, high)
-        before = prior if low == 0 else prior.reset_varying_states()
-        known = Trajectory(at.attitude[low:high], at.states[low:high])
-        last = TOLERANCES if high - low == N else _INTERVAL_TOLERANCES
-        result = fit_from_trajectory(part, before, known, gate, last, rejected[:, low:high])
-        at.attitude[low:high] = result.solution.estimate.attitude
-        at.states[low:high] = result.solution.estimate.states
-        rejected[:, low:high] = result.is_rejected
+            trajectory.attitude[0] = prior.attitude
+        interval_batch = batch.select_samples(low, high)
+        interval_prior = prior if low == 0 else prior.reset_varying_states()
+        interval_trajectory = Trajectory(trajectory.attitude[low:high], trajectory.states[low:high])
+        tolerances = TOLERANCES if high - low == N else _INTERVAL_TOLERANCES
+        result = fit_from_trajectory(
+            interval_batch,
+            interval_prior,
+            interval_trajectory,
+            gate,
+            tolerances,
+            is_rejected[:, low:high],
+        )
+        trajectory.attitude[low:high] = result.solution.estimate.attitude
+        trajectory.states[low:high] = result.solution.estimate.states
+        is_rejected[:, low:high] = result.is_rejected
         if high - low < N:
             del result  # Two solutions at once would double the memory.
     check_fit(result, prior, gate)
@@ -143,13 +166,13 @@ def fit(batch: Batch, prior: PriorEstimate, gate: float) -> Fit:
 def _fit_held_attitude(
     batch: Batch, prior: PriorEstimate, trajectory: Trajectory, gate: float
 ) -> Fit:
-    """Solve from the held attitude, all samples at once."""
+    """Fit all samples at once, starting from the attitude that the satellite is assumed to hold."""
     validate_vector_lengths(batch)
-    found = fit_from_trajectory(
+    result = fit_from_trajectory(
         batch, prior, trajectory, gate, is_rejected=find_outlying_lengths(batch)
     )
-    check_fit(found, prior, gate)
-    return found
+    check_fit(result, prior, gate)
+    return result
 
 
 def fit_from_trajectory(
@@ -160,45 +183,53 @@ def fit_from_trajectory(
     tolerances: tuple[float, float] = TOLERANCES,
     is_rejected: Bools | None = None,
 ) -> Fit:
-    """Solve from a trajectory and reject outliers until the set of rejected readings is stable.
+    """Smooth a telemetry batch from an initial trajectory and reject outliers.
+
+    Smoothing is repeated until the set of rejected readings no longer changes. A reading is
+    rejected if its normalized squared residual exceeds the chi-square threshold of its sensor.
 
     Parameters
     ----------
+    batch : Batch
+    prior : PriorEstimate
+        Prior estimate at the first sample.
     trajectory : Trajectory
         Initial trajectory.
     gate : float
         Probability of rejecting a valid reading; 0 keeps all readings.
     tolerances : (float, float)
-        Convergence tolerances; see `Solution.settled`.
+        Convergence tolerances; see `Solution.is_converged`.
     is_rejected : array of bool, shape (s, N), optional
         Readings to reject in the first round.
 
     Returns
     -------
     Fit
-        Best effort: the solution may not have converged; see `check`.
+        Result of the last round. The solution may not have converged; see `check_fit`.
     """
-    limit = compute_gate_thresholds(batch.suite, gate)[:, None]
+    thresholds = compute_gate_thresholds(batch.suite, gate)[:, None]
     if is_rejected is None:
         is_rejected = np.zeros((len(batch.readings), len(batch.times)), dtype=bool)
-    number = 0
+    n_rounds = 0
     while True:
         solution = solve(batch, prior, trajectory, _MAX_ITERATIONS, tolerances, is_rejected)
-        left = compute_residuals(solution)
-        beyond = left.normalized_squares > limit
-        # Readings near the gate could alternate forever. After some rounds they stay rejected.
-        if number >= _MAX_ACCEPTANCE_ROUNDS:
-            beyond |= is_rejected
-        ended = not solution.is_converged(tolerances) or np.array_equal(beyond, is_rejected)
-        number += 1
-        if ended or number == _MAX_ROUNDS:
-            return Fit(is_rejected, left, solution)
-        is_rejected, trajectory = beyond, solution.estimate
-        del solution, left  # Two solutions at once would double the memory.
+        residuals = compute_residuals(solution)
+        is_outlier = residuals.normalized_squares > thresholds
+        # Readings near the threshold could alternate forever. After some rounds they stay rejected.
+        if n_rounds >= _MAX_ACCEPTANCE_ROUNDS:
+            is_outlier |= is_rejected
+        is_last = not solution.is_converged(tolerances) or np.array_equal(is_outlier, is_rejected)
+        n_rounds += 1
+        if is_last or n_rounds == _MAX_ROUNDS:
+            return Fit(is_rejected, residuals, solution)
+        is_rejected, trajectory = is_outlier, solution.estimate
+        del solution, residuals  # Two solutions at once would double the memory.
 
 
 def _count_drift_samples(batch: Batch) -> int:
-    """Return the number of samples in which the rate random walk rotates by `_DRIFTED`, 1-sigma."""
+    """Return the number of samples in which the rate random walk of the gyro changes the propagated
+    attitude by `_MAX_WALK_ROTATION`, 1-sigma.
+    """
     walk = float(np.linalg.norm(batch.suite.gyro.effective_rate_random_walk))
     if not walk:
         return len(batch.times)
@@ -207,12 +238,33 @@ def _count_drift_samples(batch: Batch) -> int:
 
 
 def compute_gate_thresholds(suite: Suite, gate: float) -> Floats:
-    """Return the chi-square threshold of each sensor for a probability of false rejection."""
+    """Return the largest accepted normalized squared residual of each sensor, as an array.
+
+    The thresholds are quantiles of the chi-square distribution.
+
+    Parameters
+    ----------
+    suite : Suite
+    gate : float
+        Probability that a valid reading exceeds the threshold.
+
+    Returns
+    -------
+    array, shape (s,)
+    """
     return np.array([chdtri(len(sensor.noise_sigmas()), gate) for sensor in suite.sensors])
 
 
 def check_fit(result: Fit, prior: PriorEstimate, gate: float) -> None:
-    """Raise FitError if a fit has not converged or rejects most readings of a sensor.
+    """Raise FitError if a fit has not converged or rejects more than half of a sensor's readings.
+
+    Parameters
+    ----------
+    result : Fit
+    prior : PriorEstimate
+        Prior of the fit, for the message.
+    gate : float
+        Probability of rejecting a valid reading, as in `fit`.
 
     Raises
     ------
@@ -220,7 +272,7 @@ def check_fit(result: Fit, prior: PriorEstimate, gate: float) -> None:
         With the diverging state, or the name of the sensor.
     """
     suite = result.batch.suite
-    for sensor, no, square, limit in zip(
+    for sensor, is_rejected, square, threshold in zip(
         suite.sensors,
         result.is_rejected,
         result.residuals.normalized_squares,
@@ -228,10 +280,11 @@ def check_fit(result: Fit, prior: PriorEstimate, gate: float) -> None:
         strict=True,
     ):
         count = int(np.isfinite(square).sum())
-        if 2 * no.sum() > count > 10:
+        if 2 * is_rejected.sum() > count > 10:
             raise FitError(
-                f"{sensor.name}: {no.sum()} of {count} readings are beyond the chi-square gate of "
-                f"{limit:.4g}, their median is {np.nanmedian(square):.3g}: expected "
+                f"{sensor.name}: {is_rejected.sum()} of {count} readings are beyond the chi-square "
+                f"gate of {threshold:.4g}. The median of the normalized squared residuals is "
+                f"{np.nanmedian(square):.3g}: expected "
                 f"{chdtri(len(sensor.noise_sigmas()), 0.5):.2g}. Check noise, mounting and unit of "
                 f"{sensor.name}"
             )
@@ -240,27 +293,29 @@ def check_fit(result: Fit, prior: PriorEstimate, gate: float) -> None:
 
 
 def _describe_divergence(solution: Solution, prior: PriorEstimate) -> str:
-    suite, at = solution.batch.suite, solution.estimate
-    off = prior.compute_difference(at.attitude[0], at.states[0])
+    """Describe the state that is farthest from its prior, and the last attitude step."""
+    suite, estimate = solution.batch.suite, solution.estimate
+    difference = prior.compute_difference(estimate.attitude[0], estimate.states[0])
     if prior.attitude is None:
-        off[:3] = 0.0
-    sigmas = np.abs(off) / prior.sigma
+        difference[:3] = 0.0
+    sigmas = np.abs(difference) / prior.sigma
     worst = int(sigmas.argmax())
     block = suite.blocks[worst // 3]
     unit = suite.units[block]
-    turn = np.linalg.norm(solution.stochastic_errors[:, :3], axis=1)
+    correction = np.linalg.norm(solution.stochastic_errors[:, :3], axis=1)
     return (
-        f"{block} {'xyz'[worst % 3]} is {unit.factor * at.states[0, worst]:.3g} {unit.text}, "
+        f"{block} {'xyz'[worst % 3]} is {unit.factor * estimate.states[0, worst]:.3g} {unit.text}, "
         f"{sigmas[worst]:.3g} prior sigmas of {unit.factor * prior.sigma[worst]:.3g} {unit.text} "
-        f"from its prior; the last iteration turns the attitude by {np.degrees(turn.max()):.2g} "
-        f"deg at {solution.batch.times[turn.argmax()]:.0f} s"
+        f"from its prior; the last iteration rotates the attitude by "
+        f"{np.degrees(correction.max()):.2g} deg at "
+        f"{solution.batch.times[correction.argmax()]:.0f} s"
     )
 
 
 def _extend_interval(low: int, high: int, n_new: int, arcs: np.ndarray) -> tuple[int, int]:
-    """Return the interval extended by a number of samples on both sides.
+    """Extend an interval of samples by `n_new` samples on both sides and return its bounds.
 
-    Arcs beyond a break of the gyro are added as a whole.
+    Arcs beyond a gyro break are added as a whole.
     """
     N = int(arcs[-1])
     left, right = max(0, low - n_new), min(N, high + n_new)
@@ -280,10 +335,11 @@ def _extend_trajectory(
     new_interval: tuple[int, int],
     arcs: np.ndarray,
 ) -> Trajectory:
-    """Extend a trajectory in place over the new samples and return it.
+    """Write initial values of attitude and states at the new samples of an extended interval in
+    place, and return the trajectory.
 
-    The attitude is propagated with the gyro, or estimated by Wahba's problem in an arc without
-    estimate.
+    The attitude is propagated with the gyro. In an arc without estimates, Wahba's problem gives the
+    attitude.
     """
     (low, high), (left, right) = old_interval, new_interval
     states, attitude = trajectory.states, trajectory.attitude
@@ -300,22 +356,25 @@ def _extend_trajectory(
                 states[span, i : i + 3] *= decay
     for first, end in pairwise(arcs.tolist()):
         a, b = max(first, left), min(end, right)
-        known = max(a, low), min(b, high)
+        estimated = max(a, low), min(b, high)
         if a >= b:
             continue
-        part = batch.select_samples(a, b)
-        if known[0] >= known[1]:
-            attitude[a:b] = _estimate_attitude(part, states[a:b])
+        arc = batch.select_samples(a, b)
+        if estimated[0] >= estimated[1]:
+            attitude[a:b] = _estimate_attitude(arc, states[a:b])
             continue
-        relative = accumulate_rotations(part, states[a:b])
-        for k, span in ((known[0], slice(a, known[0])), (known[1] - 1, slice(known[1], b))):
+        relative = accumulate_rotations(arc, states[a:b])
+        for k, span in (
+            (estimated[0], slice(a, estimated[0])),
+            (estimated[1] - 1, slice(estimated[1], b)),
+        ):
             frame = attitude[k] @ relative[k - a].T
             attitude[span] = frame @ relative[span.start - a : span.stop - a]
     return trajectory
 
 
 def _estimate_attitude(batch: Batch, states: Floats) -> Floats:
-    """Return attitudes by Wahba's problem, or arbitrary attitudes where it has no solution."""
+    """Return attitudes from Wahba's problem or, if it has no solution, with an arbitrary start."""
     try:
         return estimate_initial_attitude(batch, states)[0]
     except ValueError:

@@ -1,4 +1,4 @@
-"""Initial attitude from vector readings by Wahba's problem over an interval of samples."""
+"""Initial attitude of a batch by Wahba's problem over an interval of samples."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ _MIN_NORMAL_SPREAD = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Directions:
-    """Observed unit vectors and their inertial directions.
+    """Unit vectors that the sensors observe, with the corresponding unit vectors in GCRS and
+    weights for Wahba's problem.
 
     Attributes
     ----------
@@ -51,40 +52,48 @@ class Directions:
 
 
 def estimate_initial_attitude(batch: Batch, states: Floats) -> tuple[Floats, slice]:
-    """Solve Wahba's problem and propagate the attitude to all samples with the gyro.
+    """Estimate the attitude at all samples of a batch from Wahba's problem in one interval and the
+    gyro rates; return attitude and interval.
 
-    Breaks of the gyro are ignored.
+    The interval is the first in which the observed directions are far enough apart. The gyro rates
+    propagate its attitude to all samples, also across gyro breaks.
 
     Parameters
     ----------
+    batch : Batch
+        Batch of N samples.
     states : array, shape (N, n_states)
-        States of the gyro and the sensors.
+        States with the gyro and sensor errors to correct.
 
     Returns
     -------
     attitude : array, shape (N, 3, 3)
         Rotation matrices from body to GCRS.
-    where : slice
-        Samples that Wahba's problem used.
+    interval : slice
+        Samples of which Wahba's problem used the directions.
 
     Raises
     ------
     ValueError
         If no interval has vectors that are far enough apart.
     """
-    relative = accumulate_rotations(batch, states)
-    seen = collect_directions(batch, relative, states)
-    where = find_interval(seen, len(batch.times))
-    chosen = (seen.samples >= where.start) & (seen.samples < where.stop)
-    rotation, _ = solve_wahba(seen, chosen)
-    return rotation @ relative, where
+    rotations = accumulate_rotations(batch, states)
+    directions = collect_directions(batch, rotations, states)
+    interval = find_interval(directions, len(batch.times))
+    is_used = (directions.samples >= interval.start) & (directions.samples < interval.stop)
+    rotation, _ = solve_wahba(directions, is_used)
+    return rotation @ rotations, interval
 
 
 def count_propagated_samples(batch: Batch, bias_sigma: Floats, max_angle: float) -> int:
-    """Return the number of samples over which the gyro bias rotates the attitude by an angle.
+    """Return the number of samples after which the unknown gyro bias rotates the propagated
+    attitude by `max_angle`.
+
+    The number is at most the number of samples of the batch.
 
     Parameters
     ----------
+    batch : Batch
     bias_sigma : array, shape (3,)
         1-sigma of the bias [rad/s].
     max_angle : float
@@ -96,30 +105,48 @@ def count_propagated_samples(batch: Batch, bias_sigma: Floats, max_angle: float)
 
 
 def accumulate_rotations(batch: Batch, states: Floats) -> Floats:
-    """Return rotations from the body frame of each sample to the body frame of the first sample.
+    """Return the rotation matrix from the body frame of each sample to the body frame of the first
+    sample, from the gyro rates.
+
+    Parameters
+    ----------
+    batch : Batch
+        Batch of N samples.
+    states : array, shape (N, n_states)
+        States with the gyro errors to correct.
+
+    Returns
+    -------
+    array, shape (N, 3, 3)
 
     Returns
     -------
     array, shape (N, 3, 3)
     """
-    _, turn = compute_rates_and_rotations(batch, states)
-    R = np.empty((len(turn) + 1, 3, 3))
-    load_compiled_module("kinematics").accumulate_rotations(np.ascontiguousarray(turn), R)
+    _, step_rotations = compute_rates_and_rotations(batch, states)
+    R = np.empty((len(step_rotations) + 1, 3, 3))
+    load_compiled_module("kinematics").accumulate_rotations(np.ascontiguousarray(step_rotations), R)
     return R
 
 
 def collect_directions(batch: Batch, rotations: Floats, states: Floats) -> Directions:
-    """Collect the observed directions of all sensors.
+    """Return the unit vectors that all sensors of a batch observe, with their directions in GCRS.
 
     A star tracker contributes the three axes of GCRS. All photodiodes together contribute one Sun
     direction.
 
     Parameters
     ----------
+    batch : Batch
+        Batch of N samples.
     rotations : array, shape (N, 3, 3)
-        Rotations from `accumulated`.
+        Result of `accumulate_rotations`.
     states : array, shape (N, n_states)
         States with the sensor biases to correct.
+
+    Returns
+    -------
+    Directions
     """
     samples, sensors, weights, body, inertial = [], [], [], [], []
     suns = compute_sun_directions(batch.suite, batch.readings, states)
@@ -127,43 +154,47 @@ def collect_directions(batch: Batch, rotations: Floats, states: Floats) -> Direc
         if rows.shape[2] == 1:  # The first photodiode carries the common Sun direction.
             rows, suns = suns[:, None], np.full_like(suns, np.nan)
         k = np.flatnonzero(np.isfinite(rows[:, 0, 0]))
-        place = batch.suite.get_first_indices(batch.suite.sensors[index]).get("bias")
-        if rows.shape[1] == 1 and place is not None:
+        bias_index = batch.suite.get_first_indices(batch.suite.sensors[index]).get("bias")
+        if rows.shape[1] == 1 and bias_index is not None:
             sensor = batch.suite.sensors[index]
-            own = {
+            state_values = {
                 state: states[:, first : first + 3]
                 for state, first in batch.suite.get_first_indices(sensor).items()
             }
             apply_bias_sensitivities(
-                sensor.bias_sensitivities, own, batch.select_channel_values(sensor, slice(None))
+                sensor.bias_sensitivities,
+                state_values,
+                batch.select_channel_values(sensor, slice(None)),
             )
-            rows = rows - own["bias"][:, None]
+            rows = rows - state_values["bias"][:, None]
         for i in range(rows.shape[1]):
-            known = (
+            references = (
                 batch.vectors[k, index]
                 if rows.shape[1] == 1
                 else np.tile(np.eye(3)[i], (len(k), 1))
             )
-            lengths = [np.linalg.norm(v, axis=1) for v in (rows[k, i], known)]
-            some = (lengths[0] > 0.0) & (lengths[1] > 0.0)
-            turned = np.einsum("nij,nj->ni", rotations[k], rows[k, i])
-            samples.append(k[some])
-            sensors.append(np.full(some.sum(), index))
-            weights.append(np.full(some.sum(), 1.0 / max(len(k), 1)))
-            body.append(turned[some] / lengths[0][some, None])
-            inertial.append(known[some] / lengths[1][some, None])
+            lengths = [np.linalg.norm(v, axis=1) for v in (rows[k, i], references)]
+            is_nonzero = (lengths[0] > 0.0) & (lengths[1] > 0.0)
+            rotated = np.einsum("nij,nj->ni", rotations[k], rows[k, i])
+            samples.append(k[is_nonzero])
+            sensors.append(np.full(is_nonzero.sum(), index))
+            weights.append(np.full(is_nonzero.sum(), 1.0 / max(len(k), 1)))
+            body.append(rotated[is_nonzero] / lengths[0][is_nonzero, None])
+            inertial.append(references[is_nonzero] / lengths[1][is_nonzero, None])
     return Directions(*map(np.concatenate, (samples, sensors, weights, body, inertial)))
 
 
 def compute_sun_directions(suite: Suite, readings: Sequence[Floats], states: Floats) -> Floats:
-    """Return the Sun direction in the body frame from all photodiodes, shape (N, 3).
+    """Return the Sun direction in the body frame at each sample, by least squares from all
+    photodiodes, shape (N, 3).
 
-    The least-squares solution needs at least three lit photodiodes with normals that are well
-    apart; other samples are NaN.
+    The solution needs at least three lit photodiodes with normals that are well apart; other
+    samples are NaN.
 
     Parameters
     ----------
-    readings : sequence of array, shape (N, k, 3)
+    suite : Suite
+    readings : sequence of arrays, shape (N, k, 3)
         Readings of each sensor of the suite.
     states : array, shape (N, n_states)
         States with the errors to correct.
@@ -173,20 +204,21 @@ def compute_sun_directions(suite: Suite, readings: Sequence[Floats], states: Flo
         if isinstance(sensor, Photodiode):
             first = suite.get_first_indices(sensor)["sensitivity"]
             normals = sensor.axes[2] + states[:, first : first + 3] @ sensor.axes
-            seen = np.isfinite(rows[:, 0, 0])
-            A[seen] += normals[seen, :, None] * normals[seen, None]
-            b[seen] += normals[seen] * rows[seen, 0]
+            has_reading = np.isfinite(rows[:, 0, 0])
+            A[has_reading] += normals[has_reading, :, None] * normals[has_reading, None]
+            b[has_reading] += normals[has_reading] * rows[has_reading, 0]
     result = np.full(b.shape, np.nan)
-    apart = np.linalg.eigvalsh(A)[:, 0] > _MIN_NORMAL_SPREAD
-    result[apart] = np.linalg.solve(A[apart], b[apart, :, None])[..., 0]
+    is_solvable = np.linalg.eigvalsh(A)[:, 0] > _MIN_NORMAL_SPREAD
+    result[is_solvable] = np.linalg.solve(A[is_solvable], b[is_solvable, :, None])[..., 0]
     return result
 
 
 def find_interval(directions: Directions, n_samples: int) -> slice:
-    """Return the shortest interval in which the observed directions are far enough apart.
+    """Return the shortest interval of samples in which the observed directions are far enough apart
+    to determine an attitude, as a slice.
 
-    Lengths come from `INTERVAL_LENGTHS`, and the separation is compared with `MIN_SPREAD`. Among intervals of
-    equal length, the first is returned.
+    The second eigenvalue of the mean dyad of the directions is compared with `MIN_SPREAD`. Interval
+    lengths come from `INTERVAL_LENGTHS`. Among intervals of equal length, the first is returned.
 
     Parameters
     ----------
@@ -197,7 +229,7 @@ def find_interval(directions: Directions, n_samples: int) -> slice:
     Raises
     ------
     ValueError
-        If no interval is sufficient.
+        If the directions are too close together in all intervals.
     """
     dyads, weights = np.zeros((n_samples + 1, 3, 3)), np.zeros(n_samples + 1)
     np.add.at(
@@ -225,13 +257,14 @@ def find_interval(directions: Directions, n_samples: int) -> slice:
 
 
 def solve_wahba(directions: Directions, is_used: Bools) -> tuple[Floats, float]:
-    """Solve Wahba's problem for the selected directions.
+    """Return the rotation from body frame to GCRS that solves Wahba's problem for the selected
+    directions, and the median squared residual.
 
     Outliers of each sensor are excluded in two further solutions.
 
     Parameters
     ----------
-    seen : Directions
+    directions : Directions
     is_used : array of bool, shape (m,)
         Directions to use.
 
@@ -240,7 +273,7 @@ def solve_wahba(directions: Directions, is_used: Bools) -> tuple[Floats, float]:
     rotation : array, shape (3, 3)
         Rotation matrix from the body frame of sample 0 to GCRS.
     square : float
-        Median squared residual.
+        Median squared residual of the directions.
     """
     inertial, body = directions.inertial[is_used], directions.body[is_used]
     sensor, weight = directions.sensors[is_used], directions.weights[is_used]
@@ -249,7 +282,7 @@ def solve_wahba(directions: Directions, is_used: Bools) -> tuple[Floats, float]:
         rotation, _ = Rotation.align_vectors(inertial[kept], body[kept], weight[kept])
         square = ((inertial - rotation.apply(body)) ** 2).sum(axis=1)
         # The threshold is relative to the scatter: biases may exceed the declared noise.
-        for one in np.unique(sensor):
-            own = sensor == one
-            kept[own] = square[own] <= 9.0 * np.median(square[own]) + 1e-12
+        for index in np.unique(sensor):
+            is_own = sensor == index
+            kept[is_own] = square[is_own] <= 9.0 * np.median(square[is_own]) + 1e-12
     return rotation.as_matrix(), float(np.median(square))

@@ -1,4 +1,4 @@
-"""Estimates of many runs, and the innovation of a sensor with its first and second derivatives.
+"""Estimates of many filter runs, and sensor innovations with their first and second derivatives.
 
 The last axis of all arrays is the run.
 """
@@ -29,7 +29,7 @@ ZERO_RATE = np.zeros(3)
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimates of r runs with their covariance.
+    """Estimated attitude and states of r filter runs, with the covariance of their errors.
 
     The error e of a rotation is multiplicative, R = R̂ R(e). All other errors are additive.
 
@@ -54,7 +54,7 @@ class Estimate:
     def from_states(
         cls, suite: Suite, attitude: Floats, states: Floats, covariance: Floats
     ) -> Estimate:
-        """Return an estimate from attitudes and states.
+        """Return the estimate with the given attitudes, states and covariances.
 
         Parameters
         ----------
@@ -63,6 +63,7 @@ class Estimate:
         states : array, shape (n_states, r)
             States, with rotation vectors for the rotations other than the attitude.
         covariance : array, shape (n_states, n_states, r)
+            Covariance of the errors.
         """
         places = np.arange(3)[:, None] + np.array(suite.rotation_indices)
         rotations, others = rotation_matrix(states[places]), states.copy()
@@ -71,13 +72,21 @@ class Estimate:
 
     @classmethod
     def from_model(cls, model: FilterModel, n_runs: int = 1) -> Estimate:
-        """Return the initial estimate of a filter model, equal in all runs."""
+        """Return the initial estimate of a filter model, repeated for each of `n_runs` runs."""
         states = np.repeat(model.initial_states[:, None], n_runs, axis=-1)
         P = np.repeat(model.initial_covariance[..., None], n_runs, axis=-1)
         return cls.from_states(model.suite, model.initial_attitude.T[..., None], states, P)
 
     def correct(self, e: Floats, covariance: Floats) -> Estimate:
-        """Return the estimate corrected by errors e, shape (n_states, r), with a new covariance."""
+        """Return the estimate after a correction by estimated errors, with a new covariance.
+
+        Parameters
+        ----------
+        e : array, shape (n_states, r)
+            Errors to apply: rotation vectors multiply the rotations, other errors are added.
+        covariance : array, shape (n_states, n_states, r)
+            Covariance of the errors that remain.
+        """
         states = self.states + e
         states[self.rotation_indices] = 0.0
         rotations = np.einsum(
@@ -86,9 +95,10 @@ class Estimate:
         return Estimate(self.rotation_indices, rotations, states, covariance)
 
     def compute_errors(self, attitude: Floats, states: Floats) -> Floats:
-        """Return the errors of the estimate with respect to the true state, shape (n_states, r).
+        """Return the errors of the estimate with respect to the true attitude and states, shape
+        (n_states, r).
 
-        `corrected` with these errors gives the true state.
+        `correct` with these errors gives the true state.
 
         Parameters
         ----------
@@ -107,7 +117,8 @@ class Estimate:
 
 
 def reset_covariance(P: Floats, e: Floats, rotation_indices: Ints) -> None:
-    """Transform covariances in place when the errors e are corrected.
+    """Transform error covariances in place after a correction by the errors e, so that rotation
+    errors refer to the corrected rotations.
 
     An error g of a rotation becomes the rotation vector of R(-e) R(g). The derivative at g = e is
     (I - ½ [e×]) / (1 + |e|² / 4).
@@ -115,7 +126,9 @@ def reset_covariance(P: Floats, e: Floats, rotation_indices: Ints) -> None:
     Parameters
     ----------
     P : array, shape (n_states, n_states, r)
+        Covariances of the errors.
     e : array, shape (n_states, r)
+        Errors by which the estimate was corrected.
     rotation_indices : array of int, shape (3, k)
         Indices of the states that are rotations.
     """
@@ -140,64 +153,77 @@ def compute_innovation(
     rate: Floats = ZERO_RATE,
     channel_values: Sequence[Any] = (),
 ) -> TaylorPolynomial:
-    """Return the innovation of a sensor as a polynomial in the errors of an estimate.
+    """Return the innovation of a sensor, reading minus prediction, as a Taylor polynomial in the
+    errors of an estimate.
 
     The number of an error 3-vector in the polynomial is the number of its state block.
 
     Parameters
     ----------
+    suite : Suite
     index : int
         Index of the sensor in the suite.
     y : array, shape (r, 3), or a tuple of arrays
         Reading.
     vector : array, shape (3,) or (r, 3)
         Observed vector in GCRS; see `Sensor.inertial_vector`.
+    estimate : Estimate
+        Estimates of r runs.
     ignore_misalignments : bool
         Treat the estimates of all rotations other than the attitude as zero.
     gradient : sequence of arrays, shape (3,)
-        Further observed vectors in GCRS; see `Suite.looks`.
+        Gradients of the observed vector in GCRS; see `Suite.gradient_rows`.
     kind : type
-        `TaylorPolynomial`, or `Linear` for first derivatives only.
+        `TaylorPolynomial`, or `LinearPolynomial` for first derivatives only.
     rate : array, shape (3,) or (r, 3)
-        Body rate [rad/s]; see `readings.taken`.
+        Body rate [rad/s]; see `measurements.apply_latency`.
     channel_values : sequence of floats or arrays, shape (r, 1)
-        Values of the channels of the sensor's bias sensitivities; see `Suite.compute_channel_deviations`.
+        Values of the channels of the sensor's bias sensitivities; see
+        `Suite.compute_channel_deviations`.
+
+    Returns
+    -------
+    TaylorPolynomial
+        Innovation with m components for each run.
     """
-    sensor, turn = suite.sensors[index], build_rotation_with_error(None, 0, -1.0, kind)
+    sensor, rotate_to_body = suite.sensors[index], build_rotation_with_error(None, 0, -1.0, kind)
 
     def to_body(vector: Floats | TaylorPolynomial) -> TaylorPolynomial:
         if isinstance(vector, TaylorPolynomial):
             C = estimate.rotations[:, :, 0].swapaxes(0, 1)
-            return turn(vector.map(lambda part: multiply(C, part)))
-        each = "i,ijr->rj" if vector.ndim == 1 else "ri,ijr->rj"
-        return turn(np.einsum(each, vector, estimate.rotations[:, :, 0]))
+            return rotate_to_body(vector.map(lambda part: multiply(C, part)))
+        subscripts = "i,ijr->rj" if vector.ndim == 1 else "ri,ijr->rj"
+        return rotate_to_body(np.einsum(subscripts, vector, estimate.rotations[:, :, 0]))
 
-    own: dict[str, Callable[[Any], TaylorPolynomial] | TaylorPolynomial] = {}
+    state_values: dict[str, Callable[[Any], TaylorPolynomial] | TaylorPolynomial] = {}
     for state, first in suite.get_first_indices(sensor).items():
         if state in sensor.rotations:
-            known = estimate.rotations[:, :, suite.rotation_indices.index(first)]
-            own[state] = build_rotation_with_error(
-                None if ignore_misalignments else known, first // 3, kind=kind
+            rotation = estimate.rotations[:, :, suite.rotation_indices.index(first)]
+            state_values[state] = build_rotation_with_error(
+                None if ignore_misalignments else rotation, first // 3, kind=kind
             )
         else:
-            own[state] = add_error(estimate.states[first : first + 3].T, first // 3, kind)
+            state_values[state] = add_error(estimate.states[first : first + 3].T, first // 3, kind)
     apply_bias_sensitivities(
-        sensor.bias_sensitivities, own, channel_values, lambda value, state: state * value
+        sensor.bias_sensitivities, state_values, channel_values, lambda value, state: state * value
     )
     predicted = sensor.predict_measurement(
-        *apply_latency(sensor, own, [vector, *gradient], to_body, rate)
+        *apply_latency(sensor, state_values, [vector, *gradient], to_body, rate)
     )
     result: TaylorPolynomial = sensor.innovation(y, predicted)
     return result
 
 
 def compute_jacobian(r: TaylorPolynomial) -> tuple[Ints, Floats]:
-    """Return the states in the first-order terms and H = -∂r/∂e.
+    """Return the indices of the states that an innovation depends on, and its measurement Jacobian
+    H.
 
     Returns
     -------
     states : array of int, shape (p,)
-    H : array, shape (m, p, runs)
+        Indices of the states with a first-order term.
+    H : array, shape (m, p, r)
+        Negative derivative of the innovation with respect to the errors of these states.
     """
     numbers = tuple(term[0] for term in r.terms if len(term) == 1)
     H = np.empty((len(r.value), 3 * len(numbers), r.value.shape[-1]))
@@ -207,14 +233,22 @@ def compute_jacobian(r: TaylorPolynomial) -> tuple[Ints, Floats]:
 
 
 def compute_second_order_moments(r: TaylorPolynomial, P: Floats) -> tuple[Floats, Floats]:
-    """Return the mean and covariance of the second-order terms for errors e ~ N(0, P).
+    """Return the mean and covariance of the second-order terms of an innovation for normally
+    distributed errors.
 
     The term ½ eᵀ B e has the mean ½ tr(B P), and two terms have the covariance ½ tr(B P B' P).
 
+    Parameters
+    ----------
+    r : TaylorPolynomial
+        Innovation from `compute_innovation`, with m components.
+    P : array, shape (n_states, n_states, n_runs)
+        Covariance of the errors.
+
     Returns
     -------
-    mean : array, shape (m, runs)
-    covariance : array, shape (m, m, runs)
+    mean : array, shape (m, n_runs)
+    covariance : array, shape (m, m, n_runs)
     """
     terms = {term: part for term, part in r.terms.items() if len(term) == 2}
     numbers = tuple(sorted({number for term in terms for number in term}))

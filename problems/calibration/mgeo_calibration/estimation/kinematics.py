@@ -1,4 +1,4 @@
-"""Process equations of a trajectory from the measured gyro rates."""
+"""Process equations of attitude, gyro states and sensor states from the measured gyro rates."""
 
 from __future__ import annotations
 
@@ -29,10 +29,11 @@ from mgeo_calibration.telemetry.attitude_hold import AssumedAttitude
 
 @dataclass(frozen=True, eq=False)
 class ProcessEquations:
-    """Process equations defect + F e_k + G e_c - e_{k+1} ~ N(0, Q).
+    """Process equations of the steps of a batch, linearized about a trajectory.
 
-    e_k are the errors of the stochastic states, e_c the errors of the constant states. Constant
-    states affect only the attitude, so G has three rows.
+    Consecutive samples satisfy defect + F e_k + G e_c - e_{k+1} ~ N(0, Q). Here e_k are the errors
+    of the stochastic states, and e_c the errors of the constant states. Constant states affect only
+    the attitude, so that G has three rows.
 
     Attributes
     ----------
@@ -55,12 +56,23 @@ class ProcessEquations:
 
     @property
     def arrays(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """F, G, Q and defect, as the compiled loops expect them."""
+        """Transition matrices, sensitivities, covariances and defects, for the compiled loops."""
         return self.F, self.G, self.Q, self.defect
 
 
 def compute_constant_factors(batch: Batch, partition: Partition) -> Floats:
-    """Return the factors of the constant states since the first sample, shape (N, c)."""
+    """Return the ratio of each constant state at a sample to its value at the first sample, shape
+    (N, c).
+
+    All ratios are one, except for a gyro bias that decays without process noise.
+
+    Parameters
+    ----------
+    batch : Batch
+        Batch of N samples.
+    partition : Partition
+        Stochastic states and c constant states.
+    """
     suite, N = batch.suite, len(batch.times)
     decay = np.zeros(suite.n_states)
     decay[: suite.n_dynamic] = -np.diag(suite.dynamics_matrix(np.zeros(3)))
@@ -71,7 +83,8 @@ def compute_constant_factors(batch: Batch, partition: Partition) -> Floats:
 
 
 def compute_rates_and_rotations(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
-    """Return the corrected body rates and the rotation of the body in each step.
+    """Return the mean body rate and the rotation matrix of each step, from the measured gyro rates
+    corrected by the estimated gyro states.
 
     The rotation of a linearly varying rate includes the coning term (J. E. Bortz, A New
     Mathematical Formulation for Strapdown Inertial Navigation, IEEE Transactions on Aerospace and
@@ -79,14 +92,16 @@ def compute_rates_and_rotations(batch: Batch, states: Floats) -> tuple[Floats, F
 
     Parameters
     ----------
+    batch : Batch
+        Batch of n steps.
     states : array, shape (n + 1, n_states)
-        States of the gyro and the sensors at each sample.
+        Estimated states of the gyro and the sensors at each sample.
 
     Returns
     -------
     rates : array, shape (n, 3)
         Corrected rates [rad/s].
-    turn : array, shape (n, 3, 3)
+    rotations : array, shape (n, 3, 3)
         Matrices that multiply GCRS-to-body rotation matrices from the left.
     """
     gyro, suite, dt = batch.suite.gyro, batch.suite, batch.durations[:, None]
@@ -98,11 +113,11 @@ def compute_rates_and_rotations(batch: Batch, states: Floats) -> tuple[Floats, F
     apply_bias_sensitivities(
         gyro.bias_sensitivities, x, batch.select_channel_values(gyro, slice(1, None))
     )
-    errors = SimpleNamespace(**x)
-    rates = gyro.correct_measurement(errors, batch.gyro_rates)
-    later = gyro.correct_measurement(errors, batch.gyro_rates + batch.rate_changes)
-    turn = dt * rates + dt**2 / 12.0 * cross(rates, later)
-    return rates, np.moveaxis(exponential_map(-turn.T), -1, 0)
+    gyro_states = SimpleNamespace(**x)
+    rates = gyro.correct_measurement(gyro_states, batch.gyro_rates)
+    end_rates = gyro.correct_measurement(gyro_states, batch.gyro_rates + batch.rate_changes)
+    rotation_vectors = dt * rates + dt**2 / 12.0 * cross(rates, end_rates)
+    return rates, np.moveaxis(exponential_map(-rotation_vectors.T), -1, 0)
 
 
 def linearize_process(
@@ -111,21 +126,30 @@ def linearize_process(
     partition: Partition,
     constant_factors: Floats | None = None,
 ) -> ProcessEquations:
-    """Linearize the process equations about a trajectory.
+    """Return transition matrices, process noise covariances and defects of the steps of a batch,
+    linearized about a trajectory.
 
     Parameters
     ----------
+    batch : Batch
     trajectory : Trajectory
         Trajectory to linearize about.
+    partition : Partition
+        Stochastic and constant states.
     constant_factors : array, shape (n + 1, c), optional
-        Factors of the constant states, if the first sample is not the first sample of the batch.
+        Result of `compute_constant_factors` for the batch from which these samples are selected.
+        Default: the first sample is the start of the batch.
+
+    Returns
+    -------
+    ProcessEquations
     """
     suite, n = batch.suite, len(batch.gyro_rates)
-    rates, turn = compute_rates_and_rotations(batch, trajectory.states)
-    follows = batch.select_channel_values(suite.gyro, slice(1, None))
-    F, Q = discretize_dynamics(suite, rates, batch.durations, follows)
+    rates, rotations = compute_rates_and_rotations(batch, trajectory.states)
+    channel_values = batch.select_channel_values(suite.gyro, slice(1, None))
+    F, Q = discretize_dynamics(suite, rates, batch.durations, channel_values)
     # Only the constant states of the gyro, which come first, change the attitude.
-    turned_by = F[:, :3, partition.constant[partition.constant < suite.n_kinematic]]
+    attitude_columns = F[:, :3, partition.constant[partition.constant < suite.n_kinematic]]
     F, Q = (
         each.take(partition.stochastic, axis=1).take(partition.stochastic, axis=2)
         for each in (F, Q)
@@ -135,14 +159,14 @@ def linearize_process(
     )
     G = np.zeros((n, 3, len(partition.constant)))
     # F is diagonal from the fourth row on.
-    c = turned_by.shape[2]
-    G[:, :, :c] = turned_by * constant_factors[:-1, None, :c]
+    c = attitude_columns.shape[2]
+    G[:, :, :c] = attitude_columns * constant_factors[:-1, None, :c]
     bias = partition.stochastic[3:]
     defect = np.zeros((n, len(partition.stochastic)))
-    reached = (
-        trajectory.attitude[1:].swapaxes(1, 2) @ trajectory.attitude[:-1] @ turn.swapaxes(1, 2)
+    closing_rotations = (
+        trajectory.attitude[1:].swapaxes(1, 2) @ trajectory.attitude[:-1] @ rotations.swapaxes(1, 2)
     )
-    defect[:, :3] = rotation_vector(np.moveaxis(reached, 0, -1)).T
+    defect[:, :3] = rotation_vector(np.moveaxis(closing_rotations, 0, -1)).T
     defect[:, 3:] = (
         np.einsum("nii->ni", F)[:, 3:] * trajectory.states[:-1, bias] - trajectory.states[1:, bias]
     )
@@ -163,10 +187,10 @@ def linearize_process(
 def _linearize_pointing(
     pointing: AssumedAttitude, trajectory: Trajectory, durations: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """Return F, Q and defect of the attitude if its error is a process about the held attitude.
+    """Return F, Q and defect of the attitude for a held attitude with a random pointing error.
 
-    The vectors p of the rotations from the held attitude satisfy p_{k+1} = φ p_k + w exactly. An
-    error e of the attitude changes them by J e.
+    The rotation vectors p from the held attitude satisfy p_{k+1} = φ p_k + w exactly. An error e of
+    the attitude changes them by J e.
     """
     decay, variance = pointing.pointing_error.discretize(durations)
     p = rotation_vector(np.moveaxis(pointing.attitude.swapaxes(1, 2) @ trajectory.attitude, 0, -1))
@@ -180,19 +204,22 @@ def _linearize_pointing(
 def discretize_dynamics(
     suite: Suite, rates: Floats, durations: Floats, channel_values: Sequence[Floats] = ()
 ) -> tuple[Floats, Floats]:
-    """Discretize the error dynamics of n steps, equation (7).
+    """Return the transition matrix and the process noise covariance of the dynamic states for each
+    of n steps, equation (7).
 
     Attitude and gyro use a power series, the independent sensor processes the exact solution. The
     bias sensitivities of the gyro act on the attitude as constant biases.
 
     Parameters
     ----------
+    suite : Suite
     rates : array, shape (n, 3)
         Body rates [rad/s].
     durations : array, shape (n,)
         Durations of the steps [s].
     channel_values : sequence of arrays, shape (n, 1)
-        Value of each channel of the gyro's bias sensitivities; see `Suite.compute_channel_deviations`.
+        Value of each channel of the gyro's bias sensitivities; see
+        `Suite.compute_channel_deviations`.
 
     Returns
     -------
@@ -200,37 +227,40 @@ def discretize_dynamics(
     """
     n, m, k = len(rates), suite.n_dynamic, suite.n_kinematic
     F, Q = np.zeros((2, n, m, m))
-    density, turning, unit = (
+    density, body_rates, rate_derivatives = (
         suite.compute_noise_density(),
         np.ascontiguousarray(rates),
         _differentiate_dynamics(suite),
     )
     densities, kernel = (density[0], density[3]), load_compiled_module("kinematics")
-    kernel.discretize_steps(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
+    kernel.discretize_steps(
+        suite.gyro.bias_decay, densities, rate_derivatives, body_rates, durations, F, Q
+    )
     if has_axis_dependent_noise(density):
         load_compiled_module("process_noise").compute_process_noise(
-            suite.gyro.bias_decay, density[:6], turning, durations, Q
+            suite.gyro.bias_decay, density[:6], body_rates, durations, Q
         )
     if suite.gyro_sensitivity_slices:
         constant = np.zeros((2, n, 6, 6))
-        kernel.discretize_steps(0.0, densities, unit[:, :, :0], turning, durations, *constant)
+        kernel.discretize_steps(
+            0.0, densities, rate_derivatives[:, :, :0], body_rates, durations, *constant
+        )
         for columns, value in zip(suite.gyro_sensitivity_slices, channel_values, strict=True):
             F[:, :3, columns] = value[:, :, None] * constant[0][:, :3, 3:6]
     for process, first in zip(suite.processes.values(), range(k, m, 3), strict=True):
         decay, variance = process.discretize(durations[:, None])
-        own = range(first, first + 3)
-        F[:, own, own], Q[:, own, own] = decay, variance
+        states = range(first, first + 3)
+        F[:, states, states], Q[:, states, states] = decay, variance
     return F, Q
 
 
 @lru_cache(maxsize=16)
 def _differentiate_dynamics(suite: Suite) -> Floats:
     """Return the derivative of the gyro columns of the dynamics matrix by each rate component."""
-    k, rest = suite.n_kinematic, suite.dynamics_matrix(np.zeros(3))
-    return np.array([(suite.dynamics_matrix(axis) - rest)[:3, 6:k] for axis in np.eye(3)])
+    k, rest_matrix = suite.n_kinematic, suite.dynamics_matrix(np.zeros(3))
+    return np.array([(suite.dynamics_matrix(axis) - rest_matrix)[:3, 6:k] for axis in np.eye(3)])
 
 
 def _sinhc(x: Floats) -> Floats:
-    """Return sinh(x) / x."""
     ratio: Floats = np.divide(np.sinh(x), x, out=np.ones_like(x), where=x != 0.0)
     return ratio

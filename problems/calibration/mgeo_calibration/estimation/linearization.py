@@ -1,4 +1,4 @@
-"""Linearized process and measurement equations about a trajectory.
+"""Process and measurement equations of a batch, linearized about a trajectory.
 
 The smoother and the score tests solve these equations.
 """
@@ -23,13 +23,20 @@ from mgeo_calibration.estimation.kinematics import (
     compute_rates_and_rotations,
     linearize_process,
 )
-from mgeo_calibration.estimation.taylor import LinearPolynomial
+from mgeo_calibration.estimation.taylor import (
+    ConstantPolynomial,
+    LinearPolynomial,
+    TaylorPolynomial,
+)
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory, split_into_spans
 
 
 @dataclass(frozen=True, eq=False)
 class SensorEquations:
-    """Linearized readings of one sensor: z - H e ~ N(0, diag(noise)²).
+    """Measurement equations of one sensor, linearized about a trajectory: innovations, Jacobian and
+    noise of all readings.
+
+    Each reading satisfies z - H e ~ N(0, diag(noise)²) for the errors e of the states.
 
     Attributes
     ----------
@@ -54,7 +61,8 @@ class SensorEquations:
 
 @dataclass(frozen=True, eq=False)
 class MeasurementEquations:
-    """Linearized readings of all s sensors.
+    """Measurement equations of all s sensors, linearized about a trajectory, as arrays for the
+    compiled loops.
 
     Readings with fewer than three components are padded with components that are always zero.
 
@@ -86,66 +94,91 @@ class MeasurementEquations:
 
     @property
     def arrays(self) -> tuple[Floats, Floats, Floats, Ints, Ints]:
-        """z, H, noise, counts and columns, as the compiled loops expect them."""
+        """Innovations, Jacobians, noise and indices of the columns, for the compiled loops."""
         return self.z, self.H, self.noise, self.n_columns, self.columns
 
     @property
     def n_leading(self) -> int:
-        """Number of leading stochastic states that the readings depend on, at least three."""
-        each = zip(self.columns, self.n_columns, strict=True)
-        return max(3, *(int(row[:n].max(initial=-1)) + 1 for row, (n, _) in each))
+        """Number of leading stochastic states that contains all states on which readings depend, at
+        least three.
+        """
+        columns_and_counts = zip(self.columns, self.n_columns, strict=True)
+        return max(3, *(int(row[:n].max(initial=-1)) + 1 for row, (n, _) in columns_and_counts))
 
 
 def linearize_measurements(
     batch: Batch, trajectory: Trajectory, partition: Partition
 ) -> MeasurementEquations:
-    """Linearize the readings of all sensors."""
-    each = [linearize_sensor(batch, index, trajectory) for index in range(len(batch.suite.sensors))]
-    s, N, p = len(each), len(batch.times), max(len(one.states) for one in each)
+    """Return the measurement equations of all sensors, linearized about a trajectory.
+
+    Parameters
+    ----------
+    batch : Batch
+    trajectory : Trajectory
+        Trajectory to linearize about, at all samples of the batch.
+    partition : Partition
+        Stochastic and constant states.
+
+    Returns
+    -------
+    MeasurementEquations
+    """
+    equations = [
+        linearize_sensor(batch, index, trajectory) for index in range(len(batch.suite.sensors))
+    ]
+    s, N, p = len(equations), len(batch.times), max(len(sensor.states) for sensor in equations)
     result = MeasurementEquations(
         has_reading=np.zeros((s, N), dtype=bool),
         z=np.zeros((s, N, 3)),
         H=np.zeros((s, N, 3, p)),
         noise=batch.noise,
-        n_components=np.array([len(one.noise) for one in each]),
+        n_components=np.array([len(sensor.noise) for sensor in equations]),
         n_columns=np.zeros((s, 2), dtype=np.int64),
         columns=np.zeros((s, p), dtype=np.int64),
     )
-    for index, one in enumerate(each):
-        chosen = [
-            np.flatnonzero(np.isin(one.states, of))
-            for of in (partition.stochastic, partition.constant)
+    for index, sensor in enumerate(equations):
+        selections = [
+            np.flatnonzero(np.isin(sensor.states, states))
+            for states in (partition.stochastic, partition.constant)
         ]
-        order, n = np.concatenate(chosen), len(one.states)
-        result.has_reading[index, one.samples] = True
-        result.z[index, one.samples, : len(one.noise)] = one.z
-        result.H[index, one.samples, : len(one.noise), :n] = one.H[:, :, order]
-        result.n_columns[index] = [len(some) for some in chosen]
+        order, n = np.concatenate(selections), len(sensor.states)
+        result.has_reading[index, sensor.samples] = True
+        result.z[index, sensor.samples, : len(sensor.noise)] = sensor.z
+        result.H[index, sensor.samples, : len(sensor.noise), :n] = sensor.H[:, :, order]
+        result.n_columns[index] = [len(selection) for selection in selections]
         result.columns[index, :n] = np.concatenate(
             [
-                np.searchsorted(of, one.states[some])
-                for of, some in zip((partition.stochastic, partition.constant), chosen, strict=True)
+                np.searchsorted(states, sensor.states[selection])
+                for states, selection in zip(
+                    (partition.stochastic, partition.constant), selections, strict=True
+                )
             ]
         )
     return result
 
 
 def linearize_sensor(batch: Batch, index: int, trajectory: Trajectory) -> SensorEquations:
-    """Linearize the readings of one sensor.
+    """Return the measurement equations of one sensor, linearized about a trajectory.
 
     The body rate for a measurement latency is the rate of the step that ends at the sample.
 
-    If a satellite holds an attitude, the sensitivities to all states but rotations are taken at the
-    held attitude, in the directions in which an attitude error moves the readings. The estimated
-    attitude contains the pointing error that is in the readings, and a scale factor would grow to
-    explain this error (instrumental variables; W. A. Fuller, Measurement Error Models, Wiley 1987).
+    If the satellite is assumed to hold an attitude, the sensitivities to all states except
+    rotations are evaluated at the held attitude, in the directions in which an attitude error moves
+    the readings. The estimated attitude contains the pointing error that is in the readings, and a
+    scale factor would grow to explain this error (instrumental variables; W. A. Fuller, Measurement
+    Error Models, Wiley 1987).
 
     Parameters
     ----------
+    batch : Batch
     index : int
         Index of the sensor in the suite.
     trajectory : Trajectory
         Trajectory to linearize about.
+
+    Returns
+    -------
+    SensorEquations
     """
     suite, sensor = batch.suite, batch.suite.sensors[index]
     samples = np.flatnonzero(np.isfinite(batch.readings[index][:, 0, 0]))
@@ -155,11 +188,10 @@ def linearize_sensor(batch: Batch, index: int, trajectory: Trajectory) -> Sensor
         return SensorEquations(samples, np.zeros((0, m)), samples, np.zeros((0, m, 0)), noise)
     z, states, H = _linearize_samples(batch, index, trajectory, samples)
     if batch.pointing is not None:
-        held = _linearize_samples(
-            batch, index, Trajectory(batch.pointing.attitude, trajectory.states), samples
-        )
-        turning = H[:, :, states < 3]
-        change = turning @ np.linalg.pinv(turning, rcond=1e-6) @ (held[2] - H)
+        held_trajectory = Trajectory(batch.pointing.attitude, trajectory.states)
+        _, _, H_held = _linearize_samples(batch, index, held_trajectory, samples)
+        H_attitude = H[:, :, states < 3]
+        change = H_attitude @ np.linalg.pinv(H_attitude, rcond=1e-6) @ (H_held - H)
         rotations = np.add.outer(suite.rotation_indices, range(3))
         H = np.where(np.isin(states, rotations), H, H + change)
     return SensorEquations(samples, z, states, H, noise)
@@ -168,7 +200,16 @@ def linearize_sensor(batch: Batch, index: int, trajectory: Trajectory) -> Sensor
 def _linearize_samples(
     batch: Batch, index: int, trajectory: Trajectory, samples: Ints
 ) -> tuple[Floats, Ints, Floats]:
-    """Return z, states and H of the readings of one sensor at some samples; see `SensorEquations`."""
+    """Return innovations, state indices and Jacobian of one sensor at the given samples."""
+    r = _compute_innovation(batch, index, trajectory, samples, LinearPolynomial)
+    states, H = compute_jacobian(r)
+    H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
+    return r.value.T, states, H
+
+
+def _compute_innovation(
+    batch: Batch, index: int, trajectory: Trajectory, samples: Ints, kind: type[TaylorPolynomial]
+) -> TaylorPolynomial:
     suite, sensor = batch.suite, batch.suite.sensors[index]
     rate = ZERO_RATE  # Only a sensor with a measurement latency depends on the body rate.
     if "latency" in suite.get_first_indices(sensor):
@@ -176,54 +217,83 @@ def _linearize_samples(
         rate = rates[np.maximum(samples - 1, 0)]
     attitude = np.moveaxis(trajectory.attitude[samples], 0, -1)
     vectors = batch.vectors[samples]
-    r = compute_innovation(
+    return compute_innovation(
         suite,
         index,
         unstack_measurement(batch.readings[index][samples]),
         vectors[:, index],
         Estimate.from_states(suite, attitude, trajectory.states[samples].T, np.zeros(0)),
         gradient=[vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]],
-        kind=LinearPolynomial,
+        kind=kind,
         rate=rate,
         channel_values=batch.select_channel_values(sensor, samples),
     )
-    states, H = compute_jacobian(r)
-    H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
-    return r.value.T, states, H
+
+
+def compute_sensor_innovations(
+    batch: Batch, index: int, trajectory: Trajectory
+) -> tuple[Ints, Floats]:
+    """Return the samples at which one sensor has a reading, and the innovations of these readings.
+
+    Parameters
+    ----------
+    batch : Batch
+    index : int
+        Index of the sensor in the suite.
+    trajectory : Trajectory
+        Trajectory that predicts the readings.
+
+    Returns
+    -------
+    samples : array of int, shape (n,)
+        Indices of the samples.
+    innovations : array, shape (n, k)
+        Reading minus prediction, in the unit of the sensor's noise.
+    """
+    samples = np.flatnonzero(np.isfinite(batch.readings[index][:, 0, 0]))
+    r = _compute_innovation(batch, index, trajectory, samples, ConstantPolynomial)
+    return samples, r.value.T
 
 
 def compute_innovations(batch: Batch, index: int, trajectory: Trajectory) -> Floats:
-    """Return the innovations of a sensor at all samples, shape (N, k).
+    """Return the innovations of one sensor at all samples, as an array of shape (N, k) with NaN
+    where the sensor has no reading.
 
-    Samples without a reading are NaN.
+    Parameters
+    ----------
+    batch : Batch
+    index : int
+        Index of the sensor in the suite.
+    trajectory : Trajectory
+        Trajectory that predicts the readings.
     """
     result = np.full((len(batch.times), len(batch.suite.sensors[index].noise_sigmas())), np.nan)
     for low, high, first in split_into_spans(len(result)):
-        seen = linearize_sensor(
+        samples, z = compute_sensor_innovations(
             batch.select_samples(low, high), index, trajectory.select_samples(low, high)
         )
-        new = seen.samples >= first
-        result[low + seen.samples[new]] = seen.z[new]
+        new = samples >= first
+        result[low + samples[new]] = z[new]
     return result
 
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """Linearized equations of the samples low to high - 1 of a batch.
+    """Process and measurement equations of consecutive samples of a batch, linearized about a
+    trajectory.
 
     Attributes
     ----------
     low, high : int
-        First sample, and one past the last sample.
+        Index of the first sample, and of the sample after the last.
     batch : Batch
-        Part of the batch at these samples.
+        Batch of these samples.
     trajectory : Trajectory
-        Part of the trajectory at these samples.
+        Trajectory at these samples.
     partition : Partition
-    process : Steps
-        Process equations.
-    measurements : Sightings
-        Measurement equations.
+        Stochastic and constant states.
+    process : ProcessEquations
+    measurements : MeasurementEquations
     """
 
     low: int
@@ -243,17 +313,37 @@ def linearize_equations(
     low: int,
     high: int,
 ) -> Equations:
-    """Linearize the equations of the samples low to high - 1.
+    """Return the process and measurement equations of the samples `low` to `high` - 1 of a batch,
+    linearized about a trajectory.
 
     Parameters
     ----------
+    batch : Batch
+        Batch of all samples.
     trajectory : Trajectory
-        Trajectory at all samples.
+        Trajectory to linearize about, at all samples.
+    partition : Partition
+        Stochastic and constant states.
     constant_factors : array, shape (N, c)
-        Factors of the constant states at all samples; see `kinematics.growth`.
+        Result of `kinematics.compute_constant_factors` at all samples.
+    low, high : int
+        Index of the first sample, and of the sample after the last.
+
+    Returns
+    -------
+    Equations
     """
-    own, here = batch.select_samples(low, high), trajectory.select_samples(low, high)
-    move = linearize_process(own, here, partition, constant_factors[low:high])
+    span_batch, span_trajectory = (
+        batch.select_samples(low, high),
+        trajectory.select_samples(low, high),
+    )
+    process = linearize_process(span_batch, span_trajectory, partition, constant_factors[low:high])
     return Equations(
-        low, high, own, here, partition, move, linearize_measurements(own, here, partition)
+        low,
+        high,
+        span_batch,
+        span_trajectory,
+        partition,
+        process,
+        linearize_measurements(span_batch, span_trajectory, partition),
     )

@@ -1,4 +1,4 @@
-"""Regressors of score tests for errors that the scenario does not model.
+"""Regressors of score tests for model errors, such as latencies, drifts and scale factors.
 
 All regressors are linear about a smoother solution and follow from the smoothed trajectory, whose
 errors are independent of the residuals. The measured gyro rates are not independent: their noise is
@@ -20,13 +20,13 @@ from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.estimation.kinematics import compute_rates_and_rotations
-from mgeo_calibration.estimation.linearization import Equations, linearize_sensor
+from mgeo_calibration.estimation.linearization import Equations, compute_sensor_innovations
 from mgeo_calibration.estimation.score import ModelError, ModelErrorCombination
 from mgeo_calibration.estimation.smoother import Solution
 
 #: Number of equal parts of the data. A slowly varying offset is piecewise linear over the parts.
 N_PARTS = 8
-#: Number of half waves in the model of a slow drift.
+#: Largest number of half waves of the cosines that represent a slow drift.
 N_HALF_WAVES = 3
 #: Cycles over the data of the sinusoids that represent gyro noise; all are faster than a drift.
 CYCLES = (3.0, 6.0, 12.0, 24.0)
@@ -52,7 +52,7 @@ VectorRates = Callable[[Equations, int], Floats]
 
 
 def compute_smoothed_rates(solution: Solution) -> Floats:
-    """Return the mean body rate of the smoothed attitude in each step, shape (N - 1, 3) [rad/s].
+    """Return the mean body rate in each step from the smoothed attitude, shape (N - 1, 3) [rad/s].
 
     If the declared gyro noise is too large, the smoothed attitude follows the noise of single
     readings. The rates are therefore filtered over as many steps as the motion allows (A. Savitzky,
@@ -71,79 +71,91 @@ def compute_smoothed_rates(solution: Solution) -> Floats:
 
 
 def estimate_angle_random_walk(solution: Solution) -> float:
-    """Return the angle random walk of the gyro relative to the smoothed attitude [rad/sqrt(s)]."""
+    """Return the angle random walk of the gyro, estimated from the differences between gyro and
+    smoothed attitude [rad/sqrt(s)].
+    """
     batch = solution.batch
     rates, _ = compute_rates_and_rotations(batch, solution.estimate.states)
-    off = (rates - _compute_attitude_rates(solution))[~batch.breaks]
-    return float(np.sqrt(np.mean(off**2 * batch.durations[~batch.breaks, None])))
+    differences = (rates - _compute_attitude_rates(solution))[~batch.breaks]
+    return float(np.sqrt(np.mean(differences**2 * batch.durations[~batch.breaks, None])))
 
 
 def _compute_attitude_rates(solution: Solution) -> Floats:
     attitude, batch = solution.estimate.attitude, solution.batch
-    turn = attitude[:-1].swapaxes(1, 2) @ attitude[1:]
-    rates: Floats = Rotation.from_matrix(turn).as_rotvec() / batch.durations[:, None]
+    rotations = attitude[:-1].swapaxes(1, 2) @ attitude[1:]
+    rates: Floats = Rotation.from_matrix(rotations).as_rotvec() / batch.durations[:, None]
     rates[batch.breaks] = 0.0
     return rates
 
 
 def build_bias_decay_error(solution: Solution) -> ModelError:
-    """Return the regressors of a gyro bias with a different correlation time.
+    """Return the score-test regressors for a gyro bias whose correlation time differs from the
+    declared value.
 
     A coefficient of one increases the inverse correlation time by one over the duration of the
     data.
     """
     times = solution.batch.times
-    at, dt, bias = times - times[0], np.diff(times), solution.estimate.states[:-1, 3:6]
-    left = np.exp(-solution.batch.suite.gyro.bias_decay * at)[:, None]
-    more = np.cumsum(dt[:, None] * bias / left[:-1], axis=0) / at[-1]
-    off = -left * np.vstack([np.zeros(3), more])
-    return _build_rate_error(lambda own: off[own.low : own.high - 1, :, None], 1, off[-1:].T)
+    elapsed, dt, bias = times - times[0], np.diff(times), solution.estimate.states[:-1, 3:6]
+    decay = np.exp(-solution.batch.suite.gyro.bias_decay * elapsed)[:, None]
+    integral = np.cumsum(dt[:, None] * bias / decay[:-1], axis=0) / elapsed[-1]
+    rate_errors = -decay * np.vstack([np.zeros(3), integral])
+    return _build_rate_error(
+        lambda equations: rate_errors[equations.low : equations.high - 1, :, None],
+        1,
+        rate_errors[-1:].T,
+    )
 
 
 def build_bias_drift_error(solution: Solution) -> ModelError:
-    """Return the regressors of a gyro bias that drifts.
+    """Return the score-test regressors for a gyro bias that drifts, with a coefficient for each
+    axis and each of the `N_PARTS` parts of the data.
 
-    A coefficient of one changes the bias by its initial 1-sigma within one of the `N_PARTS` of the
-    data.
+    A coefficient of one changes the bias by its initial 1-sigma within its part.
     """
-    share, size = _compute_elapsed_fractions(solution), solution.batch.suite.gyro.states()["bias"]
+    fractions, size = (
+        _compute_elapsed_fractions(solution),
+        solution.batch.suite.gyro.states()["bias"],
+    )
 
-    def moves(own: Equations) -> Floats:
-        rises = size * compute_ramps(share[own.low : own.high - 1])
-        result: Floats = rises[:, None, :, None] * _compute_rate_sensitivity(own)[:, :, None]
-        return result.reshape(len(rises), 3, -1)
+    def attitude_changes(equations: Equations) -> Floats:
+        ramps = size * compute_ramps(fractions[equations.low : equations.high - 1])
+        result: Floats = ramps[:, None, :, None] * _compute_rate_sensitivity(equations)[:, :, None]
+        return result.reshape(len(ramps), 3, -1)
 
     return ModelError(
         n_coefficients=3 * N_PARTS,
-        attitude_changes=moves,
+        attitude_changes=attitude_changes,
         last_bias_change=np.tile(size * np.eye(3), N_PARTS),
     )
 
 
 def build_gyro_noise_error(solution: Solution) -> ModelError:
-    """Return the regressors of sinusoidal gyro errors with `CYCLES` cycles about each axis.
+    """Return the score-test regressors for sinusoidal gyro errors about each axis, which represent
+    gyro noise above the declared noise.
 
-    The amplitude equals the 1-sigma of the gyro noise in one step. The departure represents gyro
-    noise that exceeds the declared noise.
+    The sinusoids have `CYCLES` cycles over the data. A coefficient of one is an amplitude equal to
+    the 1-sigma of the gyro noise in one step.
     """
     batch = solution.batch
     density = np.sqrt(np.array(batch.suite.gyro.compute_noise_density()["theta"]))
-    size, share = (
+    size, fractions = (
         density / np.sqrt(np.median(batch.durations)),
         _compute_elapsed_fractions(solution),
     )
 
-    def off(own: Equations) -> Floats:
-        phase = 2.0 * np.pi * share[own.low : own.high - 1, None] * np.array(CYCLES)
+    def rate_errors(equations: Equations) -> Floats:
+        phase = 2.0 * np.pi * fractions[equations.low : equations.high - 1, None] * np.array(CYCLES)
         waves = np.concatenate([np.sin(phase), np.cos(phase)], axis=1)
         result: Floats = waves[:, None, :, None] * np.diag(size)[:, None]
         return result.reshape(len(waves), 3, -1)
 
-    return _build_rate_error(off, 6 * len(CYCLES))
+    return _build_rate_error(rate_errors, 6 * len(CYCLES))
 
 
 def build_gyro_parameter_error(rates: Floats, state: str) -> ModelError:
-    """Return the regressors of one calibration parameter of the gyro.
+    """Return the score-test regressors for one kind of calibration parameter of the gyro, with a
+    coefficient for each axis.
 
     Parameters
     ----------
@@ -153,12 +165,14 @@ def build_gyro_parameter_error(rates: Floats, state: str) -> ModelError:
         "scale_factor", "misalignment", "nonorthogonality" or "scale_asymmetry".
     """
     return _build_rate_error(
-        lambda own: _compute_vector_changes(state, rates[own.low : own.high - 1]), 3
+        lambda equations: _compute_vector_changes(state, rates[equations.low : equations.high - 1]),
+        3,
     )
 
 
 def build_gyro_time_tag_error(rates: Floats, durations: Floats) -> ModelError:
-    """Return the regressors of a gyro that reports rates `LARGE_DELAY_S` ahead of its time stamps.
+    """Return the score-test regressors for a gyro whose rates are `LARGE_DELAY_S` ahead of their
+    time stamps.
 
     Parameters
     ----------
@@ -168,33 +182,51 @@ def build_gyro_time_tag_error(rates: Floats, durations: Floats) -> ModelError:
         Durations of the steps [s].
     """
 
-    def changes(own: Equations) -> Floats:
-        steps = np.arange(own.low, own.high - 1)
+    def rate_errors(equations: Equations) -> Floats:
+        steps = np.arange(equations.low, equations.high - 1)
         change = rates[steps] - rates[np.maximum(steps - 1, 0)]
         result: Floats = LARGE_DELAY_S * change / durations[steps, None]
         return result[:, :, None]
 
-    return _build_rate_error(changes, 1)
+    return _build_rate_error(rate_errors, 1)
 
 
 def build_gyro_channel_error(solution: Solution, channel: Floats) -> ModelError:
-    """Return the regressors of a gyro bias that is proportional to a channel, shape (N,)."""
+    """Return the score-test regressors for a gyro bias proportional to a telemetry channel, with a
+    coefficient for each axis.
+
+    A coefficient of one is a bias of its initial 1-sigma for a channel value of one.
+
+    Parameters
+    ----------
+    solution : Solution
+    channel : array, shape (N,)
+        Channel value at each sample.
+    """
     size = solution.batch.suite.gyro.states()["bias"]
     return _build_rate_error(
-        lambda own: size * channel[own.low : own.high - 1, None, None] * np.eye(3),
+        lambda equations: (
+            size * channel[equations.low : equations.high - 1, None, None] * np.eye(3)
+        ),
         3,
         size * channel[-1] * np.eye(3),
     )
 
 
 def build_vector_rates(solution: Solution) -> VectorRates:
-    """Return a cached `VectorRates` function of the solution."""
+    """Return a cached function that computes how fast the readings of a sensor change because the
+    observed vector moves in GCRS.
+
+    Returns
+    -------
+    VectorRates
+    """
     sensors = len(solution.batch.suite.sensors)
     return lru_cache(maxsize=sensors)(partial(_compute_vector_rate, solution))
 
 
 def build_latency_error(index: int, rates: Floats, vector_rates: VectorRates) -> ModelError:
-    """Return the regressors of a sensor with readings that are `LARGE_DELAY_S` old.
+    """Return the score-test regressors for a sensor whose readings are `LARGE_DELAY_S` old.
 
     Parameters
     ----------
@@ -203,114 +235,160 @@ def build_latency_error(index: int, rates: Floats, vector_rates: VectorRates) ->
     rates : array, shape (N - 1, 3)
         Body rates from `compute_smoothed_rates` [rad/s].
     vector_rates : VectorRates
-        Function from `vector_rates`.
+        Function from `build_vector_rates`.
     """
 
-    def reads(own: Equations) -> Floats:
-        before = rates[np.maximum(np.arange(own.low, own.high) - 1, 0)]
-        turned = np.einsum("nij,nj->ni", _select_jacobian(own, index, 0), before)
-        result: Floats = -LARGE_DELAY_S * (turned + vector_rates(own, index))
+    def reading_changes(equations: Equations) -> Floats:
+        step_rates = rates[np.maximum(np.arange(equations.low, equations.high) - 1, 0)]
+        by_rotation = np.einsum("nij,nj->ni", _select_jacobian(equations, index, 0), step_rates)
+        result: Floats = -LARGE_DELAY_S * (by_rotation + vector_rates(equations, index))
         return result[:, :, None]
 
-    return ModelError(n_coefficients=1, reading_changes={index: reads})
+    return ModelError(n_coefficients=1, reading_changes={index: reading_changes})
 
 
 def build_along_track_error(n_sensors: int, vector_rates: VectorRates) -> ModelError:
-    """Return the regressors of an orbit that lags by `LARGE_DELAY_S` along the track.
+    """Return the score-test regressors for a satellite that is `LARGE_DELAY_S` behind its orbit
+    prediction.
 
     Parameters
     ----------
     n_sensors : int
         Number of sensors in the suite.
     vector_rates : VectorRates
-        Function from `vector_rates`.
+        Function from `build_vector_rates`.
     """
 
-    def reads(index: int) -> Callable[[Equations], Floats]:
-        return lambda own: -LARGE_DELAY_S * vector_rates(own, index)[:, :, None]
+    def build_changes(index: int) -> Callable[[Equations], Floats]:
+        return lambda equations: -LARGE_DELAY_S * vector_rates(equations, index)[:, :, None]
 
     return ModelError(
-        n_coefficients=1, reading_changes={index: reads(index) for index in range(n_sensors)}
+        n_coefficients=1,
+        reading_changes={index: build_changes(index) for index in range(n_sensors)},
     )
 
 
 def build_vector_error(index: int, state: str) -> ModelError:
-    """Return the regressors of scale factors or non-orthogonality of a vector sensor.
+    """Return the score-test regressors for undeclared scale factors or non-orthogonality of a
+    vector sensor, with a coefficient for each axis.
 
-    For a satellite that holds an attitude, the vectors are those at the held attitude, because the
-    smoothed attitude contains the pointing error that is part of the innovations.
+    If the satellite is assumed to hold an attitude, the vectors are those at the held attitude,
+    because the smoothed attitude contains the pointing error that is part of the innovations.
+
+    Parameters
+    ----------
+    index : int
+        Index of the sensor in the suite.
+    state : str
+        "scale_factor" or "nonorthogonality".
     """
 
-    def reads(own: Equations) -> Floats:
-        batch, at = own.batch, own.trajectory
+    def reading_changes(equations: Equations) -> Floats:
+        batch, trajectory = equations.batch, equations.trajectory
         first = batch.suite.get_first_indices(batch.suite.sensors[index]).get("misalignment")
-        attitude = at.attitude if batch.pointing is None else batch.pointing.attitude
+        attitude = trajectory.attitude if batch.pointing is None else batch.pointing.attitude
         body = np.einsum("nji,nj->ni", attitude, batch.vectors[:, index])
-        mounted = np.eye(3) if first is None else rotation_matrix(at.states[0, first : first + 3])
-        columns: Floats = mounted @ _compute_vector_changes(state, body)
+        mounting = (
+            np.eye(3) if first is None else rotation_matrix(trajectory.states[0, first : first + 3])
+        )
+        columns: Floats = mounting @ _compute_vector_changes(state, body)
         return columns
 
-    return ModelError(n_coefficients=3, reading_changes={index: reads})
+    return ModelError(n_coefficients=3, reading_changes={index: reading_changes})
 
 
 def build_offset_drift_error(solution: Solution, index: int) -> ModelError:
-    """Return the regressors of a sensor offset that drifts.
+    """Return the score-test regressors for a sensor offset that drifts, with a coefficient for each
+    axis and each of the `N_PARTS` parts of the data.
 
-    A coefficient of one changes the offset by `LARGE_OFFSET` within one of the `N_PARTS` of the data.
+    A coefficient of one changes the offset by `LARGE_OFFSET` within its part.
+
+    Parameters
+    ----------
+    solution : Solution
+    index : int
+        Index of the sensor in the suite.
     """
-    share = _compute_elapsed_fractions(solution)
+    fractions = _compute_elapsed_fractions(solution)
 
-    def reads(own: Equations) -> Floats:
-        rises = compute_ramps(share[own.low : own.high])
-        result = rises[:, None, :, None] * _compute_offset_columns(own, index)[:, :, None]
-        return result.reshape(len(rises), 3, -1)
+    def reading_changes(equations: Equations) -> Floats:
+        ramps = compute_ramps(fractions[equations.low : equations.high])
+        result = ramps[:, None, :, None] * _compute_offset_columns(equations, index)[:, :, None]
+        return result.reshape(len(ramps), 3, -1)
 
-    return ModelError(n_coefficients=3 * N_PARTS, reading_changes={index: reads})
+    return ModelError(n_coefficients=3 * N_PARTS, reading_changes={index: reading_changes})
 
 
 def build_offset_channel_error(index: int, channel: Floats) -> ModelError:
-    """Return the regressors of a sensor offset that is proportional to a channel, shape (N,)."""
+    """Return the score-test regressors for a sensor offset proportional to a telemetry channel,
+    with a coefficient for each axis.
 
-    def reads(own: Equations) -> Floats:
-        return channel[own.low : own.high, None, None] * _compute_offset_columns(own, index)
+    Parameters
+    ----------
+    index : int
+        Index of the sensor in the suite.
+    channel : array, shape (N,)
+        Channel value at each sample.
+    """
 
-    return ModelError(n_coefficients=3, reading_changes={index: reads})
+    def reading_changes(equations: Equations) -> Floats:
+        return channel[equations.low : equations.high, None, None] * _compute_offset_columns(
+            equations, index
+        )
+
+    return ModelError(n_coefficients=3, reading_changes={index: reading_changes})
 
 
 def build_misalignment_channel_error(index: int, channel: Floats) -> ModelError:
-    """Return the regressors of a sensor misalignment proportional to a channel, shape (N,)."""
+    """Return the score-test regressors for a sensor misalignment proportional to a telemetry
+    channel, with a coefficient for each axis.
 
-    def reads(own: Equations) -> Floats:
-        by_attitude = -_select_jacobian(own, index, 0)
-        return LARGE_AXES_ERROR * channel[own.low : own.high, None, None] * by_attitude
+    Parameters
+    ----------
+    index : int
+        Index of the sensor in the suite.
+    channel : array, shape (N,)
+        Channel value at each sample.
+    """
 
-    return ModelError(n_coefficients=3, reading_changes={index: reads})
+    def reading_changes(equations: Equations) -> Floats:
+        by_attitude = -_select_jacobian(equations, index, 0)
+        return LARGE_AXES_ERROR * channel[equations.low : equations.high, None, None] * by_attitude
+
+    return ModelError(n_coefficients=3, reading_changes={index: reading_changes})
 
 
 def compute_ramps(elapsed_fractions: Floats) -> Floats:
-    """Return ramps from zero to one, one within each part of the data, shape (n, PARTS).
+    """Return one ramp from zero to one for each of the `N_PARTS` parts of the data, at the given
+    times, shape (n, N_PARTS).
 
     Parameters
     ----------
     elapsed_fractions : array, shape (n,)
-        Fraction of elapsed time.
+        Elapsed time as a fraction of the duration of the data.
     """
-    rises: Floats = np.clip(N_PARTS * elapsed_fractions[:, None] - np.arange(N_PARTS), 0.0, 1.0)
-    return rises
+    ramps: Floats = np.clip(N_PARTS * elapsed_fractions[:, None] - np.arange(N_PARTS), 0.0, 1.0)
+    return ramps
 
 
 def build_step_profile(part: int) -> Profile:
-    """Return the offset profile that rises from zero to one within one part of the data."""
-    return lambda share: compute_ramps(share)[:, [part]]
+    """Return the profile of an offset that rises from zero to one within one of the `N_PARTS` parts
+    of the data, as a function of the fraction of elapsed time.
+    """
+    return lambda fractions: compute_ramps(fractions)[:, [part]]
 
 
 def compute_linear_profile(elapsed_fractions: Floats) -> Floats:
-    """Return the offset profile that is proportional to time, shape (n, 1)."""
+    """Return the profile of an offset that grows in proportion to time from zero to one, shape (n,
+    1).
+    """
     return elapsed_fractions[:, None]
 
 
 def compute_cosine_profiles(elapsed_fractions: Floats) -> Floats:
-    """Return cosine profiles of one to `N_HALF_WAVES` half waves that start at zero, shape (n, WAVES)."""
+    """Return the profiles of offsets that start at zero and follow 1 to `N_HALF_WAVES` half waves
+    of a cosine, shape (n, N_HALF_WAVES).
+    """
     half_periods = np.arange(1, N_HALF_WAVES + 1)
     result: Floats = 0.5 - 0.5 * np.cos(np.pi * elapsed_fractions[:, None] * half_periods)
     return result
@@ -319,21 +397,29 @@ def compute_cosine_profiles(elapsed_fractions: Floats) -> Floats:
 def build_profile_errors(
     drift_error: ModelError, profiles: Sequence[Profile]
 ) -> tuple[ModelErrorCombination, ...]:
-    """Return the regressors of each profile, piecewise linear over the parts of the data.
+    """Return score-test regressors for one offset profile each, as combinations of the coefficients
+    of a piecewise linear drift.
 
     Parameters
     ----------
-    drift_error : Departure
-        Departure with a coefficient for each part and axis, from `build_bias_drift_error` or `build_offset_drift_error`.
-    profiles : sequence of Course
-        Offset profiles.
+    drift_error : ModelError
+        Model error with a coefficient for each part and axis, from `build_bias_drift_error` or
+        `build_offset_drift_error`.
+    profiles : sequence of Profile
+        Functions from the fraction of elapsed time to offsets.
+
+    Returns
+    -------
+    tuple of ModelErrorCombination
+        In the order of the profiles.
     """
-    ends = np.linspace(0.0, 1.0, N_PARTS + 1)
+    part_ends = np.linspace(0.0, 1.0, N_PARTS + 1)
     return tuple(
         ModelErrorCombination(
-            drift_error, np.asarray(np.kron(np.diff(of(ends), axis=0), np.eye(3)), dtype=np.float64)
+            drift_error,
+            np.asarray(np.kron(np.diff(profile(part_ends), axis=0), np.eye(3)), dtype=np.float64),
         )
-        for of in profiles
+        for profile in profiles
     )
 
 
@@ -348,7 +434,7 @@ def _build_rate_error(
     n_coefficients: int,
     last_bias_change: Floats | None = None,
 ) -> ModelError:
-    """Return the regressors of a gyro with an additive rate error.
+    """Return the score-test regressors for a gyro with an additive rate error.
 
     Parameters
     ----------
@@ -360,32 +446,33 @@ def _build_rate_error(
         Change of the gyro bias at the last sample, if the rate error is a bias error.
     """
 
-    def moves(own: Equations) -> Floats:
-        moved: Floats = np.einsum("nij,njk->nik", _compute_rate_sensitivity(own), rate_errors(own))
-        return moved
+    def attitude_changes(equations: Equations) -> Floats:
+        changes: Floats = _compute_rate_sensitivity(equations) @ rate_errors(equations)
+        return changes
 
     return ModelError(
-        n_coefficients=n_coefficients, attitude_changes=moves, last_bias_change=last_bias_change
+        n_coefficients=n_coefficients,
+        attitude_changes=attitude_changes,
+        last_bias_change=last_bias_change,
     )
 
 
 def _compute_rate_sensitivity(equations: Equations) -> Floats:
     """Return the attitude error per gyro rate error in each step, shape (n - 1, 3, 3) [s]."""
-    parts, move = equations.partition, equations.process
+    parts, process = equations.partition, equations.process
     if (parts.stochastic == 3).any():
         first = int(np.flatnonzero(parts.stochastic == 3)[0])
-        return move.F[:, :3, first : first + 3]
+        return process.F[:, :3, first : first + 3]
     first = int(np.flatnonzero(parts.constant == 3)[0])
-    turned: Floats = (
-        move.G[:, :, first : first + 3] / move.constant_factors[:-1, None, first : first + 3]
+    sensitivity: Floats = (
+        process.G[:, :, first : first + 3] / process.constant_factors[:-1, None, first : first + 3]
     )
-    return turned
+    return sensitivity
 
 
 def _compute_vector_changes(state: str, vectors: Floats) -> Floats:
-    """Return the change of vectors for each axis of a calibration parameter, shape (n, 3, 3).
-
-    The parameter has the size `LARGE_AXES_ERROR`.
+    """Return the change of vectors for `LARGE_AXES_ERROR` on each axis of a parameter, shape (n, 3,
+    3).
     """
     if state == "misalignment":
         columns: Floats = -np.moveaxis(skew(vectors.T), -1, 0)
@@ -398,26 +485,25 @@ def _compute_vector_changes(state: str, vectors: Floats) -> Floats:
 
 
 def _compute_vector_rate(solution: Solution, equations: Equations, index: int) -> Floats:
-    whole, vectors = solution.batch, equations.batch.vectors.copy()
-    low, high = max(0, equations.low - 1), min(len(whole.times), equations.high + 1)
-    rate = np.gradient(whole.vectors[low:high, index], whole.times[low:high], axis=0)
+    all_samples, vectors = solution.batch, equations.batch.vectors.copy()
+    low, high = max(0, equations.low - 1), min(len(all_samples.times), equations.high + 1)
+    rate = np.gradient(all_samples.vectors[low:high, index], all_samples.times[low:high], axis=0)
     vectors[:, index] += rate[equations.low - low : equations.high - low]
-    later = linearize_sensor(
-        dataclasses.replace(equations.batch, vectors=vectors), index, equations.trajectory
-    )
+    shifted_batch = dataclasses.replace(equations.batch, vectors=vectors)
+    samples, z = compute_sensor_innovations(shifted_batch, index, equations.trajectory)
     change = np.zeros((len(vectors), 3))
-    k = later.z.shape[1]
-    change[later.samples, :k] = equations.measurements.z[index, later.samples, :k] - later.z
+    k = z.shape[1]
+    change[samples, :k] = equations.measurements.z[index, samples, :k] - z
     return change
 
 
 def _compute_offset_columns(equations: Equations, index: int) -> Floats:
-    """Return the change of the readings by an offset on each axis, shape (n, 3, 3)."""
+    """Return the change of a sensor's readings for an offset of `LARGE_OFFSET` on each axis."""
     suite = equations.batch.suite
     sensor = suite.sensors[index]
-    places = suite.get_first_indices(sensor)
-    if (state := sensor.offset_state) in places:
-        columns = _select_jacobian(equations, index, places[state])
+    first_indices = suite.get_first_indices(sensor)
+    if (state := sensor.offset_state) in first_indices:
+        columns = _select_jacobian(equations, index, first_indices[state])
     else:  # A misalignment rotates the readings opposite to an attitude error.
         columns = -_select_jacobian(equations, index, 0)
     offset: Floats = LARGE_OFFSET * float(np.max(sensor.noise_sigmas())) * columns
@@ -425,10 +511,15 @@ def _compute_offset_columns(equations: Equations, index: int) -> Floats:
 
 
 def _select_jacobian(equations: Equations, index: int, first_state: int) -> Floats:
-    seen, parts = equations.measurements, equations.partition
-    driven, constants = seen.n_columns[index]
-    places = seen.columns[index]
-    states = np.concatenate([parts.stochastic[places[:driven]], parts.constant[places[driven:]]])
-    k = int(np.flatnonzero(states[: driven + constants] == first_state)[0])
-    columns: Floats = seen.H[index, :, :, k : k + 3]
+    measurements, parts = equations.measurements, equations.partition
+    n_stochastic, n_constant = measurements.n_columns[index]
+    state_columns = measurements.columns[index]
+    states = np.concatenate(
+        [
+            parts.stochastic[state_columns[:n_stochastic]],
+            parts.constant[state_columns[n_stochastic:]],
+        ]
+    )
+    k = int(np.flatnonzero(states[: n_stochastic + n_constant] == first_state)[0])
+    columns: Floats = measurements.H[index, :, :, k : k + 3]
     return columns

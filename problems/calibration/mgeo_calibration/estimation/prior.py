@@ -18,20 +18,22 @@ UNKNOWN_ATTITUDE_SIGMA = 1.0
 
 @dataclass(frozen=True, eq=False)
 class PriorEstimate:
-    """Prior estimate with the covariance of its errors.
+    """Prior estimate of attitude and states at the first sample of a batch, with 1-sigmas and
+    correlations.
 
     Attributes
     ----------
     suite : Suite
     attitude : array, shape (3, 3), optional
-        Rotation matrix from body to GCRS. None for an unknown attitude, with the 1-sigma `UNKNOWN_ATTITUDE_SIGMA`
-        about any value.
+        Rotation matrix from body to GCRS. None for an unknown attitude, which has the 1-sigma
+        `UNKNOWN_ATTITUDE_SIGMA`.
     states : array, shape (n_states,)
         States of the gyro and the sensors; rotations are rotation vectors. The attitude block is
         zero.
     sigma : array, shape (n_states,)
         1-sigma of each state.
     correlation : array, shape (n_states, n_states)
+        Correlation matrix of the errors.
     """
 
     suite: Suite
@@ -42,9 +44,9 @@ class PriorEstimate:
 
     @classmethod
     def from_suite(cls, suite: Suite) -> PriorEstimate:
-        """Return the prior of an uncalibrated suite.
+        """Return the prior of a suite that has not been calibrated.
 
-        All states are zero with their initial 1-sigmas, and the attitude is unknown.
+        The attitude is unknown. All states are zero with their initial 1-sigmas.
         """
         sigma = suite.initial_sigma(UNKNOWN_ATTITUDE_SIGMA)
         return cls(suite, None, np.zeros_like(sigma), sigma, suite.initial_correlation)
@@ -53,12 +55,17 @@ class PriorEstimate:
     def from_scenario(
         cls, scenario: Scenario, pointing: AssumedAttitude | None = None
     ) -> PriorEstimate:
-        """Return the result of an earlier calibration, or `initial` if the scenario has none.
+        """Return the prior of a scenario.
+
+        This is the result of the scenario's earlier calibration or, if there is none, the prior of
+        its suite without calibration.
 
         Parameters
         ----------
-        pointing : Held, optional
-            Held attitude, from which the initial attitude differs by the pointing error.
+        scenario : Scenario
+        pointing : AssumedAttitude, optional
+            Attitude that the satellite is assumed to hold. Without an earlier calibration, this is
+            the prior attitude, with the 1-sigma of the pointing error.
         """
         suite, prior = scenario.suite, scenario.prior
         if prior is None:
@@ -70,19 +77,21 @@ class PriorEstimate:
         return cls(suite, prior.attitude.T, prior.estimates, prior.sigma, prior.correlation)
 
     def reset_varying_states(self) -> PriorEstimate:
-        """Return a prior with only the constant states.
+        """Return the prior with an unknown attitude, and with the initial values and 1-sigmas of
+        the sensor states that vary with time.
 
-        The attitude and the varying states have their initial uncertainty again.
+        All other states keep their prior.
         """
-        unknown = np.r_[:3, self.suite.n_kinematic : self.suite.n_dynamic]
+        reset = np.r_[:3, self.suite.n_kinematic : self.suite.n_dynamic]
         correlation, sigma, states = self.correlation.copy(), self.sigma.copy(), self.states.copy()
-        correlation[unknown], correlation[:, unknown], states[unknown] = 0.0, 0.0, 0.0
-        correlation[unknown, unknown] = 1.0
-        sigma[unknown] = self.suite.initial_sigma(UNKNOWN_ATTITUDE_SIGMA)[unknown]
+        correlation[reset], correlation[:, reset], states[reset] = 0.0, 0.0, 0.0
+        correlation[reset, reset] = 1.0
+        sigma[reset] = self.suite.initial_sigma(UNKNOWN_ATTITUDE_SIGMA)[reset]
         return replace(self, attitude=None, states=states, sigma=sigma, correlation=correlation)
 
     def compute_difference(self, attitude: Floats, states: Floats) -> Floats:
-        """Return the difference of an estimate from the prior, shape (n_states,).
+        """Return the difference between an estimate at the first sample and the prior, shape
+        (n_states,).
 
         Differences of rotations are rotation vectors. The attitude difference is zero if the
         attitude of the prior is unknown.
@@ -94,18 +103,21 @@ class PriorEstimate:
         states : array, shape (n_states,)
             Estimated states at the first sample.
         """
-        off = states - self.states
-        off[:3] = 0.0 if self.attitude is None else rotation_vector(self.attitude.T @ attitude)
+        difference = states - self.states
+        difference[:3] = (
+            0.0 if self.attitude is None else rotation_vector(self.attitude.T @ attitude)
+        )
         for first in self.suite.rotation_indices:
             block = slice(first, first + 3)
             if first and self.states[block].any():
-                off[block] = rotation_vector(
+                difference[block] = rotation_vector(
                     rotation_matrix(self.states[block]).T @ rotation_matrix(states[block])
                 )
-        return off
+        return difference
 
     def compute_residual(self, attitude: Floats, states: Floats) -> tuple[Floats, Floats]:
-        """Return the whitened residual of the prior and its Jacobian.
+        """Return the residual of an estimate with respect to the prior, whitened by the prior
+        covariance, and the Jacobian of this residual.
 
         Parameters
         ----------
@@ -121,9 +133,9 @@ class PriorEstimate:
         J : array, shape (n_states, n_states)
             The residual becomes r - J e when the estimate is corrected by the errors e.
         """
-        off, turned = self.compute_difference(attitude, states), np.eye(len(states))
+        difference, derivative = self.compute_difference(attitude, states), np.eye(len(states))
         for first in self.suite.rotation_indices:
             block = slice(first, first + 3)
-            turned[block, block] = rotation_jacobian(off[block])
-        whiten = np.linalg.inv(np.linalg.cholesky(self.correlation)) / self.sigma
-        return -whiten @ off, whiten @ turned
+            derivative[block, block] = rotation_jacobian(difference[block])
+        whitening = np.linalg.inv(np.linalg.cholesky(self.correlation)) / self.sigma
+        return -whitening @ difference, whitening @ derivative

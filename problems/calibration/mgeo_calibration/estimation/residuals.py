@@ -1,6 +1,6 @@
 """Residuals and innovations of a smoother solution.
 
-Used for outlier rejection, consistency tests and the history that a calibration reports.
+They are used for outlier rejection, consistency tests and the history of a calibration.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from mgeo_calibration.estimation.smoother import Solution, smooth_covariances
 
 @dataclass(frozen=True, eq=False)
 class Innovations:
-    """Whitened innovations of one sensor.
+    """Innovations of one sensor in a Kalman filter, whitened by their covariance.
 
     Each of the m readings is predicted from all earlier readings.
 
@@ -34,14 +34,16 @@ class Innovations:
 
     @property
     def nis(self) -> Floats:
-        """Normalized innovation squared, shape (m,)."""
+        """Normalized innovation squared of each reading, shape (m,)."""
         nis: Floats = (self.whitened_values**2).sum(axis=1)
         return nis
 
 
 @dataclass(frozen=True, eq=False)
 class FilterEstimates:
-    """Estimates of the Kalman filter linearized about a smoother solution.
+    """Estimates of a Kalman filter at N samples, each from the readings up to its sample.
+
+    The filter is linearized about a smoother solution.
 
     Attributes
     ----------
@@ -60,7 +62,8 @@ class FilterEstimates:
 
 @dataclass(frozen=True, eq=False)
 class Residuals:
-    """Residuals of all readings and the 1-sigma of the smoothed attitude.
+    """Residuals of all readings with respect to the smoothed estimate, and the 1-sigma of the
+    smoothed attitude.
 
     Attributes
     ----------
@@ -80,36 +83,42 @@ class Residuals:
 
 
 def compute_residuals(solution: Solution) -> Residuals:
-    """Compute the residuals of all readings, including the rejected readings."""
+    """Return the residuals of all readings with respect to a smoother solution.
+
+    The residuals of rejected readings are included.
+    """
     s, N = solution.is_used.shape
-    left = Residuals(np.zeros((s, N, 3)), np.full((s, N), np.nan), np.empty((N, 3)))
-    for span, result in smooth_covariances(solution):
-        seen, first = span.measurements, span.first_new
-        r, squares = np.zeros(seen.z.shape), np.full(seen.has_reading.shape, np.nan)
+    residuals = Residuals(np.zeros((s, N, 3)), np.full((s, N), np.nan), np.empty((N, 3)))
+    for span, smoothed in smooth_covariances(solution):
+        measurements, first = span.measurements, span.first_new
+        r, squares = np.zeros(measurements.z.shape), np.full(measurements.has_reading.shape, np.nan)
         load_compiled_module("residuals").compute_residuals(
-            seen.has_reading,
+            measurements.has_reading,
             span.is_used,
-            seen.arrays,
+            measurements.arrays,
             span.process.constant_factors,
             solution.stochastic_errors[span.low : span.high],
             solution.common_errors,
-            result.conditional_covariance,
-            result.derivative,
+            smoothed.conditional_covariance,
+            smoothed.derivative,
             solution.covariance_root,
             first,
             r,
             squares,
-            left.sigma[span.low : span.high],
+            residuals.sigma[span.low : span.high],
         )
-        left.values[:, span.new_samples], left.normalized_squares[:, span.new_samples] = (
+        residuals.values[:, span.new_samples], residuals.normalized_squares[:, span.new_samples] = (
             r[:, first:],
             squares[:, first:],
         )
-    return left
+    return residuals
 
 
 def compute_filter_estimates(solution: Solution, n_leading: int = 3) -> FilterEstimates:
-    """Compute the filter estimates and innovations of a smoother solution.
+    """Return the estimates, covariances and innovations of a Kalman filter at all samples,
+    linearized about a smoother solution.
+
+    In contrast to the smoother, the filter uses only the readings up to each sample.
 
     Parameters
     ----------
@@ -119,16 +128,16 @@ def compute_filter_estimates(solution: Solution, n_leading: int = 3) -> FilterEs
 
     Returns
     -------
-    Filtered
+    FilterEstimates
     """
     r, J = solution.prior_equations
     s, N = solution.is_used.shape
     root = np.linalg.inv(J)
-    common, white = root @ r, np.empty((s, N, 3))
-    errors, until = np.empty((N, n_leading)), np.empty((N, n_leading, n_leading))
+    common, whitened = root @ r, np.empty((s, N, 3))
+    errors, covariances = np.empty((N, n_leading)), np.empty((N, n_leading, n_leading))
     for span in solution.iterate_spans():
-        own, first = slice(span.low, span.high), span.first_new
-        each = np.empty(span.measurements.z.shape)
+        samples, first = slice(span.low, span.high), span.first_new
+        span_innovations = np.empty(span.measurements.z.shape)
         load_compiled_module("residuals").compute_innovations(
             span.is_used,
             span.readings,
@@ -136,19 +145,21 @@ def compute_filter_estimates(solution: Solution, n_leading: int = 3) -> FilterEs
             root,
             common,
             first,
-            each,
-            errors[own],
-            until[own],
+            span_innovations,
+            errors[samples],
+            covariances[samples],
         )
-        white[:, span.new_samples] = each[:, first:]
-    numbers = [len(sensor.noise_sigmas()) for sensor in solution.batch.suite.sensors]
-    seen = zip(map(np.flatnonzero, solution.is_used), white, numbers, strict=True)
-    return FilterEstimates(errors, until, tuple(Innovations(k, w[k, :m]) for k, w, m in seen))
+        whitened[:, span.new_samples] = span_innovations[:, first:]
+    n_components = [len(sensor.noise_sigmas()) for sensor in solution.batch.suite.sensors]
+    innovations = zip(map(np.flatnonzero, solution.is_used), whitened, n_components, strict=True)
+    return FilterEstimates(
+        errors, covariances, tuple(Innovations(k, w[k, :m]) for k, w, m in innovations)
+    )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class History:
-    """Smoothed and filtered attitude at N samples, with the innovations.
+    """Smoothed and filtered attitude of a calibration at N samples, with 1-sigmas and innovations.
 
     Attributes
     ----------

@@ -1,8 +1,8 @@
-"""Score tests of coefficients that the model does not contain.
+"""Score tests of model errors that the estimator does not contain.
 
 C. R. Rao, Large sample tests of statistical hypotheses concerning several parameters, Mathematical
 Proceedings of the Cambridge Philosophical Society 44 (1948) 50-57. One pass of the filter estimates
-the states of the model together with the coefficients.
+the states of the model together with the coefficients of the model errors.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from mgeo_calibration.estimation.linearization import Equations
 from mgeo_calibration.estimation.smoother import Solution, Span
 
 K = TypeVar("K")
-#: Indices of coefficients, shape (a,), and their effect, shape (n, 3, a).
+#: Indices of a coefficients, shape (a,), and their effects on n steps or readings, shape (n, 3, a).
 Columns = tuple[Ints, Floats]
 #: Chi-square above which the tail probability is computed by a series.
 _SERIES_THRESHOLD = 500.0
@@ -31,7 +31,8 @@ _SERIES_THRESHOLD = 500.0
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ModelError:
-    """Regressors of a model error that is linear in k coefficients.
+    """Regressors of a model error for score tests: its effect on attitude and readings, linear in k
+    coefficients.
 
     A coefficient of one is a large error. A combination of coefficients with a 1-sigma above one is
     not tested.
@@ -56,13 +57,14 @@ class ModelError:
 
 @dataclass(frozen=True, eq=False)
 class ModelErrorCombination:
-    """Model error with coefficients that are linear combinations of a departure's coefficients.
+    """Model error whose coefficients are linear combinations of the coefficients of another model
+    error.
 
     Attributes
     ----------
-    model_error : Departure
-    combinations : array, shape (departure.width, k)
-        Coefficients of the departure for each of the k combinations.
+    model_error : ModelError
+    combinations : array, shape (model_error.n_coefficients, k)
+        Coefficients of the model error for each of the k combinations.
     """
 
     model_error: ModelError
@@ -70,13 +72,14 @@ class ModelErrorCombination:
 
     @property
     def n_coefficients(self) -> int:
-        """Number k of combinations."""
+        """Number of coefficients, k."""
         return int(self.combinations.shape[1])
 
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """Score test of the coefficients of a departure.
+    """Result of a score test of one model error: coefficients with 1-sigmas, and the chi-square
+    statistic.
 
     Attributes
     ----------
@@ -88,7 +91,7 @@ class Score:
     degrees_of_freedom : int
         Degrees of freedom; zero if no combination is tested.
     alternative, n_alternatives : int
-        Index of the departure among the tested alternatives, and their number.
+        Index of the model error among the tested alternatives, and their number.
     """
 
     estimate: Floats
@@ -99,13 +102,17 @@ class Score:
     n_alternatives: int = 1
 
     def compute_p_value(self, variance_ratio: float = 1.0) -> float:
-        """Return the p-value for noise with a variance `variance_ratio` times the declared variance."""
+        """Return the p-value of the test if the noise variance is `variance_ratio` times the
+        declared variance.
+        """
         return float(np.exp(-0.5 * self.compute_evidence(variance_ratio)))
 
     def compute_evidence(self, variance_ratio: float = 1.0) -> float:
-        """Return -2 ln p, which is finite even where p underflows.
+        """Return -2 ln p, where p is the p-value of the test for noise with `variance_ratio` times
+        the declared variance.
 
-        If the model is correct, -2 ln p is chi-square distributed with two degrees of freedom.
+        The result is finite even where p underflows. If the model is correct, -2 ln p is chi-square
+        distributed with two degrees of freedom.
         """
         if not self.degrees_of_freedom:
             return 0.0
@@ -115,7 +122,8 @@ class Score:
 
 @dataclass(frozen=True, eq=False)
 class ScoreTests:
-    """Scores and information of the m coefficients of all departures.
+    """Fisher information and log-likelihood gradient for the m coefficients of all tested model
+    errors.
 
     Attributes
     ----------
@@ -126,7 +134,7 @@ class ScoreTests:
     state_changes : array, shape (n_states, m)
         Change of the estimates at the last sample per coefficient, stochastic states first.
     slices : mapping of str to slice
-        Coefficients of each departure, by name.
+        Coefficients of each model error, by name.
     """
 
     information: Floats
@@ -135,7 +143,8 @@ class ScoreTests:
     slices: Mapping[str, slice]
 
     def compute_score(self, name: str, nuisance: Sequence[str] = ()) -> Score:
-        """Return the score test of one model error.
+        """Return the score test of one model error, optionally with other model errors estimated at
+        the same time.
 
         Parameters
         ----------
@@ -143,24 +152,28 @@ class ScoreTests:
             Name of the model error.
         nuisance : sequence of str
             Names of other model errors to estimate at the same time.
+
+        Returns
+        -------
+        Score
         """
-        numbers = np.arange(len(self.gradient))
-        own = numbers[self.slices[name]]
-        others = np.concatenate([numbers[:0], *(numbers[self.slices[each]] for each in nuisance)])
-        information, score = self.information[np.ix_(own, own)], self.gradient[own]
+        indices = np.arange(len(self.gradient))
+        tested = indices[self.slices[name]]
+        others = np.concatenate([indices[:0], *(indices[self.slices[each]] for each in nuisance)])
+        information, score = self.information[np.ix_(tested, tested)], self.gradient[tested]
         if len(others):
-            within = _invert_information(self.information[np.ix_(others, others)])[0]
-            lost = self.information[np.ix_(own, others)] @ within
-            information = information - lost @ self.information[np.ix_(others, own)]
-            score = score - lost @ self.gradient[others]
-        covariance, known, axes = _invert_information(information)
+            nuisance_covariance = _invert_information(self.information[np.ix_(others, others)])[0]
+            projection = self.information[np.ix_(tested, others)] @ nuisance_covariance
+            information = information - projection @ self.information[np.ix_(others, tested)]
+            score = score - projection @ self.gradient[others]
+        covariance, is_estimable, axes = _invert_information(information)
         sigma = np.sqrt(np.diag(covariance))
-        sigma[(np.abs(axes[:, ~known]) > _MIN_COMPONENT).any(axis=1)] = np.inf
+        sigma[(np.abs(axes[:, ~is_estimable]) > _MIN_COMPONENT).any(axis=1)] = np.inf
         return Score(
             estimate=covariance @ score,
             sigma=sigma,
             chi_square=float(score @ covariance @ score),
-            degrees_of_freedom=int(known.sum()),
+            degrees_of_freedom=int(is_estimable.sum()),
         )
 
 
@@ -171,52 +184,62 @@ _MIN_COMPONENT = 0.1
 def compute_scores(
     solution: Solution, model_errors: Mapping[str, ModelError | ModelErrorCombination]
 ) -> ScoreTests:
-    """Compute the scores of model errors at a converged solution in one pass of the filter.
+    """Return the Fisher information and log-likelihood gradient for score tests of model errors,
+    from one pass of the filter about a converged solution.
 
     Parameters
     ----------
     solution : Solution
-    model_errors : mapping of str to Departure or Combined
+        Converged smoother solution.
+    model_errors : mapping of str to ModelError or ModelErrorCombination
         Model errors by name.
+
+    Returns
+    -------
+    ScoreTests
     """
-    of = [
+    base_of_each = [
         each.model_error if isinstance(each, ModelErrorCombination) else each
         for each in model_errors.values()
     ]
-    bases = dict.fromkeys(of)  # Departures compare by identity; a dict keeps their order.
-    within = _assign_slices({base: base.n_coefficients for base in bases})
-    places = _assign_slices({name: each.n_coefficients for name, each in model_errors.items()})
+    bases = dict.fromkeys(
+        base_of_each
+    )  # Model errors compare by identity; a dict keeps their order.
+    base_slices = _assign_slices({base: base.n_coefficients for base in bases})
+    slices = _assign_slices({name: each.n_coefficients for name, each in model_errors.items()})
     m = sum(base.n_coefficients for base in bases)
     columns = np.zeros((m, sum(each.n_coefficients for each in model_errors.values())))
-    for base, (name, each) in zip(of, model_errors.items(), strict=True):
-        own = (
+    for base, (name, each) in zip(base_of_each, model_errors.items(), strict=True):
+        combinations = (
             each.combinations
             if isinstance(each, ModelErrorCombination)
             else np.eye(base.n_coefficients)
         )
-        columns[within[base], places[name]] = own
+        columns[base_slices[base], slices[name]] = combinations
     r, J = solution.prior_equations
     q, d = len(r), solution.stochastic_errors.shape[1]
     R, gram, last = np.zeros((q, q + 1 + m)), np.zeros((m + 1, m + 1)), np.zeros((d, m))
     R[:, : q + 1] = np.linalg.qr(np.column_stack([J, r]))[1][:q]
-    _run_filter(solution, within, last, R, gram)
+    _run_filter(solution, base_slices, last, R, gram)
     slopes = -solve_triangular(R[:, :q], R[:, q + 1 :])
-    driven = last + solution.span_starts[-1][1] @ slopes
-    change = np.vstack([driven, solution.constant_factors[-1, : q - d, None] * slopes[d:]])
+    stochastic_changes = last + solution.span_starts[-1][1] @ slopes
+    state_changes = np.vstack(
+        [stochastic_changes, solution.constant_factors[-1, : q - d, None] * slopes[d:]]
+    )
     order = np.concatenate([solution.partition.stochastic, solution.partition.constant])
-    for base, place in within.items():
+    for base, columns_of_base in base_slices.items():
         if base.last_bias_change is not None:
-            change[np.isin(order, [3, 4, 5]), place] += base.last_bias_change
+            state_changes[np.isin(order, [3, 4, 5]), columns_of_base] += base.last_bias_change
     return ScoreTests(
         information=columns.T @ gram[1:, 1:] @ columns,
         gradient=columns.T @ gram[1:, 0],
-        state_changes=change @ columns,
-        slices=places,
+        state_changes=state_changes @ columns,
+        slices=slices,
     )
 
 
 def log_chi_square_tail(x: float, degrees_of_freedom: int) -> float:
-    """Return the logarithm of the upper tail probability of a chi-square distribution.
+    """Return the logarithm of the probability that a chi-square variable exceeds x.
 
     The result is finite even where the probability underflows. Large arguments use the asymptotic
     series of the incomplete gamma function (NIST Digital Library of Mathematical Functions,
@@ -248,23 +271,29 @@ def _run_filter(
     R: Floats,
     gram: Floats,
 ) -> None:
-    """Run the filter with the coefficients; write R, `gram` and the last sensitivities in place."""
+    """Run the filter with the coefficients as additional unknowns, and update the output arrays in
+    place.
+    """
     for span in solution.iterate_spans():
-        moves, reads = _collect_effects(span, slices)
-        s, n, b = len(reads), span.high - span.low, max(len(numbers) for numbers, _ in reads)
-        read, which = np.zeros((s, n, 3, b)), np.zeros((s, b), dtype=np.int64)
-        for index, (numbers, columns) in enumerate(reads):
-            read[index, :, :, : len(numbers)] = columns
-            which[index, : len(numbers)] = numbers
+        attitude_columns, reading_columns = _collect_effects(span, slices)
+        s, n, b = (
+            len(reading_columns),
+            span.high - span.low,
+            max(len(indices) for indices, _ in reading_columns),
+        )
+        reading_changes, coefficients = np.zeros((s, n, 3, b)), np.zeros((s, b), dtype=np.int64)
+        for index, (indices, columns) in enumerate(reading_columns):
+            reading_changes[index, :, :, : len(indices)] = columns
+            coefficients[index, : len(indices)] = indices
         load_compiled_module("sensitivities").compute_sensitivities(
             span.process.F,
-            moves[1],
-            moves[0],
+            attitude_columns[1],
+            attitude_columns[0],
             span.is_used,
             span.measurements.arrays[1:],
-            read,
-            np.array([len(numbers) for numbers, _ in reads]),
-            which,
+            reading_changes,
+            np.array([len(indices) for indices, _ in reading_columns]),
+            coefficients,
             span.readings,
             span.first_new,
             last_sensitivities,
@@ -277,26 +306,30 @@ def _run_filter(
 def _collect_effects(
     span: Span, slices: Mapping[ModelError, slice]
 ) -> tuple[Columns, list[Columns]]:
-    """Return the effect of all coefficients on the steps and on the readings of each sensor."""
-    n, seen = span.high - span.low, span.measurements
-    moves, reads = (
+    """Return the effects of all coefficients on the attitude in each step, and on each sensor's
+    readings.
+    """
+    n, measurements = span.high - span.low, span.measurements
+    attitude_columns, reading_columns = (
         [_build_empty_columns(n - 1)],
-        [[_build_empty_columns(n)] for _ in seen.has_reading],
+        [[_build_empty_columns(n)] for _ in measurements.has_reading],
     )
-    for departure, place in slices.items():
-        numbers = np.arange(place.start, place.stop)
-        if departure.attitude_changes is not None:
-            moves.append((numbers, departure.attitude_changes(span)))
-        for index, read in departure.reading_changes.items():
-            if seen.has_reading[index].any():
-                reads[index].append((numbers, read(span)))
-    return _drop_zero_columns(moves), [_drop_zero_columns(each) for each in reads]
+    for model_error, columns in slices.items():
+        indices = np.arange(columns.start, columns.stop)
+        if model_error.attitude_changes is not None:
+            attitude_columns.append((indices, model_error.attitude_changes(span)))
+        for index, compute_changes in model_error.reading_changes.items():
+            if measurements.has_reading[index].any():
+                reading_columns[index].append((indices, compute_changes(span)))
+    return _drop_zero_columns(attitude_columns), [
+        _drop_zero_columns(each) for each in reading_columns
+    ]
 
 
 def _drop_zero_columns(effects: Sequence[Columns]) -> Columns:
-    numbers, columns = (np.concatenate(of, axis=-1) for of in zip(*effects, strict=True))
-    live = columns.any(axis=(0, 1))
-    return numbers[live], np.ascontiguousarray(columns[:, :, live])
+    indices, columns = (np.concatenate(of, axis=-1) for of in zip(*effects, strict=True))
+    is_nonzero = columns.any(axis=(0, 1))
+    return indices[is_nonzero], np.compress(is_nonzero, columns, axis=2)
 
 
 def _build_empty_columns(n: int) -> Columns:
@@ -304,18 +337,18 @@ def _build_empty_columns(n: int) -> Columns:
 
 
 def _invert_information(information: Floats) -> tuple[Floats, Bools, Floats]:
-    """Invert an information matrix over the combinations with a 1-sigma below one.
+    """Invert an information matrix over the coefficient combinations with a 1-sigma below one.
 
     Returns
     -------
     covariance : array, shape (m, m)
         Pseudo-inverse over these combinations.
-    known : array of bool, shape (m,)
+    is_estimable : array of bool, shape (m,)
         True for eigenvectors with a 1-sigma below one.
     axes : array, shape (m, m)
         All eigenvectors.
     """
     values, axes = np.linalg.eigh(information)
-    known: Bools = values > 1.0
-    covariance: Floats = (axes[:, known] / values[known]) @ axes[:, known].T
-    return covariance, known, axes
+    is_estimable: Bools = values > 1.0
+    covariance: Floats = (axes[:, is_estimable] / values[is_estimable]) @ axes[:, is_estimable].T
+    return covariance, is_estimable, axes

@@ -4,8 +4,9 @@ Each Gauss-Newton step over all residuals is a linear smoother about the traject
 iterated Kalman smoother as a Gauss-Newton method, SIAM Journal on Optimization 4 (1994) 626-636).
 The compiled loops are in `kernels/two_stage.py` and `kernels/bryson_frazier.py`.
 
-The forward filter forms the equations in spans of consecutive samples. For long telemetry, only the
-filter estimate at the start of each span is stored; the backward pass forms the equations again.
+The forward filter computes the equations in spans of consecutive samples. For long telemetry, only
+the filter estimate at the start of each span is stored; the backward pass computes the equations
+again.
 """
 
 from __future__ import annotations
@@ -36,13 +37,14 @@ from mgeo_calibration.estimation.trajectory import (
 #: in rad. The remaining error is of the order of the square of the step.
 TOLERANCES = 1e-2, 1e-5
 _MAX_HALVINGS = 4  # largest number of halvings of a step that increases the cost
-#: Filter estimate x, T and P of one sample; see `Span.kept`.
+#: Filter estimate x, T and P of one sample; see `Span.estimates`.
 FilterState = tuple[Floats, Floats, Floats]
 
 
 @dataclass(frozen=True, eq=False)
 class Span(Equations):
-    """Filter estimates and linearized equations of consecutive samples.
+    """Linearized equations of consecutive samples of a batch, with the estimates of the forward
+    filter at these samples.
 
     Attributes
     ----------
@@ -64,29 +66,33 @@ class Span(Equations):
 
     @property
     def new_samples(self) -> slice:
-        """Samples of the batch that do not belong to the previous span."""
+        """Slice of the batch that contains the samples of this span without the last sample of the
+        previous span.
+        """
         return slice(self.low + self.first_new, self.high)
 
     @property
     def last_estimate(self) -> FilterState:
-        """Filter estimate at the last sample."""
+        """Copy of the filter estimate x, T and P at the last sample of the span."""
         x, T, P = (each[-1].copy() for each in self.estimates)
         return x, T, P
 
 
 @dataclass(frozen=True, eq=False)
 class LinearizedBatch:
-    """Batch with the trajectory of its linearization.
+    """Telemetry batch together with the trajectory about which its equations are linearized.
 
     Attributes
     ----------
     batch : Batch
     trajectory : Trajectory
+        Trajectory of the linearization.
     partition : Partition
+        Stochastic and constant states.
     is_used : array of bool, shape (s, N)
         Readings that are not rejected.
     constant_factors : array, shape (N, c)
-        Factors of the constant states; see `kinematics.Steps`.
+        Result of `kinematics.compute_constant_factors`.
     """
 
     batch: Batch
@@ -98,14 +104,15 @@ class LinearizedBatch:
     def filter_span(
         self, start: FilterState, span: tuple[int, int, int], cost: float = 0.0
     ) -> tuple[Span, float]:
-        """Run the filter over one span.
+        """Run the forward filter over one span; return the span with the filter estimates, and the
+        accumulated cost.
 
         Parameters
         ----------
         start : tuple of arrays
             Filter estimate at the first sample of the span.
         span : (int, int, int)
-            One of `trajectory.spans`.
+            Bounds of the span from `trajectory.split_into_spans`.
         cost : float
             Cost up to the first sample of the span.
 
@@ -116,27 +123,41 @@ class LinearizedBatch:
             Cost up to the last sample of the span.
         """
         low, high, first = span
-        own = linearize_equations(
+        equations = linearize_equations(
             self.batch, self.trajectory, self.partition, self.constant_factors, low, high
         )
-        move, seen = own.process, own.measurements
-        (d, q), (s, n, _, p) = start[1].shape, seen.H.shape
-        kept = np.empty((n, d)), np.empty((n, d, q)), np.empty((n, d, d))
-        for each, one in zip(kept, start, strict=True):
+        process, measurements = equations.process, equations.measurements
+        (d, q), (s, n, _, p) = start[1].shape, measurements.H.shape
+        estimates = np.empty((n, d)), np.empty((n, d, q)), np.empty((n, d, d))
+        for each, one in zip(estimates, start, strict=True):
             each[0] = one
         Hw, K, w, W = (np.empty((s, n, 3, *more)) for more in ((p,), (d,), (), (q,)))
-        readings, used = (Hw, K, w, W), np.ascontiguousarray(self.is_used[:, low:high])
-        forward = load_compiled_module("two_stage").run_filter
-        cost = forward(
-            move.arrays, used, seen.arrays, move.constant_factors, kept, readings, first, cost
+        readings, is_used = (Hw, K, w, W), np.ascontiguousarray(self.is_used[:, low:high])
+        run_filter = load_compiled_module("two_stage").run_filter
+        cost = run_filter(
+            process.arrays,
+            is_used,
+            measurements.arrays,
+            process.constant_factors,
+            estimates,
+            readings,
+            first,
+            cost,
         )
-        result = Span(**vars(own), first_new=first, is_used=used, estimates=kept, readings=readings)
+        result = Span(
+            **vars(equations),
+            first_new=first,
+            is_used=is_used,
+            estimates=estimates,
+            readings=readings,
+        )
         return result, cost
 
 
 @dataclass(frozen=True, eq=False)
 class Solution(LinearizedBatch):
-    """Linear smoother solution about a trajectory.
+    """Result of the smoother for equations linearized about a trajectory: estimated errors of all
+    states, and their covariance.
 
     The vector c of length q contains the errors of the d stochastic states at the first sample,
     followed by the errors of the constant states. Errors are corrections to the trajectory.
@@ -147,10 +168,10 @@ class Solution(LinearizedBatch):
         Sum of squares of all normalized residuals.
     prior_equations : tuple of arrays
         Whitened residual of the prior of c and its negative derivative, shapes (q,) and (q, q).
-    span_starts : tuple of Known
+    span_starts : tuple of FilterState
         Filter estimates at the first sample of each span and at the last sample of the batch.
     spans_in_memory : tuple of Span
-        All spans, or none if the spans would take more memory than `KEPT`.
+        All spans, or none if the spans would need more memory than `MAX_SPAN_MEMORY`.
     covariance_root : array, shape (q, q)
         Upper triangular S, where S Sᵀ is the covariance of c.
     common_errors : array, shape (q,)
@@ -169,7 +190,7 @@ class Solution(LinearizedBatch):
 
     @cached_property
     def covariance(self) -> Floats:
-        """Covariance of c, shape (q, q)."""
+        """Covariance of the errors at the first sample and of the constant states, shape (q, q)."""
         # `@` would start BLAS threads, which then wait for further work in a busy loop.
         covariance: Floats = np.einsum("ij,kj->ik", self.covariance_root, self.covariance_root)
         return covariance
@@ -181,13 +202,13 @@ class Solution(LinearizedBatch):
 
     @property
     def constants_covariance(self) -> Floats:
-        """Covariance of the constant states, shape (c, c)."""
+        """Covariance of the errors of the constant states, shape (c, c)."""
         d = len(self.partition.stochastic)
         return self.covariance[d:, d:]
 
     @cached_property
     def estimate(self) -> Trajectory:
-        """Trajectory after the correction by the estimated errors."""
+        """Trajectory corrected by the estimated errors, computed on first use."""
         return correct_trajectory(
             self.trajectory,
             self.partition,
@@ -198,31 +219,50 @@ class Solution(LinearizedBatch):
         )
 
     def is_converged(self, tolerances: tuple[float, float] = TOLERANCES) -> bool:
-        """Return whether the step is within the convergence tolerances; see `TOLERANCES`."""
-        step = np.abs(self.constant_errors / np.sqrt(np.diag(self.constants_covariance))).max(
-            initial=0.0
-        )
-        turn = np.abs(self.stochastic_errors[:, :3]).max()
-        return bool(step < tolerances[0] and turn < tolerances[1])
+        """Return True if the correction of the trajectory by this solution is within the
+        convergence tolerances.
+
+        Parameters
+        ----------
+        tolerances : (float, float)
+            Tolerance of the constant states in 1-sigmas, and of the attitude in rad.
+        """
+        largest_step = np.abs(
+            self.constant_errors / np.sqrt(np.diag(self.constants_covariance))
+        ).max(initial=0.0)
+        largest_rotation = np.abs(self.stochastic_errors[:, :3]).max()
+        return bool(largest_step < tolerances[0] and largest_rotation < tolerances[1])
 
     def iterate_spans(self, backward: bool = False) -> Iterator[Span]:
-        """Yield all spans in order, recomputed unless they are in memory."""
+        """Yield the spans into which the batch is divided, with the filter estimates at their
+        samples, in order of time.
+
+        Spans that are not in memory are computed again.
+
+        Parameters
+        ----------
+        backward : bool
+            Start with the last span.
+        """
         if self.spans_in_memory:
             yield from reversed(self.spans_in_memory) if backward else self.spans_in_memory
             return
-        each = [*zip(split_into_spans(len(self.stochastic_errors)), self.span_starts, strict=False)]
-        for span, known in reversed(each) if backward else each:
-            yield self.filter_span(known, span)[0]
+        starts = [
+            *zip(split_into_spans(len(self.stochastic_errors)), self.span_starts, strict=False)
+        ]
+        for span, start in reversed(starts) if backward else starts:
+            yield self.filter_span(start, span)[0]
 
 
 @dataclass(frozen=True, eq=False)
 class SmoothedCovariance:
-    """Covariances of the first n smoothed stochastic states for a known c, and their derivatives.
+    """Covariance of the first n stochastic states after smoothing, for a given c, and their
+    derivative with respect to c.
 
     Attributes
     ----------
     conditional_covariance : array, shape (N, n, n)
-        Covariance of the errors e for a known c.
+        Covariance of the errors e for a given c.
     derivative : array, shape (N, n, q)
         Derivative of e with respect to c.
     """
@@ -239,12 +279,16 @@ def solve(
     tolerances: tuple[float, float] = TOLERANCES,
     is_rejected: Bools | None = None,
 ) -> Solution:
-    """Iterate from a trajectory until convergence or a number of iterations.
+    """Smooth a batch by Gauss-Newton iterations from an initial trajectory, until convergence or
+    `max_iterations`.
+
+    A step that increases the cost is halved.
 
     Parameters
     ----------
+    batch : Batch
     prior : PriorEstimate
-        Prior at the first sample.
+        Prior estimate at the first sample.
     start : Trajectory
         Initial trajectory.
     max_iterations : int
@@ -257,24 +301,26 @@ def solve(
     Returns
     -------
     Solution
-        Solution of the last iteration; `Solution.settled` tells whether it has converged.
+        Solution of the last iteration. It may not have converged; see `Solution.is_converged`.
     """
-    parts = Partition.from_suite(batch.suite)
-    result = solve_linearized(batch, prior, start, parts, is_rejected)
+    partition = Partition.from_suite(batch.suite)
+    result = solve_linearized(batch, prior, start, partition, is_rejected)
     for _ in range(max_iterations):
         if result.is_converged(tolerances):
             break
-        # Delete the old solution before the next one is computed, to halve the peak memory.
-        cost, at, grown = result.cost, result.trajectory, result.constant_factors
-        share, e, e_c = 1.0, result.stochastic_errors, result.constant_errors
+        # The old solution is deleted before the next one is computed, to halve the peak memory.
+        cost, trajectory, constant_factors = result.cost, result.trajectory, result.constant_factors
+        fraction, e, e_c = 1.0, result.stochastic_errors, result.constant_errors
         for _ in range(_MAX_HALVINGS):
             del result
-            reached = correct_trajectory(at, parts, grown, e, e_c, batch.suite, share)
-            result = solve_linearized(batch, prior, reached, parts, is_rejected)
-            # For a held attitude the equations are not solved where the cost is least.
+            corrected = correct_trajectory(
+                trajectory, partition, constant_factors, e, e_c, batch.suite, fraction
+            )
+            result = solve_linearized(batch, prior, corrected, partition, is_rejected)
+            # With a held attitude, the solution of the equations does not minimize the cost.
             if batch.pointing is not None or result.cost <= cost * (1.0 + 1e-9):
                 break
-            share *= 0.5
+            fraction *= 0.5
     return result
 
 
@@ -285,15 +331,17 @@ def solve_linearized(
     partition: Partition,
     is_rejected: Bools | None = None,
 ) -> Solution:
-    """Compute one Gauss-Newton step about a trajectory.
+    """Smooth a batch with equations linearized about a trajectory, which is one Gauss-Newton step.
 
     Parameters
     ----------
+    batch : Batch
     prior : PriorEstimate
-        Prior at the first sample.
+        Prior estimate at the first sample.
     trajectory : Trajectory
         Trajectory to linearize about.
     partition : Partition
+        Stochastic and constant states.
     is_rejected : array of bool, shape (s, N), optional
         Readings to exclude.
 
@@ -301,25 +349,25 @@ def solve_linearized(
     -------
     Solution
     """
-    used = batch.has_reading if is_rejected is None else batch.has_reading & ~is_rejected
+    is_used = batch.has_reading if is_rejected is None else batch.has_reading & ~is_rejected
     linear = LinearizedBatch(
-        batch, trajectory, partition, used, compute_constant_factors(batch, partition)
+        batch, trajectory, partition, is_used, compute_constant_factors(batch, partition)
     )
     N, d = len(batch.times), len(partition.stochastic)
     r, J = prior.compute_residual(trajectory.attitude[0], trajectory.states[0])
     J = J[:, np.concatenate([partition.stochastic, partition.constant])]
     q = len(r)
     R = np.linalg.qr(np.column_stack([J, r]))[1]
-    known: FilterState = (np.zeros(d), np.eye(d, q), np.zeros((d, d)))
-    starts, held, cost = [known], list[Span](), 0.0
-    hold = N * compute_sample_memory(batch.suite, partition) <= MAX_SPAN_MEMORY
+    initial_state: FilterState = (np.zeros(d), np.eye(d, q), np.zeros((d, d)))
+    starts, kept_spans, cost = [initial_state], list[Span](), 0.0
+    keep_spans = N * compute_sample_memory(batch.suite, partition) <= MAX_SPAN_MEMORY
     for span in split_into_spans(N):
         result, cost = linear.filter_span(starts[-1], span, cost)
         load_compiled_module("two_stage").reduce_readings(
             result.is_used, result.readings, result.first_new, R
         )
         starts.append(result.last_estimate)
-        held += [result] if hold else []
+        kept_spans += [result] if keep_spans else []
     # `solve_triangular` would start BLAS threads.
     root = np.ascontiguousarray(dtrtri(R[:, :q])[0])
     solution = Solution(
@@ -327,19 +375,19 @@ def solve_linearized(
         cost=cost + float(r @ r),
         prior_equations=(r, J),
         span_starts=tuple(starts),
-        spans_in_memory=tuple(held),
+        spans_in_memory=tuple(kept_spans),
         covariance_root=root,
         common_errors=root @ R[:, q],
         stochastic_errors=np.empty((N, d)),
     )
     adjoint = np.zeros(d)
     for each in solution.iterate_spans(backward=True):
-        e, seen = np.empty((each.high - each.low, d)), each.measurements
+        e, measurements = np.empty((each.high - each.low, d)), each.measurements
         load_compiled_module("bryson_frazier").smooth_errors(
             each.process.F,
             each.is_used,
-            seen.n_columns,
-            seen.columns,
+            measurements.n_columns,
+            measurements.columns,
             each.readings,
             each.estimates,
             solution.common_errors,
@@ -354,52 +402,62 @@ def solve_linearized(
 def smooth_covariances(
     solution: Solution, n_leading: int | None = None
 ) -> Iterator[tuple[Span, SmoothedCovariance]]:
-    """Yield all spans backward in time with the smoothed covariances of their samples.
+    """Yield each span of a solution, backward in time, with the smoothed covariances at its
+    samples.
 
-    The covariances at the first sample of a span are undefined if `Span.first` is 1.
+    The covariances at the first sample of a span are undefined if `Span.first_new` is 1.
 
     Parameters
     ----------
+    solution : Solution
     n_leading : int, optional
         Number of leading stochastic states. Default: all that the readings depend on, at least
         three.
+
+    Yields
+    ------
+    span : Span
+    smoothed : SmoothedCovariance
+        Covariances at the samples of the span.
     """
     d, q = solution.span_starts[0][1].shape
-    later, adjoint = np.zeros((d, d)), np.zeros((d, q))
-    for each in solution.iterate_spans(backward=True):
+    later_information, adjoint = np.zeros((d, d)), np.zeros((d, q))
+    for span in solution.iterate_spans(backward=True):
         size, leading = (
-            each.high - each.low,
-            each.measurements.n_leading if n_leading is None else n_leading,
+            span.high - span.low,
+            span.measurements.n_leading if n_leading is None else n_leading,
         )
-        result = SmoothedCovariance(
+        smoothed = SmoothedCovariance(
             np.empty((size, leading, leading)), np.empty((size, leading, q))
         )
         load_compiled_module("bryson_frazier").smooth_covariances(
-            each.process.arrays,
-            each.is_used,
-            each.measurements.arrays,
-            each.readings,
-            each.estimates,
-            each.first_new,
-            later,
+            span.process.arrays,
+            span.is_used,
+            span.measurements.arrays,
+            span.readings,
+            span.estimates,
+            span.first_new,
+            later_information,
             adjoint,
-            result.conditional_covariance,
-            result.derivative,
+            smoothed.conditional_covariance,
+            smoothed.derivative,
         )
-        yield each, result
+        yield span, smoothed
 
 
 def compute_last_covariance(solution: Solution) -> Floats:
     """Return the covariance of all states at the last sample, shape (n_states, n_states)."""
-    parts, grown = solution.partition, solution.constant_factors[-1]
-    d, n = len(parts.stochastic), len(parts.stochastic) + len(parts.constant)
-    _, T, P_given = solution.span_starts[-1]
-    cross = T @ solution.covariance[:, d:] * grown
+    partition, constant_factors = solution.partition, solution.constant_factors[-1]
+    d, n = len(partition.stochastic), len(partition.stochastic) + len(partition.constant)
+    _, T, P_conditional = solution.span_starts[-1]
+    cross = T @ solution.covariance[:, d:] * constant_factors
     P = np.zeros((n, n))
-    P[np.ix_(parts.stochastic, parts.stochastic)] = P_given + T @ solution.covariance @ T.T
-    P[np.ix_(parts.constant, parts.constant)] = (
-        grown[:, None] * solution.constants_covariance * grown
+    P[np.ix_(partition.stochastic, partition.stochastic)] = (
+        P_conditional + T @ solution.covariance @ T.T
     )
-    P[np.ix_(parts.stochastic, parts.constant)] = cross
-    P[np.ix_(parts.constant, parts.stochastic)] = cross.T
+    P[np.ix_(partition.constant, partition.constant)] = (
+        constant_factors[:, None] * solution.constants_covariance * constant_factors
+    )
+    P[np.ix_(partition.stochastic, partition.constant)] = cross
+    P[np.ix_(partition.constant, partition.stochastic)] = cross.T
     return P

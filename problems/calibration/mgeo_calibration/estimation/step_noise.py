@@ -1,9 +1,9 @@
-"""Gyro noise of single steps as states, for sensors with measurement latency.
+"""Gyro noise of single steps as states, for sensors with a measurement latency.
 
 A measurement with a latency of a fraction d of a step depends on (1 - d) θ_k + d θ_{k-1}. The
-difference of both attitudes is the gyro rate without its noise. For a sensor that is more accurate
-than one step of the gyro, the gyro noise changes the reading more than the latency does. The noise
-is therefore estimated as a rate in the step that ends at the sample.
+difference of both attitudes is the gyro rate without its noise. If the sensor is more accurate than
+one step of the gyro, the gyro noise changes the reading more than the latency does. The noise is
+therefore estimated, as a rate in the step that ends at the sample.
 """
 
 from __future__ import annotations
@@ -36,7 +36,9 @@ _RELATIVE_CORRELATION_TIME = 1e-3
 
 @dataclass(frozen=True)
 class StepNoise:
-    """Owner of the step noise states, analogous to the gyro and the sensors."""
+    """Random gyro rate of single steps, as an error source of a suite like the gyro and the
+    sensors.
+    """
 
     process: GaussMarkov
 
@@ -45,13 +47,14 @@ class StepNoise:
     bias_sensitivities: ClassVar[tuple[Any, ...]] = ()
 
     def states(self) -> dict[str, GaussMarkov]:
-        """Return the noise process as a rate [rad/s]."""
+        """Return the noise process [rad/s], as a dict keyed by the state name."""
         return {RATE_NOISE: self.process}
 
 
 @dataclass(frozen=True)
 class StepNoiseSuite(Suite):
-    """Suite with step noise states for the sensors with measurement latency.
+    """Suite whose states include the gyro noise of the current step, on which sensors with a
+    latency depend.
 
     Attributes
     ----------
@@ -69,42 +72,63 @@ class StepNoiseSuite(Suite):
 
     def list_blocks(self, source: Gyro | Sensor) -> dict[str, str]:
         blocks = super().list_blocks(source)
-        late = isinstance(source, Sensor) and source.latency_states()
-        return blocks | {RATE_NOISE: f"step.{RATE_NOISE}"} if late else blocks
+        has_latency = isinstance(source, Sensor) and source.latency_states()
+        return blocks | {RATE_NOISE: f"step.{RATE_NOISE}"} if has_latency else blocks
 
 
 def add_step_noise(batch: Batch, prior: PriorEstimate) -> tuple[Batch, PriorEstimate]:
-    """Add step noise states to a batch and its prior if a sensor has a measurement latency.
+    """Return a batch and its prior with the gyro noise of each step as additional states.
+
+    The arguments are returned unchanged if no sensor has a measurement latency.
+
+    Parameters
+    ----------
+    batch : Batch
+    prior : PriorEstimate
+        Prior estimate at the first sample.
 
     Returns
     -------
     batch : Batch
-    belief : PriorEstimate
-        The arguments themselves if no sensor has a latency.
+        Batch with a `StepNoiseSuite`.
+    prior : PriorEstimate
+        Prior with the initial 1-sigma of the step noise.
     """
     suite = batch.suite
     if not any(sensor.latency_states() for sensor in suite.sensors):
         return batch, prior
     step = float(np.median(batch.durations))
-    more = StepNoiseSuite(suite.gyro, suite.sensors, suite.environment_errors, step)
-    begin, own = PriorEstimate.from_suite(more), list_states_without_step_noise(more)
-    states, sigma, correlation = begin.states.copy(), begin.sigma.copy(), np.eye(more.n_states)
-    states[own], sigma[own] = prior.states, prior.sigma
-    correlation[np.ix_(own, own)] = prior.correlation
-    wider = PriorEstimate(more, prior.attitude, states, sigma, correlation)
-    return replace(batch, suite=more), wider
+    extended_suite = StepNoiseSuite(suite.gyro, suite.sensors, suite.environment_errors, step)
+    initial, kept_states = (
+        PriorEstimate.from_suite(extended_suite),
+        list_states_without_step_noise(extended_suite),
+    )
+    states, sigma, correlation = (
+        initial.states.copy(),
+        initial.sigma.copy(),
+        np.eye(extended_suite.n_states),
+    )
+    states[kept_states], sigma[kept_states] = prior.states, prior.sigma
+    correlation[np.ix_(kept_states, kept_states)] = prior.correlation
+    extended_prior = PriorEstimate(extended_suite, prior.attitude, states, sigma, correlation)
+    return replace(batch, suite=extended_suite), extended_prior
 
 
 def list_states_without_step_noise(suite: Suite) -> Ints:
-    """Return the indices of all states except the step noise."""
+    """Return the indices of all states except the step noise, as an array."""
     return np.setdiff1d(np.arange(suite.n_states), _list_noise_states(suite))
 
 
 def correlate_step_noise(suite: Suite, stochastic: Ints, durations: Floats, Q: Floats) -> None:
-    """Correlate the step noise with the process noise of the attitude, in place.
+    """Add the correlation between step noise and attitude to the process noise covariances in
+    place.
+
+    The variance of the step noise follows from the process noise of the attitude. A suite without
+    step noise leaves the covariances unchanged.
 
     Parameters
     ----------
+    suite : Suite
     stochastic : array of int, shape (d,)
         Stochastic states.
     durations : array, shape (n,)
@@ -112,13 +136,13 @@ def correlate_step_noise(suite: Suite, stochastic: Ints, durations: Floats, Q: F
     Q : array, shape (n, d, d)
         Process noise covariances of the steps.
     """
-    own = np.flatnonzero(np.isin(stochastic, _list_noise_states(suite)))
-    if not own.size:
+    noise_columns = np.flatnonzero(np.isin(stochastic, _list_noise_states(suite)))
+    if not noise_columns.size:
         return
     axes = np.arange(3)
     rate = Q[:, axes, axes] / durations[:, None]
-    Q[:, own, own] = (1.0 + EXCESS_VARIANCE) * rate / durations[:, None]
-    Q[:, axes, own] = Q[:, own, axes] = rate
+    Q[:, noise_columns, noise_columns] = (1.0 + EXCESS_VARIANCE) * rate / durations[:, None]
+    Q[:, axes, noise_columns] = Q[:, noise_columns, axes] = rate
 
 
 def _list_noise_states(suite: Suite) -> Ints:

@@ -1,8 +1,8 @@
 """Vector-valued Taylor polynomials of second order in the errors of an estimate.
 
 A sensor model that is written with ``+ - * /``, `rotate`, `cross`, `dot` and `direction` can be
-evaluated on these polynomials. The result contains its value and exact first and second derivatives
-for many runs at once.
+evaluated on these polynomials. The result contains the value of the model and its exact first and
+second derivatives, for many runs at once.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ Term = tuple[int, ...]
 
 
 class TaylorPolynomial:
-    """Second-order polynomial in error 3-vectors, with d components in r runs.
+    """Second-order Taylor polynomial of a vector, as a function of error 3-vectors, for r runs.
 
-    A sensor model treats the polynomial as an array of shape (r, d).
+    A sensor model treats the polynomial as an array of shape (r, d). The error 3-vectors are
+    numbered. A term (i, j) is bilinear in the error 3-vectors i and j.
 
     Attributes
     ----------
@@ -38,23 +39,28 @@ class TaylorPolynomial:
         self.terms = terms
 
     def map(self, linear: Callable[[Floats], Floats]) -> TaylorPolynomial:
-        """Apply a linear function to the first axis of every term."""
+        """Return the polynomial with a linear function applied to the first axis of all
+        coefficients.
+        """
         return type(self)({term: linear(part) for term, part in self.terms.items()})
 
     @classmethod
     def from_value(cls, value: Any) -> TaylorPolynomial:
-        """Return a constant polynomial of a number or an array, shape (d,) or (r, d)."""
+        """Return a number or an array, shape (d,) or (r, d), as a constant polynomial.
+
+        A polynomial is returned unchanged.
+        """
         if isinstance(value, TaylorPolynomial):
             return value
         return cls({(): np.atleast_2d(value).T[:, None]})
 
     @property
     def value(self) -> Floats:
-        """Value at zero errors, shape (d, r)."""
+        """Value of the polynomial at zero errors, shape (d, r)."""
         return self.terms[()][:, 0]
 
     def __getitem__(self, index: Any) -> TaylorPolynomial:
-        """Select components, as in ``[..., [1, 2, 0]]``."""
+        """Return the polynomial of selected components, as in ``[..., [1, 2, 0]]``."""
         return self.map(lambda part: part[index[-1]])
 
     def __neg__(self) -> TaylorPolynomial:
@@ -99,9 +105,15 @@ class TaylorPolynomial:
 
 
 class LinearPolynomial(TaylorPolynomial):
-    """First-order polynomial: value and derivative."""
+    """Taylor polynomial of first order, with value and first derivatives."""
 
     order = 1
+
+
+class ConstantPolynomial(TaylorPolynomial):
+    """Taylor polynomial of order zero, with the value only."""
+
+    order = 0
 
 
 def _multiply_terms(p: Floats, q: Floats) -> Floats:
@@ -112,17 +124,23 @@ def _multiply_terms(p: Floats, q: Floats) -> Floats:
 def add_error(
     vector: Floats, number: int, kind: type[TaylorPolynomial] = TaylorPolynomial
 ) -> TaylorPolynomial:
-    """Return a vector with an additive error, as a polynomial.
+    """Return the sum of a vector and an error 3-vector, as a Taylor polynomial in the error.
 
     Parameters
     ----------
     vector : array, shape (r, 3)
+        Vector of each run.
     number : int
         Number of the error 3-vector.
     kind : type
-        `TaylorPolynomial` or `Linear`.
+        `TaylorPolynomial`, `LinearPolynomial` or `ConstantPolynomial`.
+
+    Returns
+    -------
+    TaylorPolynomial
     """
-    return kind({**kind.from_value(vector).terms, (number,): np.eye(3)[:, :, None]})
+    constant = kind.from_value(vector)
+    return kind({**constant.terms, (number,): np.eye(3)[:, :, None]}) if kind.order else constant
 
 
 def build_rotation_with_error(
@@ -131,9 +149,11 @@ def build_rotation_with_error(
     sign: float = 1.0,
     kind: type[TaylorPolynomial] = TaylorPolynomial,
 ) -> Callable[[Any], TaylorPolynomial]:
-    """Return a function that rotates vectors by R R(±e) with a rotation error e.
+    """Return a function that rotates vectors by an uncertain rotation. Its result is a Taylor
+    polynomial in the rotation error.
 
-    R(g) v is expanded to second order: v + g × v + ½ g × (g × v) for g = ±e.
+    The function computes R R(±e) v. R(g) v is expanded to second order: v + g × v + ½ g × (g × v)
+    for g = ±e.
 
     Parameters
     ----------
@@ -143,22 +163,31 @@ def build_rotation_with_error(
         Number of the error 3-vector.
     sign : float
         Sign of e.
+    kind : type
+        `TaylorPolynomial`, `LinearPolynomial` or `ConstantPolynomial`.
+
+    Returns
+    -------
+    function
+        Function from an array or a polynomial v to the polynomial of the rotated vector.
     """
 
     def cross_error(terms: Mapping[Term, Floats], factor: float) -> dict[Term, Floats]:
-        """Return the terms of factor e × v to second order."""
+        """Return the terms of factor e × v up to the order of the polynomial."""
         product = {}
         for term, part in terms.items():
             if len(term) < kind.order:
-                turned = skew(-factor * part)
-                product[number, *term] = turned.reshape(3, -1, part.shape[-1])
+                rotated = skew(-factor * part)
+                product[number, *term] = rotated.reshape(3, -1, part.shape[-1])
         return product
 
     def rotate(v: Any) -> TaylorPolynomial:
         vector = kind.from_value(v)
-        once = cross_error(vector.terms, sign)
-        twice = cross_error({t: part for t, part in once.items() if len(t) == 1}, 0.5 * sign)
-        turned = vector + kind(once) + kind(twice)
-        return turned if rotation is None else turned.map(lambda part: multiply(rotation, part))
+        first_order = cross_error(vector.terms, sign)
+        second_order = cross_error(
+            {t: part for t, part in first_order.items() if len(t) == 1}, 0.5 * sign
+        )
+        rotated = vector + kind(first_order) + kind(second_order)
+        return rotated if rotation is None else rotated.map(lambda part: multiply(rotation, part))
 
     return rotate

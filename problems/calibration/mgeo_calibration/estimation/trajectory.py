@@ -1,4 +1,4 @@
-"""Trajectories of a batch, their partition into spans, and the memory of a span."""
+"""Trajectories of a batch, the partition of their states, and the spans of their samples."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SPAN_LENGTH = 2000
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Estimates at N samples.
+    """Estimated attitude, gyro states and sensor states at each of N samples.
 
     Attributes
     ----------
@@ -31,13 +31,14 @@ class Trajectory:
     states: Floats
 
     def select_samples(self, low: int, high: int) -> Trajectory:
-        """Return the samples low to high - 1."""
+        """Return the trajectory at the samples `low` to `high` - 1."""
         return Trajectory(self.attitude[low:high], self.states[low:high])
 
 
 @dataclass(frozen=True, eq=False)
 class Partition:
-    """Partition of the states into stochastic states and constant states.
+    """Indices of the stochastic states, which are driven by process noise, and of the constant
+    states.
 
     Attributes
     ----------
@@ -53,31 +54,48 @@ class Partition:
 
     @classmethod
     def from_suite(cls, suite: Suite) -> Partition:
-        """Return the partition by the process noise of a suite."""
+        """Return the partition of the states of a suite.
+
+        A state is stochastic if its process noise density is positive, and constant otherwise.
+        """
         driven = np.flatnonzero(suite.compute_noise_density() > 0.0)
         return cls(driven, np.setdiff1d(np.arange(suite.n_states), driven))
 
 
 def split_into_spans(n_samples: int) -> Iterator[tuple[int, int, int]]:
-    """Yield (low, high, first) for spans of n samples.
+    """Divide samples into consecutive spans and yield the bounds (low, high, first) of each span.
 
-    A span contains the samples low to high - 1. It starts with the last sample of the previous
-    span, so that the step between the spans is included; `first` is the position of the first new
-    sample.
+    A span contains the samples low to high - 1, at most `SPAN_LENGTH` + 1. It starts with the last
+    sample of the previous span, so that the step between the spans is included. `first` is the
+    position in the span of the first sample that does not belong to the previous span: 0 for the
+    first span, otherwise 1.
     """
     for low in range(0, max(n_samples - 1, 1), SPAN_LENGTH):
         yield low, min(n_samples, low + SPAN_LENGTH + 1), int(low > 0)
 
 
-def correct_trajectory(trajectory: Trajectory, partition: Partition, constant_factors: Floats, e: Floats, e_c: Floats,
-          suite: Suite, fraction: float = 1.0) -> Trajectory:  # fmt: skip
-    """Return a trajectory corrected by a fraction of estimated errors.
+def correct_trajectory(
+    trajectory: Trajectory,
+    partition: Partition,
+    constant_factors: Floats,
+    e: Floats,
+    e_c: Floats,
+    suite: Suite,
+    fraction: float = 1.0,
+) -> Trajectory:
+    """Return a trajectory corrected by a fraction of the estimated errors of its attitude and
+    states.
+
+    Rotation errors multiply the rotations from the right; all other errors are added.
 
     Parameters
     ----------
     trajectory : Trajectory
+        Trajectory to correct.
+    partition : Partition
+        Stochastic and constant states.
     constant_factors : array, shape (N, c)
-        Factors of the constant states; see `kinematics.growth`.
+        Result of `kinematics.compute_constant_factors`.
     e : array, shape (N, d)
         Errors of the stochastic states.
     e_c : array, shape (c,)
@@ -85,15 +103,22 @@ def correct_trajectory(trajectory: Trajectory, partition: Partition, constant_fa
     suite : Suite
     fraction : float
         Fraction of the errors to apply.
+
+    Returns
+    -------
+    Trajectory
+        New trajectory; the input is unchanged.
     """
     attitude, states = np.empty_like(trajectory.attitude), trajectory.states.copy()
     error = np.zeros(suite.n_states)
     error[partition.constant] = e_c = fraction * e_c
     for low, high, _ in split_into_spans(len(e)):
-        own, off = slice(low + (low > 0), high), fraction * e[low + (low > 0) : high]
-        attitude[own] = trajectory.attitude[own] @ np.moveaxis(rotation_matrix(off[:, :3].T), -1, 0)
-        states[own, partition.stochastic[3:]] += off[:, 3:]
-        states[own, partition.constant] += constant_factors[own] * e_c
+        samples, errors = slice(low + (low > 0), high), fraction * e[low + (low > 0) : high]
+        attitude[samples] = trajectory.attitude[samples] @ np.moveaxis(
+            rotation_matrix(errors[:, :3].T), -1, 0
+        )
+        states[samples, partition.stochastic[3:]] += errors[:, 3:]
+        states[samples, partition.constant] += constant_factors[samples] * e_c
     for first in suite.rotation_indices[1:]:  # Misalignments are constant.
         block = slice(first, first + 3)
         states[:, block] = rotation_vector(
@@ -102,12 +127,20 @@ def correct_trajectory(trajectory: Trajectory, partition: Partition, constant_fa
     return Trajectory(attitude, states)
 
 
-#: Largest total memory of spans that are kept instead of formed again [bytes].
+#: Largest total memory of the spans that a solution keeps [bytes]. Spans that would need more are
+#: computed again when they are used.
 MAX_SPAN_MEMORY = 1e9
 
 
 def compute_sample_memory(suite: Suite, partition: Partition) -> int:
-    """Return the memory of one sample of a `Span` [bytes]."""
+    """Return the memory that the smoother needs for each sample of a batch [bytes].
+
+    Parameters
+    ----------
+    suite : Suite
+    partition : Partition
+        Stochastic and constant states.
+    """
     d, c, s = len(partition.stochastic), len(partition.constant), len(suite.sensors)
     q, p = (
         d + c,

@@ -1,4 +1,6 @@
-"""Checks of vector lengths, which need no attitude: outliers and normalized vectors."""
+"""Checks of the lengths of measured vectors, which need no attitude: outliers and normalized
+vectors.
+"""
 
 from __future__ import annotations
 
@@ -13,51 +15,60 @@ from mgeo_calibration.estimation.batch import Batch
 _OUTLIER_FACTOR = 20.0
 #: Largest scatter of the lengths of normalized vectors, relative to the declared noise.
 _MAX_NORMALIZED_SCATTER = 0.05
-_MIN_VECTORS = 10  # smallest number of vectors for a decision
-_SIGMA_PER_MAD = (
-    1.4826  # ratio of 1-sigma to the median absolute deviation of a normal distribution
-)
+#: Smallest number of vectors from which a sensor is called normalized.
+_MIN_VECTORS = 10
+#: Ratio of 1-sigma to the median absolute deviation of a normal distribution.
+_SIGMA_PER_MAD = 1.4826
 
 
 def find_outlying_lengths(batch: Batch) -> Bools:
-    """Return a mask of vectors with outlying lengths, shape (s, N).
+    """Return a boolean array that is True for readings with an outlying vector length, shape (s,
+    N).
 
-    Lengths are compared with the median of their sensor. A bias changes all lengths alike, or less
-    than they scatter.
+    The length relative to the modeled length is compared with the median of the same sensor,
+    because a bias changes all lengths alike or by less than their scatter. Only readings of one
+    3-vector are checked.
     """
     result = np.zeros((len(batch.readings), len(batch.times)), dtype=bool)
     for index, rows in enumerate(batch.readings):
-        seen = np.isfinite(rows[:, 0, 0])
-        if rows.shape[1:] != (1, 3) or not seen.any():
+        has_reading = np.isfinite(rows[:, 0, 0])
+        if rows.shape[1:] != (1, 3) or not has_reading.any():
             continue
-        off = _compute_length(rows[seen, 0]) - _compute_length(batch.vectors[seen, index])
-        off -= np.median(off)
-        scatter = max(
-            _SIGMA_PER_MAD * float(np.median(np.abs(off))), float(batch.noise[index].max())
+        deviation = _compute_length(rows[has_reading, 0]) - _compute_length(
+            batch.vectors[has_reading, index]
         )
-        result[index, seen] = np.abs(off) > _OUTLIER_FACTOR * scatter
+        deviation -= np.median(deviation)
+        scatter = max(
+            _SIGMA_PER_MAD * float(np.median(np.abs(deviation))), float(batch.noise[index].max())
+        )
+        result[index, has_reading] = np.abs(deviation) > _OUTLIER_FACTOR * scatter
     return result
 
 
 def validate_vector_lengths(batch: Batch) -> None:
-    """Raise ValueError if a Sun sensor reports unit vectors instead of three noisy components.
+    """Raise ValueError if a Sun sensor that should report three noisy components reports normalized
+    vectors.
 
     Raises
     ------
     ValueError
-        With the sensor kind to use instead.
+        With the sensor kind to declare instead.
     """
     for sensor, rows in zip(batch.suite.sensors, batch.readings, strict=True):
-        seen = np.isfinite(rows[:, 0, 0])
-        if not isinstance(sensor, SunSensor) or sensor.has_unit_length or seen.sum() < _MIN_VECTORS:
+        has_reading = np.isfinite(rows[:, 0, 0])
+        if (
+            not isinstance(sensor, SunSensor)
+            or sensor.has_unit_length
+            or has_reading.sum() < _MIN_VECTORS
+        ):
             continue
-        length, noise = _compute_length(rows[seen, 0]), min(sensor.noise_sigmas())
+        length, noise = _compute_length(rows[has_reading, 0]), min(sensor.noise_sigmas())
         scatter = float(np.median(np.abs(length - np.median(length))))
         if scatter < _MAX_NORMALIZED_SCATTER * noise:
             raise ValueError(
-                f"{sensor.name}: the lengths of its vectors scatter by {scatter:.2g}, where noise "
-                f"of {noise:.2g} along each axis is expected: these are directions, of two numbers "
-                f'each. Expected kind = "{TwoAxisSunSensor.kind}", not "{sensor.kind}"'
+                f"{sensor.name}: the lengths of the vectors scatter by {scatter:.2g}: expected "
+                f"{noise:.2g}, the noise along each axis. The vectors are normalized. Use kind = "
+                f'"{TwoAxisSunSensor.kind}" instead of "{sensor.kind}"'
             )
 
 

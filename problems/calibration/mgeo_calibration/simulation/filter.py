@@ -1,4 +1,4 @@
-"""Multiplicative error-state Kalman filter for many runs at once.
+"""Multiplicative error-state Kalman filter for many Monte Carlo runs at once.
 
 The last axis of all arrays except readings is the run. NumPy loops over some hundred runs are about
 as fast as compiled code. The result of a run does not depend on the other runs.
@@ -36,14 +36,14 @@ NO_CHANNELS = np.zeros(0)
 
 @pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
 class FilterSettings(Settings):
-    """Options of the filter for second-order effects.
+    """Options of the error-state Kalman filter for second-order effects.
 
     The defaults are the options that `docs/consistency.md` recommends.
 
     Examples
     --------
-    >>> from mgeo_calibration import Estimator
-    >>> Estimator.plain() == Estimator(), Estimator().second_order
+    >>> from mgeo_calibration import FilterSettings
+    >>> FilterSettings.build_textbook() == FilterSettings(), FilterSettings().second_order
     (False, True)
     """
 
@@ -56,13 +56,18 @@ class FilterSettings(Settings):
 
     @staticmethod
     def build_textbook() -> FilterSettings:
-        """Return the options of the textbook filter, with the H of equation (2)."""
+        """Return the settings of a first-order filter: no second-order terms, no covariance reset,
+        and measurement Jacobians at zero misalignments.
+
+        These Jacobians are the H of equation (2).
+        """
         return FilterSettings(jacobians="aligned", second_order=False, reset=False)
 
 
 @dataclass(frozen=True)
 class ErrorStateFilter:
-    """Error-state filter of a suite, with multiplicative rotation errors.
+    """Error-state Kalman filter for the gyro and sensors of a suite, with multiplicative rotation
+    errors.
 
     Estimated errors are applied to the state after each update.
     """
@@ -78,50 +83,55 @@ class ErrorStateFilter:
         vectors: Floats,
         channel_values: Floats | None = None,
     ) -> Iterator[tuple[Estimate, Estimate, Floats]]:
-        """Estimate the state at every sample.
+        """Run the filter over the measurements of several runs; yield the estimates before and
+        after each sample, and the normalized innovations squared.
 
         Parameters
         ----------
         start : Estimate
             Estimate before the measurements of the first sample.
-        readings : sequence of r Readings
-            Readings of runs with equal steps.
+        readings : sequence of r Measurements
+            Measurements of r runs with equal steps.
         rates : array, shape (n, 3)
             Body rate in each step for the covariance propagation [rad/s].
         vectors : array, shape (n + 1, n_vectors, 3)
             Observed vectors and their gradients in GCRS; see `FilterModel.references`.
-        channel_values : array, shape (n + 1, n_influences), optional
-            Channels of bias sensitivities; see `Suite.compute_channel_deviations`. Required if the suite has
-            any.
+        channel_values : array, shape (n + 1, n_sensitivities), optional
+            Channels of the bias sensitivities; see `Suite.compute_channel_deviations`. Required if
+            the suite has bias sensitivities.
 
         Yields
         ------
         before, after : Estimate
-            Estimates before and after the measurements of a sample.
+            Estimates of all runs before and after the measurements of a sample.
         nis : array, shape (n_sensors, r)
             Normalized innovations squared; NaN where a sensor has no reading.
         """
-        at_rate = cache(partial(compute_transition, self.suite))
+        transition_at_rate = cache(partial(compute_transition, self.suite))
         gyro = np.stack([run.gyro for run in readings], axis=1)
         sensors = [
             np.stack(runs, axis=1) for runs in zip(*(run.sensors for run in readings), strict=True)
         ]
         estimate = start
-        follows = np.zeros((len(vectors), 0)) if channel_values is None else channel_values
-        own = [follows[:, self.suite.find_sensitivity_columns(each)] for each in self.suite.sensors]
-        of_gyro = follows[:, self.suite.find_sensitivity_columns(self.suite.gyro)]
+        channels = np.zeros((len(vectors), 0)) if channel_values is None else channel_values
+        sensor_channels = [
+            channels[:, self.suite.find_sensitivity_columns(each)] for each in self.suite.sensors
+        ]
+        gyro_channels = channels[:, self.suite.find_sensitivity_columns(self.suite.gyro)]
         for k in range(len(vectors)):
             if k:
                 step = float(readings[0].durations[k - 1])
-                F, Q = at_rate(tuple(rates[k - 1].tolist()), step)
-                rest, _ = at_rate((0.0, 0.0, 0.0), step)
-                estimate = self.predict(estimate, gyro[k - 1], step, F, Q, rest, of_gyro[k])
+                F, Q = transition_at_rate(tuple(rates[k - 1].tolist()), step)
+                rest_transition, _ = transition_at_rate((0.0, 0.0, 0.0), step)
+                estimate = self.predict(
+                    estimate, gyro[k - 1], step, F, Q, rest_transition, gyro_channels[k]
+                )
             before, nis = estimate, np.full((len(sensors), len(readings)), np.nan)
             for index, reported in enumerate(sensors):
                 if not np.isnan(reported[k]).all():
                     rate = rates[max(k - 1, 0)]
                     estimate, nis[index] = self.update(
-                        estimate, index, reported[k], vectors[k], rate, own[index][k]
+                        estimate, index, reported[k], vectors[k], rate, sensor_channels[index][k]
                     )
             yield before, estimate, nis
 
@@ -135,19 +145,26 @@ class ErrorStateFilter:
         rest_transition: Floats,
         channel_values: Floats = NO_CHANNELS,
     ) -> Estimate:
-        """Propagate the estimate over a step, equation (3), with the corrected gyro rates.
+        """Return the estimate propagated over one step with the corrected gyro rates, equation (3).
 
         Parameters
         ----------
+        estimate : Estimate
+            Estimate at the start of the step.
         reported_rate : array, shape (r, 3)
-            Mean reported rate [rad/s].
+            Mean measured rate in the step [rad/s].
         step : float
             Duration of the step [s].
         F, Q, rest_transition : arrays, shape (n_dynamic, n_dynamic)
             Transition matrix, process noise covariance, and transition matrix without rotation; see
-            `transition`.
+            `compute_transition`.
         channel_values : array, shape (m,)
             Channels of the gyro's bias sensitivities.
+
+        Returns
+        -------
+        Estimate
+            Estimate at the end of the step.
         """
         decay, mean_bias = (
             np.diag(rest_transition)[3:, None],
@@ -162,19 +179,19 @@ class ErrorStateFilter:
             x[state] = rotation_vector(estimate.rotations[:, :, number])
         x["bias"] = mean_bias * x["bias"]
         apply_bias_sensitivities(gyro.bias_sensitivities, x, channel_values.tolist())
-        own = SimpleNamespace(**{state: value.T for state, value in x.items()})
-        turn = exponential_map(-step * gyro.correct_measurement(own, reported_rate).T)
+        gyro_states = SimpleNamespace(**{state: value.T for state, value in x.items()})
+        rotation = exponential_map(-step * gyro.correct_measurement(gyro_states, reported_rate).T)
         rotations, states = estimate.rotations.copy(), estimate.states.copy()
-        rotations[:, :, 0] = multiply(rotations[:, :, 0], turn.swapaxes(0, 1))
+        rotations[:, :, 0] = multiply(rotations[:, :, 0], rotation.swapaxes(0, 1))
         states[3:d] *= decay
         # Only the attitude rows of F are not diagonal.
-        top = np.repeat(F[:3, :, None], turn.shape[-1], axis=-1)
-        top[:, :3] = turn
+        F_attitude = np.repeat(F[:3, :, None], rotation.shape[-1], axis=-1)
+        F_attitude[:, :3] = rotation
         for columns, value in zip(self.suite.gyro_sensitivity_slices, channel_values, strict=True):
-            top[:, columns] *= value
+            F_attitude[:, columns] *= value
         P = estimate.covariance.copy()
-        rows = multiply(top, P[:d])
-        attitude = multiply(rows[:, :d], top.swapaxes(0, 1))
+        rows = multiply(F_attitude, P[:d])
+        attitude = multiply(rows[:, :d], F_attitude.swapaxes(0, 1))
         rows[:, 3:d] *= decay
         P[3:d] *= decay[:, None]
         P[:, 3:d] *= decay
@@ -192,12 +209,15 @@ class ErrorStateFilter:
         rate: Floats = ZERO_RATE,
         channel_values: Floats = NO_CHANNELS,
     ) -> tuple[Estimate, Floats]:
-        """Update the estimate with the readings of a sensor, equation (4).
+        """Return the estimate after the readings of one sensor, equation (4), and the normalized
+        innovations squared.
 
         Considered states keep their estimate and covariance.
 
         Parameters
         ----------
+        estimate : Estimate
+            Estimate before the readings.
         index : int
             Index of the sensor in the suite.
         readings : array, shape (r, k, 3)
@@ -205,20 +225,21 @@ class ErrorStateFilter:
         vectors : array, shape (n_vectors, 3)
             Observed vectors and their gradients in GCRS.
         rate : array, shape (3,)
-            Body rate [rad/s]; see `readings.taken`.
+            Body rate [rad/s]; see `measurements.apply_latency`.
         channel_values : array, shape (m,)
             Channels of the sensor's bias sensitivities.
 
         Returns
         -------
         estimate : Estimate
+            Estimate after the readings.
         nis : array, shape (r,)
-            Normalized innovation squared.
+            Normalized innovation squared; NaN in runs without a reading.
         """
-        options, P, seen = self.settings, estimate.covariance, ~np.isnan(readings[:, 0, 0])
-        y = unstack_measurement(np.where(seen[:, None, None], readings, 0.0))
+        settings, P, has_reading = self.settings, estimate.covariance, ~np.isnan(readings[:, 0, 0])
+        y = unstack_measurement(np.where(has_reading[:, None, None], readings, 0.0))
         considered = self.suite.considered_indices
-        predicted = partial(
+        linearize = partial(
             compute_innovation,
             self.suite,
             index,
@@ -228,35 +249,50 @@ class ErrorStateFilter:
             rate=rate,
             channel_values=tuple(channel_values),
         )
-        r = predicted(estimate)
-        slopes = (
-            predicted(estimate, ignore_misalignments=True) if options.jacobians == "aligned" else r
+        r = linearize(estimate)
+        expansion = (
+            linearize(estimate, ignore_misalignments=True) if settings.jacobians == "aligned" else r
         )
-        states, H = compute_jacobian(slopes)
+        states, H = compute_jacobian(expansion)
         HP, z = multiply(H, P[states]), r.value
         S = multiply(HP[:, states], H.swapaxes(0, 1))
         for i, sigma in enumerate(self.suite.sensors[index].noise_sigmas()):
             S[i, i] += sigma**2
-        if options.second_order:
-            mean, covariance = compute_second_order_moments(slopes, P)
+        if settings.second_order:
+            mean, covariance = compute_second_order_moments(expansion, P)
             z, S = z + mean, S + covariance
         G, w = whiten(S, HP, z)
-        G *= seen
+        G *= has_reading
         e = (G * w[:, None]).sum(axis=0)
         e[considered] = 0.0
-        nis = np.where(seen, (w * w).sum(axis=0), np.nan)
+        nis = np.where(has_reading, (w * w).sum(axis=0), np.nan)
         columns = G.swapaxes(0, 1).copy()
-        kept = P[considered[:, None], considered]
-        learned = multiply(columns, G)
-        P = np.subtract(P, learned, out=learned)
-        P[considered[:, None], considered] = kept
-        if options.reset:
+        considered_covariance = P[considered[:, None], considered]
+        reduction = multiply(columns, G)
+        P = np.subtract(P, reduction, out=reduction)
+        P[considered[:, None], considered] = considered_covariance
+        if settings.reset:
             reset_covariance(P, e, estimate.rotation_indices)
         return estimate.correct(e, P), nis
 
 
 def whiten(S: Floats, HP: Floats, z: Floats) -> tuple[Floats, Floats]:
-    """Return L⁻¹ H P and L⁻¹ z for S = L Lᵀ; NaN if S is not positive definite."""
+    """Return H P and the innovation z, multiplied by the inverse Cholesky factor of the innovation
+    covariance S.
+
+    Parameters
+    ----------
+    S : array, shape (m, m, r)
+        Innovation covariances S = L Lᵀ of r runs.
+    HP : array, shape (m, n_states, r)
+    z : array, shape (m, r)
+
+    Returns
+    -------
+    L⁻¹ H P : array, shape (m, n_states, r)
+    L⁻¹ z : array, shape (m, r)
+        NaN in runs in which S is not positive definite.
+    """
     rows = np.concatenate([S, HP, z[:, None]], axis=1)
     with np.errstate(invalid="ignore"):
         for i, row in enumerate(rows):

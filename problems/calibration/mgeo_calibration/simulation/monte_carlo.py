@@ -16,7 +16,9 @@ _BEYOND_3_SIGMA = 0.0026997960632601866
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RunStatistics:
-    """Errors and consistency statistics of n runs at m samples; see `MonteCarloResult`."""
+    """Estimation errors and filter statistics of n runs at m samples, as arrays like those of
+    `MonteCarloResult`.
+    """
 
     errors: Floats
     sigma: Floats
@@ -28,7 +30,7 @@ class RunStatistics:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MonteCarloResult(RunStatistics):
-    """Errors and filter statistics of n Monte Carlo runs of one plan at m samples.
+    """Estimation errors and filter statistics of n Monte Carlo runs of one plan at m samples.
 
     Errors are truth minus estimate in the filter's units: rad, rad/s, dimensionless, and 50 µT for
     the field. Errors of attitude and misalignments are rotation vectors.
@@ -57,13 +59,13 @@ class MonteCarloResult(RunStatistics):
         Normalized estimation error squared, eᵀ P⁻¹ e; its expected value is n_states.
     nis : array, shape (n, m, n_sensors)
         Sum of the normalized innovations squared, rᵀ S⁻¹ r, since the previous sample.
-    updates : array of int, shape (n, m, n_sensors)
+    n_innovations : array of int, shape (n, m, n_sensors)
         Number of innovations in `nis`; the expected value of each is the number of components.
     path_constraints : tuple of str
         Labels of the path constraints, such as ``Sun off camera``.
-    broken : array, shape (n, 2, n_path_limits)
-        Fraction of the time until `t_end` in which each constraint is violated; see
-        `build_violation_table`.
+    violated_fractions : array, shape (n, 2, n_path_constraints)
+        Fraction of the time until `t_end` in which each constraint is violated, steered and open
+        loop; see `build_violation_table`.
 
     Examples
     --------
@@ -72,7 +74,7 @@ class MonteCarloResult(RunStatistics):
     >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 400.0})
     >>> design = [0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]
     >>> result = simulate(scenario, design, n_runs=4, seed=1)
-    >>> result.table().columns.to_list()[:4]
+    >>> result.build_table().columns.to_list()[:4]
     ['predicted', 'filter', 'rms', 'ratio']
     """
 
@@ -95,23 +97,24 @@ class MonteCarloResult(RunStatistics):
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Names of all states: ``attitude.x``, ``attitude.y``..."""
+        """Names of all states, such as ``attitude.x``."""
         return tuple(f"{block}.{axis}" for block in self.blocks for axis in _AXES)
 
     @property
     def rms(self) -> Floats:
-        """Root mean square error over the runs, shape (m, n_states)."""
+        """Root mean square of the estimation errors over the runs, shape (m, n_states)."""
         rms: Floats = np.sqrt((self.errors**2).mean(axis=0))
         return rms
 
     def find_sample(self, time: float | None = None) -> int:
-        """Return the index of the sample nearest to a time [s]; default: `t_end`."""
+        """Return the index of the recorded sample nearest to a time [s], by default to `t_end`."""
         return int(np.argmin(np.abs(self.times - (self.t_end if time is None else time))))
 
     def build_table(self, time: float | None = None) -> pd.DataFrame:
-        """Return a table of all states at a time [s]; default: `t_end`.
+        """Return a table with the predicted and actual errors of each state at a time [s], by
+        default at `t_end`.
 
-        Columns in the filter's units: ``predicted``, 1-sigma of the linear covariance; ``claimed``,
+        Columns in the filter's units: ``predicted``, 1-sigma of the linear covariance; ``filter``,
         rms over the runs of the filter's 1-sigma; ``rms`` error; ``ratio`` of rms error to
         predicted; ``within 3 sigma``, fraction of runs with an error within three times the
         filter's 1-sigma.
@@ -130,7 +133,8 @@ class MonteCarloResult(RunStatistics):
         )
 
     def build_violation_table(self) -> pd.DataFrame:
-        """Return how often each path constraint is violated until `t_end`, without margin.
+        """Return a table of how often each path constraint is violated until `t_end`, without
+        margin.
 
         Two cases are evaluated. *Steered*: a controller keeps the estimated attitude on the plan,
         so that the true attitude is off by the estimation error before the measurements of the
@@ -144,18 +148,19 @@ class MonteCarloResult(RunStatistics):
             One row per constraint. Columns: percentage of runs with a violation, and percentage of
             the time of all runs.
         """
-        ever, share = (
+        run_fractions, time_fractions = (
             (self.violated_fractions > 0.0).mean(axis=0),
             self.violated_fractions.mean(axis=0),
         )
         columns = {}
-        for i, way in enumerate(("steered", "open loop")):
-            columns[f"{way}: runs [%]"] = 100.0 * ever[i]
-            columns[f"{way}: time [%]"] = 100.0 * share[i]
+        for i, case in enumerate(("steered", "open loop")):
+            columns[f"{case}: runs [%]"] = 100.0 * run_fractions[i]
+            columns[f"{case}: time [%]"] = 100.0 * time_fractions[i]
         return pd.DataFrame(columns, index=pd.Index(self.path_constraints, name="path constraint"))
 
     def build_history(self) -> pd.DataFrame:
-        """Return NEES and NIS at every sample, averaged over the runs.
+        """Return a table of the normalized errors squared (NEES) and normalized innovations squared
+        (NIS) at every sample, averaged over the runs.
 
         Columns: ``nees`` per state and ``nis <sensor>`` per component. The expected value is 1.
         Samples without innovations since the previous sample are NaN.
@@ -176,12 +181,13 @@ def evaluate_consistency(
     confidence: float = 0.99,
     ratio_bounds: tuple[float, float] = (0.85, 1.15),
 ) -> pd.DataFrame:
-    """Test whether the errors of Monte Carlo runs are consistent with the filter covariance.
+    """Test whether the errors of Monte Carlo runs are statistically consistent with the filter
+    covariance, and return one row per test.
 
     - ``nees``: mean per state over runs and samples. The chi-square interval has runs times states
       degrees of freedom, because errors at different times of a run are strongly correlated.
-    - ``nis <sensor>``: mean per component over all innovations, with their chi-square interval.
-      A sensor without readings has no such row.
+    - ``nis <sensor>``: mean per component over all innovations, with their chi-square interval. A
+      sensor without readings has no such row.
     - ``beyond 3 sigma``: largest number of runs in which the last error of a state exceeds three
       times the filter's 1-sigma, with the binomial bound for the worst of all states.
     - ``smallest`` and ``largest rms / predicted``: extreme ratio over the states of the rms error
@@ -211,41 +217,44 @@ def evaluate_consistency(
     Examples
     --------
     >>> from mgeo_attitude import Scenario
-    >>> from mgeo_calibration import consistency, simulate
+    >>> from mgeo_calibration import evaluate_consistency, simulate
     >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 400.0})
     >>> design = [0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]
     >>> result = simulate(scenario, design, n_runs=4, seed=1)
-    >>> consistency(result, since=200.0).index.to_list()[:3]
+    >>> evaluate_consistency(result, start_time=200.0).index.to_list()[:3]
     ['nees', 'nis sun', 'nis mag']
     """
     if not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence = {confidence!r}: expected a number in (0, 1)")
     start = 0.5 * float(result.times[-1]) if start_time is None else start_time
-    tested = result.times >= start
-    if not tested.any():
+    is_tested = result.times >= start
+    if not is_tested.any():
         raise ValueError(
             f"start_time = {start_time!r}: expected at most {float(result.times[-1])!r} s"
         )
 
     tail = 0.5 * (1.0 - confidence)
 
-    def interval(freedom: int) -> tuple[float, float]:
-        low, high = chi2.ppf([tail, 1.0 - tail], freedom) / freedom
+    def compute_interval(degrees_of_freedom: int) -> tuple[float, float]:
+        low, high = chi2.ppf([tail, 1.0 - tail], degrees_of_freedom) / degrees_of_freedom
         return float(low), float(high)
 
-    nees = result.nees[:, tested].mean() / result.n_states
-    rows = {"nees": (nees, *interval(result.n_runs * result.n_states))}
+    nees = result.nees[:, is_tested].mean() / result.n_states
+    rows = {"nees": (nees, *compute_interval(result.n_runs * result.n_states))}
     for index, sensor in enumerate(result.sensors):
-        count = result.n_components[index] * int(result.n_innovations[:, tested, index].sum())
+        count = result.n_components[index] * int(result.n_innovations[:, is_tested, index].sum())
         if count:
-            rows[f"nis {sensor}"] = result.nis[:, tested, index].sum() / count, *interval(count)
-    beyond = (np.abs(result.errors[:, -1]) > 3.0 * result.sigma[:, -1]).sum(axis=0).max()
-    most = binom.ppf(confidence ** (1.0 / result.n_states), result.n_runs, _BEYOND_3_SIGMA)
-    rows["beyond 3 sigma"] = float(beyond), 0.0, float(most)
-    achieved = (result.errors[:, tested] ** 2).mean(axis=(0, 1))
-    ratios = np.sqrt(achieved / (result.predicted_sigma[tested] ** 2).mean(axis=0))
+            rows[f"nis {sensor}"] = (
+                result.nis[:, is_tested, index].sum() / count,
+                *compute_interval(count),
+            )
+    n_beyond = (np.abs(result.errors[:, -1]) > 3.0 * result.sigma[:, -1]).sum(axis=0).max()
+    max_beyond = binom.ppf(confidence ** (1.0 / result.n_states), result.n_runs, _BEYOND_3_SIGMA)
+    rows["beyond 3 sigma"] = float(n_beyond), 0.0, float(max_beyond)
+    mean_squares = (result.errors[:, is_tested] ** 2).mean(axis=(0, 1))
+    ratios = np.sqrt(mean_squares / (result.predicted_sigma[is_tested] ** 2).mean(axis=0))
     rows["smallest rms / predicted"] = ratios.min(), *ratio_bounds
     rows["largest rms / predicted"] = ratios.max(), *ratio_bounds
-    found = pd.DataFrame.from_dict(rows, orient="index", columns=["value", "low", "high"])
-    found["passed"] = found["value"].between(found["low"], found["high"])  # False for NaN
-    return found.rename_axis("criterion")
+    report = pd.DataFrame.from_dict(rows, orient="index", columns=["value", "low", "high"])
+    report["passed"] = report["value"].between(report["low"], report["high"])  # False for NaN
+    return report.rename_axis("criterion")

@@ -52,7 +52,8 @@ def simulate(
     environment: Environment | None = None,
     end_time: float | None = None,
 ) -> MonteCarloResult:
-    """Simulate a plan in Monte Carlo runs with the on-board filter.
+    """Simulate a plan in Monte Carlo runs with the on-board filter, and return the estimation
+    errors and filter statistics of all runs.
 
     The truth is nonlinear: exact rotations at the rates of the plan, misalignments as rotations, a
     Markov process as gyro bias, measurement noise, eclipses and fields of view. The filter starts
@@ -73,18 +74,21 @@ def simulate(
         Rates [deg/s] and duration [s] of each maneuver, as in `AttitudeManeuverProblem`; ``[]`` for
         none.
     n_runs : int
+        Number of runs.
     seed : int or Generator, optional
         Seed of the random streams. None draws fresh entropy.
-    filter_settings : Estimator, optional
+    filter_settings : FilterSettings, optional
+        Options of the filter.
     truth : Scenario, optional
         True scenario, if it differs from `scenario` in epoch, orbit, eclipse, gyro, sensors or
         initial uncertainty. All other keys must be equal. The filter uses every reading; with an
-        orbit error, only readings at samples at which its own orbit predicts a measurement.
+        orbit error, only readings at samples at which the orbit of `scenario` predicts a
+        measurement.
     environment : Environment, optional
         Precomputed environment of the scenario.
     end_time : float, optional
         Time of the last estimate [s], at least `t_end`; default: duration of the scenario. Earlier
-        results do not depend on it.
+        results do not depend on `end_time`.
 
     Returns
     -------
@@ -94,7 +98,7 @@ def simulate(
     -----
     OutsideValidity
         If the initial errors exceed the range in which the linear covariance is valid; see
-        `validity`.
+        `find_validity_violations`.
 
     Raises
     ------
@@ -102,7 +106,7 @@ def simulate(
         If there are no runs, `design` has more than one dimension or is invalid, `truth` is
         incompatible, or the environment belongs to another scenario.
     NotImplementedError
-        If a sensor does not define `measured`.
+        If a sensor does not define `predict_measurement`.
 
     Examples
     --------
@@ -123,22 +127,22 @@ def simulate(
         warnings.warn(reason, OutsideValidity, stacklevel=2)
     environment = environment or Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
-    real = model if truth is None else build_true_model(truth, scenario, environment)
-    around = build_true_environment(truth or scenario, scenario, environment)
+    true_model = model if truth is None else build_true_model(truth, scenario, environment)
+    true_environment = build_true_environment(truth or scenario, scenario, environment)
     plan = plan if plan.size else build_hold_design(model.initial_rate)
     t_end = float(evaluate(model, plan).t_end[0])
-    whole = Trajectory(scenario, model, plan, t_end).commanded_design
-    (variances,) = evaluate(model.full_duration_model, whole, history=True).variances
-    planned = Motion.from_design(model, whole, model.n_steps)
+    whole_design = Trajectory(scenario, model, plan, t_end).commanded_design
+    (variances,) = evaluate(model.full_duration_model, whole_design, history=True).variances
+    planned = Motion.from_design(model, whole_design, model.n_steps)
     samples, n_watched = _select_samples(model, t_end), round(t_end / model.step) + 1
     if end_time is not None:
         samples = samples[model.times[samples] <= max(end_time, t_end)]
 
-    def flight(generator: np.random.Generator) -> SimulatedRun:
-        draws, motion = draw_errors(real, model.n_steps, generator), planned
+    def simulate_one(generator: np.random.Generator) -> SimulatedRun:
+        draws, motion = draw_errors(true_model, model.n_steps, generator), planned
         if isinstance(model.slew_limits, MagnetorquerDrive):
             motion = compute_true_motion(model, plan, model.n_steps, draws.initial_errors)
-        return simulate_run(real, motion, draws, around)
+        return simulate_run(true_model, motion, draws, true_environment)
 
     generators = np.random.default_rng(seed).spawn(n_runs)
     if n_runs == 1:
@@ -147,17 +151,17 @@ def simulate(
     ends = [len(generators) * part // n_parts for part in range(n_parts + 1)]
     result = []
     for first, last in pairwise(ends):
-        flights = [flight(generator) for generator in generators[first:last]]
-        estimated = evaluate_filter(
+        runs = [simulate_one(generator) for generator in generators[first:last]]
+        statistics = evaluate_filter(
             model,
-            flights,
+            runs,
             filter_settings or FilterSettings(),
             samples,
-            real,
+            true_model,
             n_watched,
             planned.rates,
         )
-        result.append(vars(estimated))
+        result.append(vars(statistics))
     return MonteCarloResult(
         blocks=model.suite.blocks,
         sensors=tuple(sensor.name for sensor in model.suite.sensors),
@@ -166,13 +170,15 @@ def simulate(
         t_end=t_end,
         times=model.times[samples],
         predicted_sigma=np.sqrt(variances[samples]),
-        path_constraints=tuple(limit.label for limit in scenario.path_constraints),
+        path_constraints=tuple(constraint.label for constraint in scenario.path_constraints),
         **{key: np.concatenate([part[key] for part in result])[:n_runs] for key in result[0]},
     )
 
 
 def _select_samples(model: FilterModel, t_end: float) -> Ints:
-    """Return the recorded steps: first, last, `t_end`, and about N_RECORDED_SAMPLES equidistant steps."""
+    """Return the samples to record: about `N_RECORDED_SAMPLES`, with the first, the last and
+    `t_end`.
+    """
     stride = -(-model.n_steps // N_RECORDED_SAMPLES)
     steps = [*range(0, model.n_steps, stride), round(t_end / model.step), model.n_steps]
     return np.unique(np.array(steps, dtype=np.int64))
@@ -187,27 +193,33 @@ def evaluate_filter(
     n_constraint_samples: int = 0,
     planned_rates: Floats | None = None,
 ) -> RunStatistics:
-    """Run the filter on simulated flights of one plan and compare the estimates with the truth.
+    """Run the filter on the measurements of simulated runs of one plan, and return its estimation
+    errors and statistics.
 
     Parameters
     ----------
     model : FilterModel
         Model of the filter.
-    runs : sequence of Flight
-    filter_settings : Estimator
+    runs : sequence of SimulatedRun
+    filter_settings : FilterSettings
     samples : array of int
         Samples to record, in increasing order. The filter stops at the last.
     true_model : FilterModel, optional
-        True model, with the path constraints to check at the first `n_constraint_samples` samples.
+        True model with the path constraints to check. Default: model of the filter.
     n_constraint_samples : int
+        Number of samples from the start at which the path constraints are checked.
     planned_rates : array, shape (n, 3), optional
-        Rates for the covariance propagation [rad/s]. Default: rates of the first flight.
+        Rates for the covariance propagation [rad/s]. Default: rates of the first run.
+
+    Returns
+    -------
+    RunStatistics
     """
     n_runs, m, suite, motion = len(runs), len(samples), model.suite, runs[0].motion
     rates = motion.rates if planned_rates is None else planned_rates
-    watched = true_model or model
-    start, states, gyro = (
-        np.stack([getattr(flight, name) for flight in runs], axis=-1)
+    constraint_model = true_model or model
+    start, states, varying_states = (
+        np.stack([getattr(run, name) for run in runs], axis=-1)
         for name in ("initial_rotation", "initial_states", "varying_states")
     )
     result = RunStatistics(
@@ -216,9 +228,9 @@ def evaluate_filter(
         nees=np.empty((n_runs, m)),
         nis=np.zeros((n_runs, m, len(suite.sensors))),
         n_innovations=np.zeros((n_runs, m, len(suite.sensors)), dtype=np.int64),
-        violated_fractions=np.zeros((n_runs, 2, len(watched.path_constraints))),
+        violated_fractions=np.zeros((n_runs, 2, len(constraint_model.path_constraints))),
     )
-    readings = [flight.readings for flight in runs]
+    readings = [run.readings for run in runs]
     if suite.environment_errors.has_orbit_error:  # An orbit error changes the eclipses.
         readings = [each.mask(model.available) for each in readings]
     estimates = ErrorStateFilter(suite, filter_settings).run(
@@ -228,35 +240,39 @@ def evaluate_filter(
         model.references,
         model.sensitivity_factors,
     )
-    cones = [limit.build_cone() for limit in watched.path_constraints]
-    passages = [
-        watched.compute_direction_motion(cone.direction, slice(n_constraint_samples))
+    cones = [constraint.build_cone() for constraint in constraint_model.path_constraints]
+    direction_motions = [
+        constraint_model.compute_direction_motion(cone.direction, slice(n_constraint_samples))
         for cone in cones
     ]
     turns = np.vstack([np.zeros(3), model.step * rates])
-    d, row = 3 + gyro.shape[1], 0
-    flown = motion.attitude[..., None]
-    if any(flight.motion is not motion for flight in runs):  # magnetorquers
-        flown = np.stack([flight.motion.attitude for flight in runs], axis=-1)
+    d, row = 3 + varying_states.shape[1], 0
+    true_attitude = motion.attitude[..., None]
+    if any(run.motion is not motion for run in runs):  # Magnetorquer rates differ between runs.
+        true_attitude = np.stack([run.motion.attitude for run in runs], axis=-1)
     for k, (before, after, nis) in enumerate(estimates):
-        attitude = multiply(flown[k], start)
+        attitude = multiply(true_attitude[k], start)
         if k < n_constraint_samples:
-            off = multiply(attitude, before.rotations[:, :, 0])
-            steered = multiply(off, flown[k])
-            for index, (cone, passage) in enumerate(zip(cones, passages, strict=True)):
-                now = passage.select_steps(slice(k, k + 1))
+            attitude_error = multiply(attitude, before.rotations[:, :, 0])
+            steered = multiply(attitude_error, true_attitude[k])
+            for index, (cone, direction_motion) in enumerate(
+                zip(cones, direction_motions, strict=True)
+            ):
+                current = direction_motion.select_steps(slice(k, k + 1))
                 # A controller keeps the estimate on the plan; the truth is off by the error.
-                ways = [_is_violated(cone, turns[k], now, each) for each in (steered, attitude)]
-                result.violated_fractions[:, :, index] += np.stack(ways, axis=1)
-        seen = ~np.isnan(nis.T)
-        result.nis[:, row] += np.where(seen, nis.T, 0.0)
-        result.n_innovations[:, row] += seen
+                violations = [
+                    _is_violated(cone, turns[k], current, each) for each in (steered, attitude)
+                ]
+                result.violated_fractions[:, :, index] += np.stack(violations, axis=1)
+        has_innovation = ~np.isnan(nis.T)
+        result.nis[:, row] += np.where(has_innovation, nis.T, 0.0)
+        result.n_innovations[:, row] += has_innovation
         if k == samples[row]:
-            states[3:d] = gyro[k]
+            states[3:d] = varying_states[k]
             e, P = after.compute_errors(attitude, states).T, after.covariance
             result.errors[:, row], result.sigma[:, row] = e, np.sqrt(np.einsum("iir->ri", P))
-            solved = np.linalg.solve(P.transpose(2, 0, 1), e[..., None])[..., 0]
-            result.nees[:, row] = (e * solved).sum(axis=1)
+            normalized = np.linalg.solve(P.transpose(2, 0, 1), e[..., None])[..., 0]
+            result.nees[:, row] = (e * normalized).sum(axis=1)
             row += 1
             if row == m:
                 break
@@ -265,15 +281,26 @@ def evaluate_filter(
 
 
 def _is_violated(cone: Cone, rotation: Floats, passage: DirectionMotion, attitude: Floats) -> Bools:
-    """Return whether a path constraint is violated in a step, shape (r,).
+    """Return for each of r attitudes whether a path constraint is violated, as a boolean array.
 
     Parameters
     ----------
+    cone : Cone
+        Path constraint, evaluated without margin.
+    rotation : array, shape (3,)
+        Rotation vector of the body in the step [rad].
+    passage : DirectionMotion
+        Motion of the constrained direction in the step.
     attitude : array, shape (3, 3, r)
         Attitudes at the end of the step.
     """
     attitudes = np.moveaxis(attitude, -1, 0)
-    seen = passage.select_steps(np.zeros(len(attitudes), dtype=np.int64)).rotate_to_body(attitudes)
-    turns, known = np.broadcast_to(rotation, seen.end.shape), np.zeros((len(attitudes), 3, 3))
+    body_motion = passage.select_steps(np.zeros(len(attitudes), dtype=np.int64)).rotate_to_body(
+        attitudes
+    )
+    rotations, zero_covariance = (
+        np.broadcast_to(rotation, body_motion.end.shape),
+        np.zeros((len(attitudes), 3, 3)),
+    )
     bound = cone.half_angle if cone.keep_in else -cone.half_angle
-    return compute_violation(cone, 0.0, turns, seen, known) > bound
+    return compute_violation(cone, 0.0, rotations, body_motion, zero_covariance) > bound

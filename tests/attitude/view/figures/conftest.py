@@ -1,4 +1,4 @@
-"""The paper's problem and designs that converge in both of its orbits."""
+"""Fixtures: the paper's problem, random designs and their objectives."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ def problem():
 
 @pytest.fixture(scope="session")
 def X(problem):
-    """Shape (100, 12), read-only."""
+    """Random designs, shape (100, 12), read-only."""
     designs = np.random.default_rng(3).uniform(problem.xl, problem.xu, (100, problem.n_var))
     designs.flags.writeable = False
     return designs

@@ -1,4 +1,4 @@
-"""Convergence curves against filterpy's run of the same design."""
+"""Convergence curves against runs of filterpy."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def solutions(problem, X):
     return PlottedSolutions.from_plans(problem.view(X[:2]))
 
 
-def test_curves_are_the_reference_filters(problem, solutions):
+def test_curves_equal_those_of_the_reference_filter(problem, solutions):
     for x, (times, values) in zip(
         solutions.X, compute_convergence_curves(problem, solutions), strict=True
     ):

@@ -1,4 +1,4 @@
-"""The set of figures as a whole."""
+"""Serialization of all figures of a view."""
 
 import json
 

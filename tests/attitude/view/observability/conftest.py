@@ -1,4 +1,4 @@
-"""The paper's problem, and one design with the reference filter's run of it."""
+"""Fixtures: the paper's problem, and a design with a run of the reference filter."""
 
 import numpy as np
 import pytest

@@ -1,1 +1,1 @@
-"""Interactive figures of plans."""
+"""Interactive plotly figures of maneuver plans."""

@@ -1,7 +1,7 @@
 """Animated figure of the attitude of one plan in space.
 
 The figure shows the initial attitude. Its ``layout.meta["motion"]`` and the ``meta`` of its traces
-hold the rotations in the format of `mgeo.figures.motion`, which report pages animate.
+contain the rotations in the format of `mgeo.figures.motion`, which report pages animate.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from mgeo_attitude.view.figures.style import build_title
 
 SHADOW = "Earth's shadow"
 
-#: Largest angle to which the intervals of a ramp are merged [rad].
+#: Largest rotation angle of an interval that results from merging the steps of a ramp [rad].
 _MAX_MERGED_ROTATION = np.radians(10.0)
-#: Number of rotations of the Sun's and the field's direction over the whole run.
+#: Number of rotations of the Sun direction and of the field direction over the scenario.
 _N_DIRECTION_ROTATIONS = 400
 #: Half edge lengths of the drawn body along x, y and z.
 _HALF_EDGES = (0.2, 0.32, 0.12)
@@ -33,58 +33,73 @@ _HALF_EDGES = (0.2, 0.32, 0.12)
 def compute_body_rotations(
     intervals: RateIntervals, attitude: Floats, step: float
 ) -> dict[str, Floats]:
-    """Return the rotations of the body between times.
+    """Return the rotation vectors of the body between successive times, for an animation.
 
     Parameters
     ----------
-    intervals : Flown
+    intervals : RateIntervals
         Intervals of constant body rate.
     attitude : array, shape (n + 1, 3, 3)
-        Attitude from GCRS to body at every step of the filter.
+        Attitude matrix from GCRS to body at every step of the filter.
     step : float
-        [s].
+        Step size of the filter [s].
 
     Returns
     -------
     dict
-        ``times`` [s], shape (k + 1,), at which the attitude equals the filter's; and ``x``, ``y``,
-        ``z`` [deg], shape (k,), the rotation vectors from each time to the next. Their axes rotate
-        with the body and initially coincide with those of GCRS.
+        ``times`` [s], shape (k + 1,), at which the animated attitude equals that of the filter; and
+        ``x``, ``y``, ``z`` [deg], shape (k,), the rotation vectors from each time to the next in
+        axes that rotate with the body and initially coincide with those of GCRS.
     """
-    turns = intervals.rates * np.diff(intervals.times)[:, None]
-    size = np.linalg.norm(turns, axis=1)
-    alone = size > _MAX_MERGED_ROTATION  # may be several revolutions
-    ends = np.diff(np.cumsum(size) // _MAX_MERGED_ROTATION, append=np.inf) > 0.0
-    ends |= alone | np.append(alone[1:], True)
+    rotations = intervals.rates * np.diff(intervals.times)[:, None]
+    angles = np.linalg.norm(rotations, axis=1)
+    is_long = angles > _MAX_MERGED_ROTATION  # It may be several revolutions.
+    ends = np.diff(np.cumsum(angles) // _MAX_MERGED_ROTATION, append=np.inf) > 0.0
+    ends |= is_long | np.append(is_long[1:], True)
     edges = np.append(0, np.flatnonzero(ends) + 1)
     times = intervals.times[edges]
-    at = attitude[np.rint(times / step).astype(np.int64)]
-    merged = Rotation.from_matrix(at[:-1] @ at[1:].transpose(0, 2, 1)).as_rotvec()
-    whole = np.diff(edges) == 1
-    merged[whole] = turns[edges[:-1][whole]]
+    edge_attitudes = attitude[np.rint(times / step).astype(np.int64)]
+    merged = Rotation.from_matrix(
+        edge_attitudes[:-1] @ edge_attitudes[1:].transpose(0, 2, 1)
+    ).as_rotvec()
+    is_single = np.diff(edges) == 1
+    merged[is_single] = rotations[edges[:-1][is_single]]
     return _build_rotations(times, merged @ attitude[0])
 
 
 def compute_direction_rotations(times: Floats, vectors: Floats) -> dict[str, Floats]:
-    """Return the smallest rotations between successive directions, shape (k + 1, 3).
+    """Return the smallest rotations between successive directions as vectors, for an animation.
 
-    The format is that of `compute_body_rotations`. The axes initially coincide with the inertial ones and
-    rotate with the direction.
+    Parameters
+    ----------
+    times : array, shape (k + 1,)
+        Times of the directions [s].
+    vectors : array, shape (k + 1, 3)
+        Directions in inertial axes, of any length.
+
+    Returns
+    -------
+    dict
+        Format of `compute_body_rotations`. The axes of the rotation vectors rotate with the
+        direction and initially coincide with the inertial axes.
     """
     unit = vectors / np.linalg.norm(vectors, axis=1)[:, None]
     normal = np.cross(unit[:-1], unit[1:])
     sine = np.linalg.norm(normal, axis=1)
     angle = np.arctan2(sine, np.einsum("ki,ki->k", unit[:-1], unit[1:]))
     inertial = normal * (angle / np.where(sine > 0.0, sine, 1.0))[:, None]
-    own, reached = np.empty_like(inertial), Rotation.identity()
-    for i, turn in enumerate(inertial):
-        own[i] = reached.inv().apply(turn)
-        reached = Rotation.from_rotvec(turn) * reached
-    return _build_rotations(times, own)
+    rotating, total = np.empty_like(inertial), Rotation.identity()
+    for i, rotation in enumerate(inertial):
+        rotating[i] = total.inv().apply(rotation)
+        total = Rotation.from_rotvec(rotation) * total
+    return _build_rotations(times, rotating)
 
 
 def compute_sun_field_rotations(environment: Environment) -> dict[str, dict[str, Floats]]:
-    """Return the rotations of the inertial directions of Sun and field over the whole run."""
+    """Return the rotation vectors of the inertial directions of Sun and magnetic field over time.
+
+    The result is a dict with the keys ``Sun`` and ``field``; see `compute_direction_rotations`.
+    """
     last = len(environment.times) - 1
     steps = np.unique(np.rint(np.linspace(0, last, _N_DIRECTION_ROTATIONS + 1)).astype(np.int64))
     times = environment.times[steps]
@@ -101,23 +116,32 @@ def draw_attitude(
     inertial: dict[str, dict[str, Floats]],
     shadow: Sequence[tuple[float, float]],
 ) -> dict[str, Any]:
-    """Return plotly traces and layout of the body with its axes, Sun and field.
+    """Draw the satellite body, the Sun direction and the field direction in inertial space.
 
     Parameters
     ----------
     problem : AttitudeManeuverProblem
     trajectory : Trajectory
     inertial : dict
-        Result of `directions`.
+        Rotations of Sun and field; see `compute_sun_field_rotations`.
     shadow : sequence of tuple
         Start and end [s] of each eclipse.
+
+    Returns
+    -------
+    dict
+        Plotly figure as a dict of ``data`` and ``layout``.
     """
-    environment, flight, body = problem.environment, trajectory.intervals, trajectory.attitude
-    turns = compute_body_rotations(flight, body, problem.model.step)
-    stretches: list[dict[str, Any]] = [
+    environment, intervals, attitude = (
+        problem.environment,
+        trajectory.intervals,
+        trajectory.attitude,
+    )
+    rotations = compute_body_rotations(intervals, attitude, problem.model.step)
+    phases: list[dict[str, Any]] = [
         {"name": phase.label, "from": phase.start, "to": phase.end} for phase in trajectory.phases
     ]
-    stretches += [{"name": SHADOW, "from": a, "to": b, "shaded": True} for a, b in shadow]
+    phases += [{"name": SHADOW, "from": a, "to": b, "shaded": True} for a, b in shadow]
     field = environment.field[0] / np.linalg.norm(environment.field[0])
     axes = [
         _draw_arrow("xyz"[i], axis, i) | {"textposition": "top center"}
@@ -129,7 +153,7 @@ def draw_attitude(
             _draw_arrow("Sun", environment.sun[0], 4)
             | {"meta": {"rotation": "Sun", "faint": SHADOW}},
             _draw_arrow("field", field, 5) | {"meta": {"rotation": "field"}},
-            *(_place_in_space(trace, body[0]) for trace in (*_draw_box(), *axes)),
+            *(_place_in_space(trace, attitude[0]) for trace in (*_draw_box(), *axes)),
         ],
         "layout": {
             "title": build_title("Attitude in space"),
@@ -148,9 +172,9 @@ def draw_attitude(
             "showlegend": False,
             "meta": {
                 "motion": {
-                    "end": float(flight.times[-1]),
-                    "rotations": {"body": turns, **inertial},
-                    "phases": stretches,
+                    "end": float(intervals.times[-1]),
+                    "rotations": {"body": rotations, **inertial},
+                    "phases": phases,
                 }
             },
         },
@@ -199,12 +223,11 @@ def _draw_box() -> list[dict[str, Any]]:
 
 
 def _place_in_space(trace: dict[str, Any], start: Floats) -> dict[str, Any]:
-    """Return a trace given in body axes, rotated to the initial attitude."""
     points = np.column_stack([trace[axis] for axis in "xyz"]) @ start
     return trace | dict(zip("xyz", points.T, strict=True)) | {"meta": {"rotation": "body"}}
 
 
 def _draw_points(points: Floats, **style: Any) -> dict[str, Any]:
     x, y, z = points.T
-    still = {"type": "scatter3d", "hoverinfo": "skip", "showlegend": False}
-    return {**still, "x": x, "y": y, "z": z, **style}
+    defaults = {"type": "scatter3d", "hoverinfo": "skip", "showlegend": False}
+    return {**defaults, "x": x, "y": y, "z": z, **style}

@@ -1,4 +1,4 @@
-"""Figure of a front: attitude 1-sigma or trace against t_end."""
+"""Figure of a front: attitude 1-sigma or trace against the convergence time."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ _TIME_MARGIN = 0.04
 
 
 class _Scale(NamedTuple):
-    """Quantity on the vertical axis.
+    """Quantity on the vertical axis of the figure.
 
-    `column` is its column in tables of t_end, trace and attitude 1-sigma; `required` is infinite
-    without a requirement.
+    `column` is its column in arrays of t_end, trace and attitude 1-sigma. `required` is the
+    required value, infinite without a requirement.
     """
 
     name: str
@@ -52,20 +52,21 @@ def draw_front(
     lower_bound: Floats,
     knee_index: int | None,
 ) -> go.Figure:
-    """Draw the attitude 1-sigma or the trace against t_end, with each plan in its hover text.
+    """Draw the attitude 1-sigma or the trace of plans against their convergence time.
 
-    Buttons select the 1-sigma [deg] or the trace. Traces: the boundary of the dominated region; the
-    solutions, whose ``customdata`` is their number; the solutions that do not converge; the
-    boundary of the values that most Monte Carlo runs satisfy; the lower bound; the requirement; the
-    knee. The time after the end of the window is shaded.
+    Buttons select the 1-sigma [deg] or the trace. The hover text of a plan lists its maneuvers. The
+    traces are the boundary of the dominated region; the plans, whose ``customdata`` is their
+    number; the plans that do not converge; the boundary of the values that 9 of 10 Monte Carlo runs
+    do not exceed; the lower bound; the requirement; and the knee. The time after the end of the
+    window is shaded.
 
     Parameters
     ----------
     scenario : Scenario
-    solutions : Solutions
+    solutions : PlottedSolutions
     monte_carlo_values : array, shape (n, 3)
-        t_end [s], trace and attitude 1-sigma [deg] that most Monte Carlo runs satisfy; NaN if
-        unknown or if too few runs converge.
+        0.9-quantiles of t_end [s], trace and attitude 1-sigma [deg] over Monte Carlo runs; NaN if
+        they were not evaluated or if too few runs converge.
     unconverged_t_end : float
         t_end of a run that does not converge [s].
     is_infeasible : bool
@@ -73,7 +74,11 @@ def draw_front(
     lower_bound : array, shape (m, 3)
         Times [s], and lower bounds of trace and attitude 1-sigma [deg].
     knee_index : int or None
-        Index of the knee among the solutions.
+        Index of the knee among the solutions; None without a knee.
+
+    Returns
+    -------
+    plotly Figure
     """
     values = np.column_stack([solutions.F, solutions.sigma_deg])
     hover = np.array(
@@ -95,17 +100,21 @@ def draw_front(
     ]
     drawn = []
     for scale in scales:
-        at = [0, scale.column]
-        traces = [_draw_stairs(values[:, at], "boundary", {"width": 1, "color": "#b9c2cc"})]
+        columns = [0, scale.column]
+        traces = [
+            _draw_dominated_boundary(
+                values[:, columns], "boundary", {"width": 1, "color": "#b9c2cc"}
+            )
+        ]
         traces[0]["showlegend"] = False
         for name, group, color, symbol in groups:
             # An outline would hide the color of overlapping points.
-            look = {"color": color, "symbol": symbol, "size": 8, "opacity": 0.8}
-            more = {"customdata": solutions.numbers[group], "hovertext": hover[group]}
-            points = _draw_points(values[group][:, at], name) | {
-                "marker": look | {"line": {"width": 0}}
+            marker = {"color": color, "symbol": symbol, "size": 8, "opacity": 0.8}
+            labels = {"customdata": solutions.numbers[group], "hovertext": hover[group]}
+            points = _draw_points(values[group][:, columns], name) | {
+                "marker": marker | {"line": {"width": 0}}
             }
-            traces.append(points | more | {"hoverinfo": "text"})
+            traces.append(points | labels | {"hoverinfo": "text"})
         drawn.append([*traces, *_draw_lines(scale, monte_carlo_values, lower_bound, knee, span)])
     state = ", none of which satisfies all constraints" if is_infeasible else ""
     figure = apply_style(
@@ -130,7 +139,7 @@ def draw_front(
             "yanchor": "bottom",
         },
         hovermode="closest",
-        margin={"t": 125, "b": 105},  # room for buttons and the legend
+        margin={"t": 125, "b": 105},  # Leave room for buttons and the legend.
         updatemenus=[_build_buttons(scales, drawn, axes)],
     )
 
@@ -138,19 +147,20 @@ def draw_front(
 def _draw_lines(
     scale: _Scale, monte_carlo_values: Floats, lower_bound: Floats, knee: Floats, span: list[float]
 ) -> Iterator[dict[str, Any]]:
-    """Yield all traces except the solutions."""
-    at = [0, scale.column]
+    columns = [0, scale.column]
     line = {"width": 1.5, "color": COLORS[2], "dash": "dot"}
-    yield _draw_stairs(monte_carlo_values[:, at], f"in {MONTE_CARLO_SHARE_TEXT}", line)
+    yield _draw_dominated_boundary(
+        monte_carlo_values[:, columns], f"in {MONTE_CARLO_SHARE_TEXT}", line
+    )
     yield {
-        **_draw_line(lower_bound[:, at], "lower bound", {"width": 1.5, "color": GRAY}),
+        **_draw_line(lower_bound[:, columns], "lower bound", {"width": 1.5, "color": GRAY}),
         "hovertemplate": "lower bound %{y:.4g} after %{x:.6g} s<extra></extra>",
     }
     required = np.array([[time, scale.required] for time in span if scale.required < math.inf])
     line = {"width": 1.5, "color": COLORS[3], "dash": "dash"}
     yield _draw_line(required.reshape(-1, 2), f"required, {scale.required:.4g} deg", line)
     yield {
-        **_draw_points(knee[:, at], "knee"),
+        **_draw_points(knee[:, columns], "knee"),
         "mode": "markers+text",
         "text": ["knee"] * len(knee),
         "textposition": "bottom left",
@@ -162,10 +172,10 @@ def _draw_lines(
 
 def _compute_time_range(scenario: Scenario, times: Floats) -> list[float]:
     first, last = float(np.nanmin(times)), float(np.nanmax(times))
-    room = _TIME_MARGIN * (last - first) or 0.05 * last
-    if (closes := scenario.deadline) < 3.0 * last:
-        last = max(last, closes)
-    return [max(first - room, 0.0), last + room]
+    margin = _TIME_MARGIN * (last - first) or 0.05 * last
+    if scenario.deadline < 3.0 * last:
+        last = max(last, scenario.deadline)
+    return [max(first - margin, 0.0), last + margin]
 
 
 def _mark_times(figure: go.Figure, scenario: Scenario, span: list[float]) -> None:
@@ -185,10 +195,10 @@ def _build_buttons(
 ) -> dict[str, Any]:
     buttons = []
     for scale, traces, axis in zip(scales, drawn, axes, strict=True):
-        now = {key: [np.asarray(each[key]).tolist() for each in traces] for key in "xy"}
-        now["visible"] = [each["visible"] for each in traces]
+        changes = {key: [np.asarray(each[key]).tolist() for each in traces] for key in "xy"}
+        changes["visible"] = [each["visible"] for each in traces]
         layout = {"yaxis.title.text": scale.title, "yaxis.dtick": axis.get("dtick")}
-        buttons.append({"label": scale.name, "method": "update", "args": [now, layout]})
+        buttons.append({"label": scale.name, "method": "update", "args": [changes, layout]})
     return {
         "type": "buttons",
         "direction": "right",
@@ -202,19 +212,17 @@ def _build_buttons(
     }
 
 
-def _draw_points(at: Floats, name: str) -> dict[str, Any]:
-    """Return a trace of points, shape (n, 2), which is hidden if n = 0."""
-    shown = {"type": "scatter", "mode": "markers", "name": name, "visible": bool(len(at))}
-    return {**shown, "x": at[:, 0], "y": at[:, 1]}
+def _draw_points(points: Floats, name: str) -> dict[str, Any]:
+    trace = {"type": "scatter", "mode": "markers", "name": name, "visible": bool(len(points))}
+    return {**trace, "x": points[:, 0], "y": points[:, 1]}
 
 
-def _draw_line(at: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
-    return _draw_points(at, name) | {"mode": "lines", "line": line}
+def _draw_line(points: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
+    return _draw_points(points, name) | {"mode": "lines", "line": line}
 
 
-def _draw_stairs(at: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
-    """Return the boundary of the region that points, shape (n, 2), dominate."""
-    trace = _draw_line(at[find_front_rows(at)], name, {"shape": "hv", **line})
+def _draw_dominated_boundary(points: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
+    trace = _draw_line(points[find_front_rows(points)], name, {"shape": "hv", **line})
     return {**trace, "hoverinfo": "skip"}
 
 
@@ -230,8 +238,8 @@ def _format_hover_text(
     ]
     if np.isfinite(monte_carlo_values).all():
         lines.append(
-            f"in {MONTE_CARLO_SHARE_TEXT}: t_end {monte_carlo_values[0]:.6g} s, trace {monte_carlo_values[1]:.4g}, attitude "
-            f"{monte_carlo_values[2]:.3g} deg"
+            f"in {MONTE_CARLO_SHARE_TEXT}: t_end {monte_carlo_values[0]:.6g} s, trace "
+            f"{monte_carlo_values[1]:.4g}, attitude {monte_carlo_values[2]:.3g} deg"
         )
     lines.append("maneuvers, x / y / z [deg/s] for duration [s]:")
     lines += [f"{m}: {text}" for m, text in enumerate(format_maneuvers(solutions.X[i]), 1)]

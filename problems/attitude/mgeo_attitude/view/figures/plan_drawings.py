@@ -1,4 +1,4 @@
-"""Small figures of single plans for pages that show a whole front."""
+"""Small figures of each single plan, for pages that show all plans of a front."""
 
 from __future__ import annotations
 
@@ -29,18 +29,19 @@ from mgeo_attitude.view.summaries import format_nominal_suffix
 
 Intervals = list[tuple[float, float]]
 
-#: Number of samples of each curve, and of each path on the body sphere.
+#: Number of points of each curve, and of each path on the map of directions.
 _N_SAMPLES, _N_DIRECTIONS = 48, 180
 _ECLIPSE_COLOR = "rgba(128,128,128,0.22)"
 
 
 def draw_plans(plans: Plans) -> Iterator[dict[str, dict[str, Any]]]:
-    """Yield the figures of each plan: rates, directions of Sun and field, attitude, 1-sigmas.
+    """Yield, for each plan, a dict of its small figures as plotly dicts by name.
 
-    Eclipses are shaded. A plan whose covariance was lost yields an empty dictionary.
+    The figures show body rates, attitude in space, directions of Sun and field, trace and 1-sigmas.
+    Eclipses are shaded. The dict is empty for a plan whose covariance lost positivity.
     """
     problem = plans.problem
-    shadow, inertial = _list_eclipses(problem), compute_sun_field_rotations(problem.environment)
+    eclipses, inertial = _list_eclipses(problem), compute_sun_field_rotations(problem.environment)
     for row, t_end in enumerate(plans.nominal.t_end.tolist()):
         if not np.isfinite(t_end):
             yield {}
@@ -49,18 +50,18 @@ def draw_plans(plans: Plans) -> Iterator[dict[str, dict[str, Any]]]:
         (variances,) = problem.evaluate_nominal(plans.X[[row]], history=True).variances
         rates = _draw_rates(problem, trajectory.intervals)
         errors = _draw_errors(problem, t_end, variances)
-        _set_time_axis(rates["layout"], trajectory.intervals.times[-1], shadow)
+        _set_time_axis(rates["layout"], trajectory.intervals.times[-1], eclipses)
         for figure in errors.values():
-            _set_time_axis(figure["layout"], t_end, shadow)
+            _set_time_axis(figure["layout"], t_end, eclipses)
         yield {
             "rates": rates,
-            "motion": draw_attitude(problem, trajectory, inertial, shadow),
+            "motion": draw_attitude(problem, trajectory, inertial, eclipses),
             "directions": _draw_directions(problem, trajectory.attitude, t_end),
             **errors,
         }
 
 
-def _set_time_axis(layout: dict[str, Any], t_end: float, shadow: Intervals) -> None:
+def _set_time_axis(layout: dict[str, Any], t_end: float, eclipses: Intervals) -> None:
     layout["xaxis"] = {
         "title": {"text": "time [s]"},
         "range": [0.0, float(t_end)],
@@ -68,7 +69,7 @@ def _set_time_axis(layout: dict[str, Any], t_end: float, shadow: Intervals) -> N
     }
     band = {"type": "rect", "xref": "x", "yref": "paper", "y0": 0, "y1": 1, "layer": "below"}
     band |= {"fillcolor": _ECLIPSE_COLOR, "line": {"width": 0}}
-    layout["shapes"] = [{**band, "x0": start, "x1": end} for start, end in shadow]
+    layout["shapes"] = [{**band, "x0": start, "x1": end} for start, end in eclipses]
 
 
 def _draw_rates(problem: AttitudeManeuverProblem, intervals: RateIntervals) -> dict[str, Any]:
@@ -85,9 +86,9 @@ def _draw_rates(problem: AttitudeManeuverProblem, intervals: RateIntervals) -> d
 
 
 def _build_rate_polyline(intervals: RateIntervals, model: FilterModel) -> tuple[Floats, Floats]:
-    """Return the body rates as polylines: times [s] and rates [deg/s].
+    """Return the body rates of a plan as polylines: times [s] and rates [deg/s].
 
-    The intervals of a ramp, one step each, are drawn as a straight line through their midpoints.
+    The intervals of a ramp, one step each, become a straight line through their midpoints.
     """
     starts, ends = intervals.times[:-1], intervals.times[1:]
     in_ramp = (ends - starts < 1.5 * model.step) & (model.slew_limits is not None)
@@ -100,7 +101,6 @@ def _build_rate_polyline(intervals: RateIntervals, model: FilterModel) -> tuple[
 def _draw_errors(
     problem: AttitudeManeuverProblem, t_end: float, variances: Floats
 ) -> dict[str, dict[str, Any]]:
-    """Return figures of the trace and of each state block, with a line for each axis."""
     model = problem.model
     steps = select_sample_steps(round(t_end / model.step))
     trace, sigma = variances[steps] @ model.weights, np.sqrt(variances[steps])
@@ -116,13 +116,13 @@ def _draw_errors(
         }
     }
     for b, block in enumerate(list_block_units(model.suite)):
-        own = sigma[:, 3 * b : 3 * b + 3] * block.factor
+        block_sigma = sigma[:, 3 * b : 3 * b + 3] * block.factor
         unit = block.unit if block.unit != "-" else ""
         figures[block.label] = {
-            "data": [_draw_line(times, own[:, axis], axis) for axis in range(3)],
+            "data": [_draw_line(times, block_sigma[:, axis], axis) for axis in range(3)],
             "layout": _build_layout(
                 f"{block.label}, 1-sigma{format_nominal_suffix(problem.scenario)}",
-                {"title": {"text": unit}, **build_log_axis_layout(own)},
+                {"title": {"text": unit}, **build_log_axis_layout(block_sigma)},
             ),
         }
     return figures
@@ -131,18 +131,19 @@ def _draw_errors(
 def _draw_directions(
     problem: AttitudeManeuverProblem, attitude: Floats, t_end: float
 ) -> dict[str, Any]:
-    """Draw the directions of Sun and field in body axes on an equal-area map."""
     environment = problem.environment
     last = round(t_end / problem.model.step)
     steps = np.rint(np.linspace(0, last, min(_N_DIRECTIONS, last + 1))).astype(np.int64)
-    seen = steps[environment.sunlit[steps]] if problem.scenario.eclipse else steps
+    sunlit = steps[environment.sunlit[steps]] if problem.scenario.eclipse else steps
     traces = draw_graticule()
-    for index, (name, inertial, at) in enumerate(
-        (("Sun", environment.sun, seen), ("field", environment.field, steps))
+    for index, (name, inertial, visible_steps) in enumerate(
+        (("Sun", environment.sun, sunlit), ("field", environment.field, steps))
     ):
-        look = {"marker": {"color": COLORS[4 + index], "size": 4 + index * 0.5}}
-        place = project_directions(np.einsum("kij,kj->ki", attitude[at], inertial[at]))
-        traces.append(_build_map_trace(name, *place, mode="markers", **look))
+        style = {"marker": {"color": COLORS[4 + index], "size": 4 + index * 0.5}}
+        coordinates = project_directions(
+            np.einsum("kij,kj->ki", attitude[visible_steps], inertial[visible_steps])
+        )
+        traces.append(_build_map_trace(name, *coordinates, mode="markers", **style))
     traces += _draw_cones(problem.scenario)
     width, height = MAP_HALF_SIZE
     hidden = {"visible": False, "fixedrange": True}
@@ -156,20 +157,19 @@ def _draw_directions(
 
 
 def _draw_cones(scenario: Scenario) -> list[dict[str, Any]]:
-    """Draw the cones of path constraints (solid) and of sensors (dotted or dashed) on the map."""
     cones = [
-        (escape_markup(limit.label), limit.build_cone(), "solid")
-        for limit in scenario.path_constraints
+        (escape_markup(constraint.label), constraint.build_cone(), "solid")
+        for constraint in scenario.path_constraints
     ]
     for sensor in scenario.sensors:
-        for view in sensor.list_visibility_cones():
-            seen = "view of" if view.keep_in else f"{view.direction.capitalize()} off"
-            cones.append((f"{seen} {sensor.name}", view, "dot" if view.keep_in else "dash"))
+        for cone in sensor.list_visibility_cones():
+            prefix = "view of" if cone.keep_in else f"{cone.direction.capitalize()} off"
+            cones.append((f"{prefix} {sensor.name}", cone, "dot" if cone.keep_in else "dash"))
     traces = []
     for index, (name, cone, dash) in enumerate(cones):
-        look = {"line": {"color": COLORS[(1 + index) % 4], "dash": dash, "width": 1.5}}
-        place = project_circle(cone.axis, cone.half_angle)
-        traces.append(_build_map_trace(name, *place, mode="lines", **look))
+        style = {"line": {"color": COLORS[(1 + index) % 4], "dash": dash, "width": 1.5}}
+        coordinates = project_circle(cone.axis, cone.half_angle)
+        traces.append(_build_map_trace(name, *coordinates, mode="lines", **style))
     return traces
 
 
@@ -198,7 +198,6 @@ def _build_layout(text: str, axis: dict[str, Any]) -> dict[str, Any]:
 
 
 def _list_eclipses(problem: AttitudeManeuverProblem) -> Intervals:
-    """Return start and end [s] of each eclipse of the run."""
     if not problem.scenario.eclipse:
         return []
     times, dark = problem.environment.times, ~problem.environment.sunlit

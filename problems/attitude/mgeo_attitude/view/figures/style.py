@@ -1,4 +1,4 @@
-"""Plans selected for figures, and the style of lines and titles."""
+"""Solutions selected for figures, and the style of lines, titles and layouts."""
 
 from __future__ import annotations
 
@@ -14,23 +14,21 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.objectives import attitude_sigma_deg
 from mgeo_attitude.view.plans import Plans
 
-# Short gaps prevent a steep dashed line from looking like missing data.
+#: Dash patterns. Their gaps are short, so that a steep dashed line does not look interrupted.
 _DASHES = ("solid", "9px,3px", "3px,3px", "12px,3px,3px,3px", "18px,3px", "6px,3px,3px,3px")
 
 
 def build_line_style(index: int, width: float = 2) -> dict[str, Any]:
-    """Return color, dash and width of one of several lines."""
+    """Return color, dash pattern and width of the line with an index, as a plotly dict."""
     color, dash = COLORS[index % len(COLORS)], _DASHES[index % len(_DASHES)]
     return {"color": color, "dash": dash, "width": width}
 
 
 def compute_panels_height(rows: int) -> int:
-    """Return the height [px] of a figure with a number of rows of panels."""
     return 220 + 230 * rows
 
 
 def build_title(text: str) -> dict[str, Any]:
-    """Return the title of a small figure."""
     return {
         "text": text,
         "x": 0.02,
@@ -44,29 +42,28 @@ def build_title(text: str) -> dict[str, Any]:
 
 
 def build_small_layout(text: str) -> dict[str, Any]:
-    """Return title, size and margins of a small figure."""
     margin = {"l": 65, "r": 10, "t": 55, "b": 45}
     return {"title": build_title(text), "height": 300, "margin": margin}
 
 
-#: Largest number of solutions that are all shown in detail.
+#: Largest number of solutions of which all are shown in detail.
 MAX_SELECTED = 6
 
 
 @dataclass(frozen=True)
 class PlottedSolutions:
-    """n designs with finite objectives.
+    """Plans that a figure shows, with their objectives, attitude 1-sigmas and labels.
 
     Attributes
     ----------
     numbers : array of int, shape (n,)
-        Their rows in the table of plans.
+        Rows of the plans in the front.
     X, F : arrays, shapes (n, n_var) and (n, 2)
-        Designs, and their t_end [s] and trace.
+        Designs, and their nominal t_end [s] and trace.
     sigma_deg : array, shape (n,)
         Attitude 1-sigma at t_end [deg]; see `attitude_sigma_deg`.
     labels : tuple of str
-        ``solution 3``, or ``solution 3 (fastest)`` with the reason of its selection.
+        ``solution 3``, or ``solution 3 (min-time)`` with the reason of its selection.
     """
 
     numbers: NDArray[np.int64]
@@ -77,7 +74,8 @@ class PlottedSolutions:
 
     @classmethod
     def from_plans(cls, plans: Plans) -> PlottedSolutions:
-        """Return the plans whose covariance was not lost.
+        """Return the plans with finite objectives, that is, without a covariance that lost
+        positivity.
 
         Raises
         ------
@@ -96,7 +94,9 @@ class PlottedSolutions:
         return cls(rows, designs[rows], F[rows], sigma, labels)
 
     def select_representative(self, knee_index: int | None = None) -> PlottedSolutions:
-        """Select the fastest plan, the knee and the plan of least trace, or all if they are few.
+        """Return the plans with the smallest t_end, at the knee and with the smallest trace.
+
+        If there are at most six plans, all of them are returned. The labels name the three roles.
 
         Parameters
         ----------
@@ -105,14 +105,14 @@ class PlottedSolutions:
 
         Returns
         -------
-        Solutions
+        PlottedSolutions
             In the order of t_end.
         """
         front = find_front_rows(self.F)
-        fastest, best = int(front[0]), int(front[-1])
+        min_time, min_trace = int(front[0]), int(front[-1])
         roles = {} if knee_index is None else {knee_index: "knee"}
-        roles[fastest] = "min-time"  # replaces "knee" at an end of the front
-        roles[best] = "min-trace" if best != fastest else "min-time, min-trace"
+        roles[min_time] = "min-time"  # It replaces "knee" at an end of the front.
+        roles[min_trace] = "min-trace" if min_trace != min_time else "min-time, min-trace"
         rows = range(len(self.F)) if len(self.F) <= MAX_SELECTED else roles
         order = sorted(rows, key=lambda row: tuple(self.F[row]))
         labels = tuple(

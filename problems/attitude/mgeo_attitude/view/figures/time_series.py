@@ -1,4 +1,4 @@
-"""Figures of a set of plans against time: body rates and convergence of the filter."""
+"""Figures of several plans: front, body rates against time, and convergence of the filter."""
 
 from __future__ import annotations
 
@@ -32,10 +32,15 @@ _HOLD_COLOR = "rgba(128,128,128,0.15)"
 
 
 def build_figures(plans: Plans) -> dict[str, go.Figure]:
-    """Return the figures ``front``, ``maneuvers`` and ``convergence`` of plans.
+    """Return the figures of plans by name: ``front``, ``maneuvers`` and ``convergence``.
 
-    ``maneuvers`` and ``convergence`` show up to six solutions. Solutions are numbered by their row.
-    Plans whose covariance was lost are left out. ``front`` exists only for the paper's objectives.
+    ``maneuvers`` and ``convergence`` show up to six plans. Plans are numbered by their row in the
+    front. Plans whose covariance lost positivity are left out. ``front`` exists only for the
+    paper's objectives.
+
+    Returns
+    -------
+    dict of str to plotly Figure
 
     Raises
     ------
@@ -43,46 +48,51 @@ def build_figures(plans: Plans) -> dict[str, go.Figure]:
         If no plan has finite objectives.
     """
     problem, solutions = plans.problem, PlottedSolutions.from_plans(plans)
-    own = plans.F[solutions.numbers]
-    bend = find_knee(scale_for_indicators(problem.objectives, own, problem.scenario))
-    few = solutions.select_representative(bend)
+    F = plans.F[solutions.numbers]
+    knee_index = find_knee(scale_for_indicators(problem.objectives, F, problem.scenario))
+    selected = solutions.select_representative(knee_index)
     front = {}
     if problem.objectives == PAPER_OBJECTIVES:
         rows = select_sample_rows(len(solutions.X))
-        some = plans.select(solutions.numbers[rows])
-        robust_values = np.full((len(own), 3), np.nan)
+        sample = plans.select(solutions.numbers[rows])
+        robust_values = np.full((len(F), 3), np.nan)
         robust_values[rows] = np.column_stack(
-            [some.monte_carlo_objectives, some.monte_carlo_sigma_deg]
+            [sample.monte_carlo_objectives, sample.monte_carlo_sigma_deg]
         )
-        too_late = problem.model.nonconvergence_time
-        robust_values[robust_values[:, 0] >= too_late] = np.nan  # too few Monte Carlo runs converge
+        unconverged_t_end = problem.model.nonconvergence_time
+        # Values of plans of which too few Monte Carlo runs converge are not drawn.
+        robust_values[robust_values[:, 0] >= unconverged_t_end] = np.nan
         front["front"] = draw_front(
             problem.scenario,
-            dataclasses.replace(solutions, F=own),
+            dataclasses.replace(solutions, F=F),
             robust_values,
-            unconverged_t_end=too_late,
+            unconverged_t_end=unconverged_t_end,
             is_infeasible=bool((plans.violations[solutions.numbers] > 0.0).any(axis=1).all()),
-            lower_bound=lower_bound.compute_bound_curves(problem, own[:, 0]),
-            knee_index=bend,
+            lower_bound=lower_bound.compute_bound_curves(problem, F[:, 0]),
+            knee_index=knee_index,
         )
     return front | {
-        "maneuvers": draw_maneuvers(problem, few, plans.hold_end[few.numbers]),
-        "convergence": draw_convergence(problem, few),
+        "maneuvers": draw_maneuvers(problem, selected, plans.hold_end[selected.numbers]),
+        "convergence": draw_convergence(problem, selected),
     }
 
 
 def draw_maneuvers(
     problem: AttitudeManeuverProblem, solutions: PlottedSolutions, hold_ends: Floats | None = None
 ) -> go.Figure:
-    """Draw the body rates of each solution, one row per solution with its own time axis.
+    """Draw the body rates of each plan against time, one panel per plan with its own time axis.
 
     Parameters
     ----------
     problem : AttitudeManeuverProblem
-    solutions : Solutions
+    solutions : PlottedSolutions
     hold_ends : array, shape (n,), optional
-        End of the constant-rate hold [s], drawn with a gray background; default: t_end. A slew back
-        follows.
+        End of the constant-rate hold of each plan [s], which has a gray background; default:
+        t_end. A slew back follows.
+
+    Returns
+    -------
+    plotly Figure
     """
     rows = len(solutions.F)
     titles = [
@@ -92,7 +102,7 @@ def draw_maneuvers(
     figure = make_subplots(rows, 1, vertical_spacing=0.36 / rows, subplot_titles=titles)
     hold_ends = solutions.F[:, 0] if hold_ends is None else hold_ends
     for row, (x, until) in enumerate(zip(solutions.X, hold_ends, strict=True), 1):
-        times, rates, over = compute_rate_profile(problem, x, until)
+        times, rates, maneuver_end = compute_rate_profile(problem, x, until)
         for axis, name in enumerate("xyz"):
             figure.add_scatter(
                 x=times,
@@ -107,7 +117,13 @@ def draw_maneuvers(
                 col=1,
             )
         figure.add_vrect(
-            x0=over, x1=until, fillcolor=_HOLD_COLOR, layer="below", line_width=0, row=row, col=1
+            x0=maneuver_end,
+            x1=until,
+            fillcolor=_HOLD_COLOR,
+            layer="below",
+            line_width=0,
+            row=row,
+            col=1,
         )
     apply_style(
         figure,
@@ -124,7 +140,15 @@ def draw_maneuvers(
 def compute_rate_profile(
     problem: AttitudeManeuverProblem, x: Floats, end_time: float
 ) -> tuple[Floats, Floats, float]:
-    """Return the body rates of a plan with its hold until a time [s] and its slew back.
+    """Return the body rates of a plan over time, including constant-rate hold and slew back.
+
+    Parameters
+    ----------
+    problem : AttitudeManeuverProblem
+    x : array, shape (n_var,)
+        Design.
+    end_time : float
+        Time until which the last rate is held [s].
 
     Returns
     -------
@@ -132,23 +156,23 @@ def compute_rate_profile(
         Start of each interval of constant rate, then the end of the plan [s].
     rates : array, shape (k, 3)
         Body rates from each time on [deg/s]; the last row repeats the one before.
-    over : float
+    maneuver_end : float
         End of the last maneuver, at most `end_time` [s].
     """
     model = problem.model
-    flight = Trajectory(problem.scenario, model, x, end_time).intervals
-    rates = np.degrees(flight.rates)
-    over = build_rate_intervals(x, end_time, model.step, model.slew_limits).maneuver_end
-    return flight.times, np.vstack([rates, rates[-1:]]), over
+    intervals = Trajectory(problem.scenario, model, x, end_time).intervals
+    rates = np.degrees(intervals.rates)
+    maneuver_end = build_rate_intervals(x, end_time, model.step, model.slew_limits).maneuver_end
+    return intervals.times, np.vstack([rates, rates[-1:]]), maneuver_end
 
 
-#: Number of evenly spaced samples of a curve, and of samples that are denser at its start.
+#: Number of evenly spaced samples of a curve; as many more are denser at its start.
 _SAMPLES = 300
 _COLUMNS = 2
 
 
 def draw_convergence(problem: AttitudeManeuverProblem, solutions: PlottedSolutions) -> go.Figure:
-    """Draw the trace and the worst axis of each state block against time, one line per solution."""
+    """Draw trace and worst-axis 1-sigmas against time, one line per plan."""
     blocks = list_block_units(problem.model.suite)
     panels = ["trace [-]", *(f"{block.label}, 1-sigma [{block.unit}]" for block in blocks)]
     rows = -(-len(panels) // _COLUMNS)
@@ -167,7 +191,7 @@ def draw_convergence(problem: AttitudeManeuverProblem, solutions: PlottedSolutio
     )
     lines = compute_convergence_curves(problem, solutions)
     for panel in range(len(panels)):
-        place = {"row": panel // _COLUMNS + 1, "col": panel % _COLUMNS + 1}
+        position = {"row": panel // _COLUMNS + 1, "col": panel % _COLUMNS + 1}
         for index, (label, (times, values)) in enumerate(zip(solutions.labels, lines, strict=True)):
             figure.add_scatter(
                 x=times,
@@ -178,13 +202,14 @@ def draw_convergence(problem: AttitudeManeuverProblem, solutions: PlottedSolutio
                 mode="lines",
                 line=build_line_style(index),
                 hovertemplate="%{x:.6g} s: %{y:.4g}",
-                **place,
+                **position,
             )
         figure.update_yaxes(
-            build_log_axis_layout(np.concatenate([values[panel] for _, values in lines])), **place
+            build_log_axis_layout(np.concatenate([values[panel] for _, values in lines])),
+            **position,
         )
-        if panel >= len(panels) - _COLUMNS:  # the lowest of its column
-            figure.update_xaxes(title_text="time [s]", **place)
+        if panel >= len(panels) - _COLUMNS:  # The panel is the lowest one of its column.
+            figure.update_xaxes(title_text="time [s]", **position)
     figure.update_xaxes(matches="x", tickformat="d")
     return figure.update_layout(height=compute_panels_height(rows))
 
@@ -192,12 +217,13 @@ def draw_convergence(problem: AttitudeManeuverProblem, solutions: PlottedSolutio
 def compute_convergence_curves(
     problem: AttitudeManeuverProblem, solutions: PlottedSolutions
 ) -> list[tuple[Floats, Floats]]:
-    """Return the curves of `draw_convergence` for each solution.
+    """Return the trace and the worst-axis 1-sigmas of each plan as functions of time.
 
     Returns
     -------
     list of tuple
-        Times [s], shape (k,), and values of the panels, shape (1 + n_blocks, k).
+        One pair per plan: times [s], shape (k,), and values, shape (1 + n_blocks, k): the trace,
+        then the 1-sigma of each 3-vector of the state in display units.
     """
     model = problem.model
     factors = [block.factor for block in list_block_units(model.suite)]
@@ -213,7 +239,7 @@ def compute_convergence_curves(
 
 
 def select_sample_steps(last: int) -> NDArray[np.int64]:
-    """Return the filter steps from 0 to `last`, both included, at which a curve is drawn."""
+    """Return the filter steps from 0 to `last` at which a curve is drawn, denser at the start."""
     even = np.linspace(0, last, _SAMPLES)
     dense_at_start = np.geomspace(1, last, _SAMPLES)
     return np.unique(np.rint(np.concatenate([even, dense_at_start])).astype(np.int64))

@@ -1,1 +1,1 @@
-"""Observability analysis of a plan: error budget, covariance, alternatives."""
+"""Error budget, observability of the states, and possible improvements of a plan."""

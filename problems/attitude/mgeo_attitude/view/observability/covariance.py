@@ -1,4 +1,4 @@
-"""Correlations and least observable directions of a covariance."""
+"""Correlations and least observable directions of a filter covariance."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from mgeo_attitude.sensors.suite import Suite, list_block_units
 
 
 class StateLabels(NamedTuple):
-    """Names, units and unit factors of the n states of a suite, in the order of the filter.
+    """Names, display units and unit factors of the states of a sensor suite, in filter order.
 
     Attributes
     ----------
     names : list of str
-        Such as ``attitude x`` or ``sun misalignment z``.
+        Names such as ``attitude x`` or ``sun misalignment z``.
     units : list of str
         Display units, as in `list_block_units`.
     factors : array, shape (n,)
@@ -32,16 +32,15 @@ class StateLabels(NamedTuple):
 
     @classmethod
     def from_suite(cls, suite: Suite) -> StateLabels:
-        """Return names, units and factors of the states of a suite."""
-        each = [(block, axis) for block in list_block_units(suite) for axis in "xyz"]
+        states = [(block, axis) for block in list_block_units(suite) for axis in "xyz"]
         return cls(
-            names=[f"{block.label} {axis}" for block, axis in each],
-            units=[block.unit for block, _ in each],
-            factors=np.array([block.factor for block, _ in each]),
+            names=[f"{block.label} {axis}" for block, axis in states],
+            units=[block.unit for block, _ in states],
+            factors=np.array([block.factor for block, _ in states]),
         )
 
 
-#: Least share of the squared norm of a direction from which a state block is named.
+#: Smallest share of the squared norm of a direction for which a state block is mentioned.
 _MIN_SHARE = 0.1
 #: Two rotations count as equal if they differ by less than this fraction of the first one.
 _ROTATION_TOLERANCE = 0.4
@@ -50,12 +49,12 @@ _MIN_AXIS_COSINE = np.cos(np.radians(15.0))
 
 
 def describe_direction(suite: Suite, initial_sigma: Floats, direction: Floats) -> str:
-    """Describe a direction of the error state in words.
+    """Describe a direction in the state space of the filter by a phrase.
 
-    An example is ``common rotation of attitude and both sensors about body z``. Sensors that rotate
-    by equal angles are grouped, including the attitude if it has the same rotation: vector
-    measurements in body axes alone do not observe a common rotation. All other blocks follow in the
-    order of their shares.
+    An example is ``common rotation of attitude and both sensors about body z``. Misalignments of
+    sensors with the same rotation vector are grouped, together with the attitude if it has the same
+    rotation: vector measurements in body axes alone do not observe a common rotation. All other
+    3-vectors of the state follow in the order of their shares.
 
     Parameters
     ----------
@@ -64,19 +63,23 @@ def describe_direction(suite: Suite, initial_sigma: Floats, direction: Floats) -
         Initial 1-sigma of every state, in the filter's units.
     direction : array, shape (n_states,)
         Nonzero direction with every state in units of its initial 1-sigma; its sign is arbitrary.
+
+    Returns
+    -------
+    str
     """
     blocks = dict(zip(suite.blocks, list_block_units(suite), strict=True))
     share = (direction.reshape(-1, 3) ** 2).sum(axis=1) / (direction @ direction)
     vector = dict(zip(blocks, (direction * initial_sigma).reshape(-1, 3), strict=True))
     order = np.argsort(-share, kind="stable")
-    least = min(_MIN_SHARE, share[order[0]])
-    named = [suite.blocks[i] for i in order if share[i] >= least]
-    # The gyro's misalignment rotates its rates, so that it is no part of a common rotation.
+    min_share = min(_MIN_SHARE, share[order[0]])
+    mentioned = [suite.blocks[i] for i in order if share[i] >= min_share]
+    # The misalignment of the gyro rotates its rates, so that it takes no part in a common rotation.
     sensors = [f"{sensor.name}.misalignment" for sensor in suite.sensors]
     sensors = [name for name in sensors if name in blocks]
-    grouped = _group_rotations(sensors, named, vector)
-    rest = [name for name in named if name not in grouped]
-    first = vector[(grouped or rest)[0]]
+    grouped = _group_rotations(sensors, mentioned, vector)
+    ungrouped = [name for name in mentioned if name not in grouped]
+    first = vector[(grouped or ungrouped)[0]]
     sign = np.sign(first[np.argmax(np.abs(first))])
     phrases = []
     if grouped:
@@ -84,17 +87,19 @@ def describe_direction(suite: Suite, initial_sigma: Floats, direction: Floats) -
         phrases = [
             f"common rotation of {_join_names(grouped, len(sensors))} about {_format_axis(mean)}"
         ]
-    for name in rest:
-        turns = name.endswith(("attitude", ".misalignment")) or name == "gyro.bias"
-        where = f"{'about' if turns else 'along'} {_format_axis(sign * vector[name])}"
-        phrases.append(f"{blocks[name].label} {where}")
+    for name in ungrouped:
+        is_rotation = name.endswith(("attitude", ".misalignment")) or name == "gyro.bias"
+        axis = f"{'about' if is_rotation else 'along'} {_format_axis(sign * vector[name])}"
+        phrases.append(f"{blocks[name].label} {axis}")
     return " with ".join(phrases)
 
 
 def _group_rotations(
     sensors: Sequence[str], blocks: Sequence[str], vector: dict[str, Floats]
 ) -> list[str]:
-    """Return the blocks that rotate like the most prominent misalignment."""
+    """Return the misalignments (and the attitude) with nearly the same rotation vector as the
+    first.
+    """
     tilts = [vector[name] for name in blocks if name in sensors]
     if not tilts:
         return []
@@ -107,7 +112,10 @@ def _group_rotations(
 
 
 def _join_names(names: Sequence[str], n_misaligned: int) -> str:
-    """Join the names of blocks; `n_misaligned` is the total number of sensors with a misalignment."""
+    """Join the names of grouped 3-vectors to a phrase, such as "attitude and both sensors".
+
+    `n_misaligned` is the number of sensors with a misalignment.
+    """
     sensors = [name.partition(".")[0] for name in names if name != "attitude"]
     if len(sensors) == n_misaligned > 1:
         text = "both sensors" if n_misaligned == 2 else f"all {n_misaligned} sensors"
@@ -126,12 +134,17 @@ def _format_axis(vector: Floats) -> str:
 
 
 def compute_correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame:
-    """Return the correlation matrix of the states, with names as rows and columns.
+    """Return the correlation matrix of a covariance as a table labeled by state names.
 
     Parameters
     ----------
     model : FilterModel
     covariance : array, shape (n_states, n_states)
+        In the filter's units.
+
+    Returns
+    -------
+    DataFrame
     """
     P = covariance
     sigma = np.sqrt(np.diag(P))
@@ -142,13 +155,23 @@ def compute_correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame
 
 
 def normalize_covariance(model: FilterModel, covariance: Floats) -> Floats:
-    """Return the covariance with every state in units of its initial 1-sigma, shape (n, n).
+    """Return a covariance with every state in units of its initial 1-sigma.
 
     The normalization makes states of different units comparable (Ham & Brown, "Observability,
     Eigenvalues, and Kalman Filtering", IEEE Transactions on Aerospace and Electronic Systems 19
     (1983) 269-273). An eigenvalue is the ratio of the final to the initial variance along its
-    eigenvector: 1 marks an unobservable direction. Normalizing by the final 1-sigma would give the
-    correlation matrix, which does not show the reduction of the uncertainty.
+    eigenvector: 1 marks an unobservable direction. Normalization by the final 1-sigma would give
+    the correlation matrix, which does not show the reduction of the uncertainty.
+
+    Parameters
+    ----------
+    model : FilterModel
+    covariance : array, shape (n, n)
+        Covariance in the filter's units.
+
+    Returns
+    -------
+    array, shape (n, n)
     """
     sigma = model.initial_sigma
     return covariance / np.outer(sigma, sigma)
@@ -157,25 +180,37 @@ def normalize_covariance(model: FilterModel, covariance: Floats) -> Floats:
 def find_least_observable(
     model: FilterModel, covariance: Floats, n_directions: int = 3
 ) -> pd.DataFrame:
-    """Return the `n_directions` least observable directions of the error state, the worst first.
+    """Return a table of the directions in state space with the largest remaining uncertainty.
 
-    The directions are the eigenvectors of the `normalize_covariance` covariance with the largest eigenvalues.
-    Gauss-Markov errors and considered states are left out. Process noise may raise an eigenvalue
-    above one.
+    The remaining uncertainty is the ratio of the final to the initial 1-sigma along the direction.
+    The directions are eigenvectors of the covariance in units of the initial 1-sigmas; see
+    `normalize_covariance`. Gauss-Markov states and considered states are left out. Process noise
+    may raise a ratio above one.
+
+    Parameters
+    ----------
+    model : FilterModel
+    covariance : array, shape (n_states, n_states)
+        Final covariance in the filter's units.
+    n_directions : int
+        Number of directions.
 
     Returns
     -------
     DataFrame
-        ``direction``, in words (see `describe_direction`); ``remaining [-]``, the ratio of the final to the
-        initial 1-sigma along the direction; and, for each 3-vector of the state, the norm of its
-        part of a 1-sigma error along the direction.
+        One row per direction, the least observable first. Columns: ``direction``, as a phrase (see
+        `describe_direction`); ``remaining [-]``, the ratio of the final to the initial 1-sigma
+        along the direction; and, for each 3-vector of the state, the norm of its part of a 1-sigma
+        error along the direction.
     """
-    of = model.suite.calibrated_indices
-    values, vectors = np.linalg.eigh(normalize_covariance(model, covariance)[of[:, None], of])
+    states = model.suite.calibrated_indices
+    values, vectors = np.linalg.eigh(
+        normalize_covariance(model, covariance)[states[:, None], states]
+    )
     worst = np.argsort(values)[::-1][:n_directions]
-    remaining = np.sqrt(np.maximum(values[worst], 0.0))  # rounding may leave -1e-17
+    remaining = np.sqrt(np.maximum(values[worst], 0.0))  # Rounding errors may be negative.
     directions = np.zeros((len(worst), model.suite.n_states))
-    directions[:, of] = vectors.T[worst]
+    directions[:, states] = vectors.T[worst]
     columns: dict[str, object] = {
         "direction": [describe_direction(model.suite, model.initial_sigma, v) for v in directions],
         "remaining [-]": remaining,

@@ -1,4 +1,4 @@
-"""Error budget of a plan, use of its sensors, and uncertainty reduction by phase."""
+"""Error budget of a plan, measurement times of its sensors, and uncertainty reduction by phase."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.view.observability.covariance import StateLabels
 from mgeo_attitude.view.observability.improvements import select_most_effective
 
-#: Number of the largest contributions that `describe_error_drivers` lists.
+#: Number of error sources that `describe_error_drivers` lists.
 _N_CONTRIBUTIONS = 3
 
 
 def compute_error_budget(
     model: FilterModel, design: ArrayLike, history: FilterHistory
 ) -> pd.DataFrame:
-    """Return the error budget of the worst body axis at the end of a plan.
+    """Return a table of the contributions of error sources to the final worst-axis 1-sigmas.
 
     Parameters
     ----------
     model : FilterModel
     design : array_like, shape (4 m,)
     history : FilterHistory
-        Filter run of the design.
+        Covariance history of the design until its convergence.
 
     Returns
     -------
     DataFrame
-        One row per error source and a last row ``all``; one column per 3-vector of the state, in
-        the unit given in the column's name. The squares of the rows add up to the square of
-        ``all``; see `filter.error_budget`.
+        1-sigmas: one row per error source and a last row ``all``; one column per 3-vector of the
+        state, in the unit that the column name contains. The squares of the contributions add up
+        to the square of ``all``; see `filter.error_budget`.
     """
     parts_by_source = error_budget.compute_error_budget(model, design, history.t_end)
     columns = {}
@@ -56,44 +56,48 @@ def describe_error_drivers(
     improvements: pd.DataFrame,
     history: FilterHistory,
 ) -> list[str]:
-    """Return one line on the error drivers of each required 1-sigma, or of the attitude's.
+    """Return one line per required 1-sigma with its largest error sources and best improvements.
 
-    Each line lists the largest contributions, the remaining share of an initial error that
-    dominates, and the most effective remedies.
+    Without requirements there is one line for the attitude. If an initial error is the largest
+    source, the line also has the share of its initial 1-sigma that is left.
 
     Parameters
     ----------
     model : FilterModel
     budget_table : DataFrame
-        The `budget`.
+        Table of `compute_error_budget`.
     improvements : DataFrame
-        The `remedies`.
+        Table of `improvements.evaluate_improvements`.
     history : FilterHistory
-        Filter run of the design.
+        Covariance history of the design until its convergence.
+
+    Returns
+    -------
+    list of str
     """
     units, lines = list_block_units(model.suite), []
-    left = (history.sigma[-1] / model.initial_sigma).reshape(-1, 3).max(axis=1)
-    initial = {f"initial {unit.label}": share for unit, share in zip(units, left, strict=True)}
+    remaining = (history.sigma[-1] / model.initial_sigma).reshape(-1, 3).max(axis=1)
+    initial = {f"initial {unit.label}": share for unit, share in zip(units, remaining, strict=True)}
     required = [b for b in range(len(units)) if np.isfinite(model.required_sigma[3 * b])]
     for block in required or [0]:
         unit, column = units[block], budget_table.iloc[:, block]
         parts = column.drop("all").nlargest(_N_CONTRIBUTIONS)
-        named = ", ".join(f"{sigma:.3g} {source}" for source, sigma in parts.items())
+        sources = ", ".join(f"{sigma:.3g} {source}" for source, sigma in parts.items())
         axis = "xyz"[_find_worst_axis(history, block) % 3]
-        line = f"{unit.label} {axis} {column['all']:.3g} {unit.unit}: {named}"
+        line = f"{unit.label} {axis} {column['all']:.3g} {unit.unit}: {sources}"
         share = initial.get(str(parts.index[0]))
         if share is not None:
             line += f"; {share:.0%} of its initial 1-sigma is left"
-        better = select_most_effective(improvements.iloc[:, block])
-        helps = [f"{value:.3g} {unit.unit} with {name}" for name, value in better.items()]
-        lines.append(line + (f"; it would be {', '.join(helps)}" if helps else ""))
+        effective = select_most_effective(improvements.iloc[:, block])
+        changes = [f"{value:.3g} {unit.unit} with {name}" for name, value in effective.items()]
+        lines.append(line + (f"; it would be {', '.join(changes)}" if changes else ""))
     return lines
 
 
 def compute_measurement_times(
     model: FilterModel, phases: Sequence[Phase], design: ArrayLike, history: FilterHistory
 ) -> pd.DataFrame:
-    """Return the time during which each sensor measured, for each phase of a plan [s].
+    """Return a table of the time [s] for which each sensor measures in each phase of a plan.
 
     Parameters
     ----------
@@ -102,7 +106,7 @@ def compute_measurement_times(
         Phases until the end of the `history`.
     design : array_like, shape (4 m,)
     history : FilterHistory
-        Filter run of the design.
+        Covariance history of the design.
 
     Returns
     -------
@@ -114,10 +118,10 @@ def compute_measurement_times(
     edges = [(round(p.start / model.step), round(p.end / model.step)) for p in phases]
     columns: dict[str, object] = {"duration [s]": [phase.duration for phase in phases]}
     for index, sensor in enumerate(model.suite.sensors):
-        seen = can_measure(model, index, history.attitude, omega)
-        every = sensor.sample_interval or model.step
+        is_measuring = can_measure(model, index, history.attitude, omega)
+        interval = sensor.sample_interval or model.step
         columns[f"{sensor.name} [s]"] = [
-            every * int(seen[first + 1 : last + 1].sum()) for first, last in edges
+            interval * int(is_measuring[first + 1 : last + 1].sum()) for first, last in edges
         ]
     return pd.DataFrame(columns, index=[phase.label for phase in phases])
 
@@ -129,30 +133,35 @@ def _find_worst_axis(history: FilterHistory, block: int) -> int:
 def compute_uncertainty_by_phase(
     model: FilterModel, design: ArrayLike, history: FilterHistory
 ) -> pd.DataFrame:
-    """Return trace and 1-sigmas at the start and at the end of each phase of a plan.
+    """Return a table of the trace and all 1-sigmas at the start and at the end of each phase.
 
     Parameters
     ----------
     model : FilterModel
     design : array_like, shape (4 m,)
     history : FilterHistory
-        Filter run of the design; see `run_filter`.
+        Covariance history of the design until its convergence; see `run_filter`.
 
     Returns
     -------
     DataFrame
-        Index: ``start``, ``maneuver 1``, ..., ``rate held``. Columns: ``time [s]``; ``trace [-]``;
-        ``contribution [%]``, the share of the phase in the total decrease of the logarithm of the
-        trace; and the 1-sigma of every state in the unit given in the column's name.
+        Index: ``start``, ``maneuver 1``, ..., ``constant-rate hold``. Columns: ``time [s]``;
+        ``trace [-]``; ``contribution [%]``, the share of the phase in the total decrease of the
+        logarithm of the trace; and the 1-sigma of every state in the unit that the column name
+        contains.
     """
-    flown = list_phases(design, history.t_end, model.step, model.slew_limits)
-    times = np.array([0.0, *(phase.end for phase in flown)])
+    phases = list_phases(design, history.t_end, model.step, model.slew_limits)
+    times = np.array([0.0, *(phase.end for phase in phases)])
     steps = np.rint(times / model.step).astype(np.int64)
     trace = history.trace[steps]
-    fall = np.append(0.0, -np.diff(np.log(trace)))
-    columns = {"time [s]": times, "trace [-]": trace, "contribution [%]": 100.0 * fall / fall.sum()}
+    decrease = np.append(0.0, -np.diff(np.log(trace)))
+    columns = {
+        "time [s]": times,
+        "trace [-]": trace,
+        "contribution [%]": 100.0 * decrease / decrease.sum(),
+    }
     states = StateLabels.from_suite(model.suite)
     sigma = (history.sigma[steps] * states.factors).T
     for name, unit, values in zip(states.names, states.units, sigma, strict=True):
         columns[f"{name} [{unit}]"] = values
-    return pd.DataFrame(columns, index=["start", *(phase.label for phase in flown)])
+    return pd.DataFrame(columns, index=["start", *(phase.label for phase in phases)])

@@ -1,4 +1,4 @@
-"""Alternatives to a plan: simpler maneuvers, and changes that would reduce its 1-sigmas."""
+"""Comparison of a plan with simple maneuvers, and changes that would reduce its 1-sigmas."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _AXES = np.eye(3)
 def build_baselines(
     scenario: Scenario, duration: float, rate_deg_s: float | None = None
 ) -> dict[str, tuple[float, ...]]:
-    """Return simple designs that need no optimizer.
+    """Return simple designs that need no optimizer, as a dict of design vectors by name.
 
     Parameters
     ----------
@@ -41,25 +41,37 @@ def build_baselines(
     Returns
     -------
     dict
-        Design vectors by name: ``no maneuver``; ``x only``, ``y only`` and ``z only``;
-        ``x, y, z in turn``, a third of the duration about each axis; and ``x, y, z in turn,
-        there and back``, with a positive and then a negative rate about each axis.
+        ``no maneuver``; ``x only``, ``y only`` and ``z only``; ``x, y, z sequence``, a third of the
+        duration about each axis; and ``x, y, z sequence, both directions``, with a positive and
+        then a negative rate about each axis.
     """
     rate = scenario.maneuvers.max_rate_deg_s if rate_deg_s is None else rate_deg_s
     forward = rate * _AXES
-    there_and_back = np.stack([forward, -forward], axis=1).reshape(-1, 3)
+    both_directions = np.stack([forward, -forward], axis=1).reshape(-1, 3)
     return {
         "no maneuver": _divide_equally(np.zeros((1, 3)), duration),
         **{f"{axis} only": _divide_equally(forward[[i]], duration) for i, axis in enumerate("xyz")},
         "x, y, z sequence": _divide_equally(forward, duration),
-        "x, y, z sequence, both directions": _divide_equally(there_and_back, duration),
+        "x, y, z sequence, both directions": _divide_equally(both_directions, duration),
     }
 
 
 def build_matching_baselines(
     scenario: Scenario, phases: Iterable[Phase]
 ) -> dict[str, tuple[float, ...]]:
-    """Return the `baselines` whose total maneuver time equals that of the phases of a plan."""
+    """Return the simple designs of `build_baselines` with the total maneuver time of a plan.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    phases : iterable of Phase
+        Phases of the plan until its convergence.
+
+    Returns
+    -------
+    dict of str to tuple of float
+        Design vectors by name.
+    """
     maneuvers = (phase.duration for phase in phases if phase.label != HOLD_LABEL)
     return build_baselines(scenario, max(sum(maneuvers), scenario.step))
 
@@ -67,7 +79,9 @@ def build_matching_baselines(
 def compare_designs(
     problem: AttitudeManeuverProblem, designs: Mapping[str, ArrayLike], time: float
 ) -> pd.DataFrame:
-    """Compare designs at a common time, whether or not the filter has converged.
+    """Return a table of the traces and worst-axis 1-sigmas of designs at a common time.
+
+    The filter need not have converged at that time.
 
     Parameters
     ----------
@@ -81,9 +95,9 @@ def compare_designs(
     -------
     DataFrame
         One row per design. ``t_end [s]`` and ``trace at t_end [-]`` belong to the convergence of
-        the design; ``trace [-]`` is taken at the common time; ``times the first [-]`` is the ratio
-        to the trace of the first design. One column per 3-vector of the state holds the 1-sigma of
-        the worst body axis at the common time.
+        the design; ``trace [-]`` is the trace at the common time, and ``trace / first trace [-]``
+        its ratio to that of the first design. One column per 3-vector of the state has the 1-sigma
+        of the worst body axis at the common time.
 
     Raises
     ------
@@ -93,14 +107,14 @@ def compare_designs(
     model = problem.model
     step = round(time / model.step)
     X = _stack_designs([np.asarray(design, dtype=float) for design in designs.values()])
-    own = evaluate(model, X, problem.threads)
+    converged = evaluate(model, X, problem.threads)
     variances = evaluate(model.full_duration_model, X, problem.threads, history=True).variances[
         :, step
     ]
     trace = variances @ model.weights
     columns: dict[str, object] = {
-        "t_end [s]": own.t_end,
-        "trace at t_end [-]": own.trace,
+        "t_end [s]": converged.t_end,
+        "trace at t_end [-]": converged.trace,
         "trace [-]": trace,
         "trace / first trace [-]": trace / trace[0],
     }
@@ -114,7 +128,9 @@ def _divide_equally(rates_deg_s: np.ndarray, duration: float) -> tuple[float, ..
 
 
 def _stack_designs(designs: list[np.ndarray]) -> np.ndarray:
-    """Return designs as rows of equal length, padded in front with maneuvers of zero duration."""
+    """Return designs as rows of equal length, with leading maneuvers of zero duration as
+    padding.
+    """
     longest = max(design.size for design in designs)
     if any(design.size % VARIABLES_PER_MANEUVER or design.ndim != 1 for design in designs):
         raise ValueError(
@@ -135,13 +151,12 @@ UNCHANGED = "unchanged"
 def evaluate_improvements(
     model: FilterModel, design: ArrayLike, t_end: float, rate_deg_s: float
 ) -> pd.DataFrame:
-    """Return the 1-sigma of the worst body axis after improving one input at a time.
+    """Return a table of a plan's worst-axis 1-sigmas after improving one input at a time.
 
-    The changes are: half of an initial 1-sigma, half of the noise of the gyro or of a sensor, 300 s
-    more at the last rate, and 300 s more with a rotation about a body axis at `rate_deg_s`, after
-    holding the last rate until `t_end`. Each change is one run of the filter. Constraints are not
-    evaluated. Changes of duration are omitted if the run ends earlier; rotations are omitted for
-    magnetorquers.
+    The changes are half of an initial 1-sigma; half of the noise of the gyro or of a sensor; 300 s
+    more at the last rate; and 300 s more of rotation about a body axis, after holding the last rate
+    until `t_end`. Each change is one run of the filter. Constraints are not evaluated. Changes of
+    duration are omitted if the scenario ends earlier, and rotations are omitted for magnetorquers.
 
     Parameters
     ----------
@@ -155,25 +170,25 @@ def evaluate_improvements(
     Returns
     -------
     DataFrame
-        One row per change, the first named ``as it is``; one column per 3-vector of the state, in
-        the unit given in the column's name.
+        One row per change, the first one being ``unchanged``; one column per 3-vector of the state,
+        in the unit that the column name contains.
     """
     units, step = list_block_units(model.suite), round(t_end / model.step)
     rows = {UNCHANGED: _compute_sigma(model, design, step)}
     for block, unit in enumerate(units):
         sigma = model.initial_sigma.copy()
         sigma[3 * block : 3 * block + 3] *= _IMPROVEMENT_FACTOR
-        better = dataclasses.replace(model, initial_sigma=sigma)
-        rows[f"half the initial {unit.label}"] = _compute_sigma(better, design, step)
+        improved_model = dataclasses.replace(model, initial_sigma=sigma)
+        rows[f"half the initial {unit.label}"] = _compute_sigma(improved_model, design, step)
     for name, suite in _halve_noise(model.suite):
-        better = dataclasses.replace(model, suite=suite)
-        rows[f"half the noise of {name}"] = _compute_sigma(better, design, step)
+        improved_model = dataclasses.replace(model, suite=suite)
+        rows[f"half the noise of {name}"] = _compute_sigma(improved_model, design, step)
     longer = step + round(_EXTRA_DURATION / model.step)
     if longer <= model.n_steps:
         rows[f"{_EXTRA_DURATION:g} s more at the last rate"] = _compute_sigma(model, design, longer)
-        for name, turned in _add_rotations(model, design, t_end, rate_deg_s):
+        for name, extended in _add_rotations(model, design, t_end, rate_deg_s):
             rows[f"{_EXTRA_DURATION:g} s more about body {name}"] = _compute_sigma(
-                model, turned, longer
+                model, extended, longer
             )
     columns = [f"{unit.label} [{unit.unit}]" for unit in units]
     factors = np.array([unit.factor for unit in units])
@@ -182,43 +197,57 @@ def evaluate_improvements(
 
 
 def select_most_effective(values: pd.Series, min_reduction: float = 0.02) -> pd.Series:
-    """Return the two most effective changes of a column of `remedies`.
+    """Return the two changes that reduce a 1-sigma most, from a column of the table of
+    improvements.
 
-    Changes that reduce the 1-sigma by less than the share `min_reduction` are omitted.
+    Parameters
+    ----------
+    values : Series
+        Column of `evaluate_improvements`.
+    min_reduction : float
+        Share by which a change must reduce the 1-sigma; other changes are omitted.
+
+    Returns
+    -------
+    Series
+        1-sigmas by name of the change, the smallest first; empty if no change is effective.
     """
-    worth = values[values < (1.0 - min_reduction) * values[UNCHANGED]]
-    two: pd.Series = worth.sort_values(kind="stable")[:2]
-    return two
+    effective = values[values < (1.0 - min_reduction) * values[UNCHANGED]]
+    best: pd.Series = effective.sort_values(kind="stable")[:2]
+    return best
 
 
 def _compute_sigma(model: FilterModel, design: ArrayLike, step: int) -> Floats:
-    """Return the 1-sigma of the worst axis of each state block, in the filter's units."""
-    ran = evaluate(
+    """Return the worst-axis 1-sigma of each 3-vector of the state at a step, in filter units."""
+    result = evaluate(
         model.full_duration_model, np.atleast_2d(np.asarray(design, dtype=float)), 1, history=True
     )
-    worst: Floats = np.sqrt(ran.variances[0, step].reshape(-1, 3).max(axis=1))
+    worst: Floats = np.sqrt(result.variances[0, step].reshape(-1, 3).max(axis=1))
     return worst
 
 
 def _halve_noise(suite: Suite) -> Iterator[tuple[str, Suite]]:
-    parts: list[Any] = [suite.gyro, *suite.sensors]
-    for i, part in enumerate(parts):
-        if not part.noise_parameters:
+    instruments: list[Any] = [suite.gyro, *suite.sensors]
+    for i, instrument in enumerate(instruments):
+        if not instrument.noise_parameters:
             continue
-        better = [*parts[:i], scale_noise(part, _IMPROVEMENT_FACTOR), *parts[i + 1 :]]
+        improved = instruments.copy()
+        improved[i] = scale_noise(instrument, _IMPROVEMENT_FACTOR)
         yield (
-            "gyro" if i == 0 else part.name,
-            Suite(better[0], tuple(better[1:]), suite.environment_errors),
+            "gyro" if i == 0 else instrument.name,
+            Suite(improved[0], tuple(improved[1:]), suite.environment_errors),
         )
 
 
 def _add_rotations(
     model: FilterModel, design: ArrayLike, t_end: float, rate_deg_s: float
 ) -> Iterator[tuple[str, Floats]]:
-    """Yield the design with its last rate held until `t_end`, then a rotation about each axis."""
+    """Yield the design with its last rate held until `t_end` and a rotation about each body
+    axis.
+    """
     if isinstance(model.slew_limits, MagnetorquerDrive):
         return
-    held = np.array(design, dtype=float).reshape(-1, VARIABLES_PER_MANEUVER)
-    held[-1, 3] = max(t_end - held[:-1, 3].sum(), 0.0)
+    maneuvers = np.array(design, dtype=float).reshape(-1, VARIABLES_PER_MANEUVER)
+    maneuvers[-1, 3] = max(t_end - maneuvers[:-1, 3].sum(), 0.0)
     for axis, direction in zip("xyz", rate_deg_s * np.eye(3), strict=True):
-        yield axis, np.append(held, [*direction, _EXTRA_DURATION])
+        yield axis, np.append(maneuvers, [*direction, _EXTRA_DURATION])

@@ -17,7 +17,9 @@ MIN_SQUARED_NORM = 1e-200
 
 @reorderable
 def compute_dot_products(A, i, B, j, low, high):
-    """Return the nine dot products of three rows of A and of B over columns low to high - 1."""
+    """Return the nine dot products of three rows of A with three rows of B over columns low to high
+    - 1, as a tuple of rows.
+    """
     a = b = c = d = e = f = g = h = o = 0.0
     for m in range(low, high):
         x, y, z, u, v, w = A[i, m], A[i + 1, m], A[i + 2, m], B[j, m], B[j + 1, m], B[j + 2, m]
@@ -29,7 +31,7 @@ def compute_dot_products(A, i, B, j, low, high):
 
 @helper
 def factor_cholesky(A, n):
-    """Replace the lower triangle of the leading n rows and columns of A by its Cholesky factor."""
+    """Replace the lower triangle of the first n rows and columns of A by its Cholesky factor."""
     for j in range(n):
         for m in range(j):
             for i in range(j, n):
@@ -41,7 +43,7 @@ def factor_cholesky(A, n):
 
 @helper
 def solve_squared_norm(L, y, n):
-    """Solve L x = y in place of y and return |x|²."""
+    """Solve L x = y for a lower triangle L, write x to y, and return |x|²."""
     total = 0.0
     for i in range(n):
         for j in range(i):
@@ -53,12 +55,12 @@ def solve_squared_norm(L, y, n):
 
 @reorderable
 def reduce_equations(A, R, workspace):
-    """Reduce the rows of equations A into the upper triangle R by Householder reflections.
+    """Combine new equations with the triangular equations R by Householder reflections, in place.
 
-    A has one column of the equations in each row, so that the inner loops vectorize over the
-    equations. All reflections are computed first and then applied to the remaining columns, which
-    are read from memory once. A is overwritten by the residual equations; `workspace` holds two numbers
-    per reflection.
+    A contains the new equations, one equation per column and one unknown per row, so that the inner
+    loops vectorize over the equations. All reflections are computed first and then applied to the
+    remaining rows of A, which are read from memory once. A is overwritten by the residual
+    equations; `workspace` holds two numbers per reflection.
     """
     q, columns, rows = len(R), len(A), A.shape[1]
     for j in range(q):
@@ -82,7 +84,7 @@ def reduce_equations(A, R, workspace):
 
 @reorderable
 def apply_reflection(A, R, workspace, j, m):
-    """Apply reflection j to column m."""
+    """Apply Householder reflection j to row m of A and column m of R, in place."""
     rows, first = A.shape[1], workspace[j, 0]
     total = first * R[j, m]
     for i in range(rows):
@@ -95,7 +97,7 @@ def apply_reflection(A, R, workspace, j, m):
 
 @reorderable
 def accumulate_gram(A, q, gram):
-    """Add the products of all but the first q columns of the equations to the triangle `gram`."""
+    """Add the products of all rows of A after the first q to the upper triangle of `gram`."""
     n, rows = len(A) - q, A.shape[1]
     whole = n - n % 3
     for j in range(0, whole, 3):

@@ -20,10 +20,10 @@ from mgeo_calibration.estimation.kernels.signatures import (
 
 @helper
 def combine_information(A, B, out, U, X, n):
-    """Write (A⁻¹ + B)⁻¹ to `out` for matrices that may be singular.
+    """Write (A⁻¹ + B)⁻¹ to `out`, for positive semidefinite matrices A and B that may be singular.
 
-    Computed as L (I + Lᵀ B L)⁻¹ Lᵀ with A = L Lᵀ. Only the n leading rows and columns are computed,
-    in blocks of three. U and X are work arrays.
+    The result is L (I + Lᵀ B L)⁻¹ Lᵀ with A = L Lᵀ. Only the n leading rows and columns are
+    computed, in blocks of three. U and X are work arrays.
     """
     d = len(U)
     factor_semidefinite(A, out, d)
@@ -87,7 +87,7 @@ def factor_semidefinite(A, L, d):
 
 @helper
 def divide_block(X, i, j, L):
-    """Multiply three rows and columns of X by the transposed inverse of a 3 x 3 block of L."""
+    """Multiply block (i, j) of X by the transposed inverse of the 3 x 3 diagonal block j of L."""
     for b in range(3):
         f = 1.0 / L[j + b, j + b] if L[j + b, j + b] > 0.0 else 0.0
         for a in range(3):
@@ -99,7 +99,10 @@ def divide_block(X, i, j, L):
 
 @helper
 def multiply_transposed(F, k, A, out):
-    """Write Fᵀ A of step k to `out`; F is diagonal from the fourth row on."""
+    """Write the product of the transposed transition matrix of step k and the matrix A to `out`.
+
+    F is diagonal from the fourth row on.
+    """
     d, q = A.shape
     for j in range(d):
         f = F[k, j, j] if j >= 3 else 0.0
@@ -117,10 +120,12 @@ def multiply_transposed(F, k, A, out):
     "float64[::1], int64, float64[::1], float64[:,::1])"
 )
 def smooth_errors(F, is_used, n_columns, columns, readings, estimates, c, first_new, adjoint, e):
-    """Compute the smoothed errors e, shape (N, d), from the last sample to sample `first_new`.
+    """Compute the smoothed errors of the stochastic states, backward from the last sample to sample
+    `first_new`.
 
-    `c` is the estimated error vector of length q. `adjoint`, shape (d,), is zero at the last sample
-    of the batch. After the call it is the adjoint for the previous span.
+    The errors are written to `e`, shape (N, d). `c` is the estimated vector of the errors at the
+    first sample and of the constant states. `adjoint`, shape (d,), is zero at the last sample of
+    the batch. After the call it is the adjoint for the previous span.
     """
     Hw, K, w, W = readings
     x, T, P = estimates
@@ -165,8 +170,8 @@ def smooth_errors(F, is_used, n_columns, columns, readings, estimates, c, first_
 
 
 @compile_cached(
-    f"void({PROCESS}, boolean[:,::1], {MEASUREMENTS}, {READINGS}, {ESTIMATES}, int64, float64[:,::1], "
-    "float64[:,::1], float64[:,:,::1], float64[:,:,::1])"
+    f"void({PROCESS}, boolean[:,::1], {MEASUREMENTS}, {READINGS}, {ESTIMATES}, int64, "
+    "float64[:,::1], float64[:,::1], float64[:,:,::1], float64[:,:,::1])"
 )
 def smooth_covariances(
     process,
@@ -180,16 +185,18 @@ def smooth_covariances(
     conditional_covariance,
     derivative,
 ):
-    """Compute the covariance of the smoothed e for a known c, and the derivative of e by c.
+    """Compute the covariance of the smoothed errors e for a given c, and the derivative of e with
+    respect to c.
 
     The covariance combines the filter covariance with the information of all later readings, which
     is propagated backward in time (D. C. Fraser and J. E. Potter, The optimum linear smoother as a
     combination of two optimum linear filters, IEEE Transactions on Automatic Control 14 (1969)
     387-390). No covariances are subtracted.
 
-    `later_information`, shape (d, d), and `adjoint`, shape (d, q), are zero at the last sample of the batch.
-    After the call they are the input for the previous span. Output: `conditional_covariance`, shape (N, n, n), and
-    `derivative`, shape (N, n, q), of the n leading errors from sample `first_new` on.
+    `later_information`, shape (d, d), and `adjoint`, shape (d, q), are zero at the last sample of
+    the batch. After the call they are the input for the previous span. The output is
+    `conditional_covariance`, shape (N, n, n), and `derivative`, shape (N, n, q), of the n leading
+    errors from sample `first_new` on.
     """
     F, Q = process[0], process[2]
     _, H, noise, counts, columns = measurements

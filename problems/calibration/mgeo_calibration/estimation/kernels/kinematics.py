@@ -1,4 +1,4 @@
-"""Accumulated rotations and discretization of many steps with different rates."""
+"""Products of rotations, and discretization of many steps with different rates."""
 
 import numpy as np
 from mgeo_attitude._compiled import compile_cached
@@ -7,7 +7,10 @@ from mgeo_attitude.filter.polynomials import discretize_isotropic
 
 @compile_cached("void(float64[:,:,::1], float64[:,:,::1])")
 def accumulate_rotations(turn, R):
-    """Accumulate rotations R, shape (n + 1, 3, 3), with R[0] = I and R[k + 1] = R[k] turn[k]ᵀ."""
+    """Write the products of successive step rotations to R, shape (n + 1, 3, 3).
+
+    R[0] is the identity, and R[k + 1] = R[k] turn[k]ᵀ.
+    """
     for i in range(3):
         for j in range(3):
             R[0, i, j] = 1.0 if i == j else 0.0
@@ -23,7 +26,9 @@ def accumulate_rotations(turn, R):
     "float64[:,:,::1], float64[:,:,::1])"
 )
 def discretize_steps(decay, densities, rate_derivatives, rates, durations, F, Q):
-    """Write F and Q of n steps, equation (7); equivalent to `filter.discretization.discretize`.
+    """Write the transition matrices F and process noise covariances Q of n steps, equation (7).
+
+    The result equals that of `filter.discretization.discretize` for each step.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Smoothed residuals and innovations of all readings."""
+"""Residuals after smoothing and innovations of the filter, for all readings."""
 
 import math
 
@@ -11,7 +11,7 @@ from mgeo_calibration.estimation.kernels.signatures import ESTIMATES, MEASUREMEN
 
 @helper
 def multiply_by_triangle(A, root, out):
-    """Multiply three rows of A by the upper triangle `root`."""
+    """Write the product of three rows of A and the upper triangle `root` to `out`."""
     q = len(root)
     for i in range(3):
         for j in range(q):
@@ -26,7 +26,8 @@ def multiply_by_triangle(A, root, out):
 
 @helper
 def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi, workspace):
-    """Update the covariance root S and the estimate of c by the three components of a reading.
+    """Update the covariance root S and the estimate of c by the three components of a reading, in
+    place.
 
     A component with derivative w turns S into S (I - β φᵀ φ) with φ = w S. The vectors φ of all
     three components follow from the initial root, φ₂ (I - β φ₁ᵀ φ₁) after the first component, and
@@ -87,7 +88,11 @@ def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi
 
 @helper
 def write_estimates(k, estimates, root, common_errors, spread, errors, covariances):
-    """Write the leading errors x + T c of a sample and their covariance; `spread` is work space."""
+    """Write the estimates of the leading state errors at sample k, and their covariance, to the
+    output arrays.
+
+    The errors are x + T c; `spread` is a work array.
+    """
     x, T, P = estimates
     n, q = spread.shape
     for i in range(n):
@@ -108,7 +113,7 @@ def write_estimates(k, estimates, root, common_errors, spread, errors, covarianc
 
 @helper
 def dot_rows(A, i, n):
-    """Return the dot product of two rows with a length that is a multiple of three."""
+    """Return the dot product of rows i and n of A, whose length is a multiple of three."""
     s0 = s1 = s2 = 0.0
     for j in range(0, A.shape[1], 3):
         s0 += A[i, j] * A[n, j]
@@ -137,7 +142,10 @@ def compute_residuals(
     normalized_squares,
     sigma,
 ):
-    """Compute the normalized squared residual of each reading with respect to all other readings.
+    """Compute the residual of each reading after smoothing, and the squared residual normalized by
+    its covariance, in the output arrays.
+
+    A reading that the smoother has not used is compared with an independent prediction.
 
     Parameters
     ----------
@@ -150,7 +158,8 @@ def compute_residuals(
     e, common_errors : arrays, shapes (N, d) and (q,)
         Smoothed errors e and estimate of c.
     conditional_covariance, derivative : arrays, shapes (N, n, n) and (N, n, q)
-        See `smoother.SmoothedCovariance`; includes all stochastic states that the readings depend on.
+        See `smoother.SmoothedCovariance`. The n states include all stochastic states that the
+        readings depend on.
     root : array, shape (q, q)
         Upper triangular S, where S Sᵀ is the covariance of c.
     first_new : int
@@ -226,18 +235,19 @@ def compute_innovations(
     errors,
     covariances,
 ):
-    """Run the filter for e and c from the filter of a known c, and whiten the innovations.
+    """Run the Kalman filter over the samples of a span and write whitened innovations, estimates
+    and covariances to the output arrays.
 
-    The update of the covariance of c is Potter's square root, one component of a whitened reading
-    at a time (G. J. Bierman, Factorization Methods for Discrete Sequential Estimation, 1977,
-    chapter II).
+    The filter for a given c is extended to the joint estimate of e and c. The update of the
+    covariance of c is Potter's square root, one component of a whitened reading at a time (G. J.
+    Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, chapter II).
 
     Parameters
     ----------
     is_used : array of bool, shape (s, N)
         Readings that the smoother has used.
     readings, estimates
-        Output of `two_stage.forward`.
+        Output of `two_stage.run_filter`.
     root, common_errors : arrays, shapes (q, q) and (q,)
         Covariance root and estimate of c: prior on input, posterior of all readings on output.
     first_new : int

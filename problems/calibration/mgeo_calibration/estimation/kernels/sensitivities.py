@@ -1,7 +1,8 @@
 """Sensitivities of the filter of a batch to the coefficients of score tests.
 
 The output of `two_stage.py` determines how a coefficient changes the stochastic states and the
-whitened innovations. The changed innovations are reduced into the triangle of c at once.
+whitened innovations. The changed innovations are reduced at once into the triangular equations of
+c.
 """
 
 import math
@@ -20,7 +21,7 @@ from mgeo_calibration.estimation.kernels.signatures import READINGS
 
 @helper
 def predict(F, k, attitude_changes, attitude_coefficients, T, workspace):
-    """Propagate T over step k; F is diagonal from the fourth row on."""
+    """Propagate the sensitivities T over step k in place; F is diagonal from the fourth row on."""
     d, m = T.shape
     for i in range(3):
         for j in range(m):
@@ -40,7 +41,10 @@ def predict(F, k, attitude_changes, attitude_coefficients, T, workspace):
 
 @helper
 def factor_innovation_covariance(K, H, noise, nd, columns, L):
-    """Write the Cholesky factor L of V = H P Hᵀ + R from K = L⁻¹ H P, where K Hᵀ = Lᵀ - L⁻¹ R."""
+    """Write the Cholesky factor L of the innovation covariance V = H P Hᵀ + R.
+
+    L follows from K = L⁻¹ H P, where K Hᵀ = Lᵀ - L⁻¹ R.
+    """
     for i in range(3):
         for j in range(i, 3):
             total = 0.0
@@ -71,7 +75,8 @@ def compute_sensitivities(
     R,
     gram,
 ):
-    """Run the filter of the sensitivities to m coefficients over some samples.
+    """Run the filter of the sensitivities of states and innovations to m coefficients over the
+    samples of a span.
 
     Parameters
     ----------
@@ -83,11 +88,11 @@ def compute_sensitivities(
         Readings that the smoother has used.
     measurements : H, noise, counts, columns
         See `linearization.MeasurementEquations`.
-    reading_changes, n_coefficients, reading_coefficients : arrays, shapes (s, N, 3, b), (s,) and (s, b)
-        Change of the readings of each sensor, number of columns of each sensor, and the index of
-        the coefficient of each column.
+    reading_changes, n_coefficients, reading_coefficients : arrays
+        Change of the readings of each sensor, shape (s, N, 3, b), number of columns of each sensor,
+        shape (s,), and index of the coefficient of each column, shape (s, b).
     readings : Hw, K, w, W
-        Output of `two_stage.forward`.
+        Output of `two_stage.run_filter`.
     first_new : int
         0, or 1 to continue from the first sample.
     T : array, shape (d, m)

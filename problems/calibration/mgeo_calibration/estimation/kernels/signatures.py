@@ -1,11 +1,11 @@
 """Numba signatures of the array tuples that the compiled loops exchange."""
 
-#: `linearization.Steps.arrays`.
+#: `kinematics.ProcessEquations.arrays`.
 PROCESS = "Tuple((float64[:,:,::1], float64[:,:,::1], float64[:,:,::1], float64[:,::1]))"
-#: `linearization.Sightings.arrays`.
+#: `linearization.MeasurementEquations.arrays`.
 MEASUREMENTS = (
     "Tuple((float64[:,:,::1], float64[:,:,:,::1], float64[:,::1], int64[:,::1], int64[:,::1]))"
 )
-#: `smoother.Span.kept` and `smoother.Span.readings`.
+#: `smoother.Span.estimates` and `smoother.Span.readings`.
 ESTIMATES = "Tuple((float64[:,::1], float64[:,:,::1], float64[:,:,::1]))"
 READINGS = "Tuple((float64[:,:,:,::1], float64[:,:,:,::1], float64[:,:,::1], float64[:,:,:,::1]))"

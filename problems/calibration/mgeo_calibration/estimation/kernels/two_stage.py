@@ -37,7 +37,10 @@ JOSEPH_RATIO = 100.0
 
 @helper
 def predict(process, k, x, T, P, workspace):
-    """Propagate x, T and P from sample k - 1 to k; F is diagonal from the fourth row on."""
+    """Propagate the filter estimate from sample k - 1 to sample k, in place.
+
+    The estimate consists of x, T and P. F is diagonal from the fourth row on.
+    """
     F, G, Q, defect = process
     _, d, q = T.shape
     n = k - 1
@@ -75,7 +78,8 @@ def predict(process, k, x, T, P, workspace):
 
 @helper
 def update(measurements, s, k, constant_factors, estimates, readings, workspace):
-    """Update x, T and P by one reading, and store Hw, K, w and W for the smoother.
+    """Update the filter estimate by one reading in place, and store the whitened equations of the
+    reading for the smoother.
 
     With V = H P Hᵀ + R = L Lᵀ, Hw is L⁻¹ H, K is L⁻¹ H P, and w - W c is the whitened innovation.
     """
@@ -151,7 +155,10 @@ def update(measurements, s, k, constant_factors, estimates, readings, workspace)
 
 @helper
 def update_joseph(P, K, Hw, V, noise, nd, columns, workspace):
-    """Replace P by (I - Kᵀ Hw) P (I - Kᵀ Hw)ᵀ + Kᵀ L⁻¹ R L⁻ᵀ K."""
+    """Update the covariance P by one reading with Joseph's form, in place.
+
+    P becomes (I - Kᵀ Hw) P (I - Kᵀ Hw)ᵀ + Kᵀ L⁻¹ R L⁻ᵀ K.
+    """
     d = len(P)
     A, AP = workspace[:d], workspace[d : 2 * d]
     for i in range(d):
@@ -186,7 +193,10 @@ def update_joseph(P, K, Hw, V, noise, nd, columns, workspace):
 
 @helper
 def compute_step_cost(Q, defect, k, L, y):
-    """Return defectᵀ Q⁻¹ defect of step k; L and y are work arrays."""
+    """Return the squared defect of process step k, normalized by the process noise covariance Q.
+
+    L and y are work arrays.
+    """
     d = len(y)
     for i in range(d):
         y[i] = defect[k, i]
@@ -197,18 +207,19 @@ def compute_step_cost(Q, defect, k, L, y):
 
 
 @compile_cached(
-    f"float64({PROCESS}, boolean[:,::1], {MEASUREMENTS}, float64[:,::1], {ESTIMATES}, {READINGS}, int64, "
-    "float64)"
+    f"float64({PROCESS}, boolean[:,::1], {MEASUREMENTS}, float64[:,::1], {ESTIMATES}, {READINGS}, "
+    "int64, float64)"
 )
 def run_filter(
     process, is_used, measurements, constant_factors, estimates, readings, first_new, cost
 ):
-    """Run the filter over some samples and return the sum of squares of steps and readings.
+    """Run the forward filter over the samples of a span and return the accumulated cost, the sum of
+    squares of the normalized residuals of steps and readings.
 
     Parameters
     ----------
     process : F, G, Q, defect, shapes (n, d, d), (n, 3, c), (n, d, d), (n, d)
-        See `kinematics.Steps`.
+        See `kinematics.ProcessEquations`.
     is_used : array of bool, shape (s, N)
         Readings to use.
     measurements : z, H, noise, counts, columns
@@ -216,9 +227,8 @@ def run_filter(
     constant_factors : array, shape (N, c)
         Factors of the constant states.
     estimates : x, T, P, shapes (N, d), (N, d, q), (N, d, d)
-        Output: e = x + T c, with covariance P, after the readings of each sample. Contains the
-        estimate of the first sample on input: before its readings if `first_new` is 0, after them if it
-        is 1.
+        Output: e = x + T c, with covariance P, after the readings of each sample. On input, the
+        estimate of the first sample, before its readings if `first_new` is 0, otherwise after them.
     readings : Hw, K, w, W, shapes (s, N, 3, p), (s, N, 3, d), (s, N, 3), (s, N, 3, q)
         Output; see `update`.
     first_new : int
@@ -244,14 +254,16 @@ def run_filter(
 
 @compile_cached(f"void(boolean[:,::1], {READINGS}, int64, float64[:,::1])")
 def reduce_readings(is_used, readings, first_new, R):
-    """Reduce whitened readings into the triangle of c, `BLOCK_LENGTH` rows at a time.
+    """Combine the whitened readings of a span with the triangular equations of c, in place.
+
+    `BLOCK_LENGTH` rows are reduced at a time.
 
     Parameters
     ----------
     is_used : array of bool, shape (s, N)
         Readings to use.
     readings : Hw, K, w, W
-        Output of `forward`.
+        Output of `run_filter`.
     first_new : int
         First sample to use.
     R : array, shape (q, q + 1)
