@@ -13,7 +13,7 @@ from mgeo_calibration.estimation.field_strength import compute_response_matrix, 
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from ..calibration.flights import PLAN, short
+from ..calibration.runs import PLAN, short
 
 TRUE = np.array([-51000.0, 17000.0, -37000.0, 0.1, -0.07, 0.03, 0.02, -0.05, 0.04])
 PRIOR = np.array([1e5] * 3 + [0.3] * 3 + [0.1] * 3)

@@ -12,7 +12,7 @@ from mgeo_calibration.estimation.innovation import Estimate
 from mgeo_calibration.simulation.filter import ErrorStateFilter
 from mgeo_calibration.simulators.simulated_run import draw_errors
 
-from ..flight import runs
+from ..simulators import runs
 from . import naive
 
 PLAN = np.array([0.5, -0.3, 0.8, 20.3, -0.7, 0.9, 0.1, 20.0, 0.2, 0.4, -0.9, 500.0])

@@ -12,7 +12,7 @@ from mgeo_attitude.scenario import Convergence
 from mgeo_calibration import FilterSettings
 
 from ...attitude.filter.suites import SUITES
-from ..flight.runs import estimated, none
+from ..simulators.runs import build_zero_errors, run_filter
 
 PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
 STEPS = 160  # steps of 1 s, until the third maneuver has begun

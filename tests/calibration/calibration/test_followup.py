@@ -1,4 +1,4 @@
-"""Plan again: a calibration is where the next scenario starts, and the next calibration goes on."""
+"""Follow-up plans: a scenario and its calibration continue from an earlier calibration."""
 
 import dataclasses
 import json
@@ -16,20 +16,20 @@ from mgeo_calibration.estimation.prior import PriorEstimate
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from .flights import PLAN, check_claimed, normalized, short
+from .runs import PLAN, check_errors, normalize_error, short
 
 SECOND = (-0.4, 0.2, 0.5, 300.0, 0.6, 0.5, -0.3, 300.0, 0.1, -0.6, -0.4, 300.0)
 
 
 @pytest.fixture(scope="module")
 def first():
-    """A calibration from the first maneuver and some of the second, and its flight."""
+    """Calibration from the first maneuver and a part of the second, and its telemetry."""
     scenario = short(Scenario.cubesat_6u(), 900.0)
     telemetry = simulate_telemetry(scenario, PLAN, 4)
     return calibrate(scenario, telemetry), telemetry
 
 
-def test_the_scenario_starts_where_the_calibration_ends(first):
+def test_followup_scenario_starts_at_last_sample(first):
     found, telemetry = first
     after = found.build_followup_scenario({"maneuvers": {"count": 2}, "duration": 600.0})
     assert after.epoch == found.scenario.epoch + timedelta(seconds=900)
@@ -45,12 +45,14 @@ def test_the_scenario_starts_where_the_calibration_ends(first):
     rest = Environment.from_scenario(after)
     np.testing.assert_allclose(rest.position, whole.position[900:], rtol=0, atol=1e-5)
     np.testing.assert_allclose(rest.velocity, whole.velocity[900:], rtol=0, atol=1e-8)
-    assert np.abs(rest.field - whole.field[900:]).max() < 0.1  # nT: of another half time
+    assert (
+        np.abs(rest.field - whole.field[900:]).max() < 0.1
+    )  # nT, because the field epoch differs.
 
 
 @pytest.mark.parametrize("propagator", ["two-body", "j2"])
 @pytest.mark.parametrize("eccentricity", [0.0, 0.001, 0.3])
-def test_elements_of_a_later_epoch_are_the_same_orbit(propagator, eccentricity):
+def test_elements_at_later_epoch_describe_same_orbit(propagator, eccentricity):
     orbit = Orbit(
         propagator=propagator,
         semi_major_axis=1.1e7,
@@ -68,7 +70,7 @@ def test_elements_of_a_later_epoch_are_the_same_orbit(propagator, eccentricity):
             np.testing.assert_allclose(one, other, rtol=0, atol=least)
 
 
-def test_the_file_is_enough(first):
+def test_followup_scenario_from_file_equals_scenario_from_object(first):
     found, _ = first
     text = to_json(found)
     table = {"after": json.loads(text), "duration": 600.0}
@@ -79,8 +81,8 @@ def test_the_file_is_enough(first):
     assert AttitudeManeuverProblem(after).n_var == 12
 
 
-def test_a_later_epoch_carries_what_is_known_until_then(first):
-    """Beside a filter that goes there in small steps of its own, with nothing to measure."""
+def test_prior_is_propagated_to_later_epoch(first):
+    """Expected: a filter that propagates in small steps without measurements."""
     found, _ = first
     changes = {
         "epoch": "2018-06-06T00:00:00Z",
@@ -104,7 +106,7 @@ def test_a_later_epoch_carries_what_is_known_until_then(first):
     np.testing.assert_allclose(covariance[3:, 3:], P, rtol=1e-4, atol=1e-18)
     np.testing.assert_allclose(covariance[:3, :3], np.radians(2.0) ** 2 * np.eye(3))
     assert not covariance[:3, 3:].any()
-    # it points as another scenario that begins so, on the same orbit
+    # Its attitude is that of another scenario with this start on the same orbit.
     around = Environment.from_scenario(after)
     whole = Environment.from_times(found.scenario, found.time + gap + after.times)
     np.testing.assert_allclose(around.position, whole.position, rtol=0, atol=1e-3)
@@ -116,8 +118,8 @@ def test_a_later_epoch_carries_what_is_known_until_then(first):
     assert found.build_followup_scenario(from_toml) == after
 
 
-def test_what_was_sent_before_is_read_once(first):
-    """Telemetry of both flights in one table gives what that of the second one alone gives."""
+def test_samples_before_followup_epoch_are_ignored(first):
+    """A table with both runs gives the result of the second run alone."""
     found, telemetry = first
     after = found.build_followup_scenario({"duration": 600.0})
     second = simulate_telemetry(after, SECOND, 2, initial_truth=telemetry.truth)
@@ -133,8 +135,8 @@ def test_what_was_sent_before_is_read_once(first):
         calibrate(after, earlier)
 
 
-def test_two_calibrations_are_one_of_both_flights(first):
-    """A linear world would make them equal; here by less than a 1-sigma, with its covariance."""
+def test_two_successive_calibrations_equal_one_of_both_runs(first):
+    """Linear models would make them equal; here the estimates differ by less than 1-sigma."""
     found, telemetry = first
     after = found.build_followup_scenario({"duration": 600.0})
     second = simulate_telemetry(after, SECOND, 2, initial_truth=telemetry.truth)
@@ -152,8 +154,8 @@ def test_two_calibrations_are_one_of_both_flights(first):
     assert np.abs(turn.as_rotvec() / spread[:3]).max() < 0.1
 
 
-def test_a_belief_is_what_remains_of_the_truth(first):
-    """r and -J, by differences of scipy's rotations."""
+def test_prior_residual_agrees_with_scipy(first):
+    """Residual r and Jacobian -J, by differences of scipy's rotations."""
     belief = PriorEstimate.from_scenario(first[0].build_followup_scenario())
     rng, n = np.random.default_rng(1), 18
     e = belief.sigma * rng.standard_normal(n)
@@ -187,8 +189,8 @@ def test_a_belief_is_what_remains_of_the_truth(first):
 
 
 @pytest.mark.slow
-def test_the_simulation_draws_from_what_is_known(first):
-    """Errors at the start have the whole covariance, and NEES of the filter is 1 ever after."""
+def test_simulation_draws_from_prior_covariance(first):
+    """Initial errors have the full covariance of the prior, and the NEES of the filter stays 1."""
     found, _ = first
     after = found.build_followup_scenario({"duration": 600.0})
     result = simulate(after, SECOND, 200, 5)
@@ -203,8 +205,8 @@ def test_the_simulation_draws_from_what_is_known(first):
 
 
 @pytest.mark.slow
-def test_a_second_flight_goes_on_consistently_and_better():
-    """Better in all that is calibrated, and of that in half by a fifth."""
+def test_second_calibration_is_consistent_and_more_accurate():
+    """All parameters are more accurate, and half of them by a fifth."""
     scenario = short(Scenario.cubesat_6u(), 1200.0)
     environment, better, errors = Environment.from_scenario(scenario), [], []
     for seed in range(300, 306):
@@ -213,8 +215,8 @@ def test_a_second_flight_goes_on_consistently_and_better():
         second = simulate_telemetry(after, SECOND, seed + 1000, initial_truth=telemetry.truth)
         with_it = calibrate(after, second)
         without = calibrate(dataclasses.replace(after, prior=None), second)
-        errors.append(normalized(with_it, second))
+        errors.append(normalize_error(with_it, second))
         better.append(np.sqrt(np.diag(with_it.covariance) / np.diag(without.covariance)))
-    check_claimed(errors, 0.998, 4.2)
+    check_errors(errors, 0.998, 4.2)
     assert np.max(better) < 1.0
     assert np.median(better) < 0.8

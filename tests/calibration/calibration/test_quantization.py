@@ -1,4 +1,4 @@
-"""Channels that count in steps."""
+"""Quantized channels."""
 
 import dataclasses
 
@@ -15,15 +15,23 @@ from mgeo_calibration.telemetry.quantization import (
 )
 from mgeo_calibration.telemetry.reading import read_telemetry
 
-from .flights import PLAN, check_claimed, normalized, short
-from .independent import Craft, coning, counted, fly, steady
+from .independent_simulator import (
+    TrueErrors,
+    coning_motion,
+    constant_rates,
+    quantize,
+    simulate_readings,
+)
+from .runs import PLAN, check_errors, normalize_error, short
 
 SCENARIO = short(Scenario.cubesat_6u(), 3000.0)
-MOTIONS = {"plan": steady(PLAN), "turning": coning(1.0, 0.1)}
+MOTIONS = {"plan": constant_rates(PLAN), "turning": coning_motion(1.0, 0.1)}
 
 
-def test_the_step_of_a_channel():
-    """Of numbers with six digits, in few and many levels; none of numbers that hardly repeat."""
+def test_quantization_step_is_estimated():
+    """Numbers with six digits and few or many levels have a step; numbers that hardly repeat have
+    none.
+    """
     rng = np.random.default_rng(1)
     noise = rng.normal(0.0, 0.03, (3000, 3))
     steps = np.array([0.01, 0.0123, 0.0])
@@ -42,29 +50,31 @@ def test_the_step_of_a_channel():
     rests[:, 1] = np.where(rng.random(3000) < 0.5, 0.0, 0.7)
     assert estimate_quantization_steps(rests)[1] == pytest.approx(
         0.01
-    )  # as the finest of the others
+    )  # The step of the finest other channel.
     rests[:, 1] = 0.0
     assert estimate_quantization_steps(rests)[1] == pytest.approx(0.01)
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.3, 2.0])
-def test_the_angle_of_rounded_rates_scatters_as_said(ratio):
-    """Of a rate that stays for ten minutes anywhere between two steps, by simulation."""
+def test_angle_variance_of_quantized_rates_agrees_with_simulation(ratio):
+    """Constant rates of ten minutes with random positions between two steps."""
     rng, n, step = np.random.default_rng(2), 600, 0.01
     rate = rng.uniform(-0.5, 0.5, 400) * step
     noise = rng.normal(0.0, ratio * step, (n, 400))
-    off = counted(rate + noise, step) - rate
+    off = quantize(rate + noise, step) - rate
     said = compute_angle_variance_rate(
-        counted(rate + noise, step)[:, :3], 1.0, np.full(3, step), np.full(3, ratio * step)
+        quantize(rate + noise, step)[:, :3], 1.0, np.full(3, step), np.full(3, ratio * step)
     )
     total = said.sum(axis=0).mean() + n * (ratio * step) ** 2
     found = (off.sum(axis=0) ** 2).mean()
     assert 0.7 * found < total < 2.0 * found
 
 
-def test_steps_are_those_of_the_columns():
-    """Whatever unit and mounting frame; of a turned frame as their variances add up."""
-    telemetry = fly(SCENARIO, MOTIONS["turning"], 1, Craft(gyro_step_deg_s=0.01), duration=300.0)
+def test_quantization_steps_follow_units_and_mounting():
+    """In a rotated frame the variances of the channels add."""
+    telemetry = simulate_readings(
+        SCENARIO, MOTIONS["turning"], 1, TrueErrors(gyro_step_deg_s=0.01), duration=300.0
+    )
     np.testing.assert_allclose(telemetry.find_quantization_steps("gyro"), 0.01, rtol=1e-6)
     frame = telemetry.to_frame()
     for axis in "xyz":
@@ -82,15 +92,17 @@ def test_steps_are_those_of_the_columns():
 
 
 @pytest.mark.parametrize(("motion", "step"), [("plan", 0.01), ("turning", 0.005)])
-def test_a_gyro_that_counts_is_calibrated_as_claimed(motion, step):
-    """Beside noise of 0.0025 deg/s; the bias was off by up to 9.6 sigma, and supported."""
-    telemetry = fly(SCENARIO, MOTIONS[motion], 3, Craft(gyro_step_deg_s=step))
+def test_quantized_gyro_is_calibrated_within_sigma(motion, step):
+    """The noise is 0.0025 deg/s. Without the model, the bias was wrong by up to 9.6 sigma in a
+    consistent calibration.
+    """
+    telemetry = simulate_readings(SCENARIO, MOTIONS[motion], 3, TrueErrors(gyro_step_deg_s=step))
     found = calibrate(SCENARIO, telemetry)
-    check_claimed([normalized(found, telemetry)], 0.98)
+    check_errors([normalize_error(found, telemetry)], 0.98)
     assert found.notes == (f"gyro is quantized in steps of {step:g} deg/s, which add to its noise",)
 
 
-def test_flights_report_in_the_declared_steps():
+def test_simulated_rates_have_declared_quantization():
     step = 0.005
     scenario = short(Scenario.paper(), 300.0)
     gyro = dataclasses.replace(scenario.gyro, quantization_deg_per_s=step)

@@ -1,4 +1,4 @@
-"""Readings that are older than their time, by a simulation of its own."""
+"""Sensors with measurement latency, by the independent simulator."""
 
 import dataclasses
 
@@ -7,8 +7,8 @@ import pytest
 from mgeo_attitude import Scenario, StarTracker
 from mgeo_calibration import calibrate
 
-from .flights import PLAN, short
-from .independent import Craft, fly, steady
+from .independent_simulator import TrueErrors, constant_rates, simulate_readings
+from .runs import PLAN, short
 
 SCENARIOS = {
     "paper": short(Scenario.paper(), 3000.0),
@@ -16,22 +16,24 @@ SCENARIOS = {
 }
 
 
-def with_delays(scenario, sigma=0.5):
+def add_latency_states(scenario, sigma=0.5):
     sensors = tuple(dataclasses.replace(each, initial_latency_s=sigma) for each in scenario.sensors)
     return dataclasses.replace(scenario, sensors=sensors)
 
 
-def off(calibration, block, true):
-    """Errors of a state in 1-sigmas."""
+def normalize_error(calibration, block, true):
+    """Return the error of a state in 1-sigmas."""
     first = 3 * calibration.suite.blocks.index(block)
     own = slice(first, first + 3)
     return (calibration.states[own] - true) / np.sqrt(np.diag(calibration.covariance)[own])
 
 
-def found(name, delays, seed):
-    """Errors of all constants of sensors in 1-sigmas."""
-    telemetry = fly(SCENARIOS[name], steady(PLAN), seed, Craft(late=delays))
-    calibration = calibrate(with_delays(SCENARIOS[name]), telemetry)
+def normalize_errors(name, delays, seed):
+    """Return the errors of all sensor parameters in 1-sigmas, as a dict by block."""
+    telemetry = simulate_readings(
+        SCENARIOS[name], constant_rates(PLAN), seed, TrueErrors(late=delays)
+    )
+    calibration = calibrate(add_latency_states(SCENARIOS[name]), telemetry)
     assert calibration.is_consistent
     assert not any("may be off" in note for note in calibration.notes)
     first = 3 * calibration.suite.blocks.index("mag.latency")
@@ -40,20 +42,22 @@ def found(name, delays, seed):
     true = dict(zip(("sun.misalignment", "sun.bias", "mag.misalignment", "mag.bias"),
                     telemetry.truth.states[-1, 6:].reshape(4, 3), strict=True))  # fmt: skip
     true |= {f"{sensor}.latency": delay for sensor, delay in delays.items()}
-    return {block: off(calibration, block, value) for block, value in true.items()}
+    return {block: normalize_error(calibration, block, value) for block, value in true.items()}
 
 
 @pytest.mark.slow
-def test_delays_of_two_sensors_are_found_beside_all_else():
-    for block, each in found("cubesat_6u", {"sun": 0.25, "mag": 0.5}, 1).items():
+def test_latencies_of_two_sensors_are_estimated():
+    for block, each in normalize_errors("cubesat_6u", {"sun": 0.25, "mag": 0.5}, 1).items():
         assert np.abs(each).max() < (3.0 if "latency" in block else 4.0)
 
 
 TURNS = [0.5, 0.3, -0.2, 90.0, -0.3, 0.6, 0.2, 120.0, 0.2, -0.4, 0.7, 110.0, -0.5, 0.2, -0.3, 80.0]
 
 
-def beside_a_noisy_gyro(late, noise_arcsec, seed):
-    """Errors of the delay of a tracker over its 1-sigmas; a step of the gyro is 9 arcsec."""
+def normalize_tracker_latency_error(late, noise_arcsec, seed):
+    """Return the latency error of a star tracker in 1-sigmas; the gyro noise of a step is 9
+    arcsec.
+    """
     scenario = short(Scenario.cubesat_6u(), 400.0)
     tracker = StarTracker(
         noise_arcsec=noise_arcsec,
@@ -66,15 +70,17 @@ def beside_a_noisy_gyro(late, noise_arcsec, seed):
     )
     gyro = dataclasses.replace(scenario.gyro, rate_random_walk=1e-9)
     scenario = dataclasses.replace(scenario, gyro=gyro, sensors=(tracker,))
-    craft = Craft(late={"tracker": late})
-    telemetry = fly(scenario, steady(TURNS), seed, craft, duration=400.0)
+    craft = TrueErrors(late={"tracker": late})
+    telemetry = simulate_readings(scenario, constant_rates(TURNS), seed, craft, duration=400.0)
     calibration = calibrate(scenario, telemetry)
     assert calibration.is_consistent, calibration.conclusion
     assert not calibration.notes
-    return off(calibration, "tracker.latency", late)
+    return normalize_error(calibration, "tracker.latency", late)
 
 
 @pytest.mark.parametrize("late", [0.1, 0.5])
-def test_the_delay_of_a_tracker_that_is_better_than_the_gyro_is_right(late):
-    """What is read is between two samples: it was off by 2 to 11 sigma, or not supported."""
-    assert np.abs(beside_a_noisy_gyro(late, 1.0, 1)).max() < 3.0
+def test_latency_of_accurate_star_tracker_is_estimated(late):
+    """Readings between two samples had errors of 2 to 11 sigma before the step noise was
+    modeled.
+    """
+    assert np.abs(normalize_tracker_latency_error(late, 1.0, 1)).max() < 3.0

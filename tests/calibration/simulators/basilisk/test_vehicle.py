@@ -1,4 +1,4 @@
-"""What flies: sizes that are known, and what is refused; nothing here needs Basilisk."""
+"""Vehicles for Basilisk and unsupported states. These tests do not need Basilisk."""
 
 import dataclasses
 
@@ -14,17 +14,19 @@ WHEELS = Wheels(inertia=(3.0, 2.0, 1.0), max_torque=0.1, max_momentum=0.5)
 PYRAMID = ((1, 1, 1), (-1, 1, 1), (-1, -1, 1), (1, -1, 1))
 
 
-def along(*axes, **changes):
+def build_vehicle(*axes, **changes):
     return Vehicle(wheels=dataclasses.replace(WHEELS, axes=axes, **changes))
 
 
-def test_a_pyramid_of_wheels_gives_about_all_axes_at_once_what_its_worst_wheel_can():
-    """Axes (±1, ±1, 1)/√3: of a torque (t, t, t) the one along it takes t (1 + 1 + 1) √3 / 4."""
-    limits = along(*PYRAMID).compute_slew_limits(np.zeros(3))
+def test_wheel_pyramid_acceleration_is_limited_by_most_loaded_wheel():
+    """The axes are (±1, ±1, 1)/√3. For a torque (t, t, t), the wheel along it needs t (1 + 1 + 1)
+    √3 / 4.
+    """
+    limits = build_vehicle(*PYRAMID).compute_slew_limits(np.zeros(3))
     assert limits.max_torque == pytest.approx(0.1 * 4.0 / (3.0 * np.sqrt(3.0)), rel=1e-12)
 
 
-def test_the_vehicle_is_the_scenario_s_wheels_or_a_known_one():
+def test_vehicle_comes_from_scenario_wheels_or_name():
     paper = Scenario.paper()
     assert Vehicle.from_scenario(paper) == Vehicle.amazonia()
     assert Vehicle.from_scenario(dataclasses.replace(paper, wheels=WHEELS)) == Vehicle(
@@ -38,9 +40,9 @@ def test_the_vehicle_is_the_scenario_s_wheels_or_a_known_one():
         Vehicle.from_scenario(dataclasses.replace(paper, name="mine"))
 
 
-def test_wheels_spin_at_the_start_so_that_nothing_does_as_a_whole_unless_they_say_how():
+def test_initial_wheel_momentum_cancels_body_momentum_unless_declared():
     rate = np.array([0.01, -0.02, 0.03])
-    vehicle = along(*PYRAMID)
+    vehicle = build_vehicle(*PYRAMID)
     total = vehicle.wheels.normalized_axes().T @ vehicle.compute_initial_momentum(rate) + [
         0.03,
         -0.04,
@@ -48,7 +50,7 @@ def test_wheels_spin_at_the_start_so_that_nothing_does_as_a_whole_unless_they_sa
     ]
     np.testing.assert_allclose(total, 0.0, atol=1e-16)
     given = (0.1, 0.0, -0.2, 0.3)
-    assert along(*PYRAMID, initial_momentum=given, ramp_share=0.5).compute_initial_momentum(
+    assert build_vehicle(*PYRAMID, initial_momentum=given, ramp_share=0.5).compute_initial_momentum(
         rate
     ).tolist() == [*given]
 
@@ -71,6 +73,6 @@ def test_wheels_spin_at_the_start_so_that_nothing_does_as_a_whole_unless_they_sa
         ),
     ],
 )
-def test_errors_that_basilisk_has_not_are_refused_by_name(suite, message):
+def test_states_that_basilisk_lacks_raise(suite, message):
     with pytest.raises(InvalidValue, match=message):
         validate_suite(suite)

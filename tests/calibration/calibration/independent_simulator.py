@@ -1,7 +1,8 @@
-"""Flights of a simulation of its own: exact rotations of any motion, own errors and noise.
+"""Independent simulator: exact integration of any motion, with its own sensor errors and noise.
 
-It shares with `mgeo_calibration.simulate_telemetry` only orbit, Sun and field. The body turns while
-the gyro averages, the gyro and the sensors count in steps, clocks are late, readings are absurd.
+It shares with `mgeo_calibration.simulate_telemetry` only orbit, Sun and field. The body rotates
+while the gyro averages. Gyro and sensors can be quantized, have latencies, and report implausible
+values.
 """
 
 from collections.abc import Callable
@@ -19,31 +20,35 @@ from scipy.spatial.transform import Rotation
 from .independent_sensors import (
     FIELD_UNIT,
     SENSORS,
-    Surroundings,
-    displaced,
+    SensorEnvironment,
+    build_symmetric_matrix,
+    displace_environment,
+    draw_environment_errors,
     gauss_markov,
-    gibbs,
+    gibbs_vector,
     normalized,
-    symmetric,
-    world_errors,
 )
 
-#: Parts of a step in which the rate is a line.
+#: Number of parts of a step in which the rate is linear.
 PARTS = 10
 _GAUSS = 0.5 + np.array([-1.0, 1.0]) * np.sqrt(3.0) / 6.0
 
 Rate = Callable[[np.ndarray], np.ndarray]
 
 
-def steady(plan) -> Rate:
-    """Constant rates [deg/s], each with its duration [s]; at rest after them."""
+def constant_rates(plan) -> Rate:
+    """Return the rate function of a plan with constant rates [deg/s] and durations [s], followed by
+    rest.
+    """
     rows = np.reshape(plan, (-1, 4))
     rates = np.radians(np.vstack([rows[:, :3], np.zeros(3)]))
     return lambda t: rates[np.searchsorted(np.cumsum(rows[:, 3]), t, side="right")]
 
 
-def coning(deg_s, frequency, about=(0.3, -0.2, 0.5)) -> Rate:
-    """A rate [deg/s] that turns about z [rad/s], on top of a steady one."""
+def coning_motion(deg_s, frequency, about=(0.3, -0.2, 0.5)) -> Rate:
+    """Return the rate function of a constant rate plus a rate vector [deg/s] that rotates about z
+    with a frequency [rad/s].
+    """
 
     def rate(t):
         turning = np.stack([np.cos(frequency * t), np.sin(frequency * t), 0.0 * t], axis=-1)
@@ -52,8 +57,10 @@ def coning(deg_s, frequency, about=(0.3, -0.2, 0.5)) -> Rate:
     return rate
 
 
-def tumble(inertia, start_deg_s, duration) -> Rate:
-    """Euler's equations without torque, solved when they are first asked."""
+def tumbling_motion(inertia, start_deg_s, duration) -> Rate:
+    """Return the rate function of a free rigid body. Euler's equations are solved at the first
+    call.
+    """
     J = np.asarray(inertia)
 
     @cache
@@ -71,8 +78,9 @@ def tumble(inertia, start_deg_s, duration) -> Rate:
     return lambda t: solution()(np.ravel(t)).T.reshape(*np.shape(t), 3)
 
 
-def turned(rate: Rate, times) -> tuple[np.ndarray, Rotation]:
-    """Integrals of the rate over the steps, and body-to-inertial rotations from the first time.
+def integrate_motion(rate: Rate, times) -> tuple[np.ndarray, Rotation]:
+    """Return the integral of the rate over each step, and the rotation from the body to its initial
+    axes at all times.
 
     Magnus's series of fourth order, R' = R [w x], in parts of the steps.
     """
@@ -92,8 +100,8 @@ def turned(rate: Rate, times) -> tuple[np.ndarray, Rotation]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Craft:
-    """What is true of a satellite, where it is not drawn from the scenario.
+class TrueErrors:
+    """True errors of a satellite. Errors that are not given are drawn from the scenario.
 
     Attributes
     ----------
@@ -101,19 +109,19 @@ class Craft:
     sun_turn_deg, mag_turn_deg : array, shape (3,)
         Rotation vectors of misalignments.
     decay, walk : float
-        Of the gyro's bias [1/s, rad/s^1.5].
+        Decay [1/s] and random walk [rad/s^1.5] of the gyro bias.
     gyro_step_deg_s, mag_step_nt : float
-        In which they count; zero for any number.
+        Quantization steps; zero for no quantization.
     unit_vectors : bool
-        Whether the Sun sensor normalizes.
+        True if the Sun sensor normalizes its vectors.
     instantaneous : bool
-        Whether the gyro reports the rate at the sample.
+        True if the gyro reports the rate at the sample.
     late : mapping of str to float
-        By how much sensors are late [s].
+        Latency of sensors [s].
     behind : float
-        By how much the satellite is behind its orbit along the track [s].
+        Time by which the satellite is behind its orbit along the track [s].
     spikes : mapping of (str, int) to float or array
-        What is read in place of a sample of ``gyro`` or a sensor.
+        Values that replace a sample of ``gyro`` or a sensor.
     """
 
     gyro_bias_deg_s: np.ndarray | None = None
@@ -133,23 +141,23 @@ class Craft:
 
     @property
     def gyro(self) -> dict[str, np.ndarray]:
-        """Constants of the gyro that are given, in the filter's units."""
-        return convert_block(bias=(self.gyro_bias_deg_s, np.pi / 180.0))
+        """Given gyro errors in the units of the filter."""
+        return scale_values(bias=(self.gyro_bias_deg_s, np.pi / 180.0))
 
     def of(self, sensor) -> dict[str, np.ndarray]:
-        """Constants of a sensor that are given, in the filter's units."""
+        """Return the given errors of a sensor in the units of the filter."""
         turn, bias, unit = {
             "sun-sensor": (self.sun_turn_deg, self.sun_bias, 1.0),
             "magnetometer": (self.mag_turn_deg, self.mag_bias_nt, 1.0 / FIELD_UNIT),
         }.get(sensor.kind, (None, None, 1.0))
         late = np.full(3, self.late.get(sensor.name, 0.0))
-        return convert_block(
-            misalignment=(turn, np.pi / 180.0), bias=(bias, unit), delay=(late, 1.0)
+        return scale_values(
+            misalignment=(turn, np.pi / 180.0), bias=(bias, unit), latency=(late, 1.0)
         )
 
 
-def convert_block(**given) -> dict[str, np.ndarray]:
-    """Return the values that are there, times their units."""
+def scale_values(**given) -> dict[str, np.ndarray]:
+    """Return the given values in the units of the filter, as a dict by state; None is omitted."""
     return {
         state: unit * np.asarray(value, dtype=float)
         for state, (value, unit) in given.items()
@@ -158,7 +166,7 @@ def convert_block(**given) -> dict[str, np.ndarray]:
 
 
 @cache
-def surroundings(scenario: Scenario, n: int, step: float, late: float, behind: float):
+def build_environment(scenario: Scenario, n: int, step: float, late: float, behind: float):
     times = np.arange(1, n + 1) * step - late
     if not behind:
         return Environment.from_times(scenario, times)
@@ -166,38 +174,38 @@ def surroundings(scenario: Scenario, n: int, step: float, late: float, behind: f
     return Environment.from_times(scenario, times, position)
 
 
-def errors_of(part, rng, given) -> dict:
-    """Draw the constants of a gyro or sensor that are not given.
+def draw_errors(part, rng, given) -> dict:
+    """Return the errors of a gyro or sensor: given, or else drawn.
 
-    Of them ``turn`` is the misalignment as a rotation, ``misalignment`` that as truths have it.
+    ``turn`` is the misalignment as a rotation, ``misalignment`` the vector that a truth contains.
     """
     own = dict(given)
     for state, sigma in part.states().items():
         drawn = get_initial_sigma(sigma) * rng.standard_normal(3)
         own.setdefault(state, drawn)
     own["turn"] = Rotation.from_rotvec(own.get("misalignment", np.zeros(3)))
-    return own | {"misalignment": gibbs(own["turn"])}
+    return own | {"misalignment": gibbs_vector(own["turn"])}
 
 
-def fly(
+def simulate_readings(
     scenario: Scenario, rate: Rate, seed, craft=None, duration=3000.0, step=1.0, start=None
 ) -> Telemetry:
-    """Telemetry of the scenario's gyro and sensors, with its truth.
+    """Simulate the telemetry of the scenario's gyro and sensors, with its truth.
 
     Parameters
     ----------
     start : Rotation, optional
-        Body to GCRS at the epoch. Default: any.
+        Body to GCRS at the epoch. Default: random.
     """
-    craft, suite = craft or Craft(), scenario.suite
+    craft, suite = craft or TrueErrors(), scenario.suite
     rng, gyro = np.random.default_rng(seed), scenario.gyro
     n = round(duration / step)
     times = np.arange(n + 1) * step
-    angle, relative = turned(rate, times)
+    angle, relative = integrate_motion(rate, times)
     anywhere = Rotation.random(rng=rng)
     attitude = (start or anywhere) * relative
 
-    own = errors_of(gyro, rng, craft.gyro)
+    own = draw_errors(gyro, rng, craft.gyro)
     decay = gyro.bias_decay if craft.decay is None else craft.decay
     walk = gyro.rate_random_walk if craft.walk is None else craft.walk
     kicks = np.array(walk) * np.sqrt(step) * rng.standard_normal((n, 3))
@@ -210,31 +218,31 @@ def fly(
     true, drift = angle / step, 0.5 * (biases[1:] + biases[:-1])
     if craft.instantaneous:
         true, drift = rate(times[1:]), biases[1:]
-    rates = own["turn"].apply(true @ symmetric(own).T) + drift + noise
-    rates = counted(np.degrees(rates), craft.gyro_step_deg_s)
+    rates = own["turn"].apply(true @ build_symmetric_matrix(own).T) + drift + noise
+    rates = quantize(np.degrees(rates), craft.gyro_step_deg_s)
 
-    world = world_errors(scenario.environment_errors, n, step, rng)
+    world = draw_environment_errors(scenario.environment_errors, n, step, rng)
     readings, truth = {}, {f"gyro.{state}": own[state] for state in gyro.states()}
     truth |= {"gyro.bias": biases[1:]} | {
         f"environment_errors.{state}": e for state, e in world.items()
     }
     for sensor in scenario.sensors:
-        own = errors_of(sensor, rng, craft.of(sensor))
+        own = draw_errors(sensor, rng, craft.of(sensor))
         late = craft.late.get(sensor.name, 0.0)
-        around = surroundings(scenario, n, step, late, craft.behind)
+        around = build_environment(scenario, n, step, late, craft.behind)
         if "orbit_error" in world:
-            around = displaced(scenario, around, world["orbit_error"])
-        at = Surroundings(around, world, scenario.environment_errors.earth_albedo)
+            around = displace_environment(scenario, around, world["orbit_error"])
+        at = SensorEnvironment(around, world, scenario.environment_errors.earth_albedo)
         then = attitude[1:]
         if late:
-            _, early = turned(lambda t, late=late: rate(t - late), times)
-            back = turned(rate, np.array([-late, 0.0]))[1][1].inv()
+            _, early = integrate_motion(lambda t, late=late: rate(t - late), times)
+            back = integrate_motion(rate, np.array([-late, 0.0]))[1][1].inv()
             then = (attitude[0] * back * early)[1:]
         y = SENSORS[sensor.kind](sensor, own, at, then.inv(), rng)
         if sensor.kind == "sun-sensor" and craft.unit_vectors:
             y = normalized(y)
         if sensor.kind == "magnetometer":
-            y = counted(y, craft.mag_step_nt)
+            y = quantize(y, craft.mag_step_nt)
         if max_rate := getattr(sensor, "max_rate_deg_s", None):
             y[np.linalg.norm(angle, axis=1) / step > np.radians(max_rate)] = np.nan
         readings[sensor.name] = y
@@ -254,21 +262,24 @@ def fly(
     )
 
 
-def fly_held(scenario: Scenario, axes, mounting: Rotation, error, seed, step) -> Telemetry:
-    """Telemetry without gyro of a satellite that is off the axes it holds, with its truth.
+def simulate_attitude_hold(
+    scenario: Scenario, axes, mounting: Rotation, error, seed, step
+) -> Telemetry:
+    """Simulate telemetry of a satellite without a gyro that deviates from its reference axes, with
+    its truth.
 
     Parameters
     ----------
     axes : str
         ``lvlh`` or ``inertial``.
     mounting : Rotation
-        Of coordinates from the axes to the body.
+        Rotation of coordinates from the axes to the body.
     error : (float, float)
-        1-sigma [rad] and correlation time [s] of the rotation vector between both, a Gauss-Markov
-        process in parts of the steps.
+        1-sigma [rad] and correlation time [s] of the pointing error, a Gauss-Markov process that is
+        integrated in parts of the steps.
     """
     rng, n = np.random.default_rng(seed), round(scenario.duration / step)
-    around = surroundings(scenario, n, step, 0.0, 0.0)
+    around = build_environment(scenario, n, step, 0.0, 0.0)
     held = Rotation.identity(n)
     if axes == "lvlh":
         z = -normalized(around.position)
@@ -278,8 +289,8 @@ def fly_held(scenario: Scenario, axes, mounting: Rotation, error, seed, step) ->
     attitude = held * mounting.inv() * Rotation.from_rotvec(off)
     readings, states = {}, np.zeros((n, scenario.suite.n_states))
     for sensor in scenario.sensors:
-        own = errors_of(sensor, rng, {})
-        at = Surroundings(around, {}, scenario.environment_errors.earth_albedo)
+        own = draw_errors(sensor, rng, {})
+        at = SensorEnvironment(around, {}, scenario.environment_errors.earth_albedo)
         readings[sensor.name] = SENSORS[sensor.kind](sensor, own, at, attitude.inv(), rng)
         for state in sensor.states():
             states[:, scenario.suite.block_slices[f"{sensor.name}.{state}"]] = own[state]
@@ -291,6 +302,6 @@ def fly_held(scenario: Scenario, axes, mounting: Rotation, error, seed, step) ->
     )
 
 
-def counted(values, step):
-    """Multiples of a step."""
+def quantize(values, step):
+    """Round values to multiples of a step; a step of zero changes nothing."""
     return step * np.round(values / step) if step else values

@@ -1,4 +1,4 @@
-"""A magnetometer that was in orbit, beside an affine fit that knows nothing of filters."""
+"""Telemetry of a magnetometer in orbit, against an affine least-squares fit without a filter."""
 
 from pathlib import Path
 
@@ -26,8 +26,10 @@ def telemetry(scenario):
 
 
 @pytest.fixture(scope="module")
-def affine(scenario, telemetry):
-    """Bias [nT] of m = A B + b for any A, least squares, with the field along LVLH."""
+def affine_bias(scenario, telemetry):
+    """Bias [nT] of the least-squares fit m = A B + b for any matrix A, with the field along
+    LVLH.
+    """
     environment = Environment.from_times(scenario, telemetry.times)
     down = -environment.position
     right = np.cross(down, environment.velocity)
@@ -38,33 +40,35 @@ def affine(scenario, telemetry):
     return np.linalg.lstsq(known, telemetry.sensors["mag"], rcond=None)[0][3]
 
 
-def bias(table):
+def get_magnetometer_bias(table):
     return table[table["block"] == "mag.bias"]["estimate"].to_numpy()
 
 
 @pytest.mark.slow
-def test_the_bias_is_that_of_an_affine_fit_and_what_is_not_white_is_said(
-    scenario, telemetry, affine
+def test_bias_agrees_with_affine_fit_and_colored_noise_is_reported(
+    scenario, telemetry, affine_bias
 ):
-    assert telemetry.times[0] == pytest.approx(-0.542743)  # before the epoch, to a microsecond
-    np.testing.assert_allclose(affine, [27600.0, 19700.0, -4300.0], atol=100.0)
+    assert telemetry.times[0] == pytest.approx(
+        -0.542743
+    )  # Before the epoch, exact to a microsecond.
+    np.testing.assert_allclose(affine_bias, [27600.0, 19700.0, -4300.0], atol=100.0)
     found = calibrate(scenario, telemetry)
-    np.testing.assert_allclose(bias(found.build_table()), affine, atol=600.0)
+    np.testing.assert_allclose(get_magnetometer_bias(found.build_table()), affine_bias, atol=600.0)
     assert not found.is_consistent
     assert "innovations of mag are not white" in found.conclusion
 
 
-def test_by_strength_alone_it_is_near_and_its_sigmas_are_too_small(scenario, telemetry, affine):
+def test_field_strength_calibration_agrees_with_affine_fit(scenario, telemetry, affine_bias):
     found = calibrate_magnetometers(scenario, telemetry)
     rows = found.build_table().query("block == 'mag.bias'")
-    correlation = 0.85  # of residuals one after the other: so much do they say less
+    correlation = 0.85  # Consecutive residuals are correlated, which reduces their information.
     sigma = rows["sigma"].to_numpy() * np.sqrt((1.0 + correlation) / (1.0 - correlation))
-    assert (np.abs(bias(found.build_table()) - affine) / sigma).max() < 4.0
+    assert (np.abs(get_magnetometer_bias(found.build_table()) - affine_bias) / sigma).max() < 4.0
     assert "innovations of mag are not white (correlation 0.8" in found.conclusion
     assert "misalignments" in found.notes[0]
 
 
-def test_a_magnetometer_alone_writes_a_calibration_from_which_a_run_goes_on(tmp_path):
+def test_scenario_continues_from_magnetometer_calibration(tmp_path):
     mapping = tmp_path / "columns.toml"
     mapping.write_text((FOLDER / "columns.toml").read_text().replace("lvlh", "unknown"))
     command = ["calibrate", str(TABLE), "--scenario", str(FOLDER / "iss.toml")]
@@ -78,11 +82,11 @@ def test_a_magnetometer_alone_writes_a_calibration_from_which_a_run_goes_on(tmp_
     after = found.build_followup_scenario({"accept_inconsistent": True})
     first = 3 * after.suite.blocks.index("mag.bias")
     carried = 5e4 * after.prior.estimates[first : first + 3]
-    np.testing.assert_allclose(carried, bias(found.build_table()))
+    np.testing.assert_allclose(carried, get_magnetometer_bias(found.build_table()))
     assert np.sqrt(np.diag(after.initial_attitude_covariance)).min() > 0.01
 
 
-def test_refused_telemetry_leaves_no_file(tmp_path):
+def test_invalid_telemetry_leaves_no_files(tmp_path):
     table = tmp_path / "table.csv"
     table.write_text(TABLE.read_text().replace("12.3227", "none"))
     command = ["calibrate", str(table), "--scenario", str(FOLDER / "iss.toml")]

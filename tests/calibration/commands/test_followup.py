@@ -1,4 +1,4 @@
-"""``mgeo solve attitude --after`` and ``mgeo attitude fly --after``: from one plan to the next."""
+"""Follow-up plans: ``mgeo solve attitude --after`` and ``mgeo attitude fly --after``."""
 
 import json
 from pathlib import Path
@@ -12,12 +12,12 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 
-from ..calibration.flights import PLAN, short
+from ..calibration.runs import PLAN, short
 
 
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory):
-    """A folder in which a plan was flown for its first maneuver and calibrated."""
+    """Folder with a plan that is simulated for its first maneuver, and its calibration."""
     folder = tmp_path_factory.mktemp("first")
     scenario = short(Scenario.cubesat_6u(), 1500.0)
     write_plan(ManeuverPlan(scenario, PLAN), folder / "plan.json")
@@ -39,7 +39,7 @@ def solve(*words, code=0):
 
 
 @pytest.mark.slow
-def test_later_maneuvers_are_searched_anew_flown_and_calibrated(run, flown, tmp_path, monkeypatch):
+def test_followup_plan_is_solved_simulated_and_calibrated(run, flown, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("rest.toml").write_text("duration = 1200.0\nmaneuvers.count = 2\n")
     calibration = flown / "calibration" / "calibration.json"
@@ -83,7 +83,7 @@ def test_later_maneuvers_are_searched_anew_flown_and_calibrated(run, flown, tmp_
         ({"states": {}}, "truth.json: states = []: expected gyro.bias"),
     ],
 )
-def test_a_truth_of_another_flight_is_one_line(run, flown, tmp_path, monkeypatch, change, message):
+def test_truth_of_another_run_prints_one_line(run, flown, tmp_path, monkeypatch, change, message):
     monkeypatch.chdir(tmp_path)
     document = json.loads((flown / "truth.json").read_text()) | change
     Path("truth.json").write_text(json.dumps(document))

@@ -1,4 +1,4 @@
-"""Basilisk's orbit, field, shadow and rigid body against our environment, and closed forms."""
+"""Basilisk's orbit, field, eclipses and rigid body, against `Environment` and closed forms."""
 
 import dataclasses
 import subprocess
@@ -19,7 +19,7 @@ from mgeo_calibration.simulators.basilisk.vehicle import Vehicle
 from mgeo_calibration.simulators.kinematic import simulate_telemetry as fly_exactly
 from scipy.spatial.transform import Rotation
 
-from .flights import PLAN, errorless, seen, short
+from .runs import PLAN, build_errorless_inputs, run_basilisk, short
 
 pytestmark = pytest.mark.basilisk
 
@@ -39,20 +39,22 @@ ORBITS = {
 }
 
 
-def at_rest(scenario):
-    """A flight without errors that never turns."""
+def simulate_at_rest(scenario):
+    """Return environment and recorded results of a simulation without errors or rotation."""
     environment = Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
     motion = Motion.from_design(model, np.zeros(12), model.n_steps)
     vehicle = Vehicle.amazonia()
-    return environment, seen(scenario, motion, errorless(model), vehicle, environment)
+    return environment, run_basilisk(
+        scenario, motion, build_errorless_inputs(model), vehicle, environment
+    )
 
 
 @pytest.mark.parametrize("orbit", ORBITS)
-def test_orbit_and_field_are_the_environment_s(orbit):
-    """The field is IGRF's to degree 12, by ppigrf; a degree more is in the environment."""
+def test_orbit_and_field_agree_with_environment(orbit):
+    """The expected field is IGRF to degree 12, by ppigrf; the environment has one more degree."""
     scenario = short(Scenario.paper(), 3000.0, step=2.0, **ORBITS[orbit])
-    environment, found = at_rest(scenario)
+    environment, found = simulate_at_rest(scenario)
     np.testing.assert_allclose(found.position, environment.position, rtol=0, atol=1e-4)
 
     to_itrs = gcrs_to_itrs(compute_julian_dates(scenario.epoch, environment.times))
@@ -71,20 +73,20 @@ def test_orbit_and_field_are_the_environment_s(orbit):
     assert np.abs(found.field - environment.field).max() < 5.0
 
 
-def test_the_sun_sensor_reports_where_the_whole_sun_shines():
+def test_sun_sensor_reports_only_in_full_sunlight():
     scenario = short(Scenario.cubesat_6u(), 6000.0)
-    environment, found = at_rest(scenario)
+    environment, found = simulate_at_rest(scenario)
     sun = sun_position(compute_julian_dates(scenario.epoch, environment.times))
     lit = visible_sun_fraction(environment.position, sun) == 1.0
     reported = np.isfinite(found.sensors[0][:, 0, 0])
     differ = np.flatnonzero(reported[1:] != lit[1:])
-    assert len(differ) <= 2  # Basilisk's Sun is smaller by a thousandth, 0.01 s of penumbra
+    assert len(differ) <= 2  # Basilisk's Sun is smaller by a thousandth: 0.01 s of penumbra.
     assert 1500 < (~lit).sum() < 2500
     dark = short(Scenario.paper(), 6000.0, eclipse=False)
-    assert np.isfinite(at_rest(dark)[1].sensors[0][1:]).all()
+    assert np.isfinite(simulate_at_rest(dark)[1].sensors[0][1:]).all()
 
 
-#: Four wheels that spin against each other and with a resultant.
+#: Four wheels whose momenta cancel in part and have a resultant.
 PYRAMID = Wheels(
     inertia=(310.0, 310.0, 170.0),
     axes=((1.0, 0.0, 1.0), (-1.0, 0.0, 1.0), (0.0, 1.0, 1.0), (0.0, -1.0, 1.0)),
@@ -96,49 +98,56 @@ PYRAMID = Wheels(
 SPINNING = InitialConditions(pointing="nadir", axis=(0.0, 0.6, 0.8), rate_deg_s=(0.2, -0.1, 0.1))
 
 
-def silent(scenario):
-    """With a gyro that has next to no noise."""
+def remove_gyro_noise(scenario):
+    """Return a scenario with negligible gyro noise."""
     gyro = dataclasses.replace(scenario.gyro, angle_random_walk_deg_per_sqrt_h=1e-9)
     return dataclasses.replace(scenario, gyro=gyro)
 
 
 @pytest.mark.parametrize("wheels", [PYRAMID, dataclasses.replace(PYRAMID, initial_momentum=())])
-def test_a_start_that_turns_is_flown_with_wheels_that_spin(wheels):
-    """By any axes, from attitude and rate at the start, along ramps, as planned; gyroscopic torque
-    of up to 8 N m s is in the way."""
+def test_rotating_start_with_spinning_wheels_follows_plan(wheels):
+    """The wheels have arbitrary axes, and a gyroscopic torque of up to 8 N m acts along the
+    ramps.
+    """
     limits = ManeuverBounds(max_acceleration_deg_s2=0.01)
-    scenario = silent(
+    scenario = remove_gyro_noise(
         short(Scenario.paper(), 900.0, maneuvers=limits, wheels=wheels, initial=SPINNING)
     )
     environment = Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
     slow = PLAN * np.tile([0.5, 0.5, 0.5, 1.0], 3)
     motion = Motion.from_design(model, slow, model.n_steps)
-    found = seen(scenario, motion, errorless(model), Vehicle.from_scenario(scenario), environment)
+    found = run_basilisk(
+        scenario,
+        motion,
+        build_errorless_inputs(model),
+        Vehicle.from_scenario(scenario),
+        environment,
+    )
     np.testing.assert_allclose(found.attitude[0], model.initial_attitude, rtol=0, atol=1e-12)
     off = Rotation.from_matrix(found.attitude @ motion.attitude.transpose(0, 2, 1)).magnitude()
     assert np.degrees(off.max()) < 0.05
     assert np.abs(np.degrees(motion.rates)).max() > 0.3
 
 
-def test_torque_and_momentum_stay_within_what_wheels_give():
-    """No torque acts from outside: what the body gains the wheels lose."""
+def test_torque_and_momentum_stay_within_wheel_limits():
+    """There is no external torque, so that body and wheels exchange momentum."""
     wheels = Wheels(inertia=(3.0, 2.0, 1.0), max_torque=2e-3, max_momentum=0.02)
     vehicle = Vehicle(wheels=wheels)
     scenario = short(Scenario.paper(), 900.0, step=0.5)
     C = simulate_telemetry(scenario, PLAN, 1, vehicle=vehicle).truth.attitude
     rates = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec() / 0.5
     momentum = rates @ wheels.inertia_matrix()
-    # a wheel is stopped at the first step beyond its limit
+    # A wheel stops at the first step beyond its limit.
     assert np.abs(momentum).max() == pytest.approx(0.02, rel=0.06)
-    # of the body's axes: the torque, and what keeps the momentum's direction in space
+    # In body axes: the torque, and the gyroscopic term of a momentum that is constant in space.
     torque = np.diff(np.einsum("kji,kj->ki", C[:-1], momentum), axis=0) / 0.5
     in_body = np.einsum("kij,kj->ki", C[1:-1], torque)
     gyroscopic = np.linalg.norm(np.cross(rates[1:], momentum[1:]), axis=1).max()
     assert 1.5e-3 < np.abs(in_body).max() < 2e-3 + gyroscopic
 
 
-def test_the_same_seed_gives_the_same_telemetry_and_the_own_simulation_s_errors():
+def test_equal_seeds_give_equal_telemetry_and_kinematic_errors():
     scenario = short(Scenario.cubesat_6u(), 120.0)
     one, again, other = (simulate_telemetry(scenario, PLAN, seed) for seed in (5, 5, 6))
     assert one.to_frame().equals(again.to_frame())
@@ -149,7 +158,7 @@ def test_the_same_seed_gives_the_same_telemetry_and_the_own_simulation_s_errors(
     assert not np.allclose(one.gyro_deg_s[1:], exact.gyro_deg_s[1:])
 
 
-def test_nothing_is_downloaded_and_nothing_is_tried():
+def test_simulation_attempts_no_download():
     code = """
 import socket
 

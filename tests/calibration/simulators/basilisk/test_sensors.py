@@ -1,4 +1,4 @@
-"""Basilisk's sensors: which way mounts turn, biases, and noise against what is declared."""
+"""Basilisk's sensor modules: misalignments, biases, and declared noise."""
 
 import dataclasses
 
@@ -21,20 +21,20 @@ from mgeo_calibration.simulators.basilisk.vehicle import Vehicle
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from .flights import PLAN, check_calibrated, errorless, seen, short
+from .runs import PLAN, build_errorless_inputs, check_calibrations, run_basilisk, short
 
 pytestmark = pytest.mark.basilisk
 
 QUIET = (
     SunSensor(noise_deg=1e-9),
     Magnetometer(noise_nt=1e-6),
-    StarTracker(name="state", noise_arcsec=1e-6, roll_noise_arcsec=1e-6),  # as a record is called
+    StarTracker(name="state", noise_arcsec=1e-6, roll_noise_arcsec=1e-6),  # The name of a recorder.
 )
 
 
 @pytest.fixture(scope="module")
-def quiet():
-    """Silent sensors on a satellite at rest: scenario, environment, model."""
+def noiseless():
+    """Return scenario, environment and model of a satellite at rest whose sensors have no noise."""
     gyro = Gyro(
         angle_random_walk_deg_per_sqrt_h=1e-9,
         rate_random_walk=0.0,
@@ -47,10 +47,12 @@ def quiet():
     return scenario, environment, FilterModel.from_scenario(scenario, environment)
 
 
-def reported(quiet, plan=(0.0,) * 12, start=None, **errors):
-    """What Basilisk logs with given states, the others zero."""
-    scenario, environment, model = quiet
-    drawn = errorless(model)
+def simulate_readings(noiseless, plan=(0.0,) * 12, start=None, **errors):
+    """Return the recorded results of a simulation with given sensor states; other states are
+    zero.
+    """
+    scenario, environment, model = noiseless
+    drawn = build_errorless_inputs(model)
     for block, value in errors.items():
         first = 3 * model.suite.blocks.index(block.replace("__", "."))
         drawn.true_states[first : first + 3] = value
@@ -59,55 +61,57 @@ def reported(quiet, plan=(0.0,) * 12, start=None, **errors):
     bias = np.tile(drawn.true_states[3:6], (model.n_steps, 1))
     drawn = dataclasses.replace(drawn, mean_bias=bias)
     motion = Motion.from_design(model, plan, model.n_steps)
-    return seen(scenario, motion, drawn, Vehicle.amazonia(), environment)
+    return run_basilisk(scenario, motion, drawn, Vehicle.amazonia(), environment)
 
 
-#: The vector of a rotation by 90° about z, and what that makes of x, y and z.
+#: Vector of a rotation by 90° about z, and the rotated axes x, y and z.
 QUARTER = [0.0, 0.0, 2.0]
 TURNED = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 
-def test_a_sun_sensor_turned_by_a_quarter_reports_the_sun_turned(quiet):
-    found = reported(quiet, sun__misalignment=QUARTER).sensors[0][1:, 0]
-    np.testing.assert_allclose(found, quiet[1].sun[1:] @ TURNED.T, rtol=0, atol=2e-10)
+def test_misaligned_sun_sensor_reports_rotated_sun(noiseless):
+    found = simulate_readings(noiseless, sun__misalignment=QUARTER).sensors[0][1:, 0]
+    np.testing.assert_allclose(found, noiseless[1].sun[1:] @ TURNED.T, rtol=0, atol=2e-10)
     np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1.0, rtol=0, atol=2e-10)
 
 
-def test_a_tracker_turned_by_a_quarter_reports_the_axes_of_gcrs_turned(quiet):
-    found = reported(quiet, state__misalignment=QUARTER).sensors[2][1:]
+def test_misaligned_star_tracker_reports_rotated_gcrs_axes(noiseless):
+    found = simulate_readings(noiseless, state__misalignment=QUARTER).sensors[2][1:]
     for axis in range(3):
         expected = np.tile(TURNED[:, axis], (len(found), 1))
         np.testing.assert_allclose(found[:, axis], expected, rtol=0, atol=1e-10)
 
 
-def test_biases_are_added_after_the_mount(quiet):
+def test_bias_is_added_after_misalignment(noiseless):
     sun, mag = [0.03, -0.02, 0.01], np.array([2000.0, -1000.0, 500.0])
-    found = reported(
-        quiet,
+    found = simulate_readings(
+        noiseless,
         sun__misalignment=QUARTER,
         sun__bias=sun,
         mag__misalignment=QUARTER,
         mag__bias=mag / FIELD_UNIT_NT,
     )
-    expected = quiet[1].sun[1:] @ TURNED.T + sun
+    expected = noiseless[1].sun[1:] @ TURNED.T + sun
     np.testing.assert_allclose(found.sensors[0][1:, 0], expected, rtol=0, atol=2e-10)
     expected = found.field[1:] @ TURNED.T + mag
     np.testing.assert_allclose(FIELD_UNIT_NT * found.sensors[1][1:, 0], expected, atol=1e-4)
 
 
-def test_a_gyro_reports_rates_turned_scaled_and_biased(quiet):
-    """A turn about x, seen by a gyro turned by 2 arctan(.1) about z, scaled along its own axes."""
+def test_gyro_applies_misalignment_scale_factor_and_bias(noiseless):
+    """The body rotates about x. The gyro is misaligned by 2 arctan(0.1) about z and scaled along
+    its own axes.
+    """
     scale, bias = np.array([0.03, -0.02, 0.01]), np.array([2e-4, -1e-4, 3e-4])
     plan = np.tile([0.5, 0.0, 0.0, 100.0], 3)
-    found = reported(
-        quiet, plan, gyro__misalignment=[0, 0, 0.2], gyro__scale_factor=scale, gyro__bias=bias
+    found = simulate_readings(
+        noiseless, plan, gyro__misalignment=[0, 0, 0.2], gyro__scale_factor=scale, gyro__bias=bias
     )
     C = found.attitude
     turns = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
-    # the mean of a rate is not the turn: by two turns at a time, as in coning corrections
+    # The mean rate is not the rotation vector: coning correction by two steps at a time.
     crossed = np.cross(turns[:-1], turns[1:]) / 24.0
     crossed = np.vstack([crossed[0], crossed[:-1] + crossed[1:], crossed[-1]])
-    whole = slice(3, -3)  # these know the turns before and after
+    whole = slice(3, -3)  # Samples with a step before and after.
     angle = 2.0 * np.arctan(0.1)
     axis = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0]])
     expected = (1.0 + scale) * (turns @ np.vstack([axis, [0, 0, 1]]).T) + bias - crossed
@@ -115,14 +119,14 @@ def test_a_gyro_reports_rates_turned_scaled_and_biased(quiet):
     np.testing.assert_allclose(found.mean_rates[whole], expected[whole], rtol=0, atol=1e-8)
 
 
-#: Large enough that a bias that comes a step late shows beside the gyro's noise.
+#: Random walk that is large enough to reveal a bias that is late by one step.
 WALK = (5e-6, 2e-5, 1e-5)
 NOISE = (0.05, 0.1, 0.2)
 
 
 @pytest.fixture(scope="module")
-def loud():
-    """Residuals of every channel of a flight of two orbits, over their declared 1-sigma."""
+def normalized_residuals():
+    """Residuals of every channel in a simulation of two orbits, divided by the declared 1-sigma."""
     sensors = (
         SunSensor(noise_deg=1.5),
         Magnetometer(noise_nt=300.0),
@@ -163,9 +167,11 @@ def loud():
     found["mag"] = (telemetry.sensors["mag"] - mount("mag").apply(in_body) - bias)[1:] / 300.0
     exact = mount("tracker") * Rotation.from_matrix(C[1:])
     q = Rotation.from_quat(telemetry.sensors["tracker"][1:])
-    turn = (exact * q).as_rotvec()  # the quaternion is that of GCRS to the tracker, as frames turn
+    turn = (
+        exact * q
+    ).as_rotvec()  # The quaternion rotates the axes of GCRS to those of the tracker.
     found["tracker"] = turn / np.radians([10.0 / 3600.0, 10.0 / 3600.0, 60.0 / 3600.0])
-    # what the filter believes of the gyro's bias from one step to the next
+    # Change of the gyro bias in a step, by the model of the filter.
     found["drift"] = np.diff(state("gyro.bias"), axis=0) / WALK
     return found
 
@@ -174,29 +180,32 @@ CHANNELS = ("gyro", "sun", "mag", "tracker", "drift")
 
 
 @pytest.mark.parametrize("channel", CHANNELS)
-def test_noise_is_white_and_as_loud_as_declared(loud, channel):
-    """Variance, mean and correlation from sample to sample of 12,000 normal numbers, each within
-    what happens in all but one of 100,000 cases."""
-    r = loud[channel]
+def test_noise_is_white_with_declared_variance(normalized_residuals, channel):
+    """Variance, mean and correlation of 12,000 normal numbers lie within bounds with a false alarm
+    rate of 1 in 100,000.
+    """
+    r = normalized_residuals[channel]
     n = len(r)
     assert n > 11_900
     low, high = chi2.ppf([5e-6, 1 - 5e-6], n) / n
     assert (low < (r**2).mean(axis=0)).all()
     assert ((r**2).mean(axis=0) < high).all()
-    assert np.abs(r.mean(axis=0)).max() < 4.42 / np.sqrt(n) + _modeled(channel)
+    assert np.abs(r.mean(axis=0)).max() < 4.42 / np.sqrt(n) + _get_field_model_error(channel)
     assert np.abs((r[1:] * r[:-1]).mean(axis=0)).max() < 4.42 / np.sqrt(n)
 
 
-def _modeled(channel):
-    """Fields of degree 13 do not average out: 1.2 nT of 300."""
+def _get_field_model_error(channel):
+    """Return the largest mean residual that the field of degree 13 causes: 1.2 nT, in units of the
+    noise of 300 nT.
+    """
     return 1.2 / 300.0 if channel == "mag" else 0.0
 
 
-def test_normalized_sun_vectors_are_calibrated_as_claimed():
-    """Three flights of 1,500 s; a bias of the gyro that Basilisk lets stay what it is."""
+def test_normalized_sun_vectors_are_calibrated_within_sigma():
+    """Three runs of 1,500 s with a constant gyro bias, as in Basilisk."""
     gyro = dataclasses.replace(Scenario.paper().gyro, bias_decay=0.0)
     sensors = (TwoAxisSunSensor(noise_deg=2.0), Magnetometer())
     scenario = short(Scenario.paper(), 1500.0, gyro=gyro, sensors=sensors)
-    telemetry = check_calibrated(scenario, PLAN, 3)
+    telemetry = check_calibrations(scenario, PLAN, 3)
     lengths = np.linalg.norm(telemetry.sensors["sun"][1:], axis=1)
     np.testing.assert_allclose(lengths, 1.0, rtol=0, atol=1e-12)

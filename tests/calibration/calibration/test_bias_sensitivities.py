@@ -1,4 +1,6 @@
-"""Biases that follow channels, flown, read, estimated, found and added."""
+"""Biases that depend on housekeeping channels: simulation, reading, estimation, tests and
+additions.
+"""
 
 import dataclasses
 
@@ -15,7 +17,7 @@ from mgeo_calibration.calibration.recalibration import recalibrate
 from mgeo_calibration.estimation.kinematics import discretize_dynamics
 from scipy.linalg import expm
 
-from .flights import PLAN, check_claimed, normalized, short
+from .runs import PLAN, check_errors, normalize_error, short
 
 TEMP = HousekeepingChannel(
     name="temp", in_sunlight=40.0, in_shadow=-10.0, time_constant=900.0, initial=0.0
@@ -29,7 +31,7 @@ GYRO = (BiasSensitivity("temp", 5e-4, "degC", 20.0),)
 MAG = (BiasSensitivity("current", 1000.0, "A"), BiasSensitivity("temp", 5.0, "degC", 20.0))
 
 
-def scenario(duration, gyro=GYRO, mag=MAG):
+def build_scenario(duration, gyro=GYRO, mag=MAG):
     base = short(Scenario.cubesat_6u(), duration, housekeeping_channels=(TEMP, CURRENT))
     sun, field = base.sensors
     return dataclasses.replace(
@@ -39,7 +41,7 @@ def scenario(duration, gyro=GYRO, mag=MAG):
     )
 
 
-FOLLOWING, PLAIN = scenario(1500.0), scenario(1500.0, (), ())
+FOLLOWING, PLAIN = build_scenario(1500.0), build_scenario(1500.0, (), ())
 
 
 @pytest.fixture(scope="module")
@@ -47,9 +49,9 @@ def telemetry():
     return simulate_telemetry(FOLLOWING, PLAN, 1)
 
 
-def test_coefficients_are_calibrated_as_claimed(telemetry):
+def test_sensitivities_are_calibrated_within_sigma(telemetry):
     calibration = calibrate(FOLLOWING, telemetry)
-    check_claimed([normalized(calibration, telemetry)])
+    check_errors([normalize_error(calibration, telemetry)])
     assert calibration.is_consistent, calibration.conclusion
     table = calibration.build_table().set_index("block")
     assert (table.loc["mag.bias_per_current", "sigma"] < 100.0).all()  # from 1000 nT per A
@@ -61,7 +63,7 @@ def test_coefficients_are_calibrated_as_claimed(telemetry):
     )
 
 
-def test_what_a_bias_follows_is_named_with_its_key_and_can_be_added(telemetry):
+def test_missing_sensitivity_is_identified_and_can_be_added(telemetry):
     first = calibrate(PLAIN, telemetry)
     assert not first.is_consistent
     assert any(
@@ -87,8 +89,8 @@ def test_what_a_bias_follows_is_named_with_its_key_and_can_be_added(telemetry):
         recalibrate(first, telemetry, ["sun.heat"])
 
 
-def test_steps_of_the_smoother_are_those_of_the_dynamics():
-    """Against SciPy's exponential, at other rates, channels and durations."""
+def test_discretization_agrees_with_matrix_exponential():
+    """SciPy's exponential at various rates, channel values and durations."""
     suite, rng = FOLLOWING.suite, np.random.default_rng(2)
     suite = dataclasses.replace(suite, gyro=dataclasses.replace(suite.gyro, bias_decay=1e-3))
     rates, durations = 0.02 * rng.standard_normal((5, 3)), rng.uniform(0.5, 4.0, 5)

@@ -1,4 +1,4 @@
-"""Where a satellite ends, and what it keeps as flown, against what is written down by hand."""
+"""Comparison of simulated runs with the plan, against values computed by hand."""
 
 import dataclasses
 import importlib.util
@@ -26,7 +26,7 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 from scipy.spatial.transform import Rotation
 
 DESIGN = (0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0)
-#: Without margins: what is flown has none.
+#: Constraints without margin, because simulated values have no margin.
 LIMITS = [
     {"name": "camera", "boresight": [1.0, 0.0, 0.0], "half_angle_deg": 20.0,
      "attitude_sigmas": 0.0},
@@ -35,8 +35,10 @@ LIMITS = [
 ]  # fmt: skip
 
 
-def planned(bias_deg_s=0.01, duration=1500.0, **changes):
-    """Nadir, three maneuvers and the way back, by three wheels."""
+def build_plan(bias_deg_s=0.01, duration=1500.0, **changes):
+    """Return a plan from nadir with three maneuvers and a slew back, by a satellite with three
+    wheels.
+    """
     table = {
         "preset": "cubesat_6u",
         "duration": duration,
@@ -58,11 +60,11 @@ def planned(bias_deg_s=0.01, duration=1500.0, **changes):
 
 @pytest.fixture(scope="module")
 def plan():
-    return planned()
+    return build_plan()
 
 
 @pytest.mark.slow
-def test_an_own_flight_is_off_by_its_first_attitude(plan):
+def test_kinematic_run_deviates_by_initial_attitude_error(plan):
     telemetry = simulate_telemetry(plan.scenario, plan, 3)
     found = compare_with_plan(plan, telemetry)
     assert found.attrs["time_s"] == plan.duration
@@ -72,7 +74,9 @@ def test_an_own_flight_is_off_by_its_first_attitude(plan):
     sun, lit = plan.problem.environment.sun[:n], plan.problem.environment.sunlit[:n]
     body = np.einsum("kij,kj->ki", telemetry.truth.attitude[:n], sun)[lit]
     least = np.degrees(np.arccos(body[:, 0])).min()
-    assert found.loc["Sun off camera", "simulated"] == pytest.approx(least, abs=0.01)  # at samples
+    assert found.loc["Sun off camera", "simulated"] == pytest.approx(
+        least, abs=0.01
+    )  # Only at samples.
     greatest = np.degrees(np.arccos(body[:, 2])).max()
     assert found.loc["Sun in array", "simulated"] == pytest.approx(greatest, abs=0.01)
     array = found.loc["Sun in array", ["bound", "limit", "satisfied"]].tolist()
@@ -85,17 +89,17 @@ def test_an_own_flight_is_off_by_its_first_attitude(plan):
         compare_with_plan(plan, dataclasses.replace(telemetry, truth=None))
 
 
-def test_flights_by_their_gyros_are_told(plan):
+def test_gyro_guidance_summary_states_errors_and_violations(plan):
     found = summarize_gyro_guidance(plan, 12, 2)
     assert (found["plan"][[END_ERROR, MAX_ERROR]] == 0.0).all()
     assert found.loc[END_ERROR, QUANTILE_COLUMN] > found.loc[END_ERROR, MEDIAN_COLUMN] > 1.0
     camera = found.loc["Sun off camera"]
-    assert camera[QUANTILE_COLUMN] < camera[MEDIAN_COLUMN]  # what nine of ten stay above
+    assert camera[QUANTILE_COLUMN] < camera[MEDIAN_COLUMN]  # 90 % of the runs stay above.
     assert np.isnan(found.loc[END_ERROR, VIOLATED_COLUMN])
     (line,) = format_gyro_guidance(found)
     assert f"90 % less than {found.loc[END_ERROR, QUANTILE_COLUMN]:.3g} deg" in line
     nearer = LIMITS[0] | {"half_angle_deg": camera["plan"] - 0.5}
-    tight = planned(path_constraints=[nearer, LIMITS[1]])
+    tight = build_plan(path_constraints=[nearer, LIMITS[1]])
     assert tight.list_violations() == []
     (line,) = format_gyro_guidance(summarize_gyro_guidance(tight, 12, 2))
     assert "; Sun off camera violated in " in line
@@ -104,11 +108,13 @@ def test_flights_by_their_gyros_are_told(plan):
 @pytest.mark.slow
 @pytest.mark.basilisk
 @pytest.mark.skipif(importlib.util.find_spec("Basilisk") is None, reason="needs bsk")
-def test_basilisk_ends_where_the_gyro_leads():
-    """Of 5 to 20 deg, though the plan keeps all; the same errors, but noise of its own."""
+def test_gyro_guidance_agrees_with_basilisk():
+    """Both simulations have equal initial errors but independent noise. Pointing errors reach 5 to
+    20 deg, although the plan satisfies all constraints.
+    """
     from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry
 
-    plan, off = planned(0.02), []
+    plan, off = build_plan(0.02), []
     assert plan.list_violations() == []
     model, n = plan.problem.model, len(plan.attitude) - 1
     for seed in (0, 3):

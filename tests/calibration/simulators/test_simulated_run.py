@@ -1,4 +1,4 @@
-"""The simulated truth against scipy and closed forms."""
+"""True motion and readings of simulated runs, against scipy and closed forms."""
 
 import dataclasses
 from itertools import pairwise
@@ -24,7 +24,7 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from ...attitude.geometry.test_rotation import as_scipy
-from .runs import estimated, flown, none
+from .runs import build_zero_errors, run_filter, simulate_motion
 
 PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
 DURATION = 200
@@ -45,13 +45,14 @@ def model():
 
 
 def interpolate_body_rates(t):
-    """The plan by hand: the second maneuver starts at the first step after 80.3 s, the third
-    after 140.3 s."""
+    """Return the rate of the plan at a time. By hand: the second maneuver starts at the first step
+    after 80.3 s, the third at the first step after 140.3 s.
+    """
     return np.radians(PLAN[0:3] if t < 81 else PLAN[4:7] if t < 141 else PLAN[8:11])
 
 
-def attitude(rates, start, t):
-    """C at t by integrating C' = -[ω×] C numerically."""
+def integrate_attitude(rates, start, t):
+    """Return the attitude C at a time by numerical integration of C' = -[ω×] C."""
 
     def derivative(at, flat):
         x, y, z = rates(at)
@@ -59,25 +60,25 @@ def attitude(rates, start, t):
 
     C, legs = start.ravel(), [0, 81, 141, t]
     for begin, end in pairwise(legs):
-        inside = (begin + 1e-9, end - 1e-9)  # the rates jump at the ends
+        inside = (begin + 1e-9, end - 1e-9)  # The rates jump at the ends.
         C = solve_ivp(derivative, inside, C, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
     return C.reshape(3, 3)
 
 
-def test_attitudes_of_truth_and_dead_reckoning_are_integrated_kinematics(model):
-    """Blind sensors: the estimate is the gyro's attitude, off by a constant bias."""
+def test_true_and_propagated_attitudes_agree_with_integration(model):
+    """The sensors are blind, so that the estimate is the gyro attitude with a constant bias."""
     suite = dataclasses.replace(
         model.suite, gyro=dataclasses.replace(model.suite.gyro, bias_decay=0.0)
     )
     blind = dataclasses.replace(model, suite=suite, available=np.zeros_like(model.available))
     theta, bias = np.array([0.3, -0.2, 0.1]), np.array([2e-3, -1e-3, 3e-3])
-    draws = none(blind, DURATION)
+    draws = build_zero_errors(blind, DURATION)
     draws.initial_errors[:3], draws.initial_errors[3:6] = theta, bias
-    record = estimated(blind, PLAN, np.array([0, DURATION]), draws)
+    record = run_filter(blind, PLAN, np.array([0, DURATION]), draws)
 
     np.testing.assert_allclose(record.errors[0, 0, :6], [*theta, *bias], rtol=1e-14)
-    truth = attitude(interpolate_body_rates, as_scipy(-theta).as_matrix(), DURATION)
-    estimate = attitude(lambda t: interpolate_body_rates(t) + bias, np.eye(3), DURATION)
+    truth = integrate_attitude(interpolate_body_rates, as_scipy(-theta).as_matrix(), DURATION)
+    estimate = integrate_attitude(lambda t: interpolate_body_rates(t) + bias, np.eye(3), DURATION)
     quaternion = Rotation.from_matrix(estimate @ truth.T).as_quat()
     expected = 2.0 * quaternion[:3] / quaternion[3]
     np.testing.assert_allclose(record.errors[0, 1, :3], expected, rtol=0, atol=1e-9)
@@ -85,8 +86,10 @@ def test_attitudes_of_truth_and_dead_reckoning_are_integrated_kinematics(model):
     assert not record.n_innovations.any()
 
 
-def test_gyro_noise_is_the_markov_process_of_equation_2():
-    """Bias and its integral over a step: an independent quadrature of their joint covariance."""
+def test_gyro_noise_has_covariance_of_equation_2():
+    """An independent quadrature gives the joint covariance of the bias and its integral over a
+    step.
+    """
     gyro = dataclasses.replace(
         Scenario.paper().gyro, bias_decay=0.3, rate_random_walk=0.02, initial_bias_deg_s=1.0
     )
@@ -107,13 +110,13 @@ def test_gyro_noise_is_the_markov_process_of_equation_2():
     drawn = draw_errors(model, 40_000, np.random.default_rng(3)).process_noise
     sample = drawn.T @ drawn / len(drawn)
     scale = np.sqrt(np.outer(np.diag(Q), np.diag(Q)))
-    # the standard deviation of an entry is at most sqrt(2 / 40000) of its scale: 0.7 %
+    # The standard deviation of an entry is at most sqrt(2 / 40000) of its scale: 0.7 %.
     assert np.abs((sample - Q) / scale).max() < 4.5 * np.sqrt(2.0 / 40_000)
 
 
 @pytest.mark.slow
-def test_errors_of_sensors_are_ornstein_uhlenbeck_processes():
-    """Stationary, with the autocovariance σ² exp(-t / τ) of the closed form, and independent."""
+def test_varying_sensor_errors_are_ornstein_uhlenbeck_processes():
+    """They are stationary and independent, with the autocovariance σ² exp(-t / τ)."""
     world = EnvironmentErrors(albedo=0.05, albedo_correlation_time=15.0, field_error_nt=80)
     model = FilterModel.from_scenario(short(Scenario.paper(), environment_errors=world, step=2.0))
     F, Q = discretize_at_rest(model)
@@ -124,19 +127,19 @@ def test_errors_of_sensors_are_ornstein_uhlenbeck_processes():
 
     n, runs = DURATION // 2, 600
     flights = [
-        flown(model, PLAN, draw_errors(model, n, generator)).varying_states[:, 3:6]
+        simulate_motion(model, PLAN, draw_errors(model, n, generator)).varying_states[:, 3:6]
         for generator in np.random.default_rng(6).spawn(runs)
     ]
-    samples = np.moveaxis(np.array(flights), 1, 0).reshape(n + 1, -1)  # of 1800 processes
+    samples = np.moveaxis(np.array(flights), 1, 0).reshape(n + 1, -1)  # 1800 processes.
     covariance = samples @ samples.T / samples.shape[1]
     lag = 2.0 * np.abs(np.subtract.outer(np.arange(n + 1), np.arange(n + 1)))
-    # an entry's standard deviation is at most sqrt(2 / 1800) of the variance: 3.3 %
+    # The standard deviation of an entry is at most sqrt(2 / 1800) of the variance: 3.3 %.
     error = covariance / 0.05**2 - np.exp(-lag / 15.0)
     assert np.abs(error).max() < 5.0 * np.sqrt(2.0 / samples.shape[1])
 
 
-def test_an_orbit_error_moves_the_eclipse_of_a_flight_and_calibration_does_not_mind():
-    """Though the Sun sensor reports in the dark, too, as it knows no better."""
+def test_orbit_error_moves_eclipse_and_calibration_stays_consistent():
+    """The Sun sensor also reports in the predicted eclipse."""
     world = EnvironmentErrors(orbit_error_m=(40_000.0, 1000.0, 1000.0))
     scenario = dataclasses.replace(
         Scenario.cubesat_6u(),
@@ -144,7 +147,7 @@ def test_an_orbit_error_moves_the_eclipse_of_a_flight_and_calibration_does_not_m
         environment_errors=world,
         maneuvers=ManeuverBounds(count=3),
     )
-    scenario = scenario.shift_start(3700.0)  # the Sun sets after 231 s
+    scenario = scenario.shift_start(3700.0)  # The Sun sets after 231 s.
     sent = simulate_telemetry(scenario, [*PLAN[:11], 400.0], seed=6)
     error = 1e3 * sent.truth.states[:, 6:9]
     at, environment = scenario.times, Environment.from_scenario(scenario)
@@ -167,16 +170,16 @@ def test_an_orbit_error_moves_the_eclipse_of_a_flight_and_calibration_does_not_m
     assert not made.outliers
 
 
-def test_sensors_measure_where_they_see():
+def test_sensors_measure_only_if_available():
     narrow = SunSensor(boresight=(1.0, 0.0, 0.0), half_angle_deg=60.0)
     of = short(Scenario.paper(), sensors=(narrow, Magnetometer()))
     seen = FilterModel.from_scenario(of)
     available = seen.available.copy()
     available[50:80, 0] = False
     seen = dataclasses.replace(seen, available=available)
-    draws = none(seen, DURATION)
+    draws = build_zero_errors(seen, DURATION)
     draws.initial_errors[:3] = theta = np.array([0.5, 0.8, -0.3])
-    record = estimated(seen, PLAN, np.arange(DURATION + 1), draws)
+    record = run_filter(seen, PLAN, np.arange(DURATION + 1), draws)
     expected = []
     for k in range(1, DURATION + 1):
         legs = [(PLAN[0:3], min(k, 81)), (PLAN[4:7], min(k, 141) - 81), (PLAN[8:11], k - 141)]
@@ -191,16 +194,16 @@ def test_sensors_measure_where_they_see():
 
 
 @pytest.mark.parametrize("pointing", ["inertial", "nadir"])
-def test_readings_are_those_of_rotated_vectors(pointing):
-    """Every sample of two runs with errors and noise, by scipy's rotations."""
+def test_readings_agree_with_scipy_rotations(pointing):
+    """All sensors of two runs with errors and noise."""
     initial = InitialConditions(pointing=pointing)
     model = FilterModel.from_scenario(short(Scenario.paper(), initial=initial))
     begun = model.initial_attitude
     assert (begun == np.eye(3)).all() == (pointing == "inertial")
-    plan = [attitude(interpolate_body_rates, np.eye(3), t) for t in (1, 100, DURATION)]
+    plan = [integrate_attitude(interpolate_body_rates, np.eye(3), t) for t in (1, 100, DURATION)]
     for generator in np.random.default_rng(5).spawn(2):
         draws = draw_errors(model, DURATION, generator)
-        flight, x = flown(model, PLAN, draws), draws.initial_errors
+        flight, x = simulate_motion(model, PLAN, draws), draws.initial_errors
         for k, planned in zip((1, 100, DURATION), plan, strict=True):
             C = planned @ as_scipy(-x[:3]).as_matrix() @ begun
             found = flight.motion.attitude[k] @ flight.initial_rotation
@@ -210,4 +213,4 @@ def test_readings_are_those_of_rotated_vectors(pointing):
                 seen += x[first + 3 : first + 6] + draws.measurement_noise[k, index]
                 found = flight.readings.sensors[index][k, 0]
                 np.testing.assert_allclose(found, seen, rtol=0, atol=1e-9)
-        assert np.isnan(flight.readings.sensors[0][0]).all()  # the start is what is believed
+        assert np.isnan(flight.readings.sensors[0][0]).all()  # There is no reading at the start.

@@ -1,4 +1,4 @@
-"""What docs/basilisk.md shows works as it stands there."""
+"""The commands on the page docs/basilisk.md run as documented."""
 
 import re
 import shlex
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.basilisk
 PAGE = (Path(__file__).parents[4] / "docs" / "basilisk.md").read_text(encoding="utf-8")
 
 
-def test_the_commands_lead_from_a_front_to_a_calibration(tmp_path, monkeypatch):
+def test_documented_commands_run_from_front_to_calibration(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (commands,) = re.findall(r"```sh\n(.*?)```", PAGE, re.DOTALL)
     for line in commands.splitlines():

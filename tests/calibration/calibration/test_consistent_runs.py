@@ -1,4 +1,6 @@
-"""Healthy satellites are consistent: at rest, without gyro, with uncertainty to spare."""
+"""Healthy satellites have consistent calibrations: at rest, without gyro, and with overestimated
+errors.
+"""
 
 import dataclasses
 import re
@@ -9,34 +11,34 @@ from mgeo_attitude.sensors.base import scale_noise
 from mgeo_calibration import TelemetryMapping, calibrate, simulate_telemetry
 from mgeo_calibration.telemetry.mapping import GyroChannels
 
-from .flights import PLAN
+from .runs import PLAN
 
 GYRO_ERRORS = [f"gyro.{name}" for name in ("scale_factor", "misalignment", "nonorthogonality")]
 
 
-def cubesat(duration, **changes):
+def build_cubesat(duration, **changes):
     return Scenario.from_dict({"preset": "cubesat_6u", "duration": duration} | changes)
 
 
 @pytest.mark.cases(2)
 @pytest.mark.parametrize(("rate", "seed"), [(0.0, 1), (0.06, 2), (0.0, 3), (0.5, 4), (0.06, 5)])
-def test_a_satellite_that_hardly_rotates_has_no_scale_factor(rate, seed):
-    """The noise of the gyro is in its rates and in the residuals."""
-    scenario = cubesat(3000.0)
+def test_slow_rotation_gives_no_false_scale_factor(rate, seed):
+    """The gyro noise is in its rates and in the residuals."""
+    scenario = build_cubesat(3000.0)
     found = calibrate(scenario, simulate_telemetry(scenario, [0.0, rate, 0.0, 3000.0], seed))
     assert found.is_consistent, found.conclusion
 
 
-def test_errors_that_no_rotation_shows_are_not_tested():
-    scenario = cubesat(1500.0)
+def test_unobservable_errors_are_not_tested():
+    scenario = build_cubesat(1500.0)
     found = calibrate(scenario, simulate_telemetry(scenario, [0.0, 0.0, 0.0, 1500.0], 1))
     table = found.build_model_test_table().loc[GYRO_ERRORS]
     assert (table["degrees_of_freedom"] == 0).all()
-    assert (table["description"] == "not tested: no rotation that shows it").all()
+    assert (table["description"] == "not tested: no rotation makes it observable").all()
 
 
-def test_a_satellite_without_gyro_has_no_errors_of_a_gyro():
-    scenario = cubesat(1500.0)
+def test_satellite_without_gyro_has_no_gyro_tests():
+    scenario = build_cubesat(1500.0)
     flown = simulate_telemetry(scenario, [0.0, 0.0, 0.0, 1500.0], 1).to_frame()
     without = flown.drop(columns=["gyro_x", "gyro_y", "gyro_z"])
     mapping = TelemetryMapping(gyro=GyroChannels(reference_axes="inertial"))
@@ -49,9 +51,9 @@ def test_a_satellite_without_gyro_has_no_errors_of_a_gyro():
     ("key", "declared", "measured"),
     [("field_error_nt", 300.0, (5.0, 60.0)), ("albedo", 0.03, (2.0, 25.0))],
 )
-def test_an_error_that_is_declared_too_large_is_a_note_with_its_size(key, declared, measured):
-    flown = dataclasses.replace(simulate_telemetry(cubesat(1500.0), PLAN, 1), truth=None)
-    found = calibrate(cubesat(1500.0, environment_errors={key: declared}), flown)
+def test_overestimated_error_gives_note_with_size(key, declared, measured):
+    flown = dataclasses.replace(simulate_telemetry(build_cubesat(1500.0), PLAN, 1), truth=None)
+    found = calibrate(build_cubesat(1500.0, environment_errors={key: declared}), flown)
     assert found.is_consistent, found.conclusion
     (note,) = (note for note in found.notes if "correlate negatively" in note)
     said = re.search(
@@ -62,8 +64,8 @@ def test_an_error_that_is_declared_too_large_is_a_note_with_its_size(key, declar
 
 
 @pytest.mark.parametrize("factor", [3.0, 10.0])
-def test_noise_that_is_declared_too_large_is_consistent(factor):
-    scenario = cubesat(1500.0)
+def test_overestimated_noise_is_consistent(factor):
+    scenario = build_cubesat(1500.0)
     careful = tuple(scale_noise(sensor, factor) for sensor in scenario.sensors)
     found = calibrate(
         dataclasses.replace(scenario, sensors=careful), simulate_telemetry(scenario, PLAN, 2)
@@ -72,17 +74,17 @@ def test_noise_that_is_declared_too_large_is_consistent(factor):
     assert any(note.startswith("sun: sigmas are too large by ") for note in found.notes)
 
 
-def test_an_error_that_is_declared_too_small_is_inconsistent():
-    true = cubesat(1500.0, environment_errors={"field_error_nt": 200.0})
+def test_underestimated_error_is_inconsistent():
+    true = build_cubesat(1500.0, environment_errors={"field_error_nt": 200.0})
     flown = dataclasses.replace(simulate_telemetry(true, PLAN, 1), truth=None)
-    assert not calibrate(cubesat(1500.0), flown).is_consistent
+    assert not calibrate(build_cubesat(1500.0), flown).is_consistent
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 5])
-def test_a_large_random_walk_of_the_gyro_converges(seed):
-    """Carried on over too long a time, the attitude was astray by more than a radian."""
+def test_fit_converges_with_large_gyro_random_walk(seed):
+    """Propagated over a longer interval, the attitude was wrong by more than a radian."""
     gyro = {"rate_random_walk": 2e-5, "initial_bias_deg_s": 0.05}
-    scenario = cubesat(6000.0, gyro=gyro)
+    scenario = build_cubesat(6000.0, gyro=gyro)
     found = calibrate(scenario, simulate_telemetry(scenario, PLAN, seed))
     assert found.is_consistent, found.conclusion

@@ -1,4 +1,4 @@
-"""Flights to calibrate from, errors of calibrations, and ways to spoil telemetry."""
+"""Simulated runs to calibrate from, errors of calibrations, and changes of telemetry."""
 
 import dataclasses
 
@@ -14,33 +14,35 @@ PLAN = (0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0)
 
 
 def short(scenario, duration, **changes):
-    """The scenario in less time, with three maneuvers."""
+    """Return a scenario with a shorter duration and three maneuvers."""
     window = Convergence(window=min(300.0, duration))
     changes = {"maneuvers": dataclasses.replace(scenario.maneuvers, count=3)} | changes
     return dataclasses.replace(scenario, duration=duration, convergence=window, **changes)
 
 
-def options(asked):
-    """All departures that questions are of, by name and number."""
+def list_model_errors(asked):
+    """Return the model errors of all hypotheses, as a dict by name and number."""
     return {f"{name} {i}": each for name, of in asked.items() for i, each in enumerate(of.options)}
 
 
-def anywhere(scenario):
-    """The scenario's satellite, pointing anywhere at the start."""
+def with_any_attitude(scenario):
+    """Return a scenario whose initial attitude error is so large that any attitude is possible."""
     return dataclasses.replace(
         scenario, initial=dataclasses.replace(scenario.initial, attitude_deg=90.0)
     )
 
 
-def flown(scenario, seed, environment=None, plan=PLAN):
-    """Telemetry of a flight that starts anywhere."""
+def simulate_from_any_attitude(scenario, seed, environment=None, plan=PLAN):
+    """Return the telemetry of a run with an arbitrary initial attitude."""
     return simulate_telemetry(
-        scenario, plan, seed, truth=anywhere(scenario), environment=environment
+        scenario, plan, seed, truth=with_any_attitude(scenario), environment=environment
     )
 
 
-def error(calibration, telemetry):
-    """Truth less estimate at the last sample, of rotations the vector that remains."""
+def compute_error(calibration, telemetry):
+    """Return the true minus the estimated states at the last sample; for rotations, the vector of
+    the remaining rotation.
+    """
     k = int(np.argmin(np.abs(telemetry.times - calibration.time)))
     e = telemetry.truth.states[k] - calibration.states
     for first in calibration.suite.rotation_indices[1:]:
@@ -54,16 +56,17 @@ def error(calibration, telemetry):
     return e
 
 
-def normalized(calibration, telemetry):
-    """NEES per state, and the error of every state over its 1-sigma."""
-    e, P = error(calibration, telemetry), calibration.covariance
+def normalize_error(calibration, telemetry):
+    """Return the NEES per state, and the error of every state in units of its 1-sigma."""
+    e, P = compute_error(calibration, telemetry), calibration.covariance
     return e @ np.linalg.solve(P, e) / len(e), e / np.sqrt(np.diag(P))
 
 
-def check_claimed(found, chance=0.99, worst=4.0):
-    """Assert that errors are as large as is claimed, of `normalize_covariance` ones.
+def check_errors(found, chance=0.99, worst=4.0):
+    """Assert that the normalized errors of several calibrations agree with their covariances.
 
-    NEES per state in the mean within what has this probability, and none of so many 1-sigmas.
+    The mean NEES per state lies within an interval of the probability `chance`, and no error
+    exceeds `worst` 1-sigmas.
     """
     nees, x = zip(*found, strict=True)
     n = np.size(x)
@@ -72,28 +75,30 @@ def check_claimed(found, chance=0.99, worst=4.0):
     assert np.abs(x).max() < worst
 
 
-def check_fifty_flights(scenario, seed, plan=PLAN):
-    """NEES and NIS of a filter in 50 flights, and NEES of calibrations of four, within 99 %."""
+def check_fifty_runs(scenario, seed, plan=PLAN):
+    """Assert that NEES and NIS of the filter in 50 runs, and the NEES of four calibrations, lie
+    within 99 % intervals.
+    """
     report = evaluate_consistency(simulate(scenario, plan, 50, seed=seed))
     tested = report[report.index.str.startswith(("nees", "nis"))]
-    assert len(tested) >= len(scenario.sensors)  # of faces one may stay dark
+    assert len(tested) >= len(scenario.sensors)  # A photodiode may stay dark.
     assert tested["passed"].all(), report
     environment, found = Environment.from_scenario(scenario), []
     for number in range(4):
         flight = simulate_telemetry(scenario, plan, number, environment=environment)
-        found.append(normalized(calibrate(scenario, flight), flight))
-    check_claimed(found, worst=np.inf)
+        found.append(normalize_error(calibrate(scenario, flight), flight))
+    check_errors(found, worst=np.inf)
 
 
-def thinned(telemetry, name, every):
-    """With every so many samples of a sensor alone."""
+def thin_samples(telemetry, name, every):
+    """Return telemetry with only every n-th sample of one sensor."""
     rows = telemetry.sensors[name].copy()
     rows[np.arange(len(rows)) % every != 0] = np.nan
     return dataclasses.replace(telemetry, sensors={**telemetry.sensors, name: rows})
 
 
-def with_holes(telemetry, share, rng):
-    """Without this share of all samples, of gyro and sensors independently."""
+def remove_samples(telemetry, share, rng):
+    """Return telemetry without a random share of the samples of gyro and sensors."""
 
     def holed(rows):
         return np.where(rng.random(len(rows))[:, None] < share, np.nan, rows)
@@ -105,8 +110,10 @@ def with_holes(telemetry, share, rng):
     )
 
 
-def with_outliers(telemetry, share, rng):
-    """With this share of the sensors' vectors turned anywhere; and how many of each."""
+def add_outliers(telemetry, share, rng):
+    """Return telemetry in which a share of the sensor vectors has a random direction, and the
+    number of changed vectors per sensor.
+    """
     sensors, counts = {}, {}
     for name, rows in telemetry.sensors.items():
         wrong = (rng.random(len(rows)) < share) & np.isfinite(rows[:, 0])
