@@ -140,7 +140,7 @@ def _print_results(
 
 @contextmanager
 def _start_workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
-    """Yield the number of worker processes, or None if joblib runs on a Dask cluster."""
+    """Context manager that yields the number of processes, or None if a Dask cluster is used."""
     if cluster is None:
         yield jobs
         return
