@@ -45,10 +45,9 @@ from mgeo.validation.entries import convert_file_errors
 def format_verification_tables(
     verification: Mapping[str, Any],
 ) -> Iterator[tuple[str, list[list[str]]]]:
-    """Yield the name and the cell texts of each additional table in a verification file.
+    """Yield the title and the rows of strings of each table in a verification file.
 
-    Each list of objects with equal keys in the file is a table. Its first row has the keys as
-    column titles.
+    A table is a list of objects with equal keys. The first row contains the keys as column titles.
 
     Parameters
     ----------
@@ -66,7 +65,7 @@ def format_verification_tables(
 def read_verifications(
     folder: Path, run: Run, problem: Problem
 ) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
-    """Yield the file name, the reason to ignore it, and the content of each verification file.
+    """Yield, for each verification file, its name, a reason to ignore it, and its content.
 
     The reason is an empty text if the file verifies a solution on the front of the run.
 
@@ -104,7 +103,7 @@ def read_verifications(
 def build_report_html(
     folder: Path | str, solution: int | None = None, *, trusted_classes: Collection[str] = ()
 ) -> str:
-    """Return the report of a run folder as the text of one HTML page.
+    """Return the report of a run folder as one HTML page.
 
     Parameters
     ----------
