@@ -21,7 +21,7 @@ settings.register_profile(
 settings.load_profile("any machine")
 
 #: Module that compiles the kernels of filter and smoother, which most other modules need.
-COMPILING_MODULE = "tests/calibration/calibration/test_after.py"
+COMPILING_MODULE = "tests/calibration/calibration/test_followup.py"
 #: Folders whose tests need no kernels.
 WITHOUT_KERNELS = ("tests/mgeo/", "tests/security/")
 

@@ -35,7 +35,7 @@ from .pages import DOCS, ROOT, add_result, read_results, write_table
 RESULTS = DOCS / "basilisk.jsonl"
 PAGE, PICTURE = DOCS / "basilisk.md", DOCS / "images" / "basilisk.svg"
 PLANS = json.loads(
-    (ROOT / "tests/calibration/flight/basilisk/plans.json").read_text(encoding="utf-8")
+    (ROOT / "tests/calibration/simulators/basilisk/plans.json").read_text(encoding="utf-8")
 )["scenarios"]
 FIRST_SEED = 9000
 WHEN = ("at t_end", "at the end")

@@ -16,13 +16,13 @@ from mgeo_attitude import Environment, Scenario
 from mgeo_calibration import Telemetry, calibrate, simulate_telemetry
 from scipy.stats import chi2
 
-from tests.calibration.calibration.flights import (
-    flown,
-    normalized,
+from tests.calibration.calibration.runs import (
+    add_outliers,
+    normalize_error,
+    remove_samples,
     short,
-    thinned,
-    with_holes,
-    with_outliers,
+    simulate_from_any_attitude,
+    thin_samples,
 )
 
 FIRST = 1000  # seed, which no test has
@@ -33,7 +33,7 @@ Spoil = Callable[[Telemetry, np.random.Generator], Telemetry]
 
 def spoiled(telemetry: Telemetry, rng: np.random.Generator) -> Telemetry:
     """A fifth of all samples lost, and one in a hundred turned anywhere."""
-    return with_outliers(with_holes(telemetry, 0.2, rng), 0.01, rng)[0]
+    return add_outliers(remove_samples(telemetry, 0.2, rng), 0.01, rng)[0]
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ CASES: dict[str, Case] = {
     "paper, second flight": Case("paper", second=True),
     "cubesat_6u, second flight": Case("cubesat_6u", second=True),
     "paper, gyro at 4 Hz, magnetometer at 0.2 Hz": Case(
-        "paper", 0.25, lambda telemetry, rng: thinned(telemetry, "mag", 20)
+        "paper", 0.25, lambda telemetry, rng: thin_samples(telemetry, "mag", 20)
     ),
 }
 
@@ -69,13 +69,13 @@ def scenario(name: str) -> tuple[Scenario, Environment]:
 def one(name: str, seed: int) -> tuple[float, np.ndarray, bool]:
     """NEES per state of a flight, all errors over their 1-sigma, and the conclusion."""
     case, (of, environment) = CASES[name], scenario(name)
-    telemetry = flown(of, seed, environment)
+    telemetry = simulate_from_any_attitude(of, seed, environment)
     found = calibrate(of, case.spoil(telemetry, np.random.default_rng(seed)))
     if case.second:
         after = found.build_followup_scenario({"duration": 900.0})
         telemetry = simulate_telemetry(after, SECOND, seed, initial_truth=telemetry.truth)
         found = calibrate(after, telemetry)
-    return *normalized(found, telemetry), found.is_consistent
+    return *normalize_error(found, telemetry), found.is_consistent
 
 
 def row(name: str, flights: int, pool: Executor) -> str:

@@ -31,27 +31,31 @@ from mgeo_calibration.estimation.trajectory import Trajectory
 from scipy.stats import norm
 
 from tests.calibration.calibration.faults import (
-    axis,
-    gyro,
-    ramp,
-    says,
-    scaled,
-    sensor,
-    sheared,
-    stepped,
+    add_drift,
+    add_nonorthogonality,
+    add_random_walk,
+    add_scale_error,
+    add_step,
+    add_temperature_bias,
+    change_gyro,
+    change_sensor,
+    names_cause,
+    random_axis,
     temperature,
-    walk,
-    warmed,
 )
-from tests.calibration.calibration.faulty_flights import DURATION, PLAN, SCENARIO
-from tests.calibration.calibration.flights import short
-from tests.calibration.calibration.independent import Craft, fly, steady
+from tests.calibration.calibration.faulty_runs import DURATION, PLAN, SCENARIO
+from tests.calibration.calibration.independent_simulator import (
+    TrueErrors,
+    constant_rates,
+    simulate_readings,
+)
+from tests.calibration.calibration.runs import short
 
 SIGMAS, SEEDS = (3.0, 5.0), (1, 2, 3)
 #: How many tests `calibrate` makes of these flights, and from which power on one should succeed.
 TESTS, ABLE = 29, 0.9
 QUIET = 1e-4
-MOTION = steady(PLAN)
+MOTION = constant_rates(PLAN)
 HEALTHY = {"cubesat_6u": 100, "paper": 100}
 
 Spoil = Callable[[Telemetry, np.random.Generator], Telemetry]
@@ -63,14 +67,14 @@ class Kind:
 
     cause: str
     first: float
-    craft: Callable[[float, np.random.Generator], Craft] = lambda size, rng: Craft()
+    craft: Callable[[float, np.random.Generator], TrueErrors] = lambda size, rng: TrueErrors()
     spoil: Callable[[float], Spoil] = lambda size: lambda telemetry, rng: telemetry
     scenario: Scenario = SCENARIO
 
     def fly(self, size: float, seed: int, noise: int) -> Telemetry:
         """A flight with the fault of a seed and the noise of another."""
         rng = np.random.default_rng([seed, 480])
-        flown = fly(self.scenario, MOTION, noise, self.craft(size, rng), DURATION)
+        flown = simulate_readings(self.scenario, MOTION, noise, self.craft(size, rng), DURATION)
         return self.spoil(size)(with_temperature(flown), rng)
 
     def power(self, size: float, seed: int) -> float:
@@ -82,10 +86,10 @@ class Kind:
         quiet, belief = quiet_scenario(self.scenario), PriorEstimate.from_scenario(self.scenario)
         rng = np.random.default_rng([seed, 480])
         craft = self.craft(size, rng)
-        without = Craft(gyro_bias_deg_s=craft.gyro_bias_deg_s)
+        without = TrueErrors(gyro_bias_deg_s=craft.gyro_bias_deg_s)
         base, healthy, spoiled = (
-            fly(quiet, MOTION, 100 + seed, each, DURATION)
-            for each in (exact(Craft()), exact(without), exact(craft))
+            simulate_readings(quiet, MOTION, 100 + seed, each, DURATION)
+            for each in (exact(TrueErrors()), exact(without), exact(craft))
         )
         spoiled = self.spoil(size)(spoiled, rng)
         told = dataclasses.replace(
@@ -130,7 +134,7 @@ def quiet_scenario(scenario: Scenario) -> Scenario:
     )
 
 
-def exact(craft: Craft) -> Craft:
+def exact(craft: TrueErrors) -> TrueErrors:
     """Without the errors that would be drawn."""
     names = ("gyro_bias_deg_s", "sun_bias", "mag_bias_nt", "sun_turn_deg", "mag_turn_deg")
     none = {name: np.zeros(3) for name in names if getattr(craft, name) is None}
@@ -148,15 +152,17 @@ def errors(scenario: Scenario, telemetry: Telemetry) -> tuple[np.ndarray, np.nda
 @cache
 def healthy_errors(scenario: Scenario, seed: int) -> np.ndarray:
     """With the same noise and no fault."""
-    return errors(scenario, with_temperature(fly(scenario, MOTION, seed, duration=DURATION)))[0]
+    return errors(
+        scenario, with_temperature(simulate_readings(scenario, MOTION, seed, duration=DURATION))
+    )[0]
 
 
 def with_temperature(flown: Telemetry) -> Telemetry:
     return dataclasses.replace(flown, housekeeping={"temperature": temperature(flown.times)})
 
 
-def late(name: str) -> Callable[[float, np.random.Generator], Craft]:
-    return lambda size, rng: Craft(late={name: size})
+def late(name: str) -> Callable[[float, np.random.Generator], TrueErrors]:
+    return lambda size, rng: TrueErrors(late={name: size})
 
 
 def of(where: Callable, change: Callable) -> Callable[[float], Spoil]:
@@ -164,7 +170,7 @@ def of(where: Callable, change: Callable) -> Callable[[float], Spoil]:
     return lambda size: where(change(size))
 
 
-MAG, SUN = partial(sensor, "mag"), partial(sensor, "sun")
+MAG, SUN = partial(change_sensor, "mag"), partial(change_sensor, "sun")
 UNSURE = dataclasses.replace(
     SCENARIO, gyro=dataclasses.replace(SCENARIO.gyro, initial_bias_deg_s=1.0, bias_decay=1e-5)
 )
@@ -174,33 +180,37 @@ KINDS = {
     "magnetometer early": Kind("mag is .* s early", -0.1, late("mag")),
     "Sun sensor late": Kind("sun is .* s late", 0.1, late("sun")),
     "Sun sensor early": Kind("sun is .* s early", -0.1, late("sun")),
-    "magnetometer's scale": Kind(r"mag\.scale_factor is ", 2e-3, spoil=of(MAG, scaled)),
-    "soft iron": Kind(r"mag\.nonorthogonality is ", 0.1, spoil=of(MAG, sheared)),
-    "gyro's scale": Kind(r"gyro\.scale_factor is ", 2e-3, spoil=of(gyro, scaled)),
-    "gyro's axes": Kind(r"gyro\.nonorthogonality is ", 0.1, spoil=of(gyro, sheared)),
-    "step of the magnetometer": Kind("mag" + CHANGES, 100.0, spoil=of(MAG, stepped)),
-    "step of the Sun sensor": Kind("sun" + CHANGES, 5e-3, spoil=of(SUN, stepped)),
-    "step of the gyro": Kind(DRIFTS, 2e-3, spoil=of(gyro, stepped)),
-    "drift of the magnetometer": Kind("mag" + CHANGES, 100.0, spoil=of(MAG, ramp)),
-    "drift of the Sun sensor": Kind("sun" + CHANGES, 5e-3, spoil=of(SUN, ramp)),
-    "drift of the gyro": Kind(DRIFTS, 2e-3, spoil=of(gyro, ramp)),
-    "walk of the gyro": Kind(DRIFTS, 2e-3, spoil=of(gyro, walk)),
+    "magnetometer's scale": Kind(r"mag\.scale_factor is ", 2e-3, spoil=of(MAG, add_scale_error)),
+    "soft iron": Kind(r"mag\.nonorthogonality is ", 0.1, spoil=of(MAG, add_nonorthogonality)),
+    "gyro's scale": Kind(r"gyro\.scale_factor is ", 2e-3, spoil=of(change_gyro, add_scale_error)),
+    "gyro's axes": Kind(
+        r"gyro\.nonorthogonality is ", 0.1, spoil=of(change_gyro, add_nonorthogonality)
+    ),
+    "step of the magnetometer": Kind("mag" + CHANGES, 100.0, spoil=of(MAG, add_step)),
+    "step of the Sun sensor": Kind("sun" + CHANGES, 5e-3, spoil=of(SUN, add_step)),
+    "step of the gyro": Kind(DRIFTS, 2e-3, spoil=of(change_gyro, add_step)),
+    "drift of the magnetometer": Kind("mag" + CHANGES, 100.0, spoil=of(MAG, add_drift)),
+    "drift of the Sun sensor": Kind("sun" + CHANGES, 5e-3, spoil=of(SUN, add_drift)),
+    "drift of the gyro": Kind(DRIFTS, 2e-3, spoil=of(change_gyro, add_drift)),
+    "walk of the gyro": Kind(DRIFTS, 2e-3, spoil=of(change_gyro, add_random_walk)),
     "orbit": Kind(
-        "the satellite is .* its orbit", 2.0, lambda size, rng: Craft(behind=size)
+        "the satellite is .* its orbit", 2.0, lambda size, rng: TrueErrors(behind=size)
     ),
     "magnetometer and temperature": Kind(
-        r"mag\.bias (follows temperature|changes) by ", 100.0, spoil=of(MAG, warmed)
+        r"mag\.bias (follows temperature|changes) by ", 100.0, spoil=of(MAG, add_temperature_bias)
     ),
     "Sun sensor and temperature": Kind(
-        r"sun\.bias (follows temperature|changes) by ", 5e-3, spoil=of(SUN, warmed)
+        r"sun\.bias (follows temperature|changes) by ", 5e-3, spoil=of(SUN, add_temperature_bias)
     ),
     "gyro and temperature": Kind(
-        r"gyro\.bias (follows temperature|drifts|changes) by ", 2e-3, spoil=of(gyro, warmed)
+        r"gyro\.bias (follows temperature|drifts|changes) by ",
+        2e-3,
+        spoil=of(change_gyro, add_temperature_bias),
     ),
     "decay of the gyro's bias": Kind(
         r"gyro\.bias (decays|drifts|changes) by ",
         0.02,
-        lambda size, rng: Craft(gyro_bias_deg_s=size * axis(rng), decay=0.0),
+        lambda size, rng: TrueErrors(gyro_bias_deg_s=size * random_axis(rng), decay=0.0),
         scenario=UNSURE,
     ),
 }  # fmt: skip
@@ -222,7 +232,7 @@ def named(kind: Kind) -> list[tuple[float, float, bool]]:
         for seed in SEEDS:
             size = sizes[seed][i]
             said = first_line(kind.scenario, kind.fly(size, seed, 100 + seed))
-            power, right = kind.power(size, seed), says(kind.cause, said)
+            power, right = kind.power(size, seed), names_cause(kind.cause, said)
             found.append((sigmas, power, right))
             words = "right" if right else said[:90] or "nothing"
             print(f"  {sigmas:g} sigma, size {size:.2g}, power {power:.2f}: {words}", flush=True)
@@ -247,7 +257,7 @@ def healthy() -> None:
         scenario = short(getattr(Scenario, name)(), DURATION)
         said = []
         for seed in range(count):
-            flown = fly(scenario, MOTION, 7000 + seed, duration=DURATION)
+            flown = simulate_readings(scenario, MOTION, 7000 + seed, duration=DURATION)
             if line := first_line(scenario, with_temperature(flown)):
                 said.append(line)
         print(f"  {name}: {len(said)} of {count} {[line[:90] for line in said]}", flush=True)

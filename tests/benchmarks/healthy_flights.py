@@ -2,8 +2,9 @@
 
     python -m tests.benchmarks.healthy_flights [class ...] [--flights N] [--jobs 1]
 
-Each class is flown by `mgeo_calibration.simulate_telemetry` and by the independent simulation of the tests, which
-shares no code with the estimator. Durations, rates and axes differ from flight to flight.
+Each class is simulated by `mgeo_calibration.simulate_telemetry` and by the independent simulator
+of the tests, which shares no code with the estimator. Durations, rates and axes differ from run to
+run.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ from mgeo_calibration import Telemetry, TelemetryMapping, calibrate, simulate_te
 from mgeo_calibration.telemetry.mapping import GyroChannels
 from scipy.spatial.transform import Rotation
 
-from ..calibration.calibration import independent
-from ..calibration.calibration.flights import normalized
+from ..calibration.calibration import independent_simulator
+from ..calibration.calibration.runs import normalize_error
 
 SIMULATORS = ("fly", "independent")
 DURATIONS = (1500.0, 3000.0, 6000.0, 9000.0)
@@ -69,9 +70,9 @@ def tumble(scenario: Scenario, rng: np.random.Generator) -> Plan:
     return np.column_stack([rates, np.full(len(times), 10.0)])
 
 
-def tumbling(scenario: Scenario, rng: np.random.Generator) -> independent.Rate:
+def tumbling(scenario: Scenario, rng: np.random.Generator) -> independent_simulator.Rate:
     start = rng.uniform(-1.0, 1.0, 3)
-    return independent.tumble([0.13, 0.10, 0.05], start, scenario.duration)
+    return independent_simulator.tumbling_motion([0.13, 0.10, 0.05], start, scenario.duration)
 
 
 @dataclass(frozen=True)
@@ -214,7 +215,7 @@ def orbital_frame(scenario: Scenario) -> Rotation:
 def fly_by_itself(
     each: HealthyClass, true: Scenario, declared: Scenario, rng: np.random.Generator
 ) -> Telemetry:
-    """Fly by `mgeo_calibration.simulate_telemetry`; without a gyro the orbital frame is held exactly."""
+    """Simulate with the kinematic simulator; without a gyro, the attitude is exactly LVLH."""
     around = Environment.from_scenario(declared)
     plan = each.motion(true, rng)
     telemetry = simulate_telemetry(declared, plan.ravel(), rng, truth=true, environment=around)
@@ -229,10 +230,10 @@ def fly_independently(each: HealthyClass, true: Scenario, rng: np.random.Generat
     if each.motion is tumble:
         rate = tumbling(true, rng)
     else:
-        rate = independent.steady(each.motion(true, rng))
+        rate = independent_simulator.constant_rates(each.motion(true, rng))
     if not each.with_gyro:
         rate, drift = disturbed(true, rate, rng)
-    telemetry = independent.fly(
+    telemetry = independent_simulator.simulate_readings(
         true,
         rate,
         rng,
@@ -246,8 +247,8 @@ def fly_independently(each: HealthyClass, true: Scenario, rng: np.random.Generat
 
 
 def disturbed(
-    scenario: Scenario, rate: independent.Rate, rng: np.random.Generator
-) -> tuple[independent.Rate, np.ndarray]:
+    scenario: Scenario, rate: independent_simulator.Rate, rng: np.random.Generator
+) -> tuple[independent_simulator.Rate, np.ndarray]:
     """Return a rate that is off by the gyro's errors, and the bias at the samples [rad/s]."""
     gyro, step = scenario.gyro, scenario.step
     n = round(scenario.duration / step)
@@ -285,7 +286,7 @@ def run_flight(name: str, simulator: str, number: int) -> Outcome:
             is_divergent = "settle" in str(error) or "converge" in str(error)
             verdict = "not converged" if is_divergent else "refused"
             return Outcome(verdict, beginning(str(error)))
-    nees, x = normalized(found, telemetry)
+    nees, x = normalize_error(found, telemetry)
     reason = "" if found.is_consistent else beginning(found.conclusion.split(": ", 1)[1])
     verdict = "consistent" if found.is_consistent else "inconsistent"
     return Outcome(verdict, reason, float(np.abs(x).max()), float(nees))

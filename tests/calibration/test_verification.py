@@ -1,4 +1,4 @@
-"""The conclusion on simulated flights: by hand, and of a real plan."""
+"""Conclusions of a verification, from given results and for a real plan."""
 
 import dataclasses
 
@@ -14,20 +14,23 @@ from scipy.stats import chi2
 from ..three import three
 
 
-def judged(predicted=1.0, claimed=1.0, p=(1.0, 1.0), nees_p=1.0, n=200):
+def build_verification(predicted=1.0, claimed=1.0, p=(1.0, 1.0), nees_p=1.0, n=200):
     names = ["attitude x", "sun bias y"]
     columns = ("rms / predicted [-]", "rms / filter 1-sigma [-]", "p, predicted", "p, filter")
     rows = [[0.5, 0.5, 1.0, 1.0], [predicted, claimed, *p]]
     return Verification(n, pd.DataFrame(rows, names, columns), 1.2, nees_p, pd.DataFrame())
 
 
-def test_conclusions():
-    """One state that fails is enough, in either way, and so are correlations."""
-    assert format_conclusion(judged(1.1)) == (
+def test_conclusion_states_failed_tests():
+    """One failed state is enough, against prediction or filter covariance, and so is the NEES."""
+    assert format_conclusion(build_verification(1.1)) == (
         "achieved: no error is larger than predicted, the largest 1.10 times its 1-sigma "
         "(sun bias y), or larger than the filter covariance (200 Monte Carlo runs, one test at 1%)"
     )
-    known, unknown = judged(1.3, 1.0, (0.001, 1.0)), judged(1.3, 1.25, (0.001, 0.002))
+    known, unknown = (
+        build_verification(1.3, 1.0, (0.001, 1.0)),
+        build_verification(1.3, 1.25, (0.001, 0.002)),
+    )
     assert not known.is_achieved
     assert not unknown.is_achieved
     assert (known.states_above_prediction, known.overconfident_states) == (["sun bias y"], [])
@@ -37,29 +40,31 @@ def test_conclusions():
     assert describe_failures(unknown) == [
         "sun bias (y) 1.30 times the predicted 1-sigma, the filter is overconfident by 1.25"
     ]
-    assert describe_failures(judged(nees_p=0.001)) == [
+    assert describe_failures(build_verification(nees_p=0.001)) == [
         "the filter is overconfident by 1.10 over all states together"
     ]
 
 
-def test_what_flights_can_show():
-    """By simulation: of errors as much too large, nine of ten tests at the corrected level."""
-    found = judged(n=50)
+def test_detectable_ratio_has_declared_power():
+    """Simulation: errors of this ratio fail nine of ten tests at the corrected level."""
+    found = build_verification(n=50)
     z = np.random.default_rng(5).standard_normal((20_000, 50))
     p = chi2.sf((found.detectable_ratio * z**2 * found.detectable_ratio).sum(axis=1), 50)
     assert (p < 0.01 / 5).mean() == pytest.approx(0.9, abs=0.01)
-    assert judged(n=200).detectable_ratio < found.detectable_ratio
+    assert build_verification(n=200).detectable_ratio < found.detectable_ratio
 
 
 @pytest.mark.slow
-def test_flights_of_coils_know_what_is_predicted_of_the_motion_of_each():
-    """The nonlinear filter of each flight, which does not use it, claims the same."""
+def test_prediction_for_magnetorquers_follows_motion_of_each_run():
+    """The nonlinear filter of each run, which does not use the prediction, has the same 1-sigma."""
     design = [0.5, 0.3, -0.2, 300.0, -2.0, 0.6, 1.2, 300.0, 0.2, -1.4, 0.7, 150.0]
     plan = ManeuverPlan(dataclasses.replace(three("cubesat_1u"), duration=900.0), design)
     flights = simulate(plan.scenario, plan.design, 4, 1, end_time=plan.t_end)
     found, claimed = compute_predictions(plan, flights), flights.sigma[:, flights.find_sample()]
     np.testing.assert_allclose(found, claimed, rtol=0.1)
-    assert np.abs(np.log(claimed / plan.history.sigma[-1])).max() > 0.5  # flown exactly, it is not
+    assert (
+        np.abs(np.log(claimed / plan.history.sigma[-1])).max() > 0.5
+    )  # The nominal 1-sigma differs.
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +76,7 @@ def short_plan():
 
 
 @pytest.mark.slow
-def test_a_real_plan(short_plan):
+def test_valid_plan_is_achieved(short_plan):
     found = verify(short_plan, n_runs=20, seed=3)
     same = simulate(short_plan.scenario, short_plan.design, 20, 3)
     at = same.find_sample()
@@ -85,12 +90,12 @@ def test_a_real_plan(short_plan):
     claimed = (same.errors[:, at] / same.sigma[:, at]) ** 2
     ratio = found.table.loc["gyro bias x", "rms / filter 1-sigma [-]"]
     assert ratio == pytest.approx(np.sqrt(claimed[:, 3].mean()))
-    assert found.is_achieved  # a fifth of the flights of the default, with errors as small
+    assert found.is_achieved  # A fifth of the default number of runs, with equally small errors.
 
 
 @pytest.mark.slow
-def test_a_filter_that_is_promised_too_much_is_caught(short_plan, monkeypatch):
-    """Truth with three times the Sun sensor's noise and bias."""
+def test_underestimated_noise_is_detected(short_plan, monkeypatch):
+    """The true Sun sensor has three times the declared noise and bias."""
     sun, *others = short_plan.scenario.sensors
     worse = dataclasses.replace(sun, noise_deg=6.0, initial_bias=0.06)
     truth = dataclasses.replace(short_plan.scenario, sensors=(worse, *others))
@@ -105,6 +110,6 @@ def test_a_filter_that_is_promised_too_much_is_caught(short_plan, monkeypatch):
     assert any(line.startswith("sun bias") for line in describe_failures(found))
 
 
-def test_too_few_flights_are_refused(short_plan):
+def test_fewer_than_two_runs_raise(short_plan):
     with pytest.raises(ValueError, match="n_runs = 1: expected at least 2"):
         verify(short_plan, n_runs=1)

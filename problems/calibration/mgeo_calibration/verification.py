@@ -118,7 +118,7 @@ class Verification:
 
 def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification:
     """Test in Monte Carlo runs whether a plan achieves its predicted accuracy at its convergence
-    time.
+    time, and return the result.
 
     `simulation.simulate` describes the simulation of the runs.
 
@@ -248,13 +248,13 @@ def describe_failures(verification: Verification) -> list[str]:
             verification.table.loc[states, ratio].max() for ratio in (PREDICTED_RATIO, FILTER_RATIO)
         )
         axes = ", ".join(state.rpartition(" ")[2] for state in states)
-        sure = any(state in verification.overconfident_states for state in states)
-        why = (
+        is_overconfident = any(state in verification.overconfident_states for state in states)
+        filter_note = (
             f"the filter is overconfident by {filter_ratio:.2f}"
-            if sure
+            if is_overconfident
             else "the filter covariance reflects it"
         )
-        lines.append(f"{block} ({axes}) {predicted:.2f} times the predicted 1-sigma, {why}")
+        lines.append(f"{block} ({axes}) {predicted:.2f} times the predicted 1-sigma, {filter_note}")
     if not lines and verification.nees_p < SIGNIFICANCE_LEVEL:
         factor = math.sqrt(verification.nees)
         lines.append(f"the filter is overconfident by {factor:.2f} over all states together")

@@ -23,7 +23,7 @@ from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.view.margins import END_ATTITUDE
 from mgeo_calibration import simulate
 
-from ...calibration.flight.runs import flown, none
+from ...calibration.simulators.runs import build_zero_errors, simulate_motion
 from .conftest import DESIGN
 from .test_aem import rotation_matrix, to_epoch
 
@@ -80,7 +80,7 @@ def test_simulated_runs_slew_back(plan):
     short = ManeuverPlan(scenario, DESIGN)
     assert short.t_end < short.duration < 900.0
     model, n = short.problem.model, round(short.duration)
-    exact = flown(model, short.slew_back.design, none(model, 900))
+    exact = simulate_motion(model, short.slew_back.design, build_zero_errors(model, 900))
     np.testing.assert_allclose(
         (exact.motion.attitude @ exact.initial_rotation)[: n + 1],
         short.attitude,

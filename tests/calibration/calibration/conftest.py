@@ -1,10 +1,10 @@
-"""A flight of the paper's satellite and what follows from it, made once."""
+"""Simulated run of the paper's satellite and its calibration, computed once per session."""
 
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
 
-from .flights import flown, short
+from .runs import short, simulate_from_any_attitude
 
 
 @pytest.fixture(scope="session")
@@ -14,7 +14,7 @@ def scenario():
 
 @pytest.fixture(scope="session")
 def telemetry(scenario):
-    return flown(scenario, 2)
+    return simulate_from_any_attitude(scenario, 2)
 
 
 @pytest.fixture(scope="session")

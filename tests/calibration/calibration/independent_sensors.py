@@ -1,4 +1,4 @@
-"""Models of gyro, sensors and environment errors for the independent simulation.
+"""Models of gyro, sensors and environment errors for the independent simulator.
 
 The models follow the equations of the documentation and use SciPy's rotations. They share no code
 with the sensors of `mgeo_attitude`, of which they read the parameters only.
@@ -13,7 +13,7 @@ from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.sun_moon import albedo_vector
 from scipy.spatial.transform import Rotation
 
-#: Units of the magnetometer's and of the orbit error's states [nT], [m].
+#: Units of the states of magnetometer [nT] and orbit error [m].
 FIELD_UNIT, POSITION_UNIT = 50_000.0, 1000.0
 
 
@@ -27,15 +27,17 @@ def gauss_markov(sigma, correlation_time, n, step, rng) -> np.ndarray:
     return kicks
 
 
-def symmetric(own) -> np.ndarray:
-    """Return the matrix of scale factors and of the elements yz, zx and xy."""
+def build_symmetric_matrix(own) -> np.ndarray:
+    """Return the matrix I + diag k + N of scale factors k and the non-orthogonality elements yz, zx
+    and xy.
+    """
     yz, zx, xy = own.get("nonorthogonality", np.zeros(3))
     stretch = np.diag(own.get("scale_factor", np.zeros(3)))
     return np.eye(3) + stretch + np.array([[0.0, xy, zx], [xy, 0.0, yz], [zx, yz, 0.0]])
 
 
-def gibbs(rotation: Rotation) -> np.ndarray:
-    """Return twice the Gibbs vector, by which truths have rotations."""
+def gibbs_vector(rotation: Rotation) -> np.ndarray:
+    """Return twice the Gibbs vector of a rotation, the representation of rotations in a truth."""
     q = rotation.as_quat(canonical=True)
     return 2.0 * q[:3] / q[3]
 
@@ -45,22 +47,22 @@ def normalized(vectors) -> np.ndarray:
 
 
 def frame(axis) -> np.ndarray:
-    """Return right-handed axes in rows, of which z is a unit vector."""
+    """Return right-handed axes as rows, of which z is the given unit vector."""
     y = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     y /= np.linalg.norm(y)
     return np.array([np.cross(y, axis), y, axis])
 
 
-def world_errors(world, n, step, rng) -> dict[str, np.ndarray]:
-    """Draw the states of a scenario's world, by their names."""
+def draw_environment_errors(world, n, step, rng) -> dict[str, np.ndarray]:
+    """Draw the states of the environment errors of a scenario over n steps, as a dict by name."""
     return {
         state: gauss_markov(process.sigma, process.correlation_time, n, step, rng)
         for state, process in world.states().items()
     }
 
 
-def displaced(scenario: Scenario, around: Environment, orbit_error) -> Environment:
-    """Return the environment at positions that an orbit error moves."""
+def displace_environment(scenario: Scenario, around: Environment, orbit_error) -> Environment:
+    """Return the environment at positions that are displaced by an orbit error."""
     moved = orbit_error
     if scenario.environment_errors.orbit_error_axes == "orbital":
         up = normalized(around.position)
@@ -72,13 +74,13 @@ def displaced(scenario: Scenario, around: Environment, orbit_error) -> Environme
 
 
 @dataclass(frozen=True)
-class Surroundings:
-    """The environment of a flight with its errors, in GCRS, one row a sample.
+class SensorEnvironment:
+    """Environment of a run with its errors in GCRS, one row per sample.
 
     Attributes
     ----------
     errors : mapping of str to array, shape (n, 3)
-        True states of the scenario's world.
+        True states of the environment errors.
     """
 
     around: Environment
@@ -95,7 +97,7 @@ class Surroundings:
 
     @cached_property
     def light(self) -> np.ndarray:
-        """Mean light from the Earth, in units of direct sunlight."""
+        """Mean albedo light in units of direct sunlight."""
         return self.earth_albedo * albedo_vector(self.around.position, self.sun)
 
     @property
@@ -104,19 +106,21 @@ class Surroundings:
 
     @property
     def field(self) -> np.ndarray:
-        """Field at the satellite [nT]."""
+        """Magnetic field at the satellite [nT]."""
         return self.around.field + FIELD_UNIT * self.errors.get("field_error", 0.0)
 
 
 def is_near(vectors, axis, angle_deg) -> np.ndarray:
-    """Return whether vectors are within an angle of an axis."""
+    """Return a boolean array, True for vectors within an angle of an axis."""
     axis = np.asarray(axis) / np.linalg.norm(axis)
     length = np.linalg.norm(vectors, axis=1)
     return vectors @ axis > np.cos(np.radians(angle_deg)) * length
 
 
-def to_sun(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndarray:
-    """Vectors to Sun and Earthlight, normalized if the sensor reports two angles."""
+def sun_sensor(sensor, own, at: SensorEnvironment, to_body: Rotation, rng) -> np.ndarray:
+    """Return the vectors of a Sun sensor with albedo, normalized if the sensor reports two
+    angles.
+    """
     seen = at.sun + at.all_light if sensor.includes_albedo else at.sun
     y = own["turn"].apply(to_body.apply(seen)) + own["bias"]
     if sensor.has_unit_length:
@@ -128,14 +132,16 @@ def to_sun(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndarray:
     return normalized(y) if sensor.has_unit_length else y
 
 
-def magnetometer(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndarray:
-    field = to_body.apply(at.field) @ symmetric(own).T
+def magnetometer(sensor, own, at: SensorEnvironment, to_body: Rotation, rng) -> np.ndarray:
+    field = to_body.apply(at.field) @ build_symmetric_matrix(own).T
     y = own["turn"].apply(field) + FIELD_UNIT * own["bias"]
     return y + FIELD_UNIT * np.array(sensor.noise_sigmas()) * rng.standard_normal(y.shape)
 
 
-def photodiode(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndarray:
-    """Cosine law; light from the Earth counts where it comes from before the face."""
+def photodiode(sensor, own, at: SensorEnvironment, to_body: Rotation, rng) -> np.ndarray:
+    """Return the readings of a photodiode by the cosine law; albedo counts only from the front of
+    the face.
+    """
     normal = np.asarray(sensor.normal) / np.linalg.norm(sensor.normal)
     sensitivity = normal + own["sensitivity"] @ frame(normal)
     sun = to_body.apply(at.sun)
@@ -146,7 +152,7 @@ def photodiode(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndar
     return y[:, None]
 
 
-def horizon_sensor(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndarray:
+def horizon_sensor(sensor, own, at: SensorEnvironment, to_body: Rotation, rng) -> np.ndarray:
     nadir, sun = (to_body.apply(v) for v in (-normalized(at.around.position), at.sun))
     y = own["turn"].apply(nadir) + own["bias"]
     y = normalized(y + np.radians(sensor.noise_deg) * rng.standard_normal(y.shape))
@@ -157,8 +163,8 @@ def horizon_sensor(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.
     return y
 
 
-def star_tracker(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndarray:
-    """Quaternions from GCRF to body; blind near Sun and Earth's limb."""
+def star_tracker(sensor, own, at: SensorEnvironment, to_body: Rotation, rng) -> np.ndarray:
+    """Return quaternions from GCRF to body; NaN near the Sun and the Earth's limb."""
     noise = (np.array(sensor.noise_sigmas()) * rng.standard_normal((len(at.sun), 3))) @ frame(
         np.asarray(sensor.boresight) / np.linalg.norm(sensor.boresight)
     )
@@ -173,10 +179,10 @@ def star_tracker(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.nd
     return y
 
 
-#: Functions of a sensor, its errors, surroundings, rotation to body axes and random numbers.
+#: Sensor models: functions of sensor, errors, environment, rotation to body axes and generator.
 SENSORS = {
-    "sun-sensor": to_sun,
-    "two-axis-sun-sensor": to_sun,
+    "sun-sensor": sun_sensor,
+    "two-axis-sun-sensor": sun_sensor,
     "photodiode": photodiode,
     "horizon-sensor": horizon_sensor,
     "magnetometer": magnetometer,

@@ -1,4 +1,6 @@
-"""Errors that channels and the sense of rotation change are named, and their states fit."""
+"""Errors that depend on channels or on the sense of rotation are identified, and their states can
+be added.
+"""
 
 import dataclasses
 
@@ -9,25 +11,27 @@ from mgeo_calibration import calibrate
 from mgeo_calibration.calibration.recalibration import recalibrate
 from scipy.spatial.transform import Rotation
 
-from .faults import says, temperature
-from .flights import PLAN, short
-from .independent import fly, steady
+from .faults import names_cause, temperature
+from .independent_simulator import constant_rates, simulate_readings
+from .runs import PLAN, short
 
 SCENARIO = short(Scenario.cubesat_6u(), 3000.0)
-MOTION = steady([*PLAN, -0.5, -0.3, 0.2, 400.0, 0.3, -0.6, -0.2, 500.0, -0.2, 0.4, -0.7, 600.0])
+MOTION = constant_rates(
+    [*PLAN, -0.5, -0.3, 0.2, 400.0, 0.3, -0.6, -0.2, 500.0, -0.2, 0.4, -0.7, 600.0]
+)
 COMMON = {f"{name}.{state}": slice(3 * k, 3 * k + 3) for k, (name, state) in enumerate(
     [("attitude", ""), ("gyro", "bias"), ("sun", "misalignment"), ("sun", "bias"),
      ("mag", "misalignment"), ("mag", "bias")])}  # fmt: skip
 
 
-def asymmetric(telemetry):
+def add_scale_asymmetry(telemetry):
     rates = telemetry.gyro_deg_s
     rates = rates + np.array([0.005, -0.004, 0.003]) * np.abs(rates)
     return dataclasses.replace(telemetry, gyro_deg_s=rates)
 
 
-def bent(telemetry):
-    """The magnetometer turns by up to 0.5 deg with the temperature."""
+def add_temperature_misalignment(telemetry):
+    """Rotate the magnetometer by up to 0.5 deg with the temperature."""
     warm = temperature(telemetry.times)
     turn = 0.06 * (warm - warm.mean())[:, None] * np.array([0.6, -0.6, 0.5])
     field = Rotation.from_rotvec(turn, degrees=True).apply(telemetry.sensors["mag"])
@@ -35,8 +39,8 @@ def bent(telemetry):
     return dataclasses.replace(telemetry, sensors=sensors, housekeeping={"temp": warm})
 
 
-def torqued(telemetry):
-    """Two torquers with duty cycles, and a current of the panels, add to the field."""
+def add_torquer_field(telemetry):
+    """Add the field of two torquers with duty cycles and of a solar panel current."""
     t = telemetry.times
     duty = {
         "duty_x": 0.5 + 0.5 * np.sign(np.sin(2.0 * np.pi * t / 70.0)),
@@ -50,10 +54,14 @@ def torqued(telemetry):
 
 
 FAULTS = {
-    "asymmetry": (asymmetric, r"gyro\.scale_asymmetry is ", ["gyro.scale_asymmetry"]),
-    "misalignment": (bent, r"mag\.misalignment follows temp by ", ["mag.misalignment.temp"]),
+    "asymmetry": (add_scale_asymmetry, r"gyro\.scale_asymmetry is ", ["gyro.scale_asymmetry"]),
+    "misalignment": (
+        add_temperature_misalignment,
+        r"mag\.misalignment follows temp by ",
+        ["mag.misalignment.temp"],
+    ),
     "torquers": (
-        torqued,
+        add_torquer_field,
         r"mag\.bias follows (duty_x|duty_y|panel) by ",
         ["mag.duty_x", "mag.duty_y", "mag.panel"],
     ),
@@ -61,12 +69,12 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_an_error_is_named_and_the_state_that_is_added_fits(name):
+def test_error_is_identified_and_added_state_is_consistent(name):
     spoil, cause, keys = FAULTS[name]
-    telemetry = spoil(fly(SCENARIO, MOTION, 3))
+    telemetry = spoil(simulate_readings(SCENARIO, MOTION, 3))
     first = calibrate(SCENARIO, telemetry)
     assert not first.is_consistent
-    assert says(cause, first.failures[0]), first.failures
+    assert names_cause(cause, first.failures[0]), first.failures
     found = recalibrate(first, telemetry, keys)
     assert found.is_consistent, found.conclusion
     for block in ("gyro.bias", "sun.misalignment", "sun.bias", "mag.misalignment"):

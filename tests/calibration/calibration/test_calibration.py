@@ -1,4 +1,4 @@
-"""Tables, tests, uplink, files and figures of a calibration."""
+"""Tables, tests, corrections, files and figures of a calibration."""
 
 import dataclasses
 import json
@@ -21,10 +21,10 @@ from mgeo_calibration.estimation.residuals import Innovations
 from plotly.offline import get_plotlyjs
 from scipy.spatial.transform import Rotation
 
-from .flights import PLAN
+from .runs import PLAN
 
 
-def test_the_table_has_a_row_for_each_constant_and_axis(calibration, telemetry):
+def test_table_has_one_row_per_parameter_and_axis(calibration, telemetry):
     table = calibration.build_table()
     assert list(table) == ["block", "axis", "unit", "estimate", "sigma", "prior_sigma"]
     assert list(table["axis"]) == list("xyz") * 5
@@ -50,11 +50,11 @@ def test_the_table_has_a_row_for_each_constant_and_axis(calibration, telemetry):
         assert (rows["sigma"] < rows["prior_sigma"]).all()
 
 
-def test_innovations_support_it_or_say_why_not(scenario, telemetry, calibration):
+def test_conclusion_is_consistent_or_states_failed_test(scenario, telemetry, calibration):
     assert calibration.is_consistent
     assert calibration.conclusion == "the innovations support it"
     none = dataclasses.replace(calibration, tests=(), prior_tests=(), model_tests=())
-    assert none.is_consistent  # of a few readings, all of which may be outliers
+    assert none.is_consistent  # All of a few readings may be outliers.
     assert (
         not len(none.build_sensor_test_table())
         + len(none.build_prior_test_table())
@@ -74,8 +74,8 @@ def test_innovations_support_it_or_say_why_not(scenario, telemetry, calibration)
     assert "innovations of mag are not white" in conclusion
 
 
-def test_bounds_of_tests_are_those_of_chance():
-    """Innovations of white noise fail as often as they may: 1 % over all tests."""
+def test_false_alarm_rate_equals_significance_level():
+    """Innovations of white noise fail in 1 % of the cases over all tests."""
     rng, failed, runs = np.random.default_rng(0), 0, 2000
     for _ in range(runs):
         white = Innovations(np.arange(300), rng.standard_normal((300, 3)))
@@ -92,7 +92,7 @@ def test_bounds_of_tests_are_those_of_chance():
     )
 
 
-def test_json_reads_back_exactly(calibration, tmp_path):
+def test_json_round_trip_is_exact(calibration, tmp_path):
     text = to_json(calibration)
     (tmp_path / "c.json").write_text(text)
     found = read_json(tmp_path / "c.json")
@@ -108,7 +108,7 @@ def test_json_reads_back_exactly(calibration, tmp_path):
     assert list(found.draw_figures()) == ["parameters"]
 
 
-def edited(text, **changes):
+def edit_json(text, **changes):
     return json.dumps(json.loads(text) | changes)
 
 
@@ -125,28 +125,30 @@ def edited(text, **changes):
         ({"tests": [{}]}, r"tests\[0\].sensor is missing"),
     ],
 )
-def test_files_that_are_no_calibrations(calibration, changes, message):
+def test_invalid_calibration_files_raise(calibration, changes, message):
     with pytest.raises((ValueError, TypeError), match=message):
-        from_json(edited(to_json(calibration), **changes))
+        from_json(edit_json(to_json(calibration), **changes))
 
 
-def test_what_a_plan_promised(scenario, calibration):
+def test_comparison_with_plan_predicts_achieved_sigma(scenario, calibration):
     plan = ManeuverPlan(scenario, PLAN)
     found = calibration.compare(plan)
     assert list(found) == ["unit", "predicted", "achieved", "achieved / predicted [-]"]
     assert found.loc["mag bias x", "unit"] == "nT"
-    # the same information, but for what is believed of the attitude and the true path
+    # Prior attitude and true path differ slightly.
     assert found["achieved / predicted [-]"].between(0.6, 1.4).all()
     other = dataclasses.replace(scenario, sensors=scenario.sensors[:1])
-    with pytest.raises(ValueError, match="the plan is for a satellite with the states"):
+    with pytest.raises(ValueError, match="the plan has the states"):
         calibration.compare(ManeuverPlan(other, PLAN))
     later = dataclasses.replace(scenario, epoch=scenario.epoch + timedelta(hours=1))
-    with pytest.raises(ValueError, match=r"the plan begins at .* expected the calibration's epoch"):
+    with pytest.raises(
+        ValueError, match=r"the plan has the epoch .* expected the epoch of the calibration"
+    ):
         calibration.compare(ManeuverPlan(later, PLAN))
 
 
 @pytest.mark.slow
-def test_figures_and_report(scenario, telemetry, calibration):
+def test_figures_and_report_contain_results(scenario, telemetry, calibration):
     figures = calibration.draw_figures()
     assert list(figures) == ["parameters", "innovations", "attitude"]
     drawn = [point for trace in figures["parameters"].data for point in trace.y]
@@ -156,7 +158,7 @@ def test_figures_and_report(scenario, telemetry, calibration):
     assert html.count('class="plotly-graph-div"') == 3
     assert "the innovations support it" in html
     assert "1-sigmas predicted by the plan" in html
-    ours = html.replace(get_plotlyjs(), "")  # which knows addresses, for maps
+    ours = html.replace(get_plotlyjs(), "")  # plotly.js contains addresses.
     assert len(ours) < len(html)
     for source in ("http://", "https://"):
         assert f'src="{source}' not in ours

@@ -1,4 +1,4 @@
-"""Rare and quantized samples of a gyro are no fault of the sensors beside it."""
+"""Rare or coarsely quantized gyro samples are not attributed to other sensors."""
 
 import dataclasses
 import re
@@ -15,14 +15,14 @@ FILES = Path(__file__).parent / "coarse"
 @pytest.fixture
 def beacons():
     scenario = Scenario.from_toml(FILES / "beacons.toml")
-    steady = dataclasses.replace(scenario.gyro, bias_decay=0.0)  # as the simulated bias
+    steady = dataclasses.replace(scenario.gyro, bias_decay=0.0)  # The simulated bias is constant.
     scenario = dataclasses.replace(scenario, gyro=steady)
     mapping = TelemetryMapping.from_toml(FILES / "beacons-columns.toml")
     return scenario, lambda scenario: calibrate(scenario, FILES / "beacons.csv.gz", mapping)
 
 
 @pytest.mark.slow
-def test_a_gyro_that_is_too_noisy_to_fit_is_named_with_a_noise_that_fits(beacons):
+def test_noisy_gyro_is_identified_with_consistent_noise(beacons):
     scenario, calibrated = beacons
     key = r"declare gyro\.angle_random_walk_deg_per_sqrt_h"
     with pytest.raises(ValueError, match=rf"^gyro is noisier than declared, .*: {key}") as refused:
@@ -31,7 +31,7 @@ def test_a_gyro_that_is_too_noisy_to_fit_is_named_with_a_noise_that_fits(beacons
         r"about ([0-9.]+) deg/sqrt\(h\).*sample_noise_deg_s = ([0-9.]+)", str(refused.value)
     )
     walk, sample = map(float, said.groups())
-    assert 12.0 < walk < 24.0  # 15 of the samples, and what the rate changes between them
+    assert 12.0 < walk < 24.0  # 15 from the samples, the rest from rate changes.
     for changes in ({"angle_random_walk_deg_per_sqrt_h": walk}, {"sample_noise_deg_s": sample}):
         gyro = dataclasses.replace(scenario.gyro, **changes)
         found = calibrated(dataclasses.replace(scenario, gyro=gyro))
@@ -41,7 +41,7 @@ def test_a_gyro_that_is_too_noisy_to_fit_is_named_with_a_noise_that_fits(beacons
         assert np.abs(off).max() < 3.0
 
 
-def test_a_gyro_that_counts_in_large_steps_is_consistent_and_noted():
+def test_coarsely_quantized_gyro_is_consistent_with_note():
     found = calibrate(Scenario.from_toml(FILES / "counts.toml"), FILES / "counts.csv.gz")
     assert found.is_consistent, found.conclusion
     assert not any(re.match("(sun|mag): sigmas", note) for note in found.notes)

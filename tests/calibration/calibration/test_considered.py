@@ -1,4 +1,4 @@
-"""Batches with states that are considered, against one update that leaves them alone."""
+"""Batches with considered states, against one update that does not estimate these states."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from mgeo_calibration.estimation.smoother import compute_last_covariance, solve_
 from mgeo_calibration.estimation.trajectory import Partition
 
 from ...attitude.filter.suites import SUITES
-from .test_smoother import MEMS, dense, near, scenario
+from .test_smoother import MEMS, build_batch_near_truth, build_dense_equations, build_scenario
 
 CASES = {
     "considered": SUITES["considered"],
@@ -25,8 +25,10 @@ CASES = {
 }
 
 
-def known_before(suite, at):
-    """What a calibration has left: errors that are correlated, about other estimates than zero."""
+def build_correlated_prior(suite, at):
+    """Return a prior as a calibration leaves it: correlated errors and estimates other than
+    zero.
+    """
     rng, n = np.random.default_rng(5), suite.n_states
     root = np.eye(n) + 0.1 * rng.standard_normal((n, n))
     P = root @ root.T
@@ -39,16 +41,18 @@ def known_before(suite, at):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_what_is_considered_is_noise_of_all_readings(name, monkeypatch):
-    """A Kalman update by all readings at once, whose gain is zero for what is considered."""
+def test_considered_states_act_as_measurement_noise(name, monkeypatch):
+    """Expected: a Kalman update by all readings at once, whose gain is zero for the considered
+    states.
+    """
     monkeypatch.setitem(SUITES, name, CASES[name])
     changes = MEMS | ({"rate_random_walk": 0.0} if name == "constant bias" else {})
-    data, at = near(scenario(name, **changes), broken=False)
+    data, at = build_batch_near_truth(build_scenario(name, **changes), broken=False)
     suite = data.suite
     sigma, parts = suite.initial_sigma(1.0), Partition.from_suite(suite)
     at.states[:, suite.considered_indices] = 0.0
-    belief = known_before(suite, at)
-    J, r = dense(data, sigma, at, parts)
+    belief = build_correlated_prior(suite, at)
+    J, r = build_dense_equations(data, sigma, at, parts)
     r[: suite.n_states], of_start = belief.compute_residual(at.attitude[0], at.states[0])
     N, d = len(data.times), len(parts.stochastic)
     J[: suite.n_states, :d] = of_start[:, parts.stochastic]
@@ -56,7 +60,7 @@ def test_what_is_considered_is_noise_of_all_readings(name, monkeypatch):
     state = np.concatenate([np.tile(parts.stochastic, N), parts.constant])
     of = np.isin(state, suite.considered_indices)
     scale = sigma[state]
-    J, believed = J * scale, suite.n_states + (N - 1) * d  # rows of the prior and of dynamics
+    J, believed = J * scale, suite.n_states + (N - 1) * d  # Rows of the prior and of the dynamics.
     before, H, z = J[:believed], J[believed:], r[believed:]
     Q, R = np.linalg.qr(before)
     root = np.linalg.inv(R)

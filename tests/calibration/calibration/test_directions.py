@@ -1,4 +1,4 @@
-"""Sun sensors whose vectors are normalized, by a simulation of its own."""
+"""Sun sensors with normalized vectors, by the independent simulator."""
 
 import dataclasses
 
@@ -9,12 +9,14 @@ from mgeo_attitude.settings.base import get_fields
 from mgeo_calibration import calibrate, read_telemetry
 from mgeo_calibration.telemetry.mapping import SensorChannels, TelemetryMapping
 
-from .flights import PLAN, check_claimed, normalized, short
-from .independent import Craft, fly, steady
+from .independent_simulator import TrueErrors, constant_rates, simulate_readings
+from .runs import PLAN, check_errors, normalize_error, short
 
 
-def two_axis(scenario):
-    """The scenario whose Sun sensor measures two angles, as well as it did three numbers."""
+def use_two_axis_sensor(scenario):
+    """Return a scenario whose Sun sensor measures two angles with the noise of the three-axis
+    sensor.
+    """
     sun, mag = scenario.sensors
     same = {name: getattr(sun, name) for name in get_fields(type(sun))}
     return dataclasses.replace(scenario, sensors=(TwoAxisSunSensor(**same), mag))
@@ -26,47 +28,56 @@ SCENARIOS = {
 }
 
 
-def flown(name, seed):
-    return fly(SCENARIOS[name], steady(PLAN), seed, Craft(unit_vectors=True))
+def simulate(name, seed):
+    return simulate_readings(
+        SCENARIOS[name], constant_rates(PLAN), seed, TrueErrors(unit_vectors=True)
+    )
 
 
-def checked(name, seeds, worst=4.0):
-    """How many flights are supported, of which errors are as large as is claimed."""
-    scenario, found, supported = two_axis(SCENARIOS[name]), [], 0
+def count_consistent(name, seeds, worst=4.0):
+    """Return the number of consistent runs, after a check that the errors agree with the
+    covariances.
+    """
+    scenario, found, supported = use_two_axis_sensor(SCENARIOS[name]), [], 0
     for seed in seeds:
-        telemetry = flown(name, seed)
+        telemetry = simulate(name, seed)
         calibration = calibrate(scenario, telemetry)
-        found.append(normalized(calibration, telemetry))
+        found.append(normalize_error(calibration, telemetry))
         supported += calibration.is_consistent
-    check_claimed(found, worst=worst)
+    check_errors(found, worst=worst)
     return supported
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
-def test_normalized_vectors_are_calibrated_as_claimed(name):
-    assert checked(name, [1]) == 1
+def test_normalized_vectors_are_calibrated_within_sigma(name):
+    assert count_consistent(name, [1]) == 1
 
 
 @pytest.mark.cases(1)
 @pytest.mark.parametrize("seed", range(6))
-def test_directions_with_light_from_the_earth_are_calibrated_as_claimed(seed):
-    """The independent truth adds light in all directions, also along the Sun."""
+def test_directions_with_albedo_are_calibrated_within_sigma(seed):
+    """The true albedo error has all directions, also along the Sun."""
     world = EnvironmentErrors(earth_albedo=0.3, albedo=0.03)
-    scenario = dataclasses.replace(two_axis(SCENARIOS["cubesat_6u"]), environment_errors=world)
-    telemetry = fly(scenario, steady(PLAN), seed)
+    scenario = dataclasses.replace(
+        use_two_axis_sensor(SCENARIOS["cubesat_6u"]), environment_errors=world
+    )
+    telemetry = simulate_readings(scenario, constant_rates(PLAN), seed)
     calibration = calibrate(scenario, telemetry)
     assert calibration.is_consistent, calibration.conclusion
-    check_claimed([normalized(calibration, telemetry)], 0.999)
+    check_errors([normalize_error(calibration, telemetry)], 0.999)
 
 
-def test_three_numbers_whose_noise_is_normalized_away_are_refused_at_once():
+def test_unit_vectors_of_three_axis_sensor_raise():
     with pytest.raises(ValueError, match=r'sun: .* Use kind = "two-axis-sun-sensor" instead of'):
-        calibrate(SCENARIOS["paper"], flown("paper", 1).truncate(100.0))
+        calibrate(SCENARIOS["paper"], simulate("paper", 1).truncate(100.0))
 
 
-def test_two_angles_of_a_mounted_sensor_are_read_as_its_directions():
-    """In rad, of a sensor whose boresight is the body's -y."""
-    scenario, telemetry = two_axis(SCENARIOS["cubesat_6u"]), flown("cubesat_6u", 1).truncate(300.0)
+def test_two_angles_of_mounted_sensor_are_read_as_directions():
+    """The angles are in rad, and the boresight is -y of the body."""
+    scenario, telemetry = (
+        use_two_axis_sensor(SCENARIOS["cubesat_6u"]),
+        simulate("cubesat_6u", 1).truncate(300.0),
+    )
     dcm = ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
     x, y, z = (telemetry.sensors["sun"] @ np.array(dcm)).T
     seen = z > 0.1

@@ -1,4 +1,4 @@
-"""Gyros that are off by more than the body turns."""
+"""Gyros whose bias is larger than the body rate."""
 
 import dataclasses
 
@@ -7,15 +7,15 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
 
-from .flights import PLAN, check_claimed, normalized, short
-from .independent import Craft, coning, fly, steady
+from .independent_simulator import TrueErrors, coning_motion, constant_rates, simulate_readings
+from .runs import PLAN, check_errors, normalize_error, short
 
 SCENARIO = short(Scenario.cubesat_6u(), 1500.0)
-MOTIONS = {"plan": steady(PLAN), "turning": coning(0.5, 0.05)}
+MOTIONS = {"plan": constant_rates(PLAN), "turning": coning_motion(0.5, 0.05)}
 
 
-def believed(deg_s):
-    """With a gyro whose bias may be so large, 1-sigma."""
+def allow_gyro_bias(deg_s):
+    """Return a scenario with a given initial 1-sigma of the gyro bias."""
     gyro = dataclasses.replace(SCENARIO.gyro, initial_bias_deg_s=deg_s)
     return dataclasses.replace(SCENARIO, gyro=gyro)
 
@@ -24,33 +24,37 @@ def believed(deg_s):
 @pytest.mark.parametrize(
     ("bias", "step"), [((0.5, 1.0, -0.5), 1.0), ((3.0, -3.0, 3.0), 1.0), ((2.0, 2.0, -2.0), 4.0)]
 )
-def test_a_large_bias_that_is_believed_possible_is_found(bias, step):
-    """They were refused as rates in deg/h, or did not settle."""
-    scenario = believed(max(bias))
-    craft = Craft(gyro_bias_deg_s=bias)
-    telemetry = fly(scenario, MOTIONS["turning"], 3, craft, duration=1500.0, step=step)
+def test_large_bias_within_prior_is_estimated(bias, step):
+    """Such telemetry resembles rates in deg/h."""
+    scenario = allow_gyro_bias(max(bias))
+    craft = TrueErrors(gyro_bias_deg_s=bias)
+    telemetry = simulate_readings(
+        scenario, MOTIONS["turning"], 3, craft, duration=1500.0, step=step
+    )
     found = calibrate(scenario, telemetry)
     assert found.is_consistent, found.conclusion
-    check_claimed([normalized(found, telemetry)], 0.98)
+    check_errors([normalize_error(found, telemetry)], 0.98)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
-def test_a_constant_turn_on_bias_is_found_with_a_preset(seed):
-    scenario = dataclasses.replace(believed(0.08), duration=9000.0)
-    craft = Craft(gyro_bias_deg_s=(0.08, -0.05, 0.03), walk=0.0)
-    telemetry = fly(scenario, MOTIONS["plan"], seed, craft, duration=9000.0)
+def test_constant_turn_on_bias_is_estimated_with_preset(seed):
+    scenario = dataclasses.replace(allow_gyro_bias(0.08), duration=9000.0)
+    craft = TrueErrors(gyro_bias_deg_s=(0.08, -0.05, 0.03), walk=0.0)
+    telemetry = simulate_readings(scenario, MOTIONS["plan"], seed, craft, duration=9000.0)
     found = calibrate(scenario, telemetry)
     assert found.is_consistent, found.conclusion
-    _, x = normalized(found, telemetry)
+    _, x = normalize_error(found, telemetry)
     assert np.abs(x[3:6]).max() < 3.0
 
 
-def test_a_large_bias_that_is_known_is_no_other_unit():
-    """After a calibration little is left of its 1-sigma; only the estimate says how large it is."""
-    scenario = believed(2.0)
-    craft = Craft(gyro_bias_deg_s=(2.0, -2.0, 2.0))
-    telemetry = fly(scenario, MOTIONS["plan"], 3, craft, duration=1500.0)
+def test_large_known_bias_is_not_reported_as_wrong_unit():
+    """After a calibration, the 1-sigma is small, and only the estimate tells the size of the
+    bias.
+    """
+    scenario = allow_gyro_bias(2.0)
+    craft = TrueErrors(gyro_bias_deg_s=(2.0, -2.0, 2.0))
+    telemetry = simulate_readings(scenario, MOTIONS["plan"], 3, craft, duration=1500.0)
     half = calibrate(scenario, telemetry.truncate(800.0))
     after = half.build_followup_scenario({"duration": 700.0})
     rest = dataclasses.replace(telemetry, times=telemetry.times - half.time, truth=None)

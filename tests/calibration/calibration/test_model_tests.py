@@ -1,4 +1,4 @@
-"""What gyro and sensors do beside what the scenario says of them."""
+"""Score tests for gyro and sensor errors that the scenario does not model."""
 
 import dataclasses
 
@@ -13,55 +13,55 @@ from mgeo_calibration.estimation.model_errors import build_bias_decay_error, bui
 from mgeo_calibration.estimation.prior import PriorEstimate
 from mgeo_calibration.estimation.score import compute_scores
 
-from .faults import says
-from .flights import PLAN, normalized, short
-from .independent import Craft, coning, fly, steady
+from .faults import names_cause
+from .independent_simulator import TrueErrors, coning_motion, constant_rates, simulate_readings
+from .runs import PLAN, normalize_error, short
 
 PAPER, CUBESAT = (short(getattr(Scenario, name)(), 1500.0) for name in ("paper", "cubesat_6u"))
-MOTIONS = {"plan": steady(PLAN), "turning": coning(1.0, 0.1)}
+MOTIONS = {"plan": constant_rates(PLAN), "turning": coning_motion(1.0, 0.1)}
 CONSTANT = {"decay": 0.0, "walk": 0.0}
 
 
-def believed(scenario, **gyro):
+def change_gyro(scenario, **gyro):
     return dataclasses.replace(scenario, gyro=dataclasses.replace(scenario.gyro, **gyro))
 
 
-def flown(scenario, seed, motion="plan", **craft):
-    return fly(scenario, MOTIONS[motion], seed, Craft(**craft), duration=1500.0)
+def simulate(scenario, seed, motion="plan", **craft):
+    return simulate_readings(scenario, MOTIONS[motion], seed, TrueErrors(**craft), duration=1500.0)
 
 
-def test_a_bias_that_is_constant_is_told_from_one_that_decays():
-    """It ended 10 sigma wrong at 0.3 deg/s, supported."""
+def test_constant_bias_is_distinguished_from_decaying_bias():
+    """Without the test, a consistent calibration was wrong by 10 sigma at 0.3 deg/s."""
     size = 0.3
-    scenario = believed(PAPER, initial_bias_deg_s=size)
-    telemetry = flown(scenario, 1, gyro_bias_deg_s=[size, -size, size], **CONSTANT)
+    scenario = change_gyro(PAPER, initial_bias_deg_s=size)
+    telemetry = simulate(scenario, 1, gyro_bias_deg_s=[size, -size, size], **CONSTANT)
     found = calibrate(scenario, telemetry)
-    assert np.abs(normalized(found, telemetry)[1]).max() > 4.0
+    assert np.abs(normalize_error(found, telemetry)[1]).max() > 4.0
     assert not found.is_consistent
-    assert says(r"gyro\.bias decays by .*: gyro\.bias_decay", found.failures[0])
+    assert names_cause(r"gyro\.bias decays by .*: gyro\.bias_decay", found.failures[0])
     assert found.conclusion.startswith("the model ")
     row = found.build_model_test_table().loc["gyro.bias_decay"]
     assert row["is_selected"]
     assert row["p"] < 1e-6
-    right = believed(scenario, bias_decay=0.0)
+    right = change_gyro(scenario, bias_decay=0.0)
     again = calibrate(right, telemetry)
     assert again.is_consistent, again.conclusion
-    assert np.abs(normalized(again, telemetry)[1]).max() < 4.0
+    assert np.abs(normalize_error(again, telemetry)[1]).max() < 4.0
 
 
-def test_a_bias_that_walks_by_more_than_is_said_is_told():
-    """It ended 15 sigma wrong, supported."""
-    telemetry = flown(CUBESAT, 1, walk=1.6e-6)
+def test_underestimated_random_walk_is_identified():
+    """Without the test, a consistent calibration was wrong by 15 sigma."""
+    telemetry = simulate(CUBESAT, 1, walk=1.6e-6)
     found = calibrate(CUBESAT, telemetry)
     assert not found.is_consistent
-    assert says(r"gyro\.bias drifts by .*: gyro\.rate_random_walk", found.failures[0])
-    again = calibrate(believed(CUBESAT, rate_random_walk=1.6e-6), telemetry)
+    assert names_cause(r"gyro\.bias drifts by .*: gyro\.rate_random_walk", found.failures[0])
+    again = calibrate(change_gyro(CUBESAT, rate_random_walk=1.6e-6), telemetry)
     assert again.is_consistent, again.conclusion
 
 
 @pytest.mark.parametrize(("scenario", "motion"), [(PAPER, "plan"), (CUBESAT, "turning")])
-def test_nothing_is_named_of_what_is_as_it_is_said(scenario, motion):
-    found = calibrate(scenario, flown(scenario, 1, motion))
+def test_correct_model_has_no_selected_error(scenario, motion):
+    found = calibrate(scenario, simulate(scenario, 1, motion))
     assert found.is_consistent, found.conclusion
     assert not found.build_model_test_table()["is_selected"].any()
 
@@ -72,10 +72,10 @@ TURNS = [-0.1, 0.2, -0.4, 300.0, 0.3, -0.4, 0.3, 500.0, -0.2, 0.4, 0.3, 600.0,
 
 @pytest.mark.slow
 @pytest.mark.parametrize("late", [0.0, 0.1])
-def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
-    """The gyro's noise of a step is three times its own, and is in the rate and in the attitude."""
+def test_latency_of_accurate_star_tracker_has_no_false_alarm(late):
+    """The gyro noise of a step is three times the tracker noise, and affects rate and attitude."""
     satellite = Scenario.microsatellite()
-    tracker, *others, _ = satellite.sensors  # of two magnetometers one
+    tracker, *others, _ = satellite.sensors  # One of two magnetometers.
     scenario = short(satellite, 2400.0, environment_errors=EnvironmentErrors())
     sees = {"sun_exclusion_deg": None, "earth_exclusion_deg": None}
     tracker = dataclasses.replace(tracker, initial_latency_s=late, **sees)
@@ -98,13 +98,13 @@ def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
 
 
 @pytest.mark.parametrize("walk", [3e-8, 0.0])
-def test_a_score_is_the_step_of_an_estimate(walk):
-    """A decay that is a little wrong is found as it is, with its change of the last bias."""
-    true = believed(PAPER, initial_bias_deg_s=0.1, bias_decay=2e-5, rate_random_walk=walk)
-    telemetry = flown(true, 1, gyro_bias_deg_s=[0.1, -0.1, 0.1])
+def test_score_estimate_equals_newton_step(walk):
+    """A slightly wrong decay is estimated exactly, with its change of the last bias."""
+    true = change_gyro(PAPER, initial_bias_deg_s=0.1, bias_decay=2e-5, rate_random_walk=walk)
+    telemetry = simulate(true, 1, gyro_bias_deg_s=[0.1, -0.1, 0.1])
     fits = [
         fit(build_batch(each, telemetry), PriorEstimate.from_scenario(each), 1e-9).solution
-        for each in (true, believed(true, bias_decay=2.1e-5))
+        for each in (true, change_gyro(true, bias_decay=2.1e-5))
     ]
     found = [
         compute_scores(

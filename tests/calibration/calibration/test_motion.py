@@ -1,4 +1,4 @@
-"""Bodies that turn while the gyro averages, by a simulation of its own."""
+"""Bodies that rotate while the gyro averages, by the independent simulator."""
 
 import dataclasses
 
@@ -11,23 +11,32 @@ from mgeo_calibration.estimation.initial_attitude import accumulate_rotations
 from mgeo_calibration.telemetry.gyro_samples import compute_mean_rates
 from scipy.spatial.transform import Rotation
 
-from .flights import PLAN, check_claimed, normalized, short
-from .independent import Craft, coning, fly, steady, tumble, turned
+from .independent_simulator import (
+    TrueErrors,
+    coning_motion,
+    constant_rates,
+    integrate_motion,
+    simulate_readings,
+    tumbling_motion,
+)
+from .runs import PLAN, check_errors, normalize_error, short
 
 SCENARIO = short(Scenario.cubesat_6u(), 3000.0)
 MOTIONS = {
-    "plan": steady(PLAN),
-    "1 deg/s at 0.5 rad/s": coning(1.0, 0.5),
-    "3 deg/s at 0.1 rad/s": coning(3.0, 0.1),
-    "3 deg/s at 0.2 rad/s": coning(3.0, 0.2),
-    "3 deg/s at 0.5 rad/s": coning(3.0, 0.5),
-    "tumble": tumble([0.10, 0.13, 0.05], [2.5, 3.0, 2.6], 3000.0),
+    "plan": constant_rates(PLAN),
+    "1 deg/s at 0.5 rad/s": coning_motion(1.0, 0.5),
+    "3 deg/s at 0.1 rad/s": coning_motion(3.0, 0.1),
+    "3 deg/s at 0.2 rad/s": coning_motion(3.0, 0.2),
+    "3 deg/s at 0.5 rad/s": coning_motion(3.0, 0.5),
+    "tumble": tumbling_motion([0.10, 0.13, 0.05], [2.5, 3.0, 2.6], 3000.0),
 }
 
 
-def without_noise(rate, times, given=None):
-    """Telemetry of a gyro without errors at some of the times, and of a Sun that stands still."""
-    angle, attitude = turned(rate, times)
+def build_noiseless_telemetry(rate, times, given=None):
+    """Return telemetry of a gyro without errors at some times, and of a Sun sensor with a fixed
+    Sun.
+    """
+    angle, attitude = integrate_motion(rate, times)
     gyro = np.full((len(times), 3), np.nan)
     at = np.arange(len(times)) if given is None else given
     total = np.vstack([np.zeros(3), np.cumsum(angle, axis=0)])
@@ -37,8 +46,10 @@ def without_noise(rate, times, given=None):
     return telemetry, attitude
 
 
-def drift(telemetry, attitude, straight=False):
-    """By what the gyro is off at every sample [deg], if its rate changes in steps or not at all."""
+def compute_drift(telemetry, attitude, straight=False):
+    """Return the error of the integrated gyro attitude at every sample [deg], for linear or
+    constant rates within a step.
+    """
     data = build_batch(dataclasses.replace(SCENARIO, eclipse=False), telemetry)
     if straight:
         data = dataclasses.replace(data, rate_changes=np.zeros_like(data.rate_changes))
@@ -47,18 +58,20 @@ def drift(telemetry, attitude, straight=False):
 
 
 @pytest.mark.parametrize("name", [name for name in MOTIONS if name != "plan"])
-def test_mean_rates_carry_the_attitude(name):
-    """By less than the gyro's noise does; as if they were constant in a step, by far more."""
-    telemetry, attitude = without_noise(MOTIONS[name], np.arange(601.0))
+def test_mean_rates_propagate_attitude(name):
+    """The error is smaller than that of the gyro noise, and much larger with constant rates in a
+    step.
+    """
+    telemetry, attitude = build_noiseless_telemetry(MOTIONS[name], np.arange(601.0))
     noise = SCENARIO.gyro.angle_random_walk_deg_per_sqrt_h * np.sqrt(600.0 / 3600.0)
-    assert drift(telemetry, attitude)[-1] < 0.5 * noise
-    assert drift(telemetry, attitude, straight=True)[-1] > 2.0 * noise
+    assert compute_drift(telemetry, attitude)[-1] < 0.5 * noise
+    assert compute_drift(telemetry, attitude, straight=True)[-1] > 2.0 * noise
 
 
-def test_gaps_and_jumps_of_the_gyro():
-    """Where samples are missing the rate is a guess, whose change is none; beyond, it is known."""
+def test_gaps_and_steps_of_rates():
+    """In gaps the rate is constant with a variance; elsewhere it is known."""
     rate, times = MOTIONS["3 deg/s at 0.1 rad/s"], np.arange(60.0)
-    telemetry, _ = without_noise(rate, times, np.delete(np.arange(60), [20, 21, 22]))
+    telemetry, _ = build_noiseless_telemetry(rate, times, np.delete(np.arange(60), [20, 21, 22]))
     data = build_batch(dataclasses.replace(SCENARIO, eclipse=False), telemetry)
     true = rate(times[1:]) - rate(times[:-1])
     guess = np.isin(np.arange(59), [19, 20, 21])
@@ -68,16 +81,16 @@ def test_gaps_and_jumps_of_the_gyro():
     far[:3] = far[-3:] = False
     assert np.abs(data.rate_changes - true)[far].max() < 2e-3 * np.abs(true).max()
     assert (data.excess_angle_variance[:, 0] > 0.0).tolist() == guess.tolist()
-    steadily, _ = without_noise(steady(PLAN), times)
+    steadily, _ = build_noiseless_telemetry(constant_rates(PLAN), times)
     found = build_batch(dataclasses.replace(SCENARIO, eclipse=False), steadily)
     assert np.abs(found.rate_changes).max() < 1e-15
 
 
-def test_means_of_rates_at_the_samples():
-    """Of a rate that turns at 0.5 rad/s the trapezoidal rule loses 2 %; here 0.04 % are lost."""
+def test_mean_rates_from_instantaneous_rates():
+    """For a rate that rotates at 0.5 rad/s, the error is 0.04 %; the trapezoidal rule has 2 %."""
     t = np.sort(np.append(np.arange(200.0), [50.3, 120.5]))
-    rate = coning(3.0, 0.5)
-    exact = turned(rate, t)[0] / np.diff(t)[:, None]
+    rate = coning_motion(3.0, 0.5)
+    exact = integrate_motion(rate, t)[0] / np.diff(t)[:, None]
     found = compute_mean_rates(t, rate(t))
     off = np.abs(found[1:] - exact)
     assert off[3:-3].max() < 4e-4 * np.radians(3.0)
@@ -87,20 +100,24 @@ def test_means_of_rates_at_the_samples():
     assert np.abs(after - exact[102]).max() < 0.03 * np.radians(3.0)
 
 
-def checked(name, craft, seeds, mapping=None, worst=4.0):
-    """How many flights are supported, of which errors are as large as is claimed."""
+def count_consistent(name, craft, seeds, mapping=None, worst=4.0):
+    """Return the number of consistent runs, after a check that the errors agree with the
+    covariances.
+    """
     found, supported = [], 0
     for seed in seeds:
-        telemetry = fly(SCENARIO, MOTIONS[name], seed, craft)
+        telemetry = simulate_readings(SCENARIO, MOTIONS[name], seed, craft)
         calibration = calibrate(SCENARIO, telemetry.to_frame() if mapping else telemetry, mapping)
-        found.append(normalized(calibration, telemetry))
+        found.append(normalize_error(calibration, telemetry))
         supported += calibration.is_consistent
-    check_claimed(found, worst=worst)
+    check_errors(found, worst=worst)
     return supported
 
 
 @pytest.mark.cases(1)
 @pytest.mark.parametrize("name", ["3 deg/s at 0.5 rad/s", "tumble"])
-def test_a_body_in_motion_is_calibrated_as_claimed(name):
-    """The gyro's bias was off by up to 20 sigma, supported by the innovations."""
-    assert checked(name, Craft(), [1]) == 1
+def test_moving_body_is_calibrated_within_sigma(name):
+    """With constant rates in a step, the gyro bias was wrong by up to 20 sigma in a consistent
+    calibration.
+    """
+    assert count_consistent(name, TrueErrors(), [1]) == 1

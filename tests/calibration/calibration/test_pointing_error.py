@@ -1,4 +1,6 @@
-"""A satellite without a gyro that holds axes with a pointing error of some correlation time."""
+"""Satellites without a gyro whose attitude deviates from reference axes by a correlated pointing
+error.
+"""
 
 import dataclasses
 from itertools import product
@@ -18,13 +20,13 @@ from mgeo_calibration.estimation.trajectory import Partition, Trajectory
 from mgeo_calibration.telemetry.mapping import GyroChannels
 from scipy.spatial.transform import Rotation
 
-from .flights import check_claimed, error
-from .independent import fly_held
-from .test_smoother import covariances, spread
+from .independent_simulator import simulate_attitude_hold
+from .runs import check_errors, compute_error
+from .test_smoother import collect_covariances, compute_covariances
 
 SCENARIO = Scenario.from_dict({"preset": "cubesat_6u", "duration": 6000.0})
-#: 1-sigma [deg], correlation time and step [s]: from errors that are new at every sample to errors
-#: that last for the flight.
+#: 1-sigma [deg], correlation time and step [s]: from errors that are independent at every sample to
+#: errors that last for the whole run.
 PROCESSES = (
     (2.0, 5.0, 10.0),
     (2.0, 30.0, 10.0),
@@ -35,8 +37,9 @@ PROCESSES = (
 )
 
 
-def held(axes, process, seed, with_sun=True, scenario=SCENARIO, mounting=None):
-    """Scenario, telemetry with truth, table and mapping of a satellite, by default mounted anyhow.
+def simulate_hold(axes, process, seed, with_sun=True, scenario=SCENARIO, mounting=None):
+    """Return scenario, telemetry with truth, table and mapping of a satellite with a random
+    mounting by default.
 
     The numbers of a process are those of `PROCESSES`.
     """
@@ -44,7 +47,7 @@ def held(axes, process, seed, with_sun=True, scenario=SCENARIO, mounting=None):
     mounting = mounting or Rotation.random(rng=np.random.default_rng([seed, 1]))
     if not with_sun:
         scenario = dataclasses.replace(scenario, sensors=scenario.sensors[1:])
-    telemetry = fly_held(
+    telemetry = simulate_attitude_hold(
         scenario, axes, mounting, (np.radians(sigma_deg), correlation_time), seed, step
     )
     gyro = GyroChannels(
@@ -58,11 +61,11 @@ def held(axes, process, seed, with_sun=True, scenario=SCENARIO, mounting=None):
     return scenario, telemetry, table, TelemetryMapping(gyro=gyro)
 
 
-def uneven(correlation_time=40.0, with_sun=True):
-    """A batch of 36 samples, 10 to 600 s apart, with a gyro's bias that is constant."""
+def build_uneven_batch(correlation_time=40.0, with_sun=True):
+    """Return a batch of 36 samples, 10 to 600 s apart, with a constant gyro bias."""
     gyro = dataclasses.replace(SCENARIO.gyro, rate_random_walk=0.0, bias_decay=0.0)
     scenario = dataclasses.replace(SCENARIO, gyro=gyro, duration=1000.0, eclipse=False)
-    scenario, telemetry, table, mapping = held(
+    scenario, telemetry, table, mapping = simulate_hold(
         "lvlh", (4.0, correlation_time, 10.0), 3, with_sun, scenario
     )
     table = table.drop(index=[3, 4, 9, *range(20, 79)])
@@ -71,9 +74,9 @@ def uneven(correlation_time=40.0, with_sun=True):
     return scenario, data, telemetry.truth.attitude[k].swapaxes(1, 2)
 
 
-def test_the_linear_case_is_filterpys_smoother():
-    """About the held attitude, with P = σ² at the start, φ = exp(-dt / τ) and q = σ² (1 - φ²)."""
-    scenario, data, _ = uneven()
+def test_linear_case_agrees_with_filterpy_smoother():
+    """For small errors, P = σ² at the start, φ = exp(-dt / τ) and q = σ² (1 - φ²)."""
+    scenario, data, _ = build_uneven_batch()
     suite, parts = scenario.suite, Partition.from_suite(data.suite)
     N, n = len(data.times), suite.n_states
     sigma = suite.initial_sigma(np.radians(4.0))
@@ -108,13 +111,17 @@ def test_the_linear_case_is_filterpys_smoother():
         (found.stochastic_errors - means[:, :3]) / unit[:, :3], 0.0, atol=1e-9
     )
     np.testing.assert_allclose((found.constant_errors - means[-1, c]) / unit[-1, c], 0.0, atol=1e-9)
-    both = covariances(found, spread(found, 3)) / (unit[:, :3, None] * unit[:, None, :3])
+    both = compute_covariances(found, collect_covariances(found, 3)) / (
+        unit[:, :3, None] * unit[:, None, :3]
+    )
     expected = P[:, :3, :3] / (unit[:, :3, None] * unit[:, None, :3])
     np.testing.assert_allclose(both, expected, rtol=0, atol=1e-9)
 
 
 def cost_by_scipy(scenario, data, p, constants):
-    """Cost of errors p from the held attitude, halved Gibbs vectors by scipy's rotations."""
+    """Return the cost of pointing errors p and parameters, computed with scipy's rotations from
+    halved Gibbs vectors.
+    """
     process, sigma = data.pointing.pointing_error, scenario.suite.initial_sigma(1.0)[6:]
     decay = np.exp(-np.diff(data.times) / process.correlation_time)[:, None]
     parts = [p[0] / process.sigma, constants / sigma]
@@ -131,9 +138,9 @@ def cost_by_scipy(scenario, data, p, constants):
     return sum((np.asarray(each) ** 2).sum() for each in parts)
 
 
-def test_the_estimate_of_large_errors_is_the_optimum():
-    """A cost written once more, and the distance to its minimum along random directions."""
-    scenario, data, truth = uneven()
+def test_estimate_of_large_errors_minimizes_cost():
+    """The cost is computed independently, and compared along random directions."""
+    scenario, data, truth = build_uneven_batch()
     n = scenario.suite.n_states
     at = Trajectory(truth, np.zeros((len(data.times), n)))
     found = solve(data, PriorEstimate.from_scenario(scenario, data.pointing), at, 30, (1e-9, 1e-13))
@@ -154,59 +161,63 @@ def test_the_estimate_of_large_errors_is_the_optimum():
 
 
 @pytest.mark.parametrize(("axes", "with_sun"), [("lvlh", True), ("inertial", False)])
-def test_a_flight_gives_the_errors_of_its_sensors(axes, with_sun):
-    scenario, telemetry, table, mapping = held(axes, (3.0, 300.0, 20.0), 2, with_sun)
+def test_sensor_errors_are_estimated_without_gyro(axes, with_sun):
+    scenario, telemetry, table, mapping = simulate_hold(axes, (3.0, 300.0, 20.0), 2, with_sun)
     found = calibrate(scenario, table, mapping)
     assert found.is_consistent, found.conclusion
-    e, sigma = error(found, telemetry), np.sqrt(np.diag(found.covariance))
+    e, sigma = compute_error(found, telemetry), np.sqrt(np.diag(found.covariance))
     assert np.abs(e / sigma)[np.r_[:3, 6 : len(e)]].max() < 4.0
     rows = found.build_table().query("block == 'mag.bias'")
     assert (rows["sigma"] < 0.3 * rows["prior_sigma"]).all()
 
 
-def with_axes_errors(scenario):
-    """The scenario with scale factors and non-orthogonality of the magnetometer as states."""
+def add_axes_errors(scenario):
+    """Return a scenario with scale factors and non-orthogonality of the magnetometer as states."""
     sun, mag = scenario.sensors
     mag = dataclasses.replace(mag, initial_scale_factor=0.05, initial_nonorthogonality_deg=1.0)
     return dataclasses.replace(scenario, sensors=(sun, mag))
 
 
-def scaled_error(found, telemetry):
-    """NEES per state without the gyro, of which nothing is read, and errors in 1-sigmas."""
-    e = error(found, telemetry)
+def normalize_sensor_error(found, telemetry):
+    """Return the NEES per state without the gyro, which has no readings, and the errors in
+    1-sigmas.
+    """
+    e = compute_error(found, telemetry)
     seen = np.r_[:3, 6 : len(e)]
     e, P = e[seen], found.covariance[np.ix_(seen, seen)]
     return e @ np.linalg.solve(P, e) / len(e), e / np.sqrt(np.diag(P))
 
 
-def test_scale_factors_do_not_explain_the_pointing_error():
-    """Along the orbit's normal is little field; the sensitivity there contains the error."""
-    scenario, telemetry, table, mapping = held(
+def test_scale_factors_do_not_absorb_pointing_error():
+    """Along the orbit normal the field is weak, so that the sensitivity is correlated with the
+    error.
+    """
+    scenario, telemetry, table, mapping = simulate_hold(
         "lvlh",
         (2.0, 30.0, 10.0),
         1,
-        scenario=with_axes_errors(SCENARIO),
+        scenario=add_axes_errors(SCENARIO),
         mounting=Rotation.identity(),
     )
     found = calibrate(scenario, table, mapping)
     assert found.is_consistent, found.conclusion
-    assert np.abs(scaled_error(found, telemetry)[1]).max() < 4.0
+    assert np.abs(normalize_sensor_error(found, telemetry)[1]).max() < 4.0
 
 
-def test_a_long_gap_leaves_the_stationary_error():
-    scenario, _, table, mapping = held("inertial", (3.0, 50.0, 20.0), 2)
+def test_stationary_variance_returns_after_long_gap():
+    scenario, _, table, mapping = simulate_hold("inertial", (3.0, 50.0, 20.0), 2)
     found = calibrate(scenario, table.drop(index=range(100, 200)), mapping)
     assert found.is_consistent, found.conclusion
 
 
-def test_a_wrong_mounting_is_refused():
-    scenario, _, table, mapping = held("lvlh", (2.0, 300.0, 20.0), 2)
+def test_wrong_mounting_raises():
+    scenario, _, table, mapping = simulate_hold("lvlh", (2.0, 300.0, 20.0), 2)
     wrong = dataclasses.replace(mapping.gyro, rotation="body-to-sensor")
     with pytest.raises(CalibrationError):
         calibrate(scenario, table, dataclasses.replace(mapping, gyro=wrong))
 
 
-def test_a_pointing_error_needs_axes_and_a_time():
+def test_pointing_error_requires_axes_and_correlation_time():
     declared = {"pointing_error_deg": 2.0, "pointing_correlation_time": 300.0}
     with pytest.raises(InvalidValue, match=r"pointing_error_deg = 2\.0: expected reference_axes"):
         GyroChannels(**declared)
@@ -218,26 +229,28 @@ def test_a_pointing_error_needs_axes_and_a_time():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("axes", "with_sun"), [*product(("lvlh", "inertial"), (True, False))])
-def test_errors_and_verdicts_of_fifty_flights_are_as_claimed(axes, with_sun):
-    """Of every process; 1 % of verdicts may fail by chance."""
+def test_errors_and_conclusions_of_fifty_runs_agree_with_covariance(axes, with_sun):
+    """For every pointing process; 1 % of the conclusions may be false alarms."""
     supported = []
     for process in PROCESSES:
         first, claimed = crc32(repr((axes, with_sun, process)).encode()), []
         for seed in range(first, first + 50):
-            scenario, telemetry, table, mapping = held(axes, process, seed, with_sun)
+            scenario, telemetry, table, mapping = simulate_hold(axes, process, seed, with_sun)
             found = calibrate(scenario, table, mapping)
-            claimed.append(scaled_error(found, telemetry))
+            claimed.append(normalize_sensor_error(found, telemetry))
             supported.append(found.is_consistent)
-        check_claimed(claimed, chance=0.999, worst=5.0)
+        check_errors(claimed, chance=0.999, worst=5.0)
     assert np.mean(supported) >= 0.97
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("process", [(2.0, 30.0, 10.0), (5.0, 300.0, 10.0)])
-def test_axes_errors_of_a_magnetometer_are_as_claimed(process):
-    scenario, claimed = with_axes_errors(SCENARIO), []
+def test_magnetometer_axes_errors_are_estimated_within_sigma(process):
+    scenario, claimed = add_axes_errors(SCENARIO), []
     for seed in range(24):
-        flight = held("lvlh", process, seed, scenario=scenario, mounting=Rotation.identity())
+        flight = simulate_hold(
+            "lvlh", process, seed, scenario=scenario, mounting=Rotation.identity()
+        )
         _, telemetry, table, mapping = flight
-        claimed.append(scaled_error(calibrate(scenario, table, mapping), telemetry))
-    check_claimed(claimed, chance=0.999, worst=5.0)
+        claimed.append(normalize_sensor_error(calibrate(scenario, table, mapping), telemetry))
+    check_errors(claimed, chance=0.999, worst=5.0)

@@ -1,4 +1,4 @@
-"""Estimates that contradict what was believed before."""
+"""Estimates that contradict their prior."""
 
 import dataclasses
 
@@ -8,28 +8,33 @@ from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
 from mgeo_calibration.calibration.consistency_tests import ALL_STATES
 
-from .flights import PLAN, short
-from .independent import Craft, fly, steady
+from .independent_simulator import TrueErrors, constant_rates, simulate_readings
+from .runs import PLAN, short
 
 SCENARIO = short(Scenario.cubesat_6u(), 1500.0)
 
-#: What is far from its prior, and by how many of its 1-sigmas.
+#: Errors that are far from their prior, and their distance in 1-sigmas.
 OFF = {
     "mag.bias": ({"mag_bias_nt": [5000.0, 0.0, 0.0]}, 10.0),
     "sun.misalignment": ({"sun_turn_deg": [0.0, 0.0, 90.0]}, 229.0),
 }
 
 
-def calibrated(seed=1, **craft):
-    return calibrate(SCENARIO, fly(SCENARIO, steady(PLAN), seed, Craft(**craft), duration=1500.0))
+def calibrate_with_errors(seed=1, **craft):
+    return calibrate(
+        SCENARIO,
+        simulate_readings(
+            SCENARIO, constant_rates(PLAN), seed, TrueErrors(**craft), duration=1500.0
+        ),
+    )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("block", OFF)
-def test_a_block_far_from_its_prior_is_named(block):
-    """All of it was supported by the innovations, or another sensor was blamed first."""
+def test_block_far_from_prior_is_identified(block):
+    """Without the test, the innovations were consistent, or another sensor was reported."""
     craft, sigmas = OFF[block]
-    found = calibrated(**craft)
+    found = calibrate_with_errors(**craft)
     assert not found.is_consistent
     assert found.failures[len(found.data_faults)].startswith(f"{block} is ")
     assert found.data_faults == ()
@@ -44,10 +49,10 @@ def test_a_block_far_from_its_prior_is_named(block):
 
 
 @pytest.mark.slow
-def test_a_second_calibration_is_held_against_the_first():
-    """Of the same satellite it is what was believed; of another magnetometer's bias it is not."""
+def test_second_calibration_is_tested_against_first():
+    """For the same satellite it agrees; with another magnetometer bias it does not."""
     first = SCENARIO
-    telemetry = fly(first, steady(PLAN), 3, duration=1500.0)
+    telemetry = simulate_readings(first, constant_rates(PLAN), 3, duration=1500.0)
     half = calibrate(first, telemetry.truncate(800.0))
     after = half.build_followup_scenario({"duration": 700.0})
     rest = dataclasses.replace(telemetry, times=telemetry.times - half.time, truth=None)
@@ -60,9 +65,9 @@ def test_a_second_calibration_is_held_against_the_first():
 
 
 @pytest.mark.slow
-def test_what_is_not_supported_is_no_start_unless_one_says_so():
-    """Neither in Python nor of a file; it was taken without a word."""
-    found = calibrated(mag_bias_nt=[5000.0, 0.0, 0.0])
+def test_inconsistent_calibration_is_no_prior_unless_accepted():
+    """Both in Python and from a file."""
+    found = calibrate_with_errors(mag_bias_nt=[5000.0, 0.0, 0.0])
     with pytest.raises(ValueError, match=r"after\.conclusion = .*mag\.bias .*accept_inconsistent"):
         found.build_followup_scenario({"duration": 700.0})
     after = found.build_followup_scenario({"duration": 700.0, "accept_inconsistent": True})

@@ -1,4 +1,6 @@
-"""States and noise that a calibration asks for are added, and both are compared."""
+"""Recalibration with additional states and estimated noise, and its comparison with the first
+calibration.
+"""
 
 import dataclasses
 
@@ -12,14 +14,14 @@ from mgeo_calibration.calibration.recalibration import (
 )
 
 from .faults import MOTION, SCENARIO
-from .independent import fly
+from .independent_simulator import simulate_readings
 
 SCALE = np.array([0.01, -0.004, 0.002])
 
 
 @pytest.fixture(scope="module")
 def flight():
-    telemetry = fly(SCENARIO, MOTION, 2)
+    telemetry = simulate_readings(SCENARIO, MOTION, 2)
     sensors = {**telemetry.sensors, "mag": telemetry.sensors["mag"] * (1.0 + SCALE)}
     return dataclasses.replace(telemetry, sensors=sensors)
 
@@ -32,7 +34,7 @@ def first(flight):
 
 
 @pytest.mark.slow
-def test_scale_factors_and_noise_are_found_and_both_are_compared(flight, first):
+def test_scale_factors_and_noise_are_estimated_and_compared(flight, first):
     assert first.failures[0].startswith("mag.scale_factor is ")
     found = recalibrate(first, flight, ["mag.scale_factor", "noise"])
     assert found.is_consistent, found.conclusion

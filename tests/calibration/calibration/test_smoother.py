@@ -28,17 +28,17 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from ...attitude.filter.suites import CHANNELS, FAST, SUITES
-from .flights import flown, short
+from .runs import short, simulate_from_any_attitude
 
 STEPS = 40
 PLAN = (0.5, 0.3, -0.2, 15.0, -0.3, 0.6, 0.2, 15.0, 0.2, -0.4, 0.7, 600.0)
 
 
-#: A gyro whose noise is not so far below that of the sensors.
+#: Gyro with a noise comparable to that of the sensors.
 MEMS = {"angle_random_walk_deg_per_sqrt_h": 1.0, "rate_random_walk": 1e-5}
 
 
-def scenario(name, **gyro):
+def build_scenario(name, **gyro):
     suite = SUITES[name]
     gyro = dataclasses.replace(suite.gyro, **gyro)
     return short(
@@ -53,9 +53,11 @@ def scenario(name, **gyro):
     )
 
 
-def near(of, seed=1, broken=True):
-    """A batch of irregular steps, with a break, and a trajectory near the truth."""
-    telemetry = flown(of, seed, plan=PLAN)
+def build_batch_near_truth(of, seed=1, broken=True):
+    """Return a batch with irregular steps and an optional break, and a trajectory near the
+    truth.
+    """
+    telemetry = simulate_from_any_attitude(of, seed, plan=PLAN)
     data = build_batch(of, telemetry)
     keep = np.delete(np.arange(len(data.times)), [5, 6, 17, 30])
     rates = np.stack([data.gyro_rates[a:b].mean(axis=0) for a, b in pairwise(keep)])
@@ -83,8 +85,8 @@ def near(of, seed=1, broken=True):
     return data, Trajectory(truth.attitude[k].swapaxes(1, 2) @ turn, states)
 
 
-def spread(solution, n=None):
-    """Of all samples, from that of spans."""
+def collect_covariances(solution, n=None):
+    """Return the smoothed covariances of all samples, concatenated over the spans."""
     spans = [
         (found.conditional_covariance[span.first_new :], found.derivative[span.first_new :])
         for span, found in smooth_covariances(solution, n)
@@ -92,16 +94,18 @@ def spread(solution, n=None):
     return SmoothedCovariance(*map(np.concatenate, zip(*reversed(spans), strict=True)))
 
 
-def covariances(solution, found):
-    """Of the n leading driven states at every sample, shape (N, n, n)."""
+def compute_covariances(solution, found):
+    """Return the covariances of the n leading stochastic states at every sample, shape (N, n,
+    n).
+    """
     return (
         found.conditional_covariance
         + found.derivative @ solution.covariance @ found.derivative.swapaxes(1, 2)
     )
 
 
-def dense(data, sigma, at, parts):
-    """Rows of J and r of all residuals over their 1-sigmas, for e_0, e_1, ... and e_c."""
+def build_dense_equations(data, sigma, at, parts):
+    """Return Jacobian J and residual r of all residuals in 1-sigmas, for e_0, e_1, ... and e_c."""
     N, d, c = len(data.times), len(parts.stochastic), len(parts.constant)
     move, rows, right = linearize_process(data, at, parts), [], []
 
@@ -147,14 +151,14 @@ def dense(data, sigma, at, parts):
         ("paper", {"angle_random_walk_deg_per_sqrt_h": 1e-3, "rate_random_walk": 1e-9}, False),
     ],
 )
-def test_steps_and_covariances_are_those_of_dense_least_squares(name, gyro, broken):
-    data, at = near(scenario(name, **gyro), broken=broken)
+def test_steps_and_covariances_agree_with_dense_least_squares(name, gyro, broken):
+    data, at = build_batch_near_truth(build_scenario(name, **gyro), broken=broken)
     sigma, parts = data.suite.initial_sigma(1.0), Partition.from_suite(data.suite)
     found = solve_linearized(data, PriorEstimate.from_suite(data.suite), at, parts)
-    J, r = dense(data, sigma, at, parts)
+    J, r = build_dense_equations(data, sigma, at, parts)
     N, d = found.stochastic_errors.shape
     scale = np.concatenate([np.tile(sigma[parts.stochastic], N), sigma[parts.constant]])
-    # rows that weigh most first, as rows of 1 and of 1e7 demand
+    # Rows with the largest weights first, for accuracy with weights of 1 and 1e7.
     order = np.argsort(-np.abs(J * scale).max(axis=1))
     Q, R, pivots = qr((J * scale)[order], mode="economic", pivoting=True)
     inverse = np.empty_like(R)
@@ -173,10 +177,13 @@ def test_steps_and_covariances_are_those_of_dense_least_squares(name, gyro, brok
     P = P / both
     own = found.constants_covariance / both[N * d :, N * d :]
     np.testing.assert_allclose(own, P[N * d :, N * d :], rtol=0, atol=1e-10)
-    blocks, leading = covariances(found, spread(found, d)), spread(found)
+    blocks, leading = (
+        compute_covariances(found, collect_covariances(found, d)),
+        collect_covariances(found),
+    )
     measured = [linearize_sensor(data, index, at).states for index in range(len(data.readings))]
     n = int(np.flatnonzero(np.isin(parts.stochastic, np.concatenate(measured)))[-1]) + 1
-    np.testing.assert_allclose(covariances(found, leading), blocks[:, :n, :n], rtol=1e-9)
+    np.testing.assert_allclose(compute_covariances(found, leading), blocks[:, :n, :n], rtol=1e-9)
     for k in range(N):
         block = slice(k * d, k * d + d)
         np.testing.assert_allclose(
@@ -192,8 +199,8 @@ def test_steps_and_covariances_are_those_of_dense_least_squares(name, gyro, brok
     np.testing.assert_allclose(last / both[np.ix_(index, index)], expected, rtol=0, atol=1e-10)
 
 
-def test_a_reading_against_all_others_is_that_of_a_solution_without_it():
-    data, at = near(scenario("paper"))
+def test_residual_against_other_readings_agrees_with_solution_without_reading():
+    data, at = build_batch_near_truth(build_scenario("paper"))
     sigma, parts = data.suite.initial_sigma(1.0), Partition.from_suite(data.suite)
     settled = solve(data, PriorEstimate.from_suite(data.suite), at, 30)
     within = compute_residuals(settled).normalized_squares
@@ -207,7 +214,7 @@ def test_a_reading_against_all_others_is_that_of_a_solution_without_it():
         H = np.zeros((3, len(sigma)))
         H[:, seen.states] = seen.H[row]
         own, fixed = H[:, parts.stochastic], H[:, parts.constant] * other.constant_factors[k]
-        known = spread(other, len(parts.stochastic))
+        known = collect_covariances(other, len(parts.stochastic))
         J = own @ known.derivative[k]
         J[:, len(parts.stochastic) :] += fixed
         S = (
@@ -225,8 +232,10 @@ def test_a_reading_against_all_others_is_that_of_a_solution_without_it():
 
 
 def linear_case(name):
-    """A batch at the planned attitude with the plan's rates, so that all defects are zero."""
-    of = scenario(name, **MEMS)
+    """Return a batch at the planned attitude with the rates of the plan, so that all defects are
+    zero.
+    """
+    of = build_scenario(name, **MEMS)
     model = FilterModel.from_scenario(of)
     plan = model.build_schedule(np.atleast_2d(PLAN))
     rates, starts = plan.rates[0], plan.starts[0]
@@ -256,7 +265,7 @@ def linear_case(name):
 
 
 @pytest.mark.parametrize("name", ["paper", "varying errors", "orbit error", "cubesat_6u_full"])
-def test_the_linear_case_is_filterpys_smoother(name):
+def test_linear_case_agrees_with_filterpy_smoother(name):
     model, data, rates, C, at = linear_case(name)
     suite, n = model.suite, model.suite.n_states
     sigma, parts = suite.initial_sigma(1.0), Partition.from_suite(suite)
@@ -283,10 +292,10 @@ def test_the_linear_case_is_filterpys_smoother(name):
         means.append(kf.x.copy())
         Ps.append(kf.P.copy())
     means, Ps = np.array(means), np.array(Ps)
-    # filterpy takes F and Q of the step to a sample at that sample; the first has none
+    # filterpy takes F and Q of a step at its end; the first sample has none.
     smoothed, P, _, _ = kf.rts_smoother(means, Ps, Fs=[Fs[0], *Fs], Qs=[Qs[0], *Qs])
     found = solve_linearized(data, PriorEstimate.from_suite(data.suite), at, parts)
-    both = covariances(found, spread(found, len(parts.stochastic)))
+    both = compute_covariances(found, collect_covariances(found, len(parts.stochastic)))
     sigma = np.sqrt(np.einsum("kii->ki", P))
     d = parts.stochastic
     np.testing.assert_allclose(
@@ -303,9 +312,9 @@ def test_the_linear_case_is_filterpys_smoother(name):
 
 
 @pytest.mark.parametrize("name", ["paper", "full gyro", "varying errors", "cubesat_6u_full"])
-def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
-    """The filter of a known c with what c adds, against a Kalman filter of all states."""
-    data, at = near(scenario(name, **MEMS))
+def test_filter_and_innovations_agree_with_sequential_filter(name):
+    """The filter for a known c plus its dependence on c, against a Kalman filter of all states."""
+    data, at = build_batch_near_truth(build_scenario(name, **MEMS))
     data = dataclasses.replace(data, breaks=np.zeros_like(data.breaks))
     sigma, parts = data.suite.initial_sigma(1.0), Partition.from_suite(data.suite)
     found = solve_linearized(data, PriorEstimate.from_suite(data.suite), at, parts)
@@ -347,19 +356,21 @@ def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
             P_driven[k] / scale[:d, :d], P[:d, :d] / scale[:d, :d], rtol=0, atol=1e-8
         )
     np.testing.assert_allclose((found.constant_errors - x[d:]) / unit[d:], 0.0, atol=1e-8)
-    known = covariances(found, spread(found, d))
+    known = compute_covariances(found, collect_covariances(found, d))
     np.testing.assert_allclose(P_driven[-1], known[-1], rtol=1e-6)
 
 
-def near_start(data, of):
+def build_initial_trajectory(data, of):
     from mgeo_calibration.estimation.initial_attitude import estimate_initial_attitude
 
     zero = np.zeros((len(data.times), data.suite.n_states))
     return Trajectory(estimate_initial_attitude(data, zero)[0], zero)
 
 
-def turn_between(measured, predicted):
-    """Of unit vectors: along the great circle, as long as twice the tangent of half the angle."""
+def compute_rotation_between(measured, predicted):
+    """Return the vector between unit vectors along the great circle, with the length of twice the
+    tangent of half the angle.
+    """
     predicted = predicted / np.linalg.norm(predicted, axis=1, keepdims=True)
     cosine = (measured * predicted).sum(axis=1, keepdims=True)
     across = measured * cosine - predicted
@@ -368,13 +379,17 @@ def turn_between(measured, predicted):
 
 
 @pytest.mark.parametrize("sun", [SunSensor(), TwoAxisSunSensor(noise_deg=2.0)])
-def test_the_optimum_is_that_of_scipys_optimizer(sun):
-    """Residuals written once more with scipy's rotations, derivatives by differences."""
-    of = short(scenario("paper", bias_decay=0.0), 12.0)
+def test_optimum_agrees_with_scipy_optimizer(sun):
+    """The residuals are computed independently with scipy's rotations, and derivatives by
+    differences.
+    """
+    of = short(build_scenario("paper", bias_decay=0.0), 12.0)
     of = dataclasses.replace(of, sensors=(sun, of.sensors[1]))
-    data = build_batch(of, flown(of, 5, plan=PLAN))
+    data = build_batch(of, simulate_from_any_attitude(of, 5, plan=PLAN))
     suite, sigma, N = data.suite, data.suite.initial_sigma(1.0), len(data.times)
-    found = solve(data, PriorEstimate.from_suite(suite), near_start(data, of), 30, (1e-4, 1e-9))
+    found = solve(
+        data, PriorEstimate.from_suite(suite), build_initial_trajectory(data, of), 30, (1e-4, 1e-9)
+    )
     start = found.estimate
     _, Q = discretize_van_loan(FilterModel.from_scenario(of), np.zeros(3))
     root = np.linalg.inv(np.linalg.cholesky(Q[:6, :6]))
@@ -397,7 +412,7 @@ def test_the_optimum_is_that_of_scipys_optimizer(sun):
         for index, sensor in enumerate(suite.sensors):
             mu, b = constants[6 * index : 6 * index + 3], constants[6 * index + 3 : 6 * index + 6]
             seen = turned(mu).apply(R.inv().apply(data.vectors[:, index])) + b
-            off = turn_between if sensor.has_unit_length else np.subtract
+            off = compute_rotation_between if sensor.has_unit_length else np.subtract
             parts.append((off(data.readings[index][:, 0], seen) / sensor.noise_sigmas()[0]).ravel())
         return np.concatenate(parts)
 
@@ -409,5 +424,5 @@ def test_the_optimum_is_that_of_scipys_optimizer(sun):
     assert 2.0 * best.cost == pytest.approx(found.cost, rel=1e-6)
     moved = best.x - x0
     np.testing.assert_allclose(moved[: 3 * N], 0.0, atol=1e-6)
-    # what is left in units of what was believed; the 1-sigmas are 0.1 to 1 of these
+    # Difference in prior 1-sigmas; the 1-sigmas of the estimate are 0.1 to 1 of these.
     np.testing.assert_allclose(moved[3 * N :], 0.0, atol=1e-4)

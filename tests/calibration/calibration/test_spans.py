@@ -1,4 +1,6 @@
-"""Telemetry in spans, which are formed again, against all of it at once; what a row takes."""
+"""Telemetry in spans, which are linearized again when needed, against a single batch; memory per
+sample.
+"""
 
 import dataclasses
 
@@ -11,13 +13,19 @@ from mgeo_calibration.estimation.score import compute_scores
 from mgeo_calibration.estimation.smoother import compute_last_covariance, solve_linearized
 from mgeo_calibration.estimation.trajectory import Partition
 
-from .flights import options
-from .test_smoother import MEMS, covariances, near, scenario, spread
+from .runs import list_model_errors
+from .test_smoother import (
+    MEMS,
+    build_batch_near_truth,
+    build_scenario,
+    collect_covariances,
+    compute_covariances,
+)
 
 
 @pytest.fixture
 def spans(monkeypatch):
-    """Sets how many samples are formed at once; none of them is kept."""
+    """Return a function that sets the number of samples per span; no span stays in memory."""
 
     def of(length):
         monkeypatch.setattr("mgeo_calibration.estimation.trajectory.SPAN_LENGTH", length)
@@ -27,20 +35,20 @@ def spans(monkeypatch):
     return of
 
 
-def said(of, data, at):
-    """All that a solution says, each in its own 1-sigmas or so."""
+def collect_results(of, data, at):
+    """Return all results of a solution, scaled by their 1-sigmas."""
     belief, parts = PriorEstimate.from_suite(data.suite), Partition.from_suite(data.suite)
     rejected = np.zeros(data.has_reading.shape, dtype=bool)
     rejected[0, [3, 22]] = True
     found = solve_linearized(data, belief, at, parts, rejected)
     d = len(parts.stochastic)
     past, left = compute_filter_estimates(found, d), compute_residuals(found)
-    sigma = np.sqrt(np.einsum("nii->ni", covariances(found, spread(found, d))))
+    sigma = np.sqrt(np.einsum("nii->ni", compute_covariances(found, collect_covariances(found, d))))
     last = compute_last_covariance(found)
     unit = np.sqrt(np.diag(last))
     channel = np.sin(0.3 * data.times)
     asked = build_hypotheses(found, {"temperature": channel})
-    tested = compute_scores(found, options(asked))
+    tested = compute_scores(found, list_model_errors(asked))
     scale = np.sqrt(np.diag(tested.information)) + 1e-6
     return {
         "cost": found.cost / found.cost,
@@ -65,17 +73,17 @@ def said(of, data, at):
         ("varying errors", MEMS),
     ],
 )
-def test_spans_say_what_all_at_once_say(name, gyro, spans):
-    """Short ones, of which some are without any reading of a sensor, beside a break."""
-    of = scenario(name, **gyro)
-    data, at = near(of)
+def test_spans_agree_with_single_batch(name, gyro, spans):
+    """Short spans, some without readings of a sensor, next to a break."""
+    of = build_scenario(name, **gyro)
+    data, at = build_batch_near_truth(of)
     sensors = [rows.copy() for rows in data.readings]
     sensors[-1][8:20] = np.nan
     data = dataclasses.replace(data, readings=tuple(sensors))
     spans(10**6)
-    whole = said(of, data, at)
+    whole = collect_results(of, data, at)
     for length in (1, 5):
         spans(length)
-        parts = said(of, data, at)
+        parts = collect_results(of, data, at)
         for what, values in whole.items():
             np.testing.assert_allclose(parts[what], values, rtol=1e-9, atol=1e-9, err_msg=what)

@@ -1,4 +1,4 @@
-"""Run folders, plans and the command, as for plans."""
+"""Fixtures for run folders, plans and the command line."""
 
 from ...attitude.commands.conftest import folder, front, run, violating
 

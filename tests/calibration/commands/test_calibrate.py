@@ -1,4 +1,4 @@
-"""``mgeo attitude calibrate``: what is printed, written and refused."""
+"""``mgeo attitude calibrate``: output, files and error messages."""
 
 import dataclasses
 import json
@@ -15,25 +15,25 @@ from mgeo_calibration import calibrate
 from mgeo_calibration.calibration.document import read_json
 from mgeo_calibration.commands.calibrate import FILES
 
-from ...attitude.commands.test_show import table
-from ..calibration.flights import PLAN, flown, short
+from ...attitude.commands.test_show import parse_table
+from ..calibration.runs import PLAN, short, simulate_from_any_attitude
 
 ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="module")
 def flight(tmp_path_factory):
-    """A folder with a plan, its scenario, and telemetry of its flight."""
+    """Folder with a plan, its scenario, and simulated telemetry."""
     folder = tmp_path_factory.mktemp("telemetry")
     scenario = short(Scenario.paper(), 900.0)
     scenario.save(folder / "mine.toml")
     write_plan(ManeuverPlan(scenario, PLAN), folder / "plan.json")
-    telemetry = flown(scenario, 3)
+    telemetry = simulate_from_any_attitude(scenario, 3)
     telemetry.to_csv(folder / "telemetry.csv")
     return folder, scenario, telemetry
 
 
-def test_files_and_what_a_plan_promised(run, flight, tmp_path):
+def test_output_files_include_comparison_with_plan(run, flight, tmp_path):
     folder, scenario, telemetry = flight
     out = tmp_path / "new" / "calibration"
     arguments = (
@@ -47,7 +47,7 @@ def test_files_and_what_a_plan_promised(run, flight, tmp_path):
     text = run(*arguments).stdout
     found = calibrate(scenario, telemetry)
     promised = found.compare(ManeuverPlan(scenario, PLAN))
-    printed = table(
+    printed = parse_table(
         text, f"1-sigma at {found.time:.6g} s, predicted by the plan and achieved: plan.json"
     )
     assert printed["mag bias x"][1:3] == [
@@ -61,12 +61,12 @@ def test_files_and_what_a_plan_promised(run, flight, tmp_path):
     )
     page = (out / "calibration.html").read_text()
     assert f"1-sigmas predicted by the plan for {found.time:.6g} s" in page
-    assert 'class="dataframe wrapped"' in page  # what is to be sent up breaks where it must
+    assert 'class="dataframe wrapped"' in page  # Long correction parameters wrap.
     assert "exists" in run(*arguments, code=2).stderr
     run(*arguments, "--overwrite", "--quiet")
 
 
-def test_one_document_for_scripts(run, flight):
+def test_json_document_has_documented_keys(run, flight):
     folder, _, _ = flight
     found = json.loads(
         run("calibrate", folder / "telemetry.csv", "--plan", folder / "plan.json", "--json").stdout
@@ -78,7 +78,7 @@ def test_one_document_for_scripts(run, flight):
     assert len(found["predicted"]) == 18
 
 
-def test_a_calibration_that_is_not_supported_has_another_exit_code(run, flight, tmp_path):
+def test_inconsistent_calibration_exits_with_code_3(run, flight, tmp_path):
     folder, scenario, _ = flight
     quiet = dataclasses.replace(scenario.sensors[1], noise_nt=350.0)
     dataclasses.replace(scenario, sensors=(scenario.sensors[0], quiet)).save(tmp_path / "q.toml")
@@ -87,8 +87,8 @@ def test_a_calibration_that_is_not_supported_has_another_exit_code(run, flight, 
     assert last.startswith("the innovations do not support it: mag scatters more than its noise")
 
 
-def test_a_scenario_of_another_epoch_than_the_plans_is_refused(run, flight, tmp_path):
-    # such as the one of a search with a free start, where the plan has its own
+def test_scenario_with_another_epoch_than_plan_raises(run, flight, tmp_path):
+    # For example the scenario of a search with a free start time, where the plan has its own epoch.
     folder, scenario, _ = flight
     later = scenario.epoch + timedelta(hours=14)
     dataclasses.replace(scenario, epoch=later).save(tmp_path / "s.toml")
@@ -99,7 +99,7 @@ def test_a_scenario_of_another_epoch_than_the_plans_is_refused(run, flight, tmp_
 
 
 @pytest.mark.slow
-def test_all_that_is_tested_is_printed_where_nothing_is_calibrated(run, flight, tmp_path):
+def test_diagnose_prints_checks_of_failed_calibration(run, flight, tmp_path):
     folder, _, telemetry = flight
     fast = dataclasses.replace(telemetry, gyro_deg_s=3600.0 * telemetry.gyro_deg_s)
     fast.to_csv(tmp_path / "t.csv")
@@ -107,7 +107,7 @@ def test_all_that_is_tested_is_printed_where_nothing_is_calibrated(run, flight, 
     done = run(*command, "--diagnose", code=2)
     message = done.stderr.removeprefix("Error: ").partition(" (")[0]
     assert message.startswith("gyro at row ")
-    tests = table(done.stdout, "Attitude-independent checks")
+    tests = parse_table(done.stdout, "Attitude-independent checks")
     (check,) = [name for name, text in tests.items() if text and text[0].startswith("gyro at row ")]
     report = json.loads(run(*command, "--diagnose", "--json", code=2).stdout)
     assert report["error"].startswith(message)
@@ -124,7 +124,7 @@ def test_all_that_is_tested_is_printed_where_nothing_is_calibrated(run, flight, 
         (("--scenario", "paper", "--pick", "min-trace"), "--pick: expected with --plan RUN"),
     ],
 )
-def test_bad_arguments(run, flight, monkeypatch, arguments, message):
+def test_invalid_arguments_raise(run, flight, monkeypatch, arguments, message):
     monkeypatch.chdir(flight[0])
     done = run("calibrate", "telemetry.csv", *arguments, code=2)
     assert done.stdout == ""
@@ -133,7 +133,7 @@ def test_bad_arguments(run, flight, monkeypatch, arguments, message):
     assert done.stderr.count("\n") == 1
 
 
-def test_bad_telemetry_leaves_nothing(run, flight, tmp_path):
+def test_invalid_telemetry_leaves_no_files(run, flight, tmp_path):
     folder, _, _ = flight
     text = (folder / "telemetry.csv").read_text()
     (tmp_path / "t.csv").write_text(text.replace("mag_x", "\x1b[2Jmag_x", 1))
@@ -148,7 +148,7 @@ def test_bad_telemetry_leaves_nothing(run, flight, tmp_path):
 
 
 @pytest.mark.slow
-def test_all_that_is_tested_and_what_is_added_is_printed(run, flight):
+def test_diagnose_and_fit_print_tests_and_comparison(run, flight):
     folder, _, _ = flight
     command = ("calibrate", folder / "telemetry.csv", "--plan", folder / "plan.json")
     printed = run(*command, "--diagnose", "--fit", " mag.scale_factor").stdout

@@ -1,4 +1,4 @@
-"""``mgeo attitude fly``: telemetry and truth as files, from both simulators."""
+"""``mgeo attitude fly``: files with telemetry and truth from both simulators."""
 
 import dataclasses
 import json
@@ -29,7 +29,7 @@ def plan(tmp_path_factory):
     return found, path
 
 
-def test_telemetry_is_what_python_gets_and_truth_has_the_calibration_s_names(run, plan, tmp_path):
+def test_telemetry_equals_python_result_and_truth_has_calibration_keys(run, plan, tmp_path):
     found, path = plan
     out, truth = tmp_path / "telemetry.csv", tmp_path / "truth.json"
     text = run("fly", path, "--seed", 3, "--out", out, "--truth", truth).stdout
@@ -58,7 +58,7 @@ def test_telemetry_is_what_python_gets_and_truth_has_the_calibration_s_names(run
         (("--truth", "truth.csv"), "truth.csv: expected a name that ends in .json"),
     ],
 )
-def test_bad_input_is_one_line_and_nothing_is_written(
+def test_invalid_input_prints_one_line_and_writes_nothing(
     run, plan, tmp_path, monkeypatch, arguments, expected
 ):
     monkeypatch.chdir(tmp_path)
@@ -69,7 +69,7 @@ def test_bad_input_is_one_line_and_nothing_is_written(
     assert not list(tmp_path.iterdir())
 
 
-def test_without_basilisk_one_line_says_how_to_install_it(run, plan, tmp_path, monkeypatch):
+def test_missing_basilisk_prints_installation_command(run, plan, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     error = run("fly", plan[1], "--simulator", "basilisk", code=2).stderr

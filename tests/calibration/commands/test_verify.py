@@ -1,4 +1,4 @@
-"""``mgeo attitude verify``: what is printed, and the exit code that scripts go by."""
+"""``mgeo attitude verify``: output and exit codes."""
 
 import dataclasses
 import json
@@ -16,7 +16,7 @@ from mgeo.store.run_folder import read_run
 
 
 @pytest.mark.slow
-def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path):
+def test_result_file_appears_in_report(run, folder, front, tmp_path):
     found = verify(front.select_plan("min-trace"), n_runs=3, seed=2)
     file = tmp_path / "verification-min-trace.json"
     arguments = (
@@ -55,7 +55,7 @@ def flown(front):
     return verify(front.select_plan("min-time"), n_runs=2)
 
 
-def test_a_run_keeps_how_its_plans_flew(run, folder, front, flown, tmp_path, monkeypatch):
+def test_result_is_stored_in_run_folder(run, folder, front, flown, tmp_path, monkeypatch):
     table = flown.table.assign(**{"p, predicted": 1.0, "p, filter": 1.0})
     made = dataclasses.replace(flown, table=table, nees_p=1.0)
     monkeypatch.setattr("mgeo_calibration.verification.verify", lambda *_: made)
@@ -71,14 +71,14 @@ def test_a_run_keeps_how_its_plans_flew(run, folder, front, flown, tmp_path, mon
     assert {path.name for path in tmp_path.iterdir()} == {"run", "alone.json"}
 
 
-def test_bad_input_has_another_exit_code(run, folder, tmp_path):
+def test_invalid_input_exits_with_code_2(run, folder, tmp_path):
     assert "holds no run" in run("verify", tmp_path, code=2).stderr
     run("verify", folder, "--monte-carlo", "1", code=2)
 
 
 @pytest.mark.slow
-def test_a_broken_path_limit_is_told(run, tmp_path):
-    """In words, as a table, and in the file that reports show."""
+def test_path_constraint_violation_is_reported(run, tmp_path):
+    """The violation appears in the conclusion, as a table, and in the result document."""
     scenario = dataclasses.replace(
         Scenario.paper(),
         duration=400.0,
@@ -93,7 +93,7 @@ def test_a_broken_path_limit_is_told(run, tmp_path):
     write_plan(plan, tmp_path / "plan.json")
     found = verify(plan, n_runs=4, seed=2)
     (steered, _, open_loop, _) = found.path_constraints.loc["Sun off camera"]
-    assert steered == open_loop == 100.0  # it turns through the Sun
+    assert steered == open_loop == 100.0  # The camera passes the Sun.
     arguments = ("verify", tmp_path / "plan.json", "--monte-carlo", "4", "--seed", "2")
     text = run(*arguments, code=3).stdout
     assert "path constraints violated" in text

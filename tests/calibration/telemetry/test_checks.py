@@ -1,4 +1,6 @@
-"""Telemetry that contradicts a declaration or physics is found with row, value, and key."""
+"""Checks of telemetry: each contradiction of a declaration or of physics is found with row, value
+and key.
+"""
 
 import dataclasses
 
@@ -9,7 +11,7 @@ from mgeo_calibration import Telemetry, TelemetryMapping, read_telemetry, simula
 from mgeo_calibration.telemetry.checks import describe_findings
 from mgeo_calibration.telemetry.mapping import PositionChannels
 
-from ..calibration.flights import PLAN, short
+from ..calibration.runs import PLAN, short
 
 PAPER = short(Scenario.paper(), 600.0)
 POSITION = ["position_x", "position_y", "position_z"]
@@ -25,7 +27,7 @@ def frame(telemetry):
     return telemetry.to_frame()
 
 
-def spoiled(frame, **columns):
+def change_columns(frame, **columns):
     own = frame.copy()
     for name, (rows, value) in columns.items():
         if isinstance(value, str):
@@ -38,13 +40,13 @@ def spoiled(frame, **columns):
     ("change", "message"),
     [
         (lambda f: f.drop(columns=["mag_y", "mag_z"]), "missing columns mag_y, mag_z: there are "),
-        (lambda f: spoiled(f, mag_x=(7, "abc")), "row 8, mag_x = 'abc': expected a number"),
-        (lambda f: spoiled(f, gyro_y=(7, np.nan)),
+        (lambda f: change_columns(f, mag_x=(7, "abc")), "row 8, mag_x = 'abc': expected a number"),
+        (lambda f: change_columns(f, gyro_y=(7, np.nan)),
          r"gyro at row 8, time 7.000000 s = .*all of its numbers"),
-        (lambda f: spoiled(f, time=(7, "noon")), "row 8, time = 'noon': expected a number"),
+        (lambda f: change_columns(f, time=(7, "noon")), "row 8, time = 'noon': expected a number"),
         (lambda f: f.assign(time=["noon", *["2018-06-05T00:00:00Z"] * (len(f) - 1)]),
          "row 1, time = 'noon': expected .*time_epoch"),
-        (lambda f: spoiled(f, time=(slice(200, 300), 5e5)),
+        (lambda f: change_columns(f, time=(slice(200, 300), 5e5)),
          r"^gyro_x at time 500000.* in row 2\d\d and .* in row .*time_fraction"),
         (lambda f: f.assign(time=f["time"] + 1e6 * (f["time"] > 200)),
          r"^time at row 201, time 200.0+ s: 1000001.0+ s until .* declare time_epoch"),
@@ -63,7 +65,7 @@ def spoiled(frame, **columns):
          r"^position at row 1, time 0.0+ s: a radius of 11777.9 m, expected .* position.unit"),
     ],
 )  # fmt: skip
-def test_what_is_refused_is_named_with_row_value_and_key(frame, change, message, tmp_path):
+def test_fatal_finding_states_row_value_and_key(frame, change, message, tmp_path):
     wrong = change(frame)
     with pytest.raises(ValueError, match=message):
         read_telemetry(wrong, PAPER)
@@ -73,8 +75,10 @@ def test_what_is_refused_is_named_with_row_value_and_key(frame, change, message,
     assert "\n" not in str(caught.value)
 
 
-def with_bias(offset, sigma):
-    """Telemetry with a magnetometer offset along z, and a scenario with its prior [nT]."""
+def simulate_with_bias(offset, sigma):
+    """Return a scenario with a prior 1-sigma of the magnetometer bias, and telemetry with a bias
+    along z [nT].
+    """
     sun, mag = PAPER.sensors
     scenario = dataclasses.replace(
         PAPER, sensors=(sun, dataclasses.replace(mag, initial_bias_nt=sigma))
@@ -83,14 +87,14 @@ def with_bias(offset, sigma):
     return scenario, frame.assign(mag_z=frame["mag_z"] + offset)
 
 
-def test_a_declared_offset_of_the_magnetometer_is_no_other_unit():
-    scenario, frame = with_bias(160e3, 1e5)
+def test_declared_magnetometer_bias_is_not_reported_as_wrong_unit():
+    scenario, frame = simulate_with_bias(160e3, 1e5)
     assert read_telemetry(frame, scenario).sensors["mag"].shape == (601, 3)
     with pytest.raises(ValueError, match=r"mag at row 2.* initial_bias_nt"):
         read_telemetry(frame, PAPER)
 
 
-def test_a_declared_offset_of_the_gyro_is_no_other_unit(frame):
+def test_declared_gyro_bias_is_not_reported_as_wrong_unit(frame):
     offset = frame.assign(gyro_x=frame["gyro_x"] + 4.0)
     wide = dataclasses.replace(PAPER, gyro=dataclasses.replace(PAPER.gyro, initial_bias_deg_s=5.0))
     assert describe_findings(wide, read_telemetry(offset, wide))["rates against vectors"] == ()
@@ -100,16 +104,16 @@ def test_a_declared_offset_of_the_gyro_is_no_other_unit(frame):
 
 
 @pytest.mark.parametrize("factor", [np.pi / 180.0, 180.0 / np.pi, 3600.0, 1e-3])
-def test_rates_of_another_unit_contradict_the_vectors(telemetry, factor):
+def test_rates_in_another_unit_contradict_observed_vectors(telemetry, factor):
     wrong = dataclasses.replace(telemetry, gyro_deg_s=factor * telemetry.gyro_deg_s)
     assert "declare gyro.unit" in describe_findings(PAPER, wrong)["rates against vectors"][0]
 
 
-def test_nothing_is_found_in_a_healthy_flight(telemetry):
+def test_healthy_telemetry_has_no_findings(telemetry):
     assert not any(describe_findings(PAPER, telemetry).values())
 
 
-def test_samples_that_are_repeated_or_frozen_are_found():
+def test_repeated_and_frozen_samples_are_found():
     rng, times = np.random.default_rng(1), np.arange(400.0)
     vectors = 2.4e4 + rng.standard_normal((400, 3))
     frozen = vectors.copy()
@@ -138,15 +142,17 @@ def test_fill_values_and_clipped_channels_are_found(telemetry):
         assert words in found
 
 
-def test_a_field_of_another_time_is_found_with_the_sample(telemetry):
+def test_field_at_another_time_is_found_with_worst_sample(telemetry):
     later = dataclasses.replace(telemetry, times=telemetry.times + 1500.0)
     (found,) = describe_findings(PAPER, later)["field strength against time"]
     assert found.startswith("mag at time ")
     assert "time_system" in found
 
 
-def test_positions_of_another_frame_or_time_scale_are_named(frame):
-    """The satellite is 2 km ahead of the scenario's orbit, as by an element set of some days."""
+def test_positions_in_another_frame_or_time_scale_are_identified(frame):
+    """The satellite is 2 km ahead of the scenario's orbit, as after some days with an old element
+    set.
+    """
     where = Environment.from_times(PAPER, frame["time"].to_numpy() + 0.3).position
     astropy = pytest.importorskip("astropy.coordinates")
     from astropy.time import Time, TimeDelta
@@ -163,7 +169,7 @@ def test_positions_of_another_frame_or_time_scale_are_named(frame):
             read_telemetry(own, PAPER)
         declared = TelemetryMapping(position=PositionChannels(frame=name))
         found = read_telemetry(own, PAPER, declared).position
-        assert np.abs(found - where).max() < 250.0  # UT1 and polar motion turn ITRF
+        assert np.abs(found - where).max() < 250.0  # ITRF depends on UT1 and polar motion.
         asserted = TelemetryMapping(position=PositionChannels(frame="GCRF"))
         assert read_telemetry(own, PAPER, asserted).position is not None
     late = frame.assign(time=frame["time"] + 18.0)

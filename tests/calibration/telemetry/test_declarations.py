@@ -1,4 +1,6 @@
-"""Tables in declared conventions read as the same telemetry in those of the product."""
+"""Tables with declared conventions give the same telemetry as tables with the default
+conventions.
+"""
 
 import dataclasses
 from datetime import UTC, datetime
@@ -13,7 +15,7 @@ from mgeo_calibration import TelemetryMapping, read_telemetry, simulate_telemetr
 from mgeo_calibration.telemetry.mapping import GyroChannels, MountedChannels, SensorChannels
 from scipy.spatial.transform import Rotation
 
-from ..calibration.flights import PLAN, short
+from ..calibration.runs import PLAN, short
 
 PAPER = short(Scenario.paper(), 120.0)
 TRACKED = dataclasses.replace(PAPER, sensors=(*PAPER.sensors, StarTracker()))
@@ -31,12 +33,12 @@ def frame(telemetry):
     return telemetry.to_frame()
 
 
-def tracker(**declared):
+def declare_tracker(**declared):
     return TelemetryMapping(sensors=(SensorChannels(name="tracker", **declared),))
 
 
-def apart(one, other):
-    """Largest angle between two attitudes [rad]."""
+def compute_largest_angle(one, other):
+    """Return the largest angle between two attitude histories [rad]."""
     there = np.isfinite(one[:, 0])
     turns = Rotation.from_quat(one[there]).inv() * Rotation.from_quat(other[there])
     return turns.magnitude().max()
@@ -52,21 +54,21 @@ def apart(one, other):
         {"rotation": "body-to-sensor", "dcm": ((0, 1, 0), (-1, 0, 0), (0, 0, 1))},
     ],
 )
-def test_a_sensor_whose_x_axis_is_body_y(frame, telemetry, declared):
-    """Quaternions of the CCSDS: the rotation that takes the axes of the first to the second."""
+def test_mounting_of_rotated_sensor_gives_body_axes(frame, telemetry, declared):
+    """Quaternions follow CCSDS: they rotate the axes of the first to the axes of the second."""
     mounted = frame.assign(mag_x=frame["mag_y"], mag_y=-frame["mag_x"])
     mapping = TelemetryMapping(sensors=(SensorChannels(name="mag", **declared),))
     found = read_telemetry(mounted, TRACKED, mapping).sensors["mag"]
     np.testing.assert_allclose(found, telemetry.sensors["mag"], rtol=1e-12, atol=1e-9)
 
 
-def test_a_mounting_without_direction_is_refused():
+def test_mounting_without_direction_raises():
     for mounting in ({"quaternion": (0.0, 0.0, 0.0, 1.0)}, {"dcm": np.eye(3).tolist()}):
         with pytest.raises(InvalidValue, match=r"rotation = None: expected 'sensor-to-body' or"):
             MountedChannels(**mounting)
 
 
-def test_attitudes_with_the_scalar_first_or_of_the_inverse_rotation(frame, telemetry):
+def test_quaternions_with_scalar_first_or_inverse_direction(frame, telemetry):
     q = frame[Q].to_numpy()
     for rows, declared in (
         (np.roll(q, 1, axis=1), {"scalar": "first"}),
@@ -75,32 +77,34 @@ def test_attitudes_with_the_scalar_first_or_of_the_inverse_rotation(frame, telem
          {"attitude": "sensor-to-frame", "scalar": "first"}),
     ):  # fmt: skip
         found = read_telemetry(frame.assign(**dict(zip(Q, rows.T, strict=True))), TRACKED,
-                               tracker(**declared))  # fmt: skip
-        assert apart(found.sensors["tracker"], telemetry.sensors["tracker"]) < 1e-12
+                               declare_tracker(**declared))  # fmt: skip
+        assert compute_largest_angle(found.sensors["tracker"], telemetry.sensors["tracker"]) < 1e-12
 
 
 @pytest.mark.parametrize("name", ["TEME", "ITRF"])
-def test_attitudes_against_a_frame_of_astropy(frame, telemetry, name):
+def test_quaternions_from_other_frames_agree_with_astropy(frame, telemetry, name):
     when = Time(PAPER.epoch.replace(tzinfo=None)) + TimeDelta(telemetry.times, format="sec")
     there = {"TEME": coordinates.TEME, "ITRF": coordinates.ITRS}[name](obstime=when)
     axes = Rotation.from_quat(np.nan_to_num(telemetry.sensors["tracker"], nan=0.5)).as_matrix()
     in_frame = []
-    for axis in np.moveaxis(axes, -1, 0):  # body axes, GCRS
+    for axis in np.moveaxis(axes, -1, 0):  # Body axes in GCRS.
         given = coordinates.CartesianRepresentation(*axis.T, unit="km")
         at = coordinates.GCRS(given, obstime=when).transform_to(there)
         in_frame.append(at.cartesian.xyz.to_value("km").T)
     rows = Rotation.from_matrix(np.stack(in_frame, axis=-1)).as_quat()
     rows[0] = np.nan
     own = frame.assign(**dict(zip(Q, rows.T, strict=True)))
-    found = read_telemetry(own, TRACKED, tracker(frame=name)).sensors["tracker"]
-    assert apart(found, telemetry.sensors["tracker"]) < 3e-5  # UT1 and polar motion turn ITRF
+    found = read_telemetry(own, TRACKED, declare_tracker(frame=name)).sensors["tracker"]
+    assert (
+        compute_largest_angle(found, telemetry.sensors["tracker"]) < 3e-5
+    )  # ITRF depends on UT1 and polar motion.
 
 
-def test_attitude_against_lvlh_points_z_to_the_earth_and_x_forward(frame):
+def test_lvlh_quaternion_points_z_to_earth_and_x_forward(frame):
     noise = 1e-9 * np.random.default_rng(1).standard_normal((4, len(frame)))
     rows = np.array([[0.0], [0.0], [0.0], [1.0]]) + noise
     own = frame.assign(**dict(zip(Q, rows, strict=True)))
-    found = read_telemetry(own, TRACKED, tracker(frame="LVLH"))
+    found = read_telemetry(own, TRACKED, declare_tracker(frame="LVLH"))
     environment = Environment.from_times(TRACKED, found.times)
     to_body = Rotation.from_quat(found.sensors["tracker"]).inv()
     down = to_body.apply(-np.array(environment.position))
@@ -111,14 +115,14 @@ def test_attitude_against_lvlh_points_z_to_the_earth_and_x_forward(frame):
     np.testing.assert_allclose(forward[:, 1], 0.0, atol=1e-3)
 
 
-def test_only_a_star_tracker_has_an_attitude(frame):
+def test_attitude_keys_of_other_sensors_raise(frame):
     mapping = TelemetryMapping(sensors=(SensorChannels(name="mag", frame="LVLH"),))
     with pytest.raises(InvalidValue, match=r"mag\.frame = 'LVLH': .* no star tracker"):
         read_telemetry(frame, TRACKED, mapping)
 
 
-def test_counts_with_scale_and_offset(frame, telemetry):
-    """A magnetometer in counts of 7 nT about 2048, a gyro in counts of 1/8000 deg/s."""
+def test_counts_are_converted_by_scale_and_offset(frame, telemetry):
+    """The magnetometer counts in 7 nT from 2048, the gyro in 1/8000 deg/s."""
     own = frame.copy()
     for axis, zero in zip("xyz", (2048, 2050, 2047), strict=True):
         own[f"mag_{axis}"] = np.round(frame[f"mag_{axis}"] / 7.0) + zero
@@ -137,7 +141,7 @@ def test_counts_with_scale_and_offset(frame, telemetry):
         read_telemetry(own, TRACKED, wrong)
 
 
-def test_photodiodes_as_angles():
+def test_photodiode_angles_become_cosines():
     sensors = tuple(
         Photodiode(name, normal=normal)
         for name, normal in (("px", (1.0, 0.0, 0.0)), ("py", (0.0, 1.0, 0.0)))
@@ -156,8 +160,8 @@ def test_photodiodes_as_angles():
         np.testing.assert_allclose(found.sensors[name], expected, rtol=0, atol=1e-9)
 
 
-def counts(times, start, scale, unit):
-    """Numbers of a count from a date of a time scale, by astropy."""
+def count_times(times, start, scale, unit):
+    """Return times as numbers that count from a date in a time scale, computed by astropy."""
     utc = Time(PAPER.epoch.replace(tzinfo=None), scale="utc") + TimeDelta(times, format="sec")
     count = (utc - start).to_value("s") if scale != "utc" else utc.unix - start.unix
     return count / unit
@@ -177,15 +181,15 @@ def counts(times, start, scale, unit):
           "time_unit": "min"}),
     ],
 )  # fmt: skip
-def test_counts_from_declared_epochs(frame, telemetry, start, scale, unit, declared):
-    own = frame.assign(time=counts(telemetry.times, start, scale, unit))
+def test_times_count_from_declared_epoch(frame, telemetry, start, scale, unit, declared):
+    own = frame.assign(time=count_times(telemetry.times, start, scale, unit))
     found = read_telemetry(own, TRACKED, TelemetryMapping(**declared))
     np.testing.assert_allclose(found.times, telemetry.times, rtol=0, atol=2e-6)
 
 
 @pytest.mark.parametrize("scale", ["GPS", "TAI", "TT"])
-def test_time_stamps_of_other_time_scales(frame, telemetry, scale):
-    ahead = {"GPS": 18.0, "TAI": 37.0, "TT": 69.184}[scale]  # of UTC since 2017
+def test_time_stamps_in_other_time_scales(frame, telemetry, scale):
+    ahead = {"GPS": 18.0, "TAI": 37.0, "TT": 69.184}[scale]  # Offset from UTC since 2017.
     stamps = Time(PAPER.epoch.replace(tzinfo=None)) + TimeDelta(
         telemetry.times + ahead, format="sec"
     )
@@ -194,8 +198,8 @@ def test_time_stamps_of_other_time_scales(frame, telemetry, scale):
     np.testing.assert_allclose(found.times, telemetry.times, rtol=0, atol=2e-6)
 
 
-def test_two_columns_of_time(frame, telemetry):
-    gps = counts(telemetry.times + 0.25, Time("1980-01-06"), "tai", 1.0)
+def test_second_time_column_is_added(frame, telemetry):
+    gps = count_times(telemetry.times + 0.25, Time("1980-01-06"), "tai", 1.0)
     week, of_week = np.divmod(np.round(gps, 6), 604800.0)
     for own, declared in (
         ({"sec": np.floor(gps), "msec": np.round(1e3 * (gps % 1.0))},
@@ -208,7 +212,7 @@ def test_two_columns_of_time(frame, telemetry):
         np.testing.assert_allclose(found.times, telemetry.times + 0.25, rtol=0, atol=2e-6)
 
 
-def test_dates_of_toml_declare_an_epoch(tmp_path):
+def test_toml_dates_declare_epoch(tmp_path):
     path = tmp_path / "columns.toml"
     for text, year in (("2000-01-01", 2000), ("2020-01-01T00:00:00Z", 2020)):
         path.write_text(f"time_epoch = {text}\n")

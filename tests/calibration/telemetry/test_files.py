@@ -1,4 +1,4 @@
-"""Tables as ground systems write them read as that of the flight."""
+"""Text formats of ground systems give the same telemetry as the default format."""
 
 import gzip
 from datetime import UTC, datetime, timedelta
@@ -12,7 +12,7 @@ from mgeo_calibration import TelemetryMapping, read_telemetry, simulate_telemetr
 from mgeo_calibration.estimation.batch import build_batch
 from mgeo_calibration.telemetry.mapping import GyroChannels, SensorChannels
 
-from ..calibration.flights import PLAN, short
+from ..calibration.runs import PLAN, short
 
 PAPER = short(Scenario.paper(), 120.0)
 
@@ -27,25 +27,25 @@ def frame(telemetry):
     return telemetry.to_frame()
 
 
-def commas(text):
+def use_decimal_commas(text):
     return text.replace(",", ";").replace(".", ",")
 
 
-def with_units(text, units="s,deg/s,deg/s,deg/s,-,-,-,nT,nT,nT"):
+def add_unit_row(text, units="s,deg/s,deg/s,deg/s,-,-,-,nT,nT,nT"):
     header, _, rest = text.partition("\n")
     return f"{header}\n{units}\n{rest}"
 
 
 WRITERS = {
     "semicolons": lambda t: t.replace(",", ";").encode(),
-    "decimal commas": lambda t: commas(t).encode(),
+    "decimal commas": lambda t: use_decimal_commas(t).encode(),
     "columns apart by spaces": lambda t: "\n".join(
         "  ".join(cell or "nan" for cell in line.split(",")) for line in t.splitlines()
     ).encode(),
     "gzip": lambda t: gzip.compress(t.encode()),
     "UTF-8 with a mark": lambda t: t.encode("utf-8-sig"),
     "comments": lambda t: f"# from a ground station\n{t}# the end\n".encode(),
-    "a row of units": lambda t: with_units(t).encode(),
+    "a row of units": lambda t: add_unit_row(t).encode(),
     "units in brackets": lambda t: t.replace("mag_x", "mag_x [nT]", 1).replace("time", "time (s)")
     .replace("mag_y", "Mag_Y [nT]", 1).replace("mag_z", "mag_z[nT]", 1).encode(),
     "other columns": lambda t: "\n".join(
@@ -57,19 +57,19 @@ WRITERS = {
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_a_table_reads_as_it_was_flown(telemetry, frame, tmp_path, name):
+def test_text_format_preserves_telemetry(telemetry, frame, tmp_path, name):
     path = tmp_path / "t.txt"
     path.write_bytes(WRITERS[name](frame.to_csv(index=False)))
     found = read_telemetry(path, PAPER)
     pd.testing.assert_frame_equal(found.to_frame(), telemetry.to_frame(), check_exact=True)
 
 
-def test_units_of_a_row_count_unless_the_mapping_says_others(telemetry, frame, tmp_path):
+def test_unit_row_applies_unless_mapping_declares_unit(telemetry, frame, tmp_path):
     own, path = frame.copy(), tmp_path / "t.csv"
     own[["mag_x", "mag_y", "mag_z"]] *= 1e-3
     own[["gyro_x", "gyro_y", "gyro_z"]] = np.radians(own[["gyro_x", "gyro_y", "gyro_z"]])
     text = own.to_csv(index=False)
-    path.write_bytes(with_units(text, "s,rad/s,rad/s,rad/s,-,-,-,µT,µT,µT").encode())
+    path.write_bytes(add_unit_row(text, "s,rad/s,rad/s,rad/s,-,-,-,µT,µT,µT").encode())
     found = read_telemetry(path, PAPER)
     np.testing.assert_allclose(found.sensors["mag"], telemetry.sensors["mag"], rtol=1e-14)
     np.testing.assert_allclose(found.gyro_deg_s, telemetry.gyro_deg_s, rtol=1e-14)
@@ -77,30 +77,30 @@ def test_units_of_a_row_count_unless_the_mapping_says_others(telemetry, frame, t
         ("s,rad/s,rad/s,rad/s,-,-,-,V,V,V", "mag.unit = 'V': unknown unit"),
         ("s,rad/s,deg/s,rad/s,-,-,-,uT,uT,uT", "gyro: columns in deg/s, rad/s: expected one unit"),
     ):
-        path.write_text(with_units(text, units))
+        path.write_text(add_unit_row(text, units))
         with pytest.raises(ValueError, match=message):
             read_telemetry(path, PAPER)
-    path.write_text(with_units(text, "s,rad/s,rad/s,rad/s,-,-,-,V,V,V"))
+    path.write_text(add_unit_row(text, "s,rad/s,rad/s,rad/s,-,-,-,V,V,V"))
     mapping = TelemetryMapping(sensors=(SensorChannels(name="mag", unit="uT"),))
     same = read_telemetry(path, PAPER, mapping)
     np.testing.assert_array_equal(same.sensors["mag"], found.sensors["mag"])
 
 
-def stamps(times, form):
+def format_stamps(times, form):
     return [(PAPER.epoch + timedelta(seconds=t)).strftime(form) for t in times]
 
 
 @pytest.mark.parametrize(
     ("times", "mapping"),
     [
-        (lambda t: stamps(t, "%Y-%jT%H:%M:%S.%fZ"), {}),
-        (lambda t: stamps(t - 3600.0, "%Y-%m-%dT%H:%M:%S-01:00"), {}),
+        (lambda t: format_stamps(t, "%Y-%jT%H:%M:%S.%fZ"), {}),
+        (lambda t: format_stamps(t - 3600.0, "%Y-%m-%dT%H:%M:%S-01:00"), {}),
         (lambda t: np.int64(1000) * (t + PAPER.epoch.timestamp()).astype(int),
          {"time_epoch": "Unix", "time_unit": "ms"}),
-        (lambda t: pd.to_datetime(stamps(t, "%Y-%m-%d %H:%M:%S")), {}),
+        (lambda t: pd.to_datetime(format_stamps(t, "%Y-%m-%d %H:%M:%S")), {}),
     ],
 )  # fmt: skip
-def test_times_in_other_forms(telemetry, frame, tmp_path, times, mapping):
+def test_time_formats_are_equivalent(telemetry, frame, tmp_path, times, mapping):
     own = frame.assign(time=times(frame["time"].to_numpy()))
     own.to_csv(tmp_path / "t.csv", index=False)
     for source in (own, tmp_path / "t.csv"):
@@ -108,7 +108,7 @@ def test_times_in_other_forms(telemetry, frame, tmp_path, times, mapping):
         np.testing.assert_array_equal(found.times, telemetry.times)
 
 
-def test_a_leap_second_is_second_60(frame):
+def test_leap_second_is_second_60(frame):
     of = short(Scenario.paper(), 60.0, epoch=datetime(2016, 12, 31, 23, 59, 50, tzinfo=UTC))
     own = frame.iloc[1:5].assign(
         time=[
@@ -124,7 +124,7 @@ def test_a_leap_second_is_second_60(frame):
     assert found.times.tolist() == [9.0, 12.0]
 
 
-def test_a_minus_mirrors_an_axis(telemetry, frame):
+def test_minus_before_column_mirrors_axis(telemetry, frame):
     own = frame.assign(mag_y=-frame["mag_y"])
     mapping = TelemetryMapping(
         sensors=(SensorChannels(name="mag", columns=("mag_x", "-mag_y", "mag_z")),)
@@ -133,7 +133,7 @@ def test_a_minus_mirrors_an_axis(telemetry, frame):
     np.testing.assert_array_equal(found.sensors["mag"], telemetry.sensors["mag"])
 
 
-def test_without_a_gyro_axes_that_are_held_say_the_rate(telemetry, frame):
+def test_reference_axes_determine_rate_without_gyro(telemetry, frame):
     own = frame.drop(columns=["gyro_x", "gyro_y", "gyro_z"])
     with pytest.raises(ValueError, match="missing columns gyro_x"):
         read_telemetry(own, PAPER)
@@ -141,7 +141,7 @@ def test_without_a_gyro_axes_that_are_held_say_the_rate(telemetry, frame):
         own, PAPER, TelemetryMapping(gyro=GyroChannels(reference_axes="inertial"))
     )
     assert not at_rest.gyro_deg_s.any()
-    # LVLH of the orbit's positions one after the other: how it turns from sample to sample
+    # Expected: rotation of LVLH between consecutive samples, from orbit positions.
     turned = ((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     of_lvlh = GyroChannels(reference_axes="lvlh", dcm=turned, rotation="sensor-to-body")
     found = read_telemetry(own, PAPER, TelemetryMapping(gyro=of_lvlh)).gyro_deg_s
@@ -154,8 +154,8 @@ def test_without_a_gyro_axes_that_are_held_say_the_rate(telemetry, frame):
         GyroChannels(reference_axes="lvlh", unit="rad/s")
 
 
-def test_positions_with_a_gap_at_their_own_rate():
-    """They are where the orbit is, and so is the field to a nanotesla, nothing beside its noise."""
+def test_sparse_positions_with_gap_are_interpolated():
+    """The interpolated positions agree with the orbit, and the field agrees to a nanotesla."""
     of = short(Scenario.paper(), 1200.0)
     flown = simulate_telemetry(of, PLAN, 1)
     truth = Environment.from_times(of, flown.times).position

@@ -1,4 +1,4 @@
-"""Attitudes and mountings that the product writes mean the same where it reads them."""
+"""Attitudes and mountings in written files have the meaning that the readers expect."""
 
 import dataclasses
 import json
@@ -14,7 +14,7 @@ from mgeo_calibration.calibration.document import from_json, to_json
 from mgeo_calibration.telemetry.mapping import SensorChannels
 from scipy.spatial.transform import Rotation
 
-from ..calibration.flights import PLAN, short
+from ..calibration.runs import PLAN, short
 
 ATTITUDE = tuple(Rotation.from_euler("xyz", [40.0, -70.0, 130.0], degrees=True).as_quat().tolist())
 SCENARIO = short(Scenario.cubesat_6u(), 600.0)
@@ -36,20 +36,22 @@ def calibration(telemetry):
 
 
 def read_as_tracker(telemetry, rows):
-    """Attitudes, GCRS to body, of rows that are read as those of a star tracker."""
+    """Return the attitudes from GCRS to body of quaternion rows that are read as star tracker
+    samples.
+    """
     frame = telemetry.to_frame().assign(**dict(zip(Q, np.asarray(rows).T, strict=True)))
     q = read_telemetry(frame, TRACKED).sensors["tracker"]
     q = np.where(np.isnan(q), (0.0, 0.0, 0.0, 1.0), q)
     return Rotation.from_quat(q).inv().as_matrix()
 
 
-def angle(one, other):
+def compute_largest_angle(one, other):
     return Rotation.from_matrix(one @ np.swapaxes(other, -1, -2)).magnitude().max()
 
 
 @pytest.mark.parametrize("mounting", ["dcm", "quaternion"])
-def test_mountings_sent_up_are_those_of_a_mapping(telemetry, mounting):
-    """A sensor with errors is read without them by the numbers that are sent up for it."""
+def test_corrections_work_as_mapping(telemetry, mounting):
+    """With its corrections as mapping, a sensor with errors is read without these errors."""
     suite, rng = TRACKED.suite, np.random.default_rng(2)
     states = 0.1 * rng.standard_normal(suite.n_states)
     entry = json.loads(json.dumps(compute_corrections(suite, states)))["mag"]
@@ -64,31 +66,35 @@ def test_mountings_sent_up_are_those_of_a_mapping(telemetry, mounting):
     np.testing.assert_allclose(found, true, rtol=0, atol=1e-6)
 
 
-def test_telemetry_of_a_flight_reads_back_and_is_the_true_attitude(telemetry):
+def test_star_tracker_telemetry_contains_true_attitude(telemetry):
     found = read_telemetry(telemetry.to_frame(), TRACKED)
     pd.testing.assert_frame_equal(found.to_frame(), telemetry.to_frame(), check_exact=True)
     q = found.sensors["tracker"][1:]
     reported = Rotation.from_quat(q).inv().as_matrix()
-    assert angle(reported, telemetry.truth.attitude[1:]) < np.radians(1.0)  # it is misaligned
+    assert compute_largest_angle(reported, telemetry.truth.attitude[1:]) < np.radians(
+        1.0
+    )  # The tracker is misaligned.
 
 
-def test_attitudes_of_a_calibration_are_those_of_a_star_tracker(telemetry, calibration):
+def test_calibrated_attitude_reads_as_star_tracker_attitude(telemetry, calibration):
     rows = calibration.attitude[["q1", "q2", "q3", "q4"]].to_numpy()
     known = np.searchsorted(telemetry.times, calibration.attitude["time"])
     padded = np.full((len(telemetry.times), 4), np.nan)
     padded[known] = rows
     found = read_as_tracker(telemetry, padded)[known]
-    assert angle(found, telemetry.truth.attitude[known]) < np.radians(0.5)
+    assert compute_largest_angle(found, telemetry.truth.attitude[known]) < np.radians(0.5)
 
 
-def test_a_calibration_file_starts_the_next_run_at_its_attitude(telemetry, calibration):
+def test_followup_scenario_starts_at_calibrated_attitude(telemetry, calibration):
     read = from_json(to_json(calibration))
     after = read.build_followup_scenario({"accept_inconsistent": True})
-    assert angle(after.prior.attitude, telemetry.truth.attitude[-1]) < np.radians(0.5)
+    assert compute_largest_angle(after.prior.attitude, telemetry.truth.attitude[-1]) < np.radians(
+        0.5
+    )
 
 
-def exported(text, name):
-    """The first quaternion of an exported plan."""
+def parse_first_quaternion(text, name):
+    """Return the first quaternion of an exported plan."""
     if name == "CSV":
         row = pd.read_csv(pd.io.common.StringIO(text), comment="#").iloc[0]
         return [row[f"start q{part}"] for part in "123c"]
@@ -101,16 +107,14 @@ def exported(text, name):
     ("name", "write"),
     [("CSV", to_csv), ("STK", format_stk), ("AEM", format_aem)],
 )
-def test_attitudes_of_exported_plans_are_those_of_telemetry_and_of_scenarios(
-    telemetry, name, write
-):
+def test_exported_attitude_reads_as_telemetry_and_as_scenario(telemetry, name, write):
     plan = ManeuverPlan(SCENARIO, PLAN)
-    q = exported(write(plan), name)
-    tolerance = 1e-6 if name == "AEM" else 1e-9  # an AEM is in EME2000
+    q = parse_first_quaternion(write(plan), name)
+    tolerance = 1e-6 if name == "AEM" else 1e-9  # An AEM uses EME2000.
     rows = np.full((len(telemetry.times), 4), np.nan)
     rows[0] = q
     read = read_as_tracker(telemetry, rows)
-    assert angle(read[:1], plan.attitude[:1]) < tolerance
+    assert compute_largest_angle(read[:1], plan.attitude[:1]) < tolerance
     initial = dataclasses.replace(SCENARIO.initial, quaternion=tuple(q))
     started = ManeuverPlan(dataclasses.replace(SCENARIO, initial=initial), PLAN)
-    assert angle(started.attitude[:1], plan.attitude[:1]) < tolerance
+    assert compute_largest_angle(started.attitude[:1], plan.attitude[:1]) < tolerance

@@ -1,4 +1,4 @@
-"""Telemetry as tables: what is written reads back, what is wrong is said."""
+"""Telemetry tables: written tables read back, and invalid input raises."""
 
 import dataclasses
 import gzip
@@ -12,14 +12,14 @@ from mgeo_calibration import Telemetry, TelemetryMapping, read_telemetry, simula
 from mgeo_calibration.telemetry.mapping import GyroChannels, MountedChannels, SensorChannels
 from scipy.spatial.transform import Rotation
 
-from ..calibration.flights import PLAN, short
+from ..calibration.runs import PLAN, short
 
 PAPER = short(Scenario.paper(), 300.0)
 
 
 @pytest.fixture(scope="module")
 def scenario():
-    """The paper's, with a star tracker, too."""
+    """The preset of the paper with a star tracker."""
     return dataclasses.replace(PAPER, sensors=(*PAPER.sensors, StarTracker()))
 
 
@@ -33,12 +33,12 @@ def frame(telemetry):
     return telemetry.to_frame()
 
 
-def same(one, other):
+def assert_equal_telemetry(one, other):
     pd.testing.assert_frame_equal(one.to_frame(), other.to_frame(), check_exact=True)
 
 
-def test_between_samples_of_a_sensor_there_is_nothing():
-    """The Sun every 4 s, the field every 6 s, nothing at the start; a table leaves them empty."""
+def test_cells_between_samples_are_empty():
+    """The Sun sensor reports every 4 s, the magnetometer every 6 s, and no sensor at the start."""
     sun, mag = PAPER.sensors
     sensors = (
         dataclasses.replace(sun, sample_interval=4.0),
@@ -50,21 +50,20 @@ def test_between_samples_of_a_sensor_there_is_nothing():
         seen = telemetry.times[np.isfinite(telemetry.sensors[name][:, 0])]
         np.testing.assert_array_equal(seen, np.arange(every, 301.0, every))
         assert telemetry.to_frame()[f"{name}_x"].isna().sum() == 151 - len(seen)
-    same(read_telemetry(telemetry.to_frame(), of), telemetry)
+    assert_equal_telemetry(read_telemetry(telemetry.to_frame(), of), telemetry)
 
 
-def test_rows_of_any_order_that_repeat_or_hold_one_sensor_each(scenario, frame, telemetry):
+def test_rows_are_sorted_and_merged_by_time(scenario, frame, telemetry):
     parts = [
         frame[["time", *(c for c in frame if c.startswith(name))]]
         for name in ("gyro", "sun", "mag", "tracker")
     ]
     mixed = pd.concat([*parts, frame[40:90]]).sample(frac=1.0, random_state=3)
-    same(read_telemetry(mixed, scenario), telemetry)
+    assert_equal_telemetry(read_telemetry(mixed, scenario), telemetry)
 
 
-def test_a_mapping_of_names_units_and_mounting_frames(scenario, telemetry, tmp_path):
-    """A table in another satellite's manner comes out as it should."""
-    mounted = Rotation.from_euler("xyz", [30.0, -50.0, 120.0], degrees=True)  # sensor to body
+def test_mapping_declares_names_units_and_mountings(scenario, telemetry, tmp_path):
+    mounted = Rotation.from_euler("xyz", [30.0, -50.0, 120.0], degrees=True)  # Sensor to body.
     t, there = telemetry, slice(1, None)
     to_sensor = mounted.inv().apply
     table = {"UTC": t.times}
@@ -72,7 +71,7 @@ def test_a_mapping_of_names_units_and_mounting_frames(scenario, telemetry, tmp_p
     table |= dict(zip(("b1", "b2", "b3"), to_sensor(t.sensors["mag"]).T * 1e-9, strict=True))
     table |= dict(zip(("sun_x", "sun_y", "sun_z"), t.sensors["sun"].T, strict=True))
     q = np.full((301, 4), np.nan)
-    # from GCRF to body, then on to the mounted tracker's axes
+    # From GCRF to body, then to the axes of the mounted tracker.
     q[there] = (Rotation.from_quat(t.sensors["tracker"][there]) * mounted).as_quat()
     table |= dict(zip(("s1", "s2", "s3", "s4"), q.T, strict=True))
     table |= {"temperature_K": np.full(301, 293.0)}
@@ -109,14 +108,14 @@ rotation = "sensor-to-body"
 
 
 @pytest.mark.parametrize("name", ["sun", "tracker"])
-def test_zeros_are_no_vector_and_no_quaternion(scenario, frame, name):
+def test_zero_vectors_and_quaternions_are_missing_samples(scenario, frame, name):
     own = frame.copy()
     own.loc[50:80, [c for c in frame if c.startswith(name)]] = 0.0
     found = read_telemetry(own, scenario).sensors[name]
     assert np.flatnonzero(np.isnan(found[:, 0])).tolist() == [0, *range(50, 81)]
 
 
-def test_what_is_wrong_with_files_and_mappings(frame, tmp_path):
+def test_invalid_files_and_mappings_raise(frame, tmp_path):
     path = tmp_path / "t.csv"
     for content, message in (
         (b"", "expected CSV with a header"),
@@ -155,7 +154,7 @@ def test_what_is_wrong_with_files_and_mappings(frame, tmp_path):
         TelemetryMapping.from_toml(toml)
 
 
-def test_arrays_that_are_no_telemetry():
+def test_invalid_arrays_raise():
     for wrong, message in (
         ({"times": [0.0, 0.0]}, "increasing order"),
         ({"gyro_deg_s": [[1.0, 2.0]]}, r"gyro: expected an array of shape \(2, 3\)"),

@@ -321,13 +321,13 @@ class Calibration:
         model, suite = plan.problem.model, self.suite
         if model.suite.blocks != suite.blocks:
             raise ValueError(
-                f"the plan is for a satellite with the states {list(model.suite.blocks)}: expected "
-                f"the calibration's {list(suite.blocks)}"
+                f"the plan has the states {list(model.suite.blocks)}: expected the states of the "
+                f"calibration, {list(suite.blocks)}"
             )
         if plan.scenario.epoch != self.scenario.epoch:
             raise ValueError(
-                f"the plan begins at {plan.scenario.epoch.isoformat()}: expected the calibration's "
-                f"epoch, {self.scenario.epoch.isoformat()}"
+                f"the plan has the epoch {plan.scenario.epoch.isoformat()}: expected the epoch of "
+                f"the calibration, {self.scenario.epoch.isoformat()}"
             )
         history = run_filter(model.full_duration_model, plan.trajectory.commanded_design)
         k = int(np.argmin(np.abs(history.times - self.time)))

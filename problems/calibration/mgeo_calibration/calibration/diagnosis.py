@@ -20,8 +20,8 @@ EXPLANATORY_CHECKS = ("repeated samples", "repeated numbers")
 
 
 def run_checks(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> CheckResults:
-    """Run all checks of telemetry that need no attitude, and return their findings as one-line
-    texts by name of the check.
+    """Run all checks of telemetry that need no attitude. Return their findings as one-line texts,
+    as a dict by name of the check.
 
     Parameters
     ----------

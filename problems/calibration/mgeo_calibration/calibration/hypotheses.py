@@ -26,7 +26,7 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 #: Advice for errors that no state can model.
 _SPLIT_ADVICE = "calibrate the data before and after the change separately"
 _TIMING_ADVICE = 'rate = "instantaneous" under [gyro] of the mapping, or its times'
-_REMOVAL_ADVICE = "no state models it, remove it from the readings"
+_REMOVAL_ADVICE = "no state models this error, correct the readings"
 #: Scenario key that models the dependence of an error on a housekeeping channel.
 _SENSITIVITY_KEYS = {
     "bias": "bias_sensitivities",
@@ -65,8 +65,8 @@ _AXES_ERRORS = {
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Unmodeled error that a score test looks for, with the scenario key that models the error and
-    a formatter of its estimated size.
+    """Unmodeled error that a score test looks for, with the scenario key that would model it and a
+    text of its estimated size.
 
     Attributes
     ----------
@@ -137,8 +137,8 @@ def build_hypotheses(
 def select_correlated_channels(
     telemetry: Telemetry, data: Batch, innovations: Sequence[Innovations]
 ) -> tuple[dict[str, Floats], int]:
-    """Return the housekeeping channels that correlate most with the innovations, at the samples of
-    the fit, and the number of omitted channels.
+    """Return the housekeeping channels that correlate most with the innovations, interpolated to
+    the samples of the fit, and the number of omitted channels.
     """
     result = {}
     for name, values in telemetry.housekeeping.items():

@@ -114,7 +114,7 @@ def run_model_tests(
         description = (
             hypothesis.describe(score)
             if score.degrees_of_freedom
-            else (f"not tested: no {hypothesis.observability_condition} that shows it")
+            else (f"not tested: no {hypothesis.observability_condition} makes it observable")
         )
         tests.append(
             ModelTest(
@@ -213,7 +213,7 @@ def _describe_alternatives(
 def _score_hypotheses(
     all_scores: ScoreTests, hypotheses: Mapping[str, Hypothesis], keys: Sequence[str]
 ) -> dict[str, Score]:
-    """Return the score of each hypothesis with its most significant model, if the errors in `keys`
+    """Return the score of the most significant model of each hypothesis, while the errors in `keys`
     are estimated as well.
     """
     best = {}
@@ -260,6 +260,6 @@ def _describe_doubts(
         if (most := float(moved.max())) >= _MIN_CHANGE_SIGMAS:
             block = solution.batch.suite.blocks[int(order[moved.argmax()]) // 3]
             yield (
-                f"{hypothesis.describe(score)}; if so, {block} would be {most:.2g} of its 1-sigmas "
-                f"elsewhere: {hypothesis.key}"
+                f"{hypothesis.describe(score)}; if so, {block} would change by {most:.2g} of its "
+                f"1-sigmas: {hypothesis.key}"
             )

@@ -78,8 +78,8 @@ def recalibrate(
 def add_states(
     scenario: Scenario, keys: Sequence[str], housekeeping: Mapping[str, Floats]
 ) -> Scenario:
-    """Return a copy of a scenario in which additional sensor or gyro errors are estimated, with
-    typical initial 1-sigmas.
+    """Return a copy of a scenario that also estimates the given gyro or sensor errors, with typical
+    initial 1-sigmas.
 
     Parameters
     ----------
@@ -123,8 +123,8 @@ def add_states(
 
 
 def list_addable_states(scenario: Scenario) -> dict[str, str]:
-    """Return the states that a scenario does not estimate but could, as a dict from
-    ``sensor.state`` to the scenario key that adds the state.
+    """Return the states that can be added to a scenario, as a dict from names such as
+    ``mag.scale_factor`` to the scenario key that adds the state.
     """
     result = {}
     owners: tuple[Any, ...] = (scenario.gyro, *scenario.sensors)
@@ -140,8 +140,8 @@ def list_addable_states(scenario: Scenario) -> dict[str, str]:
 def list_addable_sensitivities(
     scenario: Scenario, housekeeping: Mapping[str, Floats]
 ) -> dict[str, tuple[BiasSensitivity, ...]]:
-    """Return the bias sensitivities to housekeeping channels that a scenario does not estimate but
-    could, by the keys of `add_states`.
+    """Return the bias sensitivities to housekeeping channels that can be added to a scenario, as a
+    dict by the keys of `add_states`.
     """
     result: dict[str, tuple[BiasSensitivity, ...]] = {}
     owners: tuple[Gyro | Sensor, ...] = (scenario.gyro, *scenario.sensors)

@@ -176,8 +176,8 @@ def build_telemetry(model: FilterModel, simulated_run: SimulatedRun) -> Telemetr
 
 
 def build_true_model(truth: Scenario, scenario: Scenario, environment: Environment) -> FilterModel:
-    """Return the filter model of a true scenario that differs from the assumed scenario, after a
-    check that both are compatible.
+    """Return the filter model of a true scenario, and raise an error if it differs too much from
+    the assumed scenario.
 
     Parameters
     ----------
@@ -215,8 +215,8 @@ def build_true_model(truth: Scenario, scenario: Scenario, environment: Environme
 def build_true_environment(
     truth: Scenario, scenario: Scenario, environment: Environment
 ) -> Environment:
-    """Return the environment along the true orbit, without eclipses if the true scenario has
-    none.
+    """Return the environment on the orbit of the true scenario, without eclipses if the true
+    scenario has none.
     """
     if (truth.epoch, truth.orbit) != (scenario.epoch, scenario.orbit):
         environment = Environment.from_scenario(truth)

@@ -134,8 +134,8 @@ def build_constraint_table(
 def simulate_gyro_guidance(
     plan: ManeuverPlan, model: FilterModel, random_errors: RandomErrors, n_steps: int
 ) -> Floats:
-    """Simulate the true attitude of a satellite whose ideal controller follows the plan with a
-    gyro-based attitude estimate.
+    """Simulate the true attitude of a satellite that follows a plan with an attitude estimate from
+    its gyro.
 
     The attitude estimate starts at the plan's initial attitude and integrates the corrected gyro
     rates. The controller is ideal and keeps the estimate on the plan; the Basilisk simulator
@@ -257,8 +257,8 @@ def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.Da
 
 
 def format_gyro_guidance(summary: pd.DataFrame) -> list[str]:
-    """Return one line of text on the table of `summarize_gyro_guidance`, as a list; empty for an
-    empty table.
+    """Summarize the table of `summarize_gyro_guidance` in one line of text, returned in a list that
+    is empty for an empty table.
     """
     if not len(summary):
         return []

@@ -121,8 +121,7 @@ class SimulatedRun:
 
 
 def compute_coning_correction(start_rates: Floats, end_rates: Floats, step: float) -> Floats:
-    """Return the difference between the mean rate of each step and its rotation vector per unit
-    time.
+    """Return the coning correction of each step: mean rate minus rotation vector per unit time.
 
     Third-order expansion for linearly varying rates (J. E. Bortz, A New Mathematical Formulation
     for Strapdown Inertial Navigation, IEEE Transactions on Aerospace and Electronic Systems AES-7
@@ -142,8 +141,8 @@ def compute_coning_correction(start_rates: Floats, end_rates: Floats, step: floa
 def compute_design_coning(
     nominal_model: FilterModel, design: Floats, n_steps: int, initial_rotation: Floats
 ) -> Floats:
-    """Return the difference between mean rate and rotation vector per unit time in the steps of a
-    design, for an initial attitude with an error.
+    """Return the coning correction of each step of a design, mean rate minus rotation vector per
+    unit time, for an initial attitude with an error.
 
     Parameters
     ----------
@@ -171,8 +170,8 @@ def compute_design_coning(
 def compute_true_motion(
     nominal_model: FilterModel, design: Floats, n_steps: int, errors: Floats
 ) -> Motion:
-    """Return the true motion of a design if the initial attitude has a random error, relative to
-    the planned attitude.
+    """Return the true motion of a design if the initial attitude has a random error. Attitudes are
+    relative to the planned attitude.
 
     The motion is given relative to the planned attitude. Its rates are the planned rates, except
     for magnetorquers, whose torque depends on the field in the body frame.

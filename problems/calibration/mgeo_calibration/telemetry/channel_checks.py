@@ -37,7 +37,7 @@ def find_constant_channels(samples: Samples) -> Iterator[Finding]:
         if stuck.all() or (stuck.any() and len(columns) == 3):
             k = int(np.argmax(stuck))
             value = f"{float(result[0, k])!r} in all {len(result)} samples"
-            advice = f"check {name}.columns, or leave {name} out of the scenario"
+            advice = f"check {name}.columns, or remove {name} from the scenario"
             place = samples.format_place(indices[0])
             yield Finding(columns[k], place, value, "a channel that changes", advice)
 
@@ -50,7 +50,7 @@ def find_saturated_rates(samples: Samples) -> Iterator[Finding]:
         return
     (columns, rows), gyro = samples.columns["gyro"], samples.mapping.gyro
     indices = np.flatnonzero(np.isfinite(rows).all(axis=1))
-    advice = "leave these samples out, or correct gyro.range_deg_s"
+    advice = "remove these samples, or correct gyro.range_deg_s"
     unit = gyro.unit or "deg/s"
     limit = np.inf if gyro.range_deg_s is None else gyro.range_deg_s / gyro.compute_factor("deg/s")
     for name, rate in zip(columns, np.abs(rows[indices].T), strict=True):
@@ -113,7 +113,7 @@ def find_repeated_numbers(samples: Samples) -> Iterator[Finding]:
                 gap = abs(numbers[most] - numbers[1 if most == 0 else -2])
                 if gap < _MAX_CLIPPING_GAP * np.ptp(numbers[1:-1]):
                     value += f", and never {'below' if most == 0 else 'above'}"
-                    expected, advice = "a channel that is not clipped", "leave these samples out"
+                    expected, advice = "a channel that is not clipped", "remove these samples"
             k = int(np.argmax(values == numbers[most]))
             yield Finding(column, samples.format_place(indices[k]), value, expected, advice)
 

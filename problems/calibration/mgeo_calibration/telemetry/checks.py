@@ -43,8 +43,8 @@ def reject_findings(samples: Samples) -> None:
 
 
 def describe_findings(scenario: Scenario, telemetry: Telemetry) -> dict[str, tuple[str, ...]]:
-    """Run all checks of telemetry and return their findings as one-line texts, by name of the
-    check.
+    """Check telemetry against declared conventions and physical limits. Return the findings as
+    one-line texts, as a dict by name of the check.
     """
     samples = Samples.from_telemetry(scenario, telemetry)
     return {check.name: tuple(map(str, check.find(samples))) for check in CHECKS}

@@ -1,4 +1,4 @@
-"""Columns of a telemetry table: search by name, conversion to numbers, and units."""
+"""Columns of a telemetry table: search by name, conversion of cells, and units."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ def has_columns(frame: pd.DataFrame, required: Sequence[str]) -> bool:
 
 
 def find_columns(frame: pd.DataFrame, required: Sequence[str]) -> dict[str, Column]:
-    """Return the index, sign and unit of each required column of a table, as a dict by required
-    name.
+    """Find each required column of a table by name. Return index, sign and unit, as a dict by
+    required name.
 
     Names are compared without case and without a unit in brackets. A minus before a required name
     negates the values.

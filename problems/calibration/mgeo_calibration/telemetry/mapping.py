@@ -97,7 +97,7 @@ def convert_to_scalar_last(q: Floats, scalar: str) -> Floats:
 
 @dataclass(frozen=True, kw_only=True)
 class Channels(Settings):
-    """Columns of one quantity in a telemetry table, with the linear conversion of their numbers.
+    """Columns of one quantity in a telemetry table, with scale, offset and unit of their values.
 
     A value is ``scale`` times the number plus ``offset``, in ``unit``. A minus before a column name
     changes the sign afterwards, for example for mirrored axes.

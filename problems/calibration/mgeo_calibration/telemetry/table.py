@@ -1,4 +1,4 @@
-"""Numbers of gyro, sensors, position and housekeeping channels from the cells of a table, sorted by
+"""Values of gyro, sensors, position and housekeeping channels from the cells of a table, sorted by
 time.
 """
 
@@ -28,8 +28,8 @@ from mgeo_calibration.telemetry.times import convert_times
 
 
 class ColumnValues(NamedTuple):
-    """Numbers of the gyro, the position or a sensor in a table, with column names and
-    declarations.
+    """Raw values of the gyro, the position or a sensor in a table, with column names and declared
+    conversion.
     """
 
     rows: Floats
@@ -38,7 +38,7 @@ class ColumnValues(NamedTuple):
 
 
 class TelemetryTable(NamedTuple):
-    """Numbers of a telemetry table at increasing times, before conversion to the body frame.
+    """Raw values of a telemetry table at increasing times, before conversion to the body frame.
 
     Attributes
     ----------
@@ -64,8 +64,8 @@ class TelemetryTable(NamedTuple):
 def read_values(
     frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping
 ) -> TelemetryTable:
-    """Read the numbers of gyro, sensors and position from the cells of a table, and sort and merge
-    rows by time.
+    """Read the raw values of gyro, sensors and position from the cells of a table, and sort and
+    merge rows by time.
 
     Raises
     ------

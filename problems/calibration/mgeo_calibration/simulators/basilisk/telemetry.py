@@ -153,8 +153,8 @@ def simulate_telemetry(
 def _mask_readings(
     model: FilterModel, attitude: Floats, rates: Floats, sensors: tuple[Floats, ...]
 ) -> tuple[Floats, ...]:
-    """Return the readings of each sensor with NaN in eclipse and for star trackers that are
-    blinded.
+    """Replace readings by NaN in eclipse and, for star trackers, when blinded. Return the readings
+    of all sensors.
     """
     result = []
     for index, (sensor, vectors) in enumerate(zip(model.suite.sensors, sensors, strict=True)):
@@ -171,7 +171,7 @@ def require_basilisk() -> None:
 
 
 def validate_suite(suite: Suite) -> None:
-    """Check that Basilisk models every sensor and every state of a suite.
+    """Raise InvalidValue if Basilisk cannot model one of the sensors or states of a suite.
 
     Raises
     ------

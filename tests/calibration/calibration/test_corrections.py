@@ -1,0 +1,39 @@
+"""Correction parameters invert the measurement models of gyro and sensors."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from mgeo_attitude import Suite
+from mgeo_calibration.calibration.corrections import compute_corrections
+from scipy.spatial.transform import Rotation
+
+from ...attitude.filter.suites import SUITES
+
+
+def predict_readings(suite: Suite, owner, states, vector):
+    """Return readings without noise in telemetry units; varying states are zero."""
+    x = {state: states[i : i + 3] for state, i in suite.get_first_indices(owner).items()}
+    x |= {"to_body": lambda v: v, "gradient": np.zeros((3, 3))}
+    return owner.predict_measurement(SimpleNamespace(**x), vector)
+
+
+@pytest.mark.parametrize("name", ["every constant", "full gyro", "cubesat_6u_full"])
+def test_corrections_invert_measurement_model(name):
+    """The errors are as large as a tenth. Varying and considered states are not corrected."""
+    suite, rng = SUITES[name], np.random.default_rng(3)
+    states = rng.uniform(-0.1, 0.1, suite.n_states)
+    varying = slice(suite.n_kinematic, suite.n_dynamic)
+    states[varying], vectors = 0.0, rng.standard_normal((5, 3))
+    sent = compute_corrections(suite, states)
+    for owner in (suite.gyro, *suite.sensors):
+        entry = sent[getattr(owner, "name", "gyro")]
+        factor = {"deg/s": np.degrees(1.0), "nT": 5e4, "-": 1.0}[entry["unit"]]
+        report = factor * predict_readings(suite, owner, states, vectors)
+        turned = Rotation.from_quat(
+            entry.get("quaternion", [0.0, 0.0, 0.0, 1.0])
+        )  # Body to sensor.
+        np.testing.assert_allclose(turned.as_matrix().T, entry.get("dcm", np.eye(3)), atol=1e-14)
+        correction = np.array(entry.get("correction", np.transpose(entry.get("dcm", np.eye(3)))))
+        found = (report - entry["bias"]) @ correction.T / factor
+        np.testing.assert_allclose(found, vectors, rtol=0, atol=1e-14)
