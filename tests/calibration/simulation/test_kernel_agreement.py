@@ -35,8 +35,12 @@ def model(request):
 
 @pytest.mark.cases(1)
 def test_variances_without_errors_equal_kernel(model):
-    statistics = estimated(
-        model, PLAN, np.arange(STEPS + 1), none(model, STEPS), FilterSettings.build_textbook()
+    statistics = run_filter(
+        model,
+        PLAN,
+        np.arange(STEPS + 1),
+        build_zero_errors(model, STEPS),
+        FilterSettings.build_textbook(),
     )
     kernel = evaluate(model, PLAN, history=True).variances[0]
     np.testing.assert_allclose(statistics.sigma[0] ** 2, kernel, rtol=1e-9)
@@ -46,8 +50,12 @@ def test_variances_without_errors_equal_kernel(model):
 @pytest.mark.cases(1)
 def test_variances_with_ramps_shorter_than_a_step_equal_kernel(model):
     ramped = dataclasses.replace(model, slew_limits=SlewLimits(np.radians(1.7), np.inf, np.eye(3)))
-    statistics = estimated(
-        ramped, PLAN, np.arange(STEPS + 1), none(ramped, STEPS), FilterSettings.build_textbook()
+    statistics = run_filter(
+        ramped,
+        PLAN,
+        np.arange(STEPS + 1),
+        build_zero_errors(ramped, STEPS),
+        FilterSettings.build_textbook(),
     )
     kernel = evaluate(ramped, PLAN, history=True).variances[0]
     np.testing.assert_allclose(statistics.sigma[0] ** 2, kernel, rtol=1e-9)

@@ -9,7 +9,7 @@ from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence, PathConstraint
 
 from ...attitude.geometry.test_rotation import as_scipy
-from ..flight.runs import estimated, none
+from ..simulators.runs import build_zero_errors, run_filter
 
 STEPS = 300
 #: Rates [deg/s] and durations [s] of a plan with rotations by some 100 deg.
@@ -51,9 +51,9 @@ def test_violated_fractions_follow_from_true_attitude():
     )
     model = FilterModel.from_scenario(build_scenario(*constraints))
     blind = dataclasses.replace(model, available=np.zeros_like(model.available))
-    draws = none(blind, STEPS)
+    draws = build_zero_errors(blind, STEPS)
     draws.initial_errors[:6] = [0.1, -0.15, 0.05, 1e-3, -5e-4, 8e-4]  # attitude and gyro bias
-    statistics = estimated(blind, PLAN, np.arange(STEPS + 1), draws, n_watched=200)
+    statistics = run_filter(blind, PLAN, np.arange(STEPS + 1), draws, n_watched=200)
 
     planned_attitude = Motion.from_design(blind, PLAN, STEPS).attitude[:200]
     errors = np.array([as_scipy(-e[:3]).as_matrix() for e in statistics.errors[0, :200]])
