@@ -108,7 +108,7 @@ def _build_coco(name: str, options: Mapping[str, Any]) -> Problem:
 
     for key in options:
         raise ValueError(
-            f"problem 'coco:{name}' has no option {key!r}: its name specifies everything"
+            f"problem 'coco:{name}' has no option {key!r}: its name specifies all parameters"
         )
     return build_coco_problem(name)
 

@@ -84,7 +84,7 @@ def print_study_size(
         Study, as read from its file.
     problems
         Problems by label. Problems named ``module:Class`` are left out, because a dry run imports
-        no modules on behalf of a file.
+        no modules that a file specifies.
     folder
         Folder that the study would write.
     output

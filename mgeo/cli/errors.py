@@ -136,8 +136,8 @@ def convert_input_errors(
 ) -> Iterator[None]:
     """Context manager that reraises exceptions of the given types as `InputError`.
 
-    It encloses code that reads input or writes files. Exceptions of other types, or in other code,
-    are bugs of mgeo or of a plugin.
+    The context encloses code that reads input or writes files. Exceptions of other types, or in
+    other code, are bugs of mgeo or of a plugin.
     """
     try:
         yield
@@ -161,7 +161,7 @@ def report_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None]:
     Raises
     ------
     typer.Exit
-        If an exception was printed; it has the exit code.
+        After an exception has been printed, with the exit code of this exception.
     """
     try:
         yield

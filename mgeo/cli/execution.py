@@ -131,7 +131,7 @@ def execute_run(run: PreparedRun, folder: Path, output: Output, max_time: float 
     output
         Destination of the summary.
     max_time
-        Time from now after which the run ends [s]. None: no limit.
+        Time after which the run ends [s], counted from the call; None for no limit.
 
     Returns
     -------
@@ -144,7 +144,7 @@ def execute_run(run: PreparedRun, folder: Path, output: Output, max_time: float 
     InputError
         If the folder cannot be written, or another process is using it.
     EvaluationError, PluginError
-        If the evaluations of the problem fail, or another method of the problem does.
+        If all evaluations or another method of the problem fail.
     """
     if reasons := call_optional(build_view(run.problem), View.infeasibility_reasons):
         output.print(

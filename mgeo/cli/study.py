@@ -73,7 +73,7 @@ def study(
                     )
             return
         with _start_workers(jobs, cluster) as n_jobs, warnings.catch_warnings():
-            warnings.simplefilter("ignore", ComparisonWarning)  # They are printed as notes.
+            warnings.simplefilter("ignore", ComparisonWarning)  # The warnings are printed as notes.
             try:
                 comparisons = run_study(
                     definition, folder, resume=resume, n_jobs=n_jobs, progress=not quiet

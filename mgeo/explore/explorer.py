@@ -37,8 +37,8 @@ class Explorer:
         Folder into which `save` writes, or a ``.json`` file, which sets both the folder and the
         default file name. Default: the run folder.
     problem : str, optional
-        Problem of the run as ``module:Class``, required if the problem has no installed name. No
-        modules are imported on behalf of a file.
+        Problem of the run as ``module:Class``, required if the problem has no installed name. Other
+        modules that a file specifies are not imported.
 
     Attributes
     ----------

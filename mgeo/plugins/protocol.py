@@ -400,8 +400,8 @@ def iterate_refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]
         expected = n_rows, X.shape[1]
         if designs.ndim != 2 or designs.shape[1] != expected[1] or len(designs) < n_rows:
             raise PluginError(
-                f"refine(X) of problem {name} gives shape {designs.shape}: expected {expected}, or "
-                "more rows"
+                f"refine(X) of problem {name} returns shape {designs.shape}: expected {expected}, "
+                "or more rows"
             )
         n_rows = len(designs)
         yield designs

@@ -7,7 +7,7 @@ folder. Each file is a JSON object with these keys:
 ``title``, ``conclusion``
     Texts.
 ``columns``, ``rows``
-    Table: a list of strings, and lists of as many numbers or strings.
+    Column titles, as a list of strings, and rows, as lists of numbers or strings of equal length.
 ``problem``, ``options``, ``design``
     Verified solution: the name and options of the problem, and the variables in a row of
     ``front.csv``.
@@ -112,8 +112,8 @@ def build_report_html(
     solution
         Number of the solution to review, which the page shows first. Default: the knee.
     trusted_classes
-        Problem classes, as ``module:Class``, whose modules may be imported. No other modules are
-        imported on behalf of a file.
+        Problem classes, as ``module:Class``, whose modules may be imported. Other modules that a
+        file specifies are not imported.
 
     Returns
     -------

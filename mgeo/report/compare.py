@@ -67,8 +67,8 @@ def build_comparison_html(
         Run folders of ``mgeo solve``, or JSON files that an installed problem can read (see
         ``parse_document`` in `mgeo.plugins`).
     trusted_classes
-        Problem classes, as ``module:Class``, whose modules may be imported. No other modules are
-        imported on behalf of a file.
+        Problem classes, as ``module:Class``, whose modules may be imported. Other modules that a
+        file specifies are not imported.
 
     Returns
     -------

@@ -72,7 +72,7 @@ def compute_hypervolume_history(
     """Return the number of evaluations and the hypervolume of the front found so far, as arrays.
 
     The front after each number of evaluations consists of all feasible designs so far that no other
-    one dominates.
+    feasible design dominates.
 
     The objectives are mapped by ``map_to_indicator_space`` of the problem or, if the problem does
     not define it, scaled to their range over all feasible evaluations. The initial low-fidelity

@@ -34,7 +34,7 @@ def check_algorithm(
 
     The checks cover bounds, evaluation counts, the reported front, reproducibility by seed, ask and
     tell, copies and pickles, and constraints. For algorithms of the MGEO family they also cover
-    `get_params` and the saving of a run.
+    `get_params`, and saving and restoring a run.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ def require_equal(actual: ArrayLike, expected: ArrayLike, rule: str, rtol: float
     Parameters
     ----------
     actual, expected : array_like
-        Numbers; NaN equals NaN.
+        Arrays to compare; NaN equals NaN.
     rule : str
         Beginning of the message.
     rtol : float

@@ -93,7 +93,7 @@ class SuiteModels:
         self._suite_models: dict[bytes, FilterModel] = {}
 
     def __reduce__(self) -> tuple[type[SuiteModels], tuple[Scenario, Catalog]]:
-        # A copy, as in another process, builds its models again.
+        # A pickled copy, for example in another process, rebuilds its models.
         return SuiteModels, (self.scenario, self.catalog)
 
     @cached_property
