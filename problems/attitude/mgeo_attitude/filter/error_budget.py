@@ -44,8 +44,6 @@ class ErrorBudget(NamedTuple):
 
 
 class _Update(NamedTuple):
-    """Measurement update with one sensor: gain K, error transition I - K H, and noise variances."""
-
     sensor: int
     gain: Floats
     error_transition: Floats
@@ -53,10 +51,6 @@ class _Update(NamedTuple):
 
 
 class _Step(NamedTuple):
-    """Transition matrix of a filter step, process noise of each driven block, and the measurement
-    updates.
-    """
-
     transition: Floats
     process_noise: Floats
     updates: list[_Update]
