@@ -156,8 +156,8 @@ def _compute_update(P: Floats, H: Floats, R: Floats, sensor: int, considered: In
 
 
 def _discretize(model: FilterModel, rate: Floats) -> tuple[Floats, Floats]:
-    """Return the transition matrix, shape (n, n), and the process noise of each driven block, shape
-    (d, n, n).
+    """Return the transition matrix of a step at a body rate, shape (n, n), and the process noise of
+    each driven block, shape (d, n, n).
     """
     from mgeo_attitude.filter.kernel import load_driver  # This import loads numba.
 
