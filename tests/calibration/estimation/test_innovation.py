@@ -51,9 +51,9 @@ def look(suite, sensor):
     change = CHANGE[: len(sensor.latency_states())]
     if sensor.has_unit_length:
         v = V / np.linalg.norm(V)
-        by_orbit = GRADIENT[: suite.count_gradient_vectors(sensor) - 2 - len(change)]
+        by_orbit = GRADIENT[: suite.count_auxiliary_vectors(sensor) - 2 - len(change)]
         return v, np.vstack([*tangent_vectors(v), *by_orbit, *change])
-    return V, np.vstack([GRADIENT[: suite.count_gradient_vectors(sensor) - len(change)], change])
+    return V, np.vstack([GRADIENT[: suite.count_auxiliary_vectors(sensor) - len(change)], change])
 
 
 def estimate(suite, C, x):
@@ -105,10 +105,10 @@ def channels(sensor):
 
 def expanded(suite, index, y, C, x):
     """Innovation, dense H and dense matrices of second derivatives."""
-    v, gradient = look(suite, suite.sensors[index])
+    v, auxiliary_vectors = look(suite, suite.sensors[index])
     at = estimate(suite, C, x)
     further = {
-        "gradient": gradient,
+        "auxiliary_vectors": auxiliary_vectors,
         "rate": RATE,
         "channel_values": channels(suite.sensors[index]),
     }
@@ -176,9 +176,9 @@ def test_moments_of_second_order_are_those_of_samples(suite, index):
     """Mean and covariance of ½ eᵀ B e by the traces of dense matrices."""
     C, x, e = random(suite, seed=4)
     y = measured(suite, suite.sensors[index], *perturbed(suite, C, x, e))
-    at, (v, gradient) = estimate(suite, C, x), look(suite, suite.sensors[index])
+    at, (v, auxiliary_vectors) = estimate(suite, C, x), look(suite, suite.sensors[index])
     found = compute_innovation(
-        suite, index, unstack_measurement(y), v, at, gradient=gradient, rate=RATE
+        suite, index, unstack_measurement(y), v, at, auxiliary_vectors=auxiliary_vectors, rate=RATE
     )
     B = expanded(suite, index, y, C, x)[2]
     root = np.random.default_rng(5).standard_normal((suite.n_states, suite.n_states))
@@ -197,10 +197,10 @@ def test_at_zero_the_derivative_is_the_declared_H(name):
         for C in (np.eye(3), Rotation.random(random_state=6).as_matrix()):
             y = measured(suite, sensor, C, x)
             H = is_3d(suite, index, y, C, x)[1]
-            v, gradient = look(suite, sensor)
+            v, auxiliary_vectors = look(suite, sensor)
             declared = suite.measurement_matrix(
-                sensor, C @ v, C, gradient @ C.T, RATE, channels(sensor)
+                sensor, C @ v, C, auxiliary_vectors @ C.T, RATE, channels(sensor)
             )
             if sensor.has_unit_length:
-                declared = (gradient[:2] @ C.T).T @ declared
+                declared = (auxiliary_vectors[:2] @ C.T).T @ declared
             np.testing.assert_allclose(H, declared, atol=1e-15)
