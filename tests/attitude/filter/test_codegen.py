@@ -85,9 +85,9 @@ def test_generated_step_is_one_filter_step(name):
             blind.append(hidden)
             if (index == 0 and not gate) or hidden:
                 continue
-            gradient = references[suite.gradient_rows(index)] @ (dC @ C).T
+            auxiliary_vectors = references[suite.find_auxiliary_rows(index)] @ (dC @ C).T
             own = follows[suite.find_sensitivity_columns(sensor)]
-            H = suite.measurement_matrix(sensor, v, dC @ C, gradient, omega, own)
+            H = suite.measurement_matrix(sensor, v, dC @ C, auxiliary_vectors, omega, own)
             P = update_with_considered_states(
                 P, H, np.diag(np.square(sensor.noise_sigmas())), suite.considered_indices
             )

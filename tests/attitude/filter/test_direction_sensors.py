@@ -43,7 +43,7 @@ def test_measurement_has_no_information_along_direction(kind):
     sensor = kind(noise_deg=0.3)
     r = np.array(sensor.noise_sigmas())
     assert r.shape == (2,)
-    H = Suite(Gyro(), (sensor,)).measurement_matrix(sensor, V, gradient=tangent_vectors(V))
+    H = Suite(Gyro(), (sensor,)).measurement_matrix(sensor, V, auxiliary_vectors=tangent_vectors(V))
     information = np.einsum("kmi,kmj->kij", H / r[0], H / r[0])
     projection = (np.eye(3) - V[:, :, None] * V[:, None]) / r[0] ** 2
     attitude, mount, bias = (slice(i, i + 3) for i in (0, 6, 9))

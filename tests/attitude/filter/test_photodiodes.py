@@ -39,7 +39,7 @@ def scenario(*sensors, **changes):
 def build_errors(sensitivity, light=(0.0, 0.0, 0.0), **more):
     return SimpleNamespace(
         sensitivity=np.array(sensitivity),
-        gradient=[np.array(light)],
+        auxiliary_vectors=[np.array(light)],
         to_body=lambda vector: vector,
         **more,
     )
@@ -78,7 +78,9 @@ def test_measurement_matrix_is_derivative_of_measurement(light):
     """The derivatives are central differences."""
     diode, light = Photodiode(normal=(0.3, -1.0, -1.0)), np.array(light)
     suite = Suite(Gyro(), (diode,), EnvironmentErrors(albedo=0.03))
-    H = suite.measurement_matrix(diode, V, gradient=[np.broadcast_to(light, V.shape)])[:, 0]
+    H = suite.measurement_matrix(diode, V, auxiliary_vectors=[np.broadcast_to(light, V.shape)])[
+        :, 0
+    ]
     own, world = (
         3 * suite.blocks.index(b) for b in ("diode.sensitivity", "environment_errors.albedo")
     )
@@ -103,7 +105,9 @@ def test_three_perpendicular_diodes_equal_direction_sensor():
     r = 0.02
     total = 0.0
     for diode in build_cube(relative_noise=r)[::2]:
-        H = Suite(Gyro(), (diode,)).measurement_matrix(diode, V, gradient=[0.0 * V])[:, 0, :3]
+        H = Suite(Gyro(), (diode,)).measurement_matrix(diode, V, auxiliary_vectors=[0.0 * V])[
+            :, 0, :3
+        ]
         total = total + H[:, :, None] * H[:, None] / r**2
     np.testing.assert_allclose(
         total, (np.eye(3) - V[:, :, None] * V[:, None]) / r**2, atol=1e-9 / r**2

@@ -94,10 +94,10 @@ def _measurements(model: FilterModel, C: Floats) -> list[Floats]:
     """Return the measurement matrix of each sensor, shape (n_steps + 1, 3, n_states)."""
     matrices = []
     for index, sensor in enumerate(model.suite.sensors):
-        rows = model.suite.gradient_rows(index)
-        v, *gradient = (
+        rows = model.suite.find_auxiliary_rows(index)
+        v, *auxiliary_vectors = (
             np.einsum("kij,kj->ki", C, model.references[:, row])
             for row in (index, *range(rows.start, rows.stop))
         )
-        matrices.append(model.suite.measurement_matrix(sensor, v, C, gradient))
+        matrices.append(model.suite.measurement_matrix(sensor, v, C, auxiliary_vectors))
     return matrices

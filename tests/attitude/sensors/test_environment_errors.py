@@ -49,7 +49,7 @@ def test_affected_sensors_share_error_states():
     shared = slice(6, 15)
     sun, fine, mag, outer, tracker = (
         suite.measurement_matrix(
-            sensor, v, gradient=gradient[: suite.count_gradient_vectors(sensor)]
+            sensor, v, auxiliary_vectors=gradient[: suite.count_auxiliary_vectors(sensor)]
         )
         for sensor in suite.sensors
     )
@@ -81,7 +81,7 @@ def test_field_gradient_by_orbit_error_equals_difference_of_igrf():
     scenario = build_short_scenario(environment_errors=ERRORS)
     environment = Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
-    rows = model.suite.gradient_rows(1)
+    rows = model.suite.find_auxiliary_rows(1)
     speed = np.linalg.norm(environment.velocity, axis=1)
     radial = environment.position / np.linalg.norm(environment.position, axis=1)[:, None]
     normal = np.cross(radial, environment.velocity / speed[:, None])

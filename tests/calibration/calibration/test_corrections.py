@@ -14,7 +14,7 @@ from ...attitude.filter.suites import SUITES
 def predict_readings(suite: Suite, owner, states, vector):
     """Return readings without noise in telemetry units; varying states are zero."""
     x = {state: states[i : i + 3] for state, i in suite.get_first_indices(owner).items()}
-    x |= {"to_body": lambda v: v, "gradient": np.zeros((3, 3))}
+    x |= {"to_body": lambda v: v, "auxiliary_vectors": np.zeros((3, 3))}
     return owner.predict_measurement(SimpleNamespace(**x), vector)
 
 

@@ -283,8 +283,8 @@ def test_linear_case_agrees_with_filterpy_smoother(name):
             y = data.readings[index][k, 0]
             if np.isfinite(y).all():
                 v = C[k] @ model.references[k, index]
-                gradient = model.references[k, suite.gradient_rows(index)] @ C[k].T
-                H.append(suite.measurement_matrix(sensor, v, C[k], gradient))
+                auxiliary_vectors = model.references[k, suite.find_auxiliary_rows(index)] @ C[k].T
+                H.append(suite.measurement_matrix(sensor, v, C[k], auxiliary_vectors))
                 R.extend(np.square(sensor.noise_sigmas()))
                 z.extend(y - v)
         if H:

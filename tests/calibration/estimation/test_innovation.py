@@ -53,10 +53,10 @@ def get_vectors(suite, sensor):
     by_latency = CHANGE[: len(sensor.latency_states())]
     if sensor.has_unit_length:
         v = V / np.linalg.norm(V)
-        by_orbit = GRADIENT[: suite.count_gradient_vectors(sensor) - 2 - len(by_latency)]
+        by_orbit = GRADIENT[: suite.count_auxiliary_vectors(sensor) - 2 - len(by_latency)]
         return v, np.vstack([*tangent_vectors(v), *by_orbit, *by_latency])
     return V, np.vstack(
-        [GRADIENT[: suite.count_gradient_vectors(sensor) - len(by_latency)], by_latency]
+        [GRADIENT[: suite.count_auxiliary_vectors(sensor) - len(by_latency)], by_latency]
     )
 
 
@@ -109,10 +109,10 @@ def get_channel_values(sensor):
 
 def expand_innovation(suite, index, y, C, x):
     """Return innovation, dense Jacobian H and dense matrices of second derivatives."""
-    v, gradient = get_vectors(suite, suite.sensors[index])
+    v, auxiliary_vectors = get_vectors(suite, suite.sensors[index])
     at = build_estimate(suite, C, x)
     further = {
-        "gradient": gradient,
+        "auxiliary_vectors": auxiliary_vectors,
         "rate": RATE,
         "channel_values": get_channel_values(suite.sensors[index]),
     }
@@ -179,9 +179,9 @@ def test_innovation_derivatives_equal_finite_differences(suite, index):
 def test_second_order_moments_equal_traces_of_dense_matrices(suite, index):
     C, x, e = draw_states(suite, seed=4)
     y = measure(suite, suite.sensors[index], *apply_errors(suite, C, x, e))
-    at, (v, gradient) = build_estimate(suite, C, x), get_vectors(suite, suite.sensors[index])
+    at, (v, auxiliary_vectors) = build_estimate(suite, C, x), get_vectors(suite, suite.sensors[index])
     found = compute_innovation(
-        suite, index, unstack_measurement(y), v, at, gradient=gradient, rate=RATE
+        suite, index, unstack_measurement(y), v, at, auxiliary_vectors=auxiliary_vectors, rate=RATE
     )
     B = expand_innovation(suite, index, y, C, x)[2]
     root = np.random.default_rng(5).standard_normal((suite.n_states, suite.n_states))
@@ -200,10 +200,10 @@ def test_jacobian_at_zero_states_equals_measurement_matrix(name):
         for C in (np.eye(3), Rotation.random(random_state=6).as_matrix()):
             y = measure(suite, sensor, C, x)
             H = expand_in_fixed_axes(suite, index, y, C, x)[1]
-            v, gradient = get_vectors(suite, sensor)
+            v, auxiliary_vectors = get_vectors(suite, sensor)
             declared = suite.measurement_matrix(
-                sensor, C @ v, C, gradient @ C.T, RATE, get_channel_values(sensor)
+                sensor, C @ v, C, auxiliary_vectors @ C.T, RATE, get_channel_values(sensor)
             )
             if sensor.has_unit_length:
-                declared = (gradient[:2] @ C.T).T @ declared
+                declared = (auxiliary_vectors[:2] @ C.T).T @ declared
             np.testing.assert_allclose(H, declared, atol=1e-15)

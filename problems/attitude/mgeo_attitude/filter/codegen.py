@@ -186,8 +186,10 @@ def _update(step: _StepBuilder, index: int) -> None:
     rate = Vec3(*code.slots(step.slots.body_rate, 3))
     vector = step.load_body_vector(code, "references", index)
     variances = step.take_constants(code, len(sensor.noise_sigmas()))
-    rows = suite.gradient_rows(index)
-    gradient = [step.load_body_vector(code, "references", k) for k in range(rows.start, rows.stop)]
+    rows = suite.find_auxiliary_rows(index)
+    auxiliary_vectors = [
+        step.load_body_vector(code, "references", k) for k in range(rows.start, rows.stop)
+    ]
     gate = step.load_gate(code, index)
     for cone in sensor.list_visibility_cones():
         boresight, (bound,) = Vec3(*step.take_constants(code, 3)), step.take_constants(code, 1)
@@ -209,7 +211,7 @@ def _update(step: _StepBuilder, index: int) -> None:
         sensor,
         vector,
         to_body=partial(step.rotate_to_body, code),
-        gradient=gradient,
+        auxiliary_vectors=auxiliary_vectors,
         rate=rate,
         channel_deviations=step.select_table_values(
             code,

@@ -162,13 +162,15 @@ def build_measurement_model(
     # A sample has the rate of the step before it.
     sample_rates = np.vstack([rates[:1], rates])
     for index, sensor in enumerate(model.suite.sensors):
-        v, *gradient = (
+        v, *auxiliary_vectors = (
             np.einsum("kij,kj->ki", attitude, model.references[:, row])
             for row in model.suite.list_vector_indices(index)
         )
         deviations = [*model.sensitivity_factors[:, model.suite.find_sensitivity_columns(sensor)].T]
         H.append(
-            model.suite.measurement_matrix(sensor, v, attitude, gradient, sample_rates, deviations)
+            model.suite.measurement_matrix(
+                sensor, v, attitude, auxiliary_vectors, sample_rates, deviations
+            )
         )
         R.extend(sigma**2 for sigma in sensor.noise_sigmas())
         is_measured.extend(

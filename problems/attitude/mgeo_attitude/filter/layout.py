@@ -252,9 +252,15 @@ def serialize_measurement_matrix(sensor: Sensor, environment_errors: Environment
     code only if the bytes are equal.
     """
     suite, vector = Suite(Gyro(), (sensor,), environment_errors), np.array([0.36, -0.48, 0.8])
-    gradient = [np.roll(vector, k + 1) for k in range(suite.count_gradient_vectors(sensor))]
+    auxiliary_vectors = [
+        np.roll(vector, k + 1) for k in range(suite.count_auxiliary_vectors(sensor))
+    ]
     deviations = [1.0] * len(sensor.bias_sensitivities)
     H = suite.measurement_matrix(
-        sensor, vector, gradient=gradient, rate=vector, channel_deviations=deviations
+        sensor,
+        vector,
+        auxiliary_vectors=auxiliary_vectors,
+        rate=vector,
+        channel_deviations=deviations,
     )
     return bytes((H + 0.0).tobytes())  # Adding zero removes the sign of negative zeros.

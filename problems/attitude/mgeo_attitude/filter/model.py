@@ -58,7 +58,7 @@ class FilterModel:
         Filter step [s].
     references : array, shape (n_steps + 1, n_vectors, 3)
         Reference vector of each sensor in GCRS, zero for a sensor without a vector; then the
-        columns of the gradients of the vectors, see `Suite.gradient_rows`.
+        auxiliary vectors of the sensors, see `Suite.find_auxiliary_rows`.
     available : array of bool, shape (n_steps + 1, n_sensors)
         Whether each sensor can measure at each sample if its field-of-view and rate conditions are
         satisfied.
@@ -416,7 +416,9 @@ def compute_references(suite: Suite, environment: Environment) -> tuple[Floats, 
         reference = sensor.inertial_vector(environment)
         if reference is not None:
             references[:, index] = reference
-        references[:, suite.gradient_rows(index)] = suite.compute_gradient(sensor, environment)
+        references[:, suite.find_auxiliary_rows(index)] = suite.compute_auxiliary_vectors(
+            sensor, environment
+        )
     return references, compute_availability(suite, environment)
 
 

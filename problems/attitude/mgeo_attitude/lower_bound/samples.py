@@ -274,10 +274,10 @@ class _SensorProbe:
         """Return the columns of the measurement matrix at an attitude, as a dict by block. The
         attitude error is in GCRS.
         """
-        v, *gradient = np.moveaxis(self._vectors[rows] @ C.T, 1, 0)
+        v, *auxiliary_vectors = np.moveaxis(self._vectors[rows] @ C.T, 1, 0)
         rates = None if rate is None else np.broadcast_to(rate, v.shape)
         deviations = [*self._sensitivity_factors[rows].T]
-        H = self._suite.measurement_matrix(self.sensor, v, C, gradient, rates, deviations)
+        H = self._suite.measurement_matrix(self.sensor, v, C, auxiliary_vectors, rates, deviations)
         blocks = {name: H[..., 3 * i : 3 * i + 3] for i, name in enumerate(self._suite.blocks)}
         return blocks | {"attitude": blocks["attitude"] @ C}
 

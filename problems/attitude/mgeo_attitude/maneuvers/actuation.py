@@ -30,7 +30,8 @@ from mgeo_attitude._typing import Bools, Floats, Ints
 
 @dataclass(frozen=True)
 class SlewLimits:
-    """Limits on changes of the body rate by acceleration and wheel torque.
+    """Limits on the rate of change of the body rate, due to maximum acceleration and maximum wheel
+    torque.
 
     Attributes
     ----------
@@ -53,10 +54,10 @@ class SlewLimits:
     initial_rate: Floats = field(default_factory=lambda: np.zeros(3))
 
     def compute_ramp_time(self, rate_change: Floats) -> Floats:
-        """Return the shortest time in which the body rate can change by given amounts [s], equation
-        (12).
+        """Return the shortest time [s] in which the body rate can change by the given amounts
+        within the limits.
 
-        The rate changes along a straight line, with the torque J dω/dt.
+        The rate changes along a straight line, with the torque J dω/dt; see equation (12).
 
         Parameters
         ----------
@@ -77,8 +78,8 @@ class SlewLimits:
 
 @dataclass(frozen=True)
 class MagnetorquerDrive:
-    """Model of the attitude motion of a satellite that only magnetorquers rotate, independent of
-    the plan.
+    """Simulator of the rotation of a satellite under magnetorquer control, without wheels. One
+    simulator serves all designs of a scenario.
 
     Attributes
     ----------
@@ -110,7 +111,8 @@ class MagnetorquerDrive:
     initial_rate: Floats
 
     def rotate(self, rotation: Floats) -> MagnetorquerDrive:
-        """Return a copy for an initial attitude that is rotated by a given matrix.
+        """Return a copy of the simulator in which the initial attitude is rotated by a given
+        matrix.
 
         The field is rotated instead of the attitude; see `FilterModel.rotate_initial_attitude`.
 
@@ -125,7 +127,7 @@ class MagnetorquerDrive:
         self, rates: Floats, starts: Ints, step: float, n_steps: int
     ) -> tuple[Floats, Floats, Bools]:
         """Compute the body rates that the magnetorquers achieve in each filter step, for the
-        maneuvers of n designs.
+        commanded maneuvers of n designs.
 
         Parameters
         ----------

@@ -24,7 +24,8 @@ from mgeo_attitude.maneuvers.schedule import (
 def compute_attitudes(
     rates: Floats, starts: Ints, n_steps: int, step: float, initial: Floats | None = None
 ) -> Floats:
-    """Return the attitude matrix at every sample for intervals of constant body rate.
+    """Return the attitude matrices at the start and after each filter step, for a motion that
+    consists of intervals of constant body rate.
 
     Parameters
     ----------
@@ -63,7 +64,9 @@ def compute_attitudes(
 
 
 class Body(Protocol):
-    """Protocol of a satellite whose attitude moves; implemented by `FilterModel`."""
+    """Protocol of the satellite properties from which a `Motion` is computed, such as those of
+    `FilterModel`.
+    """
 
     @property
     def step(self) -> float:
@@ -71,7 +74,7 @@ class Body(Protocol):
 
     @property
     def slew_limits(self) -> RotationDynamics:
-        """Limits on rate changes, or magnetorquer control; None for instantaneous changes."""
+        """Slew limits or magnetorquer control. None if the rate changes instantaneously."""
 
     @property
     def initial_attitude(self) -> Floats:
@@ -80,8 +83,8 @@ class Body(Protocol):
 
 @dataclass(frozen=True)
 class Motion:
-    """Nominal body rates and attitudes of a plan over n filter steps, from the estimated initial
-    attitude.
+    """Nominal body rates and attitudes of a plan over n filter steps, starting from the estimated
+    initial attitude.
 
     Attributes
     ----------
@@ -96,7 +99,7 @@ class Motion:
 
     @classmethod
     def from_design(cls, body: Body, design: ArrayLike, n_steps: int) -> Motion:
-        """Compute the body rates and attitudes of a satellite along a design.
+        """Compute the body rates and attitudes of a satellite that follows a design.
 
         Parameters
         ----------
@@ -168,8 +171,8 @@ def list_phases(
     limits: RotationDynamics = None,
     names: Mapping[int, str] = MappingProxyType({}),
 ) -> tuple[Phase, ...]:
-    """Return the phases of one design in chronological order: maneuvers, ramps and constant-rate
-    hold.
+    """Return the phases of one design in chronological order: maneuvers, ramps to their rates and
+    the constant-rate hold.
 
     A maneuver shorter than a step may be missing. There is no constant-rate hold if the run ends
     with the last maneuver.
@@ -236,8 +239,8 @@ def _compute_mean_rate_and_angle(
 
 
 def split_phases(plan_phases: tuple[Phase, ...], time: float) -> tuple[Phase, ...]:
-    """Split the phases of a plan at a time, and mark those after it as serving late convergence
-    only.
+    """Split the phases of a plan at a time, and label the later phases as needed only if the filter
+    converges late.
 
     A ramp that contains the time is not split. Labels of later phases end with
     `LATE_CONVERGENCE_SUFFIX`.

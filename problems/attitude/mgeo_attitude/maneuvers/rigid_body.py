@@ -30,8 +30,8 @@ _NEGLIGIBLE = 1e-17
     "float64[:,:,::1], float64[:,:,::1], boolean[:,::1])"
 )
 def compute_driven_rates(body, law, field, plan, step, mean, end, free):  # type: ignore[no-untyped-def]
-    """Compute the body rates of designs under magnetorquers into the arrays `mean`, `end` and
-    `free`.
+    """Simulate the rotation of a satellite under magnetorquer control for each design, and write
+    the resulting body rates to the arrays `mean`, `end` and `free`.
 
     The arrays are the results of `MagnetorquerDrive.compute_rates`.
     """
@@ -89,9 +89,10 @@ def compute_driven_rates(body, law, field, plan, step, mean, end, free):  # type
 
 @helper
 def limit_dipole(b, torque, largest, dipole):  # type: ignore[no-untyped-def]
-    """Write the dipole of the cross-product law, scaled down to its maximum, to `dipole`.
+    """Write the dipole that the control law requires for a torque in the field b to `dipole`,
+    scaled down if a component exceeds its maximum.
 
-    The law is b × τ / |b|² with the field b and the torque τ.
+    This is the cross-product law b × τ / |b|² with the torque τ.
     """
     cross(b, torque, dipole)
     square = b[0] * b[0] + b[1] * b[1] + b[2] * b[2]
@@ -105,7 +106,9 @@ def limit_dipole(b, torque, largest, dipole):  # type: ignore[no-untyped-def]
 
 @helper
 def _propagate(rate, b, dipole, inertia, inverse, step, q, scratch):  # type: ignore[no-untyped-def]
-    """Propagate body rate and field over a step, in place, and write the rotation to `q`."""
+    """Integrate the equations of motion over one filter step. Body rate and field in body axes are
+    updated in place, and the rotation is written to the quaternion `q`.
+    """
     w, f, s, momentum = scratch[0], scratch[1], scratch[2], scratch[3]
     speed, push = 0.0, 0.0
     for a in range(3):
@@ -166,7 +169,7 @@ def _propagate(rate, b, dipole, inertia, inverse, step, q, scratch):  # type: ig
 
 @helper
 def _rotation_vector(q, out):  # type: ignore[no-untyped-def]
-    """Convert a quaternion, scalar first, to a rotation vector of less than 180 degrees."""
+    """Write the rotation vector of a unit quaternion, scalar first, to `out`."""
     sine = math.sqrt(q[1] ** 2 + q[2] ** 2 + q[3] ** 2)
     factor = 2.0 * math.atan2(sine, q[0]) / sine if sine > 0.0 else 2.0
     for a in range(3):
@@ -175,7 +178,9 @@ def _rotation_vector(q, out):  # type: ignore[no-untyped-def]
 
 @helper
 def _to_body(q, out):  # type: ignore[no-untyped-def]
-    """Write the matrix from the body axes at the start of a step to those at its end to `out`."""
+    """Write the rotation matrix of the quaternion `q` to `out`. The matrix converts vectors from
+    body axes at the start of a step to body axes at its end.
+    """
     w, x, y, z = q[0], q[1], q[2], q[3]
     out[0, 0], out[1, 1] = 1.0 - 2.0 * (y * y + z * z), 1.0 - 2.0 * (x * x + z * z)
     out[2, 2] = 1.0 - 2.0 * (x * x + y * y)
@@ -203,7 +208,9 @@ def cross(a, b, out):  # type: ignore[no-untyped-def]
 
 @helper
 def assign(x, out):  # type: ignore[no-untyped-def]
-    """Copy x to `out`, since numba takes seconds to compile `out[:] = x` for shapes that might
+    """Copy the elements of an array x to the array `out`.
+
+    The loop replaces ``out[:] = x``, which numba takes seconds to compile for shapes that might
     differ.
     """
     for i in range(len(out)):

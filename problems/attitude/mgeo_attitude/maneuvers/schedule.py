@@ -61,14 +61,16 @@ def decode_designs(designs: ArrayLike) -> tuple[Floats, Floats]:
 
 
 def get_durations(designs: Floats) -> Floats:
-    """Return a view of the maneuver durations [s], shape (..., m), in design vectors of shape (...,
-    4 m).
+    """Return the maneuver durations [s] in an array of design vectors, as a view of the array.
+
+    Design vectors of shape (..., 4 m) have durations of shape (..., m).
     """
     return designs[..., VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
 
 
 def build_hold_design(rate: Floats) -> Floats:
-    """Return a design, shape (4,), that holds the initial body rate during the whole run.
+    """Return a design, shape (4,), with one maneuver of zero duration. Its rate is the initial body
+    rate, which is held during the run.
 
     With magnetorquers, the satellite rotates freely, since its initial rate is already reached.
 
@@ -109,7 +111,8 @@ def compute_maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
 
 @dataclass(frozen=True)
 class Schedule:
-    """Designs as intervals of constant body rate, which begin and end at filter steps.
+    """Body rates of n designs, represented as intervals of constant rate. All intervals begin and
+    end at filter steps.
 
     Attributes
     ----------
@@ -140,8 +143,8 @@ class Schedule:
     commands: tuple[Floats, Ints] | None = None
 
     def is_constant(self) -> Bools:
-        """Return a boolean array that is True for each interval with the constant rate of its
-        maneuver.
+        """Return a boolean array that is True for the intervals in which the body rate is that of
+        the maneuver.
 
         Steps of a ramp are False. With magnetorquers, intervals in which the magnetorquers are off
         are True.
@@ -156,7 +159,7 @@ class Schedule:
         return unchanged
 
     def count_steps(self, end_steps: ArrayLike = UNREACHED_STEP) -> Ints:
-        """Return the number of filter steps in each interval, for runs that end at given steps.
+        """Return the number of filter steps in each interval, for runs that end at the given steps.
 
         Parameters
         ----------
@@ -255,7 +258,8 @@ def build_schedule(
 
 @dataclass(frozen=True)
 class RateIntervals:
-    """One design as k intervals of constant body rate until the end of a run.
+    """Body rates of one design until the end of a run, represented as k consecutive intervals of
+    constant rate.
 
     Attributes
     ----------
@@ -318,13 +322,15 @@ def _build_empty_schedule(n: int, count: int, maneuver_end_steps: Ints) -> Sched
 
 
 def _compute_group_indices(counts: Ints) -> Ints:
-    """Return the index of each element in its group, for consecutive groups of given sizes."""
+    """Return the index of each element within its group, as one array. The groups are consecutive
+    and have the given sizes.
+    """
     return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 def _compute_ramp_shares(start: Floats, step: float, time: Floats) -> tuple[Floats, Floats]:
-    """Return the completed share of a rate change, as the mean over a filter step and at the end of
-    the step.
+    """Return the completed fraction of a ramp between two rates: its mean over a filter step, and
+    its value at the end of the step.
 
     The step begins `start` seconds after the start of a ramp that takes `time` seconds. The ramp
     may end within the step.
@@ -335,8 +341,8 @@ def _compute_ramp_shares(start: Floats, step: float, time: Floats) -> tuple[Floa
 
 
 def _compute_completed_share(elapsed: Floats, time: Floats) -> Floats:
-    """Return the completed share of a rate change, at a time `elapsed` [s] after the start of its
-    ramp.
+    """Return the completed fraction of a ramp that takes `time` seconds, `elapsed` seconds after
+    its start.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(time > 0.0, np.clip(elapsed / time, 0.0, 1.0), 1.0)

@@ -40,7 +40,8 @@ _MIN_SINE = 1e-9
 
 
 def pseudo_inverse_allocation(axes: Floats) -> Floats:
-    """Return the matrix from a torque or momentum to wheel loads for the least-squares allocation.
+    """Return the matrix that converts a torque or momentum in body axes to the wheel loads with the
+    smallest sum of squares.
 
     Parameters
     ----------
@@ -56,8 +57,8 @@ def pseudo_inverse_allocation(axes: Floats) -> Floats:
 
 
 def minimax_allocation(axes: Floats) -> Floats:
-    """Return the matrix from a torque or momentum to wheel loads for the allocation with the
-    smallest maximum load.
+    """Return a matrix W that gives the smallest possible maximum load of reaction wheels. For a
+    torque or momentum m in body axes, this load is the largest component of ``abs(W @ m)``.
 
     The set {A u: |u| <= 1} that wheels of equal size reach is a zonotope, whose facets are spanned
     by pairs of axes. A demand m exceeds the facet of normal n by the factor |n · m| / Σ |n · a|;
@@ -195,7 +196,8 @@ class Wheels(Settings):
 
     @property
     def has_momentum_budget(self) -> bool:
-        """True if the total angular momentum of the satellite may be nonzero.
+        """True if the total angular momentum of satellite and wheels may be nonzero, so that the
+        wheels must store it.
 
         The wheels then also store this momentum, which the filter computes along the plan.
         """
@@ -211,21 +213,18 @@ class Wheels(Settings):
         return np.array([unit_vector(axis) for axis in self.axes])
 
     def compute_load_matrix(self) -> Floats:
-        """Return the matrix from a torque or momentum to wheel loads for the allocation rule of the
-        wheels.
+        """Return the load matrix W of the wheels for their allocation rule. For a torque or
+        momentum m in body axes, the load of the most loaded wheel is the largest component of
+        ``abs(W @ m)``.
 
         Returns
         -------
         array, shape (k, 3)
-            The matrix W; the largest `|W m|` is the load of the most loaded wheel for a torque or
-            momentum m.
         """
         return ALLOCATIONS[self.allocation](self.normalized_axes())
 
     def compute_largest_load(self, demand: Floats) -> float:
-        """Return the torque or momentum of the most loaded wheel for a total torque or momentum in
-        body axes.
-        """
+        """Return the load of the most loaded wheel, for a total torque or momentum in body axes."""
         return float(np.abs(self.compute_load_matrix() @ demand).max())
 
 
@@ -273,12 +272,15 @@ class Magnetorquers(Settings):
             expect(not any(products), "products_of_inertia", products, "zeros without inertia")
 
     def inertia_matrix(self) -> Floats:
-        """Return the inertia matrix J of a satellite without wheels [kg m²], shape (3, 3)."""
+        """Return the inertia matrix J of the satellite [kg m²], shape (3, 3). The matrix is defined
+        only without wheels.
+        """
         assert self.inertia is not None  # `check_magnetorquers` ensures this.
         return inertia_matrix(self.inertia, self.products_of_inertia)
 
     def build_drive(self, field: Floats, attitude: Floats, rate: Floats) -> MagnetorquerDrive:
-        """Return the model of the attitude motion of a satellite that only magnetorquers rotate.
+        """Return a simulator of the rotation of the satellite under magnetorquer control, from a
+        given initial attitude and body rate.
 
         Parameters
         ----------
@@ -311,8 +313,8 @@ def check_magnetorquers(
     maneuvers: ManeuverBounds,
     step: float,
 ) -> None:
-    """Raise InvalidValue if the magnetorquers are inconsistent with wheels, maneuver bounds or
-    filter step.
+    """Raise InvalidValue if the settings of the magnetorquers are inconsistent with the wheels, the
+    maneuver bounds or the filter step.
 
     Parameters
     ----------
@@ -378,7 +380,7 @@ def check_magnetorquers(
 
 
 def list_assumptions(wheels: Wheels | None, magnetorquers: Magnetorquers | None) -> tuple[str, ...]:
-    """Return the assumptions about actuators that the user should know, one sentence each.
+    """Return the assumptions about actuators that affect the results, one sentence each.
 
     The tuple is empty if the scenario models wheels or magnetorquers completely.
     """

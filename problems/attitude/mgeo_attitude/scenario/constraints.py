@@ -65,8 +65,8 @@ class ManeuverBounds(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class PathConstraint(Settings):
-    """A cone about a body axis that must contain or exclude a direction, such as the Sun, during
-    the whole plan.
+    """Cone about a body axis that must contain or exclude a direction, such as the Sun, during the
+    whole plan.
 
     For the Earth's disc, angles are measured from the limb and are negative inside of the disc. The
     Sun counts in sunlight only. The axis follows from the estimated attitude: the constraint has a
@@ -96,7 +96,7 @@ class PathConstraint(Settings):
 
     @property
     def keep_in(self) -> bool:
-        """True if the direction must stay inside of the cone."""
+        """True if the direction must stay inside the cone."""
         return self.sense == "keep-in"
 
     @property
@@ -113,7 +113,7 @@ class PathConstraint(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class Window(Settings):
-    """A time window that must contain a whole plan; start and end are converted to UTC.
+    """Time window that must contain the whole plan. Start and end are converted to UTC.
 
     Examples
     --------
@@ -138,8 +138,8 @@ class Window(Settings):
 
 
 def compute_deadline(scenario: Scenario) -> float:
-    """Return the latest time at which a plan may end, given the time windows of the scenario [s
-    after the epoch].
+    """Return the latest time at which a plan may end according to the time windows of the scenario
+    [s after the epoch].
 
     The deadline is earlier by the largest start delay of Monte Carlo runs. It is infinite without
     windows, and minus infinity if no window is open at the epoch.
@@ -151,7 +151,9 @@ def compute_deadline(scenario: Scenario) -> float:
 
 
 def _compute_open_window_ends(scenario: Scenario) -> Floats:
-    """Return the end of each window [s after the epoch], or -inf if it is not open at the epoch."""
+    """Return the end of each time window [s after the epoch], as an array. The value is -inf for a
+    window that is not open at the epoch.
+    """
     spans = ((each.start - scenario.epoch, each.end - scenario.epoch) for each in scenario.windows)
     seconds = ((start.total_seconds(), end.total_seconds()) for start, end in spans)
     return np.array([end if start <= 0.0 < end else -np.inf for start, end in seconds])

@@ -47,7 +47,7 @@ _N_SIGMAS = 6.0
 
 
 def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], Any]) -> Table:
-    """Return the table of a scenario that continues after a calibration.
+    """Return the table (nested dict) of a scenario that starts from the result of a calibration.
 
     The calibration, a dict as saved in JSON, is the entry ``after`` of the table. Without an
     ``epoch``, the scenario starts at the time, attitude and covariance of the calibration. With a
@@ -75,18 +75,18 @@ def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], 
         determines.
     """
     overrides = dict(table)
-    document = _check_document(overrides.pop("after"))
-    _check_consistency(document, overrides.pop(ACCEPT_INCONSISTENT, False))
+    calibration = _check_calibration(overrides.pop("after"))
+    _check_consistency(calibration, overrides.pop(ACCEPT_INCONSISTENT, False))
     for key in DETERMINED_KEYS:
         if key in overrides:
             expected = f"expected no {key} with 'after': the calibration determines it"
             raise InvalidValue(key, overrides[key], expected)
     try:
-        before = build_scenario(document["scenario"])
-        prior = read_prior(document, before.suite)
+        before = build_scenario(calibration["scenario"])
+        prior = read_prior(calibration, before.suite)
     except InvalidValue as error:
         raise error.prefix_key("after") from None
-    time = float(document["time_s"])
+    time = float(calibration["time_s"])
     base = before.to_dict()
     if "epoch" not in overrides:
         base["epoch"] = instant_after(before.epoch, time).isoformat()
@@ -95,7 +95,7 @@ def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], 
         base["prior"] = to_table(_clip_rate(prior, before))
         return merge_table(base, overrides)
     later = seconds_between(before.epoch, _parse_epoch(overrides["epoch"]))
-    expected = f"an instant after that of the calibration, {document.get('utc', f'{time} s')}"
+    expected = f"an instant after that of the calibration, {calibration.get('utc', f'{time} s')}"
     expect(later > time - _SAME_INSTANT, "epoch", overrides["epoch"], expected)
     base["orbit"] |= to_table(before.orbit.shift_epoch(later))
     base |= _shift_channels(base, later)
@@ -108,8 +108,8 @@ def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], 
 
 
 def _shift_channels(base: Mapping[str, Any], time: float) -> dict[str, Any]:
-    """Return the housekeeping channels of a scenario that starts later, with shifted times and
-    without initial values.
+    """Return the table entry ``housekeeping_channels`` for a later start: times are shifted, and
+    initial values are removed.
     """
     later = []
     for channel in base.get("housekeeping_channels", []):
@@ -121,8 +121,8 @@ def _shift_channels(base: Mapping[str, Any], time: float) -> dict[str, Any]:
 
 
 def propagate_prior(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior:
-    """Propagate the estimates and the covariance of a calibration over a duration without
-    measurements.
+    """Propagate the estimates and the covariance of a calibration to the start of a later scenario,
+    without measurements.
 
     The gyro's bias and the Gauss-Markov errors decay and accumulate noise; constants keep their
     uncertainty. Attitude and rate are the initial values of the new scenario, uncorrelated with all
@@ -179,31 +179,31 @@ def _parse_epoch(value: Any) -> datetime:
         raise InvalidValue("epoch", value, expected) from None
 
 
-def _check_document(document: Any) -> Mapping[str, Any]:
-    """Return the calibration unchanged if all `ENTRIES` are present with valid types, else raise
-    InvalidValue.
+def _check_calibration(calibration: Any) -> Mapping[str, Any]:
+    """Return a calibration unchanged. Raise InvalidKey or InvalidValue if an entry of `ENTRIES` is
+    missing or invalid.
     """
-    if not isinstance(document, Mapping):
-        raise InvalidValue("after", document, "expected a calibration as saved in JSON")
+    if not isinstance(calibration, Mapping):
+        raise InvalidValue("after", calibration, "expected a calibration as saved in JSON")
     for key, kind in ENTRIES.items():
-        if key not in document:
+        if key not in calibration:
             raise InvalidKey(
                 f"after.{key}", None, "missing; expected a calibration as saved in JSON"
             )
-        entry = document[key]
+        entry = calibration[key]
         if not isinstance(entry, kind) or isinstance(entry, bool):
             names = " or ".join(each.__name__ for each in getattr(kind, "__args__", (kind,)))
             raise InvalidValue(f"after.{key}", entry, f"expected {names}")
-    time = document["time_s"]
+    time = calibration["time_s"]
     expect(0.0 <= time <= _MAX_TIME, "after.time_s", time, f"a number in [0, {_MAX_TIME:g}] s")
-    return document
+    return calibration
 
 
-def _check_consistency(document: Mapping[str, Any], accept: Any) -> None:
-    """Raise InvalidValue if the calibration is statistically inconsistent and is not accepted."""
+def _check_consistency(calibration: Mapping[str, Any], accept: Any) -> None:
+    """Raise InvalidValue if the calibration is statistically inconsistent and `accept` is False."""
     if not isinstance(accept, bool):
         raise InvalidValue(ACCEPT_INCONSISTENT, accept, "expected true or false")
-    conclusion = document.get("conclusion", CONSISTENT)
+    conclusion = calibration.get("conclusion", CONSISTENT)
     if conclusion != CONSISTENT and not accept:
         expected = (
             f"expected {CONSISTENT!r}; to continue nevertheless, set {ACCEPT_INCONSISTENT} = true"
@@ -212,7 +212,7 @@ def _check_consistency(document: Mapping[str, Any], accept: Any) -> None:
 
 
 def _clip_rate(prior: Prior, scenario: Any) -> Prior:
-    """Reduce the estimated rate to its upper bound if noise alone explains the excess."""
+    """Return a prior whose rate is clipped to its upper bound if noise explains the excess."""
     rate, wheels = np.array(prior.rate_deg_s), scenario.wheels
     ratios = [np.abs(rate).max() / scenario.maneuvers.max_rate_deg_s]
     if wheels is not None and wheels.max_momentum is not None and not wheels.initial_momentum:

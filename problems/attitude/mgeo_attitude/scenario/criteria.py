@@ -55,14 +55,14 @@ class Convergence(Settings):
 
     @property
     def time_label(self) -> str:
-        """Phrase for t_end in texts, such as ``time to converge``."""
+        """Name of t_end in messages, such as ``time to converge``."""
         return "a plan's end" if self.rule == "end" else "time to converge"
 
 
 @dataclass(frozen=True, kw_only=True)
 class MonteCarloSettings(Settings):
-    """Number of Monte Carlo runs in which a plan is evaluated, and distributions of the random
-    errors.
+    """Settings of the Monte Carlo evaluation of plans: number of runs, and distributions of the
+    random errors.
 
     Run k of a seed does not depend on the number of runs.
 
@@ -109,7 +109,8 @@ class MonteCarloSettings(Settings):
         expect(counts == sorted(counts), "fidelities", self.fidelities, expected)
 
     def n_runs_at_fidelity(self, fidelity: int | None) -> int:
-        """Return the number of Monte Carlo runs at a fidelity level of the search, counted from 0.
+        """Return the number of Monte Carlo runs at a given fidelity level of the search. Levels are
+        counted from 0.
 
         Levels after the last, and None, use all runs.
         """
@@ -117,8 +118,9 @@ class MonteCarloSettings(Settings):
         return self.n_runs if fidelity is None else counts[min(fidelity, len(counts) - 1)]
 
 
-class NamedNumbers(dict[str, float]):
-    """Hashable dict of numbers by dotted name, such as ``mag.bias``.
+class BlockValues(dict[str, float]):
+    """Hashable dict with one number per block of the error state. The keys are block names, such as
+    ``mag.bias``.
 
     In a file, the names may be nested tables: ``{"mag": {"bias": 1.0}}``.
     """
@@ -140,9 +142,9 @@ class NamedNumbers(dict[str, float]):
         return handler.generate_schema(flat)
 
 
-class TraceWeights(NamedNumbers):
-    """Weights (>= 0) of the 3-vector blocks of the error state in the trace, as a dict by block
-    name.
+class TraceWeights(BlockValues):
+    """Weights (>= 0) of the blocks of the error state in the trace of the covariance, as a dict
+    keyed by block name.
 
     A block without an entry has the weight 1, or 0 if no plan can reduce its error
     (`Suite.uncalibrated_blocks`).
@@ -165,7 +167,8 @@ class TraceWeights(NamedNumbers):
     def list_weights(
         self, blocks: Iterable[str], uncalibrated: Collection[str] = ()
     ) -> tuple[float, ...]:
-        """Return the weight of each block in the trace, in the order of `blocks`.
+        """Return the weight of each block in the trace of the covariance, as a tuple in the order
+        of `blocks`.
 
         Parameters
         ----------
@@ -177,9 +180,9 @@ class TraceWeights(NamedNumbers):
         return tuple(self.get(block, 0.0 if block in uncalibrated else 1.0) for block in blocks)
 
 
-class RequiredSigma(NamedNumbers):
-    """Required 1-sigmas (> 0) of the 3-vector blocks of the error state, as a dict by block name
-    and unit.
+class RequiredSigma(BlockValues):
+    """Required 1-sigmas (> 0) of blocks of the error state, as a dict. A key is the name of a block
+    with its unit, such as ``attitude_deg``.
 
     Each axis of the block must satisfy the requirement. Keys end in the unit of the number:
     ``attitude_deg``, ``gyro.bias_deg_h``, ``mag.bias_nt``; ``sun.bias``, part of a unit vector, has
@@ -197,8 +200,8 @@ class RequiredSigma(NamedNumbers):
     number_type = Positive
 
     def list_sigmas(self, units: Mapping[str, Unit]) -> tuple[float, ...]:
-        """Return the required 1-sigma of each block in the filter's units; infinite without a
-        requirement.
+        """Return the required 1-sigma of each block in the filter's units, as a tuple. The value is
+        infinite for a block without a requirement.
 
         Parameters
         ----------
@@ -212,8 +215,8 @@ class RequiredSigma(NamedNumbers):
 
 
 def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) -> None:
-    """Raise InvalidValue if a key of a table, such as ``trace_weights``, is no block of the error
-    state.
+    """Raise InvalidValue if a table, such as ``trace_weights``, has a key that does not refer to a
+    block of the error state.
 
     Parameters
     ----------
@@ -231,7 +234,8 @@ def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) 
 
 
 def check_objectives(names: Sequence[str], blocks: Collection[str], required: bool) -> None:
-    """Raise InvalidValue if a name is repeated or is not an objective of the scenario.
+    """Raise InvalidValue if the name of an objective is repeated or unknown, or if the scenario
+    does not define the objective.
 
     Parameters
     ----------

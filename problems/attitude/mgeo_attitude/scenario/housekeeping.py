@@ -93,9 +93,7 @@ class HousekeepingChannel(Settings):
 
 
 def check_channels(channels: Sequence[HousekeepingChannel], suite: Suite) -> None:
-    """Raise InvalidValue if a bias sensitivity refers to a housekeeping channel that is not
-    defined.
-    """
+    """Raise InvalidValue if a bias sensitivity refers to an undefined housekeeping channel."""
     known = {channel.name for channel in channels}
     for key, sensitivity in suite.sensitivities_by_key.items():
         name = sensitivity.channel
@@ -113,8 +111,8 @@ def check_channels(channels: Sequence[HousekeepingChannel], suite: Suite) -> Non
 def compute_channel_values(
     channels: Sequence[HousekeepingChannel], suite: Suite, times: Floats, sunlit: Bools
 ) -> Mapping[str, Floats]:
-    """Return the values of the housekeeping channels on which biases depend, at each sample, as a
-    dict by name.
+    """Return the values of the housekeeping channels on which biases depend, as a dict from channel
+    name to an array with one value per sample.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ def _compute_momentum(orbit_state: Environment | SatelliteState) -> Floats:
 
 
 def _compute_orbital_rate(orbit_state: Environment | SatelliteState) -> Floats:
-    """Return the angular rate of the radius vector [rad/s], GCRS, shape (n, 3)."""
+    """Return the angular velocity of the radius vector in GCRS axes [rad/s], shape (n, 3)."""
     rate: Floats = _compute_momentum(orbit_state) / (orbit_state.position**2).sum(
         axis=1, keepdims=True
     )
@@ -38,8 +38,8 @@ def _compute_orbital_rate(orbit_state: Environment | SatelliteState) -> Floats:
 
 
 def _compute_velocity_rate(orbit_state: Environment | SatelliteState) -> Floats:
-    """Return the angular rate of the velocity vector in a Keplerian orbit [rad/s], GCRS, shape (n,
-    3).
+    """Return the angular velocity of the velocity vector of a Keplerian orbit in GCRS axes [rad/s],
+    shape (n, 3).
     """
     cube = np.linalg.norm(orbit_state.position, axis=1, keepdims=True) ** 3
     square = (orbit_state.velocity**2).sum(axis=1, keepdims=True)
@@ -110,7 +110,7 @@ class InitialConditions(Settings):
                 expect(is_unit, key, value, f"a length of 1, not {length:.6g}")
 
     def compute_attitude(self, orbit_state: Environment | SatelliteState) -> Floats:
-        """Return the attitude that the attitude law prescribes at each given orbit state.
+        """Return the attitude that the attitude law prescribes at each orbit state.
 
         Parameters
         ----------
@@ -143,7 +143,7 @@ class InitialConditions(Settings):
             raise InvalidValue("initial.pointing", self.pointing, expected) from None
 
     def compute_law_rate(self, orbit_state: Environment | SatelliteState) -> Floats:
-        """Return the body rate that the attitude law prescribes at each given orbit state [rad/s].
+        """Return the body rate that the attitude law prescribes at each orbit state [rad/s].
 
         The rate is that of a Keplerian orbit. It is zero for inertial and Sun pointing; the drift
         of the orbital plane and the Sun's motion of one degree per day are neglected.
@@ -168,7 +168,7 @@ class InitialConditions(Settings):
         return rates
 
     def evaluate_law(self, orbit_source: OrbitSource, time: float) -> tuple[Floats, Floats]:
-        """Return attitude and body rate of the attitude law at one time.
+        """Return the attitude and the body rate that the attitude law prescribes at a given time.
 
         Parameters
         ----------
@@ -191,8 +191,8 @@ class InitialConditions(Settings):
         return attitude[0], self._compute_law_rate(attitude, orbit_state)[0]
 
     def compute_rate(self, orbit_state: Environment | SatelliteState) -> Floats:
-        """Return the body rate at the first instant [rad/s], shape (3,): as given, or that of the
-        attitude law.
+        """Return the initial body rate [rad/s], shape (3,). If no rate is specified, it is the rate
+        of the attitude law at the first orbit state.
         """
         rate = self.rate_deg_s
         return self.compute_law_rate(orbit_state)[0] if rate is None else np.radians(rate)

@@ -21,7 +21,8 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class Prior(Settings):
-    """Attitude, rate and error estimates at the epoch with their covariance, from a calibration.
+    """Estimates of attitude, body rate and error states at the epoch and their covariance, as
+    obtained by a calibration.
 
     The prior replaces attitude and rate of ``[initial]`` and all initial 1-sigmas. Numbers are in
     the filter's units (rad, rad/s, 1; a field in units of 50 µT). Estimates of rotations are
@@ -70,12 +71,12 @@ class Prior(Settings):
 
     @property
     def estimates(self) -> Floats:
-        """Estimates of the error state, shape (n_states,); zero for the attitude error."""
+        """Estimated error state, shape (n_states,), with zeros for the attitude error."""
         return np.concatenate([np.zeros(3), *map(np.array, self.states)])
 
     @property
     def sigma(self) -> Floats:
-        """1-sigma of every error-state component, shape (n_states,)."""
+        """1-sigma of the estimation error of each error-state component, shape (n_states,)."""
         return np.sqrt(np.diag(np.array(self.covariance)))
 
     @property
@@ -86,12 +87,13 @@ class Prior(Settings):
         return 0.5 * (correlation + correlation.T)
 
 
-def read_prior(document: Mapping[str, Any], suite: Suite) -> Prior:
-    """Convert a calibration, a dict as saved in JSON, to the prior of a scenario.
+def read_prior(calibration: Mapping[str, Any], suite: Suite) -> Prior:
+    """Return the prior for a scenario from the result of a calibration, given as the dict that is
+    saved in JSON.
 
     Parameters
     ----------
-    document : mapping
+    calibration : mapping
         Calibration with the entries ``quaternion``, ``rate_deg_s``, ``states`` and ``covariance``.
     suite : Suite
         Suite whose error state the calibration must have.
@@ -101,13 +103,13 @@ def read_prior(document: Mapping[str, Any], suite: Suite) -> Prior:
     InvalidValue
         If the error state is that of another suite, or if an entry is invalid.
     """
-    rows = tuple(read_states(document, suite).values())
-    entries = {key: document[key] for key in ("quaternion", "rate_deg_s", "covariance")}
+    rows = tuple(read_states(calibration, suite).values())
+    entries = {key: calibration[key] for key in ("quaternion", "rate_deg_s", "covariance")}
     return Prior(**entries, states=rows)
 
 
-def read_states(document: Mapping[str, Any], suite: Suite) -> Mapping[str, Any]:
-    """Return the estimated error states of a calibration, a dict as saved in JSON, by block name.
+def read_states(calibration: Mapping[str, Any], suite: Suite) -> Mapping[str, Any]:
+    """Return the estimated error states of a calibration, as a mapping from block name to 3-vector.
 
     The attitude is not included.
 
@@ -116,7 +118,7 @@ def read_states(document: Mapping[str, Any], suite: Suite) -> Mapping[str, Any]:
     InvalidValue
         If the blocks are not those of the suite.
     """
-    states: Mapping[str, Any] = document["states"]
+    states: Mapping[str, Any] = calibration["states"]
     blocks = list(suite.blocks[1:])
     expect(list(states) == blocks, "states", list(states), ", ".join(blocks))
     return states
@@ -131,7 +133,7 @@ def check_quaternion(quaternion: Sequence[float]) -> None:
 
 
 def check_covariance(matrix: Sequence[Sequence[float]] | ArrayLike, n: int) -> None:
-    """Raise InvalidValue unless a matrix is a covariance of n states: square, symmetric and
+    """Raise InvalidValue unless a matrix is a valid covariance of n states: n by n, symmetric and
     positive definite.
     """
     rows = [len(row) for row in matrix]  # type: ignore[union-attr, arg-type]

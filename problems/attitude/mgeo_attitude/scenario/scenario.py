@@ -67,8 +67,8 @@ _NO_GYRO = (
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario(Settings):
-    """Orbit, gyro, sensors, constraints and criteria of a maneuver optimization; immutable and
-    hashable.
+    """Immutable, hashable definition of a maneuver optimization: orbit, gyro, sensors, constraints
+    and criteria.
 
     An epoch with another UTC offset is converted to UTC; an epoch without offset is rejected.
 
@@ -166,13 +166,13 @@ class Scenario(Settings):
 
     @property
     def n_steps(self) -> int:
-        """Number of filter steps in the whole duration."""
+        """Number of filter steps in the duration of the scenario."""
         return round(self.duration / self.step)
 
     @property
     def deadline(self) -> float:
-        """Latest time at which a plan may end, slew back included [s after the epoch]; infinite
-        without windows.
+        """Latest time at which a plan may end, including the slew back [s after the epoch]. The
+        deadline is infinite without time windows.
 
         The deadline is earlier by the largest start delay of Monte Carlo runs.
         """
@@ -184,7 +184,7 @@ class Scenario(Settings):
         return self.duration + (0.0 if self.monte_carlo is None else self.monte_carlo.start_delay)
 
     def shift_start(self, time: float) -> Scenario:
-        """Return a copy of the scenario that starts later by a time [s], on the same orbit."""
+        """Return a copy of the scenario that starts `time` seconds later, on the same orbit."""
         epoch = instant_after(self.epoch, time)
         return dataclasses.replace(self, epoch=epoch, orbit=self.orbit.shift_epoch(time))
 
@@ -196,8 +196,8 @@ class Scenario(Settings):
     def build_rotation_dynamics(
         self, field: Floats, attitude: Floats, rate: Floats
     ) -> RotationDynamics:
-        """Return the dynamics that limit changes of the body rate: ramps, magnetorquers, or None
-        for instantaneous changes.
+        """Return the model that determines how fast the body rate can change: slew limits or
+        magnetorquer control. Return None if the rate changes instantaneously.
 
         Parameters
         ----------
@@ -229,7 +229,7 @@ class Scenario(Settings):
 
     @property
     def assumptions(self) -> tuple[str, ...]:
-        """Assumptions about actuators that the user should know, one sentence each."""
+        """Assumptions about actuators that affect the results, one sentence each."""
         return list_assumptions(self.wheels, self.magnetorquers)
 
     @property
@@ -270,7 +270,7 @@ class Scenario(Settings):
 
     @staticmethod
     def paper() -> Scenario:
-        """Return the scenario of Table 2 of Hott, Chagas & de Sousa.
+        """Return the preset with the scenario of Table 2 of the paper by Hott, Chagas and de Sousa.
 
         Values that the paper does not state are chosen to reproduce its fronts; comments in the
         file ``scenario/paper.toml`` mark them.
@@ -295,8 +295,8 @@ class Scenario(Settings):
 
     @staticmethod
     def cubesat_6u() -> Scenario:
-        """Return the preset of a 6U cubesat with small instruments, in the paper's orbit with
-        eclipses.
+        """Return the preset of a 6U cubesat with small instruments, in the orbit of the paper but
+        with eclipses.
 
         With the rule "trace", it converges later than the paper's satellite, when the trace falls
         by less than 1 % over 300 s.
@@ -305,8 +305,8 @@ class Scenario(Settings):
 
     @staticmethod
     def cubesat_6u_full() -> Scenario:
-        """Return the preset `cubesat_6u` with all constant and time-varying errors of instruments
-        and models.
+        """Return the preset `cubesat_6u` with all modeled errors, constant and time-varying, of
+        instruments and environment models.
 
         Comments in the file ``scenario/cubesat_6u_full.toml`` list the sources of its values.
         """
@@ -321,8 +321,8 @@ class Scenario(Settings):
 
     @staticmethod
     def from_dict(table: Mapping[str, Any], folder: str | os.PathLike[str] = "") -> Scenario:
-        """Build a scenario from nested dicts and lists, optionally on top of a preset or a
-        calibration.
+        """Build a scenario from nested dicts and lists. A preset or a calibration may provide the
+        missing keys.
 
         With ``preset``, the table overrides the preset key by key. With ``after``, a calibration as
         saved in JSON, the table overrides the scenario that continues from its time, attitude and
@@ -362,7 +362,7 @@ class Scenario(Settings):
 
     @staticmethod
     def from_toml(source: str | os.PathLike[str]) -> Scenario:
-        """Read a scenario from a TOML file, or from a text in TOML.
+        """Read a scenario from a TOML file, or from a string that contains TOML.
 
         The key ``preset`` works as in `from_dict`. The path ``orbit.file`` is relative to the
         folder of the file.
@@ -394,7 +394,7 @@ class Scenario(Settings):
         return scenario
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the scenario to a TOML file, atomically."""
+        """Write the scenario to a TOML file. An existing file is replaced atomically."""
         write_file(Path(path), self.to_toml().encode())
 
 

@@ -23,8 +23,8 @@ PRESETS = ("paper", "cubesat_1u", "cubesat_6u", "cubesat_6u_full", "microsatelli
 
 
 def merge_preset(table: Mapping[str, Any]) -> Table:
-    """Merge a scenario table into the preset that its key ``preset`` names; without this key,
-    return a copy.
+    """Return a scenario table in which missing keys are filled in from its preset. Without the key
+    ``preset``, the result is a copy.
 
     See `Scenario.from_dict` for the rules.
 
@@ -43,13 +43,13 @@ def merge_preset(table: Mapping[str, Any]) -> Table:
     return merge_table(merge_preset(tomllib.loads(file.read_text(encoding="utf-8"))), overrides)
 
 
-def merge_table(base: Table, table: Mapping[str, Any]) -> Table:
-    """Return a copy of a complete scenario table in which the keys of another table replace or
-    extend entries.
+def merge_table(base: Table, overrides: Mapping[str, Any]) -> Table:
+    """Return a copy of a scenario table, a nested dict, that is updated recursively with the
+    entries of `overrides`.
 
     An orbit of another class replaces the whole orbit, and a list of sensors the whole list.
     """
-    overrides = dict(table)
+    overrides = dict(overrides)
     if _find_orbit_class(overrides) not in (None, _find_orbit_class(base)):
         base = {key: base[key] for key in base if key != "orbit"}  # Orbit classes share no keys.
     sensors = overrides.get("sensors")
@@ -68,8 +68,8 @@ def _find_orbit_class(table: Table) -> type | None:
 
 
 def _merge_sensor(table: Any, preset: list[Table]) -> Any:
-    """Merge a sensor table into the preset's sensor of the same name and kind, or the only one of
-    its kind.
+    """Return a sensor table in which missing keys are filled in from a sensor of the preset: that
+    of the same name and kind, or else the only sensor of the same kind.
     """
     if not isinstance(table, Mapping):
         return table
@@ -98,13 +98,14 @@ _HEADER = f"""\
 
 
 class ScenarioFileError(ValueError):
-    """Error for a scenario file or text that cannot be read; the message names the file and the key
-    or line.
+    """Error for a scenario file or string that cannot be read. The message names the file and the
+    key or line.
     """
 
 
 def read_toml(source: str | os.PathLike[str]) -> tuple[str, Path, Table]:
-    """Read TOML from a file or a text, and return its name for messages, its folder and its table.
+    """Parse a TOML file or a string that contains TOML. Return a name of the source for messages,
+    the folder of the file, and the parsed table.
 
     See `Scenario.from_toml` for the parameter.
 
@@ -154,7 +155,7 @@ def to_toml(scenario: Settings, table: Mapping[str, Any], notes: Mapping[str, st
 
 
 def _format_lines(values: Mapping[str, Any], settings: Any) -> Iterator[str]:
-    """Yield one TOML line for each key and value, with a comment on meaning, range and unit."""
+    """Yield one TOML line per key, with a comment on the meaning, range and unit of its value."""
     properties = (
         build_schema(type(settings))["properties"] if isinstance(settings, Settings) else {}
     )

@@ -36,18 +36,18 @@ _ROUNDING = 1e-9  # This is relative: decimal steps such as 0.1 s are not exact 
 #: neglects, is significant; and lowest altitude of orbits [m].
 _MAX_DISTANCE, _MIN_ALTITUDE = 3.0, 100e3
 #: Number of samples of the orbit for the check of its altitude.
-_SAMPLES = 200
+_ALTITUDE_SAMPLES = 200
 
 
 def check_consistency(scenario: Scenario, suite: Suite) -> None:
-    """Raise InvalidValue unless the fields of a scenario are consistent with each other and with
-    the sensor suite.
+    """Raise InvalidValue if the fields of a scenario are inconsistent with each other or with the
+    sensor suite.
 
     The message names the key, its value and the condition.
     """
-    _check_spans(scenario)
+    _check_durations(scenario)
     _check_rate(scenario)
-    _check_samples(scenario)
+    _check_sample_intervals(scenario)
     check_magnetorquers(scenario.magnetorquers, scenario.wheels, scenario.maneuvers, scenario.step)
     _check_epoch(scenario)
     check_windows(scenario)
@@ -56,9 +56,9 @@ def check_consistency(scenario: Scenario, suite: Suite) -> None:
     _check_path_constraints(scenario)
 
 
-def _check_spans(scenario: Scenario) -> None:
-    """Raise InvalidValue unless duration and convergence window are multiples of the step and not
-    too long.
+def _check_durations(scenario: Scenario) -> None:
+    """Raise InvalidValue unless the duration and the convergence window are multiples of the step
+    and have an admissible number of steps.
     """
     step, window = f"step = {scenario.step!r} s", scenario.convergence.window
     for key, span in (("duration", scenario.duration), ("convergence.window", window)):
@@ -68,8 +68,8 @@ def _check_spans(scenario: Scenario) -> None:
 
 
 def _check_rate(scenario: Scenario) -> None:
-    """Raise InvalidValue unless the maximum rate is below half a turn per step and in the gyro's
-    range.
+    """Raise InvalidValue unless the maximum body rate is within the gyro's range and rotates the
+    body by less than 180 degrees per step.
     """
     step = f"step = {scenario.step!r} s"
     rate = scenario.maneuvers.max_rate_deg_s
@@ -85,8 +85,9 @@ def _check_rate(scenario: Scenario) -> None:
     expect(gyro_range is None or rate <= gyro_range, "maneuvers.max_rate_deg_s", rate, expected)
 
 
-def _check_samples(scenario: Scenario) -> None:
-    """Raise InvalidValue unless sample intervals and convergence window fit in the duration.
+def _check_sample_intervals(scenario: Scenario) -> None:
+    """Raise InvalidValue unless sample intervals and the convergence window are admissible for the
+    step and the duration.
 
     The convergence rule 'required' also needs required 1-sigmas.
     """
@@ -104,8 +105,8 @@ def _check_samples(scenario: Scenario) -> None:
 
 
 def _check_epoch(scenario: Scenario) -> None:
-    """Raise InvalidValue unless the field model covers the run or the scenario does not require the
-    model.
+    """Raise InvalidValue if the scenario requires the geomagnetic field model and the run is not
+    within the time span of the model.
     """
     epoch, start, end = scenario.epoch, FIELD_MODEL_START, FIELD_MODEL_END
     is_covered = start <= epoch <= end and scenario.latest_end <= (end - epoch).total_seconds()
@@ -131,8 +132,8 @@ def _check_names(scenario: Scenario) -> None:
 
 
 def _check_states(scenario: Scenario, suite: Suite) -> None:
-    """Raise InvalidValue unless an error state has a weight and a prior has the error states of the
-    suite.
+    """Raise InvalidValue if all weights in the trace of the covariance are zero, or if the error
+    states of the prior are not those of the suite.
     """
     weights = TraceWeights(scenario.trace_weights)
     has_weight = any(weights.list_weights(suite.blocks, suite.uncalibrated_blocks))
@@ -144,8 +145,8 @@ def _check_states(scenario: Scenario, suite: Suite) -> None:
 
 
 def _check_path_constraints(scenario: Scenario) -> None:
-    """Raise InvalidValue unless path constraints are feasible with the margin for the initial
-    attitude error.
+    """Raise InvalidValue if the margin of a path constraint for the initial attitude error leaves
+    no feasible attitude.
     """
     for i, constraint in enumerate(scenario.path_constraints if scenario.prior is None else ()):
         half_angle, keep_in = constraint.half_angle_deg, constraint.keep_in
@@ -172,11 +173,11 @@ class ImplausibleValue(UserWarning):
 
 
 def find_implausible_values(scenario: Scenario) -> tuple[str, ...]:
-    """Return a warning text for each value of a scenario that is likely an error; empty if there is
-    none.
+    """Return a warning text for each value of a scenario that is likely an error. The tuple is
+    empty if there are no such values.
 
-    The causes are numbers outside of their usual range, an orbit outside of the range of the field
-    model, and an old element set.
+    Implausible values are numbers outside of their usual range, an orbit outside of the range of
+    the field model, and an old element set.
     """
     return (
         *_find_unusual_values(scenario),
@@ -206,7 +207,7 @@ def _find_unusual_values(settings: Any, prefix: str = "") -> Iterator[str]:
 def _find_invalid_altitude(scenario: Scenario) -> Iterator[str]:
     if not any(isinstance(sensor, Magnetometer) for sensor in scenario.sensors):
         return
-    times = np.linspace(0.0, scenario.latest_end, _SAMPLES)
+    times = np.linspace(0.0, scenario.latest_end, _ALTITUDE_SAMPLES)
     distance = np.linalg.norm(scenario.orbit.propagate(scenario.epoch, times)[0], axis=1)
     largest = float(distance.max()) / EARTH_RADIUS
     if largest > _MAX_DISTANCE:
@@ -235,8 +236,8 @@ def _find_old_element_set(scenario: Scenario) -> Iterator[str]:
 
 
 class OutsideValidity(UserWarning):
-    """Warning about initial errors that exceed the range in which the filter was found to be
-    consistent.
+    """Warning about initial 1-sigmas larger than those for which the filter was found to be
+    statistically consistent.
     """
 
 
@@ -257,8 +258,8 @@ MAX_ORBIT_ERROR_M = 30_000.0
 
 
 def list_validity_ranges(scenario: Scenario) -> list[tuple[str, float, float]]:
-    """Return the initial 1-sigmas on which the validity of the linear covariance depends, with
-    their upper bounds.
+    """Return the initial 1-sigmas that limit the validity of the linear covariance, each with the
+    largest value for which the filter was found to be consistent.
 
     Returns
     -------
@@ -284,8 +285,8 @@ def list_validity_ranges(scenario: Scenario) -> list[tuple[str, float, float]]:
 
 
 def find_validity_violations(scenario: Scenario) -> tuple[str, ...]:
-    """Return a text for each initial uncertainty for which the linear covariance may be
-    overconfident; empty if there is none.
+    """Return a message for each initial 1-sigma that is too large for the linear covariance, which
+    may then be overconfident. The tuple is empty if there is none.
 
     The initial uncertainties are compared with the ranges of docs/consistency.md, in which one
     uncertainty at a time was varied from the presets. A scenario within the ranges is not

@@ -47,7 +47,7 @@ Exclusion = Annotated[Degrees | None, Field(ge=0.0, lt=90.0)]
 
 @dataclass(frozen=True)
 class Sensor(Settings, ABC):
-    """Base class of attitude sensors, which measure a 3-vector or up to three numbers.
+    """Base class of attitude sensors, whose measurements have one to three components.
 
     A subclass is a frozen dataclass whose fields are the parameters of the sensor. The filter
     requires `states`, `linearize_measurement` and `noise_sigmas`, and generates its kernel from
@@ -117,17 +117,18 @@ class Sensor(Settings, ABC):
         )
 
     def latency_states(self) -> dict[str, State]:
-        """Return the error state of the measurement latency, as a dict for use in `states`.
-
+        """Return the error state of the measurement latency, as a dict with the key ``latency``.
         The dict is empty if `initial_latency_s` is 0.
+
+        The result of `states` of a subclass includes this dict.
         """
         return {"latency": ScalarConstant(self.initial_latency_s)} if self.initial_latency_s else {}
 
     def sensitivity_states(self) -> dict[str, State]:
-        """Return the initial 1-sigma of each coefficient of `bias_sensitivities`, as a dict for use
-        in `states`.
+        """Return the initial 1-sigma of the coefficient of each bias sensitivity, as a dict keyed
+        by the name of its error state, such as ``bias_per_temp``.
 
-        The keys are the names of the coefficients' states, such as ``bias_per_temp``.
+        The result of `states` of a subclass includes this dict.
         """
         return {
             each.state_name: each.initial_sigma
@@ -137,7 +138,8 @@ class Sensor(Settings, ABC):
 
     @abstractmethod
     def states(self) -> Mapping[str, State]:
-        """Return the error states of the sensor as a mapping from name to uncertainty model.
+        """Return the error states of the sensor, as a mapping from the name of each state to its
+        initial 1-sigma or to its Gauss-Markov process.
 
         Each error state is a 3-vector.
 
@@ -161,7 +163,8 @@ class Sensor(Settings, ABC):
 
     @abstractmethod
     def linearize_measurement(self, x: Any, v: Vec3) -> Any:
-        """Return the measurement error to first order, for given error states and reference vector.
+        """Return the error of the measurement, to first order in the attitude error and in the
+        error states of the sensor.
 
         The result must be linear in `x`, since the filter derives the measurement matrix from it.
 
@@ -171,19 +174,20 @@ class Sensor(Settings, ABC):
             ``x.theta`` is the attitude error [rad]. Further attributes are the sensor's `states`
             and the modeled errors of `list_environment_errors`. ``x.reference_change`` is the
             change of `v` in body axes due to latency. ``x.to_body`` rotates a vector from GCRS to
-            body axes. ``x.gradient`` is the list of the columns of `gradient` in body axes,
-            followed by the columns of the derivative with respect to the orbit error if it affects
-            the sensor.
+            body axes. ``x.auxiliary_vectors`` is the list of the columns of `auxiliary_vectors` in
+            body axes, followed by the columns of the derivative with respect to the orbit error if
+            it affects the sensor.
         v : Vec3
             The `inertial_vector` in body axes.
 
         Returns
         -------
-        Vec3, or a tuple of as many numbers as `noise_sigmas` returns
+        Vec3, or a tuple with one component per entry of `noise_sigmas`
         """
 
     def predict_measurement(self, x: Any, v: Any) -> Any:
-        """Return the exact noise-free measurement for errors of any size.
+        """Return the noise-free measurement that the nonlinear sensor model predicts for given
+        error states and a reference vector.
 
         The derivative at zero errors is `linearize_measurement`. Implementations use only ``+ - *
         /`` and the functions of `rotation`, since they are evaluated on arrays and on second-order
@@ -193,8 +197,8 @@ class Sensor(Settings, ABC):
         ----------
         x : namespace
             The sensor's `states` and the modeled errors of `list_environment_errors`, shape (...,
-            3). A state of `rotations` is an argument of `rotate`. ``x.to_body`` and ``x.gradient``
-            are as in `linearize_measurement`.
+            3). A state of `rotations` is an argument of `rotate`. ``x.to_body`` and
+            ``x.auxiliary_vectors`` are as in `linearize_measurement`.
         v : array, shape (..., 3)
             The `inertial_vector` in body axes.
 
@@ -213,7 +217,7 @@ class Sensor(Settings, ABC):
         )
 
     def add_noise(self, measurement: Any, noise: Floats) -> Any:
-        """Return a noise-free measurement with given noise added.
+        """Add noise to a noise-free measurement, and return the noisy measurement.
 
         Parameters
         ----------
@@ -231,7 +235,7 @@ class Sensor(Settings, ABC):
     def innovation(self, measured: Any, predicted: Any) -> Any:
         """Return the difference between a measurement and its prediction.
 
-        Sign and unit are those of `linearize_measurement`. The axes of the m numbers may differ
+        Sign and unit are those of `linearize_measurement`. The axes of the m components may differ
         from those of `linearize_measurement` if the noise is isotropic.
 
         Parameters
@@ -247,7 +251,9 @@ class Sensor(Settings, ABC):
 
     @abstractmethod
     def noise_sigmas(self) -> tuple[float, ...]:
-        """Return the noise 1-sigma of each measured number, in the unit of the measurement."""
+        """Return the noise 1-sigma of each component of the measurement, in the unit of the
+        measurement.
+        """
 
     def inertial_vector(self, environment: Environment) -> Floats | None:
         """Return the reference vector that the sensor measures, at each sample, in GCRS axes.
@@ -277,27 +283,27 @@ class Sensor(Settings, ABC):
         raise NotImplementedError
 
     @property
-    def n_gradient(self) -> int:
-        """Number of vectors that `gradient` returns for each sample."""
+    def n_auxiliary_vectors(self) -> int:
+        """Number of auxiliary vectors that the measurement model uses at each sample."""
         return 0
 
-    def gradient(self, environment: Environment) -> Floats:
-        """Return the vectors besides the reference vector that the measurement model uses, at each
-        sample.
+    def auxiliary_vectors(self, environment: Environment) -> Floats:
+        """Return the auxiliary vectors of the sensor at each sample. These are the vectors, apart
+        from the reference vector, on which a measurement depends.
 
         Examples are the tangent vectors of a direction sensor and the albedo vector of a
         photodiode.
 
         Returns
         -------
-        array, shape (n_steps + 1, 3, n_gradient)
+        array, shape (n_steps + 1, 3, n_auxiliary_vectors)
             GCRS axes.
         """
         raise NotImplementedError
 
     def list_visibility_cones(self) -> tuple[Cone, ...]:
-        """Return the cones about body axes that must contain or exclude a direction for a
-        measurement.
+        """Return the visibility cones of the sensor. Each is a cone about a body axis that must
+        contain or exclude a direction, such as the Sun, while the sensor measures.
 
         A field of view is a cone that must contain the `inertial_vector`.
         """
@@ -311,7 +317,8 @@ class Sensor(Settings, ABC):
         return math.inf
 
     def find_available_samples(self, environment: Environment) -> Bools | None:
-        """Return a boolean array of the samples at which the environment permits a measurement.
+        """Return a boolean array that is True at the samples where the environment permits a
+        measurement, for example outside of eclipses.
 
         Visibility cones and body rates are evaluated separately.
 

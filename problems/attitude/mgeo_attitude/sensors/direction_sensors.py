@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 class DirectionSensor(VectorSensor):
-    """Base class of sensors that measure the two angles of a direction.
+    """Base class of sensors that measure a direction as two angles.
 
     The measurement is on the tangent plane of the unit vector v: y = Tᵀ ([v×](θ - μ) + b + w), with
     attitude error θ, misalignment μ and bias b. The two columns of T are perpendicular to v, and
@@ -52,7 +52,7 @@ class DirectionSensor(VectorSensor):
 
     def linearize_measurement(self, x: Any, v: Vec3) -> Any:
         y = super().linearize_measurement(x, v)
-        return tuple(inner(axis, y) for axis in x.gradient[: self.n_gradient])
+        return tuple(inner(axis, y) for axis in x.auxiliary_vectors[: self.n_auxiliary_vectors])
 
     def predict_measurement(self, x: Any, v: Any) -> Any:
         return normalize(super().predict_measurement(x, v))
@@ -70,12 +70,14 @@ class DirectionSensor(VectorSensor):
         return -2.0 * difference / (1.0 + dot(measured, predicted))
 
     @property
-    def n_gradient(self) -> int:
+    def n_auxiliary_vectors(self) -> int:
         return 2
 
-    def gradient(self, environment: Environment) -> Floats:
-        """Return the two unit vectors perpendicular to the reference direction, divided by the
+    def auxiliary_vectors(self, environment: Environment) -> Floats:
+        """Return two orthogonal unit vectors perpendicular to the reference vector, divided by the
         length of the reference vector, at each sample.
+
+        The scalar product of such a vector and an error of the reference vector is an angle [rad].
         """
         v = self.inertial_vector(environment)
         assert v is not None
@@ -85,8 +87,8 @@ class DirectionSensor(VectorSensor):
 
 
 def rotate_tangents(v: Floats, w: Floats) -> Floats:
-    """Return the tangent vectors of the unit vectors v, rotated together with v to w by the
-    smallest rotation.
+    """Return the two tangent vectors at each unit vector v, rotated by the smallest rotation that
+    takes v to w.
 
     Parameters
     ----------
@@ -104,8 +106,7 @@ def rotate_tangents(v: Floats, w: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class TwoAxisSunSensor(DirectionSensor, SunSensor):
-    """Sun sensor that measures the two angles of the Sun direction, or its unit vector, except in
-    eclipse.
+    """Sun sensor that measures the direction of the Sun as two angles, except in eclipse.
 
     The measured direction is that of R(φ) s + δs with Sun direction s, misalignment φ and bias δs;
     see `DirectionSensor`.
@@ -127,7 +128,8 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
         return super().noise_sigmas()[:2]
 
     def predict_measurement(self, x: Any, v: Any) -> Any:
-        """Return the measured Sun direction, including the effect of misalignment, bias and albedo.
+        """Return the measured Sun direction as a unit vector, including the effect of misalignment,
+        bias and albedo.
 
         Only the part of the albedo perpendicular to the Sun direction is used. The part along the
         Sun direction changes the angles in second order only. In the model, it would scale all
@@ -144,8 +146,8 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
 
 @dataclass(frozen=True)
 class HorizonSensor(DirectionSensor):
-    """Horizon sensor, which measures the two angles of the direction to the Earth's center, by day
-    and by night.
+    """Horizon sensor that measures the direction to the Earth's center as two angles, in sunlight
+    and in eclipse.
 
     An orbit error changes the direction by 0.8 deg per 100 km. Nadir is geocentric: the oblateness
     of the Earth and of its infrared layer is assumed to be corrected, with the residual as part of
@@ -194,8 +196,8 @@ class HorizonSensor(DirectionSensor):
 
     def states(self) -> dict[str, State]:
         tilt = math.radians(self.initial_misalignment_deg)
-        own = select_nonzero(misalignment=tilt, bias=self.initial_bias)
-        return own | self.sensitivity_states() | self.latency_states()
+        states = select_nonzero(misalignment=tilt, bias=self.initial_bias)
+        return states | self.sensitivity_states() | self.latency_states()
 
     def list_environment_errors(self) -> tuple[str, ...]:
         return ("orbit_error",)

@@ -35,8 +35,8 @@ ECLIPSE_MARGIN_SIGMAS = 3.0
 
 @dataclass(frozen=True)
 class EnvironmentErrors(Settings):
-    """Errors of the geomagnetic field model, the orbit and the albedo model, as Gauss-Markov
-    processes.
+    """Errors of the geomagnetic field model, the orbit and the albedo model, each modeled as a
+    Gauss-Markov process.
 
     All errors are off by default. The errors of field and albedo are in GCRS axes.
 
@@ -86,11 +86,11 @@ class EnvironmentErrors(Settings):
         check_considered(self.considered, self.states())
 
     def states(self) -> dict[str, GaussMarkov]:
-        """Return the Gauss-Markov process of each environment error with a nonzero 1-sigma, by
-        name.
+        """Return the Gauss-Markov process of each environment error that is modeled, as a dict
+        keyed by the name of the error.
 
-        The names are ``albedo``, ``field_error`` and ``orbit_error``, in this order. The units are
-        those of the filter's state; see `units`.
+        An error is modeled if its 1-sigma is nonzero. The names are ``albedo``, ``field_error`` and
+        ``orbit_error``, in this order. The units are those of the filter's state; see `units`.
         """
         along, across, radial = (sigma / POSITION_UNIT for sigma in self.orbit_error_m)
         field = self.field_error_nt / FIELD_UNIT_NT
@@ -103,15 +103,17 @@ class EnvironmentErrors(Settings):
 
     @property
     def has_orbit_error(self) -> bool:
-        """True if an orbit error is modeled, which also makes the times of eclipses uncertain."""
+        """True if an orbit error is modeled. An orbit error also makes the times of eclipses
+        uncertain.
+        """
         return any(self.orbit_error_m)
 
     def apply_to_environment(self, environment: Environment) -> Environment:
-        """Return a copy of the environment with the margin around eclipses and the mean albedo that
-        the sensor models use.
+        """Return a copy of an environment that includes the mean albedo, and in which samples close
+        to an eclipse count as eclipsed.
 
-        With an orbit error, samples within `ECLIPSE_MARGIN_SIGMAS` 1-sigmas of an eclipse count as
-        eclipse. With a reflectivity of the Earth, the mean albedo vector is added.
+        Samples within `ECLIPSE_MARGIN_SIGMAS` 1-sigmas of the orbit error from an eclipse count as
+        eclipsed. The albedo is included if `earth_albedo` is nonzero.
         """
         changes: dict[str, Any] = {}
         if self.has_orbit_error and environment.has_eclipses:
@@ -122,8 +124,8 @@ class EnvironmentErrors(Settings):
         return dataclasses.replace(environment, **changes) if changes else environment
 
     def _sunlight_mask(self, environment: Environment) -> Bools:
-        """Return a boolean array of the samples that no likely orbit error moves into the Earth's
-        shadow.
+        """Return a boolean array that is True at the samples that are sunlit for every orbit error
+        of up to `ECLIPSE_MARGIN_SIGMAS` 1-sigmas.
         """
         position, sun = environment.position, environment.sun
         angle = sun_limb_angle(position, sun)
@@ -134,7 +136,8 @@ class EnvironmentErrors(Settings):
         return sunlit
 
     def displace_position(self, environment: Environment, orbit_error: Floats) -> Environment:
-        """Return a copy of the environment in which the satellite is displaced by an orbit error.
+        """Return a copy of an environment in which the position of the satellite includes an orbit
+        error.
 
         Position and eclipses change; field and Sun direction do not.
 
@@ -162,10 +165,8 @@ class EnvironmentErrors(Settings):
         return dataclasses.replace(environment, position=position, sunlit=sunlit)
 
     def convert_position_gradient(self, gradient: Floats, environment: Environment) -> Floats:
-        """Convert a derivative with respect to the position to a derivative with respect to the
-        orbit error state.
-
-        The two differ in their axes only.
+        """Convert a derivative with respect to the position in GCRS axes to a derivative with
+        respect to the position in the axes of the orbit error.
 
         Parameters
         ----------

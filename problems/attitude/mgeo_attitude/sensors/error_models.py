@@ -24,8 +24,8 @@ from mgeo_attitude.settings.types import Degrees, NonNegative, Unit
 
 @dataclass(frozen=True)
 class GaussMarkov:
-    """Stationary first-order Gauss-Markov (Ornstein-Uhlenbeck) process as the model of a
-    time-varying error.
+    """Stationary first-order Gauss-Markov (Ornstein-Uhlenbeck) process, which models a time-varying
+    error.
 
     The error e follows e' = -e / τ + white noise with correlation time τ. Its autocorrelation after
     a time t is exp(-t / τ) (A. Gelb, Applied Optimal Estimation, 1974, section 2.2). In
@@ -52,11 +52,14 @@ class GaussMarkov:
 
     @property
     def noise_density(self) -> Any:
-        """Power spectral density of the driving white noise, as one number or one per axis."""
+        """Power spectral density of the driving white noise: a number for all axes, or an array
+        with one value per axis.
+        """
         return 2.0 * np.square(self.sigma) / self.correlation_time
 
     def discretize(self, duration: Any) -> tuple[Any, Any]:
-        """Return the decay factor over a duration and the variance of the noise that accumulates.
+        """Return the decay factor of the process over a duration, and the variance of the noise
+        that accumulates in that duration.
 
         Parameters
         ----------
@@ -75,8 +78,8 @@ class GaussMarkov:
 
 @dataclass(frozen=True)
 class ScalarConstant:
-    """Model of a scalar constant error, represented by a 3-vector with three nearly equal
-    components.
+    """Model of a constant scalar error in an error state of 3-vectors. Three highly correlated
+    components represent the scalar.
 
     Attributes
     ----------
@@ -97,14 +100,16 @@ State = float | tuple[float, float, float] | GaussMarkov | ScalarConstant
 
 
 def get_initial_sigma(state: State) -> float | tuple[float, float, float]:
-    """Return the initial 1-sigma of an error state, as one number for all axes or one per axis."""
+    """Return the initial 1-sigma of an error state: one value for all axes, or three values, one
+    per axis.
+    """
     return state.sigma if isinstance(state, GaussMarkov | ScalarConstant) else state
 
 
 @pydantic.dataclasses.dataclass(frozen=True)
 class BiasSensitivity(Settings):
-    """Linear dependence of a bias or misalignment on a housekeeping channel, with an estimated
-    coefficient.
+    """Linear dependence of a bias or misalignment on a housekeeping channel, such as a temperature.
+    The filter estimates the coefficient.
 
     The error changes by c (u - u₀) with the channel's value u and the reference value u₀. The
     coefficient c is a constant 3-vector that the filter estimates.
@@ -131,7 +136,7 @@ class BiasSensitivity(Settings):
 
     @property
     def state_name(self) -> str:
-        """Name of the coefficient's error state, such as ``bias_per_temp``."""
+        """Name of the error state that contains the coefficient, such as ``bias_per_temp``."""
         return f"{self.error}_per_{self.channel}"
 
     def coefficient_unit(self, error: Unit) -> Unit:
@@ -148,8 +153,8 @@ def apply_bias_sensitivities(
     channel_deviations: Sequence[Any],
     multiply: Callable[[Any, Any], Any] = lambda value, coefficient: value * coefficient,
 ) -> MutableMapping[str, Any]:
-    """Add the effect of housekeeping channels to the bias and misalignment of a gyro or sensor, in
-    place.
+    """Add the effect of housekeeping channels to the bias and the misalignment of a gyro or sensor,
+    in place. The effect is the product of a channel deviation and its coefficient.
 
     Parameters
     ----------
@@ -183,13 +188,13 @@ def _rotate_twice(last: Any, first: Any, vector: Any) -> Any:
 
 
 def expand_per_axis(sigma: float | tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return a tuple of one number per axis; a single number is repeated three times."""
+    """Return a tuple of three values, one per axis. A single value is repeated for all axes."""
     return sigma if isinstance(sigma, tuple) else (sigma, sigma, sigma)
 
 
 def select_nonzero(**sigmas: float) -> dict[str, State]:
-    """Return the keyword arguments with a nonzero value, as a dict of error-state names and initial
-    1-sigmas.
+    """Return the keyword arguments whose value is nonzero, as a dict from the name of an error
+    state to its initial 1-sigma.
     """
     return {state: sigma for state, sigma in sigmas.items() if sigma}
 
@@ -220,8 +225,8 @@ Nonorthogonality = Annotated[
 def check_bias_sensitivities(
     sensitivities: Sequence[BiasSensitivity], states: Collection[str], kind: str
 ) -> None:
-    """Raise InvalidValue if a bias sensitivity is repeated or refers to an error that the device
-    does not have.
+    """Raise InvalidValue if a bias sensitivity is repeated or refers to an error state that the
+    device does not have.
 
     Parameters
     ----------
@@ -239,7 +244,9 @@ def check_bias_sensitivities(
 
 
 def check_considered(considered: Sequence[str], states: Collection[str]) -> None:
-    """Raise InvalidValue if a name of a considered state is repeated or is no error state."""
+    """Raise InvalidValue if a considered state is listed twice or is not an error state of the
+    device.
+    """
     expect_unique("considered[{}]", considered)
     for i, state in enumerate(considered):
         if state not in states:

@@ -115,7 +115,8 @@ class Gyro(Settings):
         check_bias_sensitivities(self.bias_sensitivities, self.states(), "the gyro")
 
     def states(self) -> dict[str, float]:
-        """Return the initial 1-sigma per axis of each error state of the gyro, by name.
+        """Return the initial 1-sigma per axis of each error state of the gyro, as a dict keyed by
+        the name of the state.
 
         Every state is a 3-vector in body axes. The units are rad/s for the bias, rad for
         misalignment and non-orthogonality, and 1 for the scale factor.
@@ -134,8 +135,8 @@ class Gyro(Settings):
         return {state: sigma for state, sigma in states.items() if sigma}
 
     def convert_sample_noise(self, interval: float) -> Gyro:
-        """Return a copy of the gyro in which the angle random walk includes the noise of each
-        sample.
+        """Return a copy of the gyro whose angle random walk includes the noise of individual rate
+        samples.
 
         Independent rate errors of 1-sigma σ at a sample interval T accumulate to an angle random
         walk of σ √T.
@@ -155,8 +156,8 @@ class Gyro(Settings):
         )
 
     def compute_error_derivative(self, x: Any, omega: Vec3) -> dict[str, Vec3]:
-        """Return the time derivative of the attitude error and of the gyro's error states, as a
-        dict by state.
+        """Return the time derivatives of the attitude error and of the gyro's error states, as a
+        dict keyed by the name of the state.
 
         This is equation (2) without noise. States that are missing from the result are constant.
         Channel deviations of `bias_sensitivities` are taken as one.
@@ -180,7 +181,8 @@ class Gyro(Settings):
         return {"theta": theta, "bias": -self.bias_decay * x.bias}
 
     def predict_measurement(self, x: Any, omega: Floats) -> Floats:
-        """Return the measured rate without noise, exact for errors of any size.
+        """Return the noise-free rate that the nonlinear gyro model predicts for given error states
+        and a body rate.
 
         ω_m = R(μ) (ω + k ∘ ω + N(η) ω) + b, with misalignment μ, scale factors k and the symmetric
         matrix N of the non-orthogonality η (`vector.shear`).
@@ -204,7 +206,7 @@ class Gyro(Settings):
         return measured
 
     def correct_measurement(self, x: Any, measured: Floats) -> Floats:
-        """Return the body rate that corresponds to a measured rate, given the errors of the gyro.
+        """Return the body rate for a measured rate, corrected for given error states of the gyro.
 
         This is the inverse of `predict_measurement`.
 
@@ -237,7 +239,8 @@ class Gyro(Settings):
         return corrected
 
     def _apply_scale_and_shear(self, x: Any, rate: Floats) -> Floats:
-        """Return a body rate as measured with the gyro's scale-factor and non-orthogonality errors.
+        """Return a body rate with the effect of the gyro's scale-factor and non-orthogonality
+        errors.
 
         This is (I + diag(k) + N(η)) ω for the scale factors k and the non-orthogonality η.
         """
@@ -266,7 +269,8 @@ class Gyro(Settings):
         return x, y, z
 
     def compute_noise_density(self) -> dict[str, list[float]]:
-        """Return the power spectral density of the white noise that drives attitude error and bias.
+        """Return the power spectral densities of the white noise in the attitude error and in the
+        bias, per axis.
 
         Returns
         -------

@@ -21,7 +21,7 @@ RATE_NOISE = "rate_noise"
 
 @dataclass(frozen=True)
 class Measurements:
-    """Gyro and sensor measurements of a run of n filter steps, as arrays.
+    """Gyro and sensor measurements over n filter steps, as arrays.
 
     Attributes
     ----------
@@ -52,7 +52,8 @@ class Measurements:
 
 
 def stack_measurement(measurement: Any) -> Floats:
-    """Stack the vectors of a measurement along the second to last axis of one array.
+    """Stack the vectors of a sensor's measurement, such as the three axes of a star tracker, in one
+    array.
 
     Parameters
     ----------
@@ -68,8 +69,8 @@ def stack_measurement(measurement: Any) -> Floats:
 
 
 def unstack_measurement(array: Floats) -> Any:
-    """Split an array of stacked vectors into one array, or a tuple of arrays for a sensor with
-    several vectors.
+    """Split an array of stacked vectors into the format of `Sensor.predict_measurement`: an array
+    for one vector, or a tuple of arrays for several vectors.
 
     This is the inverse of `stack_measurement`.
     """
@@ -88,7 +89,7 @@ def count_vectors(sensor: Sensor) -> int:
     states, rate = dict.fromkeys(sensor.states(), np.zeros(3)), np.zeros(3)
     reference_vectors = [
         np.array([1.0, 0.0, 0.0]),
-        *np.zeros((sensor.n_gradient + len(sensor.latency_states()), 3)),
+        *np.zeros((sensor.n_auxiliary_vectors + len(sensor.latency_states()), 3)),
     ]
     return len(
         stack_measurement(
@@ -106,8 +107,8 @@ def apply_latency(
     to_body: Callable[[Any], Any],
     rate: Floats,
 ) -> tuple[SimpleNamespace, Any]:
-    """Build the arguments of `Sensor.predict_measurement` for the time of a measurement that has
-    latency.
+    """Return the arguments of `Sensor.predict_measurement` at the time of the measurement, which
+    precedes the time stamp by the latency.
 
     The latency rotates the body back by its rate, and moves the reference vector back by its
     derivative. The three components of the latency, one for each body axis, are nearly equal
@@ -120,7 +121,7 @@ def apply_latency(
     states : mapping
         Error states of the sensor, including ``latency`` if it has one.
     reference_vectors : sequence of arrays, shape (..., 3)
-        Reference vectors in GCRS; see `Suite.list_vector_indices`.
+        Reference vector and auxiliary vectors in GCRS; see `Suite.list_vector_indices`.
     to_body : function
         Rotation from GCRS to body axes at the time stamp.
     rate : array, shape (..., 3)
@@ -129,7 +130,7 @@ def apply_latency(
     Returns
     -------
     x : SimpleNamespace
-        Error states, rotation to body axes and additional vectors at the time of the measurement.
+        Error states, rotation to body axes and auxiliary vectors at the time of the measurement.
     v : array, shape (..., 3)
         Reference vector in body axes at the time of the measurement.
     """
@@ -141,22 +142,23 @@ def apply_latency(
         rotated = to_body(vector)
         return rotated if latency is None else rotate(latency * rate, rotated)
 
-    v, *gradient = map(to_body_at_measurement, reference_vectors)
+    v, *auxiliary_vectors = map(to_body_at_measurement, reference_vectors)
     if latency is not None:
-        v = v - latency * gradient.pop()
-    x = {**states, "to_body": to_body_at_measurement, "gradient": gradient}
+        v = v - latency * auxiliary_vectors.pop()
+    x = {**states, "to_body": to_body_at_measurement, "auxiliary_vectors": auxiliary_vectors}
     return SimpleNamespace(**x), v
 
 
-def pad_to_three(numbers: Iterable[Sequence[float] | Floats]) -> Floats:
-    """Return an array with one row of three numbers per sensor, where shorter rows are padded with
-    ones.
+def stack_noise_sigmas(sigmas: Iterable[Sequence[float] | Floats]) -> Floats:
+    """Return the noise 1-sigmas of all sensors as an array with one row per sensor and three
+    columns. Sensors with fewer than three components have ones in the remaining columns.
     """
-    return np.array([[*row, 1.0, 1.0][:3] for row in numbers])
+    return np.array([[*row, 1.0, 1.0][:3] for row in sigmas])
 
 
 def to_telemetry(sensor: Sensor, vectors: Floats) -> Floats:
-    """Convert measurements of a sensor to telemetry columns, with NaN for missing measurements.
+    """Convert measured vectors of a sensor to the values of its telemetry columns. Missing
+    measurements become NaN.
 
     Parameters
     ----------
@@ -176,7 +178,8 @@ def to_telemetry(sensor: Sensor, vectors: Floats) -> Floats:
 
 
 def from_telemetry(sensor: Sensor, values: Floats) -> Floats:
-    """Convert telemetry columns of a sensor to measurements; the inverse of `to_telemetry`.
+    """Convert the values of a sensor's telemetry columns to measured vectors. This is the inverse
+    of `to_telemetry`.
 
     Vectors of sensors with `has_unit_length` are normalized.
 
@@ -199,7 +202,9 @@ def from_telemetry(sensor: Sensor, values: Floats) -> Floats:
 def _convert_finite_rows(
     values: Floats, shape: int | tuple[int, ...], convert: Callable[[Floats], Floats]
 ) -> Floats:
-    """Apply a function to the rows without NaN; the other rows of the result are NaN."""
+    """Apply a function to the rows of an array that contain no NaN. The other rows of the result
+    are NaN.
+    """
     finite = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
     result = np.full((len(values), *np.atleast_1d(shape)), np.nan)
     result[finite] = convert(values[finite])

@@ -23,8 +23,8 @@ from mgeo_attitude.settings.types import Degrees, Direction, Identifier, UsualRa
 
 @dataclass(frozen=True)
 class Photodiode(Sensor):
-    """Cosine-law photodiode, whose signal is the scalar product of its sensitivity vector and the
-    Sun direction.
+    """Cosine-law photodiode. Its signal is the scalar product of a sensitivity vector and the Sun
+    direction.
 
     The signal is y = (n + e) · s + w with normal n, Sun direction s, error e of the sensitivity
     vector and noise w. Each photodiode is one sensor. In the diode's axes, whose z axis is the
@@ -66,7 +66,9 @@ class Photodiode(Sensor):
 
     @cached_property
     def axes(self) -> Floats:
-        """Axes of the diode in body axes, one per row, shape (3, 3); the last row is the normal."""
+        """Axes of the photodiode as unit vectors in body axes, one per row, shape (3, 3). The last
+        row is the normal.
+        """
         return build_frame(np.array(unit_vector(self.normal)))
 
     def states(self) -> dict[str, State]:
@@ -80,7 +82,7 @@ class Photodiode(Sensor):
         *_, n = axes = [Vec3(*axis) for axis in self.axes.tolist()]
         light, change = v, x.reference_change
         if self.includes_albedo:
-            albedo = x.gradient[0]
+            albedo = x.auxiliary_vectors[0]
             is_front = Vec3(*[_select_front_light(inner(n, albedo))] * 3)
             light = v + componentwise_product(is_front, albedo)
             if hasattr(x, "albedo"):
@@ -89,11 +91,13 @@ class Photodiode(Sensor):
         return (sum((e * inner(a, light) for e, a in zip(x.sensitivity, axes, strict=True)), y),)
 
     def predict_measurement(self, x: Any, v: Any) -> Any:
-        """Return the signal from Sun and albedo, valid for Sun angles within the half-angle."""
+        """Return the noise-free signal due to sunlight and albedo. The model is valid while the Sun
+        is within the half-angle of the normal.
+        """
         errors = (x.sensitivity[..., [k]] * axis for k, axis in enumerate(self.axes))
         sensitivity = sum(errors, self.axes[2])
         if self.includes_albedo:
-            albedo = x.gradient[0]
+            albedo = x.auxiliary_vectors[0]
             is_front = _select_front_light(dot(self.axes[2], albedo))
             if hasattr(x, "albedo"):
                 albedo = albedo + x.to_body(x.albedo)
@@ -107,12 +111,14 @@ class Photodiode(Sensor):
         return environment.sun
 
     @property
-    def n_gradient(self) -> int:
+    def n_auxiliary_vectors(self) -> int:
         return int(self.includes_albedo)
 
-    def gradient(self, environment: Environment) -> Floats:
-        """Return the albedo vector at each sample, shape (n_steps + 1, 3, 1); zero without an
-        albedo model.
+    def auxiliary_vectors(self, environment: Environment) -> Floats:
+        """Return the albedo at each sample, as a vector that adds to the Sun direction. The vector
+        is zero without an albedo model.
+
+        Returns ------- array, shape (n_steps + 1, 3, 1)
         """
         albedo, sun = environment.albedo, environment.sun
         return (np.zeros_like(sun) if albedo is None else albedo)[:, :, None]

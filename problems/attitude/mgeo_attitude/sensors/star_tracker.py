@@ -24,7 +24,7 @@ _ARCSEC_PER_DEG = 3600.0
 
 @dataclass(frozen=True)
 class StarTracker(Sensor):
-    """Star tracker, which measures the attitude with larger noise about the boresight than about
+    """Star tracker, which measures the attitude. The noise is larger about the boresight than about
     the cross axes.
 
     The small-angle model is y = T (θ - μ) + w with attitude error θ, misalignment μ and noise w. T
@@ -72,24 +72,24 @@ class StarTracker(Sensor):
 
     @cached_property
     def axes(self) -> Floats:
-        """Axes of the tracker in body axes, one per row, shape (3, 3); the last row is the
-        boresight.
+        """Axes of the tracker as unit vectors in body axes, one per row, shape (3, 3). The last row
+        is the boresight.
 
         The array is the matrix T from body axes to the tracker's axes.
         """
         return build_frame(np.array(unit_vector(self.boresight)))
 
     def states(self) -> dict[str, State]:
-        own = select_nonzero(misalignment=math.radians(self.initial_misalignment_deg))
-        return own | self.sensitivity_states() | self.latency_states()
+        states = select_nonzero(misalignment=math.radians(self.initial_misalignment_deg))
+        return states | self.sensitivity_states() | self.latency_states()
 
     def linearize_measurement(self, x: Any, v: Vec3) -> Vec3:
         error: Vec3 = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta
         return Vec3(*(inner(error, Vec3(*axis)) for axis in self.axes.tolist()))
 
     def predict_measurement(self, x: Any, v: Any) -> tuple[Any, ...]:
-        """Return the axes of GCRS in the body axes that the tracker reports, as a tuple of three
-        vectors.
+        """Return the noise-free measured attitude, as a tuple of three unit vectors: the GCRS axes
+        in body axes, rotated by the misalignment.
         """
         axes = tuple(map(x.to_body, np.eye(3)))
         if not hasattr(x, "misalignment"):
@@ -97,14 +97,14 @@ class StarTracker(Sensor):
         return tuple(rotate(x.misalignment, axis) for axis in axes)
 
     def add_noise(self, measurement: tuple[Any, ...], noise: Floats) -> tuple[Floats, ...]:
-        """Rotate the measured axes by the noise, so that the `innovation` equals the noise.
+        """Return a measured attitude, rotated by a noise rotation vector in the tracker's axes.
 
-        The rotation is R(-Tᵀ noise).
+        The rotation is R(-Tᵀ noise), so that the `innovation` equals the noise.
         """
         return tuple(unrotate(noise @ self.axes, axis) for axis in measurement)
 
     def innovation(self, measured: tuple[Any, ...], predicted: tuple[Any, ...]) -> Any:
-        """Return the rotation from the predicted to the measured axes, as a vector in the tracker's
+        """Return the rotation vector from the predicted to the measured attitude, in the tracker's
         axes.
 
         The result is T y for the rotation R(-y) from the predicted to the measured axes.

@@ -32,8 +32,7 @@ ZERO_VECTOR = Vec3(0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Suite:
-    """A gyro, the sensors that aid it, and the environment model errors, combined into one error
-    state.
+    """Gyro, attitude sensors and environment model errors, with their combined error state.
 
     The error state is a sequence of 3-vectors, called blocks: the attitude error, the gyro's
     states, then the environment model errors, which all sensors share, and the states of each
@@ -62,23 +61,23 @@ class Suite:
 
     @cached_property
     def error_sources(self) -> dict[str, ErrorSource]:
-        """Gyro, environment model errors and sensors, as a dict by the name that prefixes their
-        blocks.
+        """Gyro, environment model errors and sensors, as a dict. The keys are the prefixes of block
+        names: ``gyro``, ``environment_errors`` and the name of each sensor.
         """
         sensors = {sensor.name: sensor for sensor in self.sensors}
         return {"gyro": self.gyro, "environment_errors": self.environment_errors, **sensors}
 
     @cached_property
     def blocks(self) -> tuple[str, ...]:
-        """Names of the blocks (3-vectors) of the error state, in order, such as ``attitude`` and
-        ``gyro.bias``.
+        """Names of the blocks of the error state, in order, such as ``attitude`` and ``gyro.bias``.
+        Each block is a 3-vector.
         """
         return tuple(self.units)
 
     @cached_property
     def units(self) -> dict[str, Unit]:
-        """Unit of each block for display and scenario files, as a dict in the order of the error
-        state.
+        """Display unit of each block of the error state, as a dict keyed by block name, in the
+        order of the error state. Keys in scenario files have the same units.
         """
         units = {
             f"{name}.{state}": unit
@@ -90,12 +89,13 @@ class Suite:
 
     @cached_property
     def block_slices(self) -> dict[str, slice]:
-        """Slice of each 3-vector block in the error state, as a dict by block name."""
+        """Slice of the error state that contains each block, as a dict keyed by block name."""
         return {block: slice(3 * i, 3 * i + 3) for i, block in enumerate(self.blocks)}
 
     @cached_property
     def states(self) -> dict[str, State]:
-        """Initial 1-sigma or Gauss-Markov process of each 3-vector block, as a dict by block name.
+        """Initial 1-sigma or Gauss-Markov process of each block of the error state, as a dict keyed
+        by block name.
 
         The attitude is left out, because its initial 1-sigma belongs to the scenario.
         """
@@ -112,29 +112,30 @@ class Suite:
 
     @property
     def n_kinematic(self) -> int:
-        """Number of leading components of the error state for the attitude kinematics: attitude
-        error and gyro.
+        """Number of error-state components for the attitude error and the gyro states, which come
+        first in the error state.
         """
         return 3 * (1 + len(self.gyro.states()))
 
     @property
     def n_dynamic(self) -> int:
-        """Number of leading components of the error state with dynamics: attitude, gyro and
-        Gauss-Markov errors.
+        """Number of error-state components with dynamics, which come first in the error state:
+        attitude error, gyro states and Gauss-Markov errors.
         """
         return self.n_kinematic + 3 * len(self.processes)
 
     @cached_property
     def processes(self) -> dict[str, GaussMarkov]:
-        """Gauss-Markov processes, as a dict by block name; their states follow those of attitude
-        and gyro.
+        """Gauss-Markov process of each time-varying error, as a dict keyed by block name.
+
+        In the error state, these blocks follow those of attitude and gyro.
         """
         return {b: value for b, value in self.states.items() if isinstance(value, GaussMarkov)}
 
     @cached_property
     def considered_blocks(self) -> tuple[str, ...]:
-        """Names of the error-state blocks that the filter considers but does not estimate
-        (Schmidt-Kalman).
+        """Names of the blocks that the filter considers but does not estimate, as in a
+        Schmidt-Kalman filter.
         """
         sources = self.error_sources.items()
         return tuple(f"{name}.{state}" for name, source in sources for state in source.considered)
@@ -146,47 +147,45 @@ class Suite:
 
     @cached_property
     def uncalibrated_blocks(self) -> frozenset[str]:
-        """Names of the error-state blocks that no plan can reduce permanently.
-
-        These are the Gauss-Markov errors and the considered blocks.
+        """Names of the blocks that a calibration cannot determine permanently: Gauss-Markov errors,
+        which vary with time, and considered blocks.
         """
         return frozenset((*self.processes, *self.considered_blocks))
 
     @cached_property
     def calibrated_indices(self) -> Ints:
-        """Indices of the error-state components that a plan can reduce permanently.
-
-        Gauss-Markov errors and considered states are left out.
+        """Indices of the error-state components that a calibration can determine permanently: all
+        except Gauss-Markov errors and considered blocks.
         """
         return self._list_state_indices(
             [block for block in self.blocks if block not in self.uncalibrated_blocks]
         )
 
-    def count_gradient_vectors(self, sensor: Sensor) -> int:
-        """Return the number of vectors besides the reference vector that a sensor's measurement
-        model uses.
+    def count_auxiliary_vectors(self, sensor: Sensor) -> int:
+        """Return the number of auxiliary vectors of a sensor. These are the vectors, apart from the
+        reference vector, on which its measurement depends.
 
-        These are the auxiliary vectors of `compute_gradient`.
+        See `compute_auxiliary_vectors`.
         """
         orbit = 3 * ("orbit_error" in self.list_blocks(sensor))
-        return sensor.n_gradient + orbit + len(sensor.latency_states())
+        return sensor.n_auxiliary_vectors + orbit + len(sensor.latency_states())
 
-    def compute_gradient(self, sensor: Sensor, environment: Environment) -> Floats:
-        """Return the vectors besides the reference vector that a sensor's measurement model uses,
-        at each sample.
+    def compute_auxiliary_vectors(self, sensor: Sensor, environment: Environment) -> Floats:
+        """Return the auxiliary vectors of a sensor at each sample. These are the vectors, apart
+        from the reference vector, on which its measurement depends.
 
-        These auxiliary vectors are the columns of `Sensor.gradient`, then the derivatives with
-        respect to the orbit error if it affects the sensor, and last, for a sensor with latency,
-        the time derivative of its reference vector.
+        The vectors are the columns of `Sensor.auxiliary_vectors`, then the derivatives with respect
+        to the orbit error if it affects the sensor, and last, for a sensor with latency, the time
+        derivative of its reference vector.
 
         Returns
         -------
         array, shape (n_steps + 1, k, 3)
-            GCRS axes; k is the result of `count_gradient_vectors`.
+            GCRS axes; k is the result of `count_auxiliary_vectors`.
         """
         parts = [np.zeros((len(environment.times), 3, 0))]
-        if sensor.n_gradient:
-            parts.append(sensor.gradient(environment))
+        if sensor.n_auxiliary_vectors:
+            parts.append(sensor.auxiliary_vectors(environment))
         if "orbit_error" in self.list_blocks(sensor):
             by_position = sensor.position_gradient(environment)
             parts.append(
@@ -201,39 +200,37 @@ class Suite:
 
     @cached_property
     def n_vectors(self) -> int:
-        """Number of inertial vectors that the sensors use per sample: reference and auxiliary
-        vectors.
-        """
-        return len(self.sensors) + sum(map(self.count_gradient_vectors, self.sensors))
+        """Total number of reference and auxiliary vectors of all sensors at a sample."""
+        return len(self.sensors) + sum(map(self.count_auxiliary_vectors, self.sensors))
 
-    def gradient_rows(self, index: int) -> slice:
-        """Return the slice of one sensor's auxiliary vectors in the array of all sensors' inertial
-        vectors.
+    def find_auxiliary_rows(self, index: int) -> slice:
+        """Return the slice that selects the auxiliary vectors of one sensor from the array of the
+        vectors of all sensors.
 
-        The array begins with the reference vectors of all sensors.
+        The array contains the reference vector of every sensor, then the auxiliary vectors, sensor
+        by sensor.
 
         Parameters
         ----------
         index : int
             Index of the sensor.
         """
-        first = len(self.sensors) + sum(map(self.count_gradient_vectors, self.sensors[:index]))
-        return slice(first, first + self.count_gradient_vectors(self.sensors[index]))
+        first = len(self.sensors) + sum(map(self.count_auxiliary_vectors, self.sensors[:index]))
+        return slice(first, first + self.count_auxiliary_vectors(self.sensors[index]))
 
     def list_vector_indices(self, index: int) -> list[int]:
-        """Return the indices of one sensor's vectors in the array of all sensors' inertial vectors.
+        """Return the indices of the reference and auxiliary vectors of one sensor in the array of
+        the vectors of all sensors.
 
-        The first index is that of the reference vector; those of the auxiliary vectors follow.
+        The index of the reference vector comes first.
         """
-        rows = self.gradient_rows(index)
+        rows = self.find_auxiliary_rows(index)
         return [index, *range(rows.start, rows.stop)]
 
     @cached_property
     def sensitivities_by_key(self) -> dict[str, BiasSensitivity]:
-        """Bias sensitivities to housekeeping channels of gyro and sensors, as a dict by scenario
-        key.
-
-        A key is, for example, ``gyro.bias_sensitivities[0]``.
+        """Bias sensitivities of the gyro and of all sensors, as a dict keyed by their place in a
+        scenario file, such as ``gyro.bias_sensitivities[0]``.
         """
         sources: dict[str, Gyro | Sensor] = {"gyro": self.gyro}
         sources |= {f"sensors[{i}]": sensor for i, sensor in enumerate(self.sensors)}
@@ -244,10 +241,10 @@ class Suite:
         }
 
     def find_sensitivity_columns(self, source: Gyro | Sensor) -> slice:
-        """Return the slice of one gyro's or sensor's bias sensitivities among all bias
-        sensitivities of the suite.
+        """Return the slice that selects the bias sensitivities of one gyro or sensor from an array
+        with one column per bias sensitivity of the suite.
 
-        The result of `compute_channel_deviations` has one column per bias sensitivity.
+        The result of `compute_channel_deviations` is such an array.
         """
         first = 0
         if isinstance(source, Sensor):
@@ -257,8 +254,8 @@ class Suite:
         return slice(first, first + len(source.bias_sensitivities))
 
     def compute_channel_deviations(self, channels: Mapping[str, Floats], n: int) -> Floats:
-        """Return the value of a housekeeping channel minus its reference value, for each sample and
-        bias sensitivity.
+        """Return the deviation of housekeeping channels from their reference values at every
+        sample, with one column per bias sensitivity.
 
         The deviations for the gyro are means over the step before each sample.
 
@@ -283,8 +280,8 @@ class Suite:
 
     @cached_property
     def rotation_indices(self) -> tuple[int, ...]:
-        """Index of the first component of each rotation vector in the error state, the attitude
-        first.
+        """Index of the first component of each error-state block that is a rotation vector. The
+        first block is the attitude error.
         """
         sources: tuple[Gyro | Sensor, ...] = (self.gyro, *self.sensors)
         indices = (
@@ -296,11 +293,10 @@ class Suite:
         return (0, *indices)
 
     def list_blocks(self, source: Gyro | Sensor) -> dict[str, str]:
-        """Return the names of the error-state blocks that affect a gyro or sensor, as a dict by
-        state name.
+        """Return the blocks of the error state that affect a gyro or sensor, as a dict from the
+        name of a state, such as ``bias``, to the name of its block, such as ``sun.bias``.
 
-        The blocks of a sensor are its own and those of the environment model errors that affect the
-        sensor.
+        Blocks of environment model errors are included if they affect the sensor.
         """
         if isinstance(source, Gyro):
             return {state: f"gyro.{state}" for state in source.states()}
@@ -310,7 +306,7 @@ class Suite:
 
     def get_first_indices(self, source: Gyro | Sensor) -> dict[str, int]:
         """Return the index of the first component of each block that affects a gyro or sensor, as a
-        dict by state name.
+        dict keyed by the name of the state, such as ``bias``.
         """
         return {state: self.block_slices[b].start for state, b in self.list_blocks(source).items()}
 
@@ -341,13 +337,13 @@ class Suite:
         self,
         sensor: Sensor,
         v: Vec3,
-        column: Sequence[Any],
+        error_state: Sequence[Any],
         to_body: Callable[[Vec3], Vec3] = lambda vector: vector,
-        gradient: Sequence[Vec3] = (),
+        auxiliary_vectors: Sequence[Vec3] = (),
         rate: Vec3 = ZERO_VECTOR,
         channel_deviations: Sequence[Any] = (),
     ) -> tuple[Any, ...]:
-        """Return the product of a sensor's measurement matrix H and an error state.
+        """Return the product H x of the measurement matrix H of a sensor and an error state x.
 
         Numbers, arrays or symbols of the code generator are possible; see
         `Sensor.linearize_measurement`.
@@ -357,12 +353,12 @@ class Suite:
         sensor : Sensor
         v : Vec3
             Reference vector in body axes.
-        column : sequence
-            Error state, n_states entries.
+        error_state : sequence
+            Error state, n_states components.
         to_body : function
             Rotation from GCRS to body axes; default: identity.
-        gradient : sequence of Vec3
-            Vectors of `compute_gradient` in body axes.
+        auxiliary_vectors : sequence of Vec3
+            Vectors of `compute_auxiliary_vectors` in body axes.
         rate : Vec3
             Body rate [rad/s], for sensors with latency; see `measurements.apply_latency`.
         channel_deviations : sequence
@@ -371,15 +367,15 @@ class Suite:
         Returns
         -------
         tuple
-            One entry for each of the m numbers that the sensor measures.
+            The m components of the measurement error.
         """
         errors = {
-            state: self._select_block(column, block)
+            state: self._select_block(error_state, block)
             for state, block in self.list_blocks(sensor).items()
         }
-        theta, reference_change = self._select_block(column, "attitude"), ZERO_VECTOR
+        theta, reference_change = self._select_block(error_state, "attitude"), ZERO_VECTOR
         if latency := errors.pop("latency", None):
-            *gradient, change = gradient
+            *auxiliary_vectors, change = auxiliary_vectors
             theta, reference_change = (
                 theta - componentwise_product(latency, rate),
                 -componentwise_product(latency, change),
@@ -394,33 +390,33 @@ class Suite:
             theta=theta,
             reference_change=reference_change,
             to_body=to_body,
-            gradient=gradient,
+            auxiliary_vectors=auxiliary_vectors,
             **errors,
         )
         return tuple(sensor.linearize_measurement(x, v))
 
-    def apply_dynamics(self, column: Sequence[Any], omega: Vec3) -> list[Any]:
-        """Return the time derivative of the attitude and gyro states, as a list of `n_kinematic`
-        entries.
+    def apply_dynamics(self, error_state: Sequence[Any], omega: Vec3) -> list[Any]:
+        """Return the time derivatives of the attitude error and the gyro states, as a list of
+        `n_kinematic` components.
 
         This is equation (2) without noise. Numbers, arrays or symbols of the code generator are
         possible.
 
         Parameters
         ----------
-        column : sequence
-            Error state; only the first `n_kinematic` entries are used.
+        error_state : sequence
+            Error state; only the first `n_kinematic` components are used.
         omega : Vec3
             Body rate [rad/s].
         """
-        errors = {s: self._select_block(column, f"gyro.{s}") for s in self.gyro.states()}
+        errors = {s: self._select_block(error_state, f"gyro.{s}") for s in self.gyro.states()}
         rates = self.gyro.compute_error_derivative(
-            SimpleNamespace(theta=self._select_block(column, "attitude"), **errors), omega
+            SimpleNamespace(theta=self._select_block(error_state, "attitude"), **errors), omega
         )
         return [entry for state in ("theta", *errors) for entry in rates.get(state, ZERO_VECTOR)]
 
     def dynamics_matrix(self, omega: Floats, channel_deviations: Sequence[float] = ()) -> Floats:
-        """Return the dynamics matrix A of the error state at a body rate, for x' = A x.
+        """Return the dynamics matrix A of the error state x at a given body rate, for x' = A x.
 
         Parameters
         ----------
@@ -450,11 +446,12 @@ class Suite:
         sensor: Sensor,
         v: Floats,
         attitude: Floats | None = None,
-        gradient: Sequence[Floats] = (),
+        auxiliary_vectors: Sequence[Floats] = (),
         rate: Floats | None = None,
         channel_deviations: Sequence[Any] = (),
     ) -> Floats:
-        """Return the measurement matrix H of a sensor with respect to the whole error state.
+        """Return the measurement matrix H of a sensor, with one column per component of the error
+        state.
 
         Parameters
         ----------
@@ -464,8 +461,8 @@ class Suite:
             Reference vector in body axes.
         attitude : array, shape (..., 3, 3), optional
             Attitude matrix, GCRS to body; default: identity.
-        gradient : sequence of arrays, shape (..., 3)
-            Vectors of `compute_gradient` in body axes.
+        auxiliary_vectors : sequence of arrays, shape (..., 3)
+            Vectors of `compute_auxiliary_vectors` in body axes.
         rate : array, shape (..., 3), optional
             Body rate [rad/s]; default: zero.
         channel_deviations : sequence of floats or arrays, shape (...)
@@ -474,11 +471,11 @@ class Suite:
         Returns
         -------
         array, shape (..., m, n_states)
-            One row for each of the m numbers that the sensor measures.
+            One row for each of the m components of the measurement.
         """
         H = np.zeros((*v.shape[:-1], len(sensor.noise_sigmas()), self.n_states))
         components = Vec3(*np.moveaxis(v, -1, 0))
-        columns = [Vec3(*np.moveaxis(column, -1, 0)) for column in gradient]
+        columns = [Vec3(*np.moveaxis(column, -1, 0)) for column in auxiliary_vectors]
         C = np.eye(3) if attitude is None else attitude
         body_rate = ZERO_VECTOR if rate is None else Vec3(*np.moveaxis(rate, -1, 0))
 
@@ -509,7 +506,9 @@ class Suite:
 
     @property
     def gyro_sensitivity_slices(self) -> tuple[slice, ...]:
-        """Slice of the error state for the coefficient of each of the gyro's bias sensitivities."""
+        """Slices of the error state that contain the coefficients of the gyro's bias sensitivities,
+        one slice per sensitivity.
+        """
         return tuple(
             self.block_slices[f"gyro.{each.state_name}"] for each in self.gyro.bias_sensitivities
         )
@@ -518,13 +517,13 @@ class Suite:
         indices = np.arange(self.n_states).reshape(-1, 3)
         return indices[[self.blocks.index(block) for block in blocks]].ravel()
 
-    def _select_block(self, column: Sequence[Any], name: str) -> Vec3:
-        return Vec3(*column[self.block_slices[name]])
+    def _select_block(self, error_state: Sequence[Any], name: str) -> Vec3:
+        return Vec3(*error_state[self.block_slices[name]])
 
 
 def list_units(source: ErrorSource) -> dict[str, Unit]:
-    """Return the unit of each error state of a gyro, a sensor or the environment models, as a dict
-    by state name.
+    """Return the display unit of each error state of a gyro, a sensor or the environment models, as
+    a dict keyed by the name of the state.
     """
     units = {state: source.units.get(state, DIMENSIONLESS) for state in source.states()}
     if not isinstance(source, EnvironmentErrors):
@@ -535,7 +534,7 @@ def list_units(source: ErrorSource) -> dict[str, Unit]:
 
 
 class BlockUnit(NamedTuple):
-    """Display name and display unit of a 3-vector block of the error state.
+    """Display name and display unit of a block of the error state.
 
     Attributes
     ----------
@@ -553,8 +552,7 @@ class BlockUnit(NamedTuple):
 
 
 def list_block_units(suite: Suite) -> list[BlockUnit]:
-    """Return the display name and display unit of each 3-vector block, in the order of the error
-    state.
+    """Return the display name and display unit of each block, in the order of the error state.
 
     The units also apply to keys of ``required_sigma`` that end in a unit.
     """

@@ -53,7 +53,7 @@ class VectorSensor(Sensor):
         y = cross(v, rotation)
         y = y + x.bias + x.reference_change if hasattr(x, "bias") else y + x.reference_change
         if hasattr(x, "orbit_error"):
-            for error, column in zip(x.orbit_error, x.gradient[-3:], strict=True):
+            for error, column in zip(x.orbit_error, x.auxiliary_vectors[-3:], strict=True):
                 y = y + Vec3(*(error * component for component in column))
         return y
 
@@ -63,7 +63,8 @@ class VectorSensor(Sensor):
 
 
 def apply_orbit_error(x: Any, v: Any) -> Any:
-    """Return the reference vector in body axes, corrected for the orbit error to first order.
+    """Return the reference vector in body axes with the effect of the orbit error added, to first
+    order.
 
     Parameters
     ----------
@@ -74,14 +75,15 @@ def apply_orbit_error(x: Any, v: Any) -> Any:
         Reference vector in body axes at the nominal position.
     """
     if hasattr(x, "orbit_error"):
-        for axis, column in enumerate(x.gradient[-3:]):
+        for axis, column in enumerate(x.auxiliary_vectors[-3:]):
             v = v + x.orbit_error[..., [axis]] * column
     return v
 
 
 @dataclass(frozen=True)
 class SunSensor(VectorSensor):
-    """Sun sensor that measures the Sun vector in body axes, except in eclipse.
+    """Sun sensor that measures the three components of the Sun vector in body axes, except in
+    eclipse.
 
     The linear model is y_s = [s×]θ - [s×]φ + δs + w_s (equation 2) with Sun vector s, attitude
     error θ, misalignment φ, bias δs and noise w_s. Albedo adds to the vector of a coarse sensor;
@@ -113,8 +115,8 @@ class SunSensor(VectorSensor):
 
     def states(self) -> dict[str, State]:
         tilt = math.radians(self.initial_misalignment_deg)
-        own = select_nonzero(misalignment=tilt, bias=self.initial_bias)
-        return own | self.sensitivity_states() | self.latency_states()
+        states = select_nonzero(misalignment=tilt, bias=self.initial_bias)
+        return states | self.sensitivity_states() | self.latency_states()
 
     def list_environment_errors(self) -> tuple[str, ...]:
         return ("albedo",) if self.includes_albedo else ()
@@ -181,13 +183,13 @@ class Magnetometer(VectorSensor):
     initial_nonorthogonality_deg: Nonorthogonality = 0.0
 
     def states(self) -> dict[str, State]:
-        own = select_nonzero(
+        states = select_nonzero(
             misalignment=math.radians(self.initial_misalignment_deg),
             bias=self.initial_bias_nt / FIELD_UNIT_NT,
             scale_factor=self.initial_scale_factor,
             nonorthogonality=math.radians(self.initial_nonorthogonality_deg),
         )
-        return own | self.sensitivity_states() | self.latency_states()
+        return states | self.sensitivity_states() | self.latency_states()
 
     def list_environment_errors(self) -> tuple[str, ...]:
         return ("field_error", "orbit_error")
@@ -203,7 +205,8 @@ class Magnetometer(VectorSensor):
         return y
 
     def predict_measurement(self, x: Any, v: Any) -> Any:
-        """Return the measured field without noise, exact for errors of any size.
+        """Return the noise-free field that the nonlinear magnetometer model predicts for given
+        error states and a reference field.
 
         B_m = R(ψ) (B + k ∘ B + N(η) B) + δB with B = C (B_model + e + G r). C is the attitude, e
         the field model error, G the `position_gradient` of the field and r the orbit error. I +

@@ -47,7 +47,7 @@ class _ErrorConversion(ABCMeta):
 
 
 class Settings(metaclass=_ErrorConversion):
-    """Base class of frozen pydantic dataclasses, each of which represents a table of a TOML file.
+    """Base class of frozen pydantic dataclasses, each of which represents one table of a TOML file.
 
     Validation is strict: a bool is not a number, numbers must be finite, and text is not converted
     to numbers. An int is converted to a float, a numpy number to a Python number, a list to a
@@ -98,11 +98,11 @@ class Settings(metaclass=_ErrorConversion):
 
 
 def _field_docstrings(cls: type) -> dict[str, str]:
-    """Return the docstrings below the fields of a class, by field name, without those of base
-    classes.
+    """Return the docstring below each field of a class, as a dict keyed by field name. Inherited
+    fields are not included.
 
-    They are read from the source on demand, for a schema or a message, since reading all of them at
-    import takes a sixth of a second.
+    The docstrings are read from the source on demand, for a schema or a message, since reading all
+    of them at import takes a sixth of a second.
     """
     (definition,) = ast.parse(textwrap.dedent(inspect.getsource(cls))).body
     assert isinstance(definition, ast.ClassDef)
@@ -117,13 +117,16 @@ def _field_docstrings(cls: type) -> dict[str, str]:
 
 
 def get_fields(cls: type) -> dict[str, FieldInfo]:
-    """Return the pydantic `FieldInfo` of each field of a settings class, by field name."""
+    """Return the pydantic `FieldInfo` of each field of a settings class, as a mapping keyed by
+    field name.
+    """
     result: dict[str, FieldInfo] = cls.__pydantic_fields__  # type: ignore[attr-defined]
     return result
 
 
 def get_annotation(cls: type, key: str, kind: type[T]) -> T | None:
-    """Return the annotation of a field that is an instance of a class, such as `Unit`, or None.
+    """Return the first annotation of a settings field that is an instance of a given class, such as
+    `Unit`. Return None if there is no such annotation.
 
     Parameters
     ----------
@@ -145,15 +148,15 @@ def build_schema(cls: type) -> Schema:
 
 
 def _convert_numpy(value: Any) -> Any:
-    """Convert numpy numbers to Python numbers, and lists to tuples, also inside of lists."""
+    """Convert numpy scalars to Python numbers and lists to tuples, recursively."""
     if isinstance(value, list | tuple):
         return tuple(map(_convert_numpy, value))
     return value.item() if isinstance(value, np.generic) else value
 
 
 def _convert_error(error: ValidationError, cls: Any) -> ValueError:
-    """Return one InvalidValue or InvalidKey for a validation error of pydantic; unknown keys come
-    first.
+    """Convert a validation error of pydantic to an InvalidValue or InvalidKey. An error about an
+    unknown key takes precedence over other errors.
     """
     errors = error.errors(include_url=False)
     unknown = (each for each in errors if each["type"].startswith("unexpected_"))
@@ -193,8 +196,8 @@ Table = dict[str, Any]
 
 @dataclass(frozen=True)
 class TableClasses:
-    """Annotation of a field whose table may represent one of several settings classes, such as
-    kinds of sensors.
+    """Annotation of a field whose table is converted to one of several settings classes, such as
+    the kinds of sensors.
 
     The entry `key` of a table selects the class by name. Without this entry, the first key of
     `identifying_keys` that the table contains selects the class, or else the class is `default`.
@@ -217,12 +220,15 @@ class TableClasses:
     identifying_keys: Mapping[str, str] = field(default_factory=dict)
 
     def get_class_name(self, table: Mapping[str, Any]) -> Any:
-        """Return the unchecked name of the class that a table selects, or None if there is none."""
+        """Return the name of the class that a table selects, without a check that the class exists.
+        Return None if the table selects no class.
+        """
         names = (name for key, name in self.identifying_keys.items() if key in table)
         return table[self.key] if self.key in table else next(names, None)
 
     def convert(self, value: Any) -> Any:
-        """Convert a table to settings of the selected class; return any other value unchanged.
+        """Convert a table to an instance of the settings class that it selects. A value that is not
+        a table is returned unchanged.
 
         Raises
         ------
@@ -264,10 +270,10 @@ def to_table(settings: Any) -> Table:
 
 
 def flatten_keys(values: Any) -> Any:
-    """Convert nested mappings to one dict with dotted keys, ``{"mag": {"bias": 1}}`` to
+    """Flatten nested mappings to one dict with dotted keys: ``{"mag": {"bias": 1}}`` becomes
     ``{"mag.bias": 1}``.
 
-    A value that is no mapping is returned unchanged.
+    A value that is not a mapping is returned unchanged.
 
     Raises
     ------
@@ -288,7 +294,7 @@ def flatten_keys(values: Any) -> Any:
 
 
 def require_same(name: str, settings: Any, expected_settings: Any, keys: Iterable[str]) -> None:
-    """Raise InvalidValue if settings differ from the scenario's in one of the given fields.
+    """Raise InvalidValue if settings differ from the expected settings in one of the given fields.
 
     Parameters
     ----------

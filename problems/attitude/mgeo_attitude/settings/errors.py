@@ -28,7 +28,7 @@ class InvalidValue(ValueError):
         return f"{self.key} = {self.value!r:.300}: {self.expected}"
 
     def prefix_key(self, section: str) -> InvalidValue:
-        """Return a copy of the error whose key begins with the name of a table: ``a`` becomes
+        """Return a copy of the error whose key is prefixed with the name of a table: ``a`` becomes
         ``section.a``.
         """
         return type(self)(f"{section}.{self.key}", self.value, self.expected)
@@ -42,7 +42,7 @@ class InvalidKey(InvalidValue):
 
 
 def expect(condition: object, key: str, value: object, expected: str) -> None:
-    """Raise InvalidValue if a condition is false.
+    """Raise InvalidValue with a key, its value and the expected values if a condition is false.
 
     The message is ``KEY = VALUE: expected EXPECTED``.
     """
@@ -51,7 +51,7 @@ def expect(condition: object, key: str, value: object, expected: str) -> None:
 
 
 def expect_unique(key: str, values: Sequence[object]) -> None:
-    """Raise InvalidValue for the first value in a sequence that repeats an earlier value.
+    """Raise InvalidValue if a value occurs more than once in a sequence.
 
     Parameters
     ----------
@@ -65,8 +65,8 @@ def expect_unique(key: str, values: Sequence[object]) -> None:
 
 
 def format_known_names(name: object, known: Iterable[str]) -> str:
-    """Return the end of a message about an unknown name: a similar name, if any, and all known
-    names.
+    """Return the end of an error message about an unknown name: a suggestion of a similar name, if
+    there is one, and the list of known names.
 
     The text is, for example, ``; did you mean 'x'? (known: 'x', 'y')``.
     """

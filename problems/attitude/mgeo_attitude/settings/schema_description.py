@@ -19,7 +19,7 @@ _BOUNDS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "m
 
 
 def describe_schema(schema: Schema) -> str:
-    """Return a phrase for the values that a JSON Schema permits, such as ``nothing or a number > 0
+    """Return an English phrase for the values that a JSON Schema permits, such as ``a number > 0
     [deg]``.
     """
     unit = f" [{schema['unit']}]" if "unit" in schema else ""

@@ -22,8 +22,8 @@ Schema = dict[str, Any]
 
 @dataclass(frozen=True)
 class Unit:
-    """Unit of a setting, as an annotation of its field, or of a 3-vector of the filter's error
-    state.
+    """Unit of a quantity. It annotates the field of a setting, or describes a block of the filter's
+    error state.
 
     Attributes
     ----------
@@ -40,14 +40,16 @@ class Unit:
     factor: float = 1.0
 
     def build_key(self, name: str) -> str:
-        """Return the key of a quantity in a scenario file: its name, followed by the suffix of the
-        unit.
+        """Return the key of a quantity in a scenario file: the name of the quantity, followed by
+        the suffix of the unit.
         """
         return f"{name}_{self.suffix}" if self.suffix else name
 
     @property
     def key_factor(self) -> float:
-        """Factor from the filter's unit to the unit of the key; 1 if the key has no suffix."""
+        """Factor that converts a value in the filter's unit to the unit of the key in a scenario
+        file. The factor is 1 if the key has no suffix.
+        """
         return self.factor if self.suffix else 1.0
 
     def __get_pydantic_json_schema__(
@@ -67,8 +69,8 @@ DEG_H = Unit("deg/h", "deg_h", 3600.0 * math.degrees(1.0))
 
 @dataclass(frozen=True)
 class UsualRange:
-    """Usual range of a number, as an annotation of its field; a nonzero number outside causes a
-    warning.
+    """Usual range of a setting, as an annotation of its field. A nonzero value outside of the range
+    causes a warning.
     """
 
     low: float
@@ -76,7 +78,7 @@ class UsualRange:
 
 
 def restrict_to(names: Iterable[str]) -> GetPydanticSchema:
-    """Return the annotation of a field that accepts only the given strings."""
+    """Return an annotation for a field that accepts only the given strings."""
     choices = list(names)
     return GetPydanticSchema(lambda source, handler: core_schema.literal_schema(choices))
 

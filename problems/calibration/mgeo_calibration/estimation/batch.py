@@ -15,7 +15,7 @@ from mgeo_attitude.filter.model import compute_references
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
-from mgeo_attitude.sensors.measurements import pad_to_three
+from mgeo_attitude.sensors.measurements import stack_noise_sigmas
 from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.suite import Suite
 
@@ -65,10 +65,9 @@ class Batch:
         Readings of each sensor, as in `Measurements.sensors`; NaN without a reading.
     noise : array, shape (s, 3)
         1-sigma of each component of the sensors' readings, including quantization; see
-        `pad_to_three`.
+        `stack_noise_sigmas`.
     vectors : array, shape (n + 1, n_vectors, 3)
-        Vectors that the sensors observe, and gradients of these vectors, in GCRS; see
-        `FilterModel.references`.
+        Reference and auxiliary vectors of the sensors in GCRS; see `FilterModel.references`.
     channel_values : array, shape (n + 1, n_sensitivities)
         Channels of the bias sensitivities; see `Suite.compute_channel_deviations`.
     pointing : AssumedAttitude, optional
@@ -232,7 +231,7 @@ def build_batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
         + (quantization_variance + spike_variance)[gyro_samples] * np.diff(times)[:, None],
         breaks=breaks & (hold is None),
         readings=sensors,
-        noise=pad_to_three(_compute_noise(sensor, telemetry) for sensor in suite.sensors),
+        noise=stack_noise_sigmas(_compute_noise(sensor, telemetry) for sensor in suite.sensors),
         vectors=vectors,
         channel_values=suite.compute_channel_deviations(
             {

@@ -157,7 +157,7 @@ def compute_innovation(
     vector: Floats,
     estimate: Estimate,
     ignore_misalignments: bool = False,
-    gradient: Sequence[Floats] = (),
+    auxiliary_vectors: Sequence[Floats] = (),
     kind: type[TaylorPolynomial] = TaylorPolynomial,
     rate: Floats = ZERO_RATE,
     channel_values: Sequence[Any] = (),
@@ -180,8 +180,8 @@ def compute_innovation(
         Estimates of r runs.
     ignore_misalignments : bool
         Treat the estimates of all rotations other than the attitude as zero.
-    gradient : sequence of arrays, shape (3,)
-        Gradients of the observed vector in GCRS; see `Suite.gradient_rows`.
+    auxiliary_vectors : sequence of arrays, shape (3,)
+        Auxiliary vectors of the sensor in GCRS; see `Suite.compute_auxiliary_vectors`.
     kind : type
         `TaylorPolynomial`, or `LinearPolynomial` for first derivatives only.
     rate : array, shape (3,) or (r, 3)
@@ -217,7 +217,7 @@ def compute_innovation(
         sensor.bias_sensitivities, state_values, channel_values, lambda value, state: state * value
     )
     predicted = sensor.predict_measurement(
-        *apply_latency(sensor, state_values, [vector, *gradient], to_body, rate)
+        *apply_latency(sensor, state_values, [vector, *auxiliary_vectors], to_body, rate)
     )
     result: TaylorPolynomial = sensor.innovation(y, predicted)
     return result

@@ -223,7 +223,9 @@ def _compute_innovation(
         unstack_measurement(batch.readings[index][samples]),
         vectors[:, index],
         Estimate.from_states(suite, attitude, trajectory.states[samples].T, np.zeros(0)),
-        gradient=[vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]],
+        auxiliary_vectors=[
+            vectors[:, k] for k in range(vectors.shape[1])[suite.find_auxiliary_rows(index)]
+        ],
         kind=kind,
         rate=rate,
         channel_values=batch.select_channel_values(sensor, samples),

@@ -245,7 +245,7 @@ class ErrorStateFilter:
             index,
             y,
             vectors[index],
-            gradient=tuple(vectors[self.suite.gradient_rows(index)]),
+            auxiliary_vectors=tuple(vectors[self.suite.find_auxiliary_rows(index)]),
             rate=rate,
             channel_values=tuple(channel_values),
         )

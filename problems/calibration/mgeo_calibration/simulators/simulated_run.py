@@ -20,8 +20,8 @@ from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.measurements import (
     Measurements,
     apply_latency,
-    pad_to_three,
     stack_measurement,
+    stack_noise_sigmas,
 )
 from mgeo_attitude.sensors.suite import Suite
 from scipy.linalg import block_diag
@@ -58,7 +58,7 @@ def draw_errors(model: FilterModel, n_steps: int, generator: np.random.Generator
     # The covariance of a constant bias is singular and has no Cholesky factor.
     variances, axes = np.linalg.eigh(Q[:k, :k])
     root = block_diag(axes * np.sqrt(np.maximum(variances, 0.0)), np.sqrt(Q[k:, k:]))
-    sigma = pad_to_three(sensor.noise_sigmas() for sensor in suite.sensors)
+    sigma = stack_noise_sigmas(sensor.noise_sigmas() for sensor in suite.sensors)
     chance = np.linalg.cholesky(model.initial_correlation) @ generator.standard_normal(
         suite.n_states
     )
