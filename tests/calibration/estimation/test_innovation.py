@@ -179,7 +179,10 @@ def test_innovation_derivatives_equal_finite_differences(suite, index):
 def test_second_order_moments_equal_traces_of_dense_matrices(suite, index):
     C, x, e = draw_states(suite, seed=4)
     y = measure(suite, suite.sensors[index], *apply_errors(suite, C, x, e))
-    at, (v, auxiliary_vectors) = build_estimate(suite, C, x), get_vectors(suite, suite.sensors[index])
+    at, (v, auxiliary_vectors) = (
+        build_estimate(suite, C, x),
+        get_vectors(suite, suite.sensors[index]),
+    )
     found = compute_innovation(
         suite, index, unstack_measurement(y), v, at, auxiliary_vectors=auxiliary_vectors, rate=RATE
     )
