@@ -14,9 +14,8 @@ _MAX_ROTATION_CHANGE_DEG = 20.0
 
 
 def split_maneuvers(designs: ArrayLike, n_maneuvers: int) -> Floats:
-    """Halve the longest maneuver of each plan repeatedly until it has `n_maneuvers` maneuvers.
-
-    The motion of the satellite stays the same.
+    """Return plans with `n_maneuvers` maneuvers that move the satellite in the same way. The
+    longest maneuver of each plan is halved repeatedly.
 
     Parameters
     ----------

@@ -132,8 +132,8 @@ class Plans(View):
 
     @property
     def monte_carlo_sigma_deg(self) -> Floats:
-        """0.9-quantile of the worst-axis attitude 1-sigma over Monte Carlo runs [deg], shape
-        (n,).
+        """0.9-quantile over Monte Carlo runs of the attitude 1-sigma about the worst body axis
+        [deg], shape (n,).
         """
         return self._evaluate_runs()[:, self.problem.n_obj]
 

@@ -167,7 +167,8 @@ def _describe_validity(scenario: Scenario) -> str:
 
 
 def build_instrument_table(scenario: Scenario) -> pd.DataFrame:
-    """Return a table of noise, sampling interval and initial errors of the gyro and of each sensor.
+    """Return a table of the gyro and the sensors with their noise, sampling interval and initial
+    errors, one row per instrument.
 
     Returns
     -------

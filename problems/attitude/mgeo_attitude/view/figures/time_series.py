@@ -143,7 +143,8 @@ def draw_maneuvers(
 def compute_rate_profile(
     problem: AttitudeManeuverProblem, x: Floats, end_time: float
 ) -> tuple[Floats, Floats, float]:
-    """Return the body rates of a plan over time, including constant-rate hold and slew back.
+    """Return the body rates of a plan at the times at which they change, from the first maneuver to
+    the end of the hold or of the slew back.
 
     Parameters
     ----------
