@@ -25,7 +25,8 @@ helper = njit(error_model="numpy")
 
 
 def compile_cached(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Return a decorator that compiles a function for one signature and caches its machine code.
+    """Return a decorator that compiles a function for one signature with numba and caches the
+    machine code on disk.
 
     The cache lies next to the source file of the function. A function without one is not cached.
 
@@ -52,7 +53,8 @@ def compile_cached(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]
 
 
 def compile_on_first_call(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Return a decorator like `compile_cached` that compiles a function at its first call.
+    """Return a decorator that compiles a function with numba when it is first called, and caches
+    the machine code as `compile_cached` does.
 
     Parameters
     ----------

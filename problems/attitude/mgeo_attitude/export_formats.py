@@ -16,7 +16,7 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class ExportFormat:
-    """File format to which plans can be exported.
+    """File format in which plans can be exported.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class ExportFormat:
     package: str = ""
 
     def load(self) -> Callable[..., str | bytes]:
-        """Import and return the function that computes the file contents of a plan."""
+        """Import and return the function that converts a plan to the contents of a file."""
         module, _, name = self.function.partition(":")
         function: Callable[..., str | bytes] = getattr(
             import_module(f"mgeo_attitude.plan.{module}"), name
@@ -76,7 +76,7 @@ FORMATS = (
 
 
 def find_format(path: Path | str) -> ExportFormat:
-    """Return the export format that the suffix of a file name selects.
+    """Return the export format that belongs to the suffix of a file name.
 
     Parameters
     ----------

@@ -59,12 +59,12 @@ PLAN_FORMAT = "mgeo-attitude-plan"
 
 
 class AttitudeManeuverProblem(ProblemMixin, Problem):
-    """Problem of finding constant-rate maneuvers that minimize convergence time and final trace.
+    """Optimization problem (pymoo) of satellite maneuvers at constant body rates. The default
+    objectives are the convergence time of a Kalman filter and the trace of its final covariance.
 
-    The trace is that of the filter covariance (equation (5) of the paper). Variables are ωx, ωy, ωz
-    [deg/s] and duration [s] of each maneuver in turn. The default objectives are t_end [s] and the
-    weighted trace at t_end (rad², rad²/s² and dimensionless squares). Constraints of the scenario
-    are inequality constraints; see `constraint_names`.
+    The trace is the weighted trace of equation (5) of the paper, a sum of rad², rad²/s² and
+    dimensionless squares. Variables are ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in
+    turn. Constraints of the scenario are inequality constraints; see `constraint_names`.
 
     Parameters
     ----------
@@ -158,7 +158,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @cached_property
     def environment(self) -> Environment:
-        """Orbit, Sun, geomagnetic field and shadow along the scenario, computed on first use."""
+        """Orbit position, Sun direction, geomagnetic field and eclipses at all times of the
+        scenario, computed on first use.
+        """
         return Environment.from_scenario(self.scenario)
 
     @cached_property
@@ -172,7 +174,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         modify_model: Callable[[FilterModel], FilterModel] | None = None,
         **options: Any,
     ) -> Evaluation:
-        """Return the results of the filter for designs in nominal runs, without random errors.
+        """Run the Kalman filter for each design without random errors, and return the results.
 
         Parameters
         ----------
@@ -192,7 +194,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @cached_property
     def lower_bound(self) -> LowerBound:
-        """Lower bounds of trace and 1-sigmas over all nominal plans, computed on first use.
+        """Lower bounds on the trace and the 1-sigmas that hold for every plan in a nominal run,
+        computed on first use.
 
         Raises
         ------
@@ -203,12 +206,15 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @cached_property
     def monte_carlo_runs(self) -> MonteCarloRuns | None:
-        """Monte Carlo runs in which plans are evaluated, or None for evaluation in nominal runs."""
+        """Monte Carlo runs over which plans are evaluated, or None if plans are evaluated in
+        nominal runs.
+        """
         errors = self.scenario.monte_carlo
         return None if errors is None else MonteCarloRuns(self.scenario, self.model, errors)
 
     def at_fidelity(self, fidelity: int) -> AttitudeManeuverProblem:
-        """Return the problem at a fidelity level of a search, where 0 is the lowest level.
+        """Return the problem at a given fidelity level, for a search that starts at low fidelity
+        (level 0).
 
         A lower level evaluates fewer Monte Carlo runs. The level with all runs returns the problem
         itself. See `mgeo.MGEOStaged`.
@@ -242,8 +248,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         out["F"], out["G"], _ = np.split(self.evaluate_designs(designs), ends, axis=1)
 
     def evaluate_designs(self, X: Floats) -> Floats:
-        """Return objectives, constraint values, and violations of all bounds of designs, as
-        columns.
+        """Return objectives, constraint values and relative violations of all bounds, as columns of
+        an array with one row per design.
 
         The values are those of nominal runs or, with Monte Carlo runs, their quantiles or means.
         Designs of the previous batch are not evaluated again.
@@ -267,7 +273,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return reduce_runs(values, self.n_obj, self.monte_carlo_runs.settings)
 
     def evaluate_runs(self, runs: Iterable[MonteCarloRun], X: Floats) -> Floats:
-        """Return objectives, constraint values and violations of designs in each Monte Carlo run.
+        """Evaluate each design in each Monte Carlo run, and return objectives, constraint values
+        and violations as one array.
 
         Parameters
         ----------
@@ -283,8 +290,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return evaluate_runs(runs, X, self.compute_values, self.threads, self._needs_covariance)
 
     def compute_values(self, model: FilterModel, result: Evaluation) -> Floats:
-        """Return objectives, constraint values, and violations of all bounds, from a filter
-        result.
+        """Return objectives, constraint values and relative violations of all bounds from filter
+        results, as columns of an array with one row per design.
 
         Parameters
         ----------
@@ -313,7 +320,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> AttitudeManeuverProblem:
-        """Construct the problem from the keys of a scenario file, given as nested dicts.
+        """Construct the problem from the contents of a scenario file, given as nested dicts.
 
         An empty dict gives the paper's scenario. See `Scenario.from_dict`.
 
@@ -342,7 +349,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-        """Return the options of a scenario file with the contents of the files that they refer to.
+        """Return the contents of a scenario file as a dict in which references to other files are
+        replaced by the contents of these files.
 
         The only such file is an orbit file, whose path is relative to `folder`.
 
@@ -366,7 +374,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return self.scenario.to_dict()
 
     def map_to_indicator_space(self, F: ArrayLike) -> Floats:
-        """Scale objectives for performance indicators, for example t_end by the duration.
+        """Scale objectives to comparable ranges, in which performance indicators such as the
+        hypervolume are computed.
 
         For t_end and trace the scaling is equation (11) of the paper, with (log10 trace + 6) / 5
         for the trace. With the preset "paper", the reference point (1, 1) bounds every useful
@@ -384,7 +393,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return scale_for_indicators(self.objectives, values, self.scenario)
 
     def to_robust(self) -> AttitudeManeuverProblem:
-        """Return a problem that evaluates each plan over Monte Carlo runs with random errors.
+        """Return a copy of the problem in which each plan is evaluated over Monte Carlo runs with
+        random errors.
 
         By default these are 512 runs with the quantile 0.95 of each objective. A search selects
         plans for which its own runs happen to be favorable; the margin makes the value hold in 90 %
@@ -402,8 +412,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return AttitudeManeuverProblem(scenario, threads=self.threads)
 
     def recommend_settings(self) -> dict[str, Any]:
-        """Return recommended settings of a search as a dict: initial designs, refinement,
-        evaluations.
+        """Return recommended settings for a search of this problem, as a dict: number of initial
+        designs, refinement, and number of evaluations.
 
         The dict is empty for the paper's scenario, which is a reference study; for few maneuvers,
         where a search alone comes as close to the lower bound; and for Monte Carlo runs and
@@ -434,7 +444,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         }
 
     def suggest_initial_designs(self, n: int, random_state: np.random.Generator) -> Floats:
-        """Return n designs from which a search may start, shape (n, n_var).
+        """Return n designs from which a search can start, as an array of shape (n, n_var).
 
         See `refine.initial_designs.build_initial_designs`.
 
@@ -452,7 +462,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return build_initial_designs(self, n, random_state)
 
     def refine(self, X: ArrayLike) -> Iterator[Floats]:
-        """Return an iterator over the improved designs after each batch of local refinements.
+        """Return an iterator that improves designs by local refinement in batches, and yields all
+        designs after each batch.
 
         The designs keep their order. Later elements have additional rows for other end times. See
         `refine_plans`.

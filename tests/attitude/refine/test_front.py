@@ -35,19 +35,19 @@ def test_added_times_are_denser_where_objective_falls_faster():
 def test_added_plans_improve_on_all_earlier_plans():
     front = RefinementFront(evaluate_designs, INITIAL, max_time_ratio=1.2)
     t = front.times[5]
-    front.replace_rows(np.array([[t, 8.5, 0.0], [t, 3.0, 0.1], [0.9 * t, 3.0, 0.0]]))
+    front.store_improvements(np.array([[t, 8.5, 0.0], [t, 3.0, 0.1], [0.9 * t, 3.0, 0.0]]))
     np.testing.assert_array_equal(front.plans[:2], INITIAL[:2])
     assert front.rows.tolist() == [0, 1, 2, 3]
     front = RefinementFront(evaluate_designs, INITIAL, max_time_ratio=1.2)
     better = np.array([[0.99 * t, 5.0, 0.0]])
-    front.replace_rows(better)
+    front.store_improvements(better)
     assert front.rows.tolist() == [0, 1, 2, 3, 5]
     np.testing.assert_array_equal(front.plans[4], better[0])
 
 
 def test_dominated_plans_are_replaced():
     front = RefinementFront(evaluate_designs, INITIAL, max_time_ratio=1.2)
-    front.replace_rows(np.array([[99.0, 1.5, 0.0]]))
+    front.store_improvements(np.array([[99.0, 1.5, 0.0]]))
     np.testing.assert_array_equal(front.plans[1], INITIAL[1])
     front.replace_dominated()
     np.testing.assert_array_equal(front.plans[1], [99.0, 1.5, 0.0])

@@ -151,7 +151,9 @@ def export(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Write a plan to files in the formats of their suffixes, each one atomically.
+    """Export a plan to files. The suffix of each file name selects the format.
+
+    Each file is written atomically.
 
     A plan that violates a constraint of its scenario is rejected, unless --force is given.
     """
@@ -196,7 +198,7 @@ def check(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Compare the compiled filter of a scenario with filterpy for random plans.
+    """Compare the compiled Kalman filter of a scenario with the library filterpy, for random plans.
 
     The exit code is 3 if the results differ.
     """

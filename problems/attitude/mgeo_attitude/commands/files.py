@@ -16,7 +16,9 @@ from mgeo_attitude.view.summaries import format_convergence_time, format_duratio
 
 @dataclass(frozen=True)
 class SelectedPlan:
-    """Plan that a command uses, with its display name and its solution number in a run folder."""
+    """Plan to which a command applies, with a name for display and its row in the front of a run
+    folder.
+    """
 
     plan: ManeuverPlan
     name: str
@@ -28,14 +30,16 @@ class SelectedPlan:
         return f"{self.name}: {self.plan.summary}"
 
     def list_warnings(self) -> list[str]:
-        """Return one line of text per warning on uncalibrated errors and on assumptions."""
+        """Return one line of text for each warning: calibration parameters that the plan hardly
+        improves, and modeling assumptions.
+        """
         errors = self.plan.list_uncalibrated_errors()
         lines = [f"this plan hardly reduces the error of {', '.join(errors)}"] if errors else []
         return [f"Note: {line}" for line in (*lines, *self.plan.scenario.assumptions)]
 
     def describe_hold(self) -> list[str]:
-        """Return a list with a line of text on how long to hold the last rate, empty if not
-        needed.
+        """Return a list with one line of text on how long the last rate must be held until Monte
+        Carlo runs converge. The list is empty if no hold is needed.
 
         The commands of a plan without Monte Carlo runs are those of its nominal run, although most
         Monte Carlo runs may converge later.
@@ -66,7 +70,8 @@ def load_plan(
     time: float | None = None,
     solution: int | None = None,
 ) -> SelectedPlan:
-    """Read a plan from a plan file, or select a plan of a run folder, by default the knee.
+    """Load the plan to which a command applies, from a plan file or from a run folder, by default
+    the knee of the front.
 
     Parameters
     ----------
@@ -120,7 +125,8 @@ def load_plan(
 def check_targets(
     paths: Sequence[Path | None], overwrite: bool, suffixes: Sequence[str] = ()
 ) -> None:
-    """Raise an error if a file cannot be written, before any results are computed.
+    """Check that all output files can be written, and raise an error otherwise. Commands call this
+    function before they compute results.
 
     Parameters
     ----------
@@ -149,7 +155,7 @@ def check_targets(
 
 
 def check_constraints(plan: ManeuverPlan) -> None:
-    """Raise a ValueError with the violated constraints if a plan violates any."""
+    """Raise a ValueError that lists the violated constraints of a plan, if there are any."""
     violations = plan.list_violations()
     if violations:
         raise ValueError(

@@ -36,7 +36,7 @@ def print_plan(selected: SelectedPlan, output: Output) -> None:
 
 
 def render_table(table: PlanTable, plan: ManeuverPlan) -> Iterator[RenderableType | str]:
-    """Yield the title, the rows and the texts of a table of a plan for a terminal.
+    """Yield the printable parts of a table about a plan: title, rows, note and lines of text.
 
     Nothing is yielded if the table has no rows.
     """
@@ -60,7 +60,9 @@ def _describe_end(plan: ManeuverPlan) -> str:
 
 
 def build_plan_document(selected: SelectedPlan) -> dict[str, Any]:
-    """Return the JSON document of ``mgeo attitude show`` as a dict, with tables as records."""
+    """Return the JSON output of ``mgeo attitude show`` as a dict. Each table is a list of dicts,
+    one per row.
+    """
     plan = selected.plan
     tables = {
         key: to_records(each.table(plan)) for key, each in TABLES.items() if key != "worst_axis"

@@ -22,7 +22,7 @@ Frame = Literal["GCRF", "EME2000"]
 
 @dataclass(frozen=True, eq=False)
 class PhaseAttitudes:
-    """Attitude history of a plan during one phase, sampled at times that include both ends.
+    """Attitude history of a plan during one phase, sampled from the start to the end of the phase.
 
     Attributes
     ----------
@@ -45,7 +45,10 @@ class PhaseAttitudes:
 def iterate_attitudes(
     plan: ManeuverPlan, spacing: float = 1.0, frame: Frame = "GCRF"
 ) -> Iterator[PhaseAttitudes]:
-    """Yield the sampled attitude history of each phase of a plan, including the slew back.
+    """Yield the attitude history of a plan as one `PhaseAttitudes` per phase, including the slew
+    back.
+
+    Each phase is sampled at equal intervals of at most `spacing`, from its start to its end.
 
     Parameters
     ----------
@@ -85,7 +88,8 @@ def iterate_attitudes(
 
 
 def join_attitudes(plan: ManeuverPlan, spacing: float) -> tuple[Floats, Floats]:
-    """Return the sampled attitude history of a whole plan, as times and quaternions.
+    """Return the attitude history of a plan from its first to its last phase, as two arrays: sample
+    times and quaternions.
 
     The instants at which two phases meet appear once. The signs of the quaternions are chosen so
     that their components are continuous.
@@ -111,7 +115,9 @@ def join_attitudes(plan: ManeuverPlan, spacing: float) -> tuple[Floats, Floats]:
 
 
 def format_violations(plan: ManeuverPlan) -> list[str]:
-    """Return one line of ASCII text per violated constraint of a plan, for comments in files."""
+    """Return the violated constraints of a plan as lines of ASCII text for comments in export
+    files, one line per constraint.
+    """
     lines = (f"VIOLATED CONSTRAINT: {each}" for each in plan.list_violations())
     return [line.encode("ascii", "replace").decode() for line in lines]
 

@@ -1,8 +1,8 @@
 """Common format of the JSON files of plans, calibrations and true parameters.
 
-A document starts with its ``format`` and ``version`` and contains the scenario. Entries that follow
-from other entries are written for readers of the file only; they are ignored and computed again
-when the file is read.
+A JSON document starts with its ``format`` and ``version`` and contains the scenario. Entries that
+follow from other entries are written for readers of the file only. They are ignored when the file
+is read, and computed again.
 """
 
 from __future__ import annotations
@@ -22,8 +22,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class DocumentFormat(Generic[T]):
-    """Format of one kind of JSON document, with functions that convert objects to entries and
-    back.
+    """Conversion between Python objects of one class and the JSON documents that store them.
 
     Attributes
     ----------
@@ -32,11 +31,12 @@ class DocumentFormat(Generic[T]):
     version : int
         Value of the entry ``version``.
     defining_entries : function
-        Returns the entries that define an object, as a dict that starts with the scenario.
+        Returns the JSON entries that define an object, as a dict that starts with the scenario.
     build : function
         Constructs an object from a dict with the defining entries and from the scenario.
     derived_entries : function
-        Returns the entries that follow from the defining entries, as a dict.
+        Returns the JSON entries that can be computed from the object, as a dict. They are written
+        for readers of the file and ignored by `parse`.
     """
 
     name: str
@@ -46,12 +46,16 @@ class DocumentFormat(Generic[T]):
     derived_entries: Callable[[T], Mapping[str, Any]]
 
     def build_document(self, value: T) -> dict[str, Any]:
-        """Return the JSON document of an object as a dict: format, version and all entries."""
+        """Convert an object to a dict that can be serialized as JSON.
+
+        The dict has the keys ``format`` and ``version``, then the defining entries and the derived
+        entries.
+        """
         header = {"format": self.name, "version": self.version}
         return {**header, **self.defining_entries(value), **self.derived_entries(value)}
 
     def parse(self, text: str) -> T:
-        """Construct the object that a JSON text describes.
+        """Parse a JSON text, and construct the object that it describes.
 
         Returns
         -------
@@ -63,12 +67,12 @@ class DocumentFormat(Generic[T]):
             If the text is not JSON, if its format or version differs, or if an entry is missing or
             invalid. The message names the key.
         """
-        entries = parse_table(text, self.name, self.version)
+        entries = parse_document(text, self.name, self.version)
         return self.build(entries, read_scenario(entries))
 
 
 def serialize(document: Mapping[str, Any]) -> str:
-    """Return a dict as JSON text, with floats in full precision.
+    """Serialize a dict as indented JSON text, with floats in full precision.
 
     Returns
     -------
@@ -77,8 +81,9 @@ def serialize(document: Mapping[str, Any]) -> str:
     return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def parse_table(text: str, kind: str, version: int) -> dict[str, Any]:
-    """Parse a JSON document to a dict, and check its entries ``format`` and ``version``.
+def parse_document(text: str, kind: str, version: int) -> dict[str, Any]:
+    """Parse a JSON text to a dict, after a check that its keys ``format`` and ``version`` have the
+    expected values.
 
     Parameters
     ----------
@@ -97,24 +102,24 @@ def parse_table(text: str, kind: str, version: int) -> dict[str, Any]:
     ValueError
         If the text is not JSON, or if its format or version differs.
     """
-    table = json.loads(text)
-    name = table.get("format") if isinstance(table, dict) else None
+    document = json.loads(text)
+    name = document.get("format") if isinstance(document, dict) else None
     if name != kind:
         raise ValueError(f"format = {name!r:.80}: expected {kind!r}")
-    if table.get("version") != version:
-        raise ValueError(f"version = {table.get('version')!r:.80}: expected {version}")
-    return table  # type: ignore[no-any-return]
+    if document.get("version") != version:
+        raise ValueError(f"version = {document.get('version')!r:.80}: expected {version}")
+    return document  # type: ignore[no-any-return]
 
 
-def read_scenario(table: Mapping[str, Any]) -> Scenario:
-    """Construct the scenario from the entry ``scenario`` of a parsed document.
+def read_scenario(document: Mapping[str, Any]) -> Scenario:
+    """Construct the scenario of a parsed JSON document from the options under its key ``scenario``.
 
-    The entry must contain all keys of the scenario. A preset is rejected, because its values may
+    The options must contain all keys of a scenario. A preset is rejected, because its values may
     change between versions.
 
     Parameters
     ----------
-    table : mapping
+    document : mapping
         Parsed document.
 
     Returns
@@ -126,7 +131,7 @@ def read_scenario(table: Mapping[str, Any]) -> Scenario:
     ValueError, TypeError
         If the scenario is invalid; the message names the key, after ``scenario``.
     """
-    options = get_entry(table, "scenario", dict)
+    options = get_entry(document, "scenario", dict)
     if "preset" in options:
         expected = "expected all keys instead of a preset, whose values may change between versions"
         raise InvalidValue("scenario.preset", options["preset"], expected)
@@ -137,7 +142,7 @@ def read_scenario(table: Mapping[str, Any]) -> Scenario:
 
 
 def read_document(path: Path | str, read: Callable[[str], T]) -> T:
-    """Read a text file, and return the object that a parsing function constructs from the text.
+    """Read a text file, and return the object that the function `read` constructs from its text.
 
     Parameters
     ----------

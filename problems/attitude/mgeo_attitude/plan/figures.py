@@ -15,7 +15,8 @@ from mgeo_attitude.view.summaries import format_nominal_suffix
 
 
 def build_plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
-    """Draw body rates, uncertainty by phase, error budget and correlations of a plan.
+    """Return plotly figures of the body rates, the uncertainty by phase, the error budget and the
+    correlations of a plan, as a dict by name.
 
     Parameters
     ----------
@@ -54,7 +55,7 @@ def _draw_uncertainty_by_phase(plan: ManeuverPlan) -> go.Figure:
             customdata=worst[:, index],
             hovertemplate=f"{block.label} %{{customdata:.4g}} {block.unit} (%{{y:.3g}})",
         )
-    title = "1-sigma at the end of each phase, over the initial one"
+    title = "1-sigma at the end of each phase, relative to its initial value"
     apply_style(
         figure, title, "worst body axis of each error" + format_nominal_suffix(plan.scenario)
     )
@@ -106,7 +107,7 @@ def _draw_correlation(plan: ManeuverPlan) -> go.Figure:
     apply_style(
         figure,
         "Correlation of the errors at t_end",
-        "a combination of strongly correlated errors is known better than either error",
+        "a combination of strongly correlated errors has a smaller uncertainty than either error",
     )
     figure.update_layout(height=260 + 30 * len(table), margin={"l": 150, "b": 150})
     figure.update_xaxes(tickangle=-60, showgrid=False)

@@ -1,4 +1,4 @@
-"""Files of plans: export in any format, JSON that can be read again, and CSV.
+"""Plan files: export in all formats, and reading of plans in JSON.
 
 In JSON, ``scenario`` and ``design`` define the plan. The entries ``predicted``, ``constraints``,
 ``timeline`` and ``accuracy`` are for readers of the file: they are ignored and computed again when
@@ -59,7 +59,10 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
 
 
 def build_plan_content(plan: ManeuverPlan, path: Path | str, options: Mapping[str, Any]) -> bytes:
-    """Return the bytes that `write_plan` writes to a file, or raise its exceptions."""
+    """Return the contents of the file that `write_plan` writes, as bytes.
+
+    The exceptions are those of `write_plan`.
+    """
     chosen = find_format(path)
     reject_unknown_keywords(
         options, {key for each in FORMATS for key in each.list_options()}, "write_plan"
@@ -97,7 +100,8 @@ def to_csv(plan: ManeuverPlan) -> str:
 
 
 def format_csv(plan: ManeuverPlan, table: pd.DataFrame, **options: Any) -> str:
-    """Return a table as CSV text, after one comment line per violated constraint of a plan.
+    """Return a table as CSV text. Comment lines before the header list the violated constraints of
+    a plan.
 
     Parameters
     ----------
@@ -117,7 +121,7 @@ def format_csv(plan: ManeuverPlan, table: pd.DataFrame, **options: Any) -> str:
 
 
 def to_json(plan: ManeuverPlan) -> str:
-    """Return a plan as JSON text, with floats in full precision.
+    """Return a plan as JSON text that `from_json` can read, with floats in full precision.
 
     Parameters
     ----------
@@ -140,7 +144,7 @@ def to_json(plan: ManeuverPlan) -> str:
 
 
 def build_document(plan: ManeuverPlan) -> dict[str, Any]:
-    """Return the JSON document of a plan as a dict; see `to_json`."""
+    """Convert a plan to a dict with the contents of its JSON file; see `to_json`."""
     return _FORMAT.build_document(plan)
 
 
@@ -173,7 +177,7 @@ def from_json(text: str) -> ManeuverPlan:
 
 
 def read_json(path: Path | str) -> ManeuverPlan:
-    """Read a plan from a ``.json`` file that `write_plan` has written.
+    """Read a plan from a ``.json`` file that was written by `write_plan`.
 
     Parameters
     ----------
@@ -233,6 +237,8 @@ _FORMAT = DocumentFormat(
         "scenario": plan.scenario.to_dict(),
         "design": list(plan.design),
     },
-    build=lambda table, scenario: ManeuverPlan(scenario, tuple(get_entry(table, "design", list))),
+    build=lambda entries, scenario: ManeuverPlan(
+        scenario, tuple(get_entry(entries, "design", list))
+    ),
     derived_entries=_derive_entries,
 )

@@ -36,7 +36,7 @@ UNCALIBRATED_SHARE = 0.5
 
 @dataclass(frozen=True)
 class ManeuverPlan(Settings):
-    """Plan of calibration maneuvers: a design in its scenario, with the predicted accuracy.
+    """Calibration maneuvers of a satellite in a given scenario, with the predicted accuracy.
 
     A plan starts at the epoch of the scenario and ends when the filter has converged. With Monte
     Carlo runs, the last rate is held until the time at which the requested share of the runs has
@@ -103,7 +103,7 @@ class ManeuverPlan(Settings):
     def from_design(
         cls, problem: AttitudeManeuverProblem, x: ArrayLike, F: Floats | None = None
     ) -> ManeuverPlan:
-        """Return the plan of a design vector of a problem.
+        """Construct the plan for a design vector of an optimization problem.
 
         The plan shares the problem's precomputed data, such as environment and filter model.
 
@@ -136,22 +136,25 @@ class ManeuverPlan(Settings):
 
     @cached_property
     def problem(self) -> AttitudeManeuverProblem:
-        """Optimization problem of the scenario, shared by plans with equal scenarios."""
+        """Optimization problem of the scenario. Plans with equal scenarios share one problem."""
         return _build_problem(self.scenario)
 
     @cached_property
     def view(self) -> ManeuverView:
-        """View of the plan as the only solution of its problem, for tables and figures."""
+        """Tables, texts and figures of the plan, as a `ManeuverView` with one solution."""
         return self.problem.view([self.design])
 
     @cached_property
     def history(self) -> FilterHistory:
-        """Time history of the covariance in the nominal run of the plan, computed on first use."""
+        """Time history of the filter covariance along the plan in a run without random errors,
+        computed on first use.
+        """
         return run_filter(self.problem.model, self.design)
 
     @property
     def t_end(self) -> float:
-        """Convergence time in the nominal run [s]; the scenario's duration without convergence.
+        """Convergence time of the filter in the nominal run [s], or the duration of the scenario if
+        the filter does not converge.
 
         Raises
         ------
@@ -177,15 +180,16 @@ class ManeuverPlan(Settings):
 
     @property
     def covariance(self) -> Floats:
-        """Filter covariance at the convergence time, shape (n_states, n_states), in filter
-        units.
+        """Filter covariance at the convergence time `t_end`, shape (n_states, n_states), in the
+        internal units of the filter.
         """
         covariance: Floats = self.view.nominal.covariance[0]
         return covariance
 
     @property
     def sigma(self) -> Floats:
-        """Predicted 1-sigma of each state at `t_end`, shape (n_states,), in filter units.
+        """Predicted 1-sigma of each state at `t_end`, shape (n_states,), in the internal units of
+        the filter.
 
         With magnetorquers this is the root mean square over Monte Carlo runs; see `Plans.sigma`.
         """
@@ -194,7 +198,9 @@ class ManeuverPlan(Settings):
 
     @property
     def attitude_sigma_deg(self) -> float:
-        """Predicted attitude 1-sigma about the worst body axis at `t_end` [deg]; see `sigma`."""
+        """Predicted attitude 1-sigma at `t_end` [deg], about the body axis with the largest
+        uncertainty; see `sigma`.
+        """
         return float(DEG.factor * self.sigma[:3].max())
 
     @property
@@ -204,8 +210,8 @@ class ManeuverPlan(Settings):
         return summary
 
     def compare_with_monte_carlo(self) -> pd.DataFrame:
-        """Compare each predicted objective with its 0.9-quantile over Monte Carlo runs, in a
-        table.
+        """Return a table that compares each predicted objective with its 0.9-quantile over Monte
+        Carlo runs.
 
         Returns
         -------
@@ -222,7 +228,9 @@ class ManeuverPlan(Settings):
 
     @cached_property
     def hold_end(self) -> float:
-        """Time until which the last rate is held [s], at least `t_end`; see `Plans.hold_end`."""
+        """Time until which the satellite keeps the rate of the last maneuver [s], at least `t_end`;
+        see `Plans.hold_end`.
+        """
         (hold_end,) = self.view.hold_end
         return float(hold_end)
 
@@ -243,7 +251,9 @@ class ManeuverPlan(Settings):
 
     @property
     def slew_back(self) -> SlewBack | None:
-        """Slew back to the initial attitude law after `hold_end`, or None if none is requested."""
+        """Slew after `hold_end` that returns the satellite to its initial attitude law, or None if
+        the scenario requests no such slew.
+        """
         return self.trajectory.slew_back
 
     @property
@@ -253,13 +263,13 @@ class ManeuverPlan(Settings):
 
     @property
     def attitude(self) -> Floats:
-        """Attitude matrices from GCRS to body at all filter steps of the plan, shape (n + 1,
+        """Rotation matrices from GCRS to body axes at all filter steps of the plan, shape (n + 1,
         3, 3).
         """
         return self.trajectory.attitude
 
     def to_steps(self, times: ArrayLike) -> NDArray[np.int64]:
-        """Convert times [s], multiples of the filter's step size, to indices of filter steps.
+        """Convert times [s] to the indices of the nearest filter steps.
 
         Parameters
         ----------
@@ -273,8 +283,8 @@ class ManeuverPlan(Settings):
         return np.rint(np.asarray(times) / self.scenario.step).astype(np.int64)
 
     def describe_hold(self) -> list[str]:
-        """Return a list with a line of text on the hold of the last rate beyond `t_end`, empty
-        without one.
+        """Return a list with one line of text that says until when the last rate is held. The list
+        is empty if the rate is not held beyond `t_end`.
         """
         if self.hold_end <= self.t_end:
             return []
@@ -285,7 +295,8 @@ class ManeuverPlan(Settings):
         ]
 
     def build_timeline(self) -> pd.DataFrame:
-        """Return a table with times, body rates and attitudes of the plan, one row per phase.
+        """Return the timeline of the plan as a table: start and end times, body rates and
+        attitudes, one row per phase.
 
         Attitudes are quaternions of the rotation from GCRF to the body, with the scalar part last
         (see `quaternions_from_matrices`). The column ``rotation [deg]`` is the integral of the
@@ -310,7 +321,8 @@ class ManeuverPlan(Settings):
         return pd.DataFrame(columns)
 
     def build_accuracy_table(self) -> pd.DataFrame:
-        """Return the predicted 1-sigma of every state before the plan and at `t_end` as a table.
+        """Return a table with the 1-sigma of every state before the plan and the predicted 1-sigma
+        at `t_end`.
 
         Returns
         -------
@@ -330,7 +342,8 @@ class ManeuverPlan(Settings):
         )
 
     def compare_with_lower_bound(self) -> pd.DataFrame:
-        """Compare the worst-axis 1-sigmas at `t_end` with their lower bounds, in a table.
+        """Return a table that compares the predicted 1-sigmas at `t_end` with their lower bounds,
+        each about the worst body axis.
 
         The lower bound holds for every maneuver; see `lower_bound.compare_with_lower_bound` for the
         columns of the table.
@@ -345,7 +358,9 @@ class ManeuverPlan(Settings):
         )
 
     def describe_lower_bound(self) -> list[str]:
-        """Return lines of text on the ratio of the trace at `t_end` to its lower bound."""
+        """Return lines of text on the ratio of the trace at `t_end` to its lower bound over all
+        maneuvers.
+        """
         try:
             curves = self.problem.lower_bound
         except NoLowerBoundError as reason:
@@ -353,7 +368,8 @@ class ManeuverPlan(Settings):
         return list(lower_bound.describe_lower_bound(curves, self.t_end, self.trace))
 
     def list_uncalibrated_errors(self) -> list[str]:
-        """Return the names of the errors whose 1-sigma remains above half of its initial value.
+        """Return the names of the calibration parameters whose 1-sigma stays above half of its
+        initial value.
 
         Each name comes with the remaining share of the initial 1-sigma. Plans with a short t_end
         may satisfy the convergence rule because the filter stalls; this list reveals them.
@@ -371,7 +387,7 @@ class ManeuverPlan(Settings):
         ]
 
     def build_constraint_table(self) -> pd.DataFrame:
-        """Return value, bound and margin of each constraint of the scenario as a table.
+        """Return a table with the value, bound and margin of each constraint of the scenario.
 
         Returns
         -------
@@ -384,7 +400,9 @@ class ManeuverPlan(Settings):
         return table.assign(satisfied=table["margin"].to_numpy(float) >= 0.0)
 
     def list_violations(self) -> list[str]:
-        """Return one line of text per violated constraint with its value, bound and excess."""
+        """Return one line of text per violated constraint, with its value, its bound and the amount
+        of the violation.
+        """
         table = self.build_constraint_table()
         return [
             f"{label} {row['value']:.6g} {row['unit']}, {row['bound_type']} "
@@ -394,7 +412,8 @@ class ManeuverPlan(Settings):
         ]
 
     def compute_uncertainty_by_phase(self) -> pd.DataFrame:
-        """Return a table of the trace and all 1-sigmas at the start and at the end of each phase.
+        """Return a table with the trace and the 1-sigma of every state at the start of the plan and
+        at the end of each phase.
 
         See `error_budget.compute_uncertainty_by_phase` for the columns.
         """
@@ -412,15 +431,16 @@ class ManeuverPlan(Settings):
         return improvements.evaluate_improvements(self.problem.model, self.design, self.t_end, rate)
 
     def compute_error_budget(self) -> pd.DataFrame:
-        """Return a table of the contributions of error sources to the worst-axis 1-sigmas at
-        `t_end`.
+        """Return the error budget at `t_end` as a table: the contribution of each error source to
+        the worst-axis 1-sigma of each 3-vector of the state.
 
         See `error_budget.compute_error_budget` for rows and columns.
         """
         return self._error_budget.copy()
 
     def evaluate_improvements(self) -> pd.DataFrame:
-        """Return a table of the worst-axis 1-sigmas at `t_end` after improving one input at a time.
+        """Return a table of the worst-axis 1-sigmas that the plan would reach if one input were
+        improved, with one row per improvement.
 
         Inputs are initial uncertainties, sensor noise, and the duration of the plan; see
         `improvements.evaluate_improvements`.
@@ -428,8 +448,8 @@ class ManeuverPlan(Settings):
         return self._improvements.copy()
 
     def describe_error_drivers(self) -> list[str]:
-        """Return one line of text per required 1-sigma with its main error sources and
-        improvements.
+        """Return lines of text with the largest error sources and the most effective improvements,
+        one line for each 1-sigma that the scenario limits.
 
         Without requirements there is one line for the attitude. See
         `error_budget.describe_error_drivers`.
@@ -439,19 +459,23 @@ class ManeuverPlan(Settings):
         )
 
     def compute_measurement_times(self) -> pd.DataFrame:
-        """Return a table of the time [s] for which each sensor measures in each phase until
-        `t_end`.
+        """Return a table of measurement times [s], with one row per phase until `t_end` and one
+        column per sensor.
+
+        A measurement time is the time during which the sensor provides measurements.
         """
         arguments = self._calibration_phases, self.design, self.history
         return error_budget.compute_measurement_times(self.problem.model, *arguments)
 
     def compute_correlations(self) -> pd.DataFrame:
-        """Return the correlation matrix of the states at `t_end` as a table with state names."""
+        """Return the correlation matrix of the state errors at `t_end` as a table, with state names
+        as index and columns.
+        """
         return covariance.compute_correlations(self.problem.model, self.covariance)
 
     def find_least_observable(self, n_directions: int = 3) -> pd.DataFrame:
-        """Return a table of the directions of the error state with the largest remaining
-        uncertainty at `t_end`.
+        """Return a table of the least observable directions in the state space of the filter, that
+        is, those whose uncertainty at `t_end` is largest relative to the initial uncertainty.
 
         See `covariance.find_least_observable` for the columns.
 
@@ -463,8 +487,8 @@ class ManeuverPlan(Settings):
         return covariance.find_least_observable(self.problem.model, self.covariance, n_directions)
 
     def compare_with_designs(self, designs: Mapping[str, ArrayLike] | None = None) -> pd.DataFrame:
-        """Compare the accuracy of the plan with that of other designs at the plan's `t_end`, in a
-        table.
+        """Return a table that compares the accuracy of the plan with that of other designs at the
+        same time, the `t_end` of the plan.
 
         Parameters
         ----------

@@ -31,7 +31,8 @@ PROBLEM = "attitude"
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """Solutions of a run: the nondominated designs with their objectives, and their problem.
+    """Solutions of an optimization run: the nondominated designs, their objectives, and the problem
+    that was solved.
 
     Attributes
     ----------
@@ -61,7 +62,8 @@ class Front:
     is_feasible: bool = True
 
     def select_plan(self, choice: Choice | float) -> ManeuverPlan:
-        """Return the plan of one solution, selected by a rule or by its convergence time.
+        """Return one solution as a plan, selected by a rule such as "knee" or by its convergence
+        time.
 
         Parameters
         ----------
@@ -83,7 +85,7 @@ class Front:
         return self.get_solution(self.find_row(choice))
 
     def get_solution(self, number: int) -> ManeuverPlan:
-        """Return the plan of a solution by its row in ``front.csv``, counted from 0.
+        """Return one solution as a plan, given its row in ``front.csv``, counted from 0.
 
         Objectives and nominal results are taken from the run folder instead of being computed.
 
@@ -112,7 +114,8 @@ class Front:
         return plan
 
     def find_row(self, choice: Choice | float) -> int:
-        """Return the row of one solution, selected by a rule or by its convergence time.
+        """Return the row index of one solution in ``front.csv``, selected by a rule such as "knee"
+        or by its convergence time.
 
         The choices are those of `select_plan`.
 
@@ -132,8 +135,8 @@ class Front:
 
     @cached_property
     def _rows_by_time(self) -> tuple[Ints, Floats]:
-        """Rows of the solutions that are nondominated in t_end and trace, and their t_end,
-        ascending.
+        """Row indices of the solutions that are nondominated in t_end and trace, in ascending order
+        of t_end, and the t_end of each.
         """
         F = self.F
         if self.problem.objectives != PAPER_OBJECTIVES:
@@ -144,7 +147,7 @@ class Front:
 
 
 def read_front(folder: Path | str) -> Front:
-    """Read the solutions of a run from its folder.
+    """Read the front of an optimization run from the folder of the run.
 
     Parameters
     ----------

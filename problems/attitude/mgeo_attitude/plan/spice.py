@@ -95,7 +95,8 @@ def build_ck(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID
 
 
 def format_sclk(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
-    """Return the text of the SPICE clock kernel that belongs to the C-kernel of a plan.
+    """Return the text of the SPICE spacecraft clock kernel that is needed to read the C-kernel of a
+    plan.
 
     The clock counts microseconds from the epoch of the plan.
 

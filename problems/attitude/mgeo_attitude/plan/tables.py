@@ -1,4 +1,4 @@
-"""Tables of one plan for the terminal, for reviews and for JSON."""
+"""Tables about one plan, as shown in the terminal, in review documents and in JSON output."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ _STAMP_LENGTH = 19
 
 @dataclass(frozen=True)
 class PlanTable:
-    """Definition of one table that describes a plan: title, contents, and display in a terminal.
+    """Definition of one table about a plan: its title, the function that computes it, and its
+    display.
 
     Attributes
     ----------
@@ -31,7 +32,7 @@ class PlanTable:
     table : function
         Returns the table of a plan with all columns, as in JSON.
     columns : function
-        Returns the part of the table that the terminal and a review show.
+        Returns the columns that the terminal and a review document show, as a table.
     note : function
         Returns a line of text for a plan, shown below the table.
     text : function
@@ -48,7 +49,9 @@ class PlanTable:
     is_wide: bool = False
 
     def build_section(self, plan: ManeuverPlan) -> Section | None:
-        """Return the table of a plan as a section of a review, or None if the table has no rows."""
+        """Return the table of a plan as a section of a review document, or None if the table has no
+        rows.
+        """
         table = self.columns(self.table(plan))
         if table.empty:
             return None
@@ -56,8 +59,8 @@ class PlanTable:
 
 
 def build_review(plan: ManeuverPlan) -> Review:
-    """Return the review document of a plan, with its satellite, its instruments and all its
-    tables.
+    """Return the document for the review of a plan: satellite, instruments, and all tables of the
+    plan.
     """
     scenario = plan.scenario
     start, end = (
@@ -115,7 +118,7 @@ def _format_objectives_note(plan: ManeuverPlan) -> str:
     return f"{text}; a t_end of {longest:.6g} s means that the filter does not converge"
 
 
-#: Tables of a plan by their keys in JSON, in the order of printing.
+#: Tables about a plan by their keys in JSON output, in the order in which the terminal shows them.
 TABLES = {
     "constraints": PlanTable(
         "Constraints",
@@ -141,7 +144,7 @@ TABLES = {
         "Error budget, 1-sigma of the worst body axis",
         ManeuverPlan.compute_error_budget,
         note=lambda plan: (
-            "with the filter's gains; the squares of the contributions add up to that of all"
+            "with the filter's gains; the last row is the root sum square of the contributions"
             + format_nominal_suffix(plan.scenario)
         ),
         text=ManeuverPlan.describe_error_drivers,

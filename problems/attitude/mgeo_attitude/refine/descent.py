@@ -30,7 +30,8 @@ _INFINITE_VALUE = 1e3
 
 @dataclass
 class DescentProblem:
-    """Minimization problems of n plans: the objective at each plan's time over scaled variables.
+    """Independent minimization problems, one for each of n plans. Each minimizes the objective of
+    its plan at a given end time.
 
     The variables are the rates relative to the maximum rate, from -1 to 1, and the durations as
     shares of the time, from 0 to 1. The shares need not sum to one.
@@ -50,7 +51,7 @@ class DescentProblem:
 
     @property
     def steps(self) -> Ints:
-        """Filter step at which each plan is evaluated, shape () or (n,)."""
+        """Index of the filter step at which each plan ends and is evaluated, shape () or (n,)."""
         steps = np.rint(np.asarray(self.times) / self.evaluator.model.step).astype(np.int64)
         return np.clip(steps, 1, self.evaluator.model.n_steps)
 
@@ -62,7 +63,9 @@ class DescentProblem:
         return DescentProblem(self.evaluator, np.asarray(self.times)[rows], self.n_maneuvers)
 
     def to_variables(self, designs: Floats) -> Floats:
-        """Convert designs, shape (4 m,) or (n, 4 m), to scaled variables of the same shape."""
+        """Convert designs, shape (4 m,) or (n, 4 m), to optimization variables of the same shape,
+        scaled to the range from -1 to 1.
+        """
         maneuvers = designs.reshape(*designs.shape[:-1], -1, VARIABLES_PER_MANEUVER)
         rates = maneuvers[..., :3] / self.evaluator.scenario.maneuvers.max_rate_deg_s
         shares = maneuvers[..., 3] / np.asarray(self.times)[..., None]
@@ -71,7 +74,8 @@ class DescentProblem:
         return within
 
     def to_designs(self, variables: Floats) -> Floats:
-        """Convert scaled variables to designs that fill the plans' times, shape (n, 4 m).
+        """Convert scaled optimization variables to designs, shape (n, 4 m), whose maneuvers
+        together last until the end time of the plan.
 
         A design is shorter than its time if all maneuvers have the maximum duration.
         """
@@ -92,7 +96,8 @@ class DescentProblem:
         return np.concatenate([rates, durations[:, :, None]], axis=2).reshape(n, -1)
 
     def evaluate_gradients(self, variables: Floats) -> tuple[Floats, Floats]:
-        """Evaluate objectives, constraint margins and their gradients by finite differences.
+        """Return the objective and the constraint margins of each plan, and their gradients by
+        finite differences.
 
         Parameters
         ----------
@@ -132,7 +137,8 @@ class DescentProblem:
 def descend(
     evaluator: FixedTimeEvaluator, designs: Floats, times: float | Floats, max_iterations: int
 ) -> Floats:
-    """Improve each of n designs at its own time by a gradient-based descent within all constraints.
+    """Improve n designs by gradient-based minimization of their objectives at given times, subject
+    to all constraints of the scenario.
 
     All descents run in parallel. They use `minimize_constrained` if there are constraints,
     otherwise `minimize_bounded`. A design whose descent fails is returned unchanged.
@@ -169,10 +175,11 @@ def descend_from_best(
     time_indices: Ints,
     max_iterations: int,
 ) -> Floats:
-    """Descend from several designs for each of k times, and return the best result for each time.
+    """Find the best design for each of k times by gradient-based minimization from several initial
+    designs per time.
 
-    Constraints are not evaluated. All descents run in parallel. After a few points only the best
-    third of the descents for a time continues, and later twice the better half.
+    The scenario must have no constraints. All descents run in parallel. After a few points only the
+    best third of the descents for a time continues, and later twice the better half.
 
     Parameters
     ----------
@@ -204,7 +211,8 @@ def _run_in_parallel(
     iterations: int,
     groups: Sequence[list[int]] = (),
 ) -> Floats:
-    """Run one minimizer per plan in parallel, and return the final scaled variables of each plan.
+    """Minimize the objectives of all plans in parallel, and return the final scaled variables of
+    each plan.
 
     Each list in `groups` contains the rows of one time. It is reduced in place to the descents that
     continue, the best first.

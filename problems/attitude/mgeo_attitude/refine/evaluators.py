@@ -26,7 +26,7 @@ DesignEvaluator = Callable[[Floats], tuple[Floats, Floats]]
 
 
 class PlanProblem(Protocol):
-    """Protocol of optimization problems whose designs are maneuvers in one scenario."""
+    """Protocol of optimization problems whose designs are the maneuvers in one scenario."""
 
     scenario: Scenario
     threads: int | None
@@ -39,7 +39,8 @@ class PlanProblem(Protocol):
 
 @dataclass(frozen=True)
 class FixedTimeEvaluator:
-    """Evaluator of one objective of designs at any filter step, whether converged or not.
+    """Evaluator of designs at a given filter step, whether or not the filter has converged by then.
+    It computes one objective and the constraints.
 
     Attributes
     ----------
@@ -59,12 +60,12 @@ class FixedTimeEvaluator:
 
     @cached_property
     def motion_constraints(self) -> list[Constraint]:
-        """Constraints of the scenario that do not depend on the final covariance."""
+        """Constraints of the scenario that depend on the motion but not on the final covariance."""
         return [each for each in list_constraints(self.scenario) if not each.needs_covariance]
 
     @cached_property
     def covariance_constraints(self) -> list[Constraint]:
-        """Constraints of the scenario on the final covariance."""
+        """Constraints of the scenario that depend on the final covariance."""
         return [each for each in list_constraints(self.scenario) if each.needs_covariance]
 
     def evaluate_at_steps(
@@ -74,7 +75,7 @@ class FixedTimeEvaluator:
         include_covariance_constraints: bool = False,
         allow_partial_steps: bool = False,
     ) -> tuple[Floats, Floats]:
-        """Return objective and constraint violations of designs at given filter steps.
+        """Return the objective and the constraint violations of each design at its filter step.
 
         Parameters
         ----------
@@ -115,9 +116,10 @@ class FixedTimeEvaluator:
     def select_best(
         self, designs: Floats, steps: int, n_max: int, allow_partial_steps: bool = False
     ) -> Floats:
-        """Return the `n_max` designs with the smallest objective at a filter step, the best first.
+        """Return up to `n_max` designs, ordered by constraint violation and then by objective at a
+        filter step, the best first.
 
-        Designs with a smaller largest violation of the motion constraints come first.
+        The violation of a design is its largest violation of a motion constraint.
 
         Parameters
         ----------
@@ -138,7 +140,9 @@ class FixedTimeEvaluator:
     def rank_designs(
         self, designs: Floats, steps: Ints | int, allow_partial_steps: bool = False
     ) -> Ints:
-        """Return the indices of designs from best to worst at a filter step; see `select_best`."""
+        """Return the row indices of designs, ordered by constraint violation and then by objective
+        at a filter step, the best first.
+        """
         value, excess = self.evaluate_at_steps(
             designs, steps, allow_partial_steps=allow_partial_steps
         )
@@ -146,7 +150,8 @@ class FixedTimeEvaluator:
         return np.lexsort((value, worst))
 
     def evaluate_convergence(self, designs: Floats) -> tuple[Floats, Floats]:
-        """Return convergence times, traces and constraint violations by the scenario's own rule.
+        """Evaluate designs until the filter converges. Return convergence times with traces, and
+        the largest constraint violation of each design.
 
         Parameters
         ----------
@@ -168,7 +173,8 @@ class FixedTimeEvaluator:
 def build_fixed_time_evaluator(
     problem: PlanProblem, objective_name: str = "trace"
 ) -> FixedTimeEvaluator:
-    """Return an evaluator that computes an objective of designs at any time, in nominal runs.
+    """Return a `FixedTimeEvaluator` for one objective and the scenario of a problem. It evaluates
+    nominal runs.
 
     Parameters
     ----------
@@ -180,7 +186,8 @@ def build_fixed_time_evaluator(
 
 
 def build_design_evaluator(problem: PlanProblem) -> DesignEvaluator:
-    """Return a function that computes objectives and largest constraint violations of designs.
+    """Return a function that computes, for each of n designs, the objectives of a problem and the
+    largest constraint violation.
 
     Returns
     -------
@@ -196,7 +203,8 @@ def build_design_evaluator(problem: PlanProblem) -> DesignEvaluator:
 
 
 def set_end_times(designs: Floats, times: Floats | float, max_duration: float) -> Floats:
-    """Return copies of designs that end at given times, with the last maneuvers cut or extended.
+    """Return copies of designs with given end times. Maneuvers at the end are shortened, down to
+    zero, or the last maneuver is extended.
 
     No maneuver becomes longer than `max_duration`, so that a plan may also end earlier than its
     time.
@@ -223,7 +231,8 @@ def set_end_times(designs: Floats, times: Floats | float, max_duration: float) -
 
 
 def stretch_durations(designs: Floats, factors: Floats | float, max_duration: float) -> Floats:
-    """Return copies of designs with all durations multiplied by a factor, up to a maximum.
+    """Return copies of designs in which all durations are multiplied by a factor, up to a maximum
+    duration.
 
     Parameters
     ----------
@@ -247,7 +256,8 @@ def stretch_durations(designs: Floats, factors: Floats | float, max_duration: fl
 def scale_time(
     designs: Floats, factors: Floats | float, max_duration: float, max_rate_deg_s: float
 ) -> Floats:
-    """Return copies of designs with all durations multiplied and all rates divided by a factor.
+    """Return copies of designs in which all durations are multiplied by a factor and all rates are
+    divided by the same factor.
 
     Unless a bound is reached, the designs pass through the same attitudes.
 
@@ -273,7 +283,7 @@ def scale_time(
 
 
 def round_to_steps(evaluator: FixedTimeEvaluator, designs: Floats) -> Floats:
-    """Return copies of designs whose maneuvers end at the nearest filter step, shape (n, 4 m).
+    """Return copies of designs in which each maneuver ends at the nearest filter step.
 
     A maneuver that ends within a step otherwise continues to the end of the step, half a step too
     long on average. Designs of scenarios with ramps are returned unchanged, because ramps start on
@@ -290,7 +300,8 @@ def round_to_steps(evaluator: FixedTimeEvaluator, designs: Floats) -> Floats:
 
 
 def merge_partial_steps(designs: Floats, step: float) -> Floats:
-    """Replace each filter step in which maneuvers end by a maneuver with the mean rate of the step.
+    """Return designs in which every maneuver ends at a filter step. A step in which rates change
+    becomes a maneuver at the mean rate of the step.
 
     The mean is weighted by time. All maneuvers of the returned designs end on steps, and their
     evaluated results are smooth functions of the original durations.

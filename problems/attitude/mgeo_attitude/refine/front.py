@@ -15,7 +15,7 @@ _MAX_DENSITY_FACTOR = 3.0
 
 
 class RefinementFront:
-    """Best known plan for each of several end times, updated with refined plans.
+    """Best known plan for each of several end times, updated while plans are refined.
 
     The end times are those of the initial plans and optionally times between them.
 
@@ -51,18 +51,19 @@ class RefinementFront:
 
     @property
     def rows(self) -> Ints:
-        """Rows that have a plan: initial rows, then added rows in the order of their first
-        plans.
+        """Indices into `X` of the end times for which a plan exists: the initial plans, then the
+        added end times in the order in which their first plans were found.
         """
         return np.array([*range(self._n_initial), *self._added_rows], dtype=np.int64)
 
     @property
     def plans(self) -> Floats:
-        """Best known plans in the order of `rows`, shape (n + a, n_var)."""
+        """Best known plans in the order of `rows`, as an array of shape (len(rows), n_var)."""
         return self.X[self.rows]
 
-    def replace_rows(self, designs: Floats) -> None:
-        """Store each feasible design that improves on the best known plan of an end time.
+    def store_improvements(self, designs: Floats) -> None:
+        """Compare feasible designs with the best known plan of each end time, and store those that
+        are better.
 
         A design improves on a plan if it ends no later and has a smaller objective. A design that
         ends much earlier than the initial end time of a row does not replace its plan, because a
@@ -75,9 +76,7 @@ class RefinementFront:
         self._replace(designs, np.arange(len(self.X)), _MIN_TIME_RATIO)
 
     def replace_dominated(self) -> None:
-        """Replace each plan by another one that ends no later and has a smaller objective, if
-        any.
-        """
+        """Replace each dominated plan by a plan that ends no later and has a smaller objective."""
         self._replace(self.plans, self.rows, 0.0)
 
     def _replace(self, designs: Floats, rows: Ints, share: float) -> None:
@@ -100,7 +99,8 @@ class RefinementFront:
 
 
 def _add_rows(F: Floats, violation: Floats, ratio: float) -> tuple[Floats, Ints]:
-    """Return end times between those of feasible plans, and the row of the best plan until each.
+    """Choose additional end times between those of feasible plans. Return these times and, for each
+    of them, the row of the best plan that ends by then.
 
     Neighboring times have the ratio `ratio`, or a smaller ratio where the objective falls faster
     than the time increases.

@@ -28,7 +28,8 @@ _MIN_STAGE_STEPS = 5
 
 
 def build_rate_grid(max_rate_deg_s: float, n_levels: int = _N_RATE_LEVELS) -> Floats:
-    """Return all combinations of equally spaced rates about three axes [deg/s], one per row.
+    """Return a grid of body rates [deg/s]: all combinations of equally spaced rates about three
+    axes, one combination per row.
 
     Parameters
     ----------
@@ -52,7 +53,8 @@ def append_converging_rate(
     evaluate_designs: DesignEvaluator | None = None,
     thinned_evaluator: FixedTimeEvaluator | None = None,
 ) -> Floats:
-    """Extend a design by a last maneuver at a rate with which the filter converges.
+    """Append a last maneuver to a design, at a constant rate with which the filter converges.
+    Return one extended design for each suitable rate.
 
     There is one copy of the design for each suitable rate. The candidate rates are those of
     `build_rate_grid`. The result contains the candidates that no other candidate dominates in time
@@ -93,7 +95,8 @@ def append_converging_rate(
 def build_receding_horizon_plan(
     evaluator: FixedTimeEvaluator, n_stages: int, end_time: float
 ) -> Floats:
-    """Return a design of equal stages, each at the rate with the smallest objective at its end.
+    """Build a design of maneuvers of equal duration one after the other: each takes the rate that
+    minimizes the objective at the end of the maneuver.
 
     The rates are those of a grid with seven levels about each axis. Among them, those with the
     smallest violation of constraints are compared.
@@ -122,7 +125,8 @@ def beam_search(
     width: int = 1,
     length_ratio: float = 1.0,
 ) -> Floats:
-    """Return the best designs of a beam search over the rates of successive stages, the best first.
+    """Build designs by a beam search over the rates of successive maneuvers, and return the best
+    ones, the best design first.
 
     Each stage continues the `width` partial designs with the smallest objectives at its end, so
     that a rate can pay off in a later stage.
@@ -166,7 +170,8 @@ def beam_search(
 def build_initial_designs(
     problem: PlanProblem, n_designs: int, random_state: np.random.Generator
 ) -> Floats:
-    """Return initial designs for a search by a receding horizon, for n stratified random end times.
+    """Build initial designs for a search. The end times are random, and the rates of each design
+    are chosen maneuver by maneuver (receding horizon).
 
     The logarithms of the end times are stratified. With the convergence rule "trace", a design
     minimizes the trace until one window before its end, and then holds a rate with which the filter
@@ -224,7 +229,8 @@ def _remove_magnetorquers(evaluator: FixedTimeEvaluator) -> FixedTimeEvaluator:
 
 
 def _find_nondominated_rows(F: Floats, violation: Floats) -> Ints:
-    """Return the rows that are nondominated in time and objective among those of least violation.
+    """Return the indices of the designs that are nondominated in time and objective. Only the
+    designs with the smallest constraint violation are compared.
 
     F has time and objective of each row, shape (n, 2). If no objective is finite, one row is
     returned.
@@ -236,7 +242,8 @@ def _find_nondominated_rows(F: Floats, violation: Floats) -> Ints:
 
 
 def _find_near_nondominated_rows(F: Floats) -> Ints:
-    """Return the rows whose objective is nearly the best one until their time.
+    """Return the indices of nearly nondominated designs. The objective of such a design exceeds the
+    smallest objective among all designs that end no later by less than a relative tolerance.
 
     F has time and objective of each row, shape (n, 2).
     """

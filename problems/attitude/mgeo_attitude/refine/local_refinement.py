@@ -64,7 +64,8 @@ def refine_plans(
     max_plans: int = MAX_PLANS,
     max_iterations: int = MAX_ITERATIONS,
 ) -> Floats:
-    """Improve plans by local refinement: none ends later or has a larger objective than before.
+    """Improve plans by gradient-based local refinement. No plan ends later or has a larger
+    objective than before.
 
     The result has the plans in the order of `designs`. A plan for which no better feasible plan is
     found stays unchanged.
@@ -124,7 +125,8 @@ def iterate_refinement(
     max_iterations: int = MAX_ITERATIONS,
     add_plans: bool = False,
 ) -> Iterator[Floats]:
-    """Return an iterator over the plans of a front after each batch of local refinements.
+    """Return an iterator that refines the plans of a front in batches, and yields all plans of the
+    front after each batch.
 
     Each element has the refined plans in the order of `designs`, followed by the added plans. No
     plan is worse than in the element before.
@@ -171,8 +173,8 @@ def _iterate_batches(
     thinned = ThinnedSamples(evaluator)
     completed: list[Floats] = []
     finished: set[int] = set()
-    for between, (n_initial, share, uses_beams) in enumerate(_ROUNDS):
-        candidates = _select_rows(evaluator, front, max_plans, bool(between))
+    for round_index, (n_initial, share, uses_beams) in enumerate(_ROUNDS):
+        candidates = _select_rows(evaluator, front, max_plans, bool(round_index))
         rows = [row for row in candidates if row not in finished]
         finished.update(rows)
         for batch in _group_rows(thinned, front, rows):
@@ -198,7 +200,7 @@ def _iterate_batches(
                 _append_final_rates(thinned, each, until, acceptance)
                 for each, until in zip(improved, ends, strict=True)
             ]
-            front.replace_rows(
+            front.store_improvements(
                 np.vstack(
                     [each[:_N_MONTE_CARLO_RATES] if is_robust else each for each in with_rates]
                 )
@@ -206,7 +208,7 @@ def _iterate_batches(
             completed.extend(np.vstack([each[:_N_FINAL_RATES] for each in with_rates]))
             yield front.plans
     if completed and not is_robust:
-        front.replace_rows(_adapt_refined_plans(thinned, np.array(completed), front.times))
+        front.store_improvements(_adapt_refined_plans(thinned, np.array(completed), front.times))
         yield front.plans
     front.replace_dominated()
     yield front.plans
@@ -217,7 +219,9 @@ def _iterate_batches(
 def _group_rows(
     thinned: ThinnedSamples, front: RefinementFront, rows: list[int]
 ) -> list[list[int]]:
-    """Return batches of rows whose plans are refined with the same number of merged samples."""
+    """Divide rows of the front into small batches. The plans of a batch are refined with the same
+    number of merged measurement samples.
+    """
     groups: dict[int, list[int]] = {}
     for row in rows:
         n_merged = thinned.count_merged_samples(
@@ -232,11 +236,12 @@ def _group_rows(
 
 
 def _select_rows(
-    evaluator: FixedTimeEvaluator, front: RefinementFront, n_max: int, between: bool
+    evaluator: FixedTimeEvaluator, front: RefinementFront, n_max: int, select_between: bool
 ) -> list[int]:
-    """Return up to `n_max` rows at nearly equal ratios of their end times, the earliest first.
+    """Select up to `n_max` rows of the front for refinement, with end times that are spaced nearly
+    evenly on a logarithmic scale, in ascending order.
 
-    If `between` is True, return up to `n_max` - 1 rows between those.
+    If `select_between` is True, select up to `n_max` - 1 rows between those instead.
     """
     rows = front.rows
     times = front.times[rows]
@@ -250,19 +255,22 @@ def _select_rows(
         return []
     candidates = candidates[np.argsort(times[candidates], kind="stable")]
     order, logs = rows[candidates], np.log(refinement_times[candidates])
-    targets = np.linspace(logs[0], logs[-1], 2 * n_max - 1)[int(between) :: 2]
+    targets = np.linspace(logs[0], logs[-1], 2 * n_max - 1)[int(select_between) :: 2]
     nearest = np.unique(np.abs(logs[:, None] - targets).argmin(axis=0))
     selection: list[int] = order[nearest].tolist()
     return selection
 
 
 def _has_final_rate(evaluator: FixedTimeEvaluator) -> bool:
-    """Return True if the last maneuver only serves convergence, not the estimation."""
+    """Return True if plans end with a maneuver that only serves the convergence criterion and is
+    not refined.
+    """
     return evaluator.model.rule == "trace" and evaluator.scenario.maneuvers.count > 1
 
 
 def _compute_refinement_time(evaluator: FixedTimeEvaluator, t_end: float) -> float | None:
-    """Return the time [s] at which the objective of a plan with a given end is refined, or None.
+    """Return the time [s] at which the objective of a plan is minimized, given the end time of the
+    plan, or None if the plan cannot be refined.
 
     With a final rate, this is one window before the end. The result is None for a plan that is too
     short or does not end.
@@ -301,8 +309,8 @@ def _build_initial_designs(
 
 
 def _adapt_to_times(evaluator: FixedTimeEvaluator, plans: Floats, times: Floats | float) -> Floats:
-    """Return three versions of each plan with a new end time: cut or extended, stretched,
-    slowed.
+    """Adapt plans to new end times in three ways: cut or extended at the end, with stretched
+    durations, and slowed down. Return three adapted plans for each plan.
     """
     limits, factors = evaluator.scenario.maneuvers, times / _sum_durations(plans)
     return np.vstack(
@@ -326,7 +334,11 @@ def _find_nearest_rows(
 def _append_final_rates(
     thinned: ThinnedSamples, refined: Floats, time: float, evaluate_designs: DesignEvaluator | None
 ) -> Floats:
-    """Append final rates with which the filter converges to a refined plan, if needed."""
+    """Return copies of a refined plan, each with a different final rate with which the filter
+    converges.
+
+    If no final rate is needed, the result is one plan, with maneuvers that end at filter steps.
+    """
     if not _has_final_rate(thinned.full_evaluator):
         return round_to_steps(thinned.full_evaluator, refined[None])
     return append_converging_rate(
@@ -335,7 +347,9 @@ def _append_final_rates(
 
 
 def _adapt_refined_plans(thinned: ThinnedSamples, plans: Floats, times: Floats) -> Floats:
-    """Adapt refined plans to other end times, and return the best few by thinned samples."""
+    """Adapt refined plans to the end times of other plans, and return the best few results for each
+    end time.
+    """
     evaluator = thinned.full_evaluator
     has_final_rate = _has_final_rate(evaluator)
     # This number of plans differ only in the final rate.

@@ -28,11 +28,10 @@ _BOUND_TOLERANCE = 1e-9
 def minimize_bounded(
     initial: Floats, bounds: Floats, max_iterations: int, tolerance: float
 ) -> Generator[Floats, tuple[float, Floats], Floats]:
-    """Minimize a function within bounds, as a generator that yields points and receives their
-    values.
+    """Minimize a function within bounds. The generator yields the points at which the caller
+    evaluates the function, and receives value and gradient at each point.
 
-    The generator receives the value and the gradient, shape (k,), at each yielded point, and
-    returns the last accepted point.
+    The gradient has the shape (k,). The generator returns the last accepted point.
 
     The method is BFGS with projected steps. The gradient of a variable at a bound counts as zero if
     a step would leave the bound (D. P. Bertsekas, Projected Newton methods for optimization
@@ -95,7 +94,9 @@ def minimize_bounded(
 
 
 def _update_inverse(inverse: Floats, change: Floats, slope_change: Floats) -> Floats:
-    """Return the BFGS update of the inverse Hessian; unchanged if the curvature is not positive."""
+    """Return the BFGS update of an inverse Hessian matrix, or the matrix unchanged if the curvature
+    is not positive.
+    """
     curvature = float(change @ slope_change)
     if curvature <= 1e-8 * float(np.sqrt((change @ change) * (slope_change @ slope_change))):
         return inverse
@@ -114,12 +115,12 @@ class _SolverStop(Exception):
 def minimize_constrained(
     initial: Floats, bounds: Floats, max_iterations: int, tolerance: float
 ) -> Generator[Floats, tuple[Floats, Floats], Floats]:
-    """Minimize a function within constraints, as a generator that yields points and receives
-    values.
+    """Minimize a function subject to inequality constraints and bounds. The generator yields the
+    points at which the caller evaluates function and constraints.
 
-    The generator receives the value followed by the constraint margins at each yielded point, shape
-    (1 + m,), and their gradients, shape (1 + m, k). Margins are nonnegative where the constraints
-    are satisfied. It returns the last point.
+    At each point, the generator receives two arrays: the value and the constraint margins, shape (1
+    + m,), and their gradients, shape (1 + m, k). A margin is nonnegative where its constraint is
+    satisfied. The generator returns the last point.
 
     The method is SLSQP (D. Kraft, A software package for sequential quadratic programming, DFVLR-FB
     88-28, 1988). Because scipy's implementation calls functions, it runs in a separate thread,

@@ -14,9 +14,8 @@ _MAX_ROTATION_CHANGE_DEG = 20.0
 
 
 def split_maneuvers(designs: ArrayLike, n_maneuvers: int) -> Floats:
-    """Halve the longest maneuver of each plan repeatedly until it has `n_maneuvers` maneuvers.
-
-    The motion of the satellite stays the same.
+    """Return plans with `n_maneuvers` maneuvers that move the satellite in the same way. The
+    longest maneuver of each plan is halved repeatedly.
 
     Parameters
     ----------
@@ -60,7 +59,8 @@ def split_maneuvers(designs: ArrayLike, n_maneuvers: int) -> Floats:
 
 
 def remove_ineffective_maneuvers(problem: PlanProblem, designs: ArrayLike) -> Floats:
-    """Remove maneuvers from plans if no objective and no constraint violation becomes worse.
+    """Remove those maneuvers from plans whose removal makes no objective and no constraint
+    violation worse.
 
     A neighboring maneuver then extends over the time of the removed one. The rotation may change by
     at most 20 deg. The removed maneuver stays in the design with zero duration and the rate of a
@@ -115,14 +115,17 @@ def remove_ineffective_maneuvers(problem: PlanProblem, designs: ArrayLike) -> Fl
 
 
 def _has_effect(durations: Floats) -> Bools:
-    """Return a boolean array that marks maneuvers of nonzero duration and the last maneuver."""
+    """Return a boolean array that is True for maneuvers of nonzero duration and for the last
+    maneuver of each design.
+    """
     result: Bools = durations > 0.0
     result[:, -1] = True
     return result
 
 
 def _remove_single_maneuvers(designs: Floats, max_duration: float) -> tuple[Floats, Ints]:
-    """Return copies of designs that lack one maneuver each, and the row of each original.
+    """Return copies of designs from each of which one maneuver is removed, and the row index of the
+    original design of each copy.
 
     Copies in which a maneuver would exceed `max_duration` [s] or the rotation would change too much
     are left out.

@@ -26,7 +26,8 @@ _N_FINAL_ITERATIONS = 5
 
 @dataclass(frozen=True)
 class ThinnedSamples:
-    """Evaluators that merge successive measurement samples, as far as gradients remain accurate.
+    """Evaluators for fast refinement of plans, which merge successive measurement samples into one
+    sample as long as gradients remain accurate.
 
     Attributes
     ----------
@@ -38,7 +39,9 @@ class ThinnedSamples:
     _evaluators: dict[int, FixedTimeEvaluator] = field(default_factory=dict)
 
     def get_evaluator(self, time: float) -> FixedTimeEvaluator:
-        """Return the evaluator with merged samples for plans that end at a given time [s]."""
+        """Return the evaluator with the number of merged samples that suits plans with a given end
+        time [s].
+        """
         model, n_merged = self.full_evaluator.model, self.count_merged_samples(time)
         if n_merged not in self._evaluators:
             self._evaluators[n_merged] = dataclasses.replace(
@@ -47,8 +50,8 @@ class ThinnedSamples:
         return self._evaluators[n_merged]
 
     def count_merged_samples(self, time: float) -> int:
-        """Return how many measurement samples are merged into one for plans that end at a
-        time [s].
+        """Return the number of successive measurement samples that are merged into one sample for
+        plans with a given end time [s].
         """
         model, rate = (
             self.full_evaluator.model,
@@ -57,20 +60,22 @@ class ThinnedSamples:
         most = min(time / model.step / _MIN_SAMPLES, _MAX_ROTATION_DEG / (rate * model.step))
         return next((each for each in _MERGE_SIZES if each <= most), 1)
 
-    def count_steps(self, time: float) -> int:
-        """Return the index of the filter step at a time [s] in the model with merged samples."""
+    def find_step(self, time: float) -> int:
+        """Return the index of the filter step at a time [s], counted in the longer steps of the
+        model with merged samples.
+        """
         model = self.get_evaluator(time).model
         return min(max(round(time / model.step), 1), model.n_steps)
 
     def evaluate_each(self, designs: Floats, times: Floats) -> tuple[Floats, Floats]:
-        """Return objective and largest violation of each design at its own time [s], as two
-        arrays.
+        """Return the objective and the largest constraint violation of each design at its own time
+        [s], as two arrays of shape (n,).
         """
         value, worst = np.empty(len(designs)), np.empty(len(designs))
         n_merged = np.array([self.count_merged_samples(time) for time in times])
         for size in np.unique(n_merged):
             rows = np.flatnonzero(n_merged == size)
-            steps = np.array([self.count_steps(time) for time in times[rows]])
+            steps = np.array([self.find_step(time) for time in times[rows]])
             evaluator = self.get_evaluator(times[rows[0]])
             value[rows], excess = evaluator.evaluate_at_steps(
                 designs[rows], steps, allow_partial_steps=True
@@ -79,9 +84,8 @@ class ThinnedSamples:
         return value, worst
 
     def select_best_per_time(self, designs: Floats, times: Floats, n_max: int) -> Ints:
-        """Return the indices of the best designs for each time [s], at most `n_max` per time.
-
-        Designs are compared by their largest violation, then by their objective.
+        """Return the row indices of the best designs of each time [s], at most `n_max` per time.
+        Designs are ordered by constraint violation, then by objective.
 
         Parameters
         ----------
@@ -102,8 +106,8 @@ class ThinnedSamples:
     def refine_designs(
         self, initial_designs: Sequence[Floats], times: Floats, max_iterations: int, n_max: int
     ) -> Floats:
-        """Refine initial designs for each of n times, and return the best design of each, shape (n,
-        4 m).
+        """Refine several initial designs for each of n times, and return the best refined design of
+        each time, shape (n, 4 m).
 
         The descents for a time start from the initial designs with the smallest objective at that
         time. The better results continue with more iterations until one design is left.
@@ -125,7 +129,7 @@ class ThinnedSamples:
         )
         n_max = min(n_max, _MAX_CONSTRAINED_DESIGNS) if is_constrained else n_max
         initial = [
-            evaluator.select_best(each, self.count_steps(time), n_max, allow_partial_steps=True)
+            evaluator.select_best(each, self.find_step(time), n_max, allow_partial_steps=True)
             for each, time in zip(initial_designs, times, strict=True)
         ]
         if is_constrained:
@@ -140,7 +144,7 @@ class ThinnedSamples:
         times: Floats,
         max_iterations: int,
     ) -> Floats:
-        steps, share = [self.count_steps(time) for time in times], _FIRST_ITERATION_SHARE
+        steps, share = [self.find_step(time) for time in times], _FIRST_ITERATION_SHARE
         while several := [row for row, each in enumerate(initial) if len(each) > 1]:
             sizes = [len(initial[row]) for row in several]
             designs = np.vstack([initial[row] for row in several])

@@ -30,7 +30,9 @@ _N_POINTS = 400
 
 
 def find_lower_bound(problem: AttitudeManeuverProblem) -> LowerBound | None:
-    """Return the lower bounds over all maneuvers of a scenario, or None if none can be proved."""
+    """Return the lower bounds on the covariance over all maneuvers in a scenario, or None if none
+    can be proved.
+    """
     try:
         return problem.lower_bound
     except NoLowerBoundError:
@@ -38,7 +40,8 @@ def find_lower_bound(problem: AttitudeManeuverProblem) -> LowerBound | None:
 
 
 def is_valid_for_monte_carlo(scenario: Scenario) -> bool:
-    """Return True if random sensor errors cannot make a plan better than the nominal lower bound.
+    """Return True if random sensor errors cannot make a plan better than the lower bound of the
+    nominal scenario.
 
     The nominal lower bound does not depend on errors of the initial attitude or of the rates. The
     exceptions are gyro errors that rates make observable, scenarios that follow an earlier
@@ -52,9 +55,10 @@ def is_valid_for_monte_carlo(scenario: Scenario) -> bool:
 
 
 def list_infeasible_requirements(problem: AttitudeManeuverProblem) -> list[str]:
-    """Return one line of text for each required 1-sigma that lies below its lower bound.
+    """Return one line of text for each required 1-sigma that no maneuver can reach, because it is
+    smaller than its lower bound.
 
-    No maneuver can meet such a requirement. The line suggests how to change the scenario.
+    The line suggests how to change the scenario.
     """
     scenario, model = problem.scenario, problem.model
     if not scenario.required_sigma or not is_valid_for_monte_carlo(scenario):
@@ -80,7 +84,8 @@ def list_infeasible_requirements(problem: AttitudeManeuverProblem) -> list[str]:
 
 
 def summarize_lower_bound(plans: Plans, sample: Plans, sample_label: str) -> list[str]:
-    """Return a line of text on the ratio of the trace of plans to its lower bound.
+    """Return a list with one line of text that compares the traces of the plans of a front with
+    their lower bounds.
 
     The line has the ratio of the default solution of the front and the median ratio of a sample of
     the plans. If no lower bound can be proved, it has the reason.
@@ -116,7 +121,8 @@ def summarize_lower_bound(plans: Plans, sample: Plans, sample_label: str) -> lis
 
 
 def compute_bound_curves(problem: AttitudeManeuverProblem, t_end: Floats) -> Floats:
-    """Sample the lower bounds of trace and attitude 1-sigma over a range of convergence times.
+    """Return the lower bounds of trace and attitude 1-sigma as curves over the range of convergence
+    times of a front.
 
     The range starts at 0.8 times the smallest time. With Monte Carlo runs, the convergence time of
     a plan varies between runs; the curves are then the running minimum of the bounds.
@@ -148,7 +154,8 @@ def compute_bound_curves(problem: AttitudeManeuverProblem, t_end: Floats) -> Flo
 def compare_with_lower_bound(
     model: FilterModel, bound: LowerBound, history: FilterHistory
 ) -> pd.DataFrame:
-    """Compare the worst-axis 1-sigmas at the end of a plan with their lower bounds, in a table.
+    """Return a table that compares the worst-axis 1-sigmas at the end of a plan with their lower
+    bounds.
 
     Parameters
     ----------
@@ -180,7 +187,8 @@ def compare_with_lower_bound(
 
 
 def describe_lower_bound(bound: LowerBound, t_end: float, trace: float) -> Iterator[str]:
-    """Yield lines of text on a plan's trace relative to its lower bound, and on relaxations.
+    """Yield a line of text with the ratio of the trace of a plan to its lower bound, and a second
+    line if the bound contains relaxations.
 
     A relaxation is a simplification by which the bound is lower than necessary.
     """

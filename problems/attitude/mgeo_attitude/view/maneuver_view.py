@@ -30,7 +30,8 @@ TOLERANCE = 0.1
 
 
 class ManeuverView(Plans):
-    """View of n maneuver plans: their tables, summaries, warnings and figures for display.
+    """Presentation of n maneuver plans in reports and terminals: tables, summaries, warnings and
+    figures.
 
     `mgeo.View` documents the methods, and `Plans` has the evaluation results.
     """
@@ -45,7 +46,7 @@ class ManeuverView(Plans):
         return summaries.summarize_plans(self)
 
     def constraints(self) -> list[pd.DataFrame]:
-        """Return, for each plan, a table of constraint values, bounds and margins.
+        """Return, for each plan, a table with the value, bound and margin of each constraint.
 
         With Monte Carlo runs, each value is satisfied in the requested share of the runs. Path
         constraints and wheel budgets have additional rows for the constant-rate hold after
@@ -63,8 +64,8 @@ class ManeuverView(Plans):
         return result
 
     def remarks(self) -> list[str]:
-        """Return lines of text on robustness, margins and lower bound of the plans, and
-        warnings.
+        """Return lines of text on the plans as a group: robustness, margins after convergence, and
+        lower bound. Warnings on the scenario follow.
 
         The lines count the plans that reach their predicted objectives in most Monte Carlo runs,
         and those that satisfy their constraints until the end of the plan. If there are many plans,
@@ -85,7 +86,8 @@ class ManeuverView(Plans):
         return suggestions.suggest_changes(self)
 
     def figures(self) -> dict[str, go.Figure]:
-        """Return the figures of all plans by name: ``front``, ``maneuvers`` and ``convergence``.
+        """Return plotly figures that show all plans together, as a dict with the keys ``front``,
+        ``maneuvers`` and ``convergence``.
 
         ``front`` exists only for the paper's objectives, t_end and trace.
         """
@@ -94,7 +96,9 @@ class ManeuverView(Plans):
         return build_figures(self)
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """Return small figures of each plan by name: rates, attitude, directions of Sun and field,
+        """Return small plotly figures of each plan, as one dict of figures by name per plan.
+
+        The figures show body rates, attitude, directions of Sun and magnetic field, trace and
         1-sigmas.
         """
         import plotly.graph_objects as go
@@ -122,8 +126,8 @@ class ManeuverView(Plans):
         return satellite.describe_satellite(self.problem)
 
     def notes(self) -> list[str]:
-        """Return warnings on implausible values, assumptions, and initial errors beyond the
-        validated range.
+        """Return lines of text with warnings on the scenario: implausible values, modeling
+        assumptions, and initial errors for which the filter has not been validated.
         """
         scenario = self.problem.scenario
         validity = [
@@ -133,8 +137,8 @@ class ManeuverView(Plans):
         return [*find_implausible_values(scenario), *scenario.assumptions, *validity]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
-        """Return the numbers of points of a front that converge within the first orbit and
-        later.
+        """Count the nondominated points of a front that converge within the first orbit, and those
+        that converge later.
 
         The dict has the keys ``points, first orbit`` and ``points, second orbit``. It is empty for
         objectives other than the paper's.

@@ -26,10 +26,10 @@ from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view.plans import Plans
 
-#: Row of a constraint table: unit, value, "at most" or "at least", bound and margin.
+#: Cells in one row of a constraint table: unit, value, "at most" or "at least", bound and margin.
 MarginRow = tuple[str, float, str, float, float]
 _COLUMNS = ["unit", "value", "bound_type", "bound_value", "margin"]
-#: Number of 1-sigmas in the final attitude error, the default of path constraints.
+#: Number of 1-sigmas in the final attitude error, which is also the default of path constraints.
 _SIGMAS = 3.0
 #: Phrases for the two intervals after convergence, in labels of constraints.
 INTERVALS_AFTER_CONVERGENCE = ("in the constant-rate hold", "in the slew back")
@@ -42,7 +42,7 @@ def build_constraint_tables(
     violations: Floats,
     margins_after: Sequence[Mapping[str, MarginRow]] | None = None,
 ) -> list[pd.DataFrame]:
-    """Return, for each of n designs, a table of constraint values, bounds and margins.
+    """Return, for each of n designs, a table with the value, bound and margin of each constraint.
 
     Parameters
     ----------
@@ -85,16 +85,20 @@ def _build_upper_bound_row(unit: str, value: float, bound: float) -> MarginRow:
 
 
 def has_constraints_after_convergence(scenario: Scenario) -> bool:
-    """Return True if a scenario has constraints on the time after the convergence of a plan."""
+    """Return True if a scenario has constraints that apply after the convergence of the filter,
+    during the constant-rate hold or the slew back.
+    """
     wheels = scenario.wheels
-    budgeted = wheels is not None and wheels.has_momentum_budget
-    limited = scenario.path_constraints or scenario.windows or budgeted
-    tolerated = scenario.maneuvers.end_tolerance_deg is not None
-    return bool((limited and (scenario.monte_carlo or scenario.maneuvers.slew_back)) or tolerated)
+    has_wheel_budget = wheels is not None and wheels.has_momentum_budget
+    has_motion_constraints = scenario.path_constraints or scenario.windows or has_wheel_budget
+    continues = scenario.monte_carlo or scenario.maneuvers.slew_back
+    has_end_tolerance = scenario.maneuvers.end_tolerance_deg is not None
+    return bool((has_motion_constraints and continues) or has_end_tolerance)
 
 
 def compute_margins_after_convergence(plans: Plans) -> list[dict[str, MarginRow]]:
-    """Return a dict of constraint margins for the time after convergence, for each plan.
+    """Return, for each plan, a dict of the constraint margins after the convergence of the filter,
+    by constraint label.
 
     Path constraints, wheel budgets and the deadline are evaluated during the constant-rate hold and
     the slew back, in about 0.1 s per plan. The final attitude uncertainty is compared with its
@@ -122,12 +126,14 @@ def compute_margins_after_convergence(plans: Plans) -> list[dict[str, MarginRow]
         else:
             tolerance = problem.scenario.maneuvers.end_tolerance_deg
             if tolerance is not None:
-                off = _compute_final_attitude_error(problem.scenario, problem.model, trajectory)
-                rows[i][END_ATTITUDE] = _build_upper_bound_row("deg", off, tolerance)
-        latest = problem.scenario.deadline
-        if latest < np.inf:
+                error_deg = _compute_final_attitude_error(
+                    problem.scenario, problem.model, trajectory
+                )
+                rows[i][END_ATTITUDE] = _build_upper_bound_row("deg", error_deg, tolerance)
+        deadline = problem.scenario.deadline
+        if deadline < np.inf:
             rows[i][f"{PLAN_END}, including hold and slew back"] = _build_upper_bound_row(
-                "s", edges[-1], latest
+                "s", edges[-1], deadline
             )
         for (start, end), interval_name in zip(
             pairwise(edges), INTERVALS_AFTER_CONVERGENCE, strict=False
@@ -147,7 +153,8 @@ def compute_margins_after_convergence(plans: Plans) -> list[dict[str, MarginRow]
 def _compute_final_attitude_error(
     scenario: Scenario, model: FilterModel, trajectory: Trajectory
 ) -> float:
-    """Return three times the attitude 1-sigma about the worst axis at the end of a plan [deg].
+    """Return the 3-sigma attitude uncertainty at the end of a plan [deg], about the worst body
+    axis.
 
     The covariance includes all measurements until the end and the growth due to gyro noise.
     """
@@ -160,20 +167,21 @@ def _compute_final_attitude_error(
 
 
 def summarize_margins(plans: Plans, sample_label: str) -> list[str]:
-    """Return a line of text that counts the plans that satisfy all constraints after convergence.
+    """Return a list with one line of text on how many plans satisfy all constraints after
+    convergence.
 
     The line names the violated constraints. The list is empty if the scenario has no such
     constraints.
     """
     if not has_constraints_after_convergence(plans.problem.scenario):
         return []
-    exceeded = [
+    violated_labels = [
         {label for label, (*_, margin) in after.items() if margin < 0.0}
         for after in compute_margins_after_convergence(plans)
     ]
-    n_satisfied = sum(not each for each in exceeded)
+    n_satisfied = sum(not each for each in violated_labels)
     line = f"{n_satisfied} of {sample_label} satisfy all constraints after convergence"
-    if labels := sorted(set().union(*exceeded)):
+    if labels := sorted(set().union(*violated_labels)):
         line += f"; the other plans violate {', '.join(labels)}"
     return [line]
 
@@ -186,8 +194,8 @@ def compute_interval_margins(
     covariance: Floats,
     interval_name: str,
 ) -> dict[str, MarginRow]:
-    """Return a dict of the margins of path constraints and wheel budgets in an interval, by
-    label.
+    """Return the margins of path constraints and wheel budgets during an interval of a trajectory,
+    as a dict of table rows by constraint label.
 
     Parameters
     ----------
@@ -245,7 +253,9 @@ def compute_interval_margins(
 def _compute_wheel_load(
     model: FilterModel, trajectory: Trajectory, first: int, last: int
 ) -> Floats:
-    """Return the largest momentum [N m s] and torque [N m] of the wheels between two steps."""
+    """Return the largest wheel momentum [N m s] and the largest wheel torque [N m] between two
+    filter steps, as an array of two values.
+    """
     from mgeo_attitude.filter.wheel_load import compute_wheel_loads  # The import of numba is slow.
 
     scenario = trajectory.scenario

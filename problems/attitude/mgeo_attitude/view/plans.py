@@ -31,7 +31,8 @@ _MAX_EVALUATED = 50
 
 
 class NominalResults(NamedTuple):
-    """Convergence times, traces and covariances of n plans in nominal runs.
+    """Convergence times, traces and covariances of n plans in nominal runs, that is, without random
+    errors.
 
     Attributes
     ----------
@@ -48,7 +49,7 @@ class NominalResults(NamedTuple):
 
 
 class Plans(View):
-    """Maneuver plans of one problem with cached evaluation results.
+    """Maneuver plans of one problem with their evaluation results, each computed on first access.
 
     A view that `select` returns shares the caches of its source.
 
@@ -82,7 +83,9 @@ class Plans(View):
 
     @cached_property
     def nominal(self) -> NominalResults:
-        """Results of the nominal runs, read from the run folder if stored there, else evaluated."""
+        """Results of the nominal runs, either as stored in the run folder or evaluated on first
+        access.
+        """
         return NominalResults(
             self._nominal_run.t_end, self._nominal_run.trace, self._nominal_run.covariance
         )
@@ -92,8 +95,8 @@ class Plans(View):
 
     @cached_property
     def F(self) -> Floats:
-        """Objectives, shape (n, n_obj), read from the run folder if stored there, else
-        evaluated.
+        """Objectives of the plans, shape (n, n_obj), either as stored in the run folder or
+        evaluated on first access.
 
         With Monte Carlo runs, the objectives are quantiles or means over the runs; otherwise they
         are those of the nominal runs.
@@ -102,8 +105,8 @@ class Plans(View):
 
     @property
     def violations(self) -> Floats:
-        """Relative violations of all bounds of the constraints, shape (n, n_bounds), positive where
-        violated.
+        """Relative violation of each bound of each constraint, shape (n, n_bounds), positive where
+        the bound is violated.
         """
         if not self.problem.n_ieq_constr:
             return np.empty((len(self.X), 0))
@@ -111,7 +114,9 @@ class Plans(View):
 
     @cached_property
     def objectives_and_constraints(self) -> Floats:
-        """Objectives, constraint values, and violations of all bounds, as columns of one array."""
+        """Objectives, constraint values and relative violations of all bounds of the plans, as
+        columns of one array.
+        """
         problem = self.problem
         if problem.monte_carlo_runs is None:
             return problem.compute_values(problem.model, self._nominal_run)
@@ -127,14 +132,15 @@ class Plans(View):
 
     @property
     def monte_carlo_sigma_deg(self) -> Floats:
-        """0.9-quantile of the worst-axis attitude 1-sigma over Monte Carlo runs [deg], shape
-        (n,).
+        """0.9-quantile over Monte Carlo runs of the attitude 1-sigma about the worst body axis
+        [deg], shape (n,).
         """
         return self._evaluate_runs()[:, self.problem.n_obj]
 
     @cached_property
     def sigma(self) -> Floats:
-        """Predicted 1-sigma of each state at `t_end`, shape (n, n_states), in the filter's units.
+        """Predicted 1-sigma of each state at `t_end`, shape (n, n_states), in the internal units of
+        the filter.
 
         The values are those of the nominal run. With magnetorquers no run is nominal, because the
         motion depends on the initial attitude error; the values are then root mean squares over
@@ -145,8 +151,8 @@ class Plans(View):
         return np.sqrt(np.diagonal(self.nominal.covariance, axis1=1, axis2=2))
 
     def _evaluate_runs(self, n_runs: int | None = None, seed: int | None = None) -> Floats:
-        """Return quantiles of objectives and attitude 1-sigma over Monte Carlo runs, and rms
-        1-sigmas.
+        """Evaluate the plans over independent Monte Carlo runs, and return statistics over the runs
+        as columns of an array.
 
         The columns are the 0.9-quantiles of the objectives and of the worst-axis attitude 1-sigma
         [deg], then the root mean square of the 1-sigma of each state.
@@ -177,7 +183,8 @@ class Plans(View):
     def compare_with_monte_carlo(
         self, n_runs: int | None = None, seed: int | None = None
     ) -> pd.DataFrame:
-        """Compare predicted objectives of plans with their 0.9-quantiles over Monte Carlo runs.
+        """Return a table that compares the predicted objectives of each plan with their
+        0.9-quantiles over Monte Carlo runs.
 
         The runs are independent of those that the search used. Their errors are drawn from the
         table ``monte_carlo`` of the scenario, or from its defaults.
@@ -214,8 +221,8 @@ class Plans(View):
 
     @property
     def robust_t_end(self) -> Floats:
-        """Convergence time of each plan by the problem's own Monte Carlo runs [s]; NaN without
-        runs.
+        """Convergence time of each plan as evaluated by the optimization over Monte Carlo runs [s],
+        shape (n,). NaN if the optimization uses nominal runs only.
         """
         has_runs = self.problem.scenario.monte_carlo is not None
         return self._extract_t_end(self.F) if has_runs else np.full(len(self.X), np.nan)
@@ -229,7 +236,7 @@ class Plans(View):
 
     @cached_property
     def hold_end(self) -> Floats:
-        """Time until which the last rate of each plan is held [s], shape (n,).
+        """Time until which each plan keeps the rate of its last maneuver [s], shape (n,).
 
         Without Monte Carlo runs this is the nominal convergence time. With Monte Carlo runs, it is
         the time at which at least 9 of 10 runs have converged, or the end of the scenario if too
@@ -249,7 +256,8 @@ class Plans(View):
 
     @cached_property
     def end_times(self) -> Floats:
-        """Time from the epoch to the end of each plan [s], shape (n,); NaN for a lost covariance.
+        """Time from the epoch to the end of each plan [s], shape (n,). NaN if the covariance of the
+        plan lost positivity.
 
         Without a slew back this is `hold_end`, else the end of the slew back. The value is infinite
         if no slew back fits into the scenario's duration. A slew back takes about 25 ms per plan to
@@ -266,8 +274,8 @@ class Plans(View):
         return times
 
     def compute_trajectory(self, row: int) -> Trajectory:
-        """Return the attitude trajectory of the plan in a row, from the epoch to the end of the
-        plan.
+        """Return the attitude trajectory of one plan, given by its row index in `X`, from the epoch
+        to the end of the plan.
 
         The covariance of the plan must not have lost positivity. The slew back, which takes most of
         the time, is cached for all views that share their caches.
@@ -293,7 +301,7 @@ class Plans(View):
 
 
 def select_sample_rows(n: int) -> Ints:
-    """Return the indices of up to 50 evenly spaced rows out of n."""
+    """Return up to 50 evenly spaced row indices out of n rows."""
     return np.unique(np.linspace(0, n - 1, min(n, _MAX_EVALUATED)).round().astype(np.int64))
 
 

@@ -29,7 +29,7 @@ _UNIT_SUFFIX = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
 
 
 def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
-    """Return a description of a satellite and its scenario, as a dict of text by topic.
+    """Describe a satellite and its scenario, as a dict of texts by topic.
 
     The topics are satellite, orbit, Sun, magnetic field, maneuvers, constraint margins at rest, and
     validity of the covariance. The computation takes about 0.1 s.
@@ -52,7 +52,7 @@ def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
 
 
 def _compute_end(scenario: Scenario) -> float:
-    """Return the end of the window or of the scenario, whichever is earlier [s]."""
+    """Return the end of the scenario or the latest end of a plan, whichever is earlier [s]."""
     return min(scenario.duration, scenario.deadline)
 
 
@@ -90,18 +90,18 @@ def ascending_node_solar_time(position: Floats, velocity: Floats, sun: Floats) -
 def _describe_sun(scenario: Scenario, environment: Environment) -> str:
     normal = np.cross(environment.position[0], environment.velocity[0])
     beta = np.degrees(np.arcsin(environment.sun[0] @ normal / np.linalg.norm(normal)))
-    text = f"{beta:+.1f} deg from the orbit's plane"
+    text = f"{beta:+.1f} deg from the orbital plane"
     if not scenario.eclipse:
         return f"{text}; eclipses are not modeled"
     is_shown = environment.times <= _compute_end(scenario)
     dark = np.concatenate([[False], ~environment.sunlit[is_shown], [False]])
     edges = np.flatnonzero(np.diff(dark)).reshape(-1, 2)
     if not len(edges):
-        return f"{text}; shines throughout"
+        return f"{text}; no eclipse"
     times = np.append(environment.times[is_shown], environment.times[is_shown][-1])
     stamps = [format_time_stamps(scenario.epoch, times[edge]) for edge in edges[:_MAX_ECLIPSES]]
     listed = ", ".join(f"{a[11:19]} to {b[11:19]}" for a, b in stamps)
-    more = f" and {len(edges) - _MAX_ECLIPSES} times more" if len(edges) > _MAX_ECLIPSES else ""
+    more = f" and {len(edges) - _MAX_ECLIPSES} more" if len(edges) > _MAX_ECLIPSES else ""
     return f"{text}; in the Earth's shadow {listed} UTC{more}, {dark[1:-1].mean():.0%} of the time"
 
 
@@ -126,11 +126,11 @@ def _describe_maneuvers(scenario: Scenario) -> str:
 
 
 def format_rest_margins(problem: AttitudeManeuverProblem) -> Iterator[str]:
-    """Yield one line of text per path constraint and wheel budget, with its margin while at
-    rest.
+    """Yield one line of text for each path constraint and each wheel budget, with its margin while
+    the satellite holds its initial attitude.
 
-    The satellite holds its initial attitude with the initial attitude uncertainty. Nothing is
-    yielded for magnetorquers, which cannot hold an attitude.
+    The attitude uncertainty is that of the start. There are no lines for magnetorquers, which
+    cannot hold an attitude.
     """
     scenario, model = problem.scenario, problem.model
     wheels = scenario.wheels
@@ -167,7 +167,8 @@ def _describe_validity(scenario: Scenario) -> str:
 
 
 def build_instrument_table(scenario: Scenario) -> pd.DataFrame:
-    """Return a table of noise, sampling interval and initial errors of the gyro and of each sensor.
+    """Return a table of the gyro and the sensors with their noise, sampling interval and initial
+    errors, one row per instrument.
 
     Returns
     -------

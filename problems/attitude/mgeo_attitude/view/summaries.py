@@ -26,7 +26,7 @@ BOUND_RATIO_COLUMN = "trace / lower bound [-]"
 
 
 def summarize_plans(plans: Plans) -> list[str]:
-    """Return one line of text per plan with its convergence time and predicted 1-sigmas.
+    """Return one line of text per plan with its convergence time and its predicted 1-sigmas.
 
     The 1-sigmas are those of the attitude and of each bias about the worst body axis. A robust
     convergence time comes first. If the design fixes t_end, the line has the attitude 1-sigma that
@@ -94,12 +94,14 @@ def _describe_sigma(suite: Suite, sigma: Floats, is_monte_carlo: bool) -> str:
 
 
 def format_nominal_suffix(scenario: Scenario) -> str:
-    """Return ", nominal" for titles of nominal results next to Monte Carlo results, else ""."""
+    """Return ", nominal" as a suffix for titles of nominal results if Monte Carlo results are also
+    shown, otherwise an empty string.
+    """
     return ", nominal" if scenario.monte_carlo or scenario.is_magnetorquer_driven else ""
 
 
 def format_convergence_time(t_end: float) -> str:
-    """Return a phrase with the time within which 9 of 10 Monte Carlo runs converge.
+    """Format the time within which 9 of 10 Monte Carlo runs converge, as a phrase.
 
     Parameters
     ----------
@@ -112,7 +114,7 @@ def format_convergence_time(t_end: float) -> str:
 
 
 def format_duration(seconds: float) -> str:
-    """Format a duration [s] in hours, minutes and seconds, such as 1 h 40 min 5 s."""
+    """Format a duration [s] as text in hours, minutes and seconds, such as "1 h 40 min 5 s"."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     parts = [(hours, "h"), (minutes, "min"), (rest, "s")]
@@ -126,7 +128,8 @@ def format_two_digits(value: float) -> str:
 
 
 def build_plan_table(plans: Plans) -> pd.DataFrame:
-    """Return a table of plans with their objectives in the nominal run and in Monte Carlo runs.
+    """Return a table of plans, one row each, with results of the nominal run and objectives over
+    Monte Carlo runs.
 
     The table has the columns of `compute_quick_metrics` and, for each objective, its 0.9-quantile
     over Monte Carlo runs (see `Plans.compare_with_monte_carlo`). If the scenario has Monte Carlo
@@ -147,7 +150,8 @@ def build_plan_table(plans: Plans) -> pd.DataFrame:
 
 
 def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
-    """Return a table of the results that need only one run of the filter, one row per plan.
+    """Return a table of the results of nominal runs, which are computed quickly, with one row per
+    plan.
 
     If the scenario has Monte Carlo runs, the names of objectives mark them as nominal. Objectives
     and 1-sigmas are NaN for a design whose covariance lost positivity.
@@ -198,7 +202,8 @@ def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
 
 
 def compute_worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
-    """Return the worst-axis 1-sigma of each 3-vector of the state, as a dict by column name.
+    """Return the 1-sigma of each 3-vector of the state about its worst body axis, as a dict of
+    table columns by name.
 
     Parameters
     ----------
@@ -220,7 +225,8 @@ def compute_worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
 
 
 def count_front_points(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
-    """Count the distinct nondominated points that converge within the first orbit, and those later.
+    """Count the nondominated points of a front that converge within the first orbit, and those that
+    converge later.
 
     The paper's Table 3 lists these counts for runs of two orbits. In a longer run, the second count
     includes all later orbits.

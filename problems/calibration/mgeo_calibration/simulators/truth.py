@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from mgeo_attitude.environment.times import seconds_between
 from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
-from mgeo_attitude.plan.documents import parse_table, read_document, read_scenario
+from mgeo_attitude.plan.documents import parse_document, read_document, read_scenario
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.prior import check_quaternion, read_states
 from mgeo_attitude.settings.errors import expect
@@ -41,7 +41,7 @@ def read_truth(path: Path, plan: ManeuverPlan) -> Truth:
 
 
 def _parse_truth(text: str, plan: ManeuverPlan) -> Truth:
-    table = parse_table(text, FORMAT, VERSION)
+    table = parse_document(text, FORMAT, VERSION)
     before = read_scenario(table)
     get_entry(table, "states", dict)
     states = read_states(table, plan.scenario.suite)

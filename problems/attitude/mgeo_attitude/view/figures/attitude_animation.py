@@ -33,7 +33,8 @@ _HALF_EDGES = (0.2, 0.32, 0.12)
 def compute_body_rotations(
     intervals: RateIntervals, attitude: Floats, step: float
 ) -> dict[str, Floats]:
-    """Return the rotation vectors of the body between successive times, for an animation.
+    """Return the rotation vectors between successive attitudes of the satellite, for an animation,
+    as a dict of arrays.
 
     Parameters
     ----------
@@ -68,7 +69,8 @@ def compute_body_rotations(
 
 
 def compute_direction_rotations(times: Floats, vectors: Floats) -> dict[str, Floats]:
-    """Return the smallest rotations between successive directions as vectors, for an animation.
+    """Return the smallest rotations between successive directions as rotation vectors, for an
+    animation, as a dict of arrays.
 
     Parameters
     ----------
@@ -96,9 +98,10 @@ def compute_direction_rotations(times: Floats, vectors: Floats) -> dict[str, Flo
 
 
 def compute_sun_field_rotations(environment: Environment) -> dict[str, dict[str, Floats]]:
-    """Return the rotation vectors of the inertial directions of Sun and magnetic field over time.
+    """Return the rotation vectors that animate the inertial directions of the Sun and of the
+    magnetic field, as a dict with the keys ``Sun`` and ``field``.
 
-    The result is a dict with the keys ``Sun`` and ``field``; see `compute_direction_rotations`.
+    See `compute_direction_rotations` for the format of each value.
     """
     last = len(environment.times) - 1
     steps = np.unique(np.rint(np.linspace(0, last, _N_DIRECTION_ROTATIONS + 1)).astype(np.int64))
@@ -116,7 +119,8 @@ def draw_attitude(
     inertial: dict[str, dict[str, Floats]],
     shadow: Sequence[tuple[float, float]],
 ) -> dict[str, Any]:
-    """Draw the satellite body, the Sun direction and the field direction in inertial space.
+    """Return an animated plotly figure of the satellite body, the Sun direction and the field
+    direction in inertial space.
 
     Parameters
     ----------

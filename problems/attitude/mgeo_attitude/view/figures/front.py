@@ -30,7 +30,7 @@ _TIME_MARGIN = 0.04
 
 
 class _Scale(NamedTuple):
-    """Quantity on the vertical axis of the figure.
+    """Quantity that the vertical axis of the front shows: the trace or the attitude 1-sigma.
 
     `column` is its column in arrays of t_end, trace and attitude 1-sigma. `required` is the
     required value, infinite without a requirement.
@@ -52,7 +52,8 @@ def draw_front(
     lower_bound: Floats,
     knee_index: int | None,
 ) -> go.Figure:
-    """Draw the attitude 1-sigma or the trace of plans against their convergence time.
+    """Return a plotly figure with the attitude 1-sigma or the trace of each plan against its
+    convergence time.
 
     Buttons select the 1-sigma [deg] or the trace. The hover text of a plan lists its maneuvers. The
     traces are the boundary of the dominated region; the plans, whose ``customdata`` is their

@@ -19,7 +19,7 @@ _DASHES = ("solid", "9px,3px", "3px,3px", "12px,3px,3px,3px", "18px,3px", "6px,3
 
 
 def build_line_style(index: int, width: float = 2) -> dict[str, Any]:
-    """Return color, dash pattern and width of the line with an index, as a plotly dict."""
+    """Return color, dash pattern and width of the curve with a given index, as a plotly dict."""
     color, dash = COLORS[index % len(COLORS)], _DASHES[index % len(_DASHES)]
     return {"color": color, "dash": dash, "width": width}
 
@@ -52,7 +52,7 @@ MAX_SELECTED = 6
 
 @dataclass(frozen=True)
 class PlottedSolutions:
-    """Plans that a figure shows, with their objectives, attitude 1-sigmas and labels.
+    """Plans that are shown in a figure, with their objectives, attitude 1-sigmas and labels.
 
     Attributes
     ----------
@@ -74,8 +74,9 @@ class PlottedSolutions:
 
     @classmethod
     def from_plans(cls, plans: Plans) -> PlottedSolutions:
-        """Return the plans with finite objectives, that is, without a covariance that lost
-        positivity.
+        """Select the plans with finite objectives for a figure.
+
+        Plans whose covariance lost positivity are left out.
 
         Raises
         ------
@@ -94,7 +95,8 @@ class PlottedSolutions:
         return cls(rows, designs[rows], F[rows], sigma, labels)
 
     def select_representative(self, knee_index: int | None = None) -> PlottedSolutions:
-        """Return the plans with the smallest t_end, at the knee and with the smallest trace.
+        """Select up to three plans: those with the smallest t_end and the smallest trace, and the
+        knee.
 
         If there are at most six plans, all of them are returned. The labels name the three roles.
 

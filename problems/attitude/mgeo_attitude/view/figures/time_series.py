@@ -32,7 +32,8 @@ _HOLD_COLOR = "rgba(128,128,128,0.15)"
 
 
 def build_figures(plans: Plans) -> dict[str, go.Figure]:
-    """Return the figures of plans by name: ``front``, ``maneuvers`` and ``convergence``.
+    """Return plotly figures of a front as a dict with the keys ``front``, ``maneuvers`` and
+    ``convergence``.
 
     ``maneuvers`` and ``convergence`` show up to six plans. Plans are numbered by their row in the
     front. Plans whose covariance lost positivity are left out. ``front`` exists only for the
@@ -80,7 +81,9 @@ def build_figures(plans: Plans) -> dict[str, go.Figure]:
 def draw_maneuvers(
     problem: AttitudeManeuverProblem, solutions: PlottedSolutions, hold_ends: Floats | None = None
 ) -> go.Figure:
-    """Draw the body rates of each plan against time, one panel per plan with its own time axis.
+    """Return a plotly figure of body rates against time, with one panel per plan.
+
+    Each panel has its own time axis.
 
     Parameters
     ----------
@@ -140,7 +143,8 @@ def draw_maneuvers(
 def compute_rate_profile(
     problem: AttitudeManeuverProblem, x: Floats, end_time: float
 ) -> tuple[Floats, Floats, float]:
-    """Return the body rates of a plan over time, including constant-rate hold and slew back.
+    """Return the body rates of a plan at the times at which they change, from the first maneuver to
+    the end of the hold or of the slew back.
 
     Parameters
     ----------
@@ -172,7 +176,9 @@ _COLUMNS = 2
 
 
 def draw_convergence(problem: AttitudeManeuverProblem, solutions: PlottedSolutions) -> go.Figure:
-    """Draw trace and worst-axis 1-sigmas against time, one line per plan."""
+    """Return a plotly figure of the trace and the worst-axis 1-sigmas against time, with one curve
+    per plan in each panel.
+    """
     blocks = list_block_units(problem.model.suite)
     panels = ["trace [-]", *(f"{block.label}, 1-sigma [{block.unit}]" for block in blocks)]
     rows = -(-len(panels) // _COLUMNS)
@@ -217,7 +223,7 @@ def draw_convergence(problem: AttitudeManeuverProblem, solutions: PlottedSolutio
 def compute_convergence_curves(
     problem: AttitudeManeuverProblem, solutions: PlottedSolutions
 ) -> list[tuple[Floats, Floats]]:
-    """Return the trace and the worst-axis 1-sigmas of each plan as functions of time.
+    """Return, for each plan, the trace and the worst-axis 1-sigmas at sample times up to its t_end.
 
     Returns
     -------
@@ -239,7 +245,9 @@ def compute_convergence_curves(
 
 
 def select_sample_steps(last: int) -> NDArray[np.int64]:
-    """Return the filter steps from 0 to `last` at which a curve is drawn, denser at the start."""
+    """Return the indices of the filter steps at which a curve is drawn, from 0 to `last`, denser at
+    the start.
+    """
     even = np.linspace(0, last, _SAMPLES)
     dense_at_start = np.geomspace(1, last, _SAMPLES)
     return np.unique(np.rint(np.concatenate([even, dense_at_start])).astype(np.int64))

@@ -14,7 +14,8 @@ from mgeo_attitude.sensors.suite import Suite, list_block_units
 
 
 class StateLabels(NamedTuple):
-    """Names, display units and unit factors of the states of a sensor suite, in filter order.
+    """Name, display unit and conversion factor of each state of the filter, in the order of the
+    state vector.
 
     Attributes
     ----------
@@ -49,7 +50,7 @@ _MIN_AXIS_COSINE = np.cos(np.radians(15.0))
 
 
 def describe_direction(suite: Suite, initial_sigma: Floats, direction: Floats) -> str:
-    """Describe a direction in the state space of the filter by a phrase.
+    """Return a phrase that describes a direction in the state space of the filter.
 
     An example is ``common rotation of attitude and both sensors about body z``. Misalignments of
     sensors with the same rotation vector are grouped, together with the attitude if it has the same
@@ -97,8 +98,10 @@ def describe_direction(suite: Suite, initial_sigma: Floats, direction: Floats) -
 def _group_rotations(
     sensors: Sequence[str], blocks: Sequence[str], vector: dict[str, Floats]
 ) -> list[str]:
-    """Return the misalignments (and the attitude) with nearly the same rotation vector as the
-    first.
+    """Return the names of the 3-vectors that have nearly the same rotation vector as the first
+    sensor misalignment in `blocks`: sensor misalignments and possibly the attitude.
+
+    The list is empty if no other 3-vector has this rotation vector.
     """
     tilts = [vector[name] for name in blocks if name in sensors]
     if not tilts:
@@ -112,7 +115,8 @@ def _group_rotations(
 
 
 def _join_names(names: Sequence[str], n_misaligned: int) -> str:
-    """Join the names of grouped 3-vectors to a phrase, such as "attitude and both sensors".
+    """Return a phrase that lists grouped 3-vectors of the state, such as "attitude and both
+    sensors".
 
     `n_misaligned` is the number of sensors with a misalignment.
     """
@@ -134,7 +138,8 @@ def _format_axis(vector: Floats) -> str:
 
 
 def compute_correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame:
-    """Return the correlation matrix of a covariance as a table labeled by state names.
+    """Return the correlation matrix of a covariance as a table, with state names as index and
+    columns.
 
     Parameters
     ----------
@@ -155,7 +160,7 @@ def compute_correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame
 
 
 def normalize_covariance(model: FilterModel, covariance: Floats) -> Floats:
-    """Return a covariance with every state in units of its initial 1-sigma.
+    """Scale a covariance so that every state is in units of its initial 1-sigma.
 
     The normalization makes states of different units comparable (Ham & Brown, "Observability,
     Eigenvalues, and Kalman Filtering", IEEE Transactions on Aerospace and Electronic Systems 19
@@ -180,7 +185,8 @@ def normalize_covariance(model: FilterModel, covariance: Floats) -> Floats:
 def find_least_observable(
     model: FilterModel, covariance: Floats, n_directions: int = 3
 ) -> pd.DataFrame:
-    """Return a table of the directions in state space with the largest remaining uncertainty.
+    """Return a table of the least observable directions in state space, that is, those with the
+    largest remaining uncertainty.
 
     The remaining uncertainty is the ratio of the final to the initial 1-sigma along the direction.
     The directions are eigenvectors of the covariance in units of the initial 1-sigmas; see

@@ -23,7 +23,8 @@ _N_CONTRIBUTIONS = 3
 def compute_error_budget(
     model: FilterModel, design: ArrayLike, history: FilterHistory
 ) -> pd.DataFrame:
-    """Return a table of the contributions of error sources to the final worst-axis 1-sigmas.
+    """Return the error budget of a plan as a table: the contribution of each error source to the
+    final worst-axis 1-sigma of each 3-vector of the state.
 
     Parameters
     ----------
@@ -56,7 +57,8 @@ def describe_error_drivers(
     improvements: pd.DataFrame,
     history: FilterHistory,
 ) -> list[str]:
-    """Return one line per required 1-sigma with its largest error sources and best improvements.
+    """Return lines of text with the largest error sources and the most effective improvements, one
+    line for each 1-sigma that the scenario limits.
 
     Without requirements there is one line for the attitude. If an initial error is the largest
     source, the line also has the share of its initial 1-sigma that is left.
@@ -97,7 +99,8 @@ def describe_error_drivers(
 def compute_measurement_times(
     model: FilterModel, phases: Sequence[Phase], design: ArrayLike, history: FilterHistory
 ) -> pd.DataFrame:
-    """Return a table of the time [s] for which each sensor measures in each phase of a plan.
+    """Return a table of the time [s] during which each sensor provides measurements, with one row
+    per phase of a plan and one column per sensor.
 
     Parameters
     ----------
@@ -133,7 +136,8 @@ def _find_worst_axis(history: FilterHistory, block: int) -> int:
 def compute_uncertainty_by_phase(
     model: FilterModel, design: ArrayLike, history: FilterHistory
 ) -> pd.DataFrame:
-    """Return a table of the trace and all 1-sigmas at the start and at the end of each phase.
+    """Return a table with the trace and the 1-sigma of every state at the start of a plan and at
+    the end of each phase.
 
     Parameters
     ----------

@@ -28,7 +28,8 @@ _AXES = np.eye(3)
 def build_baselines(
     scenario: Scenario, duration: float, rate_deg_s: float | None = None
 ) -> dict[str, tuple[float, ...]]:
-    """Return simple designs that need no optimizer, as a dict of design vectors by name.
+    """Return simple designs for comparison with an optimized plan, such as a rotation about each
+    body axis in turn. The result is a dict of design vectors by name.
 
     Parameters
     ----------
@@ -59,7 +60,8 @@ def build_baselines(
 def build_matching_baselines(
     scenario: Scenario, phases: Iterable[Phase]
 ) -> dict[str, tuple[float, ...]]:
-    """Return the simple designs of `build_baselines` with the total maneuver time of a plan.
+    """Return the simple designs of `build_baselines` with a total duration equal to that of the
+    maneuvers of a plan.
 
     Parameters
     ----------
@@ -79,7 +81,8 @@ def build_matching_baselines(
 def compare_designs(
     problem: AttitudeManeuverProblem, designs: Mapping[str, ArrayLike], time: float
 ) -> pd.DataFrame:
-    """Return a table of the traces and worst-axis 1-sigmas of designs at a common time.
+    """Return a table that compares the traces and the worst-axis 1-sigmas of several designs at the
+    same time.
 
     The filter need not have converged at that time.
 
@@ -128,8 +131,8 @@ def _divide_equally(rates_deg_s: np.ndarray, duration: float) -> tuple[float, ..
 
 
 def _stack_designs(designs: list[np.ndarray]) -> np.ndarray:
-    """Return designs as rows of equal length, with leading maneuvers of zero duration as
-    padding.
+    """Stack designs as rows of an array. Shorter designs are padded at the start with maneuvers of
+    zero duration.
     """
     longest = max(design.size for design in designs)
     if any(design.size % VARIABLES_PER_MANEUVER or design.ndim != 1 for design in designs):
@@ -151,12 +154,14 @@ UNCHANGED = "unchanged"
 def evaluate_improvements(
     model: FilterModel, design: ArrayLike, t_end: float, rate_deg_s: float
 ) -> pd.DataFrame:
-    """Return a table of a plan's worst-axis 1-sigmas after improving one input at a time.
+    """Return a table of the worst-axis 1-sigmas that a plan would reach if one input were improved,
+    with one row per improvement.
 
-    The changes are half of an initial 1-sigma; half of the noise of the gyro or of a sensor; 300 s
-    more at the last rate; and 300 s more of rotation about a body axis, after holding the last rate
-    until `t_end`. Each change is one run of the filter. Constraints are not evaluated. Changes of
-    duration are omitted if the scenario ends earlier, and rotations are omitted for magnetorquers.
+    The improvements are half of an initial 1-sigma; half of the noise of the gyro or of a sensor;
+    300 s more at the last rate; and 300 s more of rotation about a body axis, after holding the
+    last rate until `t_end`. Each improvement is one run of the filter. Constraints are not
+    evaluated. Changes of duration are omitted if the scenario ends earlier, and rotations are
+    omitted for magnetorquers.
 
     Parameters
     ----------
@@ -197,8 +202,8 @@ def evaluate_improvements(
 
 
 def select_most_effective(values: pd.Series, min_reduction: float = 0.02) -> pd.Series:
-    """Return the two changes that reduce a 1-sigma most, from a column of the table of
-    improvements.
+    """Select up to two changes of `evaluate_improvements`, those that reduce one 1-sigma most.
+    Return the reduced 1-sigmas by name of the change.
 
     Parameters
     ----------
@@ -218,7 +223,9 @@ def select_most_effective(values: pd.Series, min_reduction: float = 0.02) -> pd.
 
 
 def _compute_sigma(model: FilterModel, design: ArrayLike, step: int) -> Floats:
-    """Return the worst-axis 1-sigma of each 3-vector of the state at a step, in filter units."""
+    """Return the worst-axis 1-sigma of each 3-vector of the state at a filter step, in filter
+    units, shape (n_blocks,).
+    """
     result = evaluate(
         model.full_duration_model, np.atleast_2d(np.asarray(design, dtype=float)), 1, history=True
     )
@@ -242,8 +249,8 @@ def _halve_noise(suite: Suite) -> Iterator[tuple[str, Suite]]:
 def _add_rotations(
     model: FilterModel, design: ArrayLike, t_end: float, rate_deg_s: float
 ) -> Iterator[tuple[str, Floats]]:
-    """Yield the design with its last rate held until `t_end` and a rotation about each body
-    axis.
+    """Yield one extended design for each body axis, with the name of the axis: the last rate is
+    held until `t_end`, then the satellite rotates about the axis.
     """
     if isinstance(model.slew_limits, MagnetorquerDrive):
         return
