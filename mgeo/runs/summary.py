@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 # In fronts scaled to size 1, distances below this value are rounding errors.
 _FLATNESS_TOLERANCE = 1e-9
-_MARGIN_COLUMNS = ["margin", "unit", "value", "bound", "limit"]
+_MARGIN_COLUMNS = ["margin", "unit", "value", "bound_type", "bound_value"]
 _MAX_RELAXATIONS = 3  # Maximum number of suggested combinations of constraints to relax.
 
 

@@ -1,4 +1,4 @@
-"""Designs of the batch before are looked up, not run."""
+"""Cache of the designs of the previous batch."""
 
 import dataclasses
 
@@ -8,7 +8,7 @@ from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.scenario import Wheels
 
 
-def test_only_what_the_batch_before_had_not_is_run():
+def test_only_new_designs_are_evaluated():
     runs = []
 
     def run(designs):
@@ -16,21 +16,21 @@ def test_only_what_the_batch_before_had_not_is_run():
         return designs * 10.0
 
     cache = EvaluationCache()
-    for batch, ran in [
+    for batch, evaluated in [
         ([1, 2, 3], [1, 2, 3]),
         ([3, 4, 1], [4]),
-        ([2, 4], [2]),  # 2 was in the batch before the last
+        ([2, 4], [2]),  # Design 2 is not in the previous batch.
         ([4, 2], []),
         ([], []),
         ([4], [4]),
     ]:
         designs = np.array(batch, dtype=float).reshape(-1, 1)
         np.testing.assert_array_equal(cache.evaluate(designs, run), 10.0 * designs)
-        assert runs == ran
+        assert runs == evaluated
         runs.clear()
 
 
-def test_values_of_a_problem_with_limits_do_not_depend_on_what_was_run_before(monkeypatch):
+def test_cached_values_with_constraints_equal_evaluated_values(monkeypatch):
     counts = []
 
     def counted(model, X, *args, **kwargs):
@@ -44,8 +44,8 @@ def test_values_of_a_problem_with_limits_do_not_depend_on_what_was_run_before(mo
     X = np.random.default_rng(0).uniform(one.xl, one.xu, (6, 12))
     one.evaluate(X[:4])
     values = one.evaluate(X[::-1], return_as_dictionary=True)
-    alone = other.evaluate(X[::-1], return_as_dictionary=True)
+    separate = other.evaluate(X[::-1], return_as_dictionary=True)
     assert counts == [4, 2, 6]
-    np.testing.assert_array_equal(values["F"], alone["F"])
-    np.testing.assert_array_equal(values["G"], alone["G"])
+    np.testing.assert_array_equal(values["F"], separate["F"])
+    np.testing.assert_array_equal(values["G"], separate["G"])
     assert values["G"].shape == (6, 1)

@@ -1,4 +1,4 @@
-"""Limits of a real satellite and objectives beyond the paper's, each against the slow filter."""
+"""Objectives, compared with the reference filter, and required 1-sigmas."""
 
 import dataclasses
 
@@ -27,7 +27,7 @@ def designs(n=6):
     return X
 
 
-def evaluated(problem, X):
+def evaluate_designs(problem, X):
     return problem.evaluate(X, return_as_dictionary=True)
 
 
@@ -59,10 +59,15 @@ def limited():
         ),
     )
     X = designs()
-    return problem, X, evaluated(problem, X), [run_reference_filter(problem.model, x) for x in X]
+    return (
+        problem,
+        X,
+        evaluate_designs(problem, X),
+        [run_reference_filter(problem.model, x) for x in X],
+    )
 
 
-def test_criteria_of_the_covariance(limited):
+def test_covariance_objectives_equal_reference(limited):
     problem, _, out, runs = limited
     sigma = problem.model.initial_sigma
     for F, run in zip(out["F"], runs, strict=True):
@@ -84,26 +89,26 @@ def test_time_to_required_sigma(limited):
     assert len(set(expected)) > 1
 
 
-NOT_FLOWN = [
-    # no time for anything but the last rate
+PARTLY_EXECUTED_DESIGNS = [
+    # Only the last rate is executed.
     ([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0], 3**0.5 * DURATION, 3**0.5),
-    # a maneuver that is over before the step at which it would begin
+    # The second maneuver ends before the step at which it would start.
     ([0.5, 0.0, 0.0, 100.5, -1.0, 0.0, 0.0, 0.2, 0.5, 0.0, 0.0, 50.0], 0.5 * DURATION, 0.5),
-    # one that would begin after the end
+    # The last maneuver would start after the end.
     ([0.5, 0.0, 0.0, 800.0, 0.0, 0.0, 0.0, 150.0, 1.0, 0.0, 0.0, 9.0], 400.0, 1.0),
 ]
 
 
-@pytest.mark.parametrize(("design", "angle", "rate_change"), NOT_FLOWN)
-def test_only_what_is_flown_until_t_end_is_turned_through(design, angle, rate_change):
-    endless = scenario(convergence=Convergence(window=60.0, relative_decrease=1e-9))
-    problem = AttitudeManeuverProblem(endless, objectives=("t_end", "angle", "rate_change"))
-    F = evaluated(problem, np.array([design]))["F"][0]
+@pytest.mark.parametrize(("design", "angle", "rate_change"), PARTLY_EXECUTED_DESIGNS)
+def test_rotation_angle_includes_only_executed_maneuvers(design, angle, rate_change):
+    unconverged = scenario(convergence=Convergence(window=60.0, relative_decrease=1e-9))
+    problem = AttitudeManeuverProblem(unconverged, objectives=("t_end", "angle", "rate_change"))
+    F = evaluate_designs(problem, np.array([design]))["F"][0]
     assert F.tolist() == pytest.approx([DURATION, angle, rate_change], rel=1e-12)
 
 
 @pytest.mark.parametrize("acceleration", [None, 0.02])
-def test_angle_is_what_the_phases_of_the_plan_sweep(acceleration):
+def test_rotation_angle_equals_sum_of_phases(acceleration):
     limits = ManeuverBounds(max_acceleration_deg_s2=acceleration)
     problem = AttitudeManeuverProblem(
         scenario(maneuvers=limits), objectives=("t_end", "angle", "rate_change")
@@ -111,15 +116,15 @@ def test_angle_is_what_the_phases_of_the_plan_sweep(acceleration):
     X = designs(30)
     X[10:20, 3::4] *= np.random.default_rng(5).random((10, 3)) > 0.4
     X[20:, 3::4] *= 0.05
-    F = evaluated(problem, X)["F"]
+    F = evaluate_designs(problem, X)["F"]
     slew_limits = problem.model.slew_limits
-    swept = [
+    angles = [
         sum(phase.rotation_deg for phase in list_phases(x, t_end, 1.0, slew_limits))
         for x, t_end in zip(X, F[:, 0], strict=True)
     ]
-    np.testing.assert_allclose(F[:, 1], swept, rtol=1e-12)
-    alone = [evaluated(problem, x[None])["F"][0] for x in X]
-    np.testing.assert_array_equal(F, alone)  # to the last bit, whatever is beside it
+    np.testing.assert_allclose(F[:, 1], angles, rtol=1e-12)
+    separate = [evaluate_designs(problem, x[None])["F"][0] for x in X]
+    np.testing.assert_array_equal(F, separate)  # Results do not depend on the batch.
     assert (problem.map_to_indicator_space(F) <= 1.0).all()
 
 
@@ -131,15 +136,15 @@ def test_angle_is_what_the_phases_of_the_plan_sweep(acceleration):
         (("t_required",), ValueError, "no required_sigma"),
     ],
 )
-def test_bad_objectives(objectives, error, message):
+def test_invalid_objectives_are_rejected(objectives, error, message):
     with pytest.raises(error, match=message):
         AttitudeManeuverProblem(objectives=objectives)
     with pytest.raises(error, match=message):
         Scenario.from_dict({"preset": "paper", "objectives": objectives})
 
 
-def test_requirements_are_in_the_unit_of_their_key():
-    """Keys ending as those of the sensors do; what the filter has is rad, rad/s and 50 µT."""
+def test_required_sigma_is_converted_from_unit_of_key():
+    """The filter units are rad, rad/s and 50 µT."""
     required = {
         "attitude_deg": 0.1,
         "gyro": {"bias_deg_h": 2.0},

@@ -1,4 +1,4 @@
-"""Windows in which a plan has to be flown as a whole."""
+"""Time windows that must contain a whole plan."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def scenario(windows=(OPEN, LATER), **changed):
     return Scenario.from_dict(table | {"windows": list(windows)} | changed)
 
 
-def test_the_window_at_the_epoch_is_a_constraint_on_the_end():
+def test_open_window_constrains_end_of_plan():
     problem = AttitudeManeuverProblem(scenario())
     assert problem.scenario.deadline == 750.0
     assert problem.constraint_names == ("end of the plan",)
@@ -27,15 +27,15 @@ def test_the_window_at_the_epoch_is_a_constraint_on_the_end():
 
 
 @pytest.mark.slow
-def test_a_slew_back_has_to_be_over_too():
-    """It is looked at in the plan's table, where the search sees its calibration alone."""
+def test_slew_back_must_end_before_window_closes():
+    """The slew back is included in the constraint table of the plan, but not in the search."""
     table = {"maneuvers": {"slew_back": True}}
     plan = ManeuverPlan(scenario([OPEN | {"end": "2018-06-05T00:08:00Z"}], **table), DESIGN)
     rows = plan.build_constraint_table()
     assert rows.loc["end of the plan", "satisfied"] == (plan.t_end <= 480.0)
-    whole = rows.loc["end of the plan, including hold and slew back"]
-    assert whole["value"] == plan.duration > plan.t_end
-    assert whole["satisfied"] == (plan.duration <= 480.0)
+    complete = rows.loc["end of the plan, including hold and slew back"]
+    assert complete["value"] == plan.duration > plan.t_end
+    assert complete["satisfied"] == (plan.duration <= 480.0)
 
 
 @pytest.mark.parametrize(
@@ -45,15 +45,14 @@ def test_a_slew_back_has_to_be_over_too():
         ([OPEN | {"start": "2018-06-04T23:50:00"}], "windows[0].start", "a UTC offset"),
     ],
 )
-def test_what_no_plan_fits_in_is_refused(windows, key, words):
+def test_scenario_without_usable_window_is_rejected(windows, key, words):
     with pytest.raises(InvalidValue) as refused:
         scenario(windows)
     assert str(refused.value).startswith(key)
     assert words in str(refused.value)
 
 
-def test_only_the_rule_of_the_trace_waits_for_its_window():
-    """A plan that ends with its maneuvers may be over before."""
+def test_rule_end_allows_window_shorter_than_convergence_window():
     ended = {"rule": "end", "window": 60.0}
     half_a_minute = OPEN | {"end": "2018-06-05T00:00:30Z"}
     assert scenario([half_a_minute], convergence=ended).deadline == 30.0

@@ -1,4 +1,4 @@
-"""The motion of a satellite by the Earth's point mass and J2, integrated by scipy."""
+"""Numerical integration of orbits under the Earth's point mass and J2."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 
 def rates(_time: float, state: np.ndarray, oblate: bool = True) -> np.ndarray:
-    """Velocity and acceleration; the axis of J2 is z."""
+    """Return velocity and acceleration. The symmetry axis of J2 is z."""
     position = state[:3]
     radius = float(np.linalg.norm(position))
     polar = (position[2] / radius) ** 2
@@ -22,9 +22,9 @@ def rates(_time: float, state: np.ndarray, oblate: bool = True) -> np.ndarray:
 
 
 def integrated(state: np.ndarray, times: np.ndarray, oblate: bool = True) -> np.ndarray:
-    """States [m], [m/s], shape (n, 6), at times [s] of which the first is that of the state."""
-    found: Any = solve_ivp(
+    """Return states [m], [m/s], shape (n, 6), at times [s]. The first time is that of `state`."""
+    actual: Any = solve_ivp(
         partial(rates, oblate=oblate), times[[0, -1]], state, "DOP853", times,
         rtol=1e-13, atol=1e-6,
     )  # fmt: skip
-    return np.asarray(found.y.T)
+    return np.asarray(actual.y.T)

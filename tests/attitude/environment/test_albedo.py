@@ -1,4 +1,4 @@
-"""Light from the Earth against closed forms of a Lambert sphere and a sum over its surface."""
+"""Albedo of the Earth compared with closed forms of a Lambert sphere and a sum over its surface."""
 
 import numpy as np
 import pytest
@@ -9,23 +9,23 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 def sun_at(zenith):
-    """Unit vectors at zenith angles [rad]."""
+    """Return unit vectors at zenith angles [rad]."""
     zenith = np.atleast_1d(zenith)
     return np.stack([np.sin(zenith), np.zeros_like(zenith), np.cos(zenith)], axis=1)
 
 
-def test_from_far_it_is_the_phase_function_of_a_lambert_sphere():
+def test_distant_albedo_equals_lambert_phase_function():
     """Geometric albedo 2/3, (sin α + (π - α) cos α) / π: Lester, McCall & Tatum (1979), eq. 4."""
     alpha, r = np.radians([0.0, 30.0, 60.0, 90.0, 120.0, 150.0]), 1e5 * EARTH_RADIUS
-    found = albedo_vector(np.tile(r * UP, (6, 1)), sun_at(alpha))
+    albedo = albedo_vector(np.tile(r * UP, (6, 1)), sun_at(alpha))
     expected = 2.0 / 3.0 * (np.sin(alpha) + (np.pi - alpha) * np.cos(alpha)) / np.pi * 1e-10
-    np.testing.assert_allclose(-found[:, 2], expected, rtol=2e-3)
-    np.testing.assert_allclose(found[:, :2], 0.0, atol=1e-14)
+    np.testing.assert_allclose(-albedo[:, 2], expected, rtol=2e-3)
+    np.testing.assert_allclose(albedo[:, :2], 0.0, atol=1e-14)
 
 
 @pytest.mark.parametrize("height", [400e3, 20_000e3])
-def test_in_orbit_it_is_the_sum_over_the_lit_and_visible_surface(height):
-    """Bhanderi & Bak's cells, small enough: 600 by 1200 of them."""
+def test_albedo_in_orbit_equals_sum_over_surface_cells(height):
+    """The surface has 600 x 1200 cells, as in the method of Bhanderi and Bak."""
     zenith = np.radians([0.0, 20.0, 60.0, 85.0, 95.0, 110.0, 150.0, 180.0])
     edge = np.arccos(EARTH_RADIUS / (EARTH_RADIUS + height))
     arc = edge * (np.arange(600) + 0.5) / 600
@@ -46,6 +46,6 @@ def test_in_orbit_it_is_the_sum_over_the_lit_and_visible_surface(height):
         (area / np.pi * np.maximum(n @ sun, 0.0) * leaving / distance**3) @ to_cell
         for sun in sun_at(zenith)
     ]
-    found = albedo_vector(np.tile((EARTH_RADIUS + height) * UP, (8, 1)), sun_at(zenith))
-    np.testing.assert_allclose(found, expected, rtol=0, atol=2e-4)
-    assert np.abs(found).max() > 0.02
+    albedo = albedo_vector(np.tile((EARTH_RADIUS + height) * UP, (8, 1)), sun_at(zenith))
+    np.testing.assert_allclose(albedo, expected, rtol=0, atol=2e-4)
+    assert np.abs(albedo).max() > 0.02

@@ -1,4 +1,4 @@
-"""Directions of path limits: the Moon against published places, the limb by its tangents."""
+"""Directions of path constraints: Moon, limb of the Earth, and unit vectors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SHORT = dataclasses.replace(Scenario.cubesat_6u(), duration=3000.0, step=50.0)
 NAMES = tuple(DIRECTIONS)
 
 
-def test_moon_of_meeus() -> None:
+def test_moon_position_equals_example_of_meeus() -> None:
     """Example 47.a of Astronomical Algorithms: 1992 April 12, 0h TD, mean ecliptic of date.
 
     Meeus' longitude contains the light time of 1.2 s, in which the Moon moves by 0.0002 deg.
@@ -33,18 +33,18 @@ def test_moon_of_meeus() -> None:
     assert abs(np.linalg.norm(moon) - 368_409.7e3) < 1e3
 
 
-def test_moon_of_sofa() -> None:
+def test_moon_position_equals_sofa() -> None:
     day = np.array([43999.9])
     moon = moon_position(JulianDates(2400000.5, ut=day, tt=day))[0] / ASTRONOMICAL_UNIT
     published = [-0.002601295959971044, 0.0006139750944302742, 0.00026407945282298289]
     np.testing.assert_allclose(moon, published, rtol=0.0, atol=1e-14)
 
 
-def test_the_shadow_of_the_moon_passes_the_earth_as_published() -> None:
+def test_moon_shadow_axis_agrees_with_published_eclipse() -> None:
     """Total eclipse of 8 April 2024, greatest at 18:17:18 UT1: gamma is 0.3431 (NASA).
 
-    Gamma is how far the shadow's axis passes the Earth's center, in its radii: 0.001 are 6 km of
-    the Moon's place. Aberration, which is not in geometric directions, makes half of that.
+    Gamma is the distance of the shadow axis from the Earth's center in Earth radii. A value of
+    0.001 is 6 km of the Moon's position, of which aberration is half.
     """
     seconds = np.array([18.0 * 3600.0 + 17.0 * 60.0 + 18.0])
     at = JulianDates(2460408.5, ut=seconds / DAY, tt=(seconds + 69.2) / DAY)
@@ -54,32 +54,32 @@ def test_the_shadow_of_the_moon_passes_the_earth_as_published() -> None:
     assert abs(gamma - 0.3431) < 1e-3
 
 
-def test_unit_vectors_of_what_they_are_called() -> None:
+def test_directions_are_unit_vectors_to_named_objects() -> None:
     environment = Environment.from_scenario(SHORT)
-    found = dict(
+    directions = dict(
         zip(
             NAMES,
             np.moveaxis(compute_directions(NAMES, environment, SHORT.epoch), 1, 0),
             strict=True,
         )
     )
-    lengths = {name: np.linalg.norm(v, axis=1) for name, v in found.items()}
+    lengths = {name: np.linalg.norm(v, axis=1) for name, v in directions.items()}
     for name in set(NAMES) - {"sun"}:
         np.testing.assert_allclose(lengths[name], 1.0, rtol=1e-15)
     np.testing.assert_array_equal(lengths["sun"] > 0.5, environment.sunlit)
     assert set(environment.sunlit.tolist()) == {True, False}
-    np.testing.assert_array_equal(found["nadir"], found["earth"])
-    # the orbit is nearly circular: velocity across nadir, both in its plane
-    assert np.abs(np.einsum("ni,ni->n", found["nadir"], found["velocity"])).max() < 0.01
+    np.testing.assert_array_equal(directions["nadir"], directions["earth"])
+    # In a nearly circular orbit, the velocity is perpendicular to nadir.
+    assert np.abs(np.einsum("ni,ni->n", directions["nadir"], directions["velocity"])).max() < 0.01
     momentum = np.cross(environment.position, environment.velocity)
     for name in ("nadir", "velocity"):
         assert (
-            np.abs(np.einsum("ni,ni->n", found[name], momentum)).max()
+            np.abs(np.einsum("ni,ni->n", directions[name], momentum)).max()
             < 1e-3 * np.abs(momentum).max()
         )
 
 
-def test_the_limb_is_where_lines_of_sight_touch_the_earth() -> None:
+def test_lines_of_sight_to_limb_are_tangent_to_earth() -> None:
     environment = Environment.from_scenario(SHORT)
     nadir = compute_directions(("nadir",), environment, SHORT.epoch)[:, 0]
     radius = compute_radii(("sun", "earth", "nadir"), environment)

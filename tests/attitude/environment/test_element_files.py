@@ -1,4 +1,4 @@
-"""Files of element sets against the package sgp4, in all their notations, and bad ones."""
+"""Files of element sets in all notations, compared with the package sgp4, and invalid files."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ FIELDS = {
 }
 
 
-def kvn(*messages: dict[str, str]) -> str:
+def format_kvn(*messages: dict[str, str]) -> str:
     return "".join(
         "CCSDS_OMM_VERS = 2.0\n" + "".join(f"{k} = {v}\n" for k, v in fields.items())
         for fields in messages
     )
 
 
-def plain(text: str) -> str | float:
-    """A number as JSON has it, if it can be one, and else the text."""
+def parse_number(text: str) -> str | float:
+    """Return a text as a JSON number if possible, and else unchanged."""
     try:
         return float(text) if "." in text or "E" in text else int(text)
     except ValueError:
@@ -49,12 +49,12 @@ def plain(text: str) -> str | float:
 
 
 NOTATIONS: dict[str, Callable[..., str]] = {
-    "a.omm": kvn,
-    "a.json": lambda *m: json.dumps([{k: plain(v) for k, v in each.items()} for each in m]),
+    "a.omm": format_kvn,
+    "a.json": lambda *m: json.dumps([{k: parse_number(v) for k, v in each.items()} for each in m]),
 }
 
 
-def orbit_of(file: Path, epoch: datetime = EPOCH, **keys: Any) -> Any:
+def read_orbit(file: Path, epoch: datetime = EPOCH, **keys: Any) -> Any:
     return OrbitFile(file=str(file), **keys).prepare_for_run(epoch, 6000.0)
 
 
@@ -66,7 +66,7 @@ def orbit_of(file: Path, epoch: datetime = EPOCH, **keys: Any) -> Any:
         ("vanguard-1.omm.xml", datetime(2020, 10, 13, 5, tzinfo=UTC)),
     ],
 )
-def test_a_message_is_propagated_as_by_sgp4(name: str, epoch: datetime) -> None:
+def test_message_is_propagated_like_package_sgp4(name: str, epoch: datetime) -> None:
     path, satellite = REFERENCE / name, Satrec()
     with path.open() as file:
         fields = {
@@ -76,88 +76,98 @@ def test_a_message_is_propagated_as_by_sgp4(name: str, epoch: datetime) -> None:
         }[path.suffix]()
     omm.initialize(satellite, fields)
     expected, motion = compute_gcrs_states(satellite, compute_julian_dates(epoch, TIMES))
-    found = orbit_of(path, epoch)
-    position, velocity = found.propagate(epoch, TIMES)
+    orbit = read_orbit(path, epoch)
+    position, velocity = orbit.propagate(epoch, TIMES)
     assert np.abs(position - expected).max() < 1e-6
     assert np.abs(velocity - motion).max() < 1e-9
-    assert found.period == pytest.approx(86400.0 / float(fields["MEAN_MOTION"]), rel=1e-12)
+    assert orbit.period == pytest.approx(86400.0 / float(fields["MEAN_MOTION"]), rel=1e-12)
     identity = (fields[key] for key in ("OBJECT_NAME", "OBJECT_ID", "NORAD_CAT_ID"))
-    assert found.source == f"{name}, {' '.join(identity)}"
+    assert orbit.source == f"{name}, {' '.join(identity)}"
 
 
-def test_a_message_gives_the_orbit_of_the_lines_of_the_same_elements(tmp_path: Path) -> None:
-    """Lines have 8 decimals of a day, 0.4 ms or 3 m."""
+def test_message_and_lines_of_same_elements_give_same_orbit(tmp_path: Path) -> None:
+    """The epoch in lines is rounded to 0.4 ms, or 3 m."""
     lines = TLEOrbit(line1=ISS_1, line2=ISS_2)
     fields = exporter.export_omm(Satrec.twoline2rv(ISS_1, ISS_2), "ISS (ZARYA)")
-    (tmp_path / "iss.omm").write_text(kvn(fields))
-    found = orbit_of(tmp_path / "iss.omm", ISS_EPOCH)
-    both = [each.propagate(ISS_EPOCH, TIMES)[0] for each in (found, lines)]
+    (tmp_path / "iss.omm").write_text(format_kvn(fields))
+    orbit = read_orbit(tmp_path / "iss.omm", ISS_EPOCH)
+    both = [each.propagate(ISS_EPOCH, TIMES)[0] for each in (orbit, lines)]
     assert np.linalg.norm(both[0] - both[1], axis=1).max() < 5.0
 
 
 @pytest.mark.parametrize("name", NOTATIONS)
-def test_notations_and_the_choice_of_an_object(tmp_path: Path, name: str) -> None:
+def test_object_is_selected_in_each_notation(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
-    expected = orbit_of(OMM)
+    expected = read_orbit(OMM)
     other = FIELDS | {"NORAD_CAT_ID": "799501234", "OBJECT_NAME": "NEW", "OBJECT_ID": "2026-123A"}
     path.write_text(NOTATIONS[name](other, FIELDS))
-    for wanted in ("63130", "cosmos 2584 (704k)"):
-        found = orbit_of(path, object=wanted)
-        assert dataclasses.replace(found, source=expected.source) == expected
-    assert " NEW " in orbit_of(path, object="799501234").source
+    for requested_object in ("63130", "cosmos 2584 (704k)"):
+        orbit = read_orbit(path, object=requested_object)
+        assert dataclasses.replace(orbit, source=expected.source) == expected
+    assert " NEW " in read_orbit(path, object="799501234").source
     with pytest.raises(InvalidValue, match=r"object = '' matches 2 entries: .* of NEW .* COSMOS"):
-        orbit_of(path)
+        read_orbit(path)
     with pytest.raises(InvalidValue, match=r"object = 'ISS' matches 0 entries: .* of NEW .*COSMOS"):
-        orbit_of(path, object="ISS")
+        read_orbit(path, object="ISS")
 
 
-def pair(number: str, day: str = "08264.51782528") -> str:
+def build_line_pair(number: str, day: str = "08264.51782528") -> str:
     line1, line2 = f"1 {number}{ISS_1[7:18]}{day}{ISS_1[32:]}", f"2 {number}{ISS_2[7:]}"
     return f"{with_checksum(line1)}\r\n{with_checksum(line2)}\r\n"
 
 
-def test_files_of_lines(tmp_path: Path) -> None:
-    """Names above or none, numbers with a letter, and of several sets the nearest in time."""
+def test_element_set_is_selected_in_file_of_lines(tmp_path: Path) -> None:
+    """The file has lines with names, Alpha-5 numbers, and several sets of one object."""
     path = tmp_path / "stations.txt"
     path.write_text(
-        f"0 NEW\r\n{pair('T0001')}OLD (A)   \r\n{pair('25544', '08250.00000000')}"
-        f"OLD (A)\r\n{pair('25544')}{pair('00005')}",
+        f"0 NEW\r\n{build_line_pair('T0001')}OLD (A)   \r\n"
+        f"{build_line_pair('25544', '08250.00000000')}OLD (A)\r\n"
+        f"{build_line_pair('25544')}{build_line_pair('00005')}",
         newline="",
     )
-    for wanted in ("T0001", "270001", "new"):
-        assert orbit_of(path, ISS_EPOCH, object=wanted).source.startswith("stations.txt, NEW 1998-")
-    for wanted in ("00005", "5"):
-        assert orbit_of(path, ISS_EPOCH, object=wanted).source == "stations.txt, 1998-067A 5"
-    found = orbit_of(path, ISS_EPOCH, object="old (a)")
-    assert (found.line1, found.line2) == (ISS_1, ISS_2)
-    for wanted in ("", "1998-067A"):
+    for requested_object in ("T0001", "270001", "new"):
+        assert read_orbit(path, ISS_EPOCH, object=requested_object).source.startswith(
+            "stations.txt, NEW 1998-"
+        )
+    for requested_object in ("00005", "5"):
+        assert (
+            read_orbit(path, ISS_EPOCH, object=requested_object).source
+            == "stations.txt, 1998-067A 5"
+        )
+    orbit = read_orbit(path, ISS_EPOCH, object="old (a)")
+    assert (orbit.line1, orbit.line2) == (ISS_1, ISS_2)
+    for requested_object in ("", "1998-067A"):
         with pytest.raises(InvalidValue, match=r"entries: expected the name or number of"):
-            orbit_of(path, ISS_EPOCH, object=wanted)
+            read_orbit(path, ISS_EPOCH, object=requested_object)
 
 
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        (kvn(FIELDS | {"REF_FRAME": "EME2000"}), "REF_FRAME = 'EME2000': expected TEME"),
-        (kvn(FIELDS | {"MEAN_ELEMENT_THEORY": "DSST"}), "MEAN_ELEMENT_THEORY = 'DSST': expected"),
-        (kvn(FIELDS | {"MEAN_MOTION": "18"}), "MEAN_MOTION = 18.0: expected a perigee above the"),
+        (format_kvn(FIELDS | {"REF_FRAME": "EME2000"}), "REF_FRAME = 'EME2000': expected TEME"),
+        (
+            format_kvn(FIELDS | {"MEAN_ELEMENT_THEORY": "DSST"}),
+            "MEAN_ELEMENT_THEORY = 'DSST': expected",
+        ),
+        (
+            format_kvn(FIELDS | {"MEAN_MOTION": "18"}),
+            "MEAN_MOTION = 18.0: expected a perigee above the",
+        ),
         ('[1, "MEAN_MOTION"]', "expected mean-elements messages (OMM)"),
         (f"{VANGUARD_1}\n{ISS_2}", "Object numbers in lines 1 and 2 do not match"),
         ("neither lines\nnor a message", "expected element sets (OMM, or two lines) or an orbit"),
     ],
 )
-def test_a_file_without_usable_elements_is_refused(
-    tmp_path: Path, text: str, expected: str
-) -> None:
+def test_file_without_usable_elements_is_rejected(tmp_path: Path, text: str, expected: str) -> None:
     path = tmp_path / "a.txt"
     path.write_text(text)
     with pytest.raises(InvalidValue) as caught:
-        orbit_of(path)
+        read_orbit(path)
     assert str(caught.value).startswith(f"file = '{path}': ")
     assert expected in str(caught.value)
 
 
-def test_a_satellite_that_decays_within_the_run() -> None:
+def test_satellite_that_decays_during_run_is_rejected() -> None:
     """Case 28350 of Vallado et al. 2006, Cosmos 2405 in its last days."""
     orbit = TLEOrbit(
         line1="1 28350U 04020A   06167.21788666  .16154492  76267-5  18678-3 0  8894",

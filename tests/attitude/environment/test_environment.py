@@ -1,4 +1,4 @@
-"""The tables as a whole against a slow computation of its own, and what they refuse."""
+"""Environment compared with an independent computation, and invalid environments."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.times import compute_julian_dates
 from mgeo_attitude.scenario import Convergence, Scenario
 
-EPOCH = datetime(2020, 6, 19, 21, 30, tzinfo=UTC)  # the run passes midnight
+EPOCH = datetime(2020, 6, 19, 21, 30, tzinfo=UTC)  # The run includes midnight.
 
 
 @pytest.fixture(scope="module")
@@ -28,8 +28,8 @@ def environment(scenario: Scenario) -> Environment:
     return Environment.from_scenario(scenario)
 
 
-def slow_field(position: np.ndarray, date: datetime, seconds: float) -> np.ndarray:
-    """Field at one GCRS position by geodetic coordinates, its own date and the full series."""
+def compute_geodetic_field(position: np.ndarray, date: datetime, seconds: float) -> np.ndarray:
+    """Return the field at one GCRS position by geodetic coordinates, for its exact date."""
     at = compute_julian_dates(date, [seconds])
     to_itrs = erfa.c2t06a(at.midnight, at.tt[0], at.midnight, at.ut[0], 0.0, 0.0)
     longitude, latitude, height = erfa.gc2gd(1, to_itrs @ position)
@@ -41,9 +41,9 @@ def slow_field(position: np.ndarray, date: datetime, seconds: float) -> np.ndarr
 
 
 @pytest.mark.slow
-def test_field_against_the_geodetic_route(scenario: Scenario, environment: Environment) -> None:
+def test_field_equals_geodetic_computation(scenario: Scenario, environment: Environment) -> None:
     for k in range(0, scenario.n_steps + 1, 40):
-        slow = slow_field(environment.position[k], EPOCH, float(environment.times[k]))
+        slow = compute_geodetic_field(environment.position[k], EPOCH, float(environment.times[k]))
         np.testing.assert_allclose(environment.field[k], slow, rtol=0.0, atol=0.1)
 
 
@@ -57,24 +57,24 @@ def test_field_against_the_geodetic_route(scenario: Scenario, environment: Envir
         ),
     ],
 )
-def test_it_is_of_no_other_scenario(
+def test_environment_of_other_scenario_is_rejected(
     scenario: Scenario, environment: Environment, changes: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(ValueError, match=rf"^environment\.{message}"):
         FilterModel.from_scenario(dataclasses.replace(scenario, **changes), environment)
 
 
-def test_tables_of_ones_own_need_the_scenarios_times(scenario: Scenario) -> None:
-    own = Environment(**tables())
+def test_user_defined_environment_needs_times_of_scenario(scenario: Scenario) -> None:
+    environment = Environment(**build_arrays())
     short = dataclasses.replace(
         scenario, step=1.0, duration=1.0, convergence=Convergence(window=1.0)
     )
-    assert FilterModel.from_scenario(short, own).n_steps == 1
+    assert FilterModel.from_scenario(short, environment).n_steps == 1
     with pytest.raises(ValueError, match=r"times: 2 samples from 0 to 1 s: .* 601, one every 20 s"):
-        FilterModel.from_scenario(scenario, own)
+        FilterModel.from_scenario(scenario, environment)
 
 
-def tables() -> dict[str, Any]:
+def build_arrays() -> dict[str, Any]:
     return {
         "times": [0.0, 1.0],
         "position": np.full((2, 3), 7e6),
@@ -98,6 +98,6 @@ def tables() -> dict[str, Any]:
         ("sun", np.ones((2, 3)), "sun: expected unit vectors"),
     ],
 )
-def test_bad_tables_are_refused(name: str, value: Any, message: str) -> None:
+def test_invalid_arrays_are_rejected(name: str, value: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        Environment(**{**tables(), name: value})
+        Environment(**{**build_arrays(), name: value})

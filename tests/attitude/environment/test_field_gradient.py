@@ -1,4 +1,4 @@
-"""Gradients of the field, of a dipole and of IGRF, against differences of fields."""
+"""Gradients of a dipole field and of IGRF, compared with differences of the field."""
 
 import dataclasses
 from datetime import UTC, datetime
@@ -11,13 +11,13 @@ RADIUS, STEP = 7.13e6, 100.0
 DATE = datetime(2018, 6, 5, tzinfo=UTC)
 
 
-def places(n):
+def draw_positions(n):
     vectors = np.random.default_rng(0).standard_normal((n, 3))
     return RADIUS * vectors / np.linalg.norm(vectors, axis=1)[:, None]
 
 
-def differences(field, position):
-    """Central differences of a field: columns belong to the position's components."""
+def compute_differences(field, position):
+    """Return central differences of a field, with one column per component of the position."""
     columns = [
         (field(position + STEP * axis) - field(position - STEP * axis)) / (2.0 * STEP)
         for axis in np.eye(3)
@@ -25,52 +25,56 @@ def differences(field, position):
     return np.stack(columns, axis=-1)
 
 
-def dipole(position):
-    """Of a moment that is tilted, [nT]."""
+def compute_dipole_field(position):
+    """Return the field of a tilted dipole [nT]."""
     moment = 3e4 * 6.371e6**3 * np.array([0.17, -0.05, -0.98])
     r = np.linalg.norm(position, axis=1)[:, None]
     n = position / r
     return (3.0 * (n @ moment)[:, None] * n - moment) / r**3
 
 
-def test_of_a_dipole_it_is_exact():
-    position = places(20)
-    found = dipole_gradient(position, dipole(position))
-    expected = differences(dipole, position)
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
-    np.testing.assert_allclose(found, found.swapaxes(1, 2), rtol=0, atol=1e-17)
-    np.testing.assert_allclose(np.trace(found, axis1=1, axis2=2), 0.0, atol=1e-16)
+def test_dipole_gradient_is_exact_for_dipole_field():
+    position = draw_positions(20)
+    gradient = dipole_gradient(position, compute_dipole_field(position))
+    expected = compute_differences(compute_dipole_field, position)
+    np.testing.assert_allclose(gradient, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+    np.testing.assert_allclose(gradient, gradient.swapaxes(1, 2), rtol=0, atol=1e-17)
+    np.testing.assert_allclose(np.trace(gradient, axis1=1, axis2=2), 0.0, atol=1e-16)
 
 
-def igrf(position):
-    """By ppigrf, which knows nothing of gradients."""
+def compute_igrf_field(position):
     return geomagnetic_field(position, DATE)
 
 
-def test_of_igrf_it_is_near():
-    """A dipole is 12 % off in the mean square; for a field of one's own nothing better is known."""
-    position = places(60)
-    expected = differences(igrf, position)
-    error = dipole_gradient(position, igrf(position)) - expected
+def test_dipole_gradient_approximates_igrf():
+    """The gradient of a dipole differs by 12 % (root mean square)."""
+    position = draw_positions(60)
+    expected = compute_differences(compute_igrf_field, position)
+    error = dipole_gradient(position, compute_igrf_field(position)) - expected
     assert np.sqrt((error**2).sum() / (expected**2).sum()) < 0.2
 
 
-def test_that_of_igrf_is_exact():
-    position = places(60)
-    found, expected = field_gradient(position, DATE), differences(igrf, position)
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+def test_field_gradient_equals_differences_of_igrf():
+    position = draw_positions(60)
+    actual, expected = (
+        field_gradient(position, DATE),
+        compute_differences(compute_igrf_field, position),
+    )
+    np.testing.assert_allclose(actual, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
 
 
-def test_it_follows_the_position_in_inertial_axes():
-    """Of tables of IGRF, and of tables of one's own, of whose field nothing but values is known."""
+def test_environment_gradient_is_derivative_in_inertial_axes():
+    """Both the field of IGRF and a user-defined field are tested."""
     scenario = Scenario.cubesat_6u()
     times = np.linspace(0.0, 9000.0, 30)
-    here = Environment.from_times(scenario, times)
-    expected = differences(
-        lambda r: Environment.from_times(scenario, times, r).field, here.position
+    environment = Environment.from_times(scenario, times)
+    expected = compute_differences(
+        lambda r: Environment.from_times(scenario, times, r).field, environment.position
     )
-    limit = 1e-6 * np.abs(expected).max()
-    np.testing.assert_allclose(here.field_gradient(), expected, rtol=0, atol=limit)
-    own = dataclasses.replace(here, field=dipole(here.position), epoch=None)
-    expected = differences(dipole, here.position)
-    np.testing.assert_allclose(own.field_gradient(), expected, rtol=0, atol=limit)
+    tolerance = 1e-6 * np.abs(expected).max()
+    np.testing.assert_allclose(environment.field_gradient(), expected, rtol=0, atol=tolerance)
+    user_defined = dataclasses.replace(
+        environment, field=compute_dipole_field(environment.position), epoch=None
+    )
+    expected = compute_differences(compute_dipole_field, environment.position)
+    np.testing.assert_allclose(user_defined.field_gradient(), expected, rtol=0, atol=tolerance)

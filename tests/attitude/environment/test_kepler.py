@@ -1,4 +1,4 @@
-"""Two-body and J2 motion against published vectors, numerical integration and long arithmetic."""
+"""Two-body and J2 motion, compared with published vectors and numerical integration."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from mgeo_attitude.environment.kepler import (
 from .integration import integrated
 
 
-def elements_of(position: np.ndarray, velocity: np.ndarray) -> Elements:
-    """Elements of a state, by the angular momentum and eccentricity vectors."""
+def compute_elements(position: np.ndarray, velocity: np.ndarray) -> Elements:
+    """Return the elements of a state from the angular momentum and eccentricity vectors."""
     momentum = np.cross(position, velocity)
     toward_perigee = np.cross(velocity, momentum) / EARTH_MU - position / np.linalg.norm(position)
     eccentricity = float(np.linalg.norm(toward_perigee))
@@ -42,8 +42,8 @@ def elements_of(position: np.ndarray, velocity: np.ndarray) -> Elements:
     )
 
 
-def test_vallado_example_2_4() -> None:
-    start = elements_of(
+def test_two_body_motion_equals_vallado_example_2_4() -> None:
+    start = compute_elements(
         np.array([1131340.0, -2282343.0, 6672423.0]), np.array([-5643.05, 4303.33, 2428.79])
     )
     position, velocity = propagate_two_body(start, [0.0, 40.0 * 60.0])
@@ -54,14 +54,14 @@ def test_vallado_example_2_4() -> None:
     assert velocity[1, 0] == pytest.approx(3689.866, abs=1e-3)
 
 
-def test_j2_against_stk_after_four_days() -> None:
+def test_j2_propagation_agrees_with_stk_after_four_days() -> None:
     angles = (math.radians(degrees) for degrees in (28.5, 100.0, 200.0, 45.0))
     position, _ = propagate_j2_secular(Elements(8e6, 0.015, *angles), [4 * 86400.0])
     assert np.linalg.norm(position[0] - [-6849654.348, -2253059.809, 3574529.667]) < 20.0
 
 
 @pytest.mark.parametrize("eccentricity", [0.001111, 0.8])
-def test_two_body_solves_the_equation_of_motion(eccentricity: float) -> None:
+def test_two_body_motion_equals_numerical_integration(eccentricity: float) -> None:
     elements = Elements(3e7, eccentricity, 1.7, 4.0, 1.6, 5.3)
     times = np.linspace(0.0, 1.5 * orbital_period(3e7), 31)
     position, velocity = propagate_two_body(elements, times)
@@ -71,8 +71,8 @@ def test_two_body_solves_the_equation_of_motion(eccentricity: float) -> None:
 
 
 @pytest.mark.parametrize("inclination_deg", [28.5, 120.0])
-def test_secular_rates_against_integration(inclination_deg: float) -> None:
-    """Mean drift of node and argument of latitude over 15 orbits, to the 1 % of first order."""
+def test_secular_rates_agree_with_numerical_integration(inclination_deg: float) -> None:
+    """The drift of node and argument of latitude over 15 orbits agrees to 1 %."""
     inclination = math.radians(inclination_deg)
     circular = Elements(7.2e6, 0.0, inclination, 0.5, 0.0, 0.0)
     times = np.linspace(0.0, 15.0 * orbital_period(7.2e6), 3001)
@@ -82,8 +82,8 @@ def test_secular_rates_against_integration(inclination_deg: float) -> None:
     node = np.unwrap(np.arctan2(momentum[:, 0], -momentum[:, 1]))
     raan_rate, perigee_rate, mean_rate = j2_secular_rates(7.2e6, 0.0, inclination)
     assert np.polyfit(times, node, 1)[0] == pytest.approx(raan_rate, rel=0.01)
-    # An osculating semi-major axis of 7.2e6 m at the node is not the mean one: take that from the
-    # energy averaged over the orbits, or its 10 km would hide the drift along the orbit.
+    # The mean semi-major axis follows from the energy averaged over the orbits. It differs from the
+    # osculating axis at the node by 10 km, which would hide the drift along the orbit.
     radius = np.linalg.norm(state[:, :3], axis=1)
     mean_axis = float(np.mean(1.0 / (2.0 / radius - (state[:, 3:] ** 2).sum(axis=1) / EARTH_MU)))
     motion = math.tau / orbital_period(mean_axis)
@@ -99,8 +99,8 @@ def _nodes(angles: np.ndarray) -> np.ndarray:
     return np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
 
 
-def decimal_mean_anomaly(eccentric: float, eccentricity: float) -> float:
-    """E - e sin E with 60 digits."""
+def compute_decimal_mean_anomaly(eccentric: float, eccentricity: float) -> float:
+    """Return E - e sin E, computed with 60 digits."""
     with localcontext() as context:
         context.prec = 60
         angle = Decimal(eccentric)
@@ -113,15 +113,15 @@ def decimal_mean_anomaly(eccentric: float, eccentricity: float) -> float:
 
 
 @pytest.mark.parametrize("eccentricity", [0.0, 1e-3, 0.5, 0.9, 0.99999, 1.0 - 2.0**-53])
-def test_kepler_equation_to_the_last_digits(eccentricity: float) -> None:
+def test_kepler_equation_is_solved_to_last_digits(eccentricity: float) -> None:
     expected = np.concatenate([np.geomspace(1e-12, 0.1, 40), np.linspace(0.1, math.pi, 60)])
-    mean = np.array([decimal_mean_anomaly(value, eccentricity) for value in expected])
+    mean = np.array([compute_decimal_mean_anomaly(value, eccentricity) for value in expected])
     solved = eccentric_anomaly(mean, eccentricity)
     np.testing.assert_allclose(solved, expected, rtol=1e-15, atol=2e-15)
     np.testing.assert_array_equal(eccentric_anomaly(-mean, eccentricity), -solved)
 
 
-def test_mean_anomaly_of_a_true_anomaly_any_revolution() -> None:
+def test_mean_anomaly_is_valid_for_any_revolution() -> None:
     for true_anomaly in (-6.0, 0.0, 2.0, 3.2, 12.0):
         eccentric = eccentric_anomaly(mean_anomaly_from_true(true_anomaly, 0.6), 0.6)
         cosine = (np.cos(eccentric) - 0.6) / (1.0 - 0.6 * np.cos(eccentric))

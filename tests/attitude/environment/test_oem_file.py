@@ -1,4 +1,4 @@
-"""Orbit ephemeris messages of other tools, in their frames and time systems, and bad ones."""
+"""Orbit ephemeris messages in several frames and time systems, and invalid messages."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ FRAMES: dict[str, Frame] = {
 }
 
 
-def message(
+def build_message(
     frame: str, system: str, interpolation: str, start: datetime = SCENARIO.epoch, form: str = "KVN"
 ) -> str:
-    """A message of the two-body orbit, transformed and written by brahe to the millimeter."""
+    """Return a message of the two-body orbit, converted and written by brahe."""
     brahe.set_global_eop_provider(brahe.StaticEOPProvider.from_zero())
     clock = start.year, start.month, start.day, start.hour, start.minute, start.second
     epoch = brahe.Epoch.from_datetime(*clock, 0.0, brahe.TimeSystem.UTC)
@@ -58,15 +58,17 @@ def message(
     return str(oem.to_string(form))
 
 
-def distance(orbit: EphemerisOrbit, start: datetime = SCENARIO.epoch) -> tuple[float, float]:
-    """Greatest distance from the two-body orbit [m], and of the velocities [m/s]."""
-    found = orbit.propagate(start, SCENARIO.times)
+def compute_max_errors(
+    orbit: EphemerisOrbit, start: datetime = SCENARIO.epoch
+) -> tuple[float, float]:
+    """Return the largest errors of position [m] and velocity [m/s] for the two-body orbit."""
+    actual = orbit.propagate(start, SCENARIO.times)
     expected = SCENARIO.orbit.propagate(start, SCENARIO.times)
-    apart = [np.linalg.norm(a - b, axis=1).max() for a, b in zip(found, expected, strict=True)]
+    apart = [np.linalg.norm(a - b, axis=1).max() for a, b in zip(actual, expected, strict=True)]
     return float(apart[0]), float(apart[1])
 
 
-def orbit_of(path: Path, text: str, epoch: datetime, duration: float, **keys: Any) -> Any:
+def read_orbit(path: Path, text: str, epoch: datetime, duration: float, **keys: Any) -> Any:
     path.write_text(text)
     return OrbitFile(file=str(path), **keys).prepare_for_run(epoch, duration)
 
@@ -81,52 +83,52 @@ def orbit_of(path: Path, text: str, epoch: datetime, duration: float, **keys: An
         ("ITRF2000", "TAI", "LAGRANGE"),
     ],
 )
-def test_messages_of_another_tool(
+def test_messages_of_brahe_are_read(
     tmp_path: Path, frame: str, system: str, interpolation: str, form: str
 ) -> None:
-    """Its millimeters are half a millimeter of rounding on each axis, sqrt(3)/2 in all."""
-    text = message(frame, system, interpolation, form=form)
-    orbit = orbit_of(tmp_path / "paper.oem", text, SCENARIO.epoch, SCENARIO.duration)
-    position, velocity = distance(orbit)
+    """Positions in the message are rounded to 1 mm."""
+    text = build_message(frame, system, interpolation, form=form)
+    orbit = read_orbit(tmp_path / "paper.oem", text, SCENARIO.epoch, SCENARIO.duration)
+    position, velocity = compute_max_errors(orbit)
     assert position < 1.5e-3
     assert velocity < 1e-4
     assert bool(orbit.velocity) == (interpolation == "HERMITE")
 
 
-def test_a_message_through_a_leap_second(tmp_path: Path) -> None:
+def test_message_may_include_leap_second(tmp_path: Path) -> None:
     start = datetime(2016, 12, 31, 23, 30, tzinfo=UTC)
-    text = message("GCRF", "UTC", "HERMITE", start)
+    text = build_message("GCRF", "UTC", "HERMITE", start)
     assert "2016-12-31T23:59:00" in text
     assert "2017-01-01T00:00:59" in text  # 120 s later
-    orbit = orbit_of(tmp_path / "leap.oem", text, start, SCENARIO.duration)
+    orbit = read_orbit(tmp_path / "leap.oem", text, start, SCENARIO.duration)
     np.testing.assert_allclose(np.diff(orbit.times), 60.0, rtol=0.0, atol=1e-9)
-    assert distance(orbit, start)[0] < 1.5e-3
+    assert compute_max_errors(orbit, start)[0] < 1.5e-3
 
 
 @pytest.mark.parametrize(
     ("keys", "degree", "least", "most"),
     [
-        ({}, 8, 0.0, 0.3),  # as the message says; 0.22 m at the samples themselves
+        ({}, 8, 0.0, 0.3),  # method of the message; 0.22 m at the samples
         ({"interpolation": "hermite", "degree": 5}, 5, 0.3, 1.5),
     ],
 )
-def test_the_message_in_teme_against_sgp4(
+def test_message_in_teme_agrees_with_sgp4(
     keys: dict[str, Any], degree: int, least: float, most: float
 ) -> None:
-    """SGP4 by the package sgp4 here, by beyond there, whose states are 180 s apart."""
+    """The message was written by the package beyond, with states every 180 s."""
     orbit: Any = OrbitFile(file=str(ISS), **keys).prepare_for_run(ISS_EPOCH, 5400.0)
     times = np.arange(0.0, 5401.0, 10.0)
     satellite = TLEOrbit(line1=ISS_1, line2=ISS_2).build_satellite()
     expected, motion = compute_gcrs_states(satellite, compute_julian_dates(ISS_EPOCH, times))
-    found, velocity = orbit.propagate(ISS_EPOCH, times)
-    assert least < np.linalg.norm(found - expected, axis=1).max() < most
-    assert np.linalg.norm(velocity - motion, axis=1).max() < 0.5  # of which SGP4's own are 0.4
+    actual, velocity = orbit.propagate(ISS_EPOCH, times)
+    assert least < np.linalg.norm(actual - expected, axis=1).max() < most
+    assert np.linalg.norm(velocity - motion, axis=1).max() < 0.5  # SGP4 alone causes 0.4 m/s.
     assert orbit.degree == degree
     assert orbit.period == pytest.approx(86400.0 / 15.72125391, rel=2e-3)
 
 
-def test_a_scenario_keeps_the_samples_and_not_the_file(tmp_path: Path) -> None:
-    """As `mgeo solve` and `mgeo study` read it, with the file beside the scenario's."""
+def test_scenario_stores_samples_instead_of_file(tmp_path: Path) -> None:
+    """The path of the file is relative to the scenario file."""
     (tmp_path / "orbits").mkdir()
     copy = tmp_path / "orbits" / "iss.oem"
     copy.write_bytes(ISS.read_bytes())
@@ -150,17 +152,20 @@ def test_a_scenario_keeps_the_samples_and_not_the_file(tmp_path: Path) -> None:
         read_scenario("attitude", str(path))
 
 
-def test_samples_that_a_run_does_not_need_are_left_out_and_change_nothing() -> None:
+def test_unneeded_samples_are_omitted_without_effect() -> None:
     file = OrbitFile(file=str(ISS), interpolation="hermite", degree=7)
-    whole, part = file.prepare_for_run(ISS_EPOCH, 5400.0), file.prepare_for_run(ISS_EPOCH, 1800.0)
-    assert len(part.times) < 25 < len(whole.times)
+    complete, part = (
+        file.prepare_for_run(ISS_EPOCH, 5400.0),
+        file.prepare_for_run(ISS_EPOCH, 1800.0),
+    )
+    assert len(part.times) < 25 < len(complete.times)
     times = np.arange(0.0, 1801.0, 7.0)
-    found, expected = (orbit.propagate(ISS_EPOCH, times)[0] for orbit in (part, whole))
-    # the nutation is linear in time over the samples, see `gcrs_to_itrs`
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=2e-3)
+    actual, expected = (orbit.propagate(ISS_EPOCH, times)[0] for orbit in (part, complete))
+    # The nutation is interpolated over the samples, see `gcrs_to_itrs`.
+    np.testing.assert_allclose(actual, expected, rtol=0.0, atol=2e-3)
 
 
-def without_rows(text: str, start: int, stop: int | None) -> str:
+def remove_rows(text: str, start: int, stop: int | None) -> str:
     lines = text.rstrip().splitlines()
     del lines[start:stop]
     return "\n".join(lines)
@@ -176,23 +181,23 @@ def without_rows(text: str, start: int, stop: int | None) -> str:
         (lambda t: t.replace("STOP_TIME            = 2008-09-20T14", "STOP_TIME = 2008-09-20T13"),
          "expected the whole run, 2008-09-20T12:40:00.000Z to 2008-09-20T14:10:00.000Z, in one "
          "segment; found 2008-09-20T12:25:40.104Z to 2008-09-20T13:25:40.104Z"),
-        (lambda t: without_rows(t, 24, 44), "through neighboring samples that agree to 1000 m"),
-        (lambda t: without_rows(t, -10, None), "expected samples for the whole run"),
+        (lambda t: remove_rows(t, 24, 44), "through neighboring samples that agree to 1000 m"),
+        (lambda t: remove_rows(t, -10, None), "expected samples for the whole run"),
         (lambda t: t.replace("2699.420566", "2729.42"), "a maneuver, or wrong samples, from 2008"),
     ],
 )  # fmt: skip
-def test_messages_that_are_refused(
+def test_invalid_messages_are_rejected(
     tmp_path: Path, change: Callable[[str], str], expected: str
 ) -> None:
     path = tmp_path / "iss.oem"
     with pytest.raises(InvalidValue) as caught:
-        orbit_of(path, change(ISS.read_text()), ISS_EPOCH, 5400.0)
+        read_orbit(path, change(ISS.read_text()), ISS_EPOCH, 5400.0)
     assert str(caught.value).startswith(f"file = '{path}': ")
     assert expected in str(caught.value)
 
 
-def test_a_run_is_within_one_segment(tmp_path: Path) -> None:
-    """Between segments there may be a maneuver, even where they share an instant."""
+def test_run_must_be_within_one_segment(tmp_path: Path) -> None:
+    """There may be a maneuver between segments, even if they share an instant."""
     meeting = "2008-09-20T13:25:40.104192"
     first, second = (
         ISS.read_text().replace(f"{key:21}= {old}", f"{key} = {meeting}")
@@ -204,12 +209,12 @@ def test_a_run_is_within_one_segment(tmp_path: Path) -> None:
     rows, late = first.splitlines(), second.splitlines()
     both = "\n".join([*rows[:37], *late[4:16], *late[36:]])
     path = tmp_path / "two.oem"
-    early = orbit_of(path, both, ISS_EPOCH, 2700.0)
+    early = read_orbit(path, both, ISS_EPOCH, 2700.0)
     assert early.times[-1] == pytest.approx(45.0 * 60.0 + 40.104192)
-    later = orbit_of(path, both, datetime(2008, 9, 20, 13, 26, tzinfo=UTC), 3000.0)
+    later = read_orbit(path, both, datetime(2008, 9, 20, 13, 26, tzinfo=UTC), 3000.0)
     assert later.times[0] == pytest.approx(-19.895808)
     with pytest.raises(InvalidValue, match=r"in one segment; found .* there may be a maneuver"):
-        orbit_of(path, both, ISS_EPOCH, 5400.0)
+        read_orbit(path, both, ISS_EPOCH, 5400.0)
 
 
 @pytest.mark.parametrize(
@@ -219,7 +224,7 @@ def test_a_run_is_within_one_segment(tmp_path: Path) -> None:
         ({"file": "a.oem", "object": "MIR"}, "file = 'a.oem': object = 'MIR': expected ISS (ZARYA"),
     ],
 )
-def test_keys_that_are_refused(
+def test_invalid_keys_are_rejected(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, keys: dict[str, Any], expected: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -229,19 +234,19 @@ def test_keys_that_are_refused(
     assert str(caught.value).startswith(expected)
 
 
-def test_a_compressed_file_is_the_same(tmp_path: Path) -> None:
+def test_compressed_file_gives_same_orbit(tmp_path: Path) -> None:
     packed = tmp_path / "iss.oem.gz"
     packed.write_bytes(gzip.compress(ISS.read_bytes()))
-    found, expected = (
+    actual, expected = (
         OrbitFile(file=str(f)).prepare_for_run(ISS_EPOCH, 5400.0) for f in (packed, ISS)
     )
-    assert (found.times, found.position) == (expected.times, expected.position)
+    assert (actual.times, actual.position) == (expected.times, expected.position)
     packed.write_bytes(packed.read_bytes()[:-100])
     with pytest.raises(InvalidValue, match=r"iss\.oem\.gz': "):
         OrbitFile(file=str(packed)).prepare_for_run(ISS_EPOCH, 5400.0)
 
 
-def test_without_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_package_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "oem", None)
     with pytest.raises(InvalidValue, match=r"needs the package oem: pip install 'mgeo-attitude\["):
         OrbitFile(file=str(ISS)).prepare_for_run(ISS_EPOCH, 5400.0)

@@ -1,4 +1,4 @@
-"""The shadow against published transitions and against rays cast at the Sun's disc."""
+"""Eclipses, compared with published transitions and with rays to the Sun's disc."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from mgeo_attitude.environment.times import compute_julian_dates
 _SUN = np.array([[ASTRONOMICAL_UNIT, 0.0, 0.0]])
 
 
-def test_transitions_of_the_paper_orbit() -> None:
-    """Half the disc at t = 3877, 5843, 9869, 11835 s; 67.2 % of 12 000 s in sunlight."""
+def test_eclipse_times_of_paper_orbit() -> None:
+    """Half of the disc is visible at 3877, 5843, 9869 and 11835 s."""
     angles = (math.radians(degrees) for degrees in (98.405, 230.297, 90.0, 305.0))
     times = np.arange(12000.0)
     position, _ = propagate_two_body(Elements(7130982.0, 0.001111, *angles), times)
@@ -26,14 +26,14 @@ def test_transitions_of_the_paper_orbit() -> None:
     transitions = times[1:][np.diff(sunlit.astype(int)) != 0]
     np.testing.assert_allclose(transitions, [3877.0, 5843.0, 9869.0, 11835.0], atol=1.0)
     assert sunlit.mean() == pytest.approx(0.672, abs=5e-4)
-    # The edges of umbra and penumbra, too, are within 6 s: the orbit crosses the penumbra in 11 s.
+    # The edges of umbra and penumbra are within 6 s, since the orbit crosses the penumbra in 11 s.
     for lit in (fraction == 1.0, fraction > 0.0):
         edges = times[1:][np.diff(lit.astype(int)) != 0]
         np.testing.assert_allclose(edges, [3877.0, 5843.0, 9869.0, 11835.0], atol=6.0)
 
 
-def disc_by_rays(position: np.ndarray, sun: np.ndarray, rays: int = 400) -> float:
-    """Fraction of the Sun's disc from which a straight line reaches the satellite."""
+def cast_rays(position: np.ndarray, sun: np.ndarray, rays: int = 400) -> float:
+    """Return the fraction of the Sun's disc from which a straight line reaches the satellite."""
     to_sun = sun - position
     distance = np.linalg.norm(to_sun)
     axis = to_sun / distance
@@ -49,20 +49,20 @@ def disc_by_rays(position: np.ndarray, sun: np.ndarray, rays: int = 400) -> floa
     return float(np.mean((along > 0.0) | (miss > EARTH_RADIUS)))
 
 
-def test_fraction_against_rays() -> None:
-    """Through the penumbra of a low orbit, where the Earth's limb is nearly straight."""
+def test_visible_fraction_equals_ray_casting() -> None:
+    """The positions cross the penumbra of a low orbit."""
     angles = math.pi - math.asin(EARTH_RADIUS / 7.1e6) + np.linspace(-0.007, 0.007, 15)
     position = 7.1e6 * np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
     fraction = visible_sun_fraction(position, np.repeat(_SUN, 15, axis=0))
-    rays = [disc_by_rays(point, _SUN[0]) for point in position]
+    rays = [cast_rays(point, _SUN[0]) for point in position]
     np.testing.assert_allclose(fraction, rays, atol=4e-3)
     assert fraction.min() == 0.0
     assert fraction.max() == 1.0
     assert ((fraction > 0.0) & (fraction < 1.0)).sum() > 5
 
 
-def test_on_the_axis_of_the_shadow() -> None:
-    """Umbra behind the Earth, sunlight before it, a ring of Sun beyond the umbra's tip."""
+def test_visible_fraction_on_shadow_axis() -> None:
+    """The positions are in the umbra, in sunlight, and beyond the tip of the umbra."""
     far = 2e9
     position = np.array([[-7e6, 0.0, 0.0], [7e6, 0.0, 0.0], [-far, 0.0, 0.0]])
     fraction = visible_sun_fraction(position, np.repeat(_SUN, 3, axis=0))
@@ -72,6 +72,6 @@ def test_on_the_axis_of_the_shadow() -> None:
 
 
 @pytest.mark.parametrize("radius", [6.3e6, 0.0, math.nan])
-def test_positions_inside_the_earth_are_refused(radius: float) -> None:
+def test_position_inside_earth_is_rejected(radius: float) -> None:
     with pytest.raises(ValueError, match="expected a satellite above the Earth's surface"):
         visible_sun_fraction(np.array([[radius, 0.0, 0.0]]), _SUN)

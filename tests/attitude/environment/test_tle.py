@@ -1,4 +1,4 @@
-"""SGP4 against its authors' verification output, and its frame against their J2000 vector.
+"""SGP4 and its frame, compared with the verification output of its authors.
 
 Values: Vallado, Crawford, Hujsak & Kelso, Revisiting Spacetrack Report #3 (AIAA 2006-6753), its
 test output tcppver.out and (for J2000) Vallado, Fundamentals of Astrodynamics, section 3.7.
@@ -19,7 +19,7 @@ VANGUARD_1 = (
     "1 00005U 58002B   00179.78495062  .00000023  00000-0  28098-4 0  4753",
     "2 00005  34.2682 348.7242 1859667 331.7664  19.3264 10.82419157413667",
 )
-MOLNIYA_2_14 = (  # deep space, 12 h resonance
+MOLNIYA_2_14 = (  # deep-space orbit with 12 h resonance
     "1 08195U 75081A   06176.33215444  .00000099  00000-0  11873-3 0   813",
     "2 08195  64.1586 279.0717 6877146 264.7651  20.2257  2.00491383225656",
 )
@@ -29,7 +29,7 @@ def satellite(lines: tuple[str, str]) -> Satrec:
     return TLEOrbit(line1=lines[0], line2=lines[1]).build_satellite()
 
 
-def after_epoch(lines: tuple[str, str], minutes: list[float]) -> JulianDates:
+def compute_dates_after_epoch(lines: tuple[str, str], minutes: list[float]) -> JulianDates:
     year, day = 2000 + int(lines[0][18:20]), float(lines[0][20:32])
     epoch = datetime(year, 1, 1, tzinfo=UTC) + timedelta(days=day - 1.0)
     return compute_julian_dates(epoch, 60.0 * np.array(minutes))
@@ -66,22 +66,22 @@ def after_epoch(lines: tuple[str, str], minutes: list[float]) -> JulianDates:
         ),
     ],
 )
-def test_teme_vectors_of_the_verification_output(
+def test_teme_vectors_equal_verification_output(
     lines: tuple[str, str],
     minutes: list[float],
     position: list[list[float]],
     velocity: list[list[float]],
 ) -> None:
     found_position, found_velocity = compute_teme_states(
-        satellite(lines), after_epoch(lines, minutes)
+        satellite(lines), compute_dates_after_epoch(lines, minutes)
     )
     np.testing.assert_allclose(found_position, 1e3 * np.array(position), rtol=0.0, atol=0.02)
     np.testing.assert_allclose(found_velocity, 1e3 * np.array(velocity), rtol=0.0, atol=2e-5)
 
 
-def test_published_j2000_vector() -> None:
-    """IAU 1976/1980 without pole corrections: its 0.05" make 2 m of the 10 000 km there."""
-    at = after_epoch(VANGUARD_1, [4320.0])
+def test_gcrs_vector_agrees_with_published_j2000_vector() -> None:
+    """IAU 1976/1980 without pole corrections has an error of 0.05", or 2 m at 10 000 km."""
+    at = compute_dates_after_epoch(VANGUARD_1, [4320.0])
     frame_bias, _, _ = erfa.bp06(at.midnight, at.tt[0])
     position, velocity = compute_gcrs_states(satellite(VANGUARD_1), at)
     j2000 = 1e3 * np.array([-9059.9413786, 4659.6972000, 813.9588875])
@@ -90,9 +90,9 @@ def test_published_j2000_vector() -> None:
     assert np.linalg.norm(frame_bias @ velocity[0] - j2000_velocity) < 1.5e-3
 
 
-def test_velocity_is_the_derivative_of_position_as_well_as_in_teme() -> None:
-    """SGP4's own velocity is off by up to 0.4 m/s; turning both to GCRS must not add to it."""
-    at = after_epoch(MOLNIYA_2_14, [120.0 - 1.0 / 60.0, 120.0, 120.0 + 1.0 / 60.0])
+def test_velocity_in_gcrs_is_as_accurate_as_in_teme() -> None:
+    """The velocity of SGP4 has an error of up to 0.4 m/s, which the rotation must not increase."""
+    at = compute_dates_after_epoch(MOLNIYA_2_14, [120.0 - 1.0 / 60.0, 120.0, 120.0 + 1.0 / 60.0])
     errors = []
     for propagate in (compute_teme_states, compute_gcrs_states):
         position, velocity = propagate(satellite(MOLNIYA_2_14), at)

@@ -51,10 +51,10 @@ def test_temperature_follows_eclipse_with_time_constant():
     goal = np.where(environment.sunlit, 40.0, -20.0)
     y = 5.0
     for k in range(1, 400):
-        found = solve_ivp(
+        actual = solve_ivp(
             lambda t, u, k=k: (goal[k] - u) / 700.0, (0.0, 5.0), [y], rtol=1e-10, atol=1e-12
         )
-        y = found.y[0, -1]
+        y = actual.y[0, -1]
         assert values[k] == pytest.approx(y, abs=1e-7)
     free = dataclasses.replace(TEMP, initial=None).compute_values(
         environment.times, environment.sunlit
@@ -63,8 +63,8 @@ def test_temperature_follows_eclipse_with_time_constant():
 
 
 def test_channel_table_is_interpolated_and_constant_outside():
-    found = CURRENT.compute_values(np.array([0.0, 200.0, 600.0, 2000.0]), np.ones(4, dtype=bool))
-    np.testing.assert_allclose(found, [0.1, 0.3, 0.15, -0.2])
+    actual = CURRENT.compute_values(np.array([0.0, 200.0, 600.0, 2000.0]), np.ones(4, dtype=bool))
+    np.testing.assert_allclose(actual, [0.1, 0.3, 0.15, -0.2])
 
 
 def test_gyro_uses_mean_over_step_and_sensor_uses_sample():

@@ -53,7 +53,7 @@ def test_generated_step_is_one_filter_step(name):
         vectors = rng.standard_normal((len(names), 3))
         vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
         limb, rate = rng.uniform(0.2, 1.0), rng.uniform(0.0, 0.02)
-        seen = dict(zip(names, vectors, strict=True))
+        directions = dict(zip(names, vectors, strict=True))
         gate = float(lane % 2)  # The first sensor is unavailable in every second lane.
         W[: at.attitude, lane] = P[np.tril_indices(n)]
         W[at.attitude : at.monitors, lane] = C.ravel()
@@ -65,7 +65,7 @@ def test_generated_step_is_one_filter_step(name):
         W[at.body_rate : at.trace, lane] = omega[: at.trace - at.body_rate]
         views = [
             number
-            for name, vector in seen.items()
+            for name, vector in directions.items()
             for number in (*vector, *([np.cos(limb), np.sin(limb)] if is_disc(name) else []))
         ]
         follows = rng.standard_normal(len(suite.sensitivities_by_key))
@@ -79,7 +79,7 @@ def test_generated_step_is_one_filter_step(name):
             v = dC @ C @ references[index]
             hidden = rate > sensor.max_rate()
             for view in sensor.list_visibility_cones():
-                looked_at = dC @ C @ seen[view.direction] if view.direction else v
+                looked_at = dC @ C @ directions[view.direction] if view.direction else v
                 angle = np.arccos(np.clip(looked_at @ view.axis, -1.0, 1.0)) - limb * view.is_disc
                 hidden |= (angle > view.half_angle) == view.keep_in
             blind.append(hidden)

@@ -65,11 +65,11 @@ def test_rule_end_stops_with_last_maneuver(short, X):
 
 def test_run_until_step_equals_start_of_complete_run(short, X):
     model = build_model(short, "trace")
-    whole = evaluate(model.full_duration_model, X, history=True)
+    complete = evaluate(model.full_duration_model, X, history=True)
     until = np.r_[1, 7, 300, 600, np.arange(40, 40 + 12 * 37, 37)]
     result = evaluate(model, X, covariance=True, end_steps=until)
     np.testing.assert_array_equal(result.t_end, model.step * until)
-    variances = whole.variances[np.arange(len(X)), until]
+    variances = complete.variances[np.arange(len(X)), until]
     np.testing.assert_array_equal(np.diagonal(result.covariance, axis1=1, axis2=2), variances)
     np.testing.assert_allclose(result.trace, variances @ model.weights, rtol=1e-14)
 
@@ -78,5 +78,5 @@ def test_equal_plans_may_have_different_end_steps(short, X):
     model = build_model(short, "trace")
     until = np.array([500, 20, 90, 500, 600])
     together = evaluate(model, np.repeat(X[:1], 5, axis=0), end_steps=until)
-    alone = [evaluate(model, X[0], end_steps=each).trace[0] for each in until]
-    np.testing.assert_array_equal(together.trace, alone)
+    separate = [evaluate(model, X[0], end_steps=each).trace[0] for each in until]
+    np.testing.assert_array_equal(together.trace, separate)

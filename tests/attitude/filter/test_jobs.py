@@ -98,8 +98,10 @@ def test_different_variants_share_no_steps():
     jobs = build_shared_jobs(*given, 400, variants)
     apart = 0
     for k in range(3):
-        mine = variants == k
-        own = build_shared_jobs(*(part[mine] for part in given), 400, np.full(mine.sum(), k))
+        is_variant = variants == k
+        own = build_shared_jobs(
+            *(part[is_variant] for part in given), 400, np.full(is_variant.sum(), k)
+        )
         apart += len(own.design)
     assert len(jobs.design) == apart
     for job, parent in enumerate(jobs.parent):

@@ -85,14 +85,14 @@ def test_gravity_gradient_equals_torque_on_point_masses():
     )
 
 
-def simulate_unloading(coils, C, B, momentum, step):
+def simulate_unloading(magnetorquers, C, B, momentum, step):
     """Yield the unloaded momentum (GCRS) and the torques before and after each step (body axes)."""
-    max_dipole = coils.duty_cycle * np.array(coils.max_dipole)
+    max_dipole = magnetorquers.duty_cycle * np.array(magnetorquers.max_dipole)
     total, dipole = np.zeros(3), np.zeros(3)
     for attitude, b, loaded_momentum in zip(C, B, momentum, strict=True):
         before = np.cross(dipole, b)
         total = total + 0.5 * step * attitude.T @ before
-        tau = -attitude @ (loaded_momentum + total) / coils.time_constant
+        tau = -attitude @ (loaded_momentum + total) / magnetorquers.time_constant
         dipole = np.cross(b, tau) / (b @ b)
         dipole = dipole / max(1.0, np.abs(dipole / max_dipole).max())
         after = np.cross(dipole, b)
@@ -274,12 +274,12 @@ def test_load_maximum_splits_at_any_step():
     model = FilterModel.from_scenario(scenario(None, SPINNING))
     X = designs(np.random.default_rng(8), 5, max_duration=300.0)
     plan, ends = model.build_schedule(X), np.full(5, 900)
-    whole = compute_wheel_loads(model.momentum_budget, plan, ends, 1.0, 1)
+    complete = compute_wheel_loads(model.momentum_budget, plan, ends, 1.0, 1)
     for k in (1, 137, 500, 899):
         before = compute_wheel_loads(model.momentum_budget, plan, np.full(5, k), 1.0, 1)
         after = compute_wheel_loads(model.momentum_budget, plan, ends, 1.0, 1, k)
-        np.testing.assert_array_equal(np.maximum(before, after), whole)
-        assert (after < whole).any() or k < 500
+        np.testing.assert_array_equal(np.maximum(before, after), complete)
+        assert (after < complete).any() or k < 500
 
 
 def test_momentum_and_torque_are_constraints():
@@ -290,9 +290,9 @@ def test_momentum_and_torque_are_constraints():
     X = designs(np.random.default_rng(5), 6, max_duration=200.0)
     result = evaluate(model, X)
     for column, (label, bound) in enumerate((("wheel momentum", 2.5e-3), ("wheel torque", 1e-4))):
-        found = entries[label].compute_violations(result).max(axis=0)
-        np.testing.assert_allclose(found, result.wheel_load[:, column] / bound - 1.0, rtol=1e-12)
-        violated = found > 0.0
+        actual = entries[label].compute_violations(result).max(axis=0)
+        np.testing.assert_allclose(actual, result.wheel_load[:, column] / bound - 1.0, rtol=1e-12)
+        violated = actual > 0.0
         assert violated.any() == (column == 0)  # Ramps use 60 % of the torque.
         assert not violated.all()
 
@@ -312,11 +312,11 @@ def test_four_wheels_share_momentum_by_allocation_without_budget(allocation):
     (entry,) = list_constraints(given)
     W = ALLOCATIONS[allocation](given.wheels.normalized_axes())
     result = evaluate(model, X)
-    for found, x in zip(entry.compute_violations(result).max(axis=0), X, strict=True):
+    for actual, x in zip(entry.compute_violations(result).max(axis=0), X, strict=True):
         plan = build_schedule(x[None], model.step, model.slew_limits, model.n_steps)
         ends = plan.end_rates[0][plan.has_duration()[0]]
         expected = np.abs(ends @ given.wheels.inertia_matrix() @ W.T).max()
-        assert found == pytest.approx(expected / 4e-3 - 1.0, rel=1e-9)
+        assert actual == pytest.approx(expected / 4e-3 - 1.0, rel=1e-9)
 
 
 def test_spin_about_momentum_needs_no_torque():

@@ -18,7 +18,7 @@ from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence, InitialConditions, PathConstraint
 from scipy.spatial.transform import Rotation
 
-from . import plain_path_limits as plain
+from . import path_constraint_reference as reference
 
 #: Constraint that is satisfied at the start, far from the Sun.
 CAMERA = PathConstraint(name="camera", boresight=(0.0, 0.2, -1.0), half_angle_deg=50.0)
@@ -52,11 +52,11 @@ def test_margin_is_angle_change_for_rotation_of_one_sigma():
         one_direction = np.outer(turn, turn)[None]
         turned = Rotation.from_rotvec(-turn).as_matrix() @ v
         change = np.arccos(turned @ axis) - np.arccos(v @ axis)
-        found = compute_violation(
+        actual = compute_violation(
             build_cone(axis), 1.0, *build_fixed_motion(v[None]), one_direction
         )[0]
         sigma = (
-            found
+            actual
             - compute_violation(build_cone(axis), 0.0, *build_fixed_motion(v[None]), one_direction)[
                 0
             ]
@@ -71,19 +71,19 @@ def build_cone(axis, inside=False):
 def build_fixed_motion(directions, radius=0.0):
     """Return zero rotations and the motion of fixed directions."""
     radii = np.full(len(directions), radius)
-    seen = np.zeros(len(directions), dtype=bool)
-    return np.zeros_like(directions), DirectionMotion(directions, directions, radii, radii, seen)
+    appears = np.zeros(len(directions), dtype=bool)
+    return np.zeros_like(directions), DirectionMotion(directions, directions, radii, radii, appears)
 
 
 def test_margin_of_parallel_direction_is_largest_perpendicular_sigma():
     axis, sun = np.array([0.0, 0.0, 1.0]), np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
     P = np.diag([0.01, 0.04, 9.0])  # Rotations about the axis change no angle.
-    found = compute_violation(build_cone(axis), 3.0, *build_fixed_motion(sun), np.array([P, P]))
-    np.testing.assert_allclose(found, [0.6, 0.6 - np.pi], rtol=1e-12)
-    found = compute_violation(
+    actual = compute_violation(build_cone(axis), 3.0, *build_fixed_motion(sun), np.array([P, P]))
+    np.testing.assert_allclose(actual, [0.6, 0.6 - np.pi], rtol=1e-12)
+    actual = compute_violation(
         build_cone(axis, inside=True), 3.0, *build_fixed_motion(sun, 0.2), np.array([P, P])
     )
-    np.testing.assert_allclose(found, [0.4, np.pi + 0.4], rtol=1e-12)
+    np.testing.assert_allclose(actual, [0.4, np.pi + 0.4], rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -107,12 +107,12 @@ def test_violation_equals_independent_formulas(sigmas, inside, radius):
     radii = np.where(appears, radius, start), np.full(len(sun), radius)
     passage = DirectionMotion(before, sun, *radii, appears)
     P, cone = 0.01 * draw_covariances(rng, len(sun)), build_cone(axis, inside)
-    expected = plain.excess(cone, sigmas, turn, passage, P)
+    expected = reference.compute_violation(cone, sigmas, turn, passage, P)
     stays = passage._replace(appears=np.zeros(len(sun), dtype=bool))
-    assert (plain.excess(cone, sigmas, turn, stays, P) < expected - 1e-3).any()
+    assert (reference.compute_violation(cone, sigmas, turn, stays, P) < expected - 1e-3).any()
     # The chord of a moving direction is corrected to the arc to second order.
-    found = compute_violation(cone, sigmas, turn, passage, P)
-    np.testing.assert_allclose(found, expected, rtol=0, atol=2e-9)
+    actual = compute_violation(cone, sigmas, turn, passage, P)
+    np.testing.assert_allclose(actual, expected, rtol=0, atol=2e-9)
     dark = DirectionMotion(*np.zeros((2, 1, 3)), *np.zeros((2, 1)), np.zeros(1, dtype=bool))
     assert compute_violation(cone, sigmas, turn[:1], dark, P[:1]) == -np.inf
 
@@ -155,7 +155,9 @@ def test_compiled_path_angles_equal_reference(constrained):
     assert not sun[0].any()
     assert sun[-1].any()
     result = evaluate(model, X)
-    expected = np.array([plain.path_angles(model, run_reference_filter(model, x), x) for x in X])
+    expected = np.array(
+        [reference.path_angles(model, run_reference_filter(model, x), x) for x in X]
+    )
     np.testing.assert_allclose(result.path_angle, expected, rtol=0, atol=1e-9)
     assert (result.path_angle[:, 1] < result.path_angle[:, 2] - 1e-3).any()
     asked = list_constraints(scenario(*model.path_constraints))
@@ -197,10 +199,10 @@ def compute_dense_angles(problem, limit, flown):
     """Return the angles of a path constraint and their 1-sigmas, shapes (n_steps, `DENSE`)."""
     at, attitude, P = flown
     direction, axis = DIRECTIONS[limit.build_cone().direction], np.array(limit.build_cone().axis)
-    seen = np.einsum("kij,kj->ki", attitude, direction.vectors(at, problem.scenario.epoch))
-    normal = np.cross(axis, seen)
+    vectors = np.einsum("kij,kj->ki", attitude, direction.vectors(at, problem.scenario.epoch))
+    normal = np.cross(axis, vectors)
     sine = np.linalg.norm(normal, axis=1)
-    angle = np.arctan2(sine, seen @ axis)
+    angle = np.arctan2(sine, vectors @ axis)
     if direction.radius is not None:
         angle -= direction.radius(at)
     normal /= sine[:, None]
@@ -234,12 +236,12 @@ def test_path_angle_includes_extremes_between_samples(step):
     for _ in range(4):
         x = np.append(rng.uniform(-3.0, 3.0, 3), usual.duration)
         flown = simulate_densely(problem, x)
-        for limit, found in zip(limits, evaluate(problem.model, x).path_angle[0], strict=True):
+        for limit, actual in zip(limits, evaluate(problem.model, x).path_angle[0], strict=True):
             angles, _ = compute_dense_angles(problem, limit, flown)
             worst, sampled = (
                 a.max() if limit.keep_in else a.min() for a in (angles, angles[:, -1])
             )
-            assert found == pytest.approx(worst, abs=1e-5 if step == 1.0 else 2e-4)
+            assert actual == pytest.approx(worst, abs=1e-5 if step == 1.0 else 2e-4)
             blind.append(abs(worst - sampled))
     assert max(blind) > np.radians(0.01 * step)  # The samples alone miss the extremes.
 
@@ -254,7 +256,7 @@ def test_margin_is_valid_between_samples():
     rng = np.random.default_rng(9)
     for _ in range(3):
         x = np.append(rng.uniform(-1.0, 1.0, 3), 200.0)
-        found = evaluate(problem.model, x).path_angle[0, 0]
+        actual = evaluate(problem.model, x).path_angle[0, 0]
         angle, sigma = compute_dense_angles(problem, limit, simulate_densely(problem, x))
         worst = (angle - 3.0 * sigma).min()
-        assert found == pytest.approx(worst, abs=np.radians(0.05))
+        assert actual == pytest.approx(worst, abs=np.radians(0.05))

@@ -55,18 +55,18 @@ def test_photodiode_measures_cosine_with_gain_and_tilt_errors():
     gain = diode.predict_measurement(build_errors([0.0, 0.0, 0.1]), V)[:, 0]
     np.testing.assert_allclose(gain, 1.1 * (V @ n), atol=1e-15)
     tilted = diode.axes[2] + 1e-3 * diode.axes[0]
-    found = diode.predict_measurement(build_errors([1e-3, 0.0, 0.0]), V)[:, 0]
-    np.testing.assert_allclose(found, V @ tilted, atol=1e-15)
+    actual = diode.predict_measurement(build_errors([1e-3, 0.0, 0.0]), V)[:, 0]
+    np.testing.assert_allclose(actual, V @ tilted, atol=1e-15)
     np.testing.assert_allclose(diode.axes @ diode.axes.T, np.eye(3), atol=1e-15)
     assert np.linalg.det(diode.axes) == pytest.approx(1.0)
 
 
 def test_light_from_behind_is_not_measured():
     diode, light = Photodiode(normal=(1.0, 0.0, 0.0)), np.array([[0.2, 0.1, 0.0], [-0.2, 0.1, 0.0]])
-    found = diode.predict_measurement(
+    actual = diode.predict_measurement(
         build_errors(np.zeros(3), light, albedo=np.array([0.01, 0.0, 0.0])), V[:2]
     )
-    np.testing.assert_allclose(found[:, 0], V[:2, 0] + [0.21, 0.0], atol=1e-15)
+    np.testing.assert_allclose(actual[:, 0], V[:2, 0] + [0.21, 0.0], atol=1e-15)
     blind = dataclasses.replace(diode, includes_albedo=False)
     np.testing.assert_array_equal(
         blind.predict_measurement(build_errors(np.zeros(3), light), V)[:, 0], V[:, 0]

@@ -87,11 +87,11 @@ def test_mean_of_correlated_samples_has_known_variance(time):
     E. Parzen, A new approach to the synthesis of optimal smoothing and prediction systems (1960).
     """
     sensors = (Mean(name="own", time=time), Magnetometer())
-    found = variances(FilterModel.from_scenario(scenario(sensors=sensors)), "own.constant")
+    actual = variances(FilterModel.from_scenario(scenario(sensors=sensors)), "own.constant")
     n, rho = np.arange(1, 241), np.exp(-1.0 / time)
     mean = (1.0 + rho) / (n - (n - 2.0) * rho)
     expected = 1.0 / (1.0 / mean + 0.01)  # with the initial information
-    np.testing.assert_allclose(found[1:], np.repeat(expected[:, None], 3, 1), rtol=1e-5)
+    np.testing.assert_allclose(actual[1:], np.repeat(expected[:, None], 3, 1), rtol=1e-5)
 
 
 @pytest.mark.slow
@@ -101,7 +101,7 @@ def test_sample_interval_makes_result_independent_of_filter_step():
     continuous_sensors = tuple(dataclasses.replace(s, sample_interval=None) for s in suite.sensors)
 
     def compute_variances(step, these):
-        found = FilterModel.from_scenario(
+        actual = FilterModel.from_scenario(
             scenario(
                 gyro=suite.gyro,
                 sensors=these,
@@ -109,7 +109,7 @@ def test_sample_interval_makes_result_independent_of_filter_step():
                 step=step,
             )
         )
-        return evaluate(found, PLAN, history=True).variances[0][:: round(4.0 / step)]
+        return evaluate(actual, PLAN, history=True).variances[0][:: round(4.0 / step)]
 
     finest = compute_variances(1.0, sensors)
     for step in (2.0, 4.0):

@@ -76,9 +76,9 @@ def test_star_tracker_measures_up_to_maximum_rate(model):
     slow, fast = [0.3, 0.0, 0.4], [0.3, 0.01, 0.4]  # deg/s, with norms of 0.5 and slightly more
     design = np.array([*slow, 100.0, *fast, 60.0, *slow, 500.0])
     motion = Motion.from_design(model, design, model.n_steps)
-    found = can_measure(model, 0, motion.attitude, motion.rates)
+    actual = can_measure(model, 0, motion.attitude, motion.rates)
     times = model.times
-    np.testing.assert_array_equal(found, (times <= 100.0) | (times > 160.0))
+    np.testing.assert_array_equal(actual, (times <= 100.0) | (times > 160.0))
     assert_agrees(model, design[None])
 
 
@@ -91,5 +91,5 @@ def test_information_is_isotropic_across_the_boresight(boresight):
     cross, roll = np.radians([10.0 / 3600.0, 60.0 / 3600.0])
     along = np.outer(b, b)
     expected = (np.eye(3) - along) / cross**2 + along / roll**2
-    found = H.T @ np.diag(np.array(tracker.noise_sigmas()) ** -2.0) @ H
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * expected.max())
+    actual = H.T @ np.diag(np.array(tracker.noise_sigmas()) ** -2.0) @ H
+    np.testing.assert_allclose(actual, expected, rtol=0, atol=1e-9 * expected.max())

@@ -122,9 +122,9 @@ def test_variants_may_differ_in_star_tracker_and_path_constraint(short):
     X[:, np.arange(12) % 4 != 3] *= 0.6
     result = evaluate(model, X, variants=[model, second], variant_index=variant_index)
     for k, each in enumerate((model, second)):
-        alone = evaluate(each, X[variant_index == k])
-        np.testing.assert_array_equal(result.trace[variant_index == k], alone.trace)
-        np.testing.assert_array_equal(result.path_angle[variant_index == k], alone.path_angle)
+        separate = evaluate(each, X[variant_index == k])
+        np.testing.assert_array_equal(result.trace[variant_index == k], separate.trace)
+        np.testing.assert_array_equal(result.path_angle[variant_index == k], separate.path_angle)
 
 
 def test_variants_that_need_another_kernel_are_rejected(models):

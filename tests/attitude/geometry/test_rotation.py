@@ -1,4 +1,4 @@
-"""Rotations by twice the Gibbs vector against scipy's."""
+"""Rotations by twice the Gibbs vector, compared with scipy."""
 
 import numpy as np
 import pytest
@@ -14,13 +14,13 @@ from scipy.spatial.transform import Rotation
 
 
 def as_scipy(g):
-    """The rotation by 2 arctan(|g| / 2) about g."""
+    """Return the rotation by 2 arctan(|g| / 2) about g."""
     length = np.linalg.norm(g)
     return Rotation.from_rotvec(2.0 * np.arctan(0.5 * length) * g / length)
 
 
 @pytest.mark.parametrize("size", [1e-6, 0.1, 1.0, 20.0])
-def test_rotate_is_scipys(size):
+def test_rotate_equals_scipy(size):
     rng = np.random.default_rng(0)
     g, v = size * rng.standard_normal((20, 3)), rng.standard_normal((20, 3))
     turned = np.array([as_scipy(a).apply(b) for a, b in zip(g, v, strict=True)])
@@ -32,13 +32,13 @@ def test_rotate_is_scipys(size):
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-9, 0.1, 3.0, 100.0])
-def test_exponential_is_scipys(size):
+def test_exponential_map_equals_scipy(size):
     phi = size * np.random.default_rng(1).standard_normal((3, 20))
     expected = Rotation.from_rotvec(phi.T).as_matrix()
     np.testing.assert_allclose(np.moveaxis(exponential_map(phi), -1, 0), expected, atol=1e-14)
 
 
-def test_the_last_one_of_a_product_turns_first():
+def test_product_applies_last_rotation_first():
     a, b = np.random.default_rng(1).standard_normal((2, 3))
     product = multiply(rotation_matrix(a[:, None]), rotation_matrix(b[:, None]))[..., 0]
     np.testing.assert_allclose(product, (as_scipy(a) * as_scipy(b)).as_matrix(), atol=1e-14)

@@ -55,28 +55,28 @@ def compute_ratios(name, rotations):
     them from the attitude, so that their mean-information bound is far too low.
     """
     scenario, model = build_model(name)
-    found = compute_lower_bound(scenario, model)
+    actual = compute_lower_bound(scenario, model)
     slow = sum_block_variances(mean_covariance(model, RATE, rotations))
     left_out = {model.suite.blocks[state // 3] for state in model.suite.considered_indices}
     return {
-        block: found.variance_sum[block][-1] / total
+        block: actual.variance_sum[block][-1] / total
         for block, total in zip(model.suite.blocks, slow, strict=True)
         if block not in left_out and not block.startswith("gyro")
-    }, found
+    }, actual
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("attitude_independent_bound")
 @pytest.mark.parametrize("name", BOUNDED_SUITES)
 def test_lower_bound_equals_mean_information_over_cube_rotations(name):
-    ratios, found = compute_ratios(name, CUBE)
+    ratios, actual = compute_ratios(name, CUBE)
     varies = SUITES[name].processes
     for block, ratio in ratios.items():
         assert ratio <= 1.0 + 1e-9, block
         if block == "attitude" or block.endswith(("albedo", "error")):
             # The lower bound assumes a bias that is known at all times.
-            assert ratio > 0.95 or found.relaxations, block
-        elif any(each.startswith(block.split(".")[0]) for each in found.relaxations):
+            assert ratio > 0.95 or actual.relaxations, block
+        elif any(each.startswith(block.split(".")[0]) for each in actual.relaxations):
             continue  # Anisotropic noise is relaxed to the noise of the best axis.
         elif not (varies and block.endswith(("scale_factor", "nonorthogonality"))):
             # A common scale factor has the same effect as a field error at any attitude.
@@ -88,10 +88,10 @@ def test_lower_bound_equals_mean_information_over_cube_rotations(name):
 @pytest.mark.parametrize("name", ["paper", "considered"])
 def test_lower_bound_is_below_mean_information_over_random_rotations(name):
     rotations = Rotation.random(1000, random_state=1).as_matrix()
-    ratios, found = compute_ratios(name, rotations)
+    ratios, actual = compute_ratios(name, rotations)
     for block, ratio in ratios.items():
         assert ratio <= 1.0 + 1e-9, block
-        assert ratio > 0.9 or found.relaxations or SUITES[name].processes, block
+        assert ratio > 0.9 or actual.relaxations or SUITES[name].processes, block
 
 
 @pytest.mark.parametrize("name", ["full gyro"])

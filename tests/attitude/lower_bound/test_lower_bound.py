@@ -63,8 +63,8 @@ def test_gyro_bias_at_rest_approaches_lower_bound():
     scenario = build_hard_scenarios()["constant bias"]
     model = FilterModel.from_scenario(scenario)
     bound = compute_lower_bound(scenario, model)
-    ran = evaluate(model.full_duration_model, np.zeros((1, 4)), history=True)
-    ratio = ran.variances[0, 1:, 3:6].sum(axis=1) / bound.variance_sum["gyro.bias"][1:]
+    result = evaluate(model.full_duration_model, np.zeros((1, 4)), history=True)
+    ratio = result.variances[0, 1:, 3:6].sum(axis=1) / bound.variance_sum["gyro.bias"][1:]
     assert ratio.min() >= 1.0
     assert ratio[-1] < 1.12
     assert ratio.max() < 3.0
@@ -74,8 +74,8 @@ def test_attitude_with_calibrated_sensors_approaches_lower_bound():
     scenario = build_hard_scenarios()["calibrated"]
     model = FilterModel.from_scenario(scenario)
     bound = compute_lower_bound(scenario, model)
-    ran = evaluate(model.full_duration_model, np.array([[0.1, 0.0, 0.0, 100.0]]), history=True)
-    ratio = ran.variances[0, :, :3].sum(axis=1) / bound.variance_sum["attitude"]
+    result = evaluate(model.full_duration_model, np.array([[0.1, 0.0, 0.0, 100.0]]), history=True)
+    ratio = result.variances[0, :, :3].sum(axis=1) / bound.variance_sum["attitude"]
     assert ratio[1] == pytest.approx(1.0, rel=1e-3)
     assert ratio.max() < 6.0
 
@@ -85,10 +85,10 @@ def test_bound_of_considered_errors_is_exact():
     scenario = build_hard_scenarios()["considered"]
     model = FilterModel.from_scenario(scenario)
     bound = compute_lower_bound(scenario, model)
-    ran = evaluate(model.full_duration_model, np.array([[0.3, -0.2, 0.1, 500.0]]), history=True)
+    result = evaluate(model.full_duration_model, np.array([[0.3, -0.2, 0.1, 500.0]]), history=True)
     for block in ("gyro.bias", "sun.bias"):
         own = 3 * model.suite.blocks.index(block)
-        variances = ran.variances[0, :, own : own + 3].sum(axis=1)
+        variances = result.variances[0, :, own : own + 3].sum(axis=1)
         np.testing.assert_allclose(variances, bound.variance_sum[block], rtol=1e-9)
 
 

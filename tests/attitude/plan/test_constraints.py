@@ -13,7 +13,7 @@ from mgeo_attitude.plan import ManeuverPlan, format_aem, to_csv
 from scipy.spatial.transform import Rotation
 
 from ..criteria.test_objectives import LIMITED, designs
-from ..filter.plain_path_limits import path_angles
+from ..filter.path_constraint_reference import path_angles
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,6 @@
-"""The innovation and its derivatives against scipy's rotations, the declared H and differences."""
+"""Innovations and their derivatives, compared with finite differences and declared measurement
+matrices.
+"""
 
 import numpy as np
 import pytest
@@ -25,8 +27,8 @@ GRADIENT = np.array([[0.5, 0.1, -0.3], [0.1, -0.9, 0.2], [-0.3, 0.2, 0.4]])
 
 
 @dataclass(frozen=True)
-class Own(SunSensor):
-    """Of everything that a model may do: products of states, quotients, a rotation of a sum."""
+class NonlinearSensor(SunSensor):
+    """Sensor model with products of states, quotients, and the rotation of a sum."""
 
     def predict_measurement(self, x, v):
         u = rotate(x.misalignment, v + 0.3 * x.bias)
@@ -35,9 +37,9 @@ class Own(SunSensor):
         )
 
 
-OWN = Suite(Gyro(), (Own(),))
+NONLINEAR = Suite(Gyro(), (NonlinearSensor(),))
 CASES = [
-    (OWN, 0),
+    (NONLINEAR, 0),
     (SUITES["late"], 2),
     (SUITES["two angles"], 0),
     (SUITES["star tracker"], 0),
@@ -46,18 +48,20 @@ CASES = [
 ]
 
 
-def look(suite, sensor):
-    """What a sensor looks at, GCRS: the vector, and what else `Suite.looks` has."""
-    change = CHANGE[: len(sensor.latency_states())]
+def get_vectors(suite, sensor):
+    """Return the vector in GCRS that a sensor observes, and its gradients."""
+    by_latency = CHANGE[: len(sensor.latency_states())]
     if sensor.has_unit_length:
         v = V / np.linalg.norm(V)
-        by_orbit = GRADIENT[: suite.count_gradient_vectors(sensor) - 2 - len(change)]
-        return v, np.vstack([*tangent_vectors(v), *by_orbit, *change])
-    return V, np.vstack([GRADIENT[: suite.count_gradient_vectors(sensor) - len(change)], change])
+        by_orbit = GRADIENT[: suite.count_gradient_vectors(sensor) - 2 - len(by_latency)]
+        return v, np.vstack([*tangent_vectors(v), *by_orbit, *by_latency])
+    return V, np.vstack(
+        [GRADIENT[: suite.count_gradient_vectors(sensor) - len(by_latency)], by_latency]
+    )
 
 
-def estimate(suite, C, x):
-    """One run's estimate of attitude and states with the vectors of rotations."""
+def build_estimate(suite, C, x):
+    """Return the estimate of one run from attitude C and states x with rotation vectors."""
     places = np.arange(3)[:, None] + np.array(suite.rotation_indices)
     rotations, states = rotation_matrix(x[places])[..., None], x[:, None].copy()
     rotations[:, :, 0, 0] = C.T
@@ -65,15 +69,15 @@ def estimate(suite, C, x):
     return Estimate(places, rotations, states, np.zeros((len(x), len(x), 1)))
 
 
-def random(suite, seed):
-    """A random attitude matrix, state and error, none of them small."""
+def draw_states(suite, seed):
+    """Return a random attitude matrix, and random states and errors that are not small."""
     rng = np.random.default_rng(seed)
     C = Rotation.random(random_state=seed).as_matrix()
     return C, 0.2 * rng.standard_normal(suite.n_states), 0.1 * rng.standard_normal(suite.n_states)
 
 
-def perturbed(suite, C, x, e):
-    """The attitude and states whose error from an estimate is e, by scipy."""
+def apply_errors(suite, C, x, e):
+    """Return attitude and states whose errors relative to C and x are e, computed with SciPy."""
     true = x + e
     for first in suite.rotation_indices[1:]:
         block = slice(first, first + 3)
@@ -82,35 +86,35 @@ def perturbed(suite, C, x, e):
             continue
         quaternion = (as_scipy(x[block]) * as_scipy(e[block])).as_quat()
         true[block] = 2.0 * quaternion[:3] / quaternion[3]
-    turned = as_scipy(-e[:3]).as_matrix() @ C if e[:3].any() else C
-    return turned, true
+    attitude = as_scipy(-e[:3]).as_matrix() @ C if e[:3].any() else C
+    return attitude, true
 
 
-def measured(suite, sensor, C, x):
-    """What a sensor of the suite reports in truth, shape (1, k, 3)."""
+def measure(suite, sensor, C, x):
+    """Return the noise-free reading of a sensor, shape (1, k, 3)."""
 
     def to_body(vector):
         return C @ vector
 
     own = {state: x[first : first + 3] for state, first in suite.get_first_indices(sensor).items()}
-    v, further = look(suite, sensor)
+    v, further = get_vectors(suite, sensor)
     report = sensor.predict_measurement(*apply_latency(sensor, own, [v, *further], to_body, RATE))
     return stack_measurement(report)[None]
 
 
-def channels(sensor):
-    """What its influences are times."""
+def get_channel_values(sensor):
+    """Return values of the channels of a sensor's bias sensitivities."""
     return (1.5, -0.7)[: len(sensor.bias_sensitivities)]
 
 
-def expanded(suite, index, y, C, x):
-    """Innovation, dense H and dense matrices of second derivatives."""
-    v, gradient = look(suite, suite.sensors[index])
-    at = estimate(suite, C, x)
+def expand_innovation(suite, index, y, C, x):
+    """Return innovation, dense Jacobian H and dense matrices of second derivatives."""
+    v, gradient = get_vectors(suite, suite.sensors[index])
+    at = build_estimate(suite, C, x)
     further = {
         "gradient": gradient,
         "rate": RATE,
-        "channel_values": channels(suite.sensors[index]),
+        "channel_values": get_channel_values(suite.sensors[index]),
     }
     r = compute_innovation(suite, index, unstack_measurement(y), v, at, **further)
     states, H = compute_jacobian(r)
@@ -124,24 +128,24 @@ def expanded(suite, index, y, C, x):
     return r.value[:, 0], dense, second
 
 
-def is_3d(suite, index, y, C, x):
-    """The same along three axes that do not change with the estimate."""
-    sensor, found = suite.sensors[index], expanded(suite, index, y, C, x)
+def expand_in_fixed_axes(suite, index, y, C, x):
+    """Return the result of `expand_innovation` in three axes that do not depend on the estimate."""
+    sensor, expansion = suite.sensors[index], expand_innovation(suite, index, y, C, x)
     if not sensor.has_unit_length:
-        return found
-    axes = rotate_tangents(measured(suite, sensor, C, x)[:, 0], y[:, 0])[0]
-    return tuple(np.tensordot(axes, each, 1) for each in found)
+        return expansion
+    axes = rotate_tangents(measure(suite, sensor, C, x)[:, 0], y[:, 0])[0]
+    return tuple(np.tensordot(axes, each, 1) for each in expansion)
 
 
 @pytest.mark.cases(3)
 @pytest.mark.parametrize(("suite", "index"), CASES)
-def test_derivatives_of_the_innovation_are_those_of_finite_differences(suite, index):
+def test_innovation_derivatives_equal_finite_differences(suite, index):
     sensor = suite.sensors[index]
-    C, x, e = random(suite, seed=3)
-    y = measured(suite, sensor, *perturbed(suite, C, x, e))
+    C, x, e = draw_states(suite, seed=3)
+    y = measure(suite, sensor, *apply_errors(suite, C, x, e))
 
     def at(errors):
-        return is_3d(suite, index, y, *perturbed(suite, C, x, errors))
+        return expand_in_fixed_axes(suite, index, y, *apply_errors(suite, C, x, errors))
 
     def unit(j, size):
         error = np.zeros(suite.n_states)
@@ -166,21 +170,20 @@ def test_derivatives_of_the_innovation_are_those_of_finite_differences(suite, in
             ]
             np.testing.assert_allclose(B[:, i, j], sum(corners) / (4 * h**2), rtol=0, atol=1e-6)
             np.testing.assert_array_equal(B[:, i, j], B[:, j, i])
-    # and where the estimate is the truth there is nothing left
+    # The innovation is zero if the estimate is the truth.
     np.testing.assert_allclose(at(e)[0], 0.0, atol=1e-14)
 
 
 @pytest.mark.cases(3)
 @pytest.mark.parametrize(("suite", "index"), CASES)
-def test_moments_of_second_order_are_those_of_samples(suite, index):
-    """Mean and covariance of ½ eᵀ B e by the traces of dense matrices."""
-    C, x, e = random(suite, seed=4)
-    y = measured(suite, suite.sensors[index], *perturbed(suite, C, x, e))
-    at, (v, gradient) = estimate(suite, C, x), look(suite, suite.sensors[index])
+def test_second_order_moments_equal_traces_of_dense_matrices(suite, index):
+    C, x, e = draw_states(suite, seed=4)
+    y = measure(suite, suite.sensors[index], *apply_errors(suite, C, x, e))
+    at, (v, gradient) = build_estimate(suite, C, x), get_vectors(suite, suite.sensors[index])
     found = compute_innovation(
         suite, index, unstack_measurement(y), v, at, gradient=gradient, rate=RATE
     )
-    B = expanded(suite, index, y, C, x)[2]
+    B = expand_innovation(suite, index, y, C, x)[2]
     root = np.random.default_rng(5).standard_normal((suite.n_states, suite.n_states))
     P = root @ root.T
     mean, covariance = compute_second_order_moments(found, P[..., None])
@@ -190,16 +193,16 @@ def test_moments_of_second_order_are_those_of_samples(suite, index):
 
 
 @every_suite
-def test_at_zero_the_derivative_is_the_declared_H(name):
+def test_jacobian_at_zero_states_equals_measurement_matrix(name):
     suite = SUITES[name]
     x = np.zeros(suite.n_states)
     for index, sensor in enumerate(suite.sensors):
         for C in (np.eye(3), Rotation.random(random_state=6).as_matrix()):
-            y = measured(suite, sensor, C, x)
-            H = is_3d(suite, index, y, C, x)[1]
-            v, gradient = look(suite, sensor)
+            y = measure(suite, sensor, C, x)
+            H = expand_in_fixed_axes(suite, index, y, C, x)[1]
+            v, gradient = get_vectors(suite, sensor)
             declared = suite.measurement_matrix(
-                sensor, C @ v, C, gradient @ C.T, RATE, channels(sensor)
+                sensor, C @ v, C, gradient @ C.T, RATE, get_channel_values(sensor)
             )
             if sensor.has_unit_length:
                 declared = (gradient[:2] @ C.T).T @ declared

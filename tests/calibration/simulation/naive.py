@@ -1,6 +1,7 @@
-"""The error-state filter of one run once more: dense matrices, quaternions, derivatives by hand.
+"""Error-state filter of a single run with dense matrices, quaternions and hand-written derivatives.
 
-For suites of a plain gyro with Sun sensors and magnetometers, whose measurement is R(φ) C v + b.
+It serves as the reference for suites of a plain gyro, Sun sensors and magnetometers, whose
+measurement is R(φ) C v + b.
 """
 
 from functools import cache
@@ -11,46 +12,47 @@ from scipy.spatial.transform import Rotation
 
 
 def skew(a):
-    """[a×]."""
     return np.cross(a, np.eye(3)).T
 
 
-def rotation(g):
-    """Of twice the Gibbs vector."""
+def rotation_from_gibbs(g):
+    """Return the rotation of twice the Gibbs vector g."""
     return Rotation.from_quat([*(0.5 * g), 1.0])
 
 
-def gibbs(turn):
+def gibbs_vector(turn):
     x, y, z, w = turn.as_quat()
     return 2.0 * np.array([x, y, z]) / w
 
 
-def estimates(model, readings, rates, estimator):
-    """Attitude, states (vectors of misalignments) and covariance at every sample."""
+def run_filter(model, readings, rates, estimator):
+    """Return attitude, states and covariance after every sample, with rotation vectors as states of
+    misalignments.
+    """
     suite, n = model.suite, model.suite.n_states
     C, x, P = Rotation.identity(), np.zeros(n), np.diag(model.initial_sigma**2)
-    found = [(C.as_matrix(), x, P)]
-    at_rest = discretize_van_loan(model, np.zeros(3))[0]
-    step = cache(lambda *rate: discretize_van_loan(model, np.array(rate)))
+    estimates = [(C.as_matrix(), x, P)]
+    F_rest = discretize_van_loan(model, np.zeros(3))[0]
+    discretize = cache(lambda *rate: discretize_van_loan(model, np.array(rate)))
     for k, rate in enumerate(rates, start=1):
-        F, Q = (A.copy() for A in step(*rate))
-        mean_bias = -np.diag(at_rest[:3, 3:6]) * x[3:6] / model.step
+        F, Q = (A.copy() for A in discretize(*rate))
+        mean_bias = -np.diag(F_rest[:3, 3:6]) * x[3:6] / model.step
         turn = Rotation.from_rotvec(-(readings.gyro[k - 1] - mean_bias) * model.step)
         F[:3, :3] = turn.as_matrix()
         C, x, P = turn * C, x.copy(), F @ P @ F.T + Q
-        x[3:6] *= np.diag(at_rest)[3:6]
+        x[3:6] *= np.diag(F_rest)[3:6]
         for index, sensor in enumerate(suite.sensors):
             y = readings.sensors[index][k, 0]
             if not np.isnan(y).any():
                 R = np.diag(np.square(sensor.noise_sigmas()))
                 first = 6 + 6 * index
                 C, x, P = update(C, x, P, y, R, model.references[k, index], first, estimator)
-        found.append((C.as_matrix(), x, P))
-    return found
+        estimates.append((C.as_matrix(), x, P))
+    return estimates
 
 
 def update(C, x, P, y, R, reference, first, estimator):
-    v, mounting = C.apply(reference), rotation(x[first : first + 3]).as_matrix()
+    v, mounting = C.apply(reference), rotation_from_gibbs(x[first : first + 3]).as_matrix()
     r = y - mounting @ v - x[first + 3 : first + 6]
     M = np.eye(3) if estimator.jacobians == "aligned" else mounting
     H, B = np.zeros((3, len(x))), np.zeros((3, len(x), len(x)))
@@ -63,7 +65,7 @@ def update(C, x, P, y, R, reference, first, estimator):
         for j, b in enumerate(np.eye(3)):
             both = 0.5 * (np.cross(a, np.cross(b, v)) + np.cross(b, np.cross(a, v)))
             B[:, i, j] = B[:, first + i, first + j] = -M @ both
-            mixed = M @ np.cross(a, np.cross(b, v))  # of misalignment a and attitude b
+            mixed = M @ np.cross(a, np.cross(b, v))  # misalignment a and attitude b
             B[:, first + i, j] = B[:, j, first + i] = mixed
     z, S = r, H @ P @ H.T + R
     if estimator.second_order:
@@ -73,7 +75,7 @@ def update(C, x, P, y, R, reference, first, estimator):
     P = P - P @ H.T @ np.linalg.solve(S, H @ P)
     if estimator.reset:
         T = np.eye(len(x))
-        for block in rotations(len(x)):
+        for block in list_rotation_blocks(len(x)):
             g = e[block]
             T[block, block] = (np.eye(3) - 0.5 * skew(g)) / (1.0 + 0.25 * g @ g)
         P = T @ P @ T.T
@@ -83,11 +85,13 @@ def update(C, x, P, y, R, reference, first, estimator):
 def correct(C, x, e):
     corrected = x + e
     corrected[:3] = 0.0
-    for block in rotations(len(x))[1:]:
-        corrected[block] = gibbs(rotation(x[block]) * rotation(e[block]))
-    return rotation(-e[:3]) * C, corrected
+    for block in list_rotation_blocks(len(x))[1:]:
+        corrected[block] = gibbs_vector(
+            rotation_from_gibbs(x[block]) * rotation_from_gibbs(e[block])
+        )
+    return rotation_from_gibbs(-e[:3]) * C, corrected
 
 
-def rotations(n):
-    """Attitude and the misalignment of each sensor."""
+def list_rotation_blocks(n):
+    """Return the slices of the attitude and of each sensor's misalignment."""
     return [slice(0, 3), *(slice(first, first + 3) for first in range(6, n, 6))]

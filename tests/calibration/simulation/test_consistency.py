@@ -1,4 +1,4 @@
-"""Conclusions on made-up results: numbers drawn from the law they are tested against."""
+"""Consistency tests of random results with a known distribution."""
 
 import dataclasses
 
@@ -11,7 +11,9 @@ N, M = 200, 40
 
 @pytest.fixture(scope="module")
 def result():
-    """Errors that are what the filter claims, constant in time as those of a calibration are."""
+    """Errors with the distribution that the filter predicts, constant in time like calibration
+    parameters.
+    """
     rng = np.random.default_rng(4)
     errors = np.repeat(rng.standard_normal((N, 1, 6)), M, axis=1)
     return MonteCarloResult(
@@ -32,7 +34,7 @@ def result():
     )
 
 
-def test_true_claims_pass(result):
+def test_consistent_errors_pass(result):
     report = evaluate_consistency(result)
     assert report["passed"].all(), report
     assert list(report.index) == [
@@ -44,8 +46,8 @@ def test_true_claims_pass(result):
     ]
 
 
-def test_bounds_are_those_of_chi_square(result):
-    """99 % of sums over N runs of 6 squares, by the normal limit of Wilson and Hilferty."""
+def test_nees_bounds_are_chi_square_quantiles(result):
+    """The expected quantiles are the approximation of Wilson and Hilferty."""
     bounds = evaluate_consistency(result).loc["nees"]
     dof, z = 6 * N, 2.5758293035489004
     expected = [(1 - 2 / (9 * dof) + sign * z * np.sqrt(2 / (9 * dof))) ** 3 for sign in (-1, 1)]
@@ -64,14 +66,14 @@ def test_bounds_are_those_of_chi_square(result):
         ("nees", {"nees": np.nan}),
     ],
 )
-def test_false_claims_do_not(result, criterion, changes):
+def test_inconsistent_statistics_fail(result, criterion, changes):
     wrong = {name: factor * getattr(result, name) for name, factor in changes.items()}
     report = evaluate_consistency(dataclasses.replace(result, **wrong))
     assert not report.loc[criterion, "passed"]
     assert not report["passed"].all()
 
 
-def test_bad_arguments_are_named(result):
+def test_invalid_arguments_raise(result):
     with pytest.raises(ValueError, match=r"start_time = 50\.0: expected at most 39\.0 s"):
         evaluate_consistency(result, start_time=50.0)
     with pytest.raises(ValueError, match="confidence = 99"):

@@ -1,4 +1,4 @@
-"""Many runs at once against one run at a time, written differently."""
+"""Filter of many simultaneous runs, compared with an independent filter of one run at a time."""
 
 import dataclasses
 
@@ -19,7 +19,7 @@ PLAN = np.array([0.5, -0.3, 0.8, 20.3, -0.7, 0.9, 0.1, 20.0, 0.2, 0.4, -0.9, 500
 STEPS, RUNS = 60, 2
 
 
-def short(scenario):
+def shorten(scenario):
     return dataclasses.replace(
         scenario, duration=float(STEPS), convergence=Convergence(window=float(STEPS))
     )
@@ -28,20 +28,25 @@ def short(scenario):
 @pytest.fixture(
     scope="module", params=["paper", pytest.param("cubesat_6u", marks=pytest.mark.slow)]
 )
-def flown(request):
-    """A model, and flights in which the Sun passes the Sun sensor's view, not in all at once."""
-    scenario = short(getattr(Scenario, request.param)())
-    wide = FilterModel.from_scenario(scenario)
-    ahead = Motion.from_design(wide, PLAN, STEPS).attitude[30] @ wide.references[30, 0]
+def simulated_runs(request):
+    """Model, measurements and rates of runs in which the Sun passes the field of view at different
+    times.
+    """
+    scenario = shorten(getattr(Scenario, request.param)())
+    wide_model = FilterModel.from_scenario(scenario)
+    boresight = (
+        Motion.from_design(wide_model, PLAN, STEPS).attitude[30] @ wide_model.references[30, 0]
+    )
     sun, *others = scenario.sensors
-    narrow = dataclasses.replace(sun, boresight=tuple(ahead), half_angle_deg=20.0)
-    model = FilterModel.from_scenario(dataclasses.replace(scenario, sensors=(narrow, *others)))
+    narrow_sensor = dataclasses.replace(sun, boresight=tuple(boresight), half_angle_deg=20.0)
+    model = FilterModel.from_scenario(
+        dataclasses.replace(scenario, sensors=(narrow_sensor, *others))
+    )
     generators = np.random.default_rng(8).spawn(RUNS)
-    flights = [
-        runs.simulate_motion(model, PLAN, draw_errors(model, STEPS, generator))
-        for generator in generators
+    flown_runs = [
+        runs.flown(model, PLAN, draw_errors(model, STEPS, generator)) for generator in generators
     ]
-    return model, [flight.readings for flight in flights], flights[0].motion.rates
+    return model, [flight.readings for flight in flown_runs], flown_runs[0].motion.rates
 
 
 @pytest.mark.cases(1)
@@ -53,19 +58,19 @@ def flown(request):
         FilterSettings(second_order=False),
     ],
 )
-def test_runs_side_by_side_are_those_one_by_one(flown, estimator):
-    model, readings, rates = flown
-    seen = ~np.isnan([run.sensors[0][1:, 0, 0] for run in readings]).T
-    assert 0 < seen.sum() < seen.size
-    assert (seen.any(axis=1) & ~seen.all(axis=1)).any()
+def test_simultaneous_runs_equal_single_runs(simulated_runs, estimator):
+    model, readings, rates = simulated_runs
+    has_reading = ~np.isnan([run.sensors[0][1:, 0, 0] for run in readings]).T
+    assert 0 < has_reading.sum() < has_reading.size
+    assert (has_reading.any(axis=1) & ~has_reading.all(axis=1)).any()
     filter_ = ErrorStateFilter(model.suite, estimator)
     start = Estimate.from_model(model, RUNS)
     run = filter_.run(start, readings, rates, model.references)
-    found = [after for _, after, _ in run]
+    estimates = [after for _, after, _ in run]
     sigma = model.initial_sigma
     for run in range(RUNS):
-        expected = naive.estimates(model, readings[run], rates, estimator)
-        for estimate, (C, x, P) in zip(found, expected, strict=True):
+        expected = naive.run_filter(model, readings[run], rates, estimator)
+        for estimate, (C, x, P) in zip(estimates, expected, strict=True):
             error = estimate.compute_errors(
                 C[:, :, None].repeat(RUNS, 2), x[:, None].repeat(RUNS, 1)
             )

@@ -1,4 +1,6 @@
-"""Without errors the simulation's filter is the kernel's: two codes for one covariance."""
+"""Covariance of the filter in a simulation without errors, compared with the covariance of the
+kernel.
+"""
 
 import dataclasses
 
@@ -13,7 +15,7 @@ from ...attitude.filter.suites import SUITES
 from ..simulators.runs import build_zero_errors, run_filter
 
 PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
-STEPS = 160  # of 1 s: until the third maneuver has begun
+STEPS = 160  # steps of 1 s, until the third maneuver has begun
 
 
 @pytest.fixture(scope="module", params=["every constant", "orbit error", "considered"])
@@ -32,8 +34,8 @@ def model(request):
 
 
 @pytest.mark.cases(1)
-def test_variances_of_a_run_without_errors_are_the_kernels(model):
-    record = run_filter(
+def test_variances_without_errors_equal_kernel(model):
+    statistics = run_filter(
         model,
         PLAN,
         np.arange(STEPS + 1),
@@ -41,14 +43,14 @@ def test_variances_of_a_run_without_errors_are_the_kernels(model):
         FilterSettings.build_textbook(),
     )
     kernel = evaluate(model, PLAN, history=True).variances[0]
-    np.testing.assert_allclose(record.sigma[0] ** 2, kernel, rtol=1e-9)
-    np.testing.assert_allclose(record.errors, 0.0, atol=1e-12)
+    np.testing.assert_allclose(statistics.sigma[0] ** 2, kernel, rtol=1e-9)
+    np.testing.assert_allclose(statistics.errors, 0.0, atol=1e-12)
 
 
 @pytest.mark.cases(1)
-def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model):
+def test_variances_with_ramps_shorter_than_a_step_equal_kernel(model):
     ramped = dataclasses.replace(model, slew_limits=SlewLimits(np.radians(1.7), np.inf, np.eye(3)))
-    record = run_filter(
+    statistics = run_filter(
         ramped,
         PLAN,
         np.arange(STEPS + 1),
@@ -56,5 +58,7 @@ def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model
         FilterSettings.build_textbook(),
     )
     kernel = evaluate(ramped, PLAN, history=True).variances[0]
-    np.testing.assert_allclose(record.sigma[0] ** 2, kernel, rtol=1e-9)
-    assert not np.allclose(record.sigma[0] ** 2, evaluate(model, PLAN, history=True).variances[0])
+    np.testing.assert_allclose(statistics.sigma[0] ** 2, kernel, rtol=1e-9)
+    assert not np.allclose(
+        statistics.sigma[0] ** 2, evaluate(model, PLAN, history=True).variances[0]
+    )

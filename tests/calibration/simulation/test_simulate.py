@@ -1,4 +1,4 @@
-"""Monte Carlo runs as a whole: reproducible, consistent, and not so when the filter is broken."""
+"""Monte Carlo simulations: reproducible, consistent, and inconsistent with a wrong filter model."""
 
 import dataclasses
 
@@ -18,7 +18,7 @@ from mgeo_calibration.simulation.simulate import RUNS_PER_BATCH
 PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
 
 
-def short(scenario, duration=600.0, **changes):
+def shorten(scenario, duration=600.0, **changes):
     return dataclasses.replace(
         scenario, duration=duration, convergence=Convergence(window=200.0), **changes
     )
@@ -26,15 +26,15 @@ def short(scenario, duration=600.0, **changes):
 
 @pytest.fixture(scope="module")
 def paper():
-    """The paper's scenario cut short, with its environment."""
-    scenario = short(Scenario.paper())
+    """The paper's scenario with a duration of 600 s, and its environment."""
+    scenario = shorten(Scenario.paper())
     return scenario, Environment.from_scenario(scenario)
 
 
 @pytest.fixture(scope="module")
 def brief():
-    """The same, cut shorter: for what shows from the first step on."""
-    scenario = short(Scenario.paper(), 200.0)
+    """The paper's scenario with a duration of 200 s, and its environment."""
+    scenario = shorten(Scenario.paper(), 200.0)
     return scenario, Environment.from_scenario(scenario)
 
 
@@ -44,21 +44,21 @@ def run(paper, n_runs=60, **options):
 
 
 @pytest.mark.slow
-def test_a_run_is_the_same_however_many_run_beside_it(brief):
-    one, two = run(brief, 5), run(brief, RUNS_PER_BATCH + 1)
-    alone = run(brief, 1)
+def test_run_does_not_depend_on_number_of_runs(brief):
+    five, many = run(brief, 5), run(brief, RUNS_PER_BATCH + 1)
+    single = run(brief, 1)
     for name in ("errors", "sigma", "nees", "nis", "n_innovations"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(two, name)[:5])
-        np.testing.assert_array_equal(getattr(alone, name), getattr(one, name)[:1])
-    assert not np.array_equal(one.errors[0], one.errors[1])
-    np.testing.assert_array_equal(one.predicted_sigma, two.predicted_sigma)
+        np.testing.assert_array_equal(getattr(five, name), getattr(many, name)[:5])
+        np.testing.assert_array_equal(getattr(single, name), getattr(five, name)[:1])
+    assert not np.array_equal(five.errors[0], five.errors[1])
+    np.testing.assert_array_equal(five.predicted_sigma, many.predicted_sigma)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("considered", [(), ("field_error",)])
-def test_errors_that_vary_are_estimated_or_considered_consistently(paper, considered):
+def test_varying_errors_are_consistent_when_estimated_or_considered(paper, considered):
     scenario, environment = paper
-    world = EnvironmentErrors(
+    environment_errors = EnvironmentErrors(
         albedo=0.05,
         albedo_correlation_time=60.0,
         field_error_nt=1000.0,
@@ -66,7 +66,9 @@ def test_errors_that_vary_are_estimated_or_considered_consistently(paper, consid
         orbit_error_m=(5000.0, 5000.0, 5000.0),
         considered=considered,
     )
-    result = run((dataclasses.replace(scenario, environment_errors=world), environment), 40)
+    result = run(
+        (dataclasses.replace(scenario, environment_errors=environment_errors), environment), 40
+    )
     assert result.blocks[2:5] == (
         "environment_errors.albedo",
         "environment_errors.field_error",
@@ -75,27 +77,28 @@ def test_errors_that_vary_are_estimated_or_considered_consistently(paper, consid
     report = evaluate_consistency(result, start_time=200.0)
     assert report.loc["nees", "passed"], report
     assert report.loc["nis sun", "passed"], report
-    # innovations of a filter that leaves an error as it is are not independent: no bounds hold
+    # Innovations of a filter with considered states are not independent, so that the bounds do not
+    # apply.
     assert considered or report.loc["nis mag", "passed"], report
 
 
 @pytest.mark.slow
-def test_errors_are_what_the_filter_claims(paper):
+def test_errors_are_consistent_with_filter_covariance(paper):
     report = evaluate_consistency(run(paper, 200), start_time=200.0)
     assert report["passed"].all(), report
 
 
 @pytest.mark.slow
-def test_a_filter_that_believes_in_too_little_noise_is_found_out(paper):
+def test_underestimated_noise_fails_consistency_tests(paper):
     scenario, _ = paper
-    loud = tuple(
+    noisy_sensors = tuple(
         dataclasses.replace(
             s, **{k: 1.3 * getattr(s, k) for k in ("noise_deg", "noise_nt") if hasattr(s, k)}
         )
         for s in scenario.sensors
     )
     report = evaluate_consistency(
-        run(paper, truth=dataclasses.replace(scenario, sensors=loud)), start_time=200.0
+        run(paper, truth=dataclasses.replace(scenario, sensors=noisy_sensors)), start_time=200.0
     )
     assert not report.loc["nees", "passed"]
     assert report.loc["nis sun", "value"] == pytest.approx(1.3**2, rel=0.05)
@@ -113,7 +116,7 @@ def test_a_filter_that_believes_in_too_little_noise_is_found_out(paper):
         ),
     ],
 )
-def test_what_truth_and_estimator_share_is_named(paper, changes, message):
+def test_truth_with_other_states_or_sensors_raises(paper, changes, message):
     scenario, _ = paper
     with pytest.raises(ValueError, match=message):
         run(paper, 1, truth=dataclasses.replace(scenario, **changes))
@@ -127,7 +130,7 @@ def test_what_truth_and_estimator_share_is_named(paper, changes, message):
         ((PLAN[:5], 1), {}, "expected 4 columns"),
     ],
 )
-def test_bad_arguments_are_named(paper, arguments, options, message):
+def test_invalid_arguments_raise(paper, arguments, options, message):
     scenario, environment = paper
     with pytest.raises(ValueError, match=message):
         simulate(scenario, *arguments, environment=environment, **options)

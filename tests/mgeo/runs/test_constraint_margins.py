@@ -36,8 +36,8 @@ class HeightView(View):
                 {
                     "unit": ["m"],
                     "value": [x],
-                    "bound": ["at most"],
-                    "limit": [2.0],
+                    "bound_type": ["at most"],
+                    "bound_value": [2.0],
                     "margin": [2 - x],
                 },
                 index=["height"],

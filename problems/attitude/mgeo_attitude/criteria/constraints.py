@@ -54,10 +54,10 @@ class Bound:
     is_lower: bool = False
 
     def compute_violation(self, result: Evaluation) -> Floats:
-        """Return the relative violation of the bound by each of n designs, shape (n,).
+        """Return the relative violation of the bound by each of n designs, shape (n,), which is
+        positive if the bound is violated.
 
-        The violation is the excess over the bound, divided by the bound. It is positive if the
-        bound is violated.
+        The violation is the excess over the bound, divided by the bound.
         """
         share = self.quantity(result) / self.value
         return 1.0 - share if self.is_lower else share - 1.0
@@ -82,7 +82,8 @@ class Constraint:
     needs_covariance: bool = False
 
     def compute_violations(self, result: Evaluation) -> Floats:
-        """Return the relative violation of each bound by each of n designs, shape (n_bounds, n).
+        """Return the relative violation of each bound by each of n designs, shape (n_bounds, n),
+        which is positive if the bound is violated.
 
         The constraint value of a design is the largest violation. A design without a result has
         NaN.
@@ -110,9 +111,10 @@ def list_constraints(scenario: Scenario) -> list[Constraint]:
         )
     if scenario.windows:  # The time after `t_end` is checked in `view.margins`.
         single_bounds.append(Bound(PLAN_END, lambda result: result.t_end, scenario.deadline, "s"))
-    result = [Constraint(limit.label, (limit,)) for limit in single_bounds]
+    result = [Constraint(bound.label, (bound,)) for bound in single_bounds]
     result += [
-        _build_path_constraint(i, limit) for i, limit in enumerate(scenario.path_constraints)
+        _build_path_constraint(i, constraint)
+        for i, constraint in enumerate(scenario.path_constraints)
     ]
     if scenario.required_sigma:
         result.append(_build_required_sigma(scenario))
@@ -144,8 +146,8 @@ def _validate_initial_rate(scenario: Scenario, rate: Floats) -> None:
     key: str = "initial.pointing"
     value: object = scenario.initial.pointing
     for section in ("initial", "prior"):
-        given = getattr(getattr(scenario, section), "rate_deg_s", None)
-        key, value = (key, value) if given is None else (f"{section}.rate_deg_s", given)
+        rate_deg_s = getattr(getattr(scenario, section), "rate_deg_s", None)
+        key, value = (key, value) if rate_deg_s is None else (f"{section}.rate_deg_s", rate_deg_s)
     max_rate, axis_rates = scenario.maneuvers.max_rate_deg_s, np.abs(np.degrees(rate))
     worst = int(axis_rates.argmax())
     expected = (
@@ -216,9 +218,9 @@ def _compute_max_wheel_momentum(result: Evaluation, inertia: Floats, allocation:
 
 
 def _build_path_constraint(index: int, constraint: PathConstraint) -> Constraint:
-    sigmas, sign = constraint.attitude_sigmas, "and" if constraint.keep_in else "less"
+    sigmas, margin_text = constraint.attitude_sigmas, "and" if constraint.keep_in else "less"
     angle = Bound(
-        f"{constraint.label} {sign} {sigmas:g} sigma" if sigmas else constraint.label,
+        f"{constraint.label} {margin_text} {sigmas:g} sigma" if sigmas else constraint.label,
         lambda result: result.path_angle[:, index],
         np.radians(constraint.half_angle_deg),
         "deg",

@@ -176,7 +176,8 @@ def evaluate_runs(
     threads: int | None,
     covariance: bool,
 ) -> Floats:
-    """Return the values of n designs in each of several Monte Carlo runs, shape (n_runs, n, k).
+    """Evaluate n designs in each of several Monte Carlo runs, and return k values of each, shape
+    (n_runs, n, k).
 
     Runs are evaluated in parallel, in one thread each, and a few runs are in memory at a time. The
     result does not depend on the number of threads.

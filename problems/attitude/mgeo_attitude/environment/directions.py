@@ -54,8 +54,8 @@ class SatelliteState(NamedTuple):
 
     @classmethod
     def from_times(cls, source: OrbitSource, times: Floats) -> Self:
-        """Compute the state at given times [s] after a scenario's epoch, which may exceed the
-        scenario's duration.
+        """Compute the state at given times [s] after a scenario's epoch, also later than the end of
+        the scenario.
         """
         position, velocity = source.orbit.propagate(source.epoch, times)
         sun = sun_position(compute_julian_dates(source.epoch, times))

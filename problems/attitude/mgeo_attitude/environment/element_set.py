@@ -190,9 +190,13 @@ class TLEOrbit(ElementSet):
             object.__setattr__(self, key, getattr(self, key).rstrip())
         _check_lines(self.line1, self.line2)
         # A line that is shifted by a column also has an impossible mean motion.
-        most = _compute_max_revolutions(float(f"0.{self.line2[26:33]}"))
-        above = f"a perigee above the Earth's surface, at most {most:.6g} revolutions a day"
-        expect(most * self.period > DAY, "line2", self.line2, f"{above} (columns 53-63)")
+        max_revolutions = _compute_max_revolutions(float(f"0.{self.line2[26:33]}"))
+        expected = (
+            f"a perigee above the Earth's surface, at most {max_revolutions:.6g} revolutions a day"
+        )
+        expect(
+            max_revolutions * self.period > DAY, "line2", self.line2, f"{expected} (columns 53-63)"
+        )
 
     @property
     def epoch(self) -> datetime:
@@ -302,10 +306,12 @@ class MeanElements(ElementSet):
     """drag term B* of SGP4"""
 
     def __post_init__(self) -> None:
-        most = _compute_max_revolutions(self.eccentricity)
-        above = f"a perigee above the Earth's surface, at most {most:.6g} revolutions a day"
+        max_revolutions = _compute_max_revolutions(self.eccentricity)
+        expected = (
+            f"a perigee above the Earth's surface, at most {max_revolutions:.6g} revolutions a day"
+        )
         motion = self.mean_motion_rev_day
-        expect(motion < most, "mean_motion_rev_day", motion, above)
+        expect(motion < max_revolutions, "mean_motion_rev_day", motion, expected)
 
     @property
     def element_epoch(self) -> datetime:

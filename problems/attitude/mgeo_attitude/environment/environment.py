@@ -223,8 +223,8 @@ def _compute_middle_epoch(epoch: datetime, times: Floats) -> datetime:
 def compute_sun_and_field(
     epoch: datetime, times: Floats, position: Floats, needs_field: bool = True
 ) -> tuple[Floats, Floats]:
-    """Return the position of the Sun [m] and the geomagnetic field [nT] at positions of a
-    satellite.
+    """Return the position of the Sun [m] and the geomagnetic field [nT] along the positions of a
+    satellite at given times after an epoch.
 
     The two arrays take most of the time of an environment. If `needs_field` is false, a date
     outside of the years of the field model is replaced by the nearest date inside.
@@ -260,8 +260,8 @@ def compute_sun_and_field(
 def _compute_cached_sun_and_field(
     epoch: datetime, times: bytes, position: bytes, needs_field: bool
 ) -> tuple[Floats, Floats]:
-    after, where = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
-    tables = compute_sun_and_field(epoch, after, where, needs_field)
+    seconds, positions = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
+    tables = compute_sun_and_field(epoch, seconds, positions, needs_field)
     for table in tables:
         table.flags.writeable = False  # The cached array is shared.
     return tables
@@ -270,9 +270,9 @@ def _compute_cached_sun_and_field(
 # Each magnetometer requests the gradient.
 @lru_cache(maxsize=16)
 def _compute_cached_field_gradient(epoch: datetime, times: bytes, position: bytes) -> Floats:
-    after, where = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
-    to_itrs = gcrs_to_itrs(compute_julian_dates(epoch, after))
-    gradient = field_gradient(rotate(to_itrs, where), _compute_middle_epoch(epoch, after))
-    turned: Floats = np.swapaxes(to_itrs, 1, 2) @ gradient @ to_itrs
-    turned.flags.writeable = False
-    return turned
+    seconds, positions = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
+    to_itrs = gcrs_to_itrs(compute_julian_dates(epoch, seconds))
+    gradient = field_gradient(rotate(to_itrs, positions), _compute_middle_epoch(epoch, seconds))
+    rotated: Floats = np.swapaxes(to_itrs, 1, 2) @ gradient @ to_itrs
+    rotated.flags.writeable = False
+    return rotated

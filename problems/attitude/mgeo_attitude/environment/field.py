@@ -130,16 +130,16 @@ def _evaluate_gradient(position: Floats, coefficients: Complexes) -> Floats:
     r2 = x * x + y * y + z * z
     # The second axis has the orders from -(N + 2) to N + 2.
     solid = np.zeros((N + 3, 2 * N + 5, len(position)), dtype=np.complex128)
-    own = solid[:, N + 2 :]
-    own[0, 0] = 1.0 / np.sqrt(r2)
+    nonnegative = solid[:, N + 2 :]
+    nonnegative[0, 0] = 1.0 / np.sqrt(r2)
     for m in range(N + 3):
         if m:
-            own[m, m] = (2 * m - 1) * (x + 1j * y) / r2 * own[m - 1, m - 1]
+            nonnegative[m, m] = (2 * m - 1) * (x + 1j * y) / r2 * nonnegative[m - 1, m - 1]
         for n in range(m, N + 2):
-            own[n + 1, m] = (2 * n + 1) * z * own[n, m] / r2
+            nonnegative[n + 1, m] = (2 * n + 1) * z * nonnegative[n, m] / r2
             if n > m:
-                own[n + 1, m] -= (n * n - m * m) * own[n - 1, m] / r2
-        solid[:, N + 2 - m] = (-1) ** m * own[:, m].conj()
+                nonnegative[n + 1, m] -= (n * n - m * m) * nonnegative[n - 1, m] / r2
+        solid[:, N + 2 - m] = (-1) ** m * nonnegative[:, m].conj()
     weights = np.zeros((N + 1, 2 * N + 1), dtype=np.complex128)
     for n in range(1, N + 1):
         for m in range(n + 1):

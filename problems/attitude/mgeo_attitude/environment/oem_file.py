@@ -43,7 +43,7 @@ class TimeSpan(NamedTuple):
     duration: float
 
     def format_interval(self, start: float, end: float) -> str:
-        """Format the interval between two times, in seconds after the epoch, as text in UTC."""
+        """Return an interval in seconds after the epoch as text, with start and end in UTC."""
         return f"{format_instant(self.epoch, start)} to {format_instant(self.epoch, end)}"
 
 

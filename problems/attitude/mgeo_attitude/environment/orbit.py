@@ -82,7 +82,7 @@ class Orbit(Settings):
 
     @property
     def period(self) -> float:
-        """Keplerian period [s]."""
+        """Keplerian orbital period [s]."""
         return orbital_period(self.semi_major_axis)
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:

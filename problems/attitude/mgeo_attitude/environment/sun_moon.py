@@ -63,7 +63,7 @@ def visible_sun_fraction(position: Floats, sun: Floats) -> Floats:
     the umbra of the Earth.
 
     The discs of Sun and Earth are circles on the celestial sphere (Montenbruck & Gill, Satellite
-    Orbits, section 3.4.2). The limits of umbra and penumbra are exact.
+    Orbits, section 3.4.2). The boundaries of umbra and penumbra are exact.
 
     Parameters
     ----------

@@ -43,8 +43,7 @@ def build_step_parts(
     gated: tuple[bool, ...],
     monitors: Monitors = NO_MONITORS,
 ) -> dict[str, str]:
-    """Return the source of each part of a filter step, as a dict by the name of the part, in
-    execution order.
+    """Generate the source of a filter step, split into named parts, as a dict in execution order.
 
     The source describes one candidate. It consists of assignments to names and to workspace values
     ``W[k]``, and of loops over such assignments. The part `CHECK_PART` is not executed in every
@@ -82,7 +81,9 @@ def build_step_parts(
 
 
 class _StepBuilder:
-    """Builder of the source of a filter step, with access to the workspace slots of the step."""
+    """Collector of the generated source of a filter step, with symbols for the quantities in
+    memory.
+    """
 
     def __init__(self, suite: Suite, gated: tuple[bool, ...], monitors: Monitors) -> None:
         self.suite, self.gated, self.monitors = suite, gated, monitors
@@ -98,17 +99,13 @@ class _StepBuilder:
         return Triangle(code, self.slots.scratch)
 
     def take_constants(self, code: Code, n_constants: int) -> list[Symbol]:
-        """Return symbols for the next `n_constants` numerical constants, in the order of
-        `variants.stack_constants`.
-        """
+        """Return symbols for the next `n_constants` numerical constants of the step."""
         return [code.slot(k) for k in islice(self._constants, n_constants)]
 
     def select_table_values(
         self, code: Code, part: str, first: int, count: int
     ) -> Sequence[Symbol]:
-        """Return symbols for `count` values of a named part of the orbit table, from column `first`
-        on.
-        """
+        """Return symbols for `count` consecutive columns of a named part of the orbit table."""
         return code.slots(self.slots.table + self._columns[part] + first, count)
 
     def rotate_to_body(self, code: Code, vector: Iterable[Any]) -> Vec3:
@@ -232,7 +229,9 @@ def _monitor_states(step: _StepBuilder) -> None:
     """
     code, states = step.find_part("monitor_states"), step.monitors.states
     weights = step.take_constants(code, len(states))
-    ratios = [code.slot(slot_index(i, i)) * each for i, each in zip(states, weights, strict=True)]
+    ratios = [
+        code.slot(slot_index(i, i)) * weight for i, weight in zip(states, weights, strict=True)
+    ]
     largest_ratio = reduce(maximum, ratios)
     count_slot = step.slots.monitors + len(step.monitors.paths)
     n_satisfied = (-largest_ratio).choose(-1.0, code.slot(count_slot) + 1.0, 0.0)

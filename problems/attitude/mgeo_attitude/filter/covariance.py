@@ -31,9 +31,10 @@ Rows = list[list[Symbol]]
 
 
 def predict(P: Triangle, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
-    """Generate code for the time update of the covariance, P ← F P Fᵀ + Q.
+    """Generate code for the time update of the covariance with given transition and process-noise
+    matrices.
 
-    This is equation (3) of docs/theory.md. A row that is missing in F is
+    The update is P ← F P Fᵀ + Q, equation (3) of docs/theory.md. A row that is missing in F is
     a row of the identity matrix without process noise, for a constant state. The states after the
     last state on which other states depend must form blocks of three, and F and Q must be diagonal
     there.
@@ -204,8 +205,8 @@ def factor_innovation(
     variances: Sequence[Any],
     gate: Any,
 ) -> tuple[Factor, list[Any]]:
-    """Factor the innovation covariance R + H P Hᵀ as L Lᵀ, and return L and the inverse of its
-    diagonal, multiplied by `gate`.
+    """Return the Cholesky factor of the innovation covariance below the diagonal, and the inverse
+    of its diagonal multiplied by `gate`.
 
     Parameters
     ----------
@@ -225,8 +226,8 @@ def factor_innovation(
 def factor_cholesky(
     columns: Sequence[Sequence[Any]], variances: Sequence[Any]
 ) -> tuple[Factor, list[Any]]:
-    """Return the Cholesky factor L of R + H P Hᵀ below the diagonal, as a dict by (row, column),
-    and the inverse of the diagonal of L.
+    """Return the Cholesky factor of H P Hᵀ + R below the diagonal, as a dict by (row, column), and
+    the inverse of its diagonal.
 
     Parameters
     ----------
@@ -246,8 +247,8 @@ def factor_cholesky(
 
 
 def compute_gain_row(row: Sequence[Any], L: Factor, inverse: Sequence[Any]) -> list[Any]:
-    """Return a row of the scaled gain G = P Hᵀ L⁻ᵀ from a row of P Hᵀ and the factor of
-    `factor_cholesky`.
+    """Return one row of the gain, scaled by the Cholesky factor of the innovation covariance, from
+    the same row of P Hᵀ.
     """
     g: list[Any] = []
     for r in range(len(inverse)):
@@ -314,7 +315,9 @@ def _subtract_block(
 
 
 def _iterate_gaps(blocks: Sequence[int], end: int) -> Iterator[tuple[int, int]]:
-    """Yield (first, last) of each range of states before `end` between the blocks of three."""
+    """Yield the first and last index of each range of states before `end` that is not in a block of
+    three.
+    """
     starts, ends = [0, *(block + 3 for block in blocks)], [*blocks, end]
     return ((a, b) for a, b in zip(starts, ends, strict=True) if a < b)
 

@@ -39,8 +39,8 @@ def allocate_workspace(n_slots, lanes):
 
 @helper
 def allocate_ring_buffer(window, lanes):
-    """Return a ring buffer for the trace of each lane over the convergence window, shape (size,
-    lanes).
+    """Return a ring buffer for the traces of all vector lanes over the convergence window, shape
+    (size, lanes).
 
     The length is a power of two, so that an index is computed by a bit mask. The trace of the whole
     run would not fit the second-level cache.
@@ -111,8 +111,8 @@ def compute_cache_row(key):
 
 @helper
 def load_maneuver(W, lane, rotation, omega, dynamics, variant, cache):
-    """Write the rotation per step, the transition matrix and the process noise of a maneuver to a
-    lane. Recent maneuvers are read from a cache.
+    """Load the rotation per step, the transition matrix and the process noise of a maneuver to a
+    vector lane, from a cache of recent maneuvers if possible.
     """
     keys, values_of_row = cache
     bits = omega.view(np.int64)
@@ -130,7 +130,7 @@ def load_maneuver(W, lane, rotation, omega, dynamics, variant, cache):
 @helper
 def load_axis_angle(W, lane, slot, omega, dt):
     """Write the axis, the angle, and the sine and cosine of the angle of a maneuver's rotation per
-    step to a lane.
+    step to a vector lane.
     """
     rate = math.sqrt(omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2)
     for i in range(3):
@@ -141,8 +141,8 @@ def load_axis_angle(W, lane, slot, omega, dt):
 
 @helper
 def save_lane(W, lane, n_values, traces, row, n, state):
-    """Copy the covariance, the attitude, the monitored values and the last n traces of a lane to
-    the array `state`.
+    """Copy the filter state of the candidate in a vector lane, and its last n traces, to the array
+    `state`.
     """
     for j in range(n_values):
         state[j] = W[j, lane]
@@ -152,7 +152,9 @@ def save_lane(W, lane, n_values, traces, row, n, state):
 
 @helper
 def restore_lane(W, lane, n_values, traces, row, n, state):
-    """Load a lane from the array `state` that `save_lane` has written."""
+    """Load the filter state of a candidate, and its last n traces, from the array `state` to a
+    vector lane.
+    """
     for j in range(n_values):
         W[j, lane] = state[j]
     for j in range(n):
@@ -161,8 +163,8 @@ def restore_lane(W, lane, n_values, traces, row, n, state):
 
 @helper
 def has_converged(traces, lane, row, window, decrease, allow_rise):
-    """Return True if the trace in a lane fell by less than the fraction `decrease` over the
-    convergence window.
+    """Return True if the trace of the candidate in a vector lane fell by less than the fraction
+    `decrease` over the convergence window.
 
     A rise of the trace counts as convergence only if `allow_rise` is set. A NaN trace counts as
     converged, to end the run.
@@ -174,11 +176,11 @@ def has_converged(traces, lane, row, window, decrease, allow_rise):
 
 @helper
 def count_settled_steps(traces, lane, row, k, factor):
-    """Return the number of latest steps of a lane, at most k, at which the trace is at most
+    """Return the number of latest steps of a candidate, at most k, at which the trace is at most
     `factor` times the current trace.
     """
-    limit, n = factor * traces[row, lane], 0
-    while n < k and traces[(row - n - 1) & (len(traces) - 1), lane] <= limit:
+    bound, n = factor * traces[row, lane], 0
+    while n < k and traces[(row - n - 1) & (len(traces) - 1), lane] <= bound:
         n += 1
     return n
 

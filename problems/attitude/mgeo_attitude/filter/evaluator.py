@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Results of the covariance filter for a batch of n designs.
+    """Convergence times, traces, covariances and constraint quantities of a batch of n designs.
 
     `t_end` and `trace` are NaN for a design whose covariance lost positive definiteness.
 
@@ -187,9 +187,9 @@ def evaluate(
 
 
 def _compute_path_angles(model: FilterModel, monitor_values: Floats) -> Floats:
-    limits = model.monitors.paths
-    path = monitor_values[:, : len(limits)]
-    return np.where([watch.keep_in for watch in limits], path, -path)
+    path_monitors = model.monitors.paths
+    violations = monitor_values[:, : len(path_monitors)]
+    return np.where([monitor.keep_in for monitor in path_monitors], violations, -violations)
 
 
 def _compute_wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Floats:
@@ -227,5 +227,5 @@ def count_available_threads() -> int:
         processors = len(os.sched_getaffinity(0))
     else:
         processors = os.cpu_count() or 1
-    limit = os.environ.get("NUMBA_NUM_THREADS", "")
-    return min(processors, max(1, int(limit))) if limit.isdecimal() else processors
+    max_threads = os.environ.get("NUMBA_NUM_THREADS", "")
+    return min(processors, max(1, int(max_threads))) if max_threads.isdecimal() else processors

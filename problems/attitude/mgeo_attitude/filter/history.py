@@ -15,7 +15,7 @@ from mgeo_attitude.maneuvers.motion import Motion
 
 @dataclass(frozen=True)
 class FilterHistory:
-    """Time history of a filter run, from the start to convergence.
+    """1-sigmas, trace and attitude at each sample of a filter run, from the start to convergence.
 
     Attributes
     ----------

@@ -31,7 +31,8 @@ _MIN_COMMON_STEPS = 16
 
 
 class Jobs(NamedTuple):
-    """Table of n jobs, in which each job comes after its parent job.
+    """Table of filter jobs. A job runs a range of steps of a design, from the final state of its
+    parent job.
 
     Attributes
     ----------
@@ -65,12 +66,12 @@ def build_separate_jobs(variant_index: Ints) -> Jobs:
         Model variant of each design.
     """
     n = len(variant_index)
-    each, none = np.arange(n), np.full(n, -1)
-    return Jobs(each, np.zeros(n, dtype=np.int64), none, -1 - variant_index, none, each)
+    indices, none = np.arange(n), np.full(n, -1)
+    return Jobs(indices, np.zeros(n, dtype=np.int64), none, -1 - variant_index, none, indices)
 
 
 def build_shared_jobs(
-    rates: Floats, starts: Ints, over: Ints, n_steps: int, variant_index: Ints
+    rates: Floats, starts: Ints, maneuver_end_steps: Ints, n_steps: int, variant_index: Ints
 ) -> Jobs:
     """Return a table of jobs that run equal designs, and common initial parts of designs, only
     once.
@@ -81,7 +82,7 @@ def build_shared_jobs(
     ----------
     rates : array, shape (n, m, 3)
         Body rates [rad/s].
-    starts, over : arrays, shapes (n, m) and (n,)
+    starts, maneuver_end_steps : arrays, shapes (n, m) and (n,)
         See `maneuvers.schedule.Schedule`.
     n_steps : int
         Length of the longest run.
@@ -90,7 +91,7 @@ def build_shared_jobs(
     """
     if len(rates) == 0:
         return build_separate_jobs(variant_index)
-    ends = np.column_stack([starts[:, 1:], over])
+    ends = np.column_stack([starts[:, 1:], maneuver_end_steps])
     plans = np.concatenate([rates, ends[:, :, None]], axis=2).reshape(len(rates), -1)
     keys = np.column_stack([variant_index, plans])
     # Big-endian bytes let numpy compare whole rows in one operation.
@@ -104,7 +105,7 @@ def build_shared_jobs(
     representative[order] = unique[np.cumsum(is_new) - 1]
     common = _count_common_steps(rates[unique], ends[unique])
     # A design must branch off before it ends or is tested for convergence.
-    last_common_steps = np.minimum(over[unique], n_steps) - 1
+    last_common_steps = np.minimum(maneuver_end_steps[unique], n_steps) - 1
     common = np.minimum(common, np.minimum(last_common_steps[1:], last_common_steps[:-1]))
     common[common < _MIN_COMMON_STEPS] = 0
     common[variant_index[unique[1:]] != variant_index[unique[:-1]]] = 0

@@ -103,7 +103,10 @@ def load_module(
         Name of the module among those of its kind, for the log.
     """
     parts = [source, numba.__version__, llvmlite.__version__, np.__version__, sys.version]
-    modules = [_compiled, *(inspect.getmodule(each) or each for each in dependencies)]
+    modules = [
+        _compiled,
+        *(inspect.getmodule(dependency) or dependency for dependency in dependencies),
+    ]
     parts += map(inspect.getsource, modules)
     digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
     name = f"{kind}_{digest[:16]}"

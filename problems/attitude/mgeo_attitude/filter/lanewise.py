@@ -121,8 +121,8 @@ class _Translator:
     def write_loop(
         self, name: str, start: ir.Value, stop: ir.Value, step: int, body: Sequence[ast.stmt]
     ) -> None:
-        """Write a loop. Names that are assigned in its body are local to one iteration and
-        undefined after the loop.
+        """Write a loop to the LLVM code. Names that are assigned in its body are local to one
+        iteration and undefined after the loop.
         """
         builder, values, outside = self.builder, dict(self.values), self.outer_names
         before, inside = builder.block, builder.append_basic_block(name)

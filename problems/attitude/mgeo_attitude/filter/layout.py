@@ -70,7 +70,8 @@ NO_MONITORS = Monitors()
 
 
 class Layout(NamedTuple):
-    """Index of the first workspace slot of each quantity of a candidate, in increasing order.
+    """Memory layout of a candidate in the generated code: index of the first workspace slot of each
+    quantity, in increasing order.
 
     The covariance starts at slot 0. Covariance, attitude and monitored values are the state of a
     candidate, from which a run can be continued.
@@ -116,7 +117,7 @@ class Layout(NamedTuple):
 
 @cache
 def build_layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS) -> Layout:
-    """Assign workspace slots to the quantities of a filter step of a sensor suite.
+    """Return the memory layout of the generated filter step of a sensor suite.
 
     Parameters
     ----------

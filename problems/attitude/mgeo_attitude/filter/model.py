@@ -355,12 +355,14 @@ class FilterModel:
     @cached_property
     def traits(self) -> KernelTraits:
         """Properties that must be equal for two models to share a compiled filter."""
-        constrained_directions = [(watch.direction, watch.keep_in) for watch in self.monitors.paths]
-        cones = [view for sensor in self.suite.sensors for view in sensor.list_visibility_cones()]
+        constrained_directions = [
+            (monitor.direction, monitor.keep_in) for monitor in self.monitors.paths
+        ]
+        cones = [cone for sensor in self.suite.sensors for cone in sensor.list_visibility_cones()]
         return KernelTraits(
             self.suite.blocks,
             tuple(self.suite.considered_indices.tolist()),
-            (*constrained_directions, *((view.direction, view.keep_in) for view in cones)),
+            (*constrained_directions, *((cone.direction, cone.keep_in) for cone in cones)),
             len(self.instrument_constants),
             tuple(
                 serialize_measurement_matrix(sensor, self.suite.environment_errors)
@@ -419,8 +421,8 @@ def compute_references(suite: Suite, environment: Environment) -> tuple[Floats, 
 
 
 def compute_availability(suite: Suite, environment: Environment) -> Bools:
-    """Return a boolean array that is True where a sensor can measure, such as a Sun sensor in
-    sunlight.
+    """Return, for each time and each sensor, whether the sensor can measure, such as a Sun sensor
+    in sunlight, as a boolean array.
 
     The field of view, the body rate and the sample interval are not considered.
 

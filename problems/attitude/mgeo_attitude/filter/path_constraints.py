@@ -349,14 +349,17 @@ def angle_from_sine_cosine(sine: Any, cosine: Any) -> Any:
 
 
 def _compute_variance(normal: Vec3, P: Any) -> Any:
-    """Return the variance of the rotation about a normal vector of any length."""
+    """Return the variance of the attitude error about a normal vector, which may have any
+    length.
+    """
     square = dot(normal, normal)
     quadratic_form = dot(normal, Vec3(*(dot(row, normal) for row in _list_rows(P))))
     return quadratic_form * (1.0 / choose(square, _PARALLEL_SINE**2, square, _PARALLEL_SINE**2))
 
 
 def _compute_max_variance(direction: Vec3, P: Any) -> Any:
-    """Return the largest variance of a rotation about any axis perpendicular to a direction.
+    """Return the largest variance of the attitude error about any axis perpendicular to a
+    direction.
 
     The value is the larger eigenvalue of the 2 x 2 covariance perpendicular to the direction, from
     its trace and determinant.

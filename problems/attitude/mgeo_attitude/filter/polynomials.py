@@ -19,8 +19,8 @@ TERM_TOLERANCE = 1e-18
 
 @helper
 def discretize_isotropic(decay, densities, rate, duration, F, Q, J, W):
-    """Write the transition matrix F and the process-noise covariance Q of a step for attitude and
-    bias, and the effect of a constant rate error.
+    """Write the transition matrix and the process noise of a step for attitude and bias to F and Q,
+    and the effect of a constant rate error to J.
 
     Parameters
     ----------

@@ -3,7 +3,7 @@
 The code is slow and simple, to verify the compiled filter. Both filters share only the sensor suite
 and the orbit tables. The reference filter computes F and Q by Van Loan's matrix exponential and
 attitudes by scipy's rotations, and updates with all sensors together. filterpy does not support
-considered states, for which the module has an update of its own.
+considered states, for which the module contains a separate update.
 """
 
 from __future__ import annotations

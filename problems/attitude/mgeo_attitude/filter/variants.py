@@ -71,8 +71,8 @@ def stack_dynamics(variants: Sequence[FilterModel]) -> tuple[Floats, Floats]:
 
 @lru_cache(maxsize=1000)
 def compute_gyro_dynamics(gyro: Gyro) -> tuple[Floats, Floats]:
-    """Return the dynamics matrix of attitude and gyro errors, as coefficients of the body rate, and
-    the process-noise density.
+    """Return the dynamics matrix of attitude and gyro errors at zero rate with its derivatives with
+    respect to the body rate, and the process-noise density.
 
     The Gauss-Markov processes of sensors do not depend on the body rate and are not included.
 
@@ -95,18 +95,18 @@ def compute_initial_values(model: FilterModel, variants: Sequence[FilterModel]) 
     """Return covariance, attitude, monitored values and trace at the start of a run, as one array
     with a row per variant.
     """
-    sigma = np.array([each.initial_sigma for each in variants])
-    correlation = np.array([each.initial_correlation for each in variants])
+    sigma = np.array([variant.initial_sigma for variant in variants])
+    correlation = np.array([variant.initial_correlation for variant in variants])
     covariance = sigma[:, :, None] * correlation * sigma[:, None, :]
     variances = np.diagonal(covariance, axis1=1, axis2=2)
-    weights = np.array([each.weights for each in variants])
+    weights = np.array([variant.weights for variant in variants])
     row, column = triangle_indices(model.suite.n_states)
     has_required_sigma = bool(model.monitors.states)
     return np.hstack(
         [
             covariance[:, row, column],
-            [each.initial_attitude.ravel() for each in variants],
-            [_compute_initial_monitors(each, has_required_sigma) for each in variants],
+            [variant.initial_attitude.ravel() for variant in variants],
+            [_compute_initial_monitors(variant, has_required_sigma) for variant in variants],
             np.cumsum(weights * variances, axis=1)[:, -1:],
         ]
     )

@@ -76,12 +76,19 @@ def compute_wheel_loads(
         budget.gravity_gradient,
         budget.disturbance_margin,
     )
-    coils = budget.magnetorquer_dipole, budget.unloading_time_constant
+    magnetorquers = budget.magnetorquer_dipole, budget.unloading_time_constant
 
     def compute_part(part: slice) -> None:
-        stretches = plan.rates[part], plan.end_rates[part], plan.starts[part]
+        rate_arrays = plan.rates[part], plan.end_rates[part], plan.starts[part]
         _compute_loads(
-            stretches, end_steps[part], step, start, wheels, disturbances, coils, loads[part]
+            rate_arrays,
+            end_steps[part],
+            step,
+            start,
+            wheels,
+            disturbances,
+            magnetorquers,
+            loads[part],
         )
 
     size = -(-len(end_steps) // threads)

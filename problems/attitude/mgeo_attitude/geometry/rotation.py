@@ -24,7 +24,6 @@ from mgeo_attitude._typing import Floats
 
 
 def cross(a: Any, b: Any) -> Any:
-    """Return the cross product a × b of vectors, shape (..., 3)."""
     following, last = [1, 2, 0], [2, 0, 1]
     return a[..., following] * b[..., last] - a[..., last] * b[..., following]
 
@@ -52,13 +51,13 @@ def euclidean_norm(v: Any) -> Any:
 
 
 def normalize(v: Any) -> Any:
-    """Return the unit vectors along vectors, shape (..., 3)."""
+    """Return the unit vectors along the given vectors, shape (..., 3)."""
     return v / euclidean_norm(v)
 
 
 def rotate(g: Any, v: Any) -> Any:
-    """Rotate a vector v by the rotation R(g) that the vector g represents. A function that rotates
-    vectors may be given instead of g.
+    """Rotate a vector v by the rotation that the vector g (twice the Gibbs vector) represents. A
+    function that rotates vectors may be given instead of g.
     """
     if callable(g):
         return g(v)
@@ -67,7 +66,9 @@ def rotate(g: Any, v: Any) -> Any:
 
 
 def unrotate(g: Floats, v: Floats) -> Floats:
-    """Rotate a vector v by the inverse of the rotation R(g) that the vector g represents."""
+    """Rotate a vector v by the inverse of the rotation that the vector g (twice the Gibbs vector)
+    represents.
+    """
     rotated: Floats = rotate(-g, v)
     return rotated
 
@@ -118,7 +119,9 @@ def skew(v: Floats) -> Floats:
 
 
 def rotation_matrix(g: Floats) -> Floats:
-    """Return the rotation matrix R(g), shape (3, 3, ...), of a vector g, shape (3, ...)."""
+    """Return the rotation matrix, shape (3, 3, ...), that a vector g (twice the Gibbs vector),
+    shape (3, ...), represents.
+    """
     quarter = 0.25 * (g * g).sum(axis=0)
     rotation = skew(g) + 0.5 * g[:, None] * g
     for i in range(3):
@@ -128,7 +131,9 @@ def rotation_matrix(g: Floats) -> Floats:
 
 
 def rotation_vector(R: Floats) -> Floats:
-    """Return the vector g, shape (3, ...), of a rotation matrix R(g), shape (3, 3, ...)."""
+    """Return the vector g (twice the Gibbs vector), shape (3, ...), that represents a rotation
+    matrix, shape (3, 3, ...).
+    """
     g: Floats = np.stack([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     g *= 2.0 / (1.0 + R[0, 0] + R[1, 1] + R[2, 2])
     return g

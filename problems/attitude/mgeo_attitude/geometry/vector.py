@@ -50,7 +50,7 @@ def dot(a: Vec3, b: Vec3) -> Any:
 
 
 def unit_vector(direction: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Scale three components of a nonzero direction to a unit vector, as a tuple."""
+    """Return the unit vector along a nonzero direction, as a tuple of three floats."""
     length = math.hypot(*direction)
     x, y, z = (component / length for component in direction)
     return (x, y, z)

@@ -40,7 +40,8 @@ from mgeo_attitude.sensors.suite import Suite
 
 
 def compute_lower_bound(scenario: Scenario, model: FilterModel | None = None) -> LowerBound:
-    """Return curves over time of the covariance that no plan of a scenario can undercut.
+    """Return lower bounds on the filter covariance that hold for every plan of a scenario, as
+    curves over time.
 
     At each time the bound holds for every attitude history whose body rates are within the limits
     of the maneuvers, or at any rate with magnetorquer control. Plans are executed without errors.
@@ -87,8 +88,8 @@ def _assemble_lower_bound(
 def _bound_inertial(
     model: FilterModel, information: SampleInformation, prior: Floats
 ) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield the bound of each error fixed in inertial axes, including the attitude, from the joint
-    information of all sensors.
+    """Yield the name and the bounds of each error that is fixed in inertial axes, including the
+    attitude, from the joint information of all sensors.
 
     See equation (22) of docs/theory.md.
     """
@@ -134,7 +135,7 @@ def _bound_by_mean(traces: Floats, prior: Floats, decay: float, noise: float) ->
 
 
 def harmonic_mean(values: Floats) -> float:
-    """Return the harmonic mean of the noise densities of the axes.
+    """Return the harmonic mean of the noise densities of several axes.
 
     Isotropic noise of this density gives the same total information as the anisotropic noise.
     """
@@ -218,8 +219,8 @@ def _bound_sensors(
 def _bound_common_modes(
     model: FilterModel, information: SampleInformation, prior: Floats, max_angle: float
 ) -> Iterator[tuple[str, Floats]]:
-    """Yield bounds on the variance sums of body-fixed errors that cannot be distinguished from an
-    inertial error at rest.
+    """Yield the names and bounds on the variance sums of body-fixed errors that cannot be
+    distinguished from an inertial error at rest.
 
     See equation (28) of docs/theory.md.
     """
@@ -240,8 +241,8 @@ def _bound_common_modes(
 
 
 def _bound_considered(model: FilterModel) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield the covariance of each considered error, which is exact because measurements do not
-    change it.
+    """Yield the name and the covariance of each considered error. The covariance is exact, because
+    measurements do not change it.
     """
     suite = model.suite
     noise_density, start = suite.compute_noise_density(), model.initial_covariance
@@ -276,7 +277,8 @@ def _list_block_states(suite: Suite, block: str) -> np.ndarray:
 def list_relaxations(
     scenario: Scenario, model: FilterModel, information: SampleInformation
 ) -> tuple[str, ...]:
-    """Return one line for each relaxation of the lower bound, such as an ignored field of view.
+    """Return the relaxations of the lower bound, such as an ignored field of view, as one line of
+    text each.
 
     Each relaxation makes the bound lower than the best plan. The relaxation of every scenario, that
     the bound of a 3-vector assumes all other states known, is not included.

@@ -81,8 +81,8 @@ class Carrier(NamedTuple):
 def compute_following_cost(
     carrier: Carrier, max_angle: float, v: Floats | None, n_samples: int
 ) -> Floats:
-    """Return the information that contradicts an inertial error which follows a body-fixed error
-    in a rotating body.
+    """Return the information, accumulated up to each sample, that contradicts an inertial error
+    which follows a body-fixed error while the body rotates.
 
     See equation (29) of docs/theory.md.
 

@@ -36,7 +36,8 @@ class BlockBounds(NamedTuple):
         return BlockBounds(*map(np.maximum, self, other))
 
     def raise_to_sum(self, total: Floats) -> BlockBounds:
-        """Return bounds that also include a lower bound on the sum of the variances, shape (n,).
+        """Return a copy of the bounds, raised where they contradict a lower bound on the sum of the
+        variances, shape (n,).
 
         The determinant is unchanged, since the bound on the sum does not assume that other states
         are known.
@@ -124,7 +125,7 @@ def propagate_unobserved(
 
 @dataclass(frozen=True)
 class LowerBound:
-    """Lower bounds over all plans of a scenario at n times.
+    """Lower bounds on the covariance of every plan of a scenario, as curves over n times.
 
     Attributes
     ----------
@@ -182,9 +183,9 @@ class LowerBound:
         """
         is_finite = np.isfinite(times)
         steps = np.rint(times[is_finite] / self.times[1]).astype(np.int64)
-        least = np.full(len(times), np.nan)
-        least[is_finite] = self.trace[steps]
-        return least
+        bounds = np.full(len(times), np.nan)
+        bounds[is_finite] = self.trace[steps]
+        return bounds
 
 
 def assemble_bounds(
@@ -193,8 +194,7 @@ def assemble_bounds(
     block_bounds: Mapping[str, BlockBounds],
     relaxations: tuple[str, ...],
 ) -> LowerBound:
-    """Combine the bounds of each 3-vector of the state to bounds on the trace, the criteria and the
-    earliest times of a scenario.
+    """Combine the bounds of all 3-vectors of the state to the lower bound of a scenario.
 
     Parameters
     ----------

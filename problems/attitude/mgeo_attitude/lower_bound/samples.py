@@ -35,8 +35,8 @@ class NoLowerBoundError(ValueError):
 
 
 class BlockInformation(NamedTuple):
-    """Information of each sample about a 3-vector of the state, for which all other states are
-    assumed known.
+    """Information of each sample about one 3-vector of the state, if all other states are known:
+    matrix and trace.
 
     Attributes
     ----------
@@ -52,7 +52,8 @@ class BlockInformation(NamedTuple):
 
 @dataclass(frozen=True)
 class SampleInformation:
-    """Information of the sensors in each filter sample; zero in samples without a measurement.
+    """Information matrices and traces of the sensors in each filter sample; zero in samples without
+    a measurement.
 
     Attributes
     ----------
@@ -94,33 +95,33 @@ def collect_information(model: FilterModel) -> SampleInformation:
             f"gyro.bias_sensitivities: no lower bound is known, because the effect of "
             f"{sensitivity.channel} on the attitude changes with time. Remove the bias sensitivity"
         )
-    diodes = [i for i, each in enumerate(model.suite.sensors) if isinstance(each, Photodiode)]
+    diodes = [i for i, sensor in enumerate(model.suite.sensors) if isinstance(sensor, Photodiode)]
     other_sensors = [i for i in range(len(model.suite.sensors)) if i not in diodes]
     diode_parts = [_collect_diodes(model, diodes)] if diodes else []
     parts = [_collect_sensor(model, index) for index in other_sensors] + diode_parts
-    body_fixed = {name for each in parts for name in each.blocks}
+    body_fixed = {name for part in parts for name in part.blocks}
     # A block counts as inertial only if it is inertial for every sensor that shares it.
     if shared_blocks := body_fixed.intersection(
-        name for each in parts for name in each.inertial_blocks
+        name for part in parts for name in part.inertial_blocks
     ):
         parts = [
             _collect_sensor(model, index, shared_blocks) for index in other_sensors
         ] + diode_parts
-    inertial = tuple(dict.fromkeys(name for each in parts for name in each.inertial_blocks))
+    inertial = tuple(dict.fromkeys(name for part in parts for name in part.inertial_blocks))
     n = len(model.references)
     joint = np.zeros((n, 3 * len(inertial), 3 * len(inertial)))
-    for each in parts:
+    for part in parts:
         indices = np.concatenate(
-            [3 * inertial.index(name) + np.arange(3) for name in each.inertial_blocks]
+            [3 * inertial.index(name) + np.arange(3) for name in part.inertial_blocks]
         )
-        joint[:, indices[:, None], indices] += each.joint
+        joint[:, indices[:, None], indices] += part.joint
     return SampleInformation(
         inertial,
         joint,
-        np.sum([each.attitude_trace for each in parts], axis=0),
-        _sum_information(item for each in parts for item in each.blocks.items()),
-        tuple(carrier for each in parts for carrier in each.carriers),
-        tuple(name for each in parts for name in each.anisotropic_sensors),
+        np.sum([part.attitude_trace for part in parts], axis=0),
+        _sum_information(item for part in parts for item in part.blocks.items()),
+        tuple(carrier for part in parts for carrier in part.carriers),
+        tuple(name for part in parts for name in part.anisotropic_sensors),
     )
 
 
@@ -145,15 +146,15 @@ def _collect_sensor(
     probe = _SensorProbe(model, index)
     precision = 1.0 / np.array(sensor.noise_sigmas())
     best_precision = np.full(len(precision), precision.max())
-    own = list(suite.list_blocks(sensor).values())
-    varying = [name for name in own if name in suite.processes and name not in excluded]
+    sensor_blocks = list(suite.list_blocks(sensor).values())
+    varying = [name for name in sensor_blocks if name in suite.processes and name not in excluded]
     inertial, joint = _collect_inertial(probe, varying, best_precision)
     attitude, _, is_independent = probe.compute_information(["attitude"], precision)
     if not is_independent:
         attitude = joint[:, :3, :3]
     errors = {
         name: _collect_error(probe, name, precision, best_precision)
-        for name in own
+        for name in sensor_blocks
         if name not in inertial
     }
     constants = {

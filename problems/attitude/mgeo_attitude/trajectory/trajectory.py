@@ -47,7 +47,8 @@ _MAX_EVALUATIONS = 60
 
 @dataclass(frozen=True)
 class SlewBack:
-    """Design that is extended by a slew back to the initial attitude law.
+    """Design of a plan, followed by maneuvers that return the satellite to its initial attitude
+    law.
 
     Attributes
     ----------
@@ -62,7 +63,9 @@ class SlewBack:
     end: float
 
     def list_phases(self, step: float, limits: RotationDynamics) -> tuple[Phase, ...]:
-        """Return the phases of the slew back, such as ramps and constant rates."""
+        """Return the motion phases of the slew back, such as ramps and constant rates, as a
+        tuple.
+        """
         first = len(self.design) // VARIABLES_PER_MANEUVER - len(SLEW_BACK_LABELS)
         names = dict(enumerate(SLEW_BACK_LABELS, first))
         all_phases = list_phases(self.design, self.end, step, limits, names)
@@ -76,7 +79,8 @@ def find_slew_back(
     limits: RotationDynamics,
     initial_attitude: Floats,
 ) -> SlewBack | None:
-    """Return the shortest slew back from the end of a filter run to the initial attitude law.
+    """Return the shortest slew from the end of a filter run back to the initial attitude law, such
+    as nadir pointing.
 
     The body rotates the shorter way, at rates within the limits of maneuvers and wheel momenta, and
     reaches attitude and rate of the law at the same time. The rate is found by Powell's hybrid

@@ -47,6 +47,16 @@ def find_axis_mistakes(batch: Batch) -> Iterator[str]:
     gyro agree.
 
     Nothing is yielded if the readings as declared already agree, or if no correction is sufficient.
+
+    Parameters
+    ----------
+    batch : Batch
+        Batch of a calibration that failed.
+
+    Yields
+    ------
+    str
+        Cause for a message, with the name of the sensor or gyro.
     """
     bias = np.full(3, batch.suite.gyro.states()["bias"])
     windows = _select_windows(batch, count_propagated_samples(batch, bias, _MAX_BIAS_ROTATION))

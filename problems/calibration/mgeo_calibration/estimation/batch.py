@@ -253,6 +253,11 @@ def collect_channels(telemetry: Telemetry) -> dict[str, Floats]:
 
     These are all housekeeping columns, and the absolute gyro rate about each axis; see
     `RATE_MAGNITUDES`.
+
+    Parameters
+    ----------
+    telemetry : Telemetry
+        Telemetry of n samples.
     """
     has_gyro = np.isfinite(telemetry.gyro_deg_s[:, 0])
     gyro_times, rates = telemetry.times[has_gyro], np.abs(telemetry.gyro_deg_s[has_gyro])

@@ -182,10 +182,11 @@ def fit_magnetometer(
 
 
 def compute_initial_states(batch: Batch, prior: PriorEstimate) -> Floats:
-    """Return the states from which a fit starts, shape (n_states,).
+    """Return the prior states, with states of magnetometers that may have a large bias replaced by
+    an estimate from the field strength.
 
-    These are the prior states, except for magnetometers whose bias may be large. Their states are
-    estimated from the field strength, because a large bias corrupts the measured field directions.
+    A fit starts from these states, because a large bias corrupts the measured field directions. The
+    shape is (n_states,).
 
     Parameters
     ----------

@@ -183,10 +183,11 @@ def fit_from_trajectory(
     tolerances: tuple[float, float] = TOLERANCES,
     is_rejected: Bools | None = None,
 ) -> Fit:
-    """Smooth a telemetry batch from an initial trajectory and reject outliers.
+    """Smooth a telemetry batch from an initial trajectory, and repeat without the outliers until
+    the set of outliers no longer changes.
 
-    Smoothing is repeated until the set of rejected readings no longer changes. A reading is
-    rejected if its normalized squared residual exceeds the chi-square threshold of its sensor.
+    An outlier is a reading whose normalized squared residual exceeds the chi-square threshold of
+    its sensor.
 
     Parameters
     ----------
@@ -374,7 +375,7 @@ def _extend_trajectory(
 
 
 def _estimate_attitude(batch: Batch, states: Floats) -> Floats:
-    """Return attitudes from Wahba's problem or, if it has no solution, with an arbitrary start."""
+    """Return the attitude from Wahba's problem; the start is arbitrary if it has no solution."""
     try:
         return estimate_initial_attitude(batch, states)[0]
     except ValueError:

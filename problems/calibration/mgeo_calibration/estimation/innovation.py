@@ -58,6 +58,7 @@ class Estimate:
 
         Parameters
         ----------
+        suite : Suite
         attitude : array, shape (3, 3, r)
             Rotation matrices from body to GCRS.
         states : array, shape (n_states, r)
@@ -72,7 +73,15 @@ class Estimate:
 
     @classmethod
     def from_model(cls, model: FilterModel, n_runs: int = 1) -> Estimate:
-        """Return the initial estimate of a filter model, repeated for each of `n_runs` runs."""
+        """Return the initial estimate of a filter model, repeated for each of `n_runs` runs.
+
+        Parameters
+        ----------
+        model : FilterModel
+            Model with the initial attitude, states and covariance.
+        n_runs : int
+            Number of runs.
+        """
         states = np.repeat(model.initial_states[:, None], n_runs, axis=-1)
         P = np.repeat(model.initial_covariance[..., None], n_runs, axis=-1)
         return cls.from_states(model.suite, model.initial_attitude.T[..., None], states, P)
@@ -215,8 +224,13 @@ def compute_innovation(
 
 
 def compute_jacobian(r: TaylorPolynomial) -> tuple[Ints, Floats]:
-    """Return the indices of the states that an innovation depends on, and its measurement Jacobian
-    H.
+    """Return the measurement Jacobian H of an innovation, after the indices of the states to which
+    H refers.
+
+    Parameters
+    ----------
+    r : TaylorPolynomial
+        Innovation from `compute_innovation`, with m components in r runs.
 
     Returns
     -------

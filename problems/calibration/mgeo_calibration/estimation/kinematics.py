@@ -204,8 +204,8 @@ def _linearize_pointing(
 def discretize_dynamics(
     suite: Suite, rates: Floats, durations: Floats, channel_values: Sequence[Floats] = ()
 ) -> tuple[Floats, Floats]:
-    """Return the transition matrix and the process noise covariance of the dynamic states for each
-    of n steps, equation (7).
+    """Return the transition matrix and the process noise covariance of attitude, gyro states and
+    varying sensor states for each of n steps, equation (7).
 
     Attitude and gyro use a power series, the independent sensor processes the exact solution. The
     bias sensitivities of the gyro act on the attitude as constant biases.

@@ -99,8 +99,8 @@ class MeasurementEquations:
 
     @property
     def n_leading(self) -> int:
-        """Number of leading stochastic states that contains all states on which readings depend, at
-        least three.
+        """Smallest number n, at least three, such that no reading depends on stochastic states
+        after the first n.
         """
         columns_and_counts = zip(self.columns, self.n_columns, strict=True)
         return max(3, *(int(row[:n].max(initial=-1)) + 1 for row, (n, _) in columns_and_counts))

@@ -57,6 +57,11 @@ def compute_smoothed_rates(solution: Solution) -> Floats:
     If the declared gyro noise is too large, the smoothed attitude follows the noise of single
     readings. The rates are therefore filtered over as many steps as the motion allows (A. Savitzky,
     M. J. E. Golay, Analytical Chemistry 36 (1964) 1627-1639).
+
+    Parameters
+    ----------
+    solution : Solution
+        Converged smoother solution.
     """
     rates = _compute_attitude_rates(solution)
     noise = np.median(np.abs(np.diff(rates, _POLYNOMIAL_ORDER + 1, axis=0)), axis=0) / math.sqrt(
@@ -73,6 +78,11 @@ def compute_smoothed_rates(solution: Solution) -> Floats:
 def estimate_angle_random_walk(solution: Solution) -> float:
     """Return the angle random walk of the gyro, estimated from the differences between gyro and
     smoothed attitude [rad/sqrt(s)].
+
+    Parameters
+    ----------
+    solution : Solution
+        Converged smoother solution.
     """
     batch = solution.batch
     rates, _ = compute_rates_and_rotations(batch, solution.estimate.states)
@@ -94,6 +104,11 @@ def build_bias_decay_error(solution: Solution) -> ModelError:
 
     A coefficient of one increases the inverse correlation time by one over the duration of the
     data.
+
+    Parameters
+    ----------
+    solution : Solution
+        Converged smoother solution.
     """
     times = solution.batch.times
     elapsed, dt, bias = times - times[0], np.diff(times), solution.estimate.states[:-1, 3:6]
@@ -112,6 +127,11 @@ def build_bias_drift_error(solution: Solution) -> ModelError:
     axis and each of the `N_PARTS` parts of the data.
 
     A coefficient of one changes the bias by its initial 1-sigma within its part.
+
+    Parameters
+    ----------
+    solution : Solution
+        Converged smoother solution.
     """
     fractions, size = (
         _compute_elapsed_fractions(solution),
@@ -136,6 +156,11 @@ def build_gyro_noise_error(solution: Solution) -> ModelError:
 
     The sinusoids have `CYCLES` cycles over the data. A coefficient of one is an amplitude equal to
     the 1-sigma of the gyro noise in one step.
+
+    Parameters
+    ----------
+    solution : Solution
+        Converged smoother solution.
     """
     batch = solution.batch
     density = np.sqrt(np.array(batch.suite.gyro.compute_noise_density()["theta"]))
@@ -216,6 +241,11 @@ def build_gyro_channel_error(solution: Solution, channel: Floats) -> ModelError:
 def build_vector_rates(solution: Solution) -> VectorRates:
     """Return a cached function that computes how fast the readings of a sensor change because the
     observed vector moves in GCRS.
+
+    Parameters
+    ----------
+    solution : Solution
+        Converged smoother solution.
 
     Returns
     -------
@@ -374,6 +404,15 @@ def compute_ramps(elapsed_fractions: Floats) -> Floats:
 def build_step_profile(part: int) -> Profile:
     """Return the profile of an offset that rises from zero to one within one of the `N_PARTS` parts
     of the data, as a function of the fraction of elapsed time.
+
+    Parameters
+    ----------
+    part : int
+        Index of the part.
+
+    Returns
+    -------
+    Profile
     """
     return lambda fractions: compute_ramps(fractions)[:, [part]]
 
@@ -381,6 +420,11 @@ def build_step_profile(part: int) -> Profile:
 def compute_linear_profile(elapsed_fractions: Floats) -> Floats:
     """Return the profile of an offset that grows in proportion to time from zero to one, shape (n,
     1).
+
+    Parameters
+    ----------
+    elapsed_fractions : array, shape (n,)
+        Elapsed time as a fraction of the duration of the data.
     """
     return elapsed_fractions[:, None]
 
@@ -388,6 +432,11 @@ def compute_linear_profile(elapsed_fractions: Floats) -> Floats:
 def compute_cosine_profiles(elapsed_fractions: Floats) -> Floats:
     """Return the profiles of offsets that start at zero and follow 1 to `N_HALF_WAVES` half waves
     of a cosine, shape (n, N_HALF_WAVES).
+
+    Parameters
+    ----------
+    elapsed_fractions : array, shape (n,)
+        Elapsed time as a fraction of the duration of the data.
     """
     half_periods = np.arange(1, N_HALF_WAVES + 1)
     result: Floats = 0.5 - 0.5 * np.cos(np.pi * elapsed_fractions[:, None] * half_periods)

@@ -55,10 +55,8 @@ class PriorEstimate:
     def from_scenario(
         cls, scenario: Scenario, pointing: AssumedAttitude | None = None
     ) -> PriorEstimate:
-        """Return the prior of a scenario.
-
-        This is the result of the scenario's earlier calibration or, if there is none, the prior of
-        its suite without calibration.
+        """Return the prior of a scenario: the result of its earlier calibration or, if there is
+        none, the prior of its uncalibrated suite.
 
         Parameters
         ----------

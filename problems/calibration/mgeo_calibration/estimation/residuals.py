@@ -86,6 +86,15 @@ def compute_residuals(solution: Solution) -> Residuals:
     """Return the residuals of all readings with respect to a smoother solution.
 
     The residuals of rejected readings are included.
+
+    Parameters
+    ----------
+    solution : Solution
+        Solution with N samples and s sensors.
+
+    Returns
+    -------
+    Residuals
     """
     s, N = solution.is_used.shape
     residuals = Residuals(np.zeros((s, N, 3)), np.full((s, N), np.nan), np.empty((N, 3)))

@@ -104,6 +104,11 @@ class Score:
     def compute_p_value(self, variance_ratio: float = 1.0) -> float:
         """Return the p-value of the test if the noise variance is `variance_ratio` times the
         declared variance.
+
+        Parameters
+        ----------
+        variance_ratio : float
+            Ratio of the actual noise variance to the declared noise variance.
         """
         return float(np.exp(-0.5 * self.compute_evidence(variance_ratio)))
 
@@ -113,6 +118,11 @@ class Score:
 
         The result is finite even where p underflows. If the model is correct, -2 ln p is chi-square
         distributed with two degrees of freedom.
+
+        Parameters
+        ----------
+        variance_ratio : float
+            Ratio of the actual noise variance to the declared noise variance.
         """
         if not self.degrees_of_freedom:
             return 0.0

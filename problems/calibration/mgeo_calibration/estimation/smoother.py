@@ -73,7 +73,7 @@ class Span(Equations):
 
     @property
     def last_estimate(self) -> FilterState:
-        """Copy of the filter estimate x, T and P at the last sample of the span."""
+        """Copy of the filter estimate (x, T, P) at the last sample of the span."""
         x, T, P = (each[-1].copy() for each in self.estimates)
         return x, T, P
 
@@ -256,8 +256,8 @@ class Solution(LinearizedBatch):
 
 @dataclass(frozen=True, eq=False)
 class SmoothedCovariance:
-    """Covariance of the first n stochastic states after smoothing, for a given c, and their
-    derivative with respect to c.
+    """Smoothed covariance of the first n stochastic states for a given c, and the derivative of
+    their errors with respect to c.
 
     Attributes
     ----------

@@ -115,7 +115,13 @@ def add_step_noise(batch: Batch, prior: PriorEstimate) -> tuple[Batch, PriorEsti
 
 
 def list_states_without_step_noise(suite: Suite) -> Ints:
-    """Return the indices of all states except the step noise, as an array."""
+    """Return the indices of all states except the step noise, as an array.
+
+    Parameters
+    ----------
+    suite : Suite
+        Suite with or without step noise.
+    """
     return np.setdiff1d(np.arange(suite.n_states), _list_noise_states(suite))
 
 

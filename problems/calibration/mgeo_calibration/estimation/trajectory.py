@@ -31,7 +31,6 @@ class Trajectory:
     states: Floats
 
     def select_samples(self, low: int, high: int) -> Trajectory:
-        """Return the trajectory at the samples `low` to `high` - 1."""
         return Trajectory(self.attitude[low:high], self.states[low:high])
 
 
@@ -54,9 +53,8 @@ class Partition:
 
     @classmethod
     def from_suite(cls, suite: Suite) -> Partition:
-        """Return the partition of the states of a suite.
-
-        A state is stochastic if its process noise density is positive, and constant otherwise.
+        """Return the partition of the states of a suite: stochastic where the process noise density
+        is positive, otherwise constant.
         """
         driven = np.flatnonzero(suite.compute_noise_density() > 0.0)
         return cls(driven, np.setdiff1d(np.arange(suite.n_states), driven))
@@ -69,6 +67,18 @@ def split_into_spans(n_samples: int) -> Iterator[tuple[int, int, int]]:
     sample of the previous span, so that the step between the spans is included. `first` is the
     position in the span of the first sample that does not belong to the previous span: 0 for the
     first span, otherwise 1.
+
+    Parameters
+    ----------
+    n_samples : int
+        Number of samples to divide.
+
+    Yields
+    ------
+    low, high : int
+        Index of the first sample of the span, and of the sample after the last.
+    first : int
+        Position of the first new sample in the span.
     """
     for low in range(0, max(n_samples - 1, 1), SPAN_LENGTH):
         yield low, min(n_samples, low + SPAN_LENGTH + 1), int(low > 0)

@@ -28,6 +28,11 @@ def find_outlying_lengths(batch: Batch) -> Bools:
     The length relative to the modeled length is compared with the median of the same sensor,
     because a bias changes all lengths alike or by less than their scatter. Only readings of one
     3-vector are checked.
+
+    Parameters
+    ----------
+    batch : Batch
+        Batch of N samples of s sensors.
     """
     result = np.zeros((len(batch.readings), len(batch.times)), dtype=bool)
     for index, rows in enumerate(batch.readings):
@@ -48,6 +53,10 @@ def find_outlying_lengths(batch: Batch) -> Bools:
 def validate_vector_lengths(batch: Batch) -> None:
     """Raise ValueError if a Sun sensor that should report three noisy components reports normalized
     vectors.
+
+    Parameters
+    ----------
+    batch : Batch
 
     Raises
     ------

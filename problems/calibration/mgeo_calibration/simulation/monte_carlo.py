@@ -107,7 +107,13 @@ class MonteCarloResult(RunStatistics):
         return rms
 
     def find_sample(self, time: float | None = None) -> int:
-        """Return the index of the recorded sample nearest to a time [s], by default to `t_end`."""
+        """Return the index of the recorded sample nearest to a time [s], by default to `t_end`.
+
+        Parameters
+        ----------
+        time : float, optional
+            Time [s]; default: `t_end`.
+        """
         return int(np.argmin(np.abs(self.times - (self.t_end if time is None else time))))
 
     def build_table(self, time: float | None = None) -> pd.DataFrame:
@@ -118,6 +124,16 @@ class MonteCarloResult(RunStatistics):
         rms over the runs of the filter's 1-sigma; ``rms`` error; ``ratio`` of rms error to
         predicted; ``within 3 sigma``, fraction of runs with an error within three times the
         filter's 1-sigma.
+
+        Parameters
+        ----------
+        time : float, optional
+            Time [s]; default: `t_end`.
+
+        Returns
+        -------
+        DataFrame
+            One row per state.
         """
         k = self.find_sample(time)
         rms = self.rms[k]

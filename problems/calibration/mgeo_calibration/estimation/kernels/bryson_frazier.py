@@ -123,9 +123,26 @@ def smooth_errors(F, is_used, n_columns, columns, readings, estimates, c, first_
     """Compute the smoothed errors of the stochastic states, backward from the last sample to sample
     `first_new`.
 
-    The errors are written to `e`, shape (N, d). `c` is the estimated vector of the errors at the
-    first sample and of the constant states. `adjoint`, shape (d,), is zero at the last sample of
-    the batch. After the call it is the adjoint for the previous span.
+    Parameters
+    ----------
+    F : array, shape (n, d, d)
+        Transition matrices.
+    is_used : array of bool, shape (s, N)
+        Readings that the forward filter has used.
+    n_columns, columns : arrays of int
+        See `linearization.MeasurementEquations`.
+    readings, estimates
+        Output of `two_stage.run_filter`.
+    c : array, shape (q,)
+        Estimated errors at the first sample and of the constant states.
+    first_new : int
+        Index in the span of the last sample to smooth: 1 if the first sample belongs to the
+        previous span, otherwise 0.
+    adjoint : array, shape (d,)
+        Adjoint variable: zero at the last sample of the batch; on output, the input for the
+        previous span.
+    e : array, shape (N, d)
+        Output: smoothed errors.
     """
     Hw, K, w, W = readings
     x, T, P = estimates
@@ -185,18 +202,33 @@ def smooth_covariances(
     conditional_covariance,
     derivative,
 ):
-    """Compute the covariance of the smoothed errors e for a given c, and the derivative of e with
-    respect to c.
+    """Compute the smoothed covariance of the stochastic states for a given c, and the derivative of
+    their smoothed errors with respect to c.
 
-    The covariance combines the filter covariance with the information of all later readings, which
-    is propagated backward in time (D. C. Fraser and J. E. Potter, The optimum linear smoother as a
-    combination of two optimum linear filters, IEEE Transactions on Automatic Control 14 (1969)
-    387-390). No covariances are subtracted.
+    The vector c contains the errors at the first sample and of the constant states. The covariance
+    combines the filter covariance with the information of all later readings, which is propagated
+    backward in time (D. C. Fraser and J. E. Potter, The optimum linear smoother as a combination of
+    two optimum linear filters, IEEE Transactions on Automatic Control 14 (1969) 387-390). No
+    covariances are subtracted.
 
-    `later_information`, shape (d, d), and `adjoint`, shape (d, q), are zero at the last sample of
-    the batch. After the call they are the input for the previous span. The output is
-    `conditional_covariance`, shape (N, n, n), and `derivative`, shape (N, n, q), of the n leading
-    errors from sample `first_new` on.
+    Parameters
+    ----------
+    process : F, G, Q, defect
+        See `kinematics.ProcessEquations`.
+    is_used : array of bool, shape (s, N)
+        Readings that the forward filter has used.
+    measurements : z, H, noise, counts, columns
+        See `linearization.MeasurementEquations`.
+    readings, estimates
+        Output of `two_stage.run_filter`.
+    first_new : int
+        Index in the span of the last sample to smooth: 1 if the first sample belongs to the
+        previous span, otherwise 0.
+    later_information, adjoint : arrays, shapes (d, d) and (d, q)
+        Information of all later readings, and adjoint variable: zero at the last sample of the
+        batch; on output, the input for the previous span.
+    conditional_covariance, derivative : arrays, shapes (N, n, n) and (N, n, q)
+        Output for the n leading errors.
     """
     F, Q = process[0], process[2]
     _, H, noise, counts, columns = measurements

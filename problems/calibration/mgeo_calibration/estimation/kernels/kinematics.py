@@ -10,6 +10,13 @@ def accumulate_rotations(turn, R):
     """Write the products of successive step rotations to R, shape (n + 1, 3, 3).
 
     R[0] is the identity, and R[k + 1] = R[k] turn[k]ᵀ.
+
+    Parameters
+    ----------
+    turn : array, shape (n, 3, 3)
+        Rotation matrix of each step.
+    R : array, shape (n + 1, 3, 3)
+        Output: rotation matrices from the body frame at each sample to that at the first sample.
     """
     for i in range(3):
         for j in range(3):

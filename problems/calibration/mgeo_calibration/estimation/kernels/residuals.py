@@ -26,12 +26,13 @@ def multiply_by_triangle(A, root, out):
 
 @helper
 def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi, workspace):
-    """Update the covariance root S and the estimate of c by the three components of a reading, in
+    """Update the covariance root of the common errors c, and the estimate of c, by one reading in
     place.
 
-    A component with derivative w turns S into S (I - β φᵀ φ) with φ = w S. The vectors φ of all
-    three components follow from the initial root, φ₂ (I - β φ₁ᵀ φ₁) after the first component, and
-    so on: two passes through S are sufficient. `phi` and `workspace` are work arrays.
+    A component with derivative w turns the root S into S (I - β φᵀ φ) with φ = w S. The vectors φ
+    of all three components follow from the initial root, φ₂ (I - β φ₁ᵀ φ₁) after the first
+    component, and so on: two passes through S are sufficient. `phi` and `workspace` are work
+    arrays.
     """
     w, W = readings[2], readings[3]
     q = len(root)

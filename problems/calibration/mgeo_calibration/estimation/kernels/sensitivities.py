@@ -75,7 +75,7 @@ def compute_sensitivities(
     R,
     gram,
 ):
-    """Run the filter of the sensitivities of states and innovations to m coefficients over the
+    """Compute the sensitivities of states and innovations to m model error coefficients over the
     samples of a span.
 
     Parameters

@@ -213,7 +213,7 @@ def compute_step_cost(Q, defect, k, L, y):
 def run_filter(
     process, is_used, measurements, constant_factors, estimates, readings, first_new, cost
 ):
-    """Run the forward filter over the samples of a span and return the accumulated cost, the sum of
+    """Run the forward filter over the samples of a span and return the accumulated cost: the sum of
     squares of the normalized residuals of steps and readings.
 
     Parameters
@@ -254,7 +254,8 @@ def run_filter(
 
 @compile_cached(f"void(boolean[:,::1], {READINGS}, int64, float64[:,::1])")
 def reduce_readings(is_used, readings, first_new, R):
-    """Combine the whitened readings of a span with the triangular equations of c, in place.
+    """Combine the whitened readings of a span with the triangular least-squares equations of c, in
+    place.
 
     `BLOCK_LENGTH` rows are reduced at a time.
 
