@@ -30,7 +30,7 @@ _LOCK = Lock()
 
 
 class CocoProblem(Problem):
-    """Pymoo problem whose objectives are a test function of COCO.
+    """Pymoo problem that evaluates a test function of the COCO platform.
 
     The bounds are COCO's region of interest. The problem can be pickled, because each process
     creates its COCO objects at the first evaluation.
@@ -89,14 +89,12 @@ def build_coco_problem(name: str) -> CocoProblem:
 
 
 def expand_ranges(name: str) -> Iterator[str]:
-    """Yield the names of all COCO problems that a name with ranges stands for.
-
-    An example of a name with ranges is ``bbob-biobj/f1-55/d5,10/i1-5``.
+    """Yield the name of each COCO problem in a name with ranges, as ``bbob/f1-24/d5,10/i1-5``.
 
     Raises
     ------
     ValueError
-        If the name does not have this form.
+        If the name has another form.
     """
     suite, *ranges = _split_name(name)
     functions, dimensions, instances = (_parse_ranges(name, text) for text in ranges)
@@ -112,7 +110,7 @@ def _split_name(name: str) -> tuple[str, ...]:
 
 
 def _parse_ranges(name: str, text: str) -> list[int]:
-    """Return the numbers that a text of numbers and ranges stands for: 1, 2, 3, 7 for "1-3,7"."""
+    """Expand a comma-separated list of integers and ranges, such as "1-3,7", to integers."""
     numbers: list[int] = []
     for part in text.split(","):
         ends = re.fullmatch(r"(\d{1,4})(?:-(\d{1,4}))?", part)

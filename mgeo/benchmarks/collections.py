@@ -19,7 +19,7 @@ COCO_DISTRIBUTION = "coco-experiment"
 
 
 def is_benchmark(name: str) -> bool:
-    """Return True if a problem name has the prefix of a test problem, such as ``pymoo:``."""
+    """Return True if a problem name begins with a prefix of test problems, such as ``pymoo:``."""
     prefix, colon, _ = name.partition(":")
     return bool(colon) and prefix in EXAMPLES_BY_PREFIX
 
@@ -44,7 +44,7 @@ def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
 
 
 def expand_name(name: str) -> list[str]:
-    """Return the names of all test problems that a name with ranges stands for, as a list.
+    """Expand ranges in the name of a test problem, and return the list of problem names.
 
     Only names of COCO problems can have ranges, such as ``coco:bbob-biobj/f1-55/d5,10/i1``. Any
     other name is returned as the only entry.
@@ -63,7 +63,7 @@ def expand_name(name: str) -> list[str]:
 
 
 def list_distributions(name: str) -> list[str]:
-    """Return the names of the Python distributions, other than pymoo, that define a test problem.
+    """Return the names of distributions, other than pymoo, on which a test problem depends.
 
     Results of a study depend on the versions of these distributions.
     """
@@ -108,7 +108,7 @@ def _build_coco(name: str, options: Mapping[str, Any]) -> Problem:
 
     for key in options:
         raise ValueError(
-            f"problem 'coco:{name}' has no option {key!r}: its name specifies everything"
+            f"problem 'coco:{name}' has no option {key!r}: its name specifies all parameters"
         )
     return build_coco_problem(name)
 

@@ -64,7 +64,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
 
 
 def format_examples(command: str, examples: Mapping[str, Iterable[str]] = EXAMPLES) -> str:
-    """Return the example command lines of a command as text for the end of its help.
+    """Return the section "Examples" of a command's help text.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class CommandGroup(TyperGroup):
 
 
 class RootCommandGroup(CommandGroup):
-    """Root command group, which finds the commands of plugins and reports errors.
+    """Root command group, which adds the commands of installed plugins and reports errors.
 
     An error of a command is printed as one line on stderr and sets the exit code, see `ExitCode`.
     """
@@ -122,7 +122,7 @@ class RootCommandGroup(CommandGroup):
 
 
 class _PluginCommandStub(TyperCommand):
-    """Placeholder for the commands of a plugin, so that the help of ``mgeo`` imports no plugin."""
+    """Placeholder for the command group of a plugin, so that ``mgeo --help`` imports no plugin."""
 
     def __init__(self, plugin: Plugin) -> None:
         distribution = plugin.entry_point.dist
@@ -162,7 +162,7 @@ app = typer.Typer(
 
 
 def main() -> None:
-    """Run the command ``mgeo`` with the arguments of this process, and exit."""
+    """Run the command line ``mgeo`` with the arguments of this process, and exit."""
     # This must precede the import of NumPy. The order of sums in BLAS depends on the number of
     # threads, so that fronts of equal seeds would depend on the number of processors and --jobs.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
-    """Print the problem size, the budget, and the files that a run of ``mgeo solve`` would write.
+    """Print the problem size and the budget of a run, and the files that the run would write.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
 def print_study_size(
     study: Study, problems: Mapping[str, Problem], folder: Path, output: Output
 ) -> None:
-    """Print the size of each problem of a study, its algorithms, and the budget of all its runs.
+    """Print the problem sizes, the algorithms and the total budget of a study.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def print_study_size(
         Study, as read from its file.
     problems
         Problems by label. Problems named ``module:Class`` are left out, because a dry run imports
-        no modules on behalf of a file.
+        no modules that a file specifies.
     folder
         Folder that the study would write.
     output

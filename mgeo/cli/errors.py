@@ -23,7 +23,7 @@ class TerminationInterrupt(KeyboardInterrupt):
 
 
 class StopRequest:
-    """Request to stop a run, set by SIGINT or SIGTERM. It is true once a signal was received.
+    """Request to stop a run, which becomes true when SIGINT or SIGTERM is received.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class StopRequest:
 
 @contextmanager
 def collect_stop_requests() -> Iterator[StopRequest]:
-    """Context manager that turns SIGINT and SIGTERM into a stop request for the current run.
+    """Context manager that yields a `StopRequest`, which SIGINT and SIGTERM set.
 
     The run can then end after its current generation. A second signal raises KeyboardInterrupt,
     which ends a long generation at once. The previous signal handlers are restored on exit.
@@ -88,7 +88,7 @@ def collect_stop_requests() -> Iterator[StopRequest]:
 
 
 def raise_on_sigterm() -> None:
-    """Install a signal handler that raises `TerminationInterrupt` on SIGTERM.
+    """Install a handler that raises `TerminationInterrupt` on SIGTERM, in the current process.
 
     The exception lets a command stop its worker processes and remove its temporary files.
     """
@@ -104,7 +104,7 @@ UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 
 class ExitCode(IntEnum):
-    """Exit codes of all commands, which `EXIT_CODES` describes."""
+    """Exit codes of the commands; `EXIT_CODES` contains their descriptions."""
 
     SUCCESS, ERROR, BAD_INPUT, INCOMPLETE = range(4)
     INTERRUPTED, TERMINATED = 130, 143
@@ -136,8 +136,8 @@ def convert_input_errors(
 ) -> Iterator[None]:
     """Context manager that reraises exceptions of the given types as `InputError`.
 
-    It encloses code that reads input or writes files. Exceptions of other types, or in other code,
-    are bugs of mgeo or of a plugin.
+    The context encloses code that reads input or writes files. Exceptions of other types, or in
+    other code, are bugs of mgeo or of a plugin.
     """
     try:
         yield
@@ -149,7 +149,7 @@ def convert_input_errors(
 
 @contextmanager
 def report_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None]:
-    """Context manager that prints an exception as one line on stderr, and exits with an exit code.
+    """Context manager that prints an exception as one line on stderr, and then exits.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def report_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None]:
     Raises
     ------
     typer.Exit
-        If an exception was printed; it has the exit code.
+        After an exception has been printed, with the exit code of this exception.
     """
     try:
         yield

@@ -33,7 +33,7 @@ _STOP_MESSAGE = "stopping after this generation; Ctrl-C again to stop at once"
 
 
 class Progress:
-    """Callback of a run that displays its progress, and stops the run after a signal.
+    """Callback that displays the progress of a run, and stops the run after a signal.
 
     On a terminal, the display is redrawn in place. In a pipe or a log, it is printed as lines.
 
@@ -71,7 +71,7 @@ class Progress:
 
     @contextmanager
     def display(self) -> Iterator[None]:
-        """Context manager that displays progress: in place on a terminal, otherwise as lines."""
+        """Context manager that displays progress, in place on a terminal and else line by line."""
         if not self._console.is_terminal:
             self._print(self._title)
             yield
@@ -82,7 +82,7 @@ class Progress:
                 self._update()
 
     def __call__(self, state: SolveState) -> None:
-        """Stop the run if a signal requested it, and update the display if it is due."""
+        """Stop the run after a signal, and update the display if its interval has elapsed."""
         if self._request:
             state.stop()
         self._state = state
@@ -131,7 +131,7 @@ def execute_run(run: PreparedRun, folder: Path, output: Output, max_time: float 
     output
         Destination of the summary.
     max_time
-        Time from now after which the run ends [s]. None: no limit.
+        Time after which the run ends [s], counted from the call; None for no limit.
 
     Returns
     -------
@@ -144,7 +144,7 @@ def execute_run(run: PreparedRun, folder: Path, output: Output, max_time: float 
     InputError
         If the folder cannot be written, or another process is using it.
     EvaluationError, PluginError
-        If the evaluations of the problem fail, or another method of the problem does.
+        If all evaluations or another method of the problem fail.
     """
     if reasons := call_optional(build_view(run.problem), View.infeasibility_reasons):
         output.print(
@@ -213,7 +213,7 @@ def format_run_title(run: RunConfiguration) -> str:
 
 
 def _format_state(state: SolveState) -> str:
-    """Return the state of a run as one line: size and quality of the front, and failures."""
+    """Return a status line: front size, best objectives, hypervolume and failed evaluations."""
     _, F = state.build_front()
     entries = {"front": f"{len(F):,}"}
     if state.refinement is not None:

@@ -18,23 +18,23 @@ from mgeo.terminal import reserve_stdout
 
 
 def complete_from(names: Iterable[str]) -> Callable[[], list[str]]:
-    """Return a callback for shell completion that offers fixed names."""
+    """Return a callback for shell completion that suggests the given names."""
     return lambda: list(names)
 
 
 def complete_problems() -> list[str]:
-    """Return the names of the installed problems; callback for shell completion."""
+    """Return the names of the installed problems, for shell completion."""
     return [plugin.name for plugin in list_plugins()]
 
 
 def complete_algorithms() -> list[str]:
-    """Return the names of the algorithms; callback for shell completion."""
+    """Return the names of the algorithms, for shell completion."""
     names: list[str] = resolve_name("mgeo.runs.algorithms:list_algorithms")()
     return names
 
 
 def complete_scenarios(ctx: typer.Context) -> list[str]:
-    """Return the preset names of the problem on the command line; callback for shell completion.
+    """Return the preset names of the problem in a partial command line, for shell completion.
 
     Parameters
     ----------
@@ -95,17 +95,17 @@ Settings = Annotated[
 
 
 def parse_parameters(settings: Iterable[str]) -> dict[str, Any]:
-    """Parse the parameters of an algorithm from the NAME=VALUE texts of ``--set``.
+    """Parse the options ``--set NAME=VALUE``, and return the algorithm parameters as a dict.
 
     Returns
     -------
     dict
-        Values by name; a value is an integer, a float, a boolean, a word, or a list of these.
+        Values by name; a value is an integer, a float, a boolean, a string, or a list of these.
 
     Raises
     ------
     ValueError
-        If a text is not of the form NAME=VALUE.
+        If an option does not have the form NAME=VALUE.
     """
     parameters = {}
     for setting in settings:
@@ -117,7 +117,7 @@ def parse_parameters(settings: Iterable[str]) -> dict[str, Any]:
 
 
 def _parse_value(text: str) -> Any:
-    """Parse an integer, float, boolean or word, or a list of these if the text contains commas."""
+    """Parse an integer, float, boolean or string, or a comma-separated list of these."""
     if "," in text:
         return [_parse_value(entry) for entry in text.split(",")]
     if text.lower() in ("true", "false"):

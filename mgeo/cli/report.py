@@ -163,7 +163,7 @@ def _check_options(
 
 
 def _check_page_path(path: Path) -> None:
-    """Raise an error if the page cannot be written, before the report is computed."""
+    """Raise an error unless an HTML page can be written to this path."""
     from mgeo.store.atomic import check_writable
 
     if path.suffix != ".html":

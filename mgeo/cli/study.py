@@ -73,7 +73,7 @@ def study(
                     )
             return
         with _start_workers(jobs, cluster) as n_jobs, warnings.catch_warnings():
-            warnings.simplefilter("ignore", ComparisonWarning)  # They are printed as notes.
+            warnings.simplefilter("ignore", ComparisonWarning)  # The warnings are printed as notes.
             try:
                 comparisons = run_study(
                     definition, folder, resume=resume, n_jobs=n_jobs, progress=not quiet
@@ -140,7 +140,7 @@ def _print_results(
 
 @contextmanager
 def _start_workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
-    """Yield the number of worker processes, or None if joblib runs on a Dask cluster."""
+    """Context manager that yields the number of processes, or None if a Dask cluster is used."""
     if cluster is None:
         yield jobs
         return

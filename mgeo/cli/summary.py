@@ -100,7 +100,7 @@ def _print_statistics(outcome: Outcome, remarks: list[str], output: Output) -> N
 
 
 def _build_solutions_table(view: View, outcome: Outcome) -> Table:
-    """Return a table with one column per representative solution and one row per quantity.
+    """Return a terminal table with representative solutions as columns and metrics as rows.
 
     Solutions labeled "between" are omitted if the terminal is too narrow.
     """

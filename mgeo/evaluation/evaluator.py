@@ -32,7 +32,7 @@ _RTOL = 1e-9
 
 
 class EvaluationError(RuntimeError):
-    """Error raised to stop a run in which all candidates fail."""
+    """Error raised to stop a run in which all recent candidates have failed."""
 
 
 class TolerantEvaluator(Evaluator):
@@ -107,9 +107,9 @@ class TolerantEvaluator(Evaluator):
 
     @classmethod
     def from_evaluator(cls, evaluator: Evaluator) -> Evaluator:
-        """Convert a plain pymoo `Evaluator` to a tolerant one with the same settings.
+        """Convert a pymoo `Evaluator` to a `TolerantEvaluator` with the same settings.
 
-        An instance of any other class is returned unchanged.
+        An evaluator of any other class is returned unchanged.
         """
         if type(evaluator) is not Evaluator:
             return evaluator
@@ -215,7 +215,7 @@ class TolerantEvaluator(Evaluator):
         return error
 
     def _penalize(self, name: str, values: FloatArray, is_failed: BoolArray) -> None:
-        """Set the values of failed candidates in place to values worse than all successful ones."""
+        """Overwrite values of failed candidates with values worse than those of successful ones."""
         if not values.shape[1]:
             return
         successful = np.abs(values[~is_failed]) if name == "H" else values[~is_failed]
@@ -238,7 +238,7 @@ class TolerantEvaluator(Evaluator):
 def describe_changed_value(
     problem: Problem, population: Population, options: Mapping[str, Any]
 ) -> str:
-    """Evaluate up to three individuals again, and return a text about the first changed value.
+    """Reevaluate up to three individuals, and return a description of the first changed value.
 
     The check detects that a problem has changed since `population` was evaluated. The new
     evaluations are not counted by any evaluator, and the callback of the problem is not called.
@@ -255,7 +255,7 @@ def describe_changed_value(
     Returns
     -------
     str
-        Point, new value and expected value of the first difference; empty if there is none.
+        Point, new value and stored value of the first difference; empty if there is none.
     """
     n_points = min(_N_CHECK_POINTS, len(population))
     rows = np.unique(np.linspace(0, len(population) - 1, n_points).round().astype(int))

@@ -38,7 +38,7 @@ class Failure:
 
     @classmethod
     def from_exception(cls, error: Exception) -> Failure:
-        """Create the failure that an exception has caused, with message and traceback."""
+        """Create a `Failure` from an exception, with its message and traceback."""
         text = join_lines(f"{type(error).__name__}: {error}").removesuffix(":")
         return cls(text[:_MAX_CAUSE_LENGTH], "".join(traceback.format_exception(error)).rstrip())
 
@@ -50,7 +50,7 @@ BatchResult = tuple[Values, dict[int, Failure]]
 def evaluate_batch(
     problem: Problem, X: NDArray[Any], names: Sequence[str], options: Mapping[str, Any]
 ) -> BatchResult:
-    """Evaluate a batch of candidates, even if some of them raise, and return values and failures.
+    """Evaluate candidates, some of which may fail, and return all values and the failures by row.
 
     When the evaluation of a batch raises, the batch is bisected until the failing candidates are
     isolated. For an elementwise problem, the exception of each element is caught directly, so that
@@ -91,26 +91,26 @@ def evaluate_batch(
 
     parts = _evaluate_by_bisection(evaluate, X)
     errors = [part for part in parts if isinstance(part, Exception)]
-    pattern = next((part[0] for part in parts if not isinstance(part, Exception)), None)
-    if pattern is None:
+    template = next((part[0] for part in parts if not isinstance(part, Exception)), None)
+    if template is None:
         if problem.elementwise and len(X) > 1 and len(set(map(repr, errors))) == 1:
             raise errors[0]
         shapes = default_shape(problem, 0)
-        pattern = {name: np.empty(shapes.get(name, (0,))) for name in names}
+        template = {name: np.empty(shapes.get(name, (0,))) for name in names}
     failures: dict[int, Failure] = {}
     pieces: list[Values] = []
     row = 0
     for part in parts:
         if isinstance(part, Exception):
             failures[row] = Failure.from_exception(part)
-            pieces.append({name: _build_missing_row(value) for name, value in pattern.items()})
+            pieces.append({name: _build_missing_row(value) for name, value in template.items()})
             row += 1
         else:
             values, raised = part
             failures |= {row + i: failure for i, failure in raised.items()}
             pieces.append(values)
             row += len(next(iter(values.values())))
-    joined = {name: np.concatenate([piece[name] for piece in pieces]) for name in pattern}
+    joined = {name: np.concatenate([piece[name] for piece in pieces]) for name in template}
     # The NaN that marks a failed element may have been replaced by the problem's `evaluate`.
     for name in joined.keys() & {"F", "G", "H"}:
         joined[name][list(failures)] = np.nan
@@ -145,10 +145,10 @@ def _evaluate_by_bisection(
     return _evaluate_by_bisection(evaluate, X[:half]) + _evaluate_by_bisection(evaluate, X[half:])
 
 
-def _build_missing_row(pattern: NDArray[Any]) -> NDArray[Any]:
-    """Return one row of missing values, NaN or None, with the shape of a row of `pattern`."""
-    value = np.nan if np.issubdtype(pattern.dtype, np.number) else None
-    return np.full((1, *pattern.shape[1:]), value)
+def _build_missing_row(template: NDArray[Any]) -> NDArray[Any]:
+    """Return one row of NaN, or of None, with the shape of the rows of a template."""
+    value = np.nan if np.issubdtype(template.dtype, np.number) else None
+    return np.full((1, *template.shape[1:]), value)
 
 
 def _find_nonfinite(values: Values) -> dict[int, Failure]:

@@ -14,7 +14,7 @@ from mgeo._typing import BoolArray, FloatArray
 
 
 def build_population(X: NDArray[Any]) -> Population:
-    """Return a population of individuals with given designs that are not evaluated yet.
+    """Return a population of individuals that have the given designs and are not yet evaluated.
 
     This function is faster than ``Population.new("X", X)``, which spends most of its time on a
     separate configuration of each individual. Here, all individuals share one configuration.
@@ -39,7 +39,7 @@ def build_population(X: NDArray[Any]) -> Population:
 
 
 def copy_array(value: Any) -> Any:
-    """Return a copy of an array, and any other object unchanged.
+    """Copy an array, or return any other object unchanged.
 
     A copy of a row does not keep the whole array in memory.
     """
@@ -47,7 +47,7 @@ def copy_array(value: Any) -> Any:
 
 
 def get_values(population: Population, name: str) -> NDArray[Any]:
-    """Return one attribute of all individuals, such as "X" or "F", as an array with one row each.
+    """Return an attribute of all individuals, such as "X" or "F", as an array with one row each.
 
     This function is a faster equivalent of ``population.get(name)``.
     """
@@ -55,12 +55,12 @@ def get_values(population: Population, name: str) -> NDArray[Any]:
 
 
 def find_successful(population: Population) -> BoolArray:
-    """Return the mask of the individuals that `TolerantEvaluator` has not marked as failed."""
+    """Return a boolean mask of the individuals that are not marked as failed evaluations."""
     return np.array([not mark for mark in population.get("failed")], dtype=np.bool_)
 
 
 def get_variable_names(problem: Problem) -> tuple[str, ...] | None:
-    """Return the variable names of a problem that declares ``vars``, or None for other problems."""
+    """Return the names of the variables of a problem, or None if it does not declare ``vars``."""
     declared = getattr(problem, "vars", None)
     return None if declared is None else tuple(declared)
 
@@ -122,7 +122,7 @@ def convert_dicts_to_numbers(
 
 
 def convert_designs_to_numbers(problem: Problem, X: NDArray[Any]) -> NDArray[Any]:
-    """Encode designs of a problem, given as rows of an array or as dicts, as rows of numbers.
+    """Encode designs, given as rows of an array or as dicts, as rows of a numeric array.
 
     A choice is encoded as the index of its option.
 

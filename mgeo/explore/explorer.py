@@ -24,7 +24,7 @@ from mgeo.store.solution_file import build_solution_document
 
 
 class Explorer:
-    """Solutions of a run folder, with methods to evaluate, draw and save modified designs.
+    """Solutions of a run, with methods to evaluate, draw and save modified designs.
 
     The methods are thread-safe. A lock serializes evaluations, because a problem need not be
     thread-safe.
@@ -37,8 +37,8 @@ class Explorer:
         Folder into which `save` writes, or a ``.json`` file, which sets both the folder and the
         default file name. Default: the run folder.
     problem : str, optional
-        Problem of the run as ``module:Class``, required if the problem has no installed name. No
-        modules are imported on behalf of a file.
+        Problem of the run as ``module:Class``, required if the problem has no installed name. Other
+        modules that a file specifies are not imported.
 
     Attributes
     ----------
@@ -99,15 +99,16 @@ class Explorer:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """Table of objectives and other metrics (``View.quick_metrics``), one row per solution.
+        """DataFrame of the objectives and the quick metrics of the solutions, one row each.
 
-        The index "solution" has the row numbers of the solutions on the front.
+        Quick metrics are those of `View.quick_metrics`. The index "solution" contains the row
+        numbers of the solutions on the front.
         """
         with self._lock:
             return self._compute_metrics(self._view).set_axis(pd.Index(self.rows, name="solution"))
 
     def evaluate(self, x: ArrayLike) -> tuple[dict[str, float], list[ConstraintMargin]]:
-        """Evaluate a design, and return its quick metrics and constraint margins.
+        """Evaluate a design, and return a dict of its metrics and a list of its constraint margins.
 
         Parameters
         ----------
@@ -127,9 +128,7 @@ class Explorer:
             return extract_row(self._compute_metrics(view), 0), margins
 
     def build_figures(self, x: ArrayLike) -> dict[str, go.Figure]:
-        """Return the figures that the problem draws of a design, as a dict by name.
-
-        Animated figures are left out.
+        """Return the figures of a design that are not animated, as a dict by name.
 
         Parameters
         ----------
@@ -141,7 +140,7 @@ class Explorer:
         return {name: figure for name, figure in figures.items() if get_motion(figure) is None}
 
     def save(self, x: ArrayLike, name: str) -> Path:
-        """Write a design into a new JSON file for the tools of the problem, and return its path.
+        """Write a design into a new JSON file, and return the path of the file.
 
         Parameters
         ----------
@@ -186,5 +185,5 @@ class Explorer:
 
 
 def extract_row(table: pd.DataFrame, position: int) -> dict[str, float]:
-    """Return the row of a numeric table at a position as a dict by column."""
+    """Return one row of a numeric table, given by its position, as a dict by column name."""
     return {str(name): float(value) for name, value in table.iloc[position].items()}

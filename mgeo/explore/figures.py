@@ -19,7 +19,7 @@ _MAX_LABEL_LENGTH = 18  # maximum line length of an axis label
 
 
 def draw_parallel_coordinates(table: pd.DataFrame, names: Sequence[str]) -> go.Figure:
-    """Return a parallel-coordinates plot of columns of a table, colored by the first of them.
+    """Return a parallel-coordinates plot of table columns, colored by the first column.
 
     Columns for which `is_logarithmic` is true are drawn as decimal logarithms.
 
@@ -50,7 +50,7 @@ def _wrap_label(name: str) -> str:
 
 
 def is_logarithmic(values: pd.Series) -> bool:
-    """Return True if the values of a column need a logarithmic axis, and all of them are finite.
+    """Return True if all values of a column are finite and suit a logarithmic axis.
 
     See `mgeo.figures.front.needs_log_axis`.
     """
@@ -66,10 +66,10 @@ def draw_front(
     selected_row: int,
     design_metrics: Mapping[str, float],
 ) -> go.Figure:
-    """Return a scatter plot of two metrics of the solutions, with the selected solution marked.
+    """Return a scatter plot of two metrics, which marks one solution and the modified design.
 
-    A star marks the modified design of the sliders. ``customdata`` of each point is the position of
-    its solution in the table.
+    A ring marks the selected solution, and a star marks the modified design of the sliders.
+    ``customdata`` of each point is the position of its solution in the table.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def draw_front(
 
 
 def select_rows(table: pd.DataFrame, dimensions: Sequence[Mapping[str, Any]]) -> list[int]:
-    """Return the positions of the solutions that lie in the selected ranges of all axes.
+    """Return the positions of the table rows that lie in the selected ranges of all axes.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ DESIGN_COLUMNS = ["", "solution", "design", "change"]
 
 
 def build_page(explorer: Explorer) -> Component:
-    """Return the page of an explorer as a Dash component: controls, tables and empty figures."""
+    """Return the explorer page as a Dash component with controls, tables and empty figures."""
     columns = list(explorer.table.columns)
     solutions = [
         {"label": f"solution {row}", "value": position}
@@ -86,14 +86,14 @@ def build_dropdown(name: str, options: Sequence[Any], value: Any) -> Component:
 
 
 def build_graph(name: str, **properties: Any) -> Component:
-    """Return a Dash component that shows a plotly figure, with the given ID."""
+    """Return a Dash component for a plotly figure, with `name` as its ID."""
     # The button that uploads the figure is removed, so that data do not leave this machine.
     config: Any = {"displaylogo": False, "showSendToCloud": False}
     return dcc.Graph(id=name, config=config, **properties)
 
 
 def build_sliders(explorer: Explorer) -> Iterator[Component]:
-    """Yield a labeled slider for each design variable.
+    """Yield a Dash component with a labeled slider for each design variable.
 
     The slider of a categorical variable has the options of the variable as marks.
     """
@@ -107,7 +107,7 @@ def build_sliders(explorer: Explorer) -> Iterator[Component]:
 
 
 def build_table(rows: Sequence[Sequence[str]]) -> Component:
-    """Return an HTML table with the given rows of cell texts, of which the first is the header."""
+    """Return an HTML table of strings, whose first row is the header."""
     kinds = find_column_kinds(rows)
     head, *body = (
         html.Tr([html.Td(text, className=kind) for text, kind in zip(row, kinds, strict=True)])
@@ -119,7 +119,7 @@ def build_table(rows: Sequence[Sequence[str]]) -> Component:
 def build_comparison(
     solution: Mapping[str, float], design_metrics: Mapping[str, float]
 ) -> Component:
-    """Return an HTML table of the metrics of a solution and a modified design, and their change."""
+    """Return an HTML table of the metrics of a solution, of a modified design, and the changes."""
     rows = [DESIGN_COLUMNS]
     for name, value in solution.items():
         new_value = design_metrics[name]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 #: Maximum number of objectives that can be drawn.
 MAX_OBJECTIVES = 3
 
-#: Maximum number of points with hover texts, and with figures by the problem.
+#: Maximum number of points with hover texts, and with figures that the problem draws.
 MAX_HOVER_TEXTS = 2000
 
 _MIN_LOG_RATIO = 20.0  # Minimum ratio of the largest to the smallest value on a logarithmic axis.
@@ -104,7 +104,7 @@ def format_hover_texts(
     objectives: tuple[str, ...],
     descriptions: pd.DataFrame | None = None,
 ) -> list[str]:
-    """Return the hover texts of all solutions: number, objectives, and description or variables.
+    """Return one hover text per solution: its number, objectives, and description or variables.
 
     The parameters are those of `draw_front`.
     """
@@ -129,7 +129,7 @@ def _format_value(value: object) -> str:
 def build_axis_layout(
     name: str, values: NDArray[np.float64], *, is_3d: bool = False
 ) -> dict[str, object]:
-    """Return plotly's layout of the axis of an objective, logarithmic if this suits the values.
+    """Return plotly's layout of an objective's axis, logarithmic if `needs_log_axis` is true.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def build_axis_layout(
 
 
 def needs_log_axis(values: NDArray[np.float64]) -> bool:
-    """Return True if positive values are shown better on a logarithmic axis.
+    """Return True if all values are positive and a logarithmic axis spreads them more evenly.
 
     The values must span a factor of 20 or more, and their logarithms must be distributed more
     symmetrically than the values. Symmetry is measured by the median between the 2 % and 98 %

@@ -32,15 +32,15 @@ _ROTATION_FORM = "times that ascend from 0, and x, y and z with one number less,
 
 
 def get_motion(figure: go.Figure) -> Any:
-    """Return the description of an animation in the metadata of a figure, or None without one."""
+    """Return the animation in the metadata of a figure, or None if the figure is static."""
     meta = figure.layout.meta
     return meta.get("motion") if isinstance(meta, Mapping) else None
 
 
 def validate_motion(figure: go.Figure) -> None:
-    """Raise an error if the animation of a figure does not have the format of report pages.
+    """Raise an error if the animation in the metadata of a figure is invalid.
 
-    The format is described at the top of this module.
+    The module docstring describes the format, which report pages require.
 
     Raises
     ------

@@ -29,7 +29,7 @@ _TEMPLATES = Environment(
 
 
 def render(template: str, **values: Any) -> str:
-    """Return the HTML of a template. Values that are not `Markup` are escaped.
+    """Render a Jinja template as HTML. Values that are not `Markup` are escaped.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def render(template: str, **values: Any) -> str:
 
 
 def render_figure_page(figure: go.Figure, title: str, note: str = "") -> str:
-    """Return an HTML page that shows one figure in the whole window.
+    """Return an HTML page with one figure that fills the window.
 
     Equal figures give equal pages.
 
@@ -62,7 +62,7 @@ def render_figure_page(figure: go.Figure, title: str, note: str = "") -> str:
 def render_report_page(
     title: str, parts: Sequence[str | go.Figure], library: bool | str = True
 ) -> str:
-    """Return an HTML page of several figures with HTML between them.
+    """Return an HTML page of figures and HTML texts in the given order.
 
     Equal parts give equal pages.
 
@@ -91,14 +91,14 @@ def render_report_page(
 
 
 def render_figure(figure: go.Figure) -> Markup:
-    """Return the HTML of a figure, for a page that includes the template ``scripts.html``."""
+    """Return a figure as HTML, for a page that includes the template ``scripts.html``."""
     return _convert_to_html(figure)[0]
 
 
 def _convert_to_html(
     figure: go.Figure, name: str = "figure", library: bool | str = True, height: str | None = None
 ) -> tuple[Markup, list[str]]:
-    """Return the HTML of a figure without its title, and the lines of the title as plain text.
+    """Return a figure without its title as HTML, and the lines of its title as a list of strings.
 
     The page shows the title as a heading, which wraps.
 

@@ -66,7 +66,7 @@ def select_symbol(index: int) -> str:
 
 
 def apply_style(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
-    """Set title, subtitle and common style of a figure, and return the figure."""
+    """Set the title, subtitle and common style of a figure in place, and return the figure."""
     figure.update_layout(
         template="plotly_white",
         title={
@@ -90,9 +90,8 @@ def apply_style(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
 
 
 def build_log_axis_layout(values: ArrayLike) -> dict[str, Any]:
-    """Return plotly's layout of a logarithmic axis, with labels that suit the range of values.
-
-    The values are positive.
+    """Return plotly's layout of a logarithmic axis, with labels that suit the range of the
+    positive `values`.
 
     Labels are at powers of ten for a wide range and at 1, 2 and 5 for a narrower one; for a very
     narrow range, plotly chooses.

@@ -46,12 +46,12 @@ _MODULE_AND_CLASS = re.compile(r"\w+(\.\w+)*:\w+(\.\w+)*")
 
 
 class PluginError(ValueError):
-    """Error raised for a plugin that is missing, ambiguous, not importable, or that raises."""
+    """Error raised if a plugin is missing, ambiguous or not importable, or raises an exception."""
 
 
 @contextmanager
 def convert_plugin_errors(prefix: str, *allowed: type[Exception]) -> Iterator[None]:
-    """Context manager that reraises any exception of plugin code as a `PluginError`.
+    """Context manager that reraises exceptions as a `PluginError`, with a prefix in the message.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def convert_plugin_errors(prefix: str, *allowed: type[Exception]) -> Iterator[No
 
 @dataclass(frozen=True)
 class Plugin:
-    """An installed problem, algorithm or command, known by its entry point and not yet imported.
+    """Installed problem, algorithm or command, found by its entry point and not yet imported.
 
     Attributes
     ----------
@@ -88,13 +88,13 @@ class Plugin:
 
     @classmethod
     def from_entry_point(cls, entry_point: EntryPoint) -> Plugin:
-        """Return the plugin of an entry point, with name and version of its distribution."""
+        """Return the plugin that an entry point declares."""
         distribution = entry_point.dist
         provider = ("", "") if distribution is None else (distribution.name, distribution.version)
         return cls(entry_point.name, *provider, entry_point)
 
     def load(self) -> Any:
-        """Import the plugin and return its class or command app, after a check of its type.
+        """Import the class or the command app of the plugin, check its type, and return it.
 
         Returns
         -------
@@ -111,7 +111,7 @@ class Plugin:
         label = f"{noun} {self.name!r}"
         if self.distribution:
             label += f" of {self.distribution} {self.version}"
-        with convert_plugin_errors(f"{label} does not load:"):
+        with convert_plugin_errors(f"{label} cannot be imported:"):
             loaded = self.entry_point.load()
         base: type = resolve_name(path)
         if group == COMMANDS:
@@ -172,20 +172,20 @@ def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
     noun = _KINDS[group][0]
     if not plugins:
         raise PluginError(
-            f"no {noun} is called {name!r}: no {noun} is installed (in a checkout: pip install "
+            f"no {noun} is named {name!r}: no {noun} is installed (in a checkout: pip install "
             "./problems/attitude)"
         )
     from mgeo.validation.arguments import format_suggestion  # Deferred: imports NumPy.
 
-    tests = f"; test problems have names as {', '.join(EXAMPLES_BY_PREFIX.values())}"
+    tests = f"; a test problem such as {', '.join(EXAMPLES_BY_PREFIX.values())}"
     raise PluginError(
-        f"no {noun} is called {name!r}: installed are {', '.join(plugins)}"
+        f"no {noun} is named {name!r}: expected one of {', '.join(plugins)}"
         f"{tests if group == PROBLEMS else ''}; or module:Class{format_suggestion(name, plugins)}"
     )
 
 
 def list_plugin_versions(modules: Iterable[str]) -> dict[str, str]:
-    """Return the versions of the plugins that given modules belong to, by distribution name.
+    """Return the versions of the distributions that provide given plugin modules, as a dict.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ def list_plugin_versions(modules: Iterable[str]) -> dict[str, str]:
 
 
 def list_preset_names(name: str) -> list[str]:
-    """Return the sorted names of the presets that are declared for a problem."""
+    """Return the sorted names of the installed presets of a problem, without importing them."""
     prefix = f"{name}."
     names = {entry.name for entry in metadata.entry_points(group=PRESETS)}
     return sorted(full.removeprefix(prefix) for full in names if full.startswith(prefix))
@@ -230,7 +230,7 @@ def load_algorithm(name: str) -> Any:
 
 
 def import_class(name: str, group: str) -> Any:
-    """Import a problem or algorithm class that is specified as ``module:Class``, and return it.
+    """Import a problem or algorithm class, given as ``module:Class``, and return it.
 
     The module may be in the current folder, which is appended to ``sys.path``.
 

@@ -28,7 +28,9 @@ if TYPE_CHECKING:
 def load_problem(
     name: str, options: Mapping[str, Any] | None = None, *, trusted_classes: Collection[str] = ()
 ) -> Problem:
-    """Build a problem from its name and options.
+    """Return a pymoo problem, built from its name and options.
+
+    A class ``module:Class`` is imported only if `trusted_classes` contains its name.
 
     Parameters
     ----------
@@ -69,7 +71,7 @@ def read_scenario(
     *,
     trusted_classes: Collection[str] = (),
 ) -> dict[str, Any]:
-    """Read the options of a problem from a scenario file or a preset.
+    """Return the options of a problem as a dict, from a TOML file or from the name of a preset.
 
     Parameters
     ----------
@@ -131,7 +133,7 @@ def _read_files(
 
 
 def is_class_path(problem: str) -> bool:
-    """Return True if a problem is specified as ``module:Class`` and not as a named test problem.
+    """Return True if a problem name has the form ``module:Class`` and is not a test problem.
 
     Names of test problems also contain a colon, for example ``pymoo:zdt1``.
     """

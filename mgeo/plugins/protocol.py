@@ -27,7 +27,7 @@ T = TypeVar("T")
 
 
 class ProblemMixin:
-    """Mixin for pymoo problems with a default for each optional method that mgeo calls.
+    """Mixin for pymoo problems: default implementations of the optional methods that mgeo calls.
 
     mgeo accepts any pymoo `Problem` and uses the optional methods that the problem defines. A
     problem need not derive from this class, which only adds the defaults. All designs are rows of
@@ -61,7 +61,7 @@ class ProblemMixin:
     function_name: str = ""
 
     def view(self, X: ArrayLike) -> View:
-        """Return the view that presents designs as tables, figures and texts; by default a `View`.
+        """Return a `View`, which presents designs of this problem as tables, figures and texts.
 
         Parameters
         ----------
@@ -87,7 +87,7 @@ class ProblemMixin:
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-        """Replace the file paths in the options of a scenario by the contents of these files.
+        """Return the options of a scenario, with file paths replaced by the contents of the files.
 
         Parameters
         ----------
@@ -104,17 +104,17 @@ class ProblemMixin:
         return dict(options)
 
     def to_robust(self) -> Problem | None:
-        """Return a version of this problem whose objectives are quantiles over random errors.
+        """Return this problem with quantiles over random errors as its objectives, or None.
 
-        The option ``--robust`` of the command line solves this version, which must define
-        `to_options`. None, the default, if there is no such version.
+        The option ``--robust`` of the command line solves the returned problem, which must define
+        `to_options`. None, the default, if there is no robust version of the problem.
         """
         return None
 
     def suggest_initial_designs(
         self, n: int, random_state: np.random.Generator
     ) -> FloatArray | None:
-        """Return n promising initial designs for a search.
+        """Return n promising initial designs for a search, as rows of an array, or None.
 
         The option ``--initial-designs`` of the command line calls this method.
 
@@ -132,7 +132,7 @@ class ProblemMixin:
         return None
 
     def refine(self, X: FloatArray) -> Iterator[FloatArray] | None:
-        """Return an iterator that improves the designs of a front by a local search, step by step.
+        """Return an iterator that yields the improved designs after each step of a local search.
 
         Parameters
         ----------
@@ -162,7 +162,7 @@ class ProblemMixin:
         return {}
 
     def at_fidelity(self, fidelity: int) -> Problem:
-        """Return a version of this problem with cheaper and less accurate evaluations.
+        """Return this problem at a fidelity level; lower levels are cheaper and less accurate.
 
         Parameters
         ----------
@@ -177,7 +177,7 @@ class ProblemMixin:
         return self
 
     def map_to_indicator_space(self, F: ArrayLike) -> FloatArray | None:
-        """Transform objective vectors to the space in which quality indicators are computed.
+        """Scale or transform objective vectors for quality indicators such as the hypervolume.
 
         Parameters
         ----------
@@ -195,7 +195,7 @@ class ProblemMixin:
 
     @classmethod
     def parse_document(cls, document: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any] | None:
-        """Read a design and the options of its problem from a JSON document.
+        """Return the problem options and the design that a JSON document contains, or None.
 
         Parameters
         ----------
@@ -210,7 +210,7 @@ class ProblemMixin:
         return None
 
     def build_document(self, x: FloatArray) -> dict[str, Any] | None:
-        """Return the JSON document of one design, as a dict that `parse_document` can read.
+        """Return a JSON-compatible dict of one design, which `parse_document` can read, or None.
 
         Parameters
         ----------
@@ -228,12 +228,12 @@ class ProblemMixin:
 def call_optional(
     owner: Any, method: Callable[Concatenate[Any, P], T], *args: P.args, **kwargs: P.kwargs
 ) -> T:
-    """Call a method of a problem or view, or the default implementation if the method is missing.
+    """Call an optional method, or its default if the owner lacks it, and return the result.
 
     Parameters
     ----------
     owner : Problem or View
-        Object whose method of the same name is called.
+        Object that may define the method.
     method : function
         Default implementation: a method of `ProblemMixin` or `View`.
     *args, **kwargs
@@ -252,7 +252,7 @@ def call_optional(
 
 
 def has_override(owner: Any, method: Callable[..., Any]) -> bool:
-    """Return True if a problem or view has its own implementation of an optional method.
+    """Return True if a problem or view replaces the default of an optional method.
 
     Parameters
     ----------
@@ -318,7 +318,7 @@ def _read_names(
 
 
 def describe_size(problem: Problem) -> dict[str, Any]:
-    """Return the names of variables and objectives and the number of constraints, for JSON."""
+    """Return variable names, objective names and constraint count as a JSON-compatible dict."""
     variables, objectives = get_column_names(problem)
     return {
         "variables": list(variables),
@@ -340,7 +340,7 @@ def get_indicator_map(problem: Problem) -> Callable[[ArrayLike], FloatArray] | N
 
 
 def get_options(problem: Problem) -> dict[str, Any] | None:
-    """Return the options from which a problem can be rebuilt, or None if it defines none.
+    """Return a dict of options from which a problem can be rebuilt, or None if it defines none.
 
     See `ProblemMixin.to_options`.
     """
@@ -348,7 +348,7 @@ def get_options(problem: Problem) -> dict[str, Any] | None:
 
 
 def get_robust_problem(problem: Problem) -> Problem:
-    """Return the version of a problem whose objectives are quantiles over random errors.
+    """Return the robust version of a problem: its objectives are quantiles over random errors.
 
     See `ProblemMixin.to_robust`.
 
@@ -359,12 +359,12 @@ def get_robust_problem(problem: Problem) -> Problem:
     """
     robust_problem = call_optional(problem, ProblemMixin.to_robust)
     if robust_problem is None:
-        raise ValueError(f"{type(problem).__name__} has no to_robust(): expected a run without it")
+        raise ValueError(f"{type(problem).__name__} has no to_robust(): solve it without --robust")
     return robust_problem
 
 
 def iterate_refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
-    """Run the local refinement of a problem and yield the designs after each step.
+    """Refine a front by the local search of its problem, and yield all designs after each step.
 
     See `ProblemMixin.refine`.
 
@@ -389,7 +389,7 @@ def iterate_refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]
     steps = call_optional(problem, ProblemMixin.refine, X.copy())
     name = type(problem).__name__
     if steps is None:
-        raise PluginError(f"problem {name} has no refine(): expected a run without --refine")
+        raise PluginError(f"problem {name} has no refine(): solve it without --refine")
     iterator, n_rows = iter(steps), len(X)
     while True:
         with convert_plugin_errors(f"refine of problem {name} raised"):
@@ -400,8 +400,8 @@ def iterate_refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]
         expected = n_rows, X.shape[1]
         if designs.ndim != 2 or designs.shape[1] != expected[1] or len(designs) < n_rows:
             raise PluginError(
-                f"refine(X) of problem {name} gives shape {designs.shape}: expected {expected}, or "
-                "more rows"
+                f"refine(X) of problem {name} returns shape {designs.shape}: expected {expected}, "
+                "or more rows"
             )
         n_rows = len(designs)
         yield designs
@@ -426,10 +426,10 @@ class RecommendedSettings(NamedTuple):
 
 
 def get_recommended_settings(problem: Problem) -> RecommendedSettings:
-    """Return the settings of ``mgeo solve`` that a problem recommends, or the defaults."""
+    """Return the settings of ``mgeo solve`` that a problem recommends, or else the defaults."""
     return RecommendedSettings(**call_optional(problem, ProblemMixin.recommend_settings))
 
 
 def get_function_name(problem: Problem) -> str:
-    """Return the name of the test function that a problem is an instance of, or an empty string."""
+    """Return the name of the test function that a problem implements, or an empty string."""
     return str(getattr(problem, "function_name", ""))

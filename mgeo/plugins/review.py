@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Section:
-    """One section of a review document: a title, paragraphs, and an optional table.
+    """Section of a review document: a title, paragraphs, and an optional table.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Review:
-    """Document with which a reviewer checks and approves one solution.
+    """Review document of one solution, for a reviewer who checks and approves the solution.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Review:
 
 
 def format_cells(table: pd.DataFrame, digits: int = 4) -> list[list[str]]:
-    """Format the cells of a table as strings, one list per row, column titles first.
+    """Convert a table to rows of strings, of which the first contains the column titles.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def format_cells(table: pd.DataFrame, digits: int = 4) -> list[list[str]]:
 
 
 def find_column_kinds(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return ``"text"`` or ``"number"`` for each column of a table of strings.
+    """Return ``"number"`` for each numeric column of a table of strings, otherwise ``"text"``.
 
     Parameters
     ----------

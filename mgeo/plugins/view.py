@@ -33,7 +33,7 @@ EQUALITY_TOLERANCE = 1e-4
 
 
 class View:
-    """Tables, figures and texts that present solutions of a problem.
+    """Presentation of the solutions of a problem as tables, figures and texts.
 
     Each method has a default that works for any pymoo problem. A problem customizes its
     presentation by returning a subclass from its method ``view(X)``. mgeo calls several methods of
@@ -80,14 +80,14 @@ class View:
 
     @cached_property
     def F(self) -> FloatArray:
-        """Objectives of the solutions, as passed to `build_view` or else evaluated on first use.
+        """Objectives of the solutions, one row each, evaluated on first use unless they are given.
 
         An array of shape (n, n_obj).
         """
         return self._values[0]
 
     def select(self, rows: ArrayLike) -> View:
-        """Return a view of a subset of the solutions, given by their row indices.
+        """Return a view of the solutions with the given row indices.
 
         A subclass may override this method to pass on results that it has already computed.
         """
@@ -96,21 +96,21 @@ class View:
         return build_view(self.problem, self.X[indices], evaluated_F)
 
     def describe(self) -> pd.DataFrame:
-        """Describe the solutions in a table, one row each; by default, objectives and variables."""
+        """Return a table with one row per solution; by default, its objectives and variables."""
         import pandas as pd
 
         variables, objectives = get_column_names(self.problem)
         return pd.DataFrame(np.hstack([self.F, self.X]), columns=[*objectives, *variables])
 
     def quick_metrics(self) -> pd.DataFrame:
-        """Return a table of metrics that take only milliseconds to compute, one row per solution.
+        """Return a table of metrics that are computed within milliseconds, one row per solution.
 
         The explorer shows them while a user moves its sliders. The default is `describe`.
         """
         return self.describe()
 
     def summaries(self) -> list[str]:
-        """Return a one-line summary of each solution; by default, its objectives."""
+        """Return a list with a one-line summary of each solution; by default, its objectives."""
         _, names = get_column_names(self.problem)
         return [
             ", ".join(f"{name} {value:.5g}" for name, value in zip(names, row, strict=True))
@@ -118,7 +118,7 @@ class View:
         ]
 
     def constraints(self) -> list[pd.DataFrame]:
-        """Return a table of all constraints and their margins for each solution.
+        """Return, for each solution, a table of value, bound and margin of each constraint.
 
         Returns
         -------
@@ -136,34 +136,35 @@ class View:
 
     @cached_property
     def margins(self) -> FloatArray:
-        """Margins of the constraints at each solution, negative where a constraint is violated.
+        """Array of constraint margins of each solution, negative where a constraint is violated.
 
-        An array of shape (n, n_ieq_constr + n_eq_constr), inequalities first.
+        The shape is (n, n_ieq_constr + n_eq_constr), with inequalities first.
         """
         _, G, H = self._values
         return -compute_violations(G, H)
 
     def arrays(self) -> dict[str, np.ndarray[Any, Any]]:
-        """Return additional arrays to store with the front of a run, by name; none by default.
+        """Return additional arrays to store with the front of a run, as a dict by name.
 
-        Each array has the shape (n, ...). A run stores them in ``front.npz`` next to X, F, G and H;
-        ``read_run(folder)`` returns them as ``outcome.arrays``.
+        There are none by default. Each array has the shape (n, ...). A run stores the arrays in
+        ``front.npz`` next to X, F, G and H; ``read_run(folder)`` returns them as
+        ``outcome.arrays``.
         """
         return {}
 
     def remarks(self) -> list[str]:
-        """Return remarks about the solutions as a whole, one line each; none by default."""
+        """Return a list of one-line remarks on the set of solutions, empty by default."""
         return []
 
     def suggestions(self) -> list[str]:
-        """Return suggestions that could make an infeasible problem feasible, one line each.
+        """Return a list of one-line suggestions to make an infeasible problem feasible.
 
-        There are none by default.
+        The list is empty by default.
         """
         return []
 
     def figures(self) -> dict[str, go.Figure]:
-        """Return figures of all solutions together, by name; by default, a plot of the front.
+        """Return figures that show all solutions, as a dict by name; by default, a front plot.
 
         Points of the figure ``front`` are clickable in reports if their ``customdata`` is the row
         index of the solution.
@@ -182,14 +183,14 @@ class View:
         return draw_front(self.X, self.F, *get_column_names(self.problem), title, described)
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """Return small figures of each solution, one dict of figures by name per solution.
+        """Return a list with the small figures of each solution, as one dict by name per solution.
 
         Figures may be animated. There are none by default.
         """
         return [{} for _ in self.X]
 
     def figure_dicts(self) -> list[dict[str, dict[str, Any]]]:
-        """Return the `solution_figures` as plain dicts, which are faster to build.
+        """Return the `solution_figures` as dicts of data and layout instead of plotly objects.
 
         A dict has the keys ``data`` and ``layout`` of plotly's JSON format and may contain arrays.
         A subclass that builds the dicts directly avoids the validation by plotly, which takes 90 %
@@ -201,7 +202,7 @@ class View:
         ]
 
     def review(self) -> Review:
-        """Build the review document of a single solution; by default, description and constraints.
+        """Return the review document of a single solution; by default, metrics and constraints.
 
         The view must have exactly one solution.
         """
@@ -218,28 +219,28 @@ class View:
         return Review(title, summary, tuple(sections))
 
     def infeasibility_reasons(self) -> list[str]:
-        """Return the reasons why no design of the problem can be feasible, one line each.
+        """Return a list of one-line reasons why no design of the problem can be feasible.
 
         An empty list, the default, if no such reason is known.
         """
         return []
 
     def facts(self) -> dict[str, str]:
-        """Return facts about the problem, as a dict of texts by label; none by default.
+        """Return properties of the problem, as a dict of texts by label; empty by default.
 
         ``--dry-run`` and reports show them.
         """
         return {}
 
     def notes(self) -> list[str]:
-        """Return notes about the problem that ``--dry-run`` prints, one line each.
+        """Return a list of one-line notes on the problem, which ``--dry-run`` prints.
 
-        There are none by default.
+        The list is empty by default.
         """
         return []
 
     def front_summary(self, F: FloatArray) -> dict[str, float]:
-        """Return metrics of a whole front by name, for the tables of studies; none by default.
+        """Return metrics of a front as a dict by name, for the tables of studies; empty by default.
 
         Parameters
         ----------
@@ -268,7 +269,7 @@ class View:
 
 
 def build_view(problem: Problem, X: ArrayLike | None = None, F: FloatArray | None = None) -> View:
-    """Return the view with which a problem presents given solutions; by default a `View`.
+    """Return a view of given solutions: the one that the problem defines, or a default `View`.
 
     Parameters
     ----------
@@ -300,7 +301,7 @@ def build_view(problem: Problem, X: ArrayLike | None = None, F: FloatArray | Non
 
 
 def build_front_figure(view: View, title: str) -> go.Figure | None:
-    """Return the figure that a view names ``front``, or else a scatter plot of the objectives.
+    """Return the figure ``front`` of a view or, if it has none, a scatter plot of the objectives.
 
     None if the view has no solutions.
     """
@@ -312,7 +313,7 @@ def build_front_figure(view: View, title: str) -> go.Figure | None:
 
 
 def compute_violations(G: FloatArray, H: FloatArray) -> FloatArray:
-    """Return by how much each constraint is violated; values up to 0 mean satisfied.
+    """Return the violation of each constraint, positive where the constraint is violated.
 
     Parameters
     ----------

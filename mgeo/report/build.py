@@ -7,7 +7,7 @@ folder. Each file is a JSON object with these keys:
 ``title``, ``conclusion``
     Texts.
 ``columns``, ``rows``
-    Table: a list of strings, and lists of as many numbers or strings.
+    Column titles, as a list of strings, and rows, as lists of numbers or strings of equal length.
 ``problem``, ``options``, ``design``
     Verified solution: the name and options of the problem, and the variables in a row of
     ``front.csv``.
@@ -45,10 +45,9 @@ from mgeo.validation.entries import convert_file_errors
 def format_verification_tables(
     verification: Mapping[str, Any],
 ) -> Iterator[tuple[str, list[list[str]]]]:
-    """Yield the name and the cell texts of each additional table in a verification file.
+    """Yield the title and the rows of strings of each table in a verification file.
 
-    Each list of objects with equal keys in the file is a table. Its first row has the keys as
-    column titles.
+    A table is a list of objects with equal keys. The first row contains the keys as column titles.
 
     Parameters
     ----------
@@ -66,7 +65,7 @@ def format_verification_tables(
 def read_verifications(
     folder: Path, run: Run, problem: Problem
 ) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
-    """Yield the file name, the reason to ignore it, and the content of each verification file.
+    """Yield, for each verification file, its name, a reason to ignore it, and its content.
 
     The reason is an empty text if the file verifies a solution on the front of the run.
 
@@ -104,7 +103,7 @@ def read_verifications(
 def build_report_html(
     folder: Path | str, solution: int | None = None, *, trusted_classes: Collection[str] = ()
 ) -> str:
-    """Return the report of a run folder as the text of one HTML page.
+    """Return the report of a run folder as one HTML page.
 
     Parameters
     ----------
@@ -113,8 +112,8 @@ def build_report_html(
     solution
         Number of the solution to review, which the page shows first. Default: the knee.
     trusted_classes
-        Problem classes, as ``module:Class``, whose modules may be imported. No other modules are
-        imported on behalf of a file.
+        Problem classes, as ``module:Class``, whose modules may be imported. Other modules that a
+        file specifies are not imported.
 
     Returns
     -------

@@ -28,7 +28,7 @@ from mgeo.validation.entries import convert_file_errors
 
 @dataclass(frozen=True)
 class ComparedSolution:
-    """One of the two compared solutions, with its review and the options of its problem.
+    """Solution in a comparison of two, with its review document and the options of its problem.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class ComparedSolution:
 def build_comparison_html(
     first: Path | str, second: Path | str, *, trusted_classes: Collection[str] = ()
 ) -> str:
-    """Return an HTML page that compares two run folders or solution files side by side.
+    """Return an HTML page that compares two runs, or two solution files, side by side.
 
     A run is represented by its knee or, if there is none, by its default solution.
 
@@ -67,8 +67,8 @@ def build_comparison_html(
         Run folders of ``mgeo solve``, or JSON files that an installed problem can read (see
         ``parse_document`` in `mgeo.plugins`).
     trusted_classes
-        Problem classes, as ``module:Class``, whose modules may be imported. No other modules are
-        imported on behalf of a file.
+        Problem classes, as ``module:Class``, whose modules may be imported. Other modules that a
+        file specifies are not imported.
 
     Returns
     -------
@@ -113,7 +113,7 @@ def build_comparison_html(
 
 
 def read_compared_solution(path: Path, trusted_classes: Collection[str] = ()) -> ComparedSolution:
-    """Read the default solution of a run folder, or the solution in a JSON file, to compare it.
+    """Read the default solution of a run folder, or the solution in a JSON file.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def _describe_run(subject: ComparedSolution) -> dict[str, str]:
 
 
 def _build_metrics_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
-    """Return a table of the numbers that describe each solution, and of their ratios."""
+    """Return a table of the numeric metrics of both solutions, and of their ratios."""
     descriptions = (call_optional(subject.view, View.describe) for subject in subjects)
     columns = [table.select_dtypes("number").iloc[0] for table in descriptions]
     table = pd.concat(columns, axis=1, join="inner", keys=[subject.name for subject in subjects])
@@ -182,7 +182,7 @@ def _build_metrics_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
 
 
 def _build_options_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
-    """Return a table of the problem options in which both solutions differ, by dotted key."""
+    """Return a table of the problem options that differ between the solutions, by dotted key."""
     columns = {subject.name: dict(_flatten(subject.options)) for subject in subjects}
     table = pd.DataFrame(columns, dtype=object).rename_axis("option").fillna("not set")
     return table[table.nunique(axis=1) > 1]

@@ -23,7 +23,7 @@ _N_POINTS = 60  # number of points of the curve
 
 
 def draw_hypervolume_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Figure | None:
-    """Return a line plot of the hypervolume over the evaluations of a recorded run.
+    """Return a line plot of the hypervolume of a recorded run over the number of evaluations.
 
     Returns None if the run folder has no record of the evaluations, or no hypervolume is defined
     (see `compute_hypervolume_history`).
@@ -69,10 +69,10 @@ def draw_hypervolume_history(folder: Path, problem: Problem, outcome: Outcome) -
 def compute_hypervolume_history(
     problem: Problem, outcome: Outcome, record: pd.DataFrame
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]] | None:
-    """Return the hypervolume of a run as a function of the number of evaluations, as two arrays.
+    """Return the number of evaluations and the hypervolume of the front found so far, as arrays.
 
     The front after each number of evaluations consists of all feasible designs so far that no other
-    one dominates.
+    feasible design dominates.
 
     The objectives are mapped by ``map_to_indicator_space`` of the problem or, if the problem does
     not define it, scaled to their range over all feasible evaluations. The initial low-fidelity

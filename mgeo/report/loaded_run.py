@@ -24,7 +24,7 @@ _MAX_NEAREST = 5  # maximum number of representative infeasible solutions
 
 @dataclass(frozen=True)
 class LoadedRun:
-    """Run that was read from a folder, with its problem and the solutions to show.
+    """Run that was read from a folder, with its problem and its representative solutions.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class LoadedRun:
 
 
 def load_run(folder: Path, trusted_classes: Collection[str] = ()) -> LoadedRun:
-    """Read the run of a folder, load its problem, and select the solutions to show.
+    """Read a run folder, load the problem of the run, and select representative solutions.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ Json = Any
 def build_figure_json(
     figure: go.Figure | Mapping[str, Any], *, use_lists: bool = False
 ) -> dict[str, Json]:
-    """Return a plotly figure as a dict of JSON values, without the template of its layout.
+    """Convert a plotly figure to a dict of JSON values, without the layout template.
 
     Parameters
     ----------
@@ -69,18 +69,18 @@ def _to_json(node: Any, use_lists: bool) -> Json:
 
 
 def _decode_array(node: Mapping[str, Any]) -> NDArray[Any]:
-    """Return the array in a plotly dict of base64 text, dtype and, optionally, shape."""
+    """Decode an array that a plotly dict contains as base64 text."""
     array = np.frombuffer(b64decode(node["bdata"]), node["dtype"])
     return array.reshape([int(n) for n in node["shape"].split(",")]) if "shape" in node else array
 
 
 def _encode_array(array: NDArray[Any]) -> Json:
-    """Return floats as a plotly dict of base64 text and dtype, with 4 bytes per value."""
+    """Encode an array of floats as float32 in base64 text, in the dict format of plotly."""
     return {"dtype": "f4", "bdata": b64encode(array.astype("<f4").tobytes()).decode()}
 
 
-def split_common(trees: Sequence[Json]) -> tuple[Json, list[list[Json]]]:
-    """Split similar JSON trees into their common structure, and the values in which each differs.
+def extract_common_structure(trees: Sequence[Json]) -> tuple[Json, list[list[Json]]]:
+    """Split similar JSON trees into their common structure and the values that differ in each.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def split_common(trees: Sequence[Json]) -> tuple[Json, list[list[Json]]]:
 
 
 def format_script_json(value: Json) -> str:
-    """Return a JSON value as text that contains no markup, for an HTML script element."""
+    """Encode a value as JSON text that contains no markup, for an HTML script element."""
     text = json.dumps(value, allow_nan=False, separators=(",", ":"))
     for character in "<>&":
         text = text.replace(character, f"\\u{ord(character):04x}")
@@ -134,7 +134,7 @@ MAX_SOLUTIONS_WITH_FIGURES = 300
 
 
 def build_solutions_json(loaded_run: LoadedRun) -> dict[str, Json]:
-    """Return the data of all solutions of a run as a JSON object for the script of the page.
+    """Return designs, objectives, figures and margins of a run as a JSON object for the report.
 
     Figures, descriptions and constraint margins are included for the rows in ``figure_rows``, which
     are some of the solutions of a large front, see `select_figure_rows`.
@@ -164,10 +164,9 @@ def select_figure_rows(
     n: int,
     n_max: int = MAX_SOLUTIONS_WITH_FIGURES,
 ) -> NDArray[np.int64]:
-    """Return the rows of the solutions of a front whose figures are shown, at most `n_max`.
+    """Select at most `n_max` rows of a front: representative solutions and evenly spaced ones.
 
-    All rows are returned if the front is small enough. Otherwise, these are the rows of the
-    representative solutions, and evenly spaced rows.
+    All rows are returned if the front has at most `n_max` solutions.
 
     Parameters
     ----------
@@ -191,7 +190,7 @@ def select_figure_rows(
 
 
 def draw_front(view: View, title: str) -> go.Figure | None:
-    """Return a plotly figure of a front, in which ``customdata`` of a point is its row number.
+    """Return a figure of a front, in which each point has its row number as ``customdata``.
 
     The figure "front" of the problem is used if its points have ``customdata``, see
     ``docs/plugins.md``. Otherwise, the objectives are drawn, or None is returned if there are more
@@ -212,7 +211,7 @@ def draw_front(view: View, title: str) -> go.Figure | None:
 
 
 def build_figures_json(view: View, rows: NDArray[np.int64]) -> Json:
-    """Return the figures of each solution as JSON values, with their common structure stored once.
+    """Return the figures of all solutions as JSON values; common structure is stored only once.
 
     Parameters
     ----------
@@ -230,7 +229,7 @@ def build_figures_json(view: View, rows: NDArray[np.int64]) -> Json:
     figure_dicts = call_optional(view, View.figure_dicts)
     if not any(figure_dicts):
         return {"common": {}, "values": {}}
-    common, values = split_common(
+    common, values = extract_common_structure(
         [
             {str(name): build_figure_json(figure) for name, figure in figures.items()}
             for figures in figure_dicts
@@ -240,7 +239,7 @@ def build_figures_json(view: View, rows: NDArray[np.int64]) -> Json:
 
 
 def _list_summaries(view: View) -> list[str]:
-    """Return the summary of each solution by its problem, or empty texts if there is none."""
+    """Return the summaries that the problem defines, one per solution, or empty strings."""
     return (
         call_optional(view, View.summaries)
         if has_override(view, View.summaries)
@@ -249,7 +248,7 @@ def _list_summaries(view: View) -> list[str]:
 
 
 def _build_descriptions_json(view: View, rows: NDArray[np.int64]) -> Json:
-    """Return the descriptions of the solutions by their problem, as column names and rows."""
+    """Return the table that describes the solutions, as column names and rows of JSON values."""
     table = call_optional(view, View.describe)
     if not has_override(view, View.describe):
         table = table.iloc[:, : view.problem.n_obj]
@@ -260,7 +259,7 @@ def _build_descriptions_json(view: View, rows: NDArray[np.int64]) -> Json:
 
 
 def _build_margins_json(view: View, rows: NDArray[np.int64]) -> Json:
-    """Return name, satisfaction and text of each constraint margin, as lists by row number."""
+    """Return the constraint margins of each solution, as lists [name, is_satisfied, text]."""
     margins = [
         [
             [margin.name, margin.is_satisfied, str(margin).removeprefix(f"{margin.name}: ")]
@@ -276,7 +275,7 @@ def _index_by_row(values: Sequence[Json], rows: NDArray[np.int64]) -> dict[str, 
 
 
 def format_cell(value: Any) -> Json:
-    """Return a number rounded to seven significant digits, or any other value as text."""
+    """Convert a table cell to JSON: a number with seven significant digits, or else a string."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
         return str(value)
     number = float(value)

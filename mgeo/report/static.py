@@ -33,7 +33,7 @@ class StaticExportError(RuntimeError):
 def draw_run_figures(
     folder: Path | str, names: Sequence[str] = (), *, trusted_classes: Collection[str] = ()
 ) -> dict[str, go.Figure]:
-    """Return the static figures of a run as a dict by name.
+    """Return the figures of a run that are not animated, as a dict by name.
 
     The figures are the front, the hypervolume of a recorded run, and the ``solution_figures`` that
     the problem draws of the knee and of the best solution of each objective.
@@ -65,7 +65,7 @@ def draw_run_figures(
     for solution, figures in zip(labeled, figures_of_solutions, strict=True):
         for name, figure in figures.items():
             if get_motion(figure) is None:
-                figures_by_name[_join_words(solution.label, str(name))] = figure
+                figures_by_name[_build_figure_name(solution.label, str(name))] = figure
     available = {name: figure for name, figure in figures_by_name.items() if figure is not None}
     for name in names:
         validate_choice("figure", name, available)
@@ -73,7 +73,7 @@ def draw_run_figures(
 
 
 def prepare_figures(figures: Mapping[str, go.Figure], paper: bool) -> dict[str, go.Figure]:
-    """Return copies of figures for export, with a size, and without menus and interactive hints.
+    """Prepare copies of figures for export: set their size, and remove interactive controls.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def prepare_figures(figures: Mapping[str, go.Figure], paper: bool) -> dict[str, 
 
 
 def export_figures(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str, bytes]:
-    """Render figures as PNG or PDF, and return the contents of the files as a dict by file name.
+    """Render figures as PNG or PDF, and return the file contents as a dict by file name.
 
     Parameters
     ----------
@@ -127,8 +127,8 @@ def export_figures(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> 
         ) from error
 
 
-def _join_words(label: str, figure: str) -> str:
-    """Join the lower-case words of both texts by hyphens, for the name of a figure."""
+def _build_figure_name(label: str, figure: str) -> str:
+    """Return the name of a solution figure in lower case and with hyphens, as ``knee-rates``."""
     return "-".join(re.findall(r"[a-z0-9_]+", f"{label} {figure}".lower()))
 
 
@@ -139,7 +139,7 @@ def _set_size(figure: go.Figure) -> go.Figure:
 
 
 def _remove_controls(figure: go.Figure) -> go.Figure:
-    """Return a copy of a figure without menus, and without interactive hints in its title."""
+    """Return a copy of a figure without menus, sliders and hints on interaction."""
     still = go.Figure(figure)
     still.layout.updatemenus, still.layout.sliders = (), ()
     if text := still.layout.title.text:

@@ -100,7 +100,7 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
 def set_up(
     problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, initial_designs: int = 0
 ) -> Algorithm:
-    """Return a copy of an algorithm that is set up for a problem, but has not evaluated designs.
+    """Return a copy of an algorithm, set up for a problem and ready for its first generation.
 
     The evaluator of the copy tolerates failed evaluations (see `mgeo.TolerantEvaluator`).
 
@@ -140,7 +140,7 @@ def set_up(
 
 
 def use_suggested_designs(algorithm: Algorithm, n_suggested: int) -> None:
-    """Modify an algorithm in place so that it starts from initial designs suggested by its problem.
+    """Modify an algorithm in place to start from initial designs that its problem suggests.
 
     The remaining initial designs come from the algorithm's own sampling.
 
@@ -167,7 +167,7 @@ def use_suggested_designs(algorithm: Algorithm, n_suggested: int) -> None:
 
 
 def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return all parameters of an algorithm as a dict: given values, and defaults for the others.
+    """Return a dict of all parameters of an algorithm: given values, and defaults for the others.
 
     Raises
     ------
@@ -190,11 +190,12 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
         if key not in defaults:
             expected = ", ".join(defaults) or "none"
             raise ValueError(f"algorithm {name!r} has no parameter {key!r}: expected {expected}")
-    return {key: value for key, value in defaults.items() if _is_plain(value)} | dict(parameters)
+    basic_defaults = {key: value for key, value in defaults.items() if _is_basic_value(value)}
+    return basic_defaults | dict(parameters)
 
 
 def compute_default_budget(algorithm: Algorithm, problem: Problem) -> int:
-    """Return the default number of evaluations of a run, which is nearly equal for all algorithms.
+    """Return the default evaluation budget of a run, which is nearly equal for all algorithms.
 
     The budget is 5000 generations with one candidate per variable, as in the publications, rounded
     down to equal shares of the walkers: 59,760 evaluations for 12 variables and 30 walkers.
@@ -205,7 +206,7 @@ def compute_default_budget(algorithm: Algorithm, problem: Problem) -> int:
 
 
 def describe_algorithm(name: str) -> dict[str, Any]:
-    """Return name, label, description and parameters of an algorithm as a dict that becomes JSON.
+    """Describe an algorithm by name, label, description and parameters in a JSON-serializable dict.
 
     ``mgeo algorithms`` prints this dict.
 
@@ -260,15 +261,15 @@ def _list_default_parameters(name: str) -> dict[str, Any]:
     return {key: p.default for key, p in parameters.items() if key not in omitted}
 
 
-def _is_plain(value: Any) -> bool:
-    """Return whether a default value consists of numbers, texts, and lists of these."""
+def _is_basic_value(value: Any) -> bool:
+    """Return whether a value is None, a boolean, a number, a string, or a nested list of these."""
     if isinstance(value, list | tuple):
-        return all(map(_is_plain, value))
+        return all(map(_is_basic_value, value))
     return value is None or isinstance(value, bool | int | float | str)
 
 
 def _build_reference_directions(population: int, problem: Problem) -> NDArray[np.float64]:
-    """Return the largest set of Das-Dennis directions that does not exceed the population.
+    """Return the largest set of Das-Dennis reference directions with at most `population` elements.
 
     Returns
     -------

@@ -59,7 +59,7 @@ class PreparedRun:
 
     @classmethod
     def from_configuration(cls, configuration: RunConfiguration) -> PreparedRun:
-        """Build the problem and the algorithm of a configuration, and return the run.
+        """Build the problem and the algorithm of a configuration, and return the prepared run.
 
         Raises
         ------
@@ -86,7 +86,7 @@ class PreparedRun:
             Called with the `SolveState` after every generation. It may stop the run.
         folder : Path, optional
             Existing folder for the record and for checkpoints (MGEO family only). By default,
-            nothing is saved.
+            no files are written.
         max_time : float, optional
             Time from now after which the run ends [s].
 
@@ -159,7 +159,7 @@ def prepare_run(
     refine: bool | None = False,
     record: bool = False,
 ) -> PreparedRun:
-    """Prepare a new run: build problem and algorithm, and complete the configuration with defaults.
+    """Build the problem and the algorithm of a new run, and set unspecified settings to defaults.
 
     The recommendations of the problem are used only if neither the algorithm, its parameters nor
     the budget are given, and `robust` is false.
@@ -225,7 +225,7 @@ def prepare_run(
         "initial_designs": initial_designs,
         "refine": refine,
     }
-    try:  # A repeated run reads its values from JSON, so the first run uses such values as well.
+    try:  # A repeated run reads its values from JSON, so the first run uses JSON values as well.
         data = json.loads(json.dumps(data, allow_nan=False))
     except (TypeError, ValueError) as error:
         raise ValueError(f"the options of {problem!r} are not JSON values: {error}") from error
@@ -242,7 +242,7 @@ def resume_run(
     problem: str | None = None,
     check: bool = True,
 ) -> PreparedRun:
-    """Read the run of a folder in the state of its last checkpoint, ready to be continued.
+    """Restore a run from the last checkpoint in its folder, ready to be continued.
 
     Parameters
     ----------

@@ -43,7 +43,8 @@ _SAMPLINGS = {
 
 
 def replace_operators(kind: str, algorithm: Algorithm, name: str) -> None:
-    """Replace the operators of an algorithm in place by pymoo's operators for discrete variables.
+    """Replace the operators of an algorithm in place by pymoo's operators for integer, binary or
+    mixed variables.
 
     Parameters
     ----------
@@ -92,7 +93,7 @@ def _add_rounding(operator: Any) -> Any:
 
 
 class SeededComparison:
-    """Comparison function for tournaments that breaks ties by the algorithm's random generator.
+    """Tournament comparison function that breaks ties with the algorithm's random generator.
 
     Parameters
     ----------
@@ -106,14 +107,14 @@ class SeededComparison:
     def __call__(
         self, pop: Population, P: NDArray[np.int_], random_state: Any = None, **options: Any
     ) -> NDArray[np.int_]:
-        """Return the winner of each pair of individuals, as rows of the population.
+        """Return the winner of each pair of individuals, as an index into the population.
 
         Parameters
         ----------
         pop : Population
             Population.
         P : array of int, shape (n, 2)
-            Rows of each pair.
+            Indices of each pair in the population.
         random_state : numpy.random.Generator
             Generator that breaks ties.
 

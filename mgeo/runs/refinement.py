@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Refinement:
-    """Iterable that refines a front locally, step by step, by the method ``refine`` of its problem.
+    """Local refinement of a front by the method ``refine`` of its problem, iterable step by step.
 
     A refined design replaces a solution of the front if it is feasible and no objective is worse.
     Further designs are added if they are feasible. The refinement is deterministic.
@@ -74,7 +74,7 @@ class Refinement:
 
     @property
     def solutions(self) -> Population:
-        """Population of the front with replaced solutions, followed by the added solutions."""
+        """Refined front as a population: original or replaced solutions, then added solutions."""
         return Population.create(*(self._solutions[row] for row in sorted(self._solutions)))
 
     @property
@@ -83,7 +83,7 @@ class Refinement:
 
     @property
     def front(self) -> Population:
-        """Nondominated solutions of the refined front."""
+        """Nondominated solutions of the refined front, as a population."""
         archive, solutions = ParetoArchive(self._problem.n_obj), self.solutions
         archive.add(solutions.get("F").astype(float), solutions)
         return archive.individuals

@@ -10,14 +10,14 @@ DEFAULT_ALGORITHM, ROBUST_ALGORITHM = "mgeo-directed", "mgeo-staged"
 
 @dataclass(frozen=True)
 class AlgorithmRecord:
-    """Entry of one algorithm in the registry.
+    """Registry entry of a built-in algorithm: names, description, class and constructor arguments.
 
     Attributes
     ----------
     name : str
         Name in studies and on the command line.
     label : str
-        Name in texts.
+        Name in reports and documentation.
     description : str
         Description in one line.
     path : str

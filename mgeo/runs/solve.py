@@ -93,7 +93,7 @@ class SolveState(Callback):
 
     @property
     def elapsed_time(self) -> float:
-        """Duration of the run so far [s], without the interruptions of a resumed run."""
+        """Time spent on the run so far [s], excluding interruptions."""
         return time.perf_counter() - self._start_clock
 
     @property
@@ -124,9 +124,9 @@ class SolveState(Callback):
         return convert_designs_to_numbers(self.problem, X).astype(float), F
 
     def compute_hypervolume(self, F: FloatArray) -> float | None:
-        """Return the hypervolume of objectives, or None while they have low-fidelity values.
+        """Return the hypervolume of a front, or None while its objectives are low-fidelity values.
 
-        It is also None if the problem has no indicator space, see
+        The result is also None if the problem has no indicator space, see
         `mgeo.runs.hypervolume.compute_hypervolume`.
         """
         return None if is_low_fidelity(self.algorithm) else compute_hypervolume(self.problem, F)
@@ -249,14 +249,14 @@ def _build_outcome(state: SolveState, reason: StopReason) -> Outcome:
 
 
 def stack_values(solutions: Population, key: str, n_columns: int) -> FloatArray:
-    """Return the objectives or constraint values of solutions as rows of a float array.
+    """Return objectives or constraint values as a float array with one row per solution.
 
     Parameters
     ----------
     solutions : Population
         Solutions; the population may be empty.
     key : str
-        "F", "G" or "H".
+        "F" for objectives, "G" for inequality constraints, "H" for equality constraints.
     n_columns : int
         Number of columns.
 

@@ -25,7 +25,7 @@ _MAX_RELAXATIONS = 3  # Maximum number of suggested combinations of constraints 
 
 @dataclass(frozen=True)
 class SolutionSummary:
-    """Summary of the default solution of a front: the knee, or the best of the first objective.
+    """Summary of the default solution of a front, which is the knee if the front has one.
 
     Attributes
     ----------
@@ -51,9 +51,10 @@ class SolutionSummary:
 
 
 def summarize_default_solution(view: View) -> SolutionSummary:
-    """Summarize the default solution of a front: the knee, or the best of the first objective.
+    """Summarize the default solution of the front in a view, which is the knee if there is one.
 
-    The view must present a front with at least one solution.
+    Without a knee, the default solution is the minimum of the first objective. The front must have
+    at least one solution.
     """
     shown = select_default_solution(view.problem, view.F)
     chosen = view.select([shown.row])
@@ -67,7 +68,7 @@ def summarize_default_solution(view: View) -> SolutionSummary:
 
 @dataclass(frozen=True)
 class RepresentativeSolution:
-    """Row of a solution in a front, and the reason for showing it.
+    """Representative solution of a front: its row in the front, and the reason for its selection.
 
     Attributes
     ----------
@@ -84,11 +85,11 @@ class RepresentativeSolution:
 def select_representative_solutions(
     problem: Problem, F: ArrayLike, objective_names: tuple[str, ...]
 ) -> list[RepresentativeSolution]:
-    """Return about five solutions that represent a front: extremes, knee, and points between.
+    """Return about five representative solutions of a front: extremes, knee, and points in between.
 
-    They are sorted by the first objective. There are more than five if the front has more than four
-    objectives, and fewer if the front is smaller. Distances are computed in the problem's indicator
-    space, or with the front scaled to its own extent if the problem has none.
+    The solutions are sorted by the first objective. There are more than five if the front has more
+    than four objectives, and fewer if the front is smaller. Distances are computed in the problem's
+    indicator space, or with the front scaled to its own extent if the problem has none.
 
     Parameters
     ----------
@@ -121,7 +122,7 @@ def select_representative_solutions(
 
 
 def select_default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSolution:
-    """Return the default solution of a front: the knee, or the best of the first objective.
+    """Return the default solution of a front: its knee or, without a knee, the best of objective 1.
 
     Parameters
     ----------
@@ -142,7 +143,7 @@ def select_default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSol
 
 
 def find_extremes(points: NDArray[np.float64]) -> list[int]:
-    """Return, for each objective, the row of the point with the smallest value.
+    """Return the index of the point with the smallest value of each objective, as a list.
 
     Ties are broken by the sum of all objectives.
     """
@@ -151,7 +152,7 @@ def find_extremes(points: NDArray[np.float64]) -> list[int]:
 
 
 def find_knee(points: NDArray[np.float64]) -> int | None:
-    """Return the row of the point that is farthest from the plane through the extremes.
+    """Return the index of the knee, the point that is farthest from the plane through the extremes.
 
     Only points on the side of the ideal point are considered.
 
@@ -168,13 +169,13 @@ def find_knee(points: NDArray[np.float64]) -> int | None:
 
 
 def _scale_front(problem: Problem, front: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the front in the indicator space, or scaled to its own extent if there is none."""
+    """Map a front into the indicator space of its problem, or scale it to [0, 1] without one."""
     space = get_indicator_map(problem)
     return space(front) if space else scale_objectives(front, front.min(axis=0), front.max(axis=0))
 
 
 def _compute_normal(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the unit normal of the plane through m points, pointing away from the ideal point."""
+    """Return the unit normal, away from the ideal point, of the plane through the extremes."""
     diagonal = np.full(corners.shape[1], corners.shape[1] ** -0.5)
     _, sizes, rows = np.linalg.svd(corners[1:] - corners[0])
     if len(sizes) and sizes[-1] < _FLATNESS_TOLERANCE:
@@ -184,7 +185,7 @@ def _compute_normal(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _select_spread_rows(points: NDArray[np.float64], chosen: list[int], n_rows: int) -> list[int]:
-    """Return rows to add to the chosen rows, each the farthest from all earlier ones."""
+    """Return indices of further points, each farthest from all points selected before it."""
     added: list[int] = []
     while len(chosen) + len(added) < min(n_rows, len(points)):
         selected = points[chosen + added]
@@ -196,7 +197,7 @@ def _select_spread_rows(points: NDArray[np.float64], chosen: list[int], n_rows: 
 
 @dataclass(frozen=True)
 class ConstraintMargin:
-    """Margin of one solution with respect to one constraint.
+    """Margin between one solution and the bound of one constraint, negative if it is violated.
 
     Attributes
     ----------
@@ -239,9 +240,9 @@ class ConstraintMargin:
         return f"{self.name}: {self.value:.4g}{self._unit_suffix}, {required}: {text}"
 
     def format_relaxation(self) -> str:
-        """Return the smallest relaxation that satisfies the constraint, as text with three digits.
+        """Format the smallest relaxation of the bound with which the constraint is satisfied.
 
-        The value is rounded up, so that the relaxed constraint is satisfied.
+        The value has three significant digits and is rounded up.
         """
         violation = -self.margin
         if math.isfinite(violation):
@@ -251,7 +252,7 @@ class ConstraintMargin:
 
 
 def list_constraint_margins(view: View) -> list[list[ConstraintMargin]]:
-    """Return the constraint margins of the designs that a view presents, as one list per design.
+    """Return the margins of all constraints for each solution in a view, as one list per solution.
 
     Returns
     -------
@@ -273,7 +274,7 @@ def _parse_margins(tables: list[pd.DataFrame]) -> list[list[ConstraintMargin]]:
 
 @dataclass(frozen=True)
 class InfeasibilityReport:
-    """Explanation of a run that found no feasible solution: violated constraints, and suggestions.
+    """Report on a run without a feasible solution: violated constraints, and suggestions.
 
     Attributes
     ----------
@@ -289,7 +290,7 @@ class InfeasibilityReport:
 
 
 def explain_infeasibility(view: View) -> InfeasibilityReport:
-    """Return the constraints that the designs of a view violate, and suggestions for feasibility.
+    """Report the constraints that the solutions in a view violate, and ways to reach feasibility.
 
     Parameters
     ----------

@@ -33,11 +33,11 @@ def write_file(path: Path | str, content: bytes) -> None:
 
 
 def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
-    """Write several files into a folder, and rename them only after all are on the disk.
+    """Write several files into a folder, such that a full disk leaves the existing files unchanged.
 
-    A full disk therefore leaves the folder unchanged. Files are renamed in the given order. The
-    last file marks the set as complete, so an existing one is removed before the first file is
-    renamed.
+    All contents are written to temporary files before the first one is renamed. Files are renamed
+    in the given order. The last file marks the set as complete, so an existing one is removed
+    before the first file is renamed.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def lock_folder(folder: Path, timeout: float = 0.0) -> Iterator[None]:
 
 @contextmanager
 def _add_path_to_errors(path: Path) -> Iterator[None]:
-    """Context manager that adds a path to errors of the operating system.
+    """Context manager that reraises an OSError with a path in its message.
 
     A full disk gives errors without a path.
     """

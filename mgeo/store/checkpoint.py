@@ -1,7 +1,7 @@
 """Checkpoints of runs of the MGEO family, and their continuation by `resume`.
 
-A checkpoint is an .npz archive with the arrays of the algorithm's state. The entry ``json`` holds
-all other data as text, so that nothing is unpickled.
+A checkpoint is an .npz archive with the arrays of the algorithm's state. The entry ``json``
+contains all other data as text, so that no objects are unpickled.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from mgeo.validation.entries import convert_file_errors, get_entry
 
 
 class Checkpoint(Callback):
-    """Callback that saves the state of a run of the MGEO family in a file, for `resume`.
+    """Callback that regularly saves the state of a running MGEO algorithm for `resume`.
 
     The first and the last generation are always saved, and generations between them at intervals of
     `every_seconds`. If a checkpoint cannot be written, the previous one stays, one RuntimeWarning
@@ -140,7 +140,7 @@ def resume(
     check: bool = True,
     **options: Any,
 ) -> ExtremalOptimization:
-    """Return the algorithm saved in a checkpoint, ready to continue exactly as the saved run.
+    """Restore an algorithm from a checkpoint, ready to continue as if it had not been interrupted.
 
     Parameters
     ----------
@@ -229,7 +229,7 @@ def read_checkpoint_metadata(path: Path | str) -> Mapping[str, Any]:
 
 
 def _build_algorithm(state: SavedState) -> ExtremalOptimization:
-    """Build an algorithm of mgeo from a saved state, without importing a module."""
+    """Build an algorithm of mgeo from the class name and the parameters in a saved state."""
     name = get_entry(state.data, "class", str)
     cls = getattr(algorithms, name.rpartition(".")[2], None)
     if not isinstance(cls, type) or get_qualified_name(cls) != name:

@@ -1,4 +1,4 @@
-"""Identity of a problem and versions of the software, as values that become JSON."""
+"""Identity of a problem and versions of the software, as JSON-serializable values."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mgeo.plugins.problems import is_class_path
 
 
 def identify_problem(problem: Problem) -> dict[str, Any]:
-    """Return the class, sizes, bounds and options of a problem as a dict that becomes JSON."""
+    """Return the class, sizes, bounds and options of a problem as a JSON-serializable dict."""
     variables = getattr(problem, "vars", None) or {}
     choices = get_choice_options(problem)
     data = {
@@ -43,7 +43,7 @@ def _convert_bound_to_list(bound: Any) -> Any:
 
 
 def describe_difference(expected: Any, actual: Any, name: str = "") -> str:
-    """Return the first difference between two JSON values as text; empty if they are equal.
+    """Describe the first difference between two JSON values in a text, empty if they are equal.
 
     Parameters
     ----------
@@ -62,12 +62,12 @@ def describe_difference(expected: Any, actual: Any, name: str = "") -> str:
 
 
 def list_versions(*extra_distributions: str) -> dict[str, str]:
-    """Return the versions of mgeo, pymoo, numpy and further distributions, as a dict by name."""
+    """Return the versions of mgeo, pymoo, numpy and the given distributions, as a dict by name."""
     return {name: version(name) for name in ("mgeo", "pymoo", "numpy", *extra_distributions)}
 
 
 def list_problem_versions(problem: str) -> dict[str, str]:
-    """Return the versions of the installed software that affects the runs of a problem, as a dict.
+    """Return the versions of Python and all packages that affect the runs of a problem, as a dict.
 
     Parameters
     ----------

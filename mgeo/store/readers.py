@@ -33,7 +33,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
 
 
 def build_exact_float_options() -> dict[str, Any]:
-    """Return the keyword arguments with which `pandas.read_csv` reads floats exactly.
+    """Return the keyword arguments that make `pandas.read_csv` read floats exactly.
 
     pandas 3.1 does so by default and deprecates the option.
     """
@@ -44,7 +44,7 @@ def build_exact_float_options() -> dict[str, Any]:
 
 
 def read_json(path: Path | str) -> Any:
-    """Return the content of a JSON file, as dicts, lists, numbers and texts.
+    """Return the content of a JSON file as Python objects (dicts, lists, strings, numbers).
 
     Raises
     ------
@@ -74,7 +74,7 @@ def _reject_constant(name: str) -> float:
 
 
 def decode_npz(content: bytes) -> dict[str, NDArray[Any]]:
-    """Return the arrays in the content of an .npz file as a dict, without unpickling objects.
+    """Decode the content of an .npz file to a dict of arrays, without unpickling objects.
 
     Only arrays of numbers and text are accepted.
 
@@ -102,13 +102,13 @@ def decode_npz(content: bytes) -> dict[str, NDArray[Any]]:
 
 
 def encode_csv(table: pd.DataFrame) -> bytes:
-    """Encode a table as the content of a CSV file, with exact floats and NaN as ``nan``."""
+    """Encode a DataFrame as the content of a CSV file, with exact floats and NaN as ``nan``."""
     text: str = table.to_csv(index=False, na_rep="nan", lineterminator="\n")
     return text.encode()
 
 
 def read_numeric_table(path: Path) -> pd.DataFrame:
-    """Return the table of a CSV file that contains only finite numbers, with exact floats.
+    """Read a CSV file that contains only finite numbers, and return a DataFrame with exact floats.
 
     Raises
     ------

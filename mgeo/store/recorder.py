@@ -109,7 +109,7 @@ class Recorder(Callback):
             self.flush()
 
     def flush(self) -> None:
-        """Write the evaluations that are still in memory into one file.
+        """Write the evaluations that are still in memory into a new file of the record.
 
         The file is named by the number of its first generation.
 
@@ -201,7 +201,7 @@ def _list_files(folder: Path) -> list[Path]:
 
 
 def _read_part(path: Path, columns: list[str] | None = None) -> tuple[list[str], FloatArray]:
-    """Return the column names and the rows of one file of a record.
+    """Return the column names and the evaluations (one per row) of one file of a record.
 
     Raises FileError if the names differ from `columns`, unless `columns` is None.
     """

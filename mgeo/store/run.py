@@ -59,7 +59,7 @@ class RunConfiguration(Table):
 
 @dataclass(frozen=True, eq=False)
 class NearestSolutions:
-    """Infeasible solutions of a run without a feasible solution, nearest to feasibility first.
+    """Infeasible solutions of a run that found no feasible one, nearest to feasibility first.
 
     Attributes
     ----------
@@ -149,12 +149,12 @@ class Outcome(Table):
 
     @property
     def end_description(self) -> str:
-        """Text on the end of the run, such as "finished" or "interrupted"."""
+        """Phrase that states how the run ended, such as "finished" or "interrupted"."""
         return _END_DESCRIPTIONS[self.stop_reason]
 
 
 class CheckpointMetadata(Table):
-    """Data of a run that its checkpoint contains besides the state of the algorithm.
+    """Settings and statistics of a run, stored in its checkpoint beside the state of the algorithm.
 
     Attributes
     ----------
@@ -175,7 +175,7 @@ class CheckpointMetadata(Table):
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Finished or interrupted run: its configuration, outcome and versions of the software."""
+    """Finished or interrupted run: its configuration, its outcome and the software versions."""
 
     configuration: RunConfiguration
     outcome: Outcome

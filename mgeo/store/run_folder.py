@@ -49,7 +49,7 @@ class _RunDocument(Table):
 
 
 def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
-    """Return a folder as a path if a run may be written into it, otherwise raise FileExistsError.
+    """Return the path of a folder if a run may be written into it, otherwise raise FileExistsError.
 
     The folder need not exist.
 
@@ -72,7 +72,7 @@ def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
 
 
 def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
-    """Write the files of a run into a folder, and remove the figure and report of an earlier run.
+    """Write a run into a folder, and delete the figure and the report of an earlier run.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
 
 
 def write_arrays(folder: Path, outcome: Outcome, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Rewrite ``front.npz`` in a run folder so that it contains further values of each solution.
+    """Rewrite ``front.npz`` in a run folder with additional arrays of one row per solution.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def write_arrays(folder: Path, outcome: Outcome, arrays: Mapping[str, NDArray[An
     outcome : Outcome
         Outcome of the run.
     arrays : mapping of arrays, shape (n, ...)
-        Further values of each solution, by name.
+        Additional arrays by name.
 
     Raises
     ------
@@ -173,7 +173,7 @@ def _read_table(path: Path, columns: list[str], n: int) -> NDArray[np.float64]:
 
 
 def _read_arrays(path: Path, n: int) -> dict[str, NDArray[Any]]:
-    """Read the arrays of ``front.npz`` except X and F, which are also in ``front.csv``."""
+    """Return the arrays of ``front.npz`` by name, except X and F, which ``front.csv`` contains."""
     with convert_file_errors(path):
         arrays = decode_npz(path.read_bytes())
         for key in ("G", "H"):
@@ -203,7 +203,7 @@ def _encode_table(columns: list[str], *parts: NDArray[np.float64]) -> bytes:
 
 
 def build_run_document(run: Run) -> dict[str, Any]:
-    """Return the content of ``run.json``, configuration and statistics of a run, as a dict."""
+    """Return the content of ``run.json`` as a dict: configuration, statistics and versions."""
     return {
         "format": FORMAT_VERSION,
         "configuration": run.configuration.model_dump(),
@@ -215,9 +215,9 @@ def build_run_document(run: Run) -> dict[str, Any]:
 
 
 def check_verification(content: Any) -> None:
-    """Raise an error if the table that a verification adds to the report of a run is invalid.
+    """Raise an error if the content of a verification file has no valid title, conclusion or table.
 
-    `mgeo.report.build` shows the table.
+    `mgeo.report.build` adds the table to the report of a run.
 
     Raises
     ------
@@ -234,7 +234,7 @@ def check_verification(content: Any) -> None:
 
 
 def remove_run(folder: Path) -> None:
-    """Remove the files of a run from a folder; other files remain."""
+    """Delete the files of a run from a folder, but no other files."""
     # run.json is removed first, so that an interruption leaves no invalid run.
     for name in (RUN_FILE, *RUN_FILES, REPORT_FILE):
         if name != RECORD_FOLDER:

@@ -19,7 +19,7 @@ FORMAT_NAME = "mgeo-solution"
 
 
 def build_solution_document(problem: Problem, name: str, x: FloatArray) -> dict[str, Any]:
-    """Return a design with its problem and options, as a dict that becomes a JSON file.
+    """Return the content of a JSON file that stores a design, its problem and options, as a dict.
 
     The problem can define its own format by the method ``build_document``. The general format
     consists of the name of the problem, its options and the design.
@@ -82,9 +82,11 @@ def parse_solution(
 
 
 def _read_problem_format(document: Any) -> tuple[str, Mapping[str, Any], Any] | None:
-    """Return name, options and design if an installed problem recognizes a document, else None."""
+    """Return the problem name, options and design of a document in the format of an installed
+    problem, or None if no problem recognizes the document.
+    """
     for plugin in list_plugins() if isinstance(document, dict) else ():
-        with suppress(PluginError):  # A plugin that cannot be loaded recognizes nothing.
+        with suppress(PluginError):  # A plugin that cannot be loaded is skipped.
             reader = getattr(plugin.load(), "parse_document", None)
             if reader is not None and (result := reader(document)) is not None:
                 return plugin.name, *result

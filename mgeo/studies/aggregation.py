@@ -22,18 +22,19 @@ TARGET_DISTANCES = 10.0 ** np.linspace(-0.1, -5.0, 50)
 
 
 def compute_problem_values(
-    results: Mapping[str, Comparison], per_variable: bool = False
+    comparisons: Mapping[str, Comparison], per_variable: bool = False
 ) -> pd.DataFrame:
-    """Return a table of the median indicator of each algorithm by problem and evaluation count.
+    """Return the median default indicator of each algorithm over its runs, as a table with one row
+    per problem and evaluation count.
 
-    The value is the median of the default indicator over the finished runs, with the sign for which
-    larger is better. For a run with zero hypervolume, the negative additive epsilon is used
-    instead, so that fronts beyond the reference point still differ. Algorithms without a finished
-    run on a problem have minus infinity.
+    Failed runs are omitted, and the sign of the indicator is such that larger is better. For a run
+    with zero hypervolume, the negative additive epsilon is used instead, so that fronts beyond the
+    reference point still differ. Algorithms without a finished run on a problem have minus
+    infinity.
 
     Parameters
     ----------
-    results : mapping of str to Comparison
+    comparisons : mapping of str to Comparison
         Comparisons by problem label.
     per_variable : bool
         Whether to divide evaluation counts by the number of variables.
@@ -47,28 +48,29 @@ def compute_problem_values(
     """
     rows = [
         row
-        for label, comparison in results.items()
+        for label, comparison in comparisons.items()
         for row in _build_problem_rows(label, comparison, per_variable)
     ]
     return pd.DataFrame(rows)
 
 
 def compute_average_ranks(values: pd.DataFrame, control: str | None = None) -> pd.DataFrame:
-    """Rank the algorithms on each problem, and average the ranks over all problems, as a table.
+    """Return the average rank of each algorithm over all problems, with a test against a control
+    algorithm, as a table.
 
-    There is one result per evaluation count that all problems have in common. Instances and sizes
-    of one function are not independent problems, so each function counts once: ranks are averaged
-    over the problems of a function first, then over functions. For the tests, the signed ranks of
-    the differences on all problems are averaged over each function. With one problem per function,
-    this is Wilcoxon's signed-rank test (1945), as recommended by Demsar (2006).
+    Ranks are averaged for each evaluation count that all problems have in common. Instances and
+    sizes of one function are not independent problems, so each function counts once: ranks are
+    averaged over the problems of a function first, then over functions. For the tests, the signed
+    ranks of the differences on all problems are averaged over each function. With one problem per
+    function, this is Wilcoxon's signed-rank test (1945), as recommended by Demsar (2006).
 
     Parameters
     ----------
     values : DataFrame
-        Table of `compute_problem_values`. Algorithms with a missing value (NaN) are left out.
+        Table of `compute_problem_values`. Algorithms with a missing value (NaN) are omitted.
     control : str, optional
         Label of the algorithm that is tested against every other algorithm. By default, or if this
-        algorithm is left out, the best algorithm of each evaluation count. Choose it before
+        algorithm is omitted, the best algorithm of each evaluation count. Choose it before
         results are available.
 
     Returns
@@ -106,7 +108,7 @@ def compute_average_ranks(values: pd.DataFrame, control: str | None = None) -> p
 
 
 def compute_friedman_test(values: pd.DataFrame) -> FriedmanResult | None:
-    """Return Friedman's test of the median indicators on all problems, after most evaluations.
+    """Apply Friedman's test to the median indicators at the end of the budget of each problem.
 
     Each function is one block: the ranks on its problems are averaged.
 
@@ -127,8 +129,9 @@ def compute_friedman_test(values: pd.DataFrame) -> FriedmanResult | None:
     return friedman_test(table.to_numpy(float), list(table.columns), last["function"].tolist())
 
 
-def compute_runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]:
-    """Return, by algorithm, the evaluations per variable needed to reach each hypervolume target.
+def compute_runtimes(comparisons: Mapping[str, Comparison]) -> dict[str, FloatArray]:
+    """Return the number of evaluations per variable after which each run reached each hypervolume
+    target, as a dict of one sorted array per algorithm.
 
     The targets of a problem are below the best final hypervolume of all runs by the shares
     `TARGET_DISTANCES`. Runtimes are resolved to the evaluation counts of the study. Failed runs
@@ -136,7 +139,7 @@ def compute_runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]
 
     Parameters
     ----------
-    results : mapping of str to Comparison
+    comparisons : mapping of str to Comparison
         Comparisons by problem label.
 
     Returns
@@ -146,7 +149,7 @@ def compute_runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]
         problem has no hypervolume.
     """
     times_by_algorithm: dict[str, list[FloatArray]] = {}
-    for comparison in results.values():
+    for comparison in comparisons.values():
         if comparison.select_indicator().name != "hypervolume":
             return {}
         best = float(comparison.table["hypervolume"].max())
@@ -167,13 +170,13 @@ def compute_runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]
     return {name: np.sort(np.concatenate(times)) for name, times in times_by_algorithm.items()}
 
 
-def compute_runtime_distribution(results: Mapping[str, Comparison]) -> pd.DataFrame:
-    """Return a table of the share of hypervolume targets that each algorithm reached over
-    evaluations.
+def compute_runtime_distribution(comparisons: Mapping[str, Comparison]) -> pd.DataFrame:
+    """Return the share of hypervolume targets that each algorithm reached as a function of the
+    evaluations per variable, as a table.
 
     Parameters
     ----------
-    results : mapping of str to Comparison
+    comparisons : mapping of str to Comparison
         Comparisons by problem label.
 
     Returns
@@ -185,7 +188,7 @@ def compute_runtime_distribution(results: Mapping[str, Comparison]) -> pd.DataFr
         problem has no hypervolume.
     """
     rows: list[tuple[str, float, float]] = []
-    for name, times in compute_runtimes(results).items():
+    for name, times in compute_runtimes(comparisons).items():
         reached = times[np.isfinite(times)]
         evaluations, counts = np.unique(reached, return_counts=True)
         shares = counts.cumsum() / len(times)
@@ -219,7 +222,7 @@ def _build_problem_rows(
 def _rank_algorithms(
     values: pd.DataFrame, functions: pd.Series[str], control: str | None
 ) -> list[dict[str, object]]:
-    """Return average rank and test against the control, as one dict per algorithm.
+    """Rank the algorithms and test each against the control; return one dict per algorithm.
 
     Parameters
     ----------
@@ -258,9 +261,8 @@ def _rank_algorithms(
 
 
 def _signed_rank_test(a: FloatArray, b: FloatArray, blocks: NDArray[Any]) -> float:
-    """Return the two-sided p value of Wilcoxon's test of paired samples.
-
-    Signed ranks are averaged over each block.
+    """Return the two-sided p value of Wilcoxon's signed-rank test, after averaging the signed ranks
+    over the pairs of each block.
     """
     is_different = a != b
     differences = a[is_different] - b[is_different]

@@ -86,10 +86,10 @@ class Comparison:
     table : DataFrame
         One row per algorithm, seed and evaluation count (``evaluations``), sorted by these three,
         with the indicators, the number of ``points`` on the front, and the columns of the problem's
-        ``front_summary``. The table does not depend on the order in which the runs were made.
+        ``front_summary``. The table does not depend on the order in which the runs were executed.
     runs : DataFrame
         One row per run, with its status, wall time [s], number of failed evaluations, and error
-        message if the whole run failed.
+        message if the run failed.
     finished_runs : mapping of (str, int) to StudyRun
         Finished runs by algorithm and seed.
     space : IndicatorSpace
@@ -130,7 +130,7 @@ class Comparison:
 
     @property
     def part_indicators(self) -> list[Indicator]:
-        """List of the hypervolume indicators of parts of a front (ranges of objective 1).
+        """List of hypervolume indicators, one per part of a front (a range of the first objective).
 
         The list is empty if the parts were not evaluated.
         """
@@ -142,7 +142,7 @@ class Comparison:
 
     @property
     def all_indicators(self) -> list[Indicator]:
-        """List of the quality indicators of a front and of its parts."""
+        """List of the quality indicators of a whole front, followed by those of its parts."""
         return [*self.indicators, *self.part_indicators]
 
     @property
@@ -164,11 +164,11 @@ class Comparison:
         return indicators[name or next(iter(indicators))]
 
     def select_final_rows(self) -> pd.DataFrame:
-        """Return the final indicator values of every run, as a table with one row per run."""
+        """Return a table of the indicator values of each run after `n_eval` evaluations."""
         return self.table[self.table["evaluations"] == self.n_eval].reset_index(drop=True)
 
     def list_fronts(self, algorithm: str) -> list[FloatArray]:
-        """Return the final front of each finished run of an algorithm, as arrays of objectives.
+        """Return the objectives of the final fronts of an algorithm, as one array per finished run.
 
         Returns
         -------
@@ -177,7 +177,7 @@ class Comparison:
         return [r.front_F for (name, _), r in self.finished_runs.items() if name == algorithm]
 
     def describe_failures(self, label: str, *, all_failed_only: bool = False) -> list[str]:
-        """Return one sentence for each algorithm with failed runs, with the first error.
+        """Return a sentence for each algorithm with failed runs: their number and the first error.
 
         Parameters
         ----------
@@ -197,7 +197,7 @@ class Comparison:
         return sentences
 
     def collect_final_values(self, indicator: str | None = None) -> dict[str, FloatArray]:
-        """Return the final indicator values of all runs by algorithm, negated if lower is better.
+        """Return a dict of final indicator values by algorithm, negated if lower values are better.
 
         Parameters
         ----------
@@ -234,7 +234,7 @@ class Comparison:
         return [str(name) for name in mean_ranks(self.collect_final_values(indicator)).index]
 
     def find_median_seed(self, algorithm: str) -> int | None:
-        """Return the seed of the run of an algorithm with the median of the default indicator.
+        """Return the seed of an algorithm's median run, by the default indicator.
 
         For an even number of runs, the better of the two middle runs is selected.
 
@@ -253,7 +253,7 @@ class Comparison:
         return int(rows.loc[order[(len(order) - 1) // 2], "seed"]) if len(order) else None
 
     def summarize(self) -> pd.DataFrame:
-        """Return a table of statistics of the final indicator values over the runs.
+        """Return a table of statistics of each algorithm's final indicator values over its runs.
 
         Returns
         -------
@@ -270,9 +270,7 @@ class Comparison:
         return statistics.reindex(self.algorithms)
 
     def test_differences(self, indicator: str | None = None) -> SignificanceTests:
-        """Return significance tests of the differences between algorithms in an indicator.
-
-        The algorithms are tested in pairs and all together.
+        """Test the differences between algorithms in an indicator, in pairs and all together.
 
         Pairs are compared by the Mann-Whitney test with Holm's correction and an effect size, all
         algorithms together by the Kruskal-Wallis test. A finished run without a front has the worst
@@ -295,7 +293,7 @@ class Comparison:
         )
 
     def format_overview(self) -> pd.DataFrame:
-        """Return a table of mean ± standard deviation of each indicator by algorithm, as text.
+        """Return a text table of the mean ± standard deviation of each indicator by algorithm.
 
         The first column is the number of finished runs. Indicator columns are named by the titles
         of the indicators.
@@ -309,7 +307,7 @@ class Comparison:
         return pd.DataFrame(columns, index=summary.index).rename(columns=titles)
 
     def to_latex(self) -> str:
-        """Return the table of `format_overview` in LaTeX, with the best algorithms marked.
+        """Return the table of `format_overview` as LaTeX, with the best algorithms marked.
 
         For each indicator, the best mean is bold, and algorithms without a significant difference
         from the best one are marked.
@@ -317,11 +315,11 @@ class Comparison:
         return build_problem_table(self).to_latex()
 
     def to_markdown(self) -> str:
-        """Return the table of `format_overview` in Markdown, with the best algorithms marked."""
+        """Return the table of `format_overview` as Markdown, with the best algorithms marked."""
         return build_problem_table(self).to_markdown()
 
     def draw_figures(self) -> dict[str, go.Figure]:
-        """Draw all figures that apply to the problem, as a dict of plotly figures by name.
+        """Draw all figures that apply to the problem, and return them as a dict by name.
 
         The names are ``anytime``, ``boxes``, ``fronts`` (two or three objectives), ``panels``,
         ``attainment`` and ``difference`` (two objectives). ``difference`` compares the two best
@@ -345,7 +343,7 @@ class Comparison:
 
 
 def _format_mean_and_sd(mean: float, sd: float) -> str:
-    """Return mean ± sd as text, rounded to two significant digits of the sd."""
+    """Format mean ± standard deviation with two significant digits of the standard deviation."""
     if not np.isfinite(mean):
         return "-" if np.isnan(mean) else str(mean)
     if not np.isfinite(sd) or sd == 0:

@@ -41,9 +41,10 @@ def write_comparison(
     plan: Mapping[str, Any],
     extra_files: Mapping[str, bytes] = {},
 ) -> None:
-    """Write the tables and the provenance of a comparison into a folder, for `read_comparison`.
+    """Write the tables (CSV) and the provenance (JSON) of a comparison into a folder.
 
-    The provenance is written last and marks the comparison as complete.
+    `read_comparison` reads the folder. The provenance is written last and marks the comparison as
+    complete.
 
     Parameters
     ----------
@@ -80,7 +81,7 @@ def write_comparison(
 def read_comparison(
     folder: Path | str, *, problem: Problem | None = None, trusted_classes: Collection[str] = ()
 ) -> Comparison:
-    """Read a finished comparison from its folder, without running anything.
+    """Read a finished comparison from its folder, without repeating its runs.
 
     Tables, tests and figures equal the original ones. The finished runs contain only the final
     fronts, and the indicator space has no reference front. Without ``fronts.csv``, there are no
@@ -203,15 +204,15 @@ def read_comparisons(
 
 
 def select_problem_folder(folder: Path, label: str, n_problems: int) -> Path:
-    """Return the folder in which the results of one problem of a study are stored.
+    """Return the path of the folder in which the results of one problem of a study are stored.
 
-    It is the folder of the study if the study has one problem, otherwise a subfolder.
+    The results are in the folder of the study if it has one problem, otherwise in a subfolder.
     """
     return folder if n_problems == 1 else folder / format_folder_name(label)
 
 
 def format_folder_name(label: str) -> str:
-    """Convert a label to a valid folder name. Different labels give different names.
+    """Convert a label to a valid folder name, such that different labels give different names.
 
     In labels that consist only of lower-case words, digits and underscores, spaces are replaced by
     hyphens. In other labels, further characters are replaced as well, and the name ends in ``~``

@@ -13,7 +13,7 @@ from mgeo.studies.study_file import Study
 
 
 def format_conclusions(comparison: Comparison, control: str | None = None) -> list[str]:
-    """Return sentences on the best algorithm and on its differences from the other algorithms.
+    """Return sentences that name the best algorithm and compare it with every other algorithm.
 
     Two sentences describe the default indicator. Further sentences describe the other indicators,
     and the parts of the front where the best algorithm is significantly worse. The notes of the
@@ -74,7 +74,7 @@ def format_conclusions(comparison: Comparison, control: str | None = None) -> li
 def compare_with_rivals(
     comparison: Comparison, name: str, indicator: str | None = None, *, is_control: bool = False
 ) -> pd.DataFrame:
-    """Return effect size and p value of one algorithm against every other algorithm, as a table.
+    """Return a table of effect sizes and p values of one algorithm against every other algorithm.
 
     Parameters
     ----------
@@ -112,9 +112,7 @@ def compare_with_rivals(
 def format_control_table(
     comparison: Comparison, control: str, indicators: Sequence[Indicator]
 ) -> pd.DataFrame:
-    """Return a table of effect sizes and p values of the control against every other algorithm.
-
-    The cells are text.
+    """Format the effect sizes and p values of the control against every other algorithm as a table.
 
     There are two columns per indicator. The other algorithms are sorted by the default indicator.
     p values are corrected for the pairs of the control, see `compare_with_rivals`.
@@ -133,7 +131,8 @@ def _format_rivals(rivals: pd.DataFrame) -> str:
 
 
 def format_published_table(study: Study, comparison: Comparison) -> pd.DataFrame | None:
-    """Return a table of published values beside the measured values (mean ± sd), by algorithm.
+    """Return a text table with one row per algorithm, which shows published indicator values beside
+    the measured mean ± standard deviation.
 
     The last column is the measured default indicator.
 

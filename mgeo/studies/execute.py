@@ -1,4 +1,4 @@
-"""Execution of a comparison on one problem: `compare` makes the runs and evaluates the fronts."""
+"""Execution of a comparison on one problem: `compare` executes runs and evaluates their fronts."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def compare(
     progress: bool = True,
     title: str | None = None,
 ) -> Comparison:
-    """Run every algorithm with every seed on a problem, and compare their fronts by indicators.
+    """Run all algorithms with all seeds on a problem, and compare the fronts by quality indicators.
 
     The front of a run is the set of nondominated points among *all* its evaluations, independent of
     the population that the algorithm keeps. Its indicators are computed after each evaluation count
@@ -94,7 +94,7 @@ def compare(
         Number n of seeds, for the seeds 1 to n, or the seeds.
     folder : path, optional
         Folder in which each run is stored as it finishes, and the tables at the end, for
-        `mgeo.studies.read_comparison`. Nothing is stored by default.
+        `mgeo.studies.read_comparison`. By default, no files are written.
     resume : bool
         Whether to continue the study in the folder. Problem, algorithms with their parameters,
         seeds, evaluations and versions must equal the recorded ones. Other changes of code or data
@@ -187,7 +187,7 @@ class Experiment:
     title : str
         Name of the problem in messages.
     runs_folder : Path or None
-        Folder in which each run is stored as it finishes; None to store nothing.
+        Folder in which each run is stored as it finishes; None if runs are not stored.
     resume : bool
         Whether to reuse the runs in this folder.
     n_jobs, progress
@@ -207,7 +207,7 @@ class Experiment:
     progress: bool
 
     def run(self) -> Comparison:
-        """Make all runs and return the comparison, with the warnings and errors of `compare`."""
+        """Execute all runs and return the comparison, with the warnings and errors of `compare`."""
         problem, n_eval, title = self.problem, self.n_eval, self.title
         keys = list(product(self.algorithms, self.seeds))
         tasks = {
@@ -254,7 +254,7 @@ class Experiment:
     def _make_runs(
         self, tasks: Mapping[RunKey, Task], reusable_keys: Sequence[RunKey]
     ) -> dict[RunKey, RunResult]:
-        """Execute all runs that are not stored, and return the results by algorithm and seed.
+        """Execute all runs that are not stored yet; return all results keyed by algorithm and seed.
 
         Each run is stored as it finishes.
 

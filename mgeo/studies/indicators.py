@@ -75,14 +75,14 @@ class IndicatorSpace:
     cuts: tuple[float, ...] = ()
 
     def __call__(self, F: FloatArray) -> FloatArray:
-        """Map objectives, shape (n, n_obj), into this space."""
+        """Return objectives, shape (n, n_obj), mapped into this space."""
         if not len(F):
             return np.empty((0, len(self.ideal)))
         F = F if self.transform is None else np.asarray(self.transform(F), dtype=float)
         return scale_objectives(F, self.ideal, self.nadir)
 
     def describe(self) -> dict[str, Any]:
-        """Return the definition of this space as a dict that becomes JSON."""
+        """Return the scaling, reference point and parts as a JSON-serializable dict."""
         if self.origin == "objective":
             return {"origin": self.origin}
         points = {key: getattr(self, key).tolist() for key in POINT_KEYS}
@@ -175,7 +175,7 @@ def validate_space_arguments(
     reference_front: ArrayLike | None = None,
     parts: Sequence[float] | None = None,
 ) -> tuple[tuple[FloatArray, FloatArray] | None, FloatArray | None, list[float] | None]:
-    """Validate the bounds, reference front and parts of an indicator space, and return them.
+    """Validate the arguments that define an indicator space, and return them as arrays and lists.
 
     Returns
     -------
@@ -219,7 +219,8 @@ def validate_space_arguments(
 def _divide_front(
     space: IndicatorSpace, front: FloatArray, points: FloatArray, part_values: list[float] | None
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the values of the first objective between parts of the front, unscaled and scaled.
+    """Return the values of the first objective that separate the parts of the front, first
+    unscaled, then scaled.
 
     A given value is mapped together with the other objectives of a point of the reference front,
     because the space scales each objective separately.
@@ -246,14 +247,14 @@ IndicatorFunction = Callable[[FloatArray, IndicatorSpace], float]
 
 @dataclass(frozen=True)
 class Indicator:
-    """Quality indicator of a front, such as the hypervolume: its name, direction and function.
+    """Quality indicator of a front, such as the hypervolume, with its name, direction and function.
 
     Attributes
     ----------
     name : str
-        Name of the table column.
+        Name of the column in tables.
     title : str
-        Name in texts and figures.
+        Name in reports and figures.
     is_maximized : bool
         Whether larger values are better.
     measure : function
@@ -281,11 +282,11 @@ class Indicator:
 
     @property
     def direction(self) -> str:
-        """Text that states whether higher or lower values are better."""
+        """Phrase "higher is better" or "lower is better"."""
         return "higher is better" if self.is_maximized else "lower is better"
 
     def negate_if_minimized(self, values: Any) -> Any:
-        """Return indicator values, negated if lower values are better."""
+        """Return the indicator values, negated if lower values are better."""
         return values if self.is_maximized else -values
 
 
@@ -296,7 +297,7 @@ def _use_reference_front(measure: Callable[..., float]) -> IndicatorFunction:
 def _hypervolume_between(
     points: FloatArray, space: IndicatorSpace, low: float = -np.inf, high: float = np.inf
 ) -> float:
-    """Return the part of the hypervolume between two values of the first objective."""
+    """Return the hypervolume of a front within a range of the first objective."""
     end = space.reference_point.copy()
     end[0] = min(high, end[0])
     within = points[points[:, 0] < end[0]].copy()
@@ -322,7 +323,7 @@ INDICATORS = (
 
 
 def build_part_indicators(space: IndicatorSpace, objective: str) -> list[Indicator]:
-    """Return one hypervolume indicator for each part of the front, a range of the first objective.
+    """Return one hypervolume indicator per part of a front (a range of the first objective).
 
     The values of all parts add up to the hypervolume. The last part ends at the reference
     point.
@@ -351,7 +352,7 @@ def build_part_indicators(space: IndicatorSpace, objective: str) -> list[Indicat
 
 
 def select_indicators(n_obj: int) -> list[Indicator]:
-    """Return the quality indicators for a number of objectives, as a list.
+    """Return the list of quality indicators that apply to a number of objectives.
 
     The hypervolume, which is computed exactly, is included up to `MAX_OBJECTIVES` objectives.
     """
@@ -366,7 +367,7 @@ def select_indicators(n_obj: int) -> list[Indicator]:
 def build_indicator_rows(
     problem: Problem, run: StudyRun, grid: Sequence[int], space: IndicatorSpace
 ) -> list[dict[str, Any]]:
-    """Return the indicator values of a run after each evaluation count, as one dict per count.
+    """Return the indicator values of a run, as one dict per evaluation count of the grid.
 
     Each dict has ``evaluations``, the indicators, the hypervolume of each part, the number of
     ``points`` on the front (at most 1 for a single objective), and the values of

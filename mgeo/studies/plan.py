@@ -37,14 +37,15 @@ _MAX_ARRAY_SIZE = 100  # Larger arrays are described by shape and hash.
 
 @contextmanager
 def lock_study(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[None]:
-    """Context manager that locks the folder of a study and records or compares its settings.
+    """Context manager that locks a study folder and stores the plan, or requires that the stored
+    plan of a resumed study is equal.
 
     Parameters
     ----------
     folder : Path
         Folder of the study, created if it does not exist.
     plan : mapping
-        Names, options, parameters, seeds, budget and software versions, as values that become JSON.
+        Names, options, parameters, seeds, budget and software versions, as JSON values.
     resume : bool
         Whether the folder may contain a study with an equal plan.
 
@@ -74,7 +75,7 @@ def lock_study(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterat
 
 
 def describe_algorithm(algorithm: Algorithm) -> dict[str, Any]:
-    """Return the class and the distinguishing public attributes of an algorithm as a dict for JSON.
+    """Return an algorithm's class and the attributes specific to it, as a JSON-serializable dict.
 
     Attributes that every pymoo algorithm has are omitted.
     """
@@ -84,7 +85,7 @@ def describe_algorithm(algorithm: Algorithm) -> dict[str, Any]:
 
 
 def describe_problem(problem: Problem) -> dict[str, Any]:
-    """Return the class and the options of a problem as a dict for JSON.
+    """Return the class and the options of a problem as a JSON-serializable dict.
 
     The public attributes take the place of the options if the problem does not define options.
     """
@@ -98,7 +99,7 @@ def describe_problem(problem: Problem) -> dict[str, Any]:
 
 
 def describe_value(value: Any, depth: int = _MAX_DEPTH) -> Any:
-    """Convert any object to JSON values that identify its class and public attributes.
+    """Convert any value to JSON values; an object becomes a dict of its class and attributes.
 
     Attributes are converted recursively to `depth` levels of nested objects. Large arrays are
     replaced by their shape and hash. Objects with equal descriptions may still behave differently.
@@ -130,7 +131,7 @@ _find_distributions = cache(packages_distributions)
 
 
 def list_study_versions(*objects: Any) -> dict[str, str]:
-    """Return the versions of Python, mgeo, and the packages that define objects, as a dict.
+    """Return a dict of versions: Python, mgeo, and all packages that define the given objects.
 
     Parameters
     ----------

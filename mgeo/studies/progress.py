@@ -16,8 +16,8 @@ def show_progress(
 ) -> Iterator[ProgressCallback]:
     """Context manager that reports the progress of the runs of a comparison on stderr.
 
-    It shows the number of reused runs, each failed run and, on a terminal, a progress bar. Without
-    rich, which comes with ``mgeo[cli]``, only the number of reused runs is shown.
+    The display shows the number of reused runs, each failed run and, on a terminal, a progress bar.
+    Without rich, which comes with ``mgeo[cli]``, only the number of reused runs is shown.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def show_progress(
     n_reused : int or None
         Number of runs read from the folder; None for a new study.
     enabled : bool
-        Whether to show anything.
+        Whether to show the progress.
 
     Yields
     ------

@@ -73,7 +73,7 @@ def render_study_page(
     ranks: pd.DataFrame,
     remarks: Sequence[str],
 ) -> str:
-    """Return the HTML of the report page over all problems: indicators, average ranks and runtimes.
+    """Return the HTML of a study's report page over all problems: indicators, ranks and runtimes.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def render_study_page(
 
 
 def format_average_ranks(ranks: pd.DataFrame, per_variable: bool) -> pd.DataFrame:
-    """Format average ranks as a table of text, by evaluation count (rows) and algorithm (columns).
+    """Format average ranks as a text table of evaluation counts (rows) and algorithms (columns).
 
     A star marks ranks without a significant difference (5 %) from the control, or without a control
     from the best algorithm of the row.
@@ -125,11 +125,11 @@ def format_average_ranks(ranks: pd.DataFrame, per_variable: bool) -> pd.DataFram
 def draw_study_figures(
     comparisons: Mapping[str, Comparison], names: Sequence[str] = ()
 ) -> dict[str, go.Figure]:
-    """Return the plotly figures of a study as a dict, by names that are valid file names.
+    """Draw all figures of a study, or the named ones, and return them as a dict by name.
 
-    For several problems, the names are ``ranks``, ``targets``, and the figures of each problem with
-    the name of its folder, such as ``zdt1-anytime``. The anytime figure of each further indicator
-    has its own name, such as ``anytime-igd_plus``.
+    Names are valid file names. For several problems, the names are ``ranks``, ``targets``, and the
+    figures of each problem with the name of its folder, such as ``zdt1-anytime``. The anytime
+    figure of each further indicator has its own name, such as ``anytime-igd_plus``.
 
     Parameters
     ----------

@@ -49,7 +49,7 @@ class Task:
 
 
 def run_task(task: Task) -> StudyRun | str:
-    """Execute a run and return its log, or the error message as text if the run fails.
+    """Execute a run and return it as a `StudyRun`, or return the error message if the run fails.
 
     Returning errors instead of raising them lets the other runs continue.
     """
@@ -60,7 +60,7 @@ def run_task(task: Task) -> StudyRun | str:
 
 
 def record_run(task: Task) -> StudyRun:
-    """Run copies of the algorithm and the problem of a task, and return the log of all evaluations.
+    """Execute a run on copies of its algorithm and problem, and return it as a `StudyRun`.
 
     The run ends with the generation that completes `n_eval` evaluations. The algorithm uses its own
     random generator, seeded by `Task.seed`. The global generators of NumPy and Python are seeded as
@@ -90,7 +90,7 @@ def record_run(task: Task) -> StudyRun:
 
 
 def iterate_generations(task: Task, problem: Problem, on_batch: BatchCallback) -> Iterator[Any]:
-    """Run an algorithm until `n_eval` evaluations are made, and yield it after each generation.
+    """Run an algorithm for `n_eval` evaluations, and yield the algorithm after each generation.
 
     The algorithm's own termination criterion is not used, because some criteria stop within a
     generation.
@@ -187,7 +187,7 @@ class EvaluationLog:
         self._X.append(np.array(population[is_logged].get("X")))
 
     def build_run(self, wall_time: float) -> StudyRun:
-        """Return the log as a `StudyRun`, which can be stored.
+        """Return the logged evaluations and statistics as a `StudyRun`, which can be stored.
 
         Parameters
         ----------
@@ -236,7 +236,7 @@ class ReportingEvaluator(Evaluator):
 
 
 def _select_numeric_rows(X: list[Any], rows: Any) -> Any:
-    """Return rows of designs as a float array, without columns if they are not numeric."""
+    """Return selected designs as a float array, which has no columns if they are not numeric."""
     if not X or X[0].ndim != 2 or X[0].dtype == object:
         return np.empty((len(rows), 0))
     return np.concatenate(X)[rows].astype(float)

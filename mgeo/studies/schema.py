@@ -38,7 +38,7 @@ Seeds = Annotated[
 
 
 class ProblemTable(Table):
-    """One problem of the study, or several problems that differ in name or scenario."""
+    """Table of a study file that defines one or more problems, which differ in name or scenario."""
 
     name: Names = Field(
         description="Name of an installed problem, or of a benchmark problem: pymoo:NAME; "
@@ -65,7 +65,7 @@ class ProblemTable(Table):
 
 
 class AlgorithmTable(Table):
-    """One algorithm with its parameters, or one algorithm per combination of listed values.
+    """Table of a study file that defines one algorithm per combination of listed parameter values.
 
     A parameter whose value is itself a list is written as a list in a list: momentum = [[0.6,
     0.4]].
@@ -90,7 +90,7 @@ class AlgorithmTable(Table):
 
 
 class PublishedTable(Table):
-    """Published values, which reports show beside the results of the study."""
+    """Table of a study file with published indicator values, which reports show for comparison."""
 
     source: str = Field(description="Publication that the values are taken from.")
     evaluations: int | None = Field(
@@ -105,7 +105,7 @@ class PublishedTable(Table):
 
 
 class StudySettings(Table):
-    """Settings of a study: all keys of the file except its problems and algorithms."""
+    """Settings of a study: all keys of a study file except the problems and the algorithms."""
 
     title: str = Field(description="Title of the report pages.")
     description: str = Field("", description="Introduction on the report pages.")
@@ -131,13 +131,13 @@ class StudySettings(Table):
 
 
 class StudyTable(StudySettings):
-    """Study: a comparison of algorithms on problems."""
+    """Content of a study file: settings, problems and algorithms of a comparison."""
 
     problems: NonEmptyList[ProblemTable] = Field(description="Problems of the study.")
     algorithms: NonEmptyList[AlgorithmTable] = Field(description="Algorithms of the study.")
 
 
 def build_study_schema() -> str:
-    """Return the JSON Schema of study files, as the text of a JSON file."""
+    """Return the JSON Schema of study files as JSON text."""
     version = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     return json.dumps(version | StudyTable.model_json_schema(), indent=2)

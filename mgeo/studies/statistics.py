@@ -22,7 +22,7 @@ _MAGNITUDES = ((0.71, "large"), (0.64, "medium"), (0.56, "small"))
 
 @dataclass(frozen=True, eq=False)
 class KruskalWallisResult:
-    """Result of the Kruskal-Wallis test (1952) for a difference between independent samples.
+    """Result of the Kruskal-Wallis test for a difference between independent samples.
 
     Attributes
     ----------
@@ -90,9 +90,8 @@ def holm_correction(p_values: ArrayLike) -> FloatArray:
 
 
 def vargha_delaney_effect_size(a: ArrayLike, b: ArrayLike) -> float:
-    """Return the Vargha-Delaney effect size A, the probability that `a` is larger than `b`.
-
-    A compares one random value of each sample.
+    """Return the Vargha-Delaney effect size A, the probability that a random value of `a` is larger
+    than a random value of `b`.
 
     Ties count half.
     """
@@ -112,7 +111,7 @@ def classify_effect_size(effect_size: float) -> str:
 
 
 def compare_pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.DataFrame:
-    """Compare all pairs of samples by the Mann-Whitney test, as a table with one row per pair.
+    """Compare all pairs of samples by the Mann-Whitney test; return a table with one row per pair.
 
     Larger values are better.
 
@@ -137,7 +136,7 @@ def compare_pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.
 
 
 def mean_ranks(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.Series[float]:
-    """Return the mean rank of each sample among the values of all samples, best first.
+    """Return the mean rank of the values of each sample among all values, as a Series, best first.
 
     The largest value has rank 1; equal values share the mean of their ranks. For two samples, the
     one with the better mean rank has a `vargha_delaney_effect_size` above one half.
@@ -188,7 +187,7 @@ def kruskal_wallis_test(samples: Mapping[str, Sequence[float] | FloatArray]) -> 
 
 
 def mean_block_ranks(values: ArrayLike, blocks: ArrayLike) -> FloatArray:
-    """Rank the algorithms on each problem, and average the ranks over the problems of each block.
+    """Rank the algorithms on each problem, and average the ranks within each block of problems.
 
     Parameters
     ----------
@@ -258,7 +257,7 @@ def friedman_test(
 def nemenyi_critical_difference(
     n_algorithms: int, n_blocks: int, alpha: float = SIGNIFICANCE_LEVEL
 ) -> float:
-    """Return Nemenyi's critical difference of average ranks, beyond which two algorithms differ.
+    """Return Nemenyi's critical difference: the smallest significant difference of average ranks.
 
     Parameters
     ----------
@@ -274,7 +273,7 @@ def nemenyi_critical_difference(
 def bootstrap_band(
     samples: FloatArray, level: float = 0.95, n_resamples: int = 2000, seed: int = 0
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the bootstrap confidence interval of the mean over runs, at each point of a curve.
+    """Return the bootstrap confidence band of the mean curve of all runs: lower and upper bounds.
 
     Whole runs are resampled, so that the band applies to whole curves. The bounds are percentiles.
 

@@ -139,7 +139,7 @@ def run_study(
 def _build_experiments(
     study: Study, folders: Mapping[str, Path], run_options: Mapping[str, Any]
 ) -> dict[str, Experiment]:
-    """Build the problems and algorithms of all experiments before the first run is started.
+    """Build one experiment per problem, keyed by label, so that errors occur before the first run.
 
     Raises
     ------

@@ -28,7 +28,9 @@ from mgeo.validation.tables import validate_table
 
 @dataclass(frozen=True)
 class ProblemConfiguration:
-    """One problem of a study: label, name, options, and the values that divide its front."""
+    """One problem of a study: its label, name, options, and the values of the first objective that
+    divide its front into parts.
+    """
 
     label: str
     name: str
@@ -55,7 +57,7 @@ class AlgorithmConfiguration:
     parameters: dict[str, Any]
 
     def build(self, problem: Problem) -> Algorithm:
-        """Build the pymoo algorithm for a problem, without setting it up.
+        """Build the pymoo algorithm for a problem. The algorithm is not set up yet.
 
         Raises
         ------
@@ -116,7 +118,7 @@ class Study(StudySettings):
     text: str
 
     def build_plan(self) -> dict[str, Any]:
-        """Return problems, algorithms, budget and seeds as a dict that becomes JSON.
+        """Return the problems, algorithms, budget and seeds as a JSON-serializable dict.
 
         The plan identifies the study when it is resumed. Dates in options are text in ISO 8601.
 
@@ -145,7 +147,8 @@ class Study(StudySettings):
         return values
 
     def compute_budget(self, problem: Problem) -> tuple[int, int | list[int]]:
-        """Return the evaluations of a run, and the evaluation counts at which fronts are measured.
+        """Return the number of evaluations of a run on a problem, and the evaluation counts at
+        which fronts are evaluated.
 
         Returns
         -------
@@ -161,7 +164,7 @@ class Study(StudySettings):
         return self.evaluations * factor, steps
 
     def with_budget(self, evaluations: int | None = None, seeds: int | None = None) -> Study:
-        """Return a copy of the study with another number of evaluations or of seeds.
+        """Return a copy of the study with another number of evaluations or another number of seeds.
 
         Parameters
         ----------
@@ -283,7 +286,7 @@ def parse_study(text: str, folder: Path, *, allow_imports: bool = True) -> Study
 def _expand_problems(
     table: ProblemTable, index: int, folder: Path, allow_imports: bool
 ) -> Iterator[ProblemConfiguration]:
-    """Yield one configuration for each combination of a name and a scenario of a TOML table."""
+    """Yield one problem configuration for each combination of a name and a scenario in a table."""
     location = f"problems[{index}]."
     if table.scenario is not None and table.options is not None:
         raise ValueError(f"{location}scenario and options: expected only one of them")
@@ -307,7 +310,7 @@ def _expand_problems(
 def _expand_algorithms(
     table: AlgorithmTable, index: int, allow_imports: bool
 ) -> Iterator[AlgorithmConfiguration]:
-    """Yield one configuration for each combination of a name and listed parameter values."""
+    """Yield one algorithm configuration for each combination of a name and parameter values."""
     location = f"algorithms[{index}]."
     parameters = table.parameters
     varied_keys = [key for key, value in parameters.items() if isinstance(value, list)]

@@ -46,7 +46,7 @@ Cells = Collection[tuple[str, str]]
 
 @dataclass(frozen=True, eq=False)
 class MarkedTable:
-    """Table of text with marks for the best cells and for cells that do not differ significantly.
+    """Text table that marks the best values and those not significantly different from them.
 
     Row names and column names are unique.
 
@@ -66,16 +66,16 @@ class MarkedTable:
 
     @property
     def note(self) -> str:
-        """Explanation of bold and marked cells as a sentence; empty if no cell is marked."""
+        """Text that explains the bold and marked cells; empty if no cell is marked."""
         return _NOTE if self.best else ""
 
     def to_markdown(self) -> str:
-        """Return the table and the note as Markdown."""
+        """Return the table as Markdown text, followed by the note."""
         text = format_markdown(self._mark_cells("**{}**", str))
         return f"{text}\n{self.note}\n" if self.note else text
 
     def to_latex(self) -> str:
-        """Return the table as a booktabs ``tabular``, followed by the note.
+        """Return the table as a LaTeX ``tabular`` with booktabs rules, followed by the note.
 
         The text is for use in a LaTeX ``table`` environment.
         """
@@ -98,7 +98,9 @@ class MarkedTable:
 
 
 def build_problem_table(comparison: Comparison) -> MarkedTable:
-    """Return a table of mean ± sd of each indicator by algorithm, with the best ones marked."""
+    """Build a table of the mean ± sd of each indicator (columns) for each algorithm (rows), with
+    the best algorithms marked.
+    """
     best, equivalent = [], []
     for indicator in comparison.all_indicators:
         winners, similar = find_best_and_equivalent(comparison, indicator)
@@ -108,9 +110,10 @@ def build_problem_table(comparison: Comparison) -> MarkedTable:
 
 
 def build_study_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
-    """Return a table of mean ± sd of the default indicator by problem and algorithm.
+    """Build a table of the mean ± sd of the default indicator for each problem (rows) and algorithm
+    (columns).
 
-    Problems are rows and algorithms are columns. The best algorithms are marked in each row.
+    The best algorithms are marked in each row.
     """
     rows, best, equivalent = {}, [], []
     for label, comparison in comparisons.items():
@@ -126,7 +129,7 @@ def build_study_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
 def find_best_and_equivalent(
     comparison: Comparison, indicator: Indicator
 ) -> tuple[list[str], list[str]]:
-    """Return the algorithms with the best mean, and those without a significant difference from it.
+    """Return the algorithms with the best mean, and those not significantly different from it.
 
     Returns
     -------

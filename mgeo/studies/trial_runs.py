@@ -86,7 +86,7 @@ def make_trial_runs(task: Task) -> TrialResult | None:
 
 
 def describe_limitations(trials: Mapping[str, TrialResult], title: str, n_eval: int) -> list[str]:
-    """Return the conditions found by trial runs that limit a comparison, one sentence each.
+    """Return one sentence for each condition found by trial runs that limits the comparison.
 
     The conditions are a noisy problem, an algorithm that is not reproducible, and a first
     generation larger than the budget.
@@ -149,7 +149,9 @@ def _find_fractional_value(problem: Problem, batches: Iterable[Any]) -> float | 
 
 
 def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:
-    """Return the evaluations per generation, and the candidates of each evaluated batch."""
+    """Execute a short run on random objectives, and return the sizes of its generations and the
+    candidates of each evaluated batch.
+    """
     batches: list[Any] = []
     sizes: list[int] = []
     unlimited_task = replace(task, n_eval=_UNLIMITED_BUDGET)
@@ -166,9 +168,9 @@ def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]
 
 @contextmanager
 def _randomize_values(problem: Problem) -> Iterator[None]:
-    """Context manager that replaces the values of a problem by a reproducible random sequence.
+    """Context manager in which a problem returns reproducible random objectives and constraints.
 
-    The values of all fidelity levels are replaced.
+    This applies to all fidelity levels.
     """
     random_state, is_elementwise = np.random.default_rng(0), problem.elementwise
 
@@ -192,7 +194,7 @@ def _randomize_values(problem: Problem) -> Iterator[None]:
 
 
 def _evaluate_points(problem: Problem, X: Any) -> FloatArray:
-    """Return objectives and constraint values of points, as columns of one array."""
+    """Evaluate points, and return objectives and constraint values as columns of one array."""
     population = Population.new("X", X)
     TolerantEvaluator(warn=False).eval(problem, population)
     return np.column_stack(population.get("F", "G", "H"))

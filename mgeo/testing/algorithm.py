@@ -30,11 +30,11 @@ def check_algorithm(
     n_obj: tuple[int, ...] = (1, 2, 3),
     constraints: bool = True,
 ) -> None:
-    """Check by short runs that an algorithm meets the requirements of studies, or raise CheckError.
+    """Check an algorithm by short runs, and raise CheckError for the first violated rule.
 
     The checks cover bounds, evaluation counts, the reported front, reproducibility by seed, ask and
     tell, copies and pickles, and constraints. For algorithms of the MGEO family they also cover
-    `get_params` and the saving of a run.
+    `get_params`, and saving and restoring a run.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class _Trial:
     n_gen: int
 
     def run(self, **options: Any) -> tuple[Result, FloatArray]:
-        """Run `minimize`, and return its result and all evaluated points in order."""
+        """Run the algorithm, and return its result and all evaluated points in order."""
         self.problem.batches.clear()
         with convert_to_check_error(f"minimize with {self.problem.n_obj} objectives"):
             result = minimize(self.problem, self.algorithm, **self._get_options(), **options)
@@ -103,7 +103,7 @@ class _Trial:
         return result, np.concatenate(self.problem.batches)
 
     def set_up(self, generations: int = 0) -> Algorithm:
-        """Return a copy of the algorithm after `setup` and a given number of generations."""
+        """Return a copy of the algorithm that has run for a given number of generations."""
         run = copy.deepcopy(self.algorithm).setup(self.problem, **self._get_options())
         for _ in range(generations):
             run.next()
@@ -224,7 +224,7 @@ def _check_constraints(trial: _Trial) -> None:
 
 
 class Bowls(Problem):
-    """Test problem whose objectives are the squared distances to different center points.
+    """Test problem whose k-th objective is the squared distance to the k-th center point.
 
     All variables are in [-2, 2].
 

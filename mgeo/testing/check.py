@@ -26,7 +26,7 @@ def require_equal(actual: ArrayLike, expected: ArrayLike, rule: str, rtol: float
     Parameters
     ----------
     actual, expected : array_like
-        Numbers; NaN equals NaN.
+        Arrays to compare; NaN equals NaN.
     rule : str
         Beginning of the message.
     rtol : float
@@ -42,10 +42,7 @@ def require_equal(actual: ArrayLike, expected: ArrayLike, rule: str, rtol: float
 
 @contextmanager
 def convert_to_check_error(rule: str) -> Iterator[None]:
-    """Context manager that reraises any exception as a CheckError.
-
-    The message begins with the violated rule.
-    """
+    """Context manager that reraises any exception as a CheckError with the violated rule."""
     try:
         yield
     except CheckError:

@@ -23,7 +23,7 @@ Values = Mapping[str, FloatArray]
 
 
 def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: float = 1e-12) -> None:
-    """Check that a problem and its optional methods satisfy the rules of mgeo, or raise CheckError.
+    """Check a problem and its optional methods, and raise CheckError for the first violated rule.
 
     The problem is evaluated at random points and at its lower and upper bounds. Optional methods of
     `mgeo.ProblemMixin` and the view are checked if the problem defines them.
@@ -71,7 +71,7 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
 
 
 def _evaluate(problem: Problem, X: FloatArray) -> Values:
-    """Return objectives and constraints, and check that `evaluate` leaves the designs unchanged."""
+    """Return objectives and constraints, and check that the evaluation does not modify X."""
     designs = convert_numbers_to_designs(problem, X.copy())
     with convert_to_check_error("evaluate(X)"):
         out = problem.evaluate(designs, return_values_of=["F", "G", "H"], return_as_dictionary=True)

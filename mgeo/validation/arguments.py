@@ -83,7 +83,7 @@ def validate_fraction(name: str, value: Any) -> float:
 
 
 def validate_each(name: str, value: Any, check: Callable[..., T], **limits: float) -> T | list[T]:
-    """Check an argument that may be one number or a list of numbers, and return it.
+    """Check an argument that is a number or a list of numbers, and return the checked value.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def reject_unknown_keywords(
 
 
 def format_suggestion(value: Any, known: Collection[str]) -> str:
-    """Return the text "; did you mean ...?" for a message about an unknown name.
+    """Return the suffix "; did you mean ...?" for an error message about an unknown name.
 
     Parameters
     ----------

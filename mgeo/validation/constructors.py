@@ -47,7 +47,7 @@ def get_parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:
 
 
 def reject_unknown_options(name: str, cls: type, options: Iterable[str]) -> None:
-    """Raise ValueError if an option is not a constructor parameter of a problem class.
+    """Raise ValueError if the constructor of a problem class does not define an option.
 
     The constructor of pymoo's `Problem` silently ignores unknown keywords. Allowed are therefore
     only the parameters of the constructors of derived classes, not those of `Problem`.
@@ -72,7 +72,7 @@ def reject_unknown_options(name: str, cls: type, options: Iterable[str]) -> None
 
 
 def get_parameter_descriptions(cls: type) -> dict[str, str]:
-    """Return the parameter descriptions in the docstrings of a class and its bases, by name.
+    """Return the parameter descriptions in the docstrings of a class and its bases, as a dict.
 
     The docstrings have entries ``name : description`` in their section Parameters.
 

@@ -32,7 +32,7 @@ def convert_file_errors(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 def get_entry(table: Any, key: str, kind: Any, where: str = "") -> Any:
-    """Check the type of one entry of a TOML table or JSON object, and return the entry.
+    """Return an entry of a TOML table or JSON object after a check of its type.
 
     Parameters
     ----------

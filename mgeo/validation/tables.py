@@ -14,7 +14,7 @@ _STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 
 
 class Table(BaseModel):
-    """Base class of pydantic models for tables of a file, with strict types and no unknown keys."""
+    """Base class of pydantic models of file contents, with strict types and no unknown keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, **_STRICT)
 
@@ -35,7 +35,7 @@ T = TypeVar("T", bound=Table)
 
 
 def validate_table(model: type[T], data: Any) -> T:
-    """Check the content of a file against a pydantic model, and return it as an instance.
+    """Validate the content of a file, and return it as an instance of a pydantic model.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ _MAX_CELLS = 300  # Maximum number of heat-map cells along each objective.
 
 
 def draw_median_fronts(comparison: Comparison) -> go.Figure:
-    """Draw one front per algorithm: that of the run with the median value of the default indicator.
+    """Draw one front per algorithm: the front of the run whose default indicator is the median.
 
     Raises
     ------
@@ -182,7 +182,8 @@ def draw_attainment_surfaces(comparison: Comparison) -> go.Figure:
 
 
 def draw_attainment_difference(comparison: Comparison, first: str, second: str) -> go.Figure:
-    """Draw the difference of two algorithms in the share of runs that attain a point, as heat map.
+    """Draw a heat map of the difference between two algorithms in the share of runs that attain
+    each point of the objective space.
 
     Raises
     ------
@@ -246,7 +247,9 @@ def compute_attainment(fronts: list[FloatArray], x: FloatArray, y: FloatArray) -
 
 
 def _compute_cell_edges(values: FloatArray) -> FloatArray:
-    """Return ascending cell edges: the distinct values, or quantiles of them if there are many."""
+    """Return the ascending edges of heat-map cells: the distinct values, or their quantiles if
+    there are many.
+    """
     edges = np.unique(values)
     if len(edges) > _MAX_CELLS:
         edges = np.unique(np.quantile(edges, np.linspace(0.0, 1.0, _MAX_CELLS), method="nearest"))

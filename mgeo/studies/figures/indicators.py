@@ -58,7 +58,7 @@ def draw_anytime_curves(comparison: Comparison, indicator: str | None = None) ->
 
 
 def draw_box_plots(comparison: Comparison) -> go.Figure:
-    """Draw box plots of the final indicators of each algorithm, with one point per run."""
+    """Draw box plots of the final indicator values of each algorithm, with one point per run."""
     figure = make_subplots(rows=1, cols=len(comparison.indicators), shared_yaxes=True)
     final = comparison.select_final_rows()
     for name, style in assign_trace_styles(comparison.algorithms).items():
@@ -192,7 +192,7 @@ def draw_critical_difference_diagram(
 
 
 def find_equivalent_groups(ranks: list[float], critical_difference: float) -> list[tuple[int, int]]:
-    """Find the maximal groups of algorithms whose average ranks do not differ significantly.
+    """Return the index ranges of the maximal groups of algorithms without significant differences.
 
     Groups may overlap; groups of one algorithm are omitted.
 
@@ -217,7 +217,9 @@ def find_equivalent_groups(ranks: list[float], critical_difference: float) -> li
 
 
 def draw_runtime_distribution(distribution: pd.DataFrame, n_problems: int) -> go.Figure:
-    """Draw the share of targets reached by each algorithm over evaluations, as in COCO.
+    """Draw the share of hypervolume targets that each algorithm reached over evaluations.
+
+    The COCO benchmarking platform uses the same figure.
 
     Parameters
     ----------

@@ -31,14 +31,14 @@ class TraceStyle:
         return "rgba({},{},{},{})".format(*hex_to_rgb(self.color), opacity)
 
     def build_line(self, width: float) -> dict[str, Any]:
-        """Return plotly's line properties of a curve whose width is given in pixels."""
+        """Return the color, dash pattern and width [px] of a curve as a dict for plotly."""
         return {"color": self.color, "dash": self.dash, "width": width}
 
 
 def assign_trace_styles(algorithms: tuple[str, ...]) -> dict[str, TraceStyle]:
     """Return a distinct color, dash pattern and symbol for each algorithm, as a dict by label.
 
-    They depend on the position of the algorithm. Up to 21 styles are distinct.
+    The style depends on the position of the algorithm. Up to 21 styles are distinct.
     """
     n = len(COLORS)
     return {
@@ -48,14 +48,17 @@ def assign_trace_styles(algorithms: tuple[str, ...]) -> dict[str, TraceStyle]:
 
 
 def validate_n_objectives(problem: Problem, *allowed: int) -> None:
-    """Raise ValueError if the number of objectives of a problem is not in `allowed`."""
+    """Raise ValueError unless the number of objectives of a problem is one of `allowed`."""
     if problem.n_obj not in allowed:
         expected = " or ".join(map(str, allowed))
         raise ValueError(f"{problem.n_obj} objectives: expected {expected} to draw fronts")
 
 
 def set_axes(figure: go.Figure, names: tuple[str, ...], points: FloatArray) -> None:
-    """Set the titles and ranges of both axes of a figure in place, for points of shape (n, 2)."""
+    """Set the titles and the scales (linear or logarithmic) of both axes of a figure in place.
+
+    The scales suit the coordinates of `points`, an array of shape (n, 2).
+    """
     figure.update_xaxes(build_axis_layout(names[0], points[:, 0]))
     figure.update_yaxes(build_axis_layout(names[1], points[:, 1]))
 
@@ -66,7 +69,7 @@ def compute_height(n_rows: int) -> int:
 
 
 def apply_comparison_style(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
-    """Set title, subtitle and common style of a figure, and return the figure."""
+    """Set the title, subtitle and common style of a figure in place, and return the figure."""
     visible = [t for t in figure.data if t.visible is not False and t.showlegend is not False]
     return style.apply_style(figure, title, subtitle).update_layout(
         height=max(PAGE_HEIGHT, compute_height(len(visible))),

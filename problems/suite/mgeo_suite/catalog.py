@@ -56,7 +56,7 @@ SECTIONS: Mapping[str, type[Any]] = {
 
 @pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
 class GradeCost(Settings):
-    """Price, mass and power of a grade of an instrument, with their source."""
+    """Price, mass and power of one grade of an instrument, with the source of the values."""
 
     name: str
     """name of the grade, unique in its section"""
@@ -72,7 +72,7 @@ class GradeCost(Settings):
 
 @dataclass(frozen=True)
 class Grade:
-    """Grade of a gyro or sensor: its cost, and the instrument with its error model.
+    """Grade of a gyro or sensor, with its cost and an instrument that has its error model.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class Grade:
 
 @dataclass(frozen=True)
 class Catalog:
-    """Catalog of the grades of each kind of instrument, from which a sensor suite is selected.
+    """Catalog of gyro and sensor grades, from which a sensor suite is selected.
 
     Catalogs are hashable. Grades have the order of the catalog file.
 
@@ -224,7 +224,7 @@ def _validate_faces(faces: Any) -> tuple[str, ...]:
 
 
 def _validate_traits(section: str, grades: tuple[Grade, ...]) -> None:
-    """Raise InvalidValue unless all grades of a section can use the same compiled filter kernel."""
+    """Raise InvalidValue if the grades of a section would need different filter kernels."""
     for i, grade in enumerate(grades[1:], 1):
         first_traits, traits = (_list_kernel_traits(g.instrument) for g in (grades[0], grade))
         for name, value in traits.items():
@@ -233,7 +233,7 @@ def _validate_traits(section: str, grades: tuple[Grade, ...]) -> None:
 
 
 def _list_kernel_traits(instrument: Any) -> dict[str, Any]:
-    """Return the properties of an instrument that determine its filter kernel, by name."""
+    """Return the properties that are compiled into the filter kernel, as a dict by name."""
     cones = (
         instrument.list_visibility_cones() if hasattr(instrument, "list_visibility_cones") else ()
     )

@@ -21,7 +21,7 @@ _N_SAMPLES = 200  # maximum number of points of a time history
 def draw_figures(
     suites: SuiteModels, choices: Ints, maneuvers: Floats, price: Floats, result: Evaluation
 ) -> dict[str, go.Figure]:
-    """Return two figures of a front of sensor suites, as a dict by name.
+    """Return a figure of accuracy over price, and one of the selected sensors, as a dict.
 
     "front" shows the attitude accuracy over the price, colored by star tracker. "sensors" shows the
     selected option of each mounting place. Solutions are numbered by their rows. Designs for which
@@ -94,7 +94,7 @@ def _draw_front(
 
 
 def _draw_sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints) -> go.Figure:
-    """Return a heatmap of the selected options, with one column per solution, sorted by price."""
+    """Return a heatmap of the selected grade at each mounting place, one column per solution."""
     places = suites.places[::-1]
     numbers = choices[order][:, ::-1].T
     texts = [
@@ -121,7 +121,7 @@ def _draw_sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints
 
 
 def draw_solution_figures(model: FilterModel, result: Evaluation) -> dict[str, go.Figure]:
-    """Return time histories of body rates and attitude 1-sigma until t_end, as a dict by name.
+    """Return figures of body rates and attitude 1-sigma over the time of a plan, as a dict.
 
     Parameters
     ----------

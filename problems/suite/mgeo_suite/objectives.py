@@ -37,7 +37,7 @@ class SuiteObjective:
 
 
 def validate_objectives(names: Sequence[str], has_required_sigma: bool) -> tuple[str, ...]:
-    """Check the names of the objectives of a problem, and return them as a tuple.
+    """Check that objective names are known, unique and defined for a scenario; return a tuple.
 
     Parameters
     ----------

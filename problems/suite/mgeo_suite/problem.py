@@ -36,13 +36,13 @@ _OPTION_KEYS = ("preset", "scenario", "catalog", "objectives")
 
 
 def load_scenario_table() -> dict[str, Any]:
-    """Return the scenario of the presets as nested dicts, as `Scenario.from_dict` expects them."""
+    """Return the scenario of the presets as nested dicts, which `Scenario.from_dict` accepts."""
     text = Path(__file__).with_name("cubesat.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
 
 
 class SensorSuiteProblem(ProblemMixin, Problem):
-    """Problem of selecting a sensor suite and its calibration maneuvers, at least cost and error.
+    """Problem of selecting sensors and calibration maneuvers that minimize cost and error.
 
     The cost is the price, mass or power of the suite. The error is the attitude 1-sigma after the
     maneuvers. The first variables are pymoo's `Choice` of a grade of gyro, magnetometer, star
@@ -122,7 +122,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         )
 
     def split_designs(self, X: ArrayLike) -> tuple[Ints, Floats]:
-        """Split designs into two arrays: option indices of the instruments, and maneuvers.
+        """Split designs into an array of instrument options and an array of maneuver variables.
 
         Parameters
         ----------
@@ -149,13 +149,13 @@ class SensorSuiteProblem(ProblemMixin, Problem):
             is_invalid |= choices[:, j] >= len(place.options)
             if is_invalid.any():
                 raise ValueError(
-                    f"{place.name} = {numbers[is_invalid][0, j]}: expected a whole number from 0 "
+                    f"{place.name} = {numbers[is_invalid][0, j]}: expected an integer from 0 "
                     f"to {len(place.options) - 1}, of {', '.join(place.options)}"
                 )
         return choices, numbers[:, n_places:]
 
     def run_filter(self, X: ArrayLike, history: bool = False) -> Evaluation:
-        """Return the results of the Kalman filter for each design, with the sensors of its suite.
+        """Return Kalman filter results of each design, computed with the sensors of its suite.
 
         Parameters
         ----------
@@ -232,7 +232,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> SensorSuiteProblem:
-        """Construct the problem from the options of a scenario file: a preset, and changes of it.
+        """Construct the problem from options: a preset, a scenario, a catalog and objectives.
 
         Parameters
         ----------
@@ -269,7 +269,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-        """Return options in which the names of scenario and catalog files are replaced by tables.
+        """Return the options with paths of scenario and catalog files replaced by file contents.
 
         Parameters
         ----------
@@ -291,7 +291,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         return result
 
     def to_options(self) -> dict[str, Any]:
-        """Return scenario, catalog and objectives as a dict of JSON types for `from_options`."""
+        """Return scenario, catalog and objectives as a JSON dict, which `from_options` accepts."""
         scenario = dataclasses.replace(
             self.scenario,
             gyro=self.suites.places[0].instruments[0],
@@ -304,7 +304,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         }
 
     def map_to_indicator_space(self, F: ArrayLike) -> Floats:
-        """Return objectives scaled to order one, for the hypervolume and other indicators.
+        """Return objective vectors scaled to order one, for the hypervolume and other indicators.
 
         Price, mass and power are divided by their maximum over all suites. The attitude 1-sigma is
         mapped to the decimal logarithm of its ratio to 0.001 deg, divided by four. All other

@@ -93,7 +93,7 @@ class SuiteModels:
         self._suite_models: dict[bytes, FilterModel] = {}
 
     def __reduce__(self) -> tuple[type[SuiteModels], tuple[Scenario, Catalog]]:
-        # A copy, as in another process, builds its models again.
+        # A pickled copy, for example in another process, rebuilds its models.
         return SuiteModels, (self.scenario, self.catalog)
 
     @cached_property
@@ -102,7 +102,9 @@ class SuiteModels:
         return self.get_layout_model(np.array([len(place.options) - 1 for place in self.places]))
 
     def compute_layout_ids(self, choices: Ints) -> Ints:
-        """Return an integer per suite that encodes its number of Sun sensors and its star tracker.
+        """Return an integer per suite; suites with equal integers share a compiled filter kernel.
+
+        The integer encodes the number of Sun sensors and the presence of a star tracker.
 
         Parameters
         ----------
@@ -116,10 +118,10 @@ class SuiteModels:
         return self._has_instrument(choices) @ self._layout_weights
 
     def get_layout_model(self, choice: Ints) -> FilterModel:
-        """Return a filter model with the same number of sensors of each kind as a suite.
+        """Return the filter model whose compiled kernel a suite can use, built on first use.
 
-        The suite can use the compiled kernel of this model, which is built on first use. The
-        sensors of the model have the errors of the last grade in the catalog.
+        The model has the same number of sensors of each kind as the suite, but with the errors of
+        the last grade in the catalog.
 
         Parameters
         ----------
@@ -138,7 +140,7 @@ class SuiteModels:
         return self._layout_models[layout_id]
 
     def _has_instrument(self, choices: Ints) -> Bools:
-        """Return a boolean array, True where the option of a mounting place is an instrument."""
+        """Return a boolean array, True for each mounting place that has an instrument."""
         return (choices > 0) | ~self._is_optional
 
     @cached_property
@@ -163,7 +165,7 @@ class SuiteModels:
         return total
 
     def get_suite_model(self, choice: Ints) -> FilterModel:
-        """Return the filter model with the gyro and sensors of a suite, built on first use.
+        """Return the filter model of a suite, with its gyro and sensors, built on first use.
 
         Parameters
         ----------
@@ -186,7 +188,7 @@ class SuiteModels:
         }
 
     def describe_suite(self, choice: Ints) -> str:
-        """Return the sensors of a suite as text.
+        """Return a text that lists the gyro and the sensors of a suite.
 
         An example is ``mems gyro, boom magnetometer, 1 fine Sun sensor (+x)``.
         """
@@ -257,7 +259,7 @@ def _build_place(
 
 
 def _add_instruments(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -> Scenario:
-    """Return a copy of the scenario with the given gyro and sensors.
+    """Return the scenario with the given gyro and sensors, if all suites support its criteria.
 
     Raises
     ------
@@ -285,7 +287,7 @@ def _add_instruments(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -
 def evaluate_choices(
     suites: SuiteModels, choices: Ints, maneuvers: Floats, threads: int | None, history: bool
 ) -> Evaluation:
-    """Return the results of the Kalman filter for designs, each with its own suite and maneuvers.
+    """Return the results of the Kalman filter for each design, with its own suite and maneuvers.
 
     Parameters
     ----------
@@ -337,7 +339,7 @@ def _truncate_states(result: Evaluation, n: int) -> Evaluation:
 def _concatenate_results(
     parts: list[tuple[Ints, Evaluation]], suites: SuiteModels, maneuvers: Floats
 ) -> Evaluation:
-    """Concatenate filter results of several batches in the original order of the designs."""
+    """Concatenate the filter results of several batches, in the original order of the designs."""
     order = np.argsort(np.concatenate([rows for rows, _ in parts]))
     arrays = {}
     for field in dataclasses.fields(Evaluation):

@@ -36,17 +36,26 @@ class SuiteView(View):
 
     @cached_property
     def choices(self) -> Ints:
-        """Index of the selected option of each mounting place, shape (n, n_places)."""
+        """Index of the selected option at each mounting place, with one row per design.
+
+        The shape is (n, n_places).
+        """
         return self.problem.split_designs(self.X)[0]
 
     @cached_property
     def maneuvers(self) -> Floats:
-        """Body rates [deg/s] and duration [s] of each maneuver, shape (n, 4 n_maneuvers)."""
+        """Body rates [deg/s] and duration [s] of each maneuver, with one row per design.
+
+        The shape is (n, 4 n_maneuvers).
+        """
         return self.problem.split_designs(self.X)[1]
 
     @cached_property
     def resources(self) -> Floats:
-        """Price [kEUR], mass [g] and power [mW] of the suite of each design, shape (n, 3)."""
+        """Price [kEUR], mass [g] and power [mW] of the selected suites, with one row per design.
+
+        The shape is (n, 3).
+        """
         return self.problem.suites.compute_resources(self.choices)
 
     @cached_property
@@ -82,7 +91,7 @@ class SuiteView(View):
         return pd.DataFrame(columns)
 
     def summaries(self) -> list[str]:
-        """Return one line of text per design: price, attitude accuracy, t_end and sensors."""
+        """Return one line of text per design: price, attitude accuracy, end time and sensors."""
         lines = []
         for i, choice in enumerate(self.choices):
             t_end = self.evaluation.t_end[i]
@@ -109,7 +118,7 @@ class SuiteView(View):
         return build_constraint_tables(bounds, violations.reshape(len(self.X), len(bounds)))
 
     def figures(self) -> dict[str, go.Figure]:
-        """Return two figures of the front: accuracy over price, and the selected sensors."""
+        """Return a figure of accuracy over price and one of the selected sensors, as a dict."""
         from mgeo_suite.figures import draw_figures
 
         price = self.resources[:, 0]
@@ -118,7 +127,7 @@ class SuiteView(View):
         )
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """Return time histories of body rates and attitude 1-sigma of each design, as figures."""
+        """Return, for each design, figures of body rates and attitude 1-sigma over time."""
         from mgeo_suite.figures import draw_solution_figures
 
         model = self.problem.suites.model
@@ -128,7 +137,9 @@ class SuiteView(View):
         return [draw_solution_figures(model, result) for result in results]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
-        """Return the minimum price on a front for each accuracy of `ACCURACY_LEVELS_DEG`.
+        """Return the minimum price on a front for each accuracy level, as a dict by name.
+
+        The levels are `ACCURACY_LEVELS_DEG`.
 
         Accuracies that the front does not reach are left out.
         """
@@ -146,7 +157,7 @@ class SuiteView(View):
 def summarize_front(
     problem: SensorSuiteProblem, X: ArrayLike, F: Floats, budgets: Floats
 ) -> list[str]:
-    """Return sentences on the most accurate suite per budget, and the cheapest per accuracy.
+    """Return a list of sentences on the best suite per budget and the least price per accuracy.
 
     The first sentences name the most accurate suite within each budget. The others name, for each
     accuracy of `ACCURACY_LEVELS_DEG`, the minimum price with and without a star tracker.

@@ -44,7 +44,8 @@ def simulated_runs(request):
     )
     generators = np.random.default_rng(8).spawn(RUNS)
     flown_runs = [
-        runs.flown(model, PLAN, draw_errors(model, STEPS, generator)) for generator in generators
+        runs.simulate_motion(model, PLAN, draw_errors(model, STEPS, generator))
+        for generator in generators
     ]
     return model, [flight.readings for flight in flown_runs], flown_runs[0].motion.rates
 

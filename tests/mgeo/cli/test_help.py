@@ -48,7 +48,10 @@ def test_version_option_lists_packages(mgeo):
         (["solv"], r"No such command 'solv'.* \(see mgeo --help\)"),
         (["solve"], r"Missing argument '(?i:problem)' \(see mgeo solve --help\)"),
         (["study", "a", "b"], r"Got unexpected extra argument.*b.* \(see mgeo study --help\)"),
-        (["algorithms", "mgeo-directid"], "no algorithm .*; did you mean 'mgeo-directed'.*"),
+        (
+            ["algorithms", "mgeo-directid"],
+            "there is no algorithm .*; did you mean 'mgeo-directed'.*",
+        ),
     ],
 )
 def test_invalid_input_is_one_line(mgeo, arguments, message):

@@ -59,7 +59,9 @@ def test_broken_plugin_command_reports_its_error_and_hides_no_other(mgeo):
     assert "  broken " in mgeo("--help").stdout
     done = mgeo("broken", "--help")
     assert (done.exit_code, done.stdout) == (2, "")
-    assert done.stderr.startswith("Error: command 'broken' of stand-in 1.2.3 does not load: Module")
+    assert done.stderr.startswith(
+        "Error: command 'broken' of stand-in 1.2.3 cannot be imported: Module"
+    )
 
 
 def test_help_does_not_import_numpy():

@@ -87,7 +87,10 @@ def test_record_of_resumed_run_equals_uninterrupted_run(mgeo):
     ("arguments", "message"),
     [
         (["none"], "none cannot be resumed: there is no run.checkpoint in it"),
-        (["a", "--evaluations", "24"], "the new budget is 24 evaluations: expected at least the 1"),
+        (
+            ["a", "--evaluations", "24"],
+            "the new budget is 24 evaluations: expected at least 160, the number of evaluations",
+        ),
         (["cut"], "run.checkpoint: not a checkpoint, or a damaged one"),
     ],
 )

@@ -40,7 +40,7 @@ def test_robust_run_uses_the_robust_problem(mgeo):
     assert read_run("b").configuration.algorithm == "nsga2"
     result = mgeo("solve", "bnh", "--robust")
     assert result.exit_code == 2
-    assert result.stderr == "Error: BNH has no to_robust(): expected a run without it\n"
+    assert result.stderr == "Error: BNH has no to_robust(): solve it without --robust\n"
 
 
 def test_problem_known_to_be_infeasible_is_not_searched(mgeo, monkeypatch):
@@ -142,7 +142,7 @@ def test_existing_run_is_replaced_only_with_overwrite(mgeo):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["cantilevr"], "no problem is called 'cantilevr'.*did you mean 'cantilever'"),
+        (["cantilevr"], "no problem is named 'cantilevr'.*did you mean 'cantilever'"),
         (
             ["cantilever", *REAL, "--set", "sigma=1,x"],
             r"sigma\[1\] = 'x': expected a finite number > 0",

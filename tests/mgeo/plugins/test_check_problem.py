@@ -176,7 +176,7 @@ def describe_and_modify(view):
         ),
         (
             LosesDesigns(),
-            r"refine\(X\) of problem LosesDesigns gives shape \(1, 2\): expected \(2, 2\)",
+            r"refine\(X\) of problem LosesDesigns returns shape \(1, 2\): expected \(2, 2\)",
         ),
         (OptionsWithTuple(), "comes back from JSON as"),
         (

@@ -29,9 +29,9 @@ def test_problem_without_optional_methods_has_defaults(problem):
     assert protocol.get_indicator_map(problem) is None
     assert protocol.get_recommended_settings(problem) == (0, False, None)
     assert protocol.get_function_name(problem) == ""
-    with pytest.raises(ValueError, match=r"has no to_robust\(\): expected a run without it"):
+    with pytest.raises(ValueError, match=r"has no to_robust\(\): solve it without --robust"):
         protocol.get_robust_problem(problem)
-    with pytest.raises(PluginError, match=r"has no refine\(\): expected a run without --refine"):
+    with pytest.raises(PluginError, match=r"has no refine\(\): solve it without --refine"):
         next(protocol.iterate_refinement(problem, np.zeros((1, 2))))
     assert not protocol.has_override(problem, ProblemMixin.suggest_initial_designs)
 

@@ -9,7 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mgeo.report.solutions import PLACEHOLDER, build_figure_json, format_script_json, split_common
+from mgeo.report.solutions import (
+    PLACEHOLDER,
+    build_figure_json,
+    extract_common_structure,
+    format_script_json,
+)
 
 
 def fill_placeholders(tree, values):
@@ -33,7 +38,7 @@ trees = st.recursive(
 
 @given(st.lists(trees, min_size=1, max_size=5))
 def test_split_trees_can_be_reconstructed(given_trees):
-    common, values = split_common(given_trees)
+    common, values = extract_common_structure(given_trees)
     assert [fill_placeholders(common, row) for row in values] == given_trees
 
 
@@ -42,7 +47,7 @@ def test_common_structure_and_equal_times_are_stored_once():
         curves = [{"x": [n, n + 1], "y": [n * k, 0], "name": "long " * 9} for k in (1, 2)]
         return {"data": curves}
 
-    common, values = split_common([build_tree(3), build_tree(5)])
+    common, values = extract_common_structure([build_tree(3), build_tree(5)])
     assert common["data"][0]["name"] == "long " * 9
     assert common["data"][0]["x"] == common["data"][1]["x"] == {PLACEHOLDER: 0}
     assert values == [[[3, 4], [3, 0], [6, 0]], [[5, 6], [5, 0], [10, 0]]]

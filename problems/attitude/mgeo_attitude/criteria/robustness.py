@@ -163,7 +163,6 @@ class MonteCarloRuns:
         return self.iterate_runs(len(self))
 
     def iterate_runs(self, n_runs: int) -> Iterator[MonteCarloRun]:
-        """Yield the Monte Carlo runs with numbers below `n_runs`."""
         yield from self._stored_runs[:n_runs]
         for number in range(MAX_STORED_RUNS, n_runs):
             yield from self._draw([number])
@@ -217,7 +216,6 @@ def compute_quantile(values: Floats, probability: float) -> Floats:
 
 
 def _compute_quantile_rank(n_values: int, probability: float) -> int:
-    """Return the rank, counted from 1, of a quantile among ascending values."""
     return max(int(np.ceil(probability * n_values - 1e-9)), 1)
 
 

@@ -220,7 +220,6 @@ class DirectionMotion(NamedTuple):
         )
 
     def select_steps(self, steps: slice | Ints) -> DirectionMotion:
-        """Return the motion in a selection of the steps."""
         start, end, start_radius, end_radius, appears = self
         return DirectionMotion(
             start[steps], end[steps], start_radius[steps], end_radius[steps], appears[steps]

@@ -60,7 +60,9 @@ class ElementSet(Settings):
         raise NotImplementedError
 
     def build_satellite(self) -> Satrec:
-        """Return the satellite object of the package sgp4 with these elements."""
+        """Return the satellite object of the package sgp4 with these elements and the constants of
+        WGS72, on which element sets are based.
+        """
         raise NotImplementedError
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
@@ -213,9 +215,6 @@ class TLEOrbit(ElementSet):
         return DAY / float(self.line2[52:63])
 
     def build_satellite(self) -> Satrec:
-        """Return the satellite object of the package sgp4, with the constants of WGS72 on which
-        element sets are based.
-        """
         from sgp4.api import Satrec
 
         return Satrec.twoline2rv(self.line1, self.line2)
@@ -323,19 +322,13 @@ class MeanElements(ElementSet):
         return DAY / self.mean_motion_rev_day
 
     def build_satellite(self) -> Satrec:
-        """Return the satellite object of the package sgp4, with the constants of WGS72 on which
-        element sets are based.
-
-        The catalog number is set to 0, since the package supports no number above 339999. The
-        number has no effect.
-        """
         from sgp4.api import WGS72, Satrec
 
         satellite = Satrec()
         satellite.sgp4init(
             WGS72,
             "i",
-            0,
+            0,  # The catalog number has no effect, and sgp4 supports none above 339999.
             (self.element_epoch - _SGP4_EPOCH).total_seconds() / DAY,
             self.bstar,
             0.0,  # SGP4 does not use the derivatives of the mean motion.

@@ -79,9 +79,6 @@ def load_gauss_coefficients(date: datetime) -> Complexes:
 
 
 def _check_date(date: datetime) -> datetime:
-    """Return a date in UTC, or raise ValueError if it is outside of the years of the field
-    model.
-    """
     utc = as_utc(date)
     if not FIELD_MODEL_START <= utc <= FIELD_MODEL_END:
         raise ValueError(

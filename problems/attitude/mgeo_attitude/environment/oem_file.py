@@ -43,7 +43,6 @@ class TimeSpan(NamedTuple):
     duration: float
 
     def format_interval(self, start: float, end: float) -> str:
-        """Return an interval in seconds after the epoch as text, with start and end in UTC."""
         return f"{format_instant(self.epoch, start)} to {format_instant(self.epoch, end)}"
 
 
@@ -122,7 +121,6 @@ def read_oem(
 
 
 def _read_segments(path: Path) -> list[Any]:
-    """Return the segments of a message as objects of the package oem."""
     try:
         from oem import OrbitEphemerisMessage
     except ImportError as error:

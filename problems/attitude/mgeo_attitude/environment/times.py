@@ -175,7 +175,6 @@ def _compute_tai_offsets(time_scale: str, dates: Ints, fractions: Floats) -> Flo
 
 
 def _parse_stamp(stamp: str) -> tuple[date, float]:
-    """Return the date of a time stamp, and the seconds after midnight."""
     match = _STAMP.fullmatch(stamp)
     try:
         year, month, day, ordinal, hour, minute, second = match.groups("0") if match else ()

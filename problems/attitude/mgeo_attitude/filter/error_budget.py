@@ -44,8 +44,6 @@ class ErrorBudget(NamedTuple):
 
 
 class _Update(NamedTuple):
-    """Measurement update with one sensor: gain K, error transition I - K H, and noise variances."""
-
     sensor: int
     gain: Floats
     error_transition: Floats
@@ -53,10 +51,6 @@ class _Update(NamedTuple):
 
 
 class _Step(NamedTuple):
-    """Transition matrix of a filter step, process noise of each driven block, and the measurement
-    updates.
-    """
-
     transition: Floats
     process_noise: Floats
     updates: list[_Update]
@@ -162,8 +156,8 @@ def _compute_update(P: Floats, H: Floats, R: Floats, sensor: int, considered: In
 
 
 def _discretize(model: FilterModel, rate: Floats) -> tuple[Floats, Floats]:
-    """Return the transition matrix, shape (n, n), and the process noise of each driven block, shape
-    (d, n, n).
+    """Return the transition matrix of a step at a body rate, shape (n, n), and the process noise of
+    each driven block, shape (d, n, n).
     """
     from mgeo_attitude.filter.kernel import load_driver  # This import loads numba.
 

@@ -207,8 +207,8 @@ def run_batch(
     covariance: bool = False,
     settling_factor: float = 0.0,
 ) -> BatchResult:
-    """Run the compiled filter for each design of a batch until the run converges or reaches its
-    last step.
+    """Run the compiled filter for each design of a batch until convergence or its last step, and
+    return the results as arrays.
 
     Parameters
     ----------

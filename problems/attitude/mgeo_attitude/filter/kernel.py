@@ -117,9 +117,6 @@ def load_module(
 
 
 def _load_or_compile(kind: str, name: str, source: str, part: str) -> None:
-    """Load a module from the cache folder, or compile it in memory if the folder is not
-    writable.
-    """
     folder = Path(os.environ.get("MGEO_CACHE_DIR") or platformdirs.user_cache_dir("mgeo"))
     path = folder / f"{kind}s" / f"{name}.py"
     cached = any(path.parent.glob(f"__pycache__/{name}.*.nbi"))

@@ -55,7 +55,6 @@ class StepRotation(NamedTuple):
 
     @classmethod
     def from_rotation_vectors(cls, rotation_vectors: Floats) -> StepRotation:
-        """Build the rotations of n steps from their rotation vectors [rad], shape (n, 3)."""
         angle = np.linalg.norm(rotation_vectors, axis=1)
         axis = Vec3(*(rotation_vectors.T / np.where(angle > 0.0, angle, 1.0)))
         return cls(axis, angle, np.sin(angle), np.cos(angle))

@@ -56,8 +56,8 @@ def stack_constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floa
 
 
 def stack_dynamics(variants: Sequence[FilterModel]) -> tuple[Floats, Floats]:
-    """Return the dynamics matrices and the process-noise densities of attitude and gyro, stacked
-    along a first axis of variants.
+    """Return the dynamics matrices and the process-noise densities of attitude and gyro for several
+    model variants, stacked along the first axis.
     """
     gyros = {
         id(variant.suite.gyro): variant.suite.gyro for variant in variants

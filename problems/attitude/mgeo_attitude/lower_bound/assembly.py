@@ -262,10 +262,6 @@ def _bound_considered(model: FilterModel) -> Iterator[tuple[str, BlockBounds]]:
 
 
 def _invert_initial_covariance(model: FilterModel) -> Floats:
-    """Return the inverse of the initial covariance matrix.
-
-    A 3 x 3 block on the diagonal is the information about a 3-vector if all other states are known.
-    """
     sigma = model.initial_sigma
     return np.linalg.inv(model.initial_correlation) / np.outer(sigma, sigma)
 

@@ -193,11 +193,7 @@ def _collect_inertial(
 def _collect_error(
     probe: _SensorProbe, name: str, precision: Floats, best_precision: Floats
 ) -> BlockInformation:
-    """Return the information of each sample about one error of a sensor.
-
-    If the trace of the information depends on the attitude, the noise of the best axis is used for
-    all axes.
-    """
+    # If the trace depends on the attitude, the noise of the best axis is used for all axes.
     for weights in (precision, best_precision):
         information, is_independent, is_trace_independent = probe.compute_information(
             [name], weights
