@@ -216,7 +216,7 @@ def calibrate(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Calibrate gyro and sensors from telemetry.
+    """Estimate the calibration parameters of gyro and sensors from telemetry.
 
     No prior attitude is needed. Outliers are rejected and listed. The exit code is 3 if the result
     is statistically inconsistent with the scenario.

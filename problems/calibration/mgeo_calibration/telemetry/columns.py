@@ -25,7 +25,7 @@ T = TypeVar("T", bound=Channels)
 
 @dataclass(frozen=True)
 class Column:
-    """Index of a column in the table, sign with which its values count, and unit."""
+    """Column of a telemetry table: index, sign that applies to its values, and unit."""
 
     index: int
     sign: float

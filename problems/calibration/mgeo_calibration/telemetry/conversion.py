@@ -101,8 +101,8 @@ def compute_body_steps(rows: Floats, entry: MountedChannels, unit: str) -> Float
 
 
 def _convert_diode(sensor: Sensor, rows: Floats, entry: SensorChannels) -> tuple[Floats, Floats]:
-    """Return the readings of a photodiode as cosines, from cosines or angles in the table, and
-    their quantization step.
+    """Convert cosines or angles of a photodiode to cosines. Return them with their quantization
+    step.
     """
     for key in ("quaternion", "dcm"):
         mounted = f"none, because sensors.normal of the scenario mounts {sensor.name}"
