@@ -47,7 +47,6 @@ Rows = list[dict[str, Any]]
 
 @cache
 def build_problem(name: str) -> AttitudeManeuverProblem:
-    """Return the attitude problem of a preset."""
     return AttitudeManeuverProblem(three(name))
 
 
@@ -140,7 +139,6 @@ def select_rows(rows: Rows, name: str, end_name: str, number: int | None = None)
 
 
 def get_column(rows: Rows, key: str) -> np.ndarray:
-    """Return the values of a key in all rows, as an array."""
     return np.array([row[key] for row in rows])
 
 
@@ -151,7 +149,6 @@ def compute_bounds(n: int) -> tuple[float, float]:
 
 
 def format_plans_table(rows: Rows) -> Iterator[str]:
-    """Yield the lines of the table of plans."""
     yield (
         "| scenario | until [s] | flights | NEES per state (99 % bounds) | errors beyond 3σ "
         "(expected) | RMS error / 1σ | 1σ / predicted 1σ | consistent |"
@@ -177,7 +174,6 @@ def format_plans_table(rows: Rows) -> Iterator[str]:
 
 
 def format_blocks_table(rows: Rows) -> Iterator[str]:
-    """Yield the lines of the table of state blocks."""
     yield "| | " + " | ".join(f"{name}, {end_name}" for name in PLANS for end_name in ENDS) + " |"
     yield "| --- |" + " ---: |" * (len(PLANS) * len(ENDS))
     for i, block in enumerate(build_problem("paper").model.suite.blocks):

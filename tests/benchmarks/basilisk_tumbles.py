@@ -42,7 +42,6 @@ KINDS = {
 
 @cache
 def build_scenario(name: str, kind: str) -> tuple[Scenario, Environment]:
-    """Return the scenario of a preset and kind, and its environment."""
     tumbles, normalized = KINDS[kind]
     preset = Scenario.from_dict({"preset": name})
     sun, mag = preset.sensors

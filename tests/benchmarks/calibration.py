@@ -66,7 +66,6 @@ CASES: dict[str, Case] = {
 
 @cache
 def build_scenario(name: str) -> tuple[Scenario, Environment]:
-    """Return the scenario of a case and its environment."""
     case = CASES[name]
     scenario = short(getattr(Scenario, case.preset)(), 3000.0, step=case.step)
     return scenario, Environment.from_scenario(scenario)

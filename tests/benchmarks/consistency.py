@@ -108,7 +108,6 @@ GROUPS = {"plans": list_plan_cases, "remedies": list_remedy_cases, "map": list_m
 
 
 def shorten_to_one_orbit(scenario: Scenario) -> Scenario:
-    """Return the scenario with the duration of its first orbit."""
     return dataclasses.replace(scenario, duration=5992.0)
 
 
@@ -151,7 +150,6 @@ def run_case(case: Case) -> dict[str, Any]:
 
 
 def format_plans_table(results: Results) -> Iterator[str]:
-    """Yield the lines of the table of the stored plans."""
     yield "| scenario | t_end [s] | NEES | beyond 3σ | RMS / predicted | |"
     yield "| --- | ---: | ---: | ---: | --- | --- |"
     for name, plans in PLANS["scenarios"].items():
@@ -170,7 +168,6 @@ def format_plans_table(results: Results) -> Iterator[str]:
 
 
 def format_remedies_table(results: Results) -> Iterator[str]:
-    """Yield the lines of the table of filter settings."""
     yield "| | " + " | ".join(f"{name} | RMS / predicted" for name in ("cubesat_6u", LARGE)) + " |"
     yield "| --- | ---: | ---: | ---: | ---: |"
     for label in SHOWN:
@@ -187,7 +184,6 @@ def format_remedies_table(results: Results) -> Iterator[str]:
 
 
 def get_nees(results: Results, name: str, quantity: str, value: float, label: str) -> float:
-    """Return the stored NEES per state of one case of the map."""
     return float(results[f"map/{name}/{quantity}/{value:g}/{label}"]["criteria"]["nees"][0])
 
 

@@ -104,7 +104,7 @@ class HealthyClass:
     with_gyro: bool = True
 
     def scenarios(self, duration: float) -> tuple[Scenario, Scenario]:
-        """Return the true scenario and the declared scenario of a flight."""
+        """Return the true scenario, and the scenario that is declared to the estimator."""
         keys = {"preset": self.preset, "duration": duration, "convergence": {"window": 300.0}}
         if self.motion is nadir:
             keys["initial"] = {"pointing": "nadir"}

@@ -60,7 +60,6 @@ def time_interleaved(tasks: Mapping[Key, Callable[[], object]], rounds: int) -> 
 
 
 def _time_second_run(task: Callable[[], object]) -> float:
-    """Return the elapsed time of the second run of a task [s]."""
     task()
     return max(_time(task, 1).wall, 1e-6)
 

@@ -46,6 +46,5 @@ def read_results(path: Path) -> list[dict[str, Any]]:
 
 
 def add_result(path: Path, result: dict[str, Any]) -> None:
-    """Append one result to a file."""
     with path.open("a", encoding="utf-8") as file:
         file.write(json.dumps(result) + "\n")

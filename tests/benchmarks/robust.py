@@ -144,12 +144,10 @@ def select_rows(rows: Rows, preset: str, search: str) -> Rows:
 
 
 def get_column(rows: Rows, name: str) -> np.ndarray:
-    """Return the values of a key in all results, as an array."""
     return np.array([row[name] for row in rows])
 
 
 def format_table(rows: Rows) -> Iterator[str]:
-    """Yield the lines of the table, one for each preset and search."""
     yield (
         "| preset | search | shortest CPU time [s] | hypervolume predicted | in Monte Carlo runs "
         "| t_end in Monte Carlo runs / predicted: median | largest | overrun by more than 20 % |"

@@ -47,7 +47,6 @@ def describe_measurement() -> str:
 
 
 def format_step_table(measured: Mapping[str, Timing]) -> str:
-    """Return the table of the times of one step by implementation."""
     slowest = measured["filterpy"].processor
     rows = [
         (name, f"{1e9 * timing.processor:,.0f}", f"{slowest / timing.processor:.1f}")
@@ -57,7 +56,6 @@ def format_step_table(measured: Mapping[str, Timing]) -> str:
 
 
 def format_growth_table(measured: Mapping[str, Timing]) -> str:
-    """Return the table of the times of one kernel step by suite."""
     rows = [
         (name, cases.build_model(name).suite.n_states, f"{1e9 * timing.processor:.0f}")
         for name, timing in measured.items()
