@@ -1,4 +1,6 @@
-"""What the benchmarks run: suites of growing size, their models and random designs."""
+"""Cases of the benchmarks: sensor suites of increasing size, their filter models, and random
+designs.
+"""
 
 from __future__ import annotations
 
@@ -14,12 +16,12 @@ Floats = NDArray[np.float64]
 
 PAPER = "paper"
 
-#: The presets as they were when the experiments and the proof of consistency were recorded.
+#: Former versions of the presets, with which the stored experiments were made.
 _SCENARIOS = Path(__file__).parents[2] / "docs" / "scenarios"
 FORMER_PAPER = _SCENARIOS / "paper-1-percent.toml"
 FORMER_CUBESAT = _SCENARIOS / "cubesat-6u-with-rises.toml"
 
-#: Suites by name, ordered by size. All fields of view are open: the scalar loop has none.
+#: Suites by name, ordered by size. Fields of view are unlimited, as in the loops of `textbook`.
 SUITES = {
     "no magnetometer": Suite(Gyro(), (SunSensor(),)),
     PAPER: Suite(Gyro(), (SunSensor(), Magnetometer())),
@@ -32,13 +34,15 @@ SUITES = {
 }
 
 
-#: A preset with more kinds of states than the scalar loop knows.
+#: Preset with more kinds of states than the loops in `textbook` support.
 FULL = "cubesat_6u_full"
 
 
 @cache
-def model(name: str) -> FilterModel:
-    """The paper's scenario with another suite, or the preset `FULL`."""
+def build_model(name: str) -> FilterModel:
+    """Return the filter model of the paper's scenario with one of `SUITES`, or of the preset
+    `FULL`.
+    """
     if name == FULL:
         return FilterModel.from_scenario(Scenario.cubesat_6u_full())
     suite = SUITES[name]
@@ -51,10 +55,10 @@ def model(name: str) -> FilterModel:
     return FilterModel.from_scenario(scenario)
 
 
-def designs(n: int, maneuvers: int = 3) -> Floats:
-    """Random designs inside the paper's bounds, shape (n, 4 maneuvers).
+def draw_designs(n: int, maneuvers: int = 3) -> Floats:
+    """Return random designs within the paper's bounds, shape (n, 4 maneuvers).
 
-    However many maneuvers there are, together they last as long as the paper's three can.
+    The longest total duration does not depend on the number of maneuvers.
     """
     rng = np.random.default_rng(2024)
     X = rng.uniform(-1.0, 1.0, (n, 4 * maneuvers))

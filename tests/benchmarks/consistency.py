@@ -1,8 +1,7 @@
-"""Simulate the cases of docs/consistency.md and write its table and picture.
+"""Simulate the cases of docs/consistency.md and write its table and figure.
 
-    python -m tests.benchmarks.consistency plans remedies map    # about ten minutes of two cores
-
-A case that docs/consistency.jsonl has already is not simulated again.
+``python -m tests.benchmarks.consistency plans remedies map`` takes about ten minutes on two cores.
+A case that is already in docs/consistency.jsonl is not simulated again.
 """
 
 from __future__ import annotations
@@ -35,25 +34,25 @@ PRESETS = {
     "paper": Scenario.from_toml(FORMER_PAPER),
     "cubesat_6u": Scenario.from_toml(FORMER_CUBESAT),
 }
-PLAIN = FilterSettings.build_textbook()
+TEXTBOOK = FilterSettings.build_textbook()
 ESTIMATORS = {
-    "plain": PLAIN,
-    "Jacobians": dataclasses.replace(PLAIN, jacobians="estimate"),
+    "plain": TEXTBOOK,
+    "Jacobians": dataclasses.replace(TEXTBOOK, jacobians="estimate"),
     "Jacobians, reset": FilterSettings(second_order=False),
     "Jacobians, second order": FilterSettings(reset=False),
     "Jacobians, reset, second order": FilterSettings(),
 }
 LARGE = "paper, attitude 20 deg, misalignments 4 deg"
 DEFAULT = "Jacobians, reset, second order"
-#: Initial uncertainties of the map, 1-sigma per axis.
-SWEEPS = {
+#: Initial uncertainties that are varied one at a time, 1-sigma per axis.
+UNCERTAINTIES = {
     "attitude [deg]": (5.0, 10.0, 20.0, 30.0, 45.0),
     "misalignment [deg]": (0.5, 1.0, 2.0, 4.0, 8.0),
     "gyro bias [deg/s]": (0.003, 0.01, 0.03, 0.1),
 }
 
-HOPELESS = 30.0
-#: Estimators that the page compares; the others are in the data.
+MAX_PLOTTED_NEES = 30.0
+#: Filter settings that the page compares; the results of the others are only in the data.
 SHOWN = [name for name in ESTIMATORS if name not in ("Jacobians", "Jacobians, second order")]
 
 Results = dict[str, dict[str, Any]]
@@ -61,7 +60,7 @@ Results = dict[str, dict[str, Any]]
 
 @dataclasses.dataclass(frozen=True)
 class Case:
-    """One simulation, and where it belongs."""
+    """One Monte Carlo simulation with the key of its result."""
 
     key: str
     scenario: Scenario
@@ -70,57 +69,63 @@ class Case:
     n_runs: int
 
 
-def plans() -> Iterator[Case]:
-    """Every stored plan with the estimator that ships."""
+def list_plan_cases() -> Iterator[Case]:
+    """Yield one case for each stored plan, with the default filter."""
     for name, scenario in PRESETS.items():
         for i, plan in enumerate(PLANS["scenarios"][name]):
             yield Case(f"plans/{name}/{i}", scenario, plan["design"], FilterSettings(), 200)
 
 
-def remedies() -> Iterator[Case]:
-    """Every estimator on one plan of each preset and with larger errors; one orbit."""
-    large = with_uncertainty(PRESETS["paper"], {"attitude [deg]": 20.0, "misalignment [deg]": 4.0})
+def list_remedy_cases() -> Iterator[Case]:
+    """Yield cases with all filter settings, for each preset and larger errors, over one orbit."""
+    large = replace_uncertainties(
+        PRESETS["paper"], {"attitude [deg]": 20.0, "misalignment [deg]": 4.0}
+    )
     cases = {"cubesat_6u": PRESETS["cubesat_6u"], LARGE: large, "paper": PRESETS["paper"]}
     for name, scenario in cases.items():
         design = PLANS["scenarios"][name.partition(",")[0]][2]["design"]
         for label, estimator in ESTIMATORS.items():
-            yield Case(f"remedies/{name}/{label}", one_orbit(scenario), design, estimator, 200)
+            yield Case(
+                f"remedies/{name}/{label}", shorten_to_one_orbit(scenario), design, estimator, 200
+            )
 
 
-def sweeps() -> Iterator[Case]:
-    """One uncertainty at a time; one orbit, 100 runs."""
+def list_map_cases() -> Iterator[Case]:
+    """Yield cases with one changed initial uncertainty each, over one orbit."""
     for label, name in product((DEFAULT, "plain"), PRESETS):
-        scenario, design = one_orbit(PRESETS[name]), PLANS["scenarios"][name][2]["design"]
-        for what, values in SWEEPS.items():
+        scenario, design = (
+            shorten_to_one_orbit(PRESETS[name]),
+            PLANS["scenarios"][name][2]["design"],
+        )
+        for quantity, values in UNCERTAINTIES.items():
             for value in values:
-                varied = with_uncertainty(scenario, {what: value})
-                key = f"map/{name}/{what}/{value:g}/{label}"
-                yield Case(key, varied, design, ESTIMATORS[label], 100)
+                changed = replace_uncertainties(scenario, {quantity: value})
+                key = f"map/{name}/{quantity}/{value:g}/{label}"
+                yield Case(key, changed, design, ESTIMATORS[label], 100)
 
 
-GROUPS = {"plans": plans, "remedies": remedies, "map": sweeps}
+GROUPS = {"plans": list_plan_cases, "remedies": list_remedy_cases, "map": list_map_cases}
 
 
-def one_orbit(scenario: Scenario) -> Scenario:
-    """The scenario cut to its first orbital period."""
+def shorten_to_one_orbit(scenario: Scenario) -> Scenario:
     return dataclasses.replace(scenario, duration=5992.0)
 
 
-def with_uncertainty(scenario: Scenario, values: dict[str, float]) -> Scenario:
-    """A scenario with other initial uncertainties, named as in `SWEEPS`."""
+def replace_uncertainties(scenario: Scenario, values: dict[str, float]) -> Scenario:
+    """Return the scenario with other initial uncertainties, keyed as in `UNCERTAINTIES`."""
     initial, gyro, sensors = scenario.initial, scenario.gyro, scenario.sensors
-    for what, value in values.items():
-        if what == "attitude [deg]":
+    for quantity, value in values.items():
+        if quantity == "attitude [deg]":
             initial = dataclasses.replace(initial, attitude_deg=value)
-        elif what == "gyro bias [deg/s]":
+        elif quantity == "gyro bias [deg/s]":
             gyro = dataclasses.replace(gyro, initial_bias_deg_s=value)
         else:
             sensors = tuple(dataclasses.replace(s, initial_misalignment_deg=value) for s in sensors)
     return dataclasses.replace(scenario, initial=initial, gyro=gyro, sensors=sensors)
 
 
-def run(case: Case) -> dict[str, Any]:
-    """Simulate a case; what the tables need of it."""
+def run_case(case: Case) -> dict[str, Any]:
+    """Simulate a case and return the values that the tables need, as a dict that becomes JSON."""
     start = time.perf_counter()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutsideValidity)
@@ -144,7 +149,7 @@ def run(case: Case) -> dict[str, Any]:
     }
 
 
-def plans_table(results: Results) -> Iterator[str]:
+def format_plans_table(results: Results) -> Iterator[str]:
     yield "| scenario | t_end [s] | NEES | beyond 3σ | RMS / predicted | |"
     yield "| --- | ---: | ---: | ---: | --- | --- |"
     for name, plans in PLANS["scenarios"].items():
@@ -162,7 +167,7 @@ def plans_table(results: Results) -> Iterator[str]:
             )
 
 
-def remedies_table(results: Results) -> Iterator[str]:
+def format_remedies_table(results: Results) -> Iterator[str]:
     yield "| | " + " | ".join(f"{name} | RMS / predicted" for name in ("cubesat_6u", LARGE)) + " |"
     yield "| --- | ---: | ---: | ---: | ---: |"
     for label in SHOWN:
@@ -178,30 +183,30 @@ def remedies_table(results: Results) -> Iterator[str]:
         yield f"| {name} | {' | '.join(cells)} |"
 
 
-def nees(results: Results, name: str, what: str, value: float, label: str) -> float:
-    return float(results[f"map/{name}/{what}/{value:g}/{label}"]["criteria"]["nees"][0])
+def get_nees(results: Results, name: str, quantity: str, value: float, label: str) -> float:
+    return float(results[f"map/{name}/{quantity}/{value:g}/{label}"]["criteria"]["nees"][0])
 
 
 def draw(results: Results) -> None:
-    """NEES over every swept uncertainty, both scenarios and estimators."""
+    """Write the figure of the NEES over each initial uncertainty."""
     low, high = next(
         row["criteria"]["nees"][1:] for key, row in results.items() if key.startswith("map/")
     )
     with mpl.rc_context({"svg.hashsalt": "consistency", "font.size": 9}):
         figure = Figure(figsize=(9.0, 3.2), layout="constrained")
-        panels = figure.subplots(1, len(SWEEPS), sharey=True)
-        for panel, (what, values) in zip(panels, SWEEPS.items(), strict=True):
+        panels = figure.subplots(1, len(UNCERTAINTIES), sharey=True)
+        for panel, (quantity, values) in zip(panels, UNCERTAINTIES.items(), strict=True):
             panel.axhspan(low, high, color="0.88")
             for name, color in (("paper", "tab:blue"), ("cubesat_6u", "tab:orange")):
                 for label, line in (("plain", "--"), (DEFAULT, "-")):
-                    y = [nees(results, name, what, value, label) for value in values]
+                    y = [get_nees(results, name, quantity, value, label) for value in values]
                     text = f"{name}, {'plain' if label == 'plain' else 'as shipped'}"
                     panel.plot(values, y, line, marker=".", color=color, label=text)
-            panel.set(xscale="log", yscale="log", xlabel=f"initial {what}, 1σ per axis")
+            panel.set(xscale="log", yscale="log", xlabel=f"initial {quantity}, 1σ per axis")
             panel.set_xticks(values, [f"{value:g}" for value in values])
             panel.minorticks_off()
         panels[0].set_ylabel("NEES per state, 2nd half of an orbit")
-        panels[0].set_ylim(0.8, HOPELESS)
+        panels[0].set_ylim(0.8, MAX_PLOTTED_NEES)
         panels[0].set_yticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"])
         panels[0].legend(fontsize=8)
         figure.savefig(PICTURE, metadata={"Date": None})
@@ -211,10 +216,10 @@ def main(groups: Sequence[str]) -> None:
     known = {row["key"] for row in read_results(RESULTS)}
     for case in (case for group in groups for case in GROUPS[group]()):
         if case.key not in known:
-            add_result(RESULTS, run(case))
+            add_result(RESULTS, run_case(case))
     results = {row["key"]: row for row in read_results(RESULTS)}
-    print(*plans_table(results), sep="\n")
-    write_table(PAGE, "remedies", "\n".join(remedies_table(results)))
+    print(*format_plans_table(results), sep="\n")
+    write_table(PAGE, "remedies", "\n".join(format_remedies_table(results)))
     draw(results)
 
 

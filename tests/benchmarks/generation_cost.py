@@ -1,10 +1,8 @@
-"""What a generation costs outside the problem, beside pymoo's NSGA-II with the same offspring.
+"""Time of a generation outside the problem, compared with pymoo's NSGA-II with as many offspring.
 
-    python -m tests.benchmarks.generation_cost
-
-measures all cases on an idle machine, for a few minutes, and prints the table that
-docs/performance.md sums up. Processor time rather than the clock's: the figure is about work, not
-about who else works.
+``python -m tests.benchmarks.generation_cost`` measures all cases on an idle machine within a few
+minutes, and prints the table that docs/performance.md summarizes. Processor time is measured,
+because it does not depend on other programs.
 """
 
 from __future__ import annotations
@@ -29,13 +27,13 @@ from pymoo.core.termination import NoTermination
 
 from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
 
-from .pages import markdown
-from .table import processor
+from .pages import format_table
+from .table import get_processor_name
 
 N_VAR = 12
 GENERATIONS = 40
 
-#: Evaluations a walker and generation, and the variant with so many walkers.
+#: Evaluations per walker and generation, and function that builds the variant with n walkers.
 VARIANTS: dict[str, tuple[int, Callable[[int], Any]]] = {
     "real": (12, lambda n: MGEOReal(0.1, n_walkers=n)),
     "real, a-geo2": (12, lambda n: MGEOReal(0.1, "a-geo2", n)),
@@ -51,7 +49,7 @@ OBJECTIVES = (2, 3)
 
 
 class Cost(NamedTuple):
-    """Milliseconds a generation, and how long the front was before and after."""
+    """Times of one generation in milliseconds, and sizes of the front before and after."""
 
     ours: float
     theirs: float
@@ -64,7 +62,7 @@ class Cost(NamedTuple):
 
 
 class Shells(Problem):
-    """Spherical fronts, one inside the other; it keeps account of its own time."""
+    """Problem with concentric spherical fronts, which measures its own processor time."""
 
     def __init__(self, n_obj: int) -> None:
         super().__init__(n_var=N_VAR, n_obj=n_obj, xl=0.0, xu=1.0)
@@ -72,34 +70,38 @@ class Shells(Problem):
 
     def _evaluate(self, X, out, *args, **kwargs):  # type: ignore[no-untyped-def]
         start = time.process_time()
-        out["F"] = on_sphere(X[:, : self.n_obj] + 1e-3)
+        out["F"] = normalize(X[:, : self.n_obj] + 1e-3)
         out["F"] *= 1 + 0.02 * X[:, self.n_obj :].mean(axis=1, keepdims=True)
         self.seconds += time.process_time() - start
 
 
-def on_sphere(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+def normalize(directions: NDArray[np.float64]) -> NDArray[np.float64]:
     lengths: NDArray[np.float64] = np.linalg.norm(directions, axis=1, keepdims=True)
     return directions / lengths
 
 
-def cost(variant: str, offspring: int, front: int, n_obj: int) -> Cost:
-    """One case: a variant and NSGA-II take turns, so that disturbances are those of both."""
-    each, build = VARIANTS[variant]
-    n_walkers = max(1, offspring // each)
-    nsga2 = NSGA2(pop_size=n_walkers * each)
+def measure_cost(variant: str, offspring: int, front: int, n_obj: int) -> Cost:
+    """Return the times of a generation of a variant and of NSGA-II, for one number of offspring,
+    front size and number of objectives.
+
+    The algorithms alternate, so that interruptions affect both.
+    """
+    n_evaluations, build = VARIANTS[variant]
+    n_walkers = max(1, offspring // n_evaluations)
+    nsga2 = NSGA2(pop_size=n_walkers * n_evaluations)
     ours = build(n_walkers)
     for algorithm in (nsga2, ours):
         algorithm.setup(Shells(n_obj), termination=NoTermination(), seed=1)
     directions = np.abs(np.random.default_rng(0).standard_normal((front, n_obj)))
-    F = 1.008 * on_sphere(directions + 1e-3)  # few candidates of a walk get below this shell
+    F = 1.008 * normalize(directions + 1e-3)  # Few candidates improve on this shell.
     ours.front.add(F, Population.new("X", np.full((front, N_VAR), 0.5), "F", F))
     before = len(ours.front)
-    theirs, milliseconds = _milliseconds(nsga2, ours)
+    theirs, milliseconds = _measure_generation_times(nsga2, ours)
     return Cost(milliseconds, theirs, before, len(ours.front))
 
 
-def _milliseconds(*algorithms: Algorithm) -> list[float]:
-    """Median over generations of each, without the problem's share."""
+def _measure_generation_times(*algorithms: Algorithm) -> list[float]:
+    """Return the median time of a generation of each algorithm, without the time of the problem."""
     costs: list[list[float]] = [[] for _ in algorithms]
     for _ in range(GENERATIONS):
         for algorithm, each in zip(algorithms, costs, strict=True):
@@ -109,8 +111,10 @@ def _milliseconds(*algorithms: Algorithm) -> list[float]:
     return [1e3 * statistics.median(each) for each in costs]
 
 
-def table(costs: Mapping[tuple[str, int, int, int], Cost]) -> str:
-    """The least and greatest ratio of each variant by offspring, as Markdown."""
+def build_cost_table(costs: Mapping[tuple[str, int, int, int], Cost]) -> str:
+    """Return the Markdown table of the smallest and largest ratio of each variant, by number of
+    offspring.
+    """
     rows = []
     for variant in VARIANTS:
         cells = []
@@ -124,18 +128,18 @@ def table(costs: Mapping[tuple[str, int, int, int], Cost]) -> str:
         theirs.append(f"{min(times):.1f} to {max(times):.1f} ms")
     rows.append(("NSGA-II", *theirs))
     head = ("variant", *(f"{offspring} offspring" for offspring in OFFSPRING))
-    return markdown(head, rows)
+    return format_table(head, rows)
 
 
 def main() -> None:
-    """Measure, and print the table."""
     keys = list(itertools.product(VARIANTS, OFFSPRING, FRONTS, OBJECTIVES))
-    costs = {key: cost(*key) for key in keys}
-    where = (
-        f"{processor()}, Python {platform.python_version()}, numpy {version('numpy')}, pymoo "
-        f"{version('pymoo')}; {datetime.now(UTC):%Y-%m-%d}; median of {GENERATIONS} generations."
+    costs = {key: measure_cost(*key) for key in keys}
+    description = (
+        f"{get_processor_name()}, Python {platform.python_version()}, numpy {version('numpy')}, "
+        f"pymoo {version('pymoo')}; {datetime.now(UTC):%Y-%m-%d}; median of {GENERATIONS} "
+        "generations."
     )
-    tables = f"{where}\n\n{table(costs)}"
+    tables = f"{description}\n\n{build_cost_table(costs)}"
     sys.stdout.write(f"{tables}\n")
 
 

@@ -1,10 +1,9 @@
-"""Fly healthy satellites and count which calibrations find them consistent.
+"""Simulate healthy satellites and count the calibrations that find them consistent.
 
-    python -m tests.benchmarks.healthy_flights [class ...] [--flights N] [--jobs 1]
-
-Each class is simulated by `mgeo_calibration.simulate_telemetry` and by the independent simulator
-of the tests, which shares no code with the estimator. Durations, rates and axes differ from run to
-run.
+``python -m tests.benchmarks.healthy_flights [CLASS ...] [--flights N] [--jobs 1]`` prints a table.
+Each class is simulated by `mgeo_calibration.simulate_telemetry` and by the independent simulation
+of the tests, which shares no code with the estimator. Durations, rates and axes differ from flight
+to flight.
 """
 
 from __future__ import annotations
@@ -31,26 +30,28 @@ from ..calibration.calibration.runs import normalize_error
 
 SIMULATORS = ("fly", "independent")
 DURATIONS = (1500.0, 3000.0, 6000.0, 9000.0)
-#: Length of the constant rates that follow the orbital rate [s].
-_PIECE = 60.0
+#: Duration of the constant rates that approximate the orbital rate [s].
+_SEGMENT_DURATION = 60.0
 
 Plan = np.ndarray
 Motion = Callable[[Scenario, np.random.Generator], Plan]
 
 
 def three_axis(scenario: Scenario, rng: np.random.Generator) -> Plan:
-    """Return rates [deg/s] about all axes, each for some minutes, until the end."""
+    """Return a plan with rates about all axes [deg/s], each for some minutes, until the end."""
     n = int(scenario.duration // 400.0) + 1
     return np.column_stack([rng.uniform(-0.7, 0.7, (n, 3)), rng.uniform(300.0, 700.0, n)])
 
 
 def nadir(scenario: Scenario, rng: np.random.Generator) -> Plan:
-    """Return the rate of the orbital frame, minute by minute."""
-    times = np.arange(0.5 * _PIECE, scenario.duration + _PIECE, _PIECE)
+    """Return a plan that follows the orbital frame, with one rate per minute."""
+    times = np.arange(
+        0.5 * _SEGMENT_DURATION, scenario.duration + _SEGMENT_DURATION, _SEGMENT_DURATION
+    )
     r, v = scenario.orbit.propagate(scenario.epoch, times)
     rate = np.degrees(np.linalg.norm(np.cross(r, v), axis=1) / (r * r).sum(axis=1))
     rest = np.zeros_like(rate)
-    return np.column_stack([rest, -rate, rest, np.full_like(rate, _PIECE)])
+    return np.column_stack([rest, -rate, rest, np.full_like(rate, _SEGMENT_DURATION)])
 
 
 def inertial_hold(scenario: Scenario, rng: np.random.Generator) -> Plan:
@@ -58,35 +59,42 @@ def inertial_hold(scenario: Scenario, rng: np.random.Generator) -> Plan:
 
 
 def one_axis_spin(scenario: Scenario, rng: np.random.Generator) -> Plan:
-    """Return 0.05 to 1 deg/s about one body axis."""
+    """Return a plan with a random rate of 0.05 to 1 deg/s about one body axis."""
     rate = np.exp(rng.uniform(np.log(0.05), np.log(1.0))) * np.eye(3)[rng.integers(3)]
     return np.array([[*rate, scenario.duration]])
 
 
 def tumble(scenario: Scenario, rng: np.random.Generator) -> Plan:
-    """Return rates of up to 2 deg/s in steps of ten seconds, by Euler's equations."""
+    """Return a plan with the rates of a tumbling satellite, one rate for each ten seconds."""
     times = np.arange(5.0, scenario.duration + 10.0, 10.0)
-    rates = np.degrees(tumbling(scenario, rng)(times))
+    rates = np.degrees(draw_tumble_rate(scenario, rng)(times))
     return np.column_stack([rates, np.full(len(times), 10.0)])
 
 
-def tumbling(scenario: Scenario, rng: np.random.Generator) -> independent_simulator.Rate:
+def draw_tumble_rate(scenario: Scenario, rng: np.random.Generator) -> independent.Rate:
+    """Return the rate of a tumbling satellite with a random initial rate, by Euler's equations."""
     start = rng.uniform(-1.0, 1.0, 3)
     return independent_simulator.tumbling_motion([0.13, 0.10, 0.05], start, scenario.duration)
 
 
 @dataclass(frozen=True)
 class HealthyClass:
-    """Satellites of one kind.
+    """Class of healthy satellites: motion, preset, and differences between true and declared
+    scenario.
 
     Attributes
     ----------
+    motion : function
+        Function from the true scenario and a random generator to the plan.
+    preset : str
+        Preset of the scenario.
     changes : dict
-        Keys of the scenario besides the preset.
+        Keys of the true scenario in addition to the preset.
     declared : dict
-        Keys that the estimator's scenario has in place of the true ones.
+        Keys of the estimator's scenario that differ from the true scenario.
     with_gyro : bool
-        Without, the orbital frame is held, and the gyro's errors are those of the pointing.
+        If False, the telemetry has no gyro rates, the satellite holds the orbital frame, and the
+        gyro errors become the pointing error.
     """
 
     motion: Motion = three_axis
@@ -96,7 +104,7 @@ class HealthyClass:
     with_gyro: bool = True
 
     def scenarios(self, duration: float) -> tuple[Scenario, Scenario]:
-        """Return the true scenario and the declared one."""
+        """Return the true scenario, and the scenario that is declared to the estimator."""
         keys = {"preset": self.preset, "duration": duration, "convergence": {"window": 300.0}}
         if self.motion is nadir:
             keys["initial"] = {"pointing": "nadir"}
@@ -120,7 +128,7 @@ DIODES = [
 
 
 def declared_larger(key: str, size: float, factor: float) -> HealthyClass:
-    """Return a class of which one error of the environment is declared larger than it is."""
+    """Return a class in which one environment model error is declared larger than it is."""
     return HealthyClass(
         changes={"environment_errors": {key: size}},
         declared={"environment_errors": {key: factor * size}},
@@ -128,7 +136,9 @@ def declared_larger(key: str, size: float, factor: float) -> HealthyClass:
 
 
 def larger_priors(factor: float) -> dict[str, Any]:
-    """Return keys with all 1-sigmas of constants times a factor."""
+    """Return scenario keys in which the initial 1-sigmas of all constants are multiplied by a
+    factor.
+    """
     sensors = [
         {
             key: factor * value if key.startswith("initial_") else value
@@ -140,7 +150,7 @@ def larger_priors(factor: float) -> dict[str, Any]:
 
 
 def two_axis_with_albedo(factor: float) -> HealthyClass:
-    """Return a class of light from the Earth whose error is declared larger than it is."""
+    """Return a class with albedo whose error is declared larger than it is by a factor."""
     sizes = (0.03 / factor, 0.03)
     true, declared = (
         {"environment_errors": {"albedo": size, "earth_albedo": 0.3}} for size in sizes
@@ -187,14 +197,14 @@ CLASSES = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a flight.
+    """Result of one flight and its calibration.
 
     Attributes
     ----------
     verdict : str
-        ``consistent``, ``inconsistent``, ``not converged`` or ``error``.
+        ``consistent``, ``inconsistent``, ``not converged`` or ``refused``.
     reason : str
-        Beginning of the conclusion or refusal, without numbers.
+        First words of the conclusion or of the error message, without numbers.
     worst, nees : float
         Largest error over its 1-sigma, and NEES per state; NaN without an estimate.
     """
@@ -206,98 +216,110 @@ class Outcome:
 
 
 def orbital_frame(scenario: Scenario) -> Rotation:
-    """Return the rotation from the orbital frame to GCRS at the epoch: z down, x forward."""
+    """Return the rotation from the orbital frame (z down, x forward) to GCRS at the epoch."""
     (r,), (v,) = scenario.orbit.propagate(scenario.epoch, np.zeros(1))
     z, y = -r / np.linalg.norm(r), -np.cross(r, v) / np.linalg.norm(np.cross(r, v))
     return Rotation.from_matrix(np.column_stack([np.cross(y, z), y, z]))
 
 
-def fly_by_itself(
-    each: HealthyClass, true: Scenario, declared: Scenario, rng: np.random.Generator
+def simulate_with_package(
+    healthy_class: HealthyClass, true: Scenario, declared: Scenario, rng: np.random.Generator
 ) -> Telemetry:
-    """Simulate with the kinematic simulator; without a gyro, the attitude is exactly LVLH."""
-    around = Environment.from_scenario(declared)
-    plan = each.motion(true, rng)
-    telemetry = simulate_telemetry(declared, plan.ravel(), rng, truth=true, environment=around)
-    if not each.with_gyro:
+    """Return telemetry from `mgeo_calibration.simulate_telemetry`.
+
+    Without a gyro, the satellite holds the orbital frame exactly.
+    """
+    environment = Environment.from_scenario(declared)
+    plan = healthy_class.motion(true, rng)
+    telemetry = simulate_telemetry(declared, plan.ravel(), rng, truth=true, environment=environment)
+    if not healthy_class.with_gyro:
         telemetry.truth.states[:, 3:6] = 0.0
     return telemetry
 
 
-def fly_independently(each: HealthyClass, true: Scenario, rng: np.random.Generator) -> Telemetry:
-    """Fly by the independent simulation, in any attitude or along the orbital frame."""
+def simulate_independently(
+    healthy_class: HealthyClass, true: Scenario, rng: np.random.Generator
+) -> Telemetry:
+    """Return telemetry from the independent simulation, with a random initial attitude or along the
+    orbital frame.
+    """
     drift = None
-    if each.motion is tumble:
-        rate = tumbling(true, rng)
+    if healthy_class.motion is tumble:
+        rate = draw_tumble_rate(true, rng)
     else:
-        rate = independent_simulator.constant_rates(each.motion(true, rng))
-    if not each.with_gyro:
-        rate, drift = disturbed(true, rate, rng)
-    telemetry = independent_simulator.simulate_readings(
+        rate = independent.steady(healthy_class.motion(true, rng))
+    if not healthy_class.with_gyro:
+        rate, drift = add_gyro_errors(true, rate, rng)
+    telemetry = independent.fly(
         true,
         rate,
         rng,
         duration=true.duration,
         step=true.step,
-        start=orbital_frame(true) if each.motion is nadir else None,
+        start=orbital_frame(true) if healthy_class.motion is nadir else None,
     )
     if drift is not None:
         telemetry.truth.states[:, 3:6] = drift
     return telemetry
 
 
-def disturbed(
-    scenario: Scenario, rate: independent_simulator.Rate, rng: np.random.Generator
-) -> tuple[independent_simulator.Rate, np.ndarray]:
-    """Return a rate that is off by the gyro's errors, and the bias at the samples [rad/s]."""
+def add_gyro_errors(
+    scenario: Scenario, rate: independent.Rate, rng: np.random.Generator
+) -> tuple[independent.Rate, np.ndarray]:
+    """Return a rate with random gyro errors, and the gyro bias at the samples [rad/s]."""
     gyro, step = scenario.gyro, scenario.step
     n = round(scenario.duration / step)
     drift = np.radians(gyro.initial_bias_deg_s) * rng.standard_normal(3) + np.cumsum(
         gyro.rate_random_walk * np.sqrt(step) * rng.standard_normal((n, 3)), axis=0
     )
     walk = np.radians(gyro.angle_random_walk_deg_per_sqrt_h) / 60.0
-    off = drift + walk / np.sqrt(step) * rng.standard_normal((n, 3))
+    errors = drift + walk / np.sqrt(step) * rng.standard_normal((n, 3))
 
     def disturbed_rate(t: np.ndarray) -> np.ndarray:
-        return rate(t) - off[np.clip(np.asarray(t) // step, 0, n - 1).astype(int)]
+        return rate(t) - errors[np.clip(np.asarray(t) // step, 0, n - 1).astype(int)]
 
     return disturbed_rate, drift
 
 
 def run_flight(name: str, simulator: str, number: int) -> Outcome:
-    """Fly one satellite of a class and calibrate from its telemetry."""
-    each = CLASSES[name]
-    true, declared = each.scenarios(DURATIONS[number % len(DURATIONS)])
+    """Simulate and calibrate one flight of a class, and return the outcome."""
+    healthy_class = CLASSES[name]
+    true, declared = healthy_class.scenarios(DURATIONS[number % len(DURATIONS)])
     rng = np.random.default_rng([zlib.crc32(f"{name}, {simulator}".encode()), number])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutsideValidity)
         if simulator == "fly":
-            telemetry = fly_by_itself(each, true, declared, rng)
+            telemetry = simulate_with_package(healthy_class, true, declared, rng)
         else:
-            telemetry = fly_independently(each, true, rng)
+            telemetry = simulate_independently(healthy_class, true, rng)
         source: Any = telemetry
         mapping = None
-        if not each.with_gyro:
+        if not healthy_class.with_gyro:
             source = telemetry.to_frame().drop(columns=["gyro_x", "gyro_y", "gyro_z"])
             mapping = TelemetryMapping(gyro=GyroChannels(reference_axes="lvlh"))
         try:
-            found = calibrate(declared, source, mapping)
+            calibration = calibrate(declared, source, mapping)
         except ValueError as error:
             is_divergent = "settle" in str(error) or "converge" in str(error)
             verdict = "not converged" if is_divergent else "refused"
-            return Outcome(verdict, beginning(str(error)))
-    nees, x = normalize_error(found, telemetry)
-    reason = "" if found.is_consistent else beginning(found.conclusion.split(": ", 1)[1])
-    verdict = "consistent" if found.is_consistent else "inconsistent"
+            return Outcome(verdict, shorten_message(str(error)))
+    nees, x = normalized(calibration, telemetry)
+    reason = (
+        ""
+        if calibration.is_consistent
+        else shorten_message(calibration.conclusion.split(": ", 1)[1])
+    )
+    verdict = "consistent" if calibration.is_consistent else "inconsistent"
     return Outcome(verdict, reason, float(np.abs(x).max()), float(nees))
 
 
-def beginning(message: str) -> str:
-    """Return the first words of a message with # in place of numbers."""
+def shorten_message(message: str) -> str:
+    """Return the first words of a message, with # in place of numbers."""
     return re.sub(r"[-+]?\d[\d.e+-]*", "#", message)[:44]
 
 
-def row(name: str, simulator: str, outcomes: Sequence[Outcome]) -> str:
+def format_row(name: str, simulator: str, outcomes: Sequence[Outcome]) -> str:
+    """Return a table row with the numbers of all verdicts and the most common reasons."""
     verdicts = Counter(each.verdict for each in outcomes)
     reasons = Counter(each.reason for each in outcomes if each.verdict == "inconsistent")
     reasons += Counter(f"({each.reason})" for each in outcomes if each.verdict == "refused")
@@ -306,8 +328,8 @@ def row(name: str, simulator: str, outcomes: Sequence[Outcome]) -> str:
     nees = np.mean([each.nees for each in estimated]) if estimated else np.nan
     counts = [len(outcomes), *(verdicts[v] for v in ("consistent", "inconsistent"))]
     counts += [verdicts[v] for v in ("refused", "not converged")]
-    listed = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common())
-    cells = [f"{name}, {simulator}", *map(str, counts), f"{worst:.1f}", f"{nees:.2f}", listed]
+    reason_list = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common())
+    cells = [f"{name}, {simulator}", *map(str, counts), f"{worst:.1f}", f"{nees:.2f}", reason_list]
     return f"| {' | '.join(cells)} |"
 
 
@@ -320,20 +342,24 @@ HEADER = """\
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("classes", nargs="*", metavar="class", help=", ".join(CLASSES))
-    parser.add_argument("--flights", type=int, default=50, help="of each class and simulator")
+    parser.add_argument(
+        "--flights", type=int, default=50, help="number of flights of each class and simulator"
+    )
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--simulators", nargs="+", choices=SIMULATORS, default=SIMULATORS)
-    asked = parser.parse_args()
+    arguments = parser.parse_args()
     print(HEADER)
     total = list[Outcome]()
-    with Parallel(n_jobs=asked.jobs) as parallel:
-        for name in asked.classes or CLASSES:
-            for simulator in asked.simulators:
-                flights = (delayed(run_flight)(name, simulator, k) for k in range(asked.flights))
+    with Parallel(n_jobs=arguments.jobs) as parallel:
+        for name in arguments.classes or CLASSES:
+            for simulator in arguments.simulators:
+                flights = (
+                    delayed(run_flight)(name, simulator, k) for k in range(arguments.flights)
+                )
                 outcomes = parallel(flights)
-                print(row(name, simulator, outcomes), flush=True)
+                print(format_row(name, simulator, outcomes), flush=True)
                 total += outcomes
-    print(row("all", "both", total))
+    print(format_row("all", "both", total))
 
 
 if __name__ == "__main__":

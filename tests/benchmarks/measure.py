@@ -1,4 +1,4 @@
-"""Timing that survives a busy machine: processor time, interleaved, best of several rounds."""
+"""Timing of tasks on a busy machine: processor time, alternating tasks, best of several rounds."""
 
 from __future__ import annotations
 
@@ -11,41 +11,46 @@ from typing import TypeVar
 
 Key = TypeVar("Key", bound=Hashable)
 
-#: A task is repeated until one measurement takes this long [s]: measurements of like length have
-#: like chances of an undisturbed moment.
-_SHORTEST = 0.1
+#: Shortest duration of one measurement [s], for which a task is repeated. Measurements of similar
+#: duration are equally likely to be undisturbed.
+_MIN_DURATION = 0.1
 
 
 @dataclass(frozen=True)
 class Timing:
-    """Least time of one run of a task over all rounds [s].
+    """Shortest time of one run of a task over all rounds [s].
 
     Attributes
     ----------
     processor : float
-        CPU time of all threads together, which other programs affect through caches only.
+        CPU time of all threads together. Other programs affect it only through the caches.
     wall : float
-        Elapsed time, meaningful on an idle machine only.
+        Elapsed time, which is meaningful only on an idle machine.
     """
 
     processor: float
     wall: float
 
 
-def interleaved(tasks: Mapping[Key, Callable[[], object]], rounds: int) -> dict[Key, Timing]:
-    """Time every task once a round, so that what disturbs one round disturbs all tasks alike.
+def time_interleaved(tasks: Mapping[Key, Callable[[], object]], rounds: int) -> dict[Key, Timing]:
+    """Time every task once in each round, and return the shortest times as a dict keyed like
+    `tasks`.
 
-    Interference only ever adds time, hence the minimum. A first run of each task, in which code is
-    compiled and caches fill, is not timed; a second one sets how often a measurement repeats it.
+    Interruptions of one round affect all tasks alike. They only add time, so that the minimum is
+    the best estimate. The first run of each task, which compiles code and fills caches, is not
+    timed. A second run determines how often a measurement repeats the task.
     """
-    repeats = {name: max(1, math.ceil(_SHORTEST / _warm(task))) for name, task in tasks.items()}
+    repeats = {
+        name: max(1, math.ceil(_MIN_DURATION / _time_second_run(task)))
+        for name, task in tasks.items()
+    }
     best = dict.fromkeys(tasks, Timing(math.inf, math.inf))
     gc.collect()
     gc.disable()
     try:
         for _ in range(rounds):
             for name, task in tasks.items():
-                timing = _timed(task, repeats[name])
+                timing = _time(task, repeats[name])
                 best[name] = Timing(
                     min(timing.processor, best[name].processor), min(timing.wall, best[name].wall)
                 )
@@ -54,13 +59,12 @@ def interleaved(tasks: Mapping[Key, Callable[[], object]], rounds: int) -> dict[
     return best
 
 
-def _warm(task: Callable[[], object]) -> float:
-    """Elapsed time of the second run [s]."""
+def _time_second_run(task: Callable[[], object]) -> float:
     task()
-    return max(_timed(task, 1).wall, 1e-6)
+    return max(_time(task, 1).wall, 1e-6)
 
 
-def _timed(task: Callable[[], object], repeats: int) -> Timing:
+def _time(task: Callable[[], object], repeats: int) -> Timing:
     wall, processor = time.perf_counter(), time.process_time()
     for _ in range(repeats):
         task()

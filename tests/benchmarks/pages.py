@@ -1,4 +1,6 @@
-"""Tables of the pages, and the results that they are made of, one JSON document per line."""
+"""Tables of the documentation pages, and files of the results that they summarize, one JSON object
+per line.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +13,18 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 
 
-def markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a table whose first column is text and whose other columns are numbers."""
-    rule = ["---", *["---:"] * (len(head) - 1)]
-    return "\n".join(f"| {' | '.join(map(str, row))} |" for row in (head, rule, *rows))
+def format_table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Return a Markdown table whose first column is left-aligned text and whose other columns are
+    right-aligned.
+    """
+    alignment = ["---", *["---:"] * (len(header) - 1)]
+    return "\n".join(f"| {' | '.join(map(str, row))} |" for row in (header, alignment, *rows))
 
 
 def write_table(page: Path, name: str, table: str) -> None:
-    """Replace what a page has between ``<!-- begin of NAME -->`` and ``<!-- end of NAME -->``.
+    """Replace the text between the markers of a named table on a page.
+
+    The markers are ``<!-- begin of NAME -->`` and ``<!-- end of NAME -->``.
 
     Raises
     ------
@@ -26,20 +32,19 @@ def write_table(page: Path, name: str, table: str) -> None:
         If the page does not have both markers.
     """
     begin, end = f"<!-- begin of {name} -->", f"<!-- end of {name} -->"
-    before, found, rest = page.read_text(encoding="utf-8").partition(begin)
-    _, closed, after = rest.partition(end)
-    if not found or not closed:
+    before, begin_found, rest = page.read_text(encoding="utf-8").partition(begin)
+    _, end_found, after = rest.partition(end)
+    if not begin_found or not end_found:
         raise ValueError(f"{page}: expected the markers {begin} and {end}")
     page.write_text(f"{before}{begin}\n{table}\n{end}{after}", encoding="utf-8")
 
 
 def read_results(path: Path) -> list[dict[str, Any]]:
-    """Return the stored results, none if there is no file."""
+    """Return the results stored in a file, as a list of dicts; empty if there is no file."""
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     return [json.loads(line) for line in lines]
 
 
 def add_result(path: Path, result: dict[str, Any]) -> None:
-    """Append a result to a file."""
     with path.open("a", encoding="utf-8") as file:
         file.write(json.dumps(result) + "\n")

@@ -1,9 +1,9 @@
-"""Search robust plans and write the table and the picture of docs/robust.md.
+"""Search robust plans and write the table and the figure of docs/robust.md.
 
-    python -m tests.benchmarks.robust SEEDS
-
+``python -m tests.benchmarks.robust SEEDS`` runs the searches of the seeds 1 to SEEDS.
 docs/robust.jsonl has a line for each preset, search and seed: CPU time, the predicted front, and
-the front that holds in 9 of 10 of 200 other Monte Carlo runs. A search that it has is not repeated.
+the front of values that hold in 9 of 10 of 200 other Monte Carlo runs. A search that is already in
+the file is not repeated.
 """
 
 from __future__ import annotations
@@ -34,53 +34,60 @@ from .pages import DOCS, add_result, read_results, write_table
 DATA = DOCS / "robust.jsonl"
 PAGE, PICTURE = DOCS / "robust.md", DOCS / "images" / "robust.svg"
 PRESETS = ("paper", "cubesat_6u")
-#: Seed of the flights that judge, which no search has.
-JUDGES = 999
-#: The flights of a front that is screened; with more the search had to be shorter.
+#: Seed of the Monte Carlo runs that evaluate the fronts. No search uses it.
+EVALUATION_SEED = 999
+#: Monte Carlo runs that screen a nominal front. More runs would leave less time for the search.
 SCREENING = MonteCarloSettings(n_runs=256, quantile=0.95)
-#: Evaluations of an exact search that takes as long as the robust one, and designs of one in which
-#: each is flown 16 times.
-EXACT = {"paper": 105_000, "cubesat_6u": 140_000}
-FLOWN = {"paper": 20_000, "cubesat_6u": 19_000}
-#: What the picture shows of whom: promised and kept.
-SHOWN = {"nominal": "#D55E00", "robust": "#0072B2"}
-#: Fewer seeds than this have no test.
-LEAST = 5
+#: Numbers of evaluations with which a nominal search, and a search with 16 Monte Carlo runs per
+#: design, take as long as the robust search.
+N_NOMINAL_EVALUATIONS = {"paper": 105_000, "cubesat_6u": 140_000}
+N_MONTE_CARLO_EVALUATIONS = {"paper": 20_000, "cubesat_6u": 19_000}
+#: Searches of which the figure shows the fronts, and their colors.
+COLORS = {"nominal": "#D55E00", "robust": "#0072B2"}
+#: Smallest number of seeds for a statistical test.
+MIN_SEEDS = 5
 
 Rows = list[dict[str, Any]]
 Front = tuple[np.ndarray, np.ndarray]
 Search = Callable[[AttitudeManeuverProblem, int], Front]
 
 
-def found(problem: AttitudeManeuverProblem, algorithm: Algorithm, n: int, seed: int) -> Front:
-    """X and F of a run of n evaluations."""
+def run_search(problem: AttitudeManeuverProblem, algorithm: Algorithm, n: int, seed: int) -> Front:
+    """Return the designs X and objectives F of the front after n evaluations."""
     result = minimize(problem, algorithm, ("n_eval", n), seed=seed)
     return result.X, result.F
 
 
-def robust(exact: AttitudeManeuverProblem, seed: int) -> Front:
-    """What ``mgeo solve attitude --robust`` does."""
-    return found(exact.to_robust(), MGEOStaged(), 60_000, seed)
+def robust(problem: AttitudeManeuverProblem, seed: int) -> Front:
+    """Return the front of the search of ``mgeo solve attitude --robust``."""
+    return run_search(problem.to_robust(), MGEOStaged(), 60_000, seed)
 
 
-def screened(exact: AttitudeManeuverProblem, seed: int) -> Front:
-    """An exact search as long, and of its front what is nondominated over flights."""
-    X, _ = found(exact, MGEODirected(), EXACT[exact.scenario.name], seed)
-    flown = dataclasses.replace(exact.scenario, monte_carlo=SCREENING)
-    F = AttitudeManeuverProblem(flown).evaluate(X, return_values_of=["F"])
+def screened(problem: AttitudeManeuverProblem, seed: int) -> Front:
+    """Return the plans of a nominal front that are nondominated in Monte Carlo runs, for equal CPU
+    time.
+    """
+    X, _ = run_search(problem, MGEODirected(), N_NOMINAL_EVALUATIONS[problem.scenario.name], seed)
+    screening = dataclasses.replace(problem.scenario, monte_carlo=SCREENING)
+    F = AttitudeManeuverProblem(screening).evaluate(X, return_values_of=["F"])
     rows = find_front_rows(F)
     return X[rows], F[rows]
 
 
-def nsga2(exact: AttitudeManeuverProblem, seed: int) -> Front:
-    """With 16 flights of each design, as long."""
-    flown = AttitudeManeuverProblem(exact.scenario, n_runs=16)
-    return found(flown, NSGA2(pop_size=100), FLOWN[exact.scenario.name], seed)
+def nsga2(problem: AttitudeManeuverProblem, seed: int) -> Front:
+    """Return the front of NSGA-II with 16 Monte Carlo runs of each design, for equal CPU time."""
+    monte_carlo_problem = AttitudeManeuverProblem(problem.scenario, n_runs=16)
+    return run_search(
+        monte_carlo_problem,
+        NSGA2(pop_size=100),
+        N_MONTE_CARLO_EVALUATIONS[problem.scenario.name],
+        seed,
+    )
 
 
-def nominal(exact: AttitudeManeuverProblem, seed: int) -> Front:
-    """As if plans were flown exactly."""
-    return found(exact, MGEODirected(), 60_000, seed)
+def nominal(problem: AttitudeManeuverProblem, seed: int) -> Front:
+    """Return the front of a search without random errors."""
+    return run_search(problem, MGEODirected(), 60_000, seed)
 
 
 SEARCHES: dict[str, Search] = {
@@ -91,96 +98,107 @@ SEARCHES: dict[str, Search] = {
 }
 
 
-def row(preset: str, search: str, seed: int) -> dict[str, Any]:
-    """A line of the file."""
-    exact = AttitudeManeuverProblem(three(preset))
+def evaluate_search(preset: str, search: str, seed: int) -> dict[str, Any]:
+    """Run a search and return its result as a dict that becomes a line of the file."""
+    problem = AttitudeManeuverProblem(three(preset))
     start = time.process_time()
-    X, F = SEARCHES[search](exact, seed)
-    spent = time.process_time() - start
-    kept = (
-        exact.view(X).compare_with_monte_carlo(seed=JUDGES).filter(regex="^kept (?!/)").to_numpy()
+    X, F = SEARCHES[search](problem, seed)
+    seconds = time.process_time() - start
+    monte_carlo = (
+        problem.view(X)
+        .compare_with_monte_carlo(seed=EVALUATION_SEED)
+        .filter(regex="^Monte Carlo (?!/)")
+        .to_numpy()
     )
-    ratio = kept[:, 0] / F[:, 0]
-    safe = kept[find_front_rows(kept)]
+    ratio = monte_carlo[:, 0] / F[:, 0]
+    monte_carlo_front = monte_carlo[find_front_rows(monte_carlo)]
     return {
         "key": [preset, search, seed],
-        "processor_s": round(spent, 1),
+        "processor_s": round(seconds, 1),
         "plans": len(X),
-        "promised": hypervolume(exact, F),
-        "kept": hypervolume(exact, kept),
-        "nondominated": len(safe),
+        "predicted": compute_hypervolume(problem, F),
+        "monte_carlo": compute_hypervolume(problem, monte_carlo),
+        "nondominated": len(monte_carlo_front),
         "ratio": [float(np.median(ratio)), float(ratio.max())],
-        "late": float((ratio > 1.2).mean()),
-        "fronts": [digits(F[find_front_rows(F)]), digits(safe)] if seed == 1 else [],
+        "overrun": float((ratio > 1.2).mean()),
+        "fronts": [round_values(F[find_front_rows(F)]), round_values(monte_carlo_front)]
+        if seed == 1
+        else [],
     }
 
 
-def hypervolume(problem: AttitudeManeuverProblem, F: np.ndarray) -> float:
-    """In the problem's indicator space, of the reference point (1, 1)."""
+def compute_hypervolume(problem: AttitudeManeuverProblem, F: np.ndarray) -> float:
+    """Return the hypervolume in the problem's indicator space, for the reference point (1, 1)."""
     points = problem.map_to_indicator_space(F)
     return float(HV(ref_point=np.ones(2))(points[(points < 1.0).all(axis=1)]))
 
 
-def digits(F: np.ndarray) -> list[list[float]]:
-    """Numbers of five digits."""
+def round_values(F: np.ndarray) -> list[list[float]]:
+    """Return values rounded to five significant digits."""
     return [[float(f"{value:.5g}") for value in row] for row in F]
 
 
-def of(rows: Rows, preset: str, search: str) -> Rows:
-    """Those of a preset and search."""
+def select_rows(rows: Rows, preset: str, search: str) -> Rows:
+    """Return the results of a preset and search."""
     return [row for row in rows if row["key"][:2] == [preset, search]]
 
 
-def column(rows: Rows, name: str) -> np.ndarray:
-    """A number of each row."""
+def get_column(rows: Rows, name: str) -> np.ndarray:
     return np.array([row[name] for row in rows])
 
 
-def table(rows: Rows) -> Iterator[str]:
-    """A line for each preset and search."""
+def format_table(rows: Rows) -> Iterator[str]:
     yield (
-        "| preset | search | CPU time, least [s] | hypervolume predicted | kept "
-        "| kept / predicted t_end: median | greatest | more than 20 % late |"
+        "| preset | search | shortest CPU time [s] | hypervolume predicted | in Monte Carlo runs "
+        "| t_end in Monte Carlo runs / predicted: median | largest | overrun by more than 20 % |"
     )
     yield "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |"
     for preset in PRESETS:
         for search in SEARCHES:
-            if not (each := of(rows, preset, search)):
+            if not (each := select_rows(rows, preset, search)):
                 continue
-            median, greatest = column(each, "ratio").T
-            late = 100.0 * column(each, "late").mean()
+            median, largest = get_column(each, "ratio").T
+            overrun = 100.0 * get_column(each, "overrun").mean()
             yield (
-                f"| {preset} | {search} | {column(each, 'processor_s').min():.0f} "
-                f"| {column(each, 'promised').mean():.4f} | {column(each, 'kept').mean():.4f} "
-                f"| {np.mean(median):.2f} | {greatest.max():.2f} | {late:.1f} % |"
+                f"| {preset} | {search} | {get_column(each, 'processor_s').min():.0f} "
+                f"| {get_column(each, 'predicted').mean():.4f} "
+                f"| {get_column(each, 'monte_carlo').mean():.4f} "
+                f"| {np.mean(median):.2f} | {largest.max():.2f} | {overrun:.1f} % |"
             )
 
 
-def tests(rows: Rows) -> Iterator[str]:
-    """p of what is kept, against the robust search, by Holm for the searches of a preset."""
+def format_p_values(rows: Rows) -> Iterator[str]:
+    """Yield p-values of the hypervolume in Monte Carlo runs, of each search against the robust
+    search, with Holm's correction.
+    """
     for preset in PRESETS:
-        kept = {search: column(of(rows, preset, search), "kept") for search in SEARCHES}
-        if min(map(len, kept.values())) < LEAST:
+        hypervolumes = {
+            search: get_column(select_rows(rows, preset, search), "monte_carlo")
+            for search in SEARCHES
+        }
+        if min(map(len, hypervolumes.values())) < MIN_SEEDS:
             continue
-        others = [search for search in kept if search != "robust"]
-        p = holm_correction([mann_whitney_p_value(kept["robust"], kept[each]) for each in others])
+        others = [search for search in hypervolumes if search != "robust"]
+        p = holm_correction(
+            [mann_whitney_p_value(hypervolumes["robust"], hypervolumes[each]) for each in others]
+        )
         yield f"{preset}: " + ", ".join(
             f"{search} p = {value:.2g}" for search, value in zip(others, p, strict=True)
         )
 
 
 def draw(rows: Rows) -> None:
-    """Write the picture: fronts of seed 1, as promised and as kept."""
+    """Write the figure of the fronts of seed 1, as predicted and in Monte Carlo runs."""
     mpl.rcParams["svg.hashsalt"] = "robust"
     figure = Figure(figsize=(10.0, 4.2), layout="constrained")
     for axes, preset in zip(figure.subplots(1, 2), PRESETS, strict=True):
-        for search, color in SHOWN.items():
-            for row in of(rows, preset, search):
-                for front, style, what in zip(
+        for search, color in COLORS.items():
+            for row in select_rows(rows, preset, search):
+                for front, style, kind in zip(
                     row["fronts"], (":", "-"), ("predicted", "0.9-quantile"), strict=False
                 ):
                     time, trace = np.array(front).T
-                    label = f"{search}, {what}"
+                    label = f"{search}, {kind}"
                     axes.step(time, trace, style, color=color, where="post", label=label)
         axes.set(title=preset, yscale="log", xlabel="t_end [s]", ylabel="trace [-]")
         axes.legend(frameon=False)
@@ -188,15 +206,15 @@ def draw(rows: Rows) -> None:
 
 
 def main() -> None:
-    known = [each["key"] for each in read_results(DATA)]
+    stored = [each["key"] for each in read_results(DATA)]
     for seed in range(1, int(sys.argv[1]) + 1):
         for search in SEARCHES:
             for preset in PRESETS:
-                if [preset, search, seed] not in known:
-                    add_result(DATA, row(preset, search, seed))
+                if [preset, search, seed] not in stored:
+                    add_result(DATA, evaluate_search(preset, search, seed))
     rows = read_results(DATA)
-    print(*tests(rows), sep="\n")
-    write_table(PAGE, "searches", "\n".join(table(rows)))
+    print(*format_p_values(rows), sep="\n")
+    write_table(PAGE, "searches", "\n".join(format_table(rows)))
     draw(rows)
 
 

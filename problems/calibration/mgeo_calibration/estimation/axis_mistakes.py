@@ -152,7 +152,6 @@ def _correct_mistakes(rows: Floats) -> Iterator[tuple[int, str, Floats]]:
 
 
 def _convert_quaternions(axes: Floats, order: tuple[int, ...], inverse: bool) -> Floats:
-    """Return star tracker axes, shape (w, k, 3, 3), after a change of the quaternion convention."""
     result = np.full_like(axes, np.nan)
     has_reading = np.isfinite(axes).all(axis=(-2, -1))
     if has_reading.any():

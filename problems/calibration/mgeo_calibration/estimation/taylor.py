@@ -173,7 +173,6 @@ def build_rotation_with_error(
     """
 
     def cross_error(terms: Mapping[Term, Floats], factor: float) -> dict[Term, Floats]:
-        """Return the terms of factor e × v up to the order of the polynomial."""
         product = {}
         for term, part in terms.items():
             if len(term) < kind.order:

@@ -84,7 +84,6 @@ def reduce_equations(A, R, workspace):
 
 @reorderable
 def apply_reflection(A, R, workspace, j, m):
-    """Apply Householder reflection j to row m of A and column m of R, in place."""
     rows, first = A.shape[1], workspace[j, 0]
     total = first * R[j, m]
     for i in range(rows):

@@ -11,7 +11,6 @@ from mgeo_calibration.estimation.kernels.signatures import ESTIMATES, MEASUREMEN
 
 @helper
 def multiply_by_triangle(A, root, out):
-    """Write the product of three rows of A and the upper triangle `root` to `out`."""
     q = len(root)
     for i in range(3):
         for j in range(q):
