@@ -5,7 +5,7 @@ import sys
 
 
 def main() -> None:
-    """Run the command ``mgeo``, or exit with a hint if the libraries of the command are missing."""
+    """Run the command ``mgeo``, or exit with an installation hint if a library is missing."""
     # Objects that imports create are never garbage. Checking them takes 20 % of the time of a short
     # command.
     gc.set_threshold(100_000)

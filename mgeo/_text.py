@@ -2,5 +2,5 @@
 
 
 def join_lines(text: str) -> str:
-    """Join the lines of a text by spaces, without surrounding blanks and empty lines."""
+    """Join the nonempty lines of a text by spaces, after stripping each line."""
     return " ".join(filter(None, map(str.strip, text.splitlines())))

@@ -28,7 +28,7 @@ _stdout_stack: list[TextIO] = []  # the original stdout while `reserve_stdout` i
 
 @dataclass(frozen=True)
 class Output:
-    """Output of a command as text or JSON, as requested by ``--quiet`` and ``--json``.
+    """Printer of the output of a command, as text or JSON according to ``--quiet`` and ``--json``.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ def format_json(document: Mapping[str, Any]) -> str:
 
 
 def to_records(frame: pd.DataFrame) -> list[dict[Any, Any]]:
-    """Return the rows of a DataFrame as a list of dicts by column.
+    """Return the rows of a DataFrame as a list of dicts keyed by column.
 
     The index is included, unless it is a RangeIndex.
     """
@@ -82,10 +82,7 @@ def to_records(frame: pd.DataFrame) -> list[dict[Any, Any]]:
 
 @contextmanager
 def reserve_stdout() -> Iterator[None]:
-    """Context manager that reserves stdout for `Output.print_document`.
-
-    All other output on stdout is redirected to stderr.
-    """
+    """Context manager that redirects stdout to stderr, except for `Output.print_document`."""
     _stdout_stack.append(sys.stdout)
     try:
         with redirect_stdout(sys.stderr):
@@ -97,7 +94,7 @@ def reserve_stdout() -> Iterator[None]:
 def build_table(
     titles: Iterable[object], rows: Iterable[Sequence[object]], digits: int = 5
 ) -> Table:
-    """Return a table without borders for the terminal, with text left- and numbers right-aligned.
+    """Return a borderless terminal table; text columns are left-aligned, all others right-aligned.
 
     Parameters
     ----------
@@ -121,14 +118,14 @@ def build_table(
 
 
 def is_within_width(content: Table, width: int) -> bool:
-    """Return True if a table fits into a number of terminal columns without wrapping a cell."""
+    """Return True if a table fits into a terminal of the given width without wrapping a cell."""
     console = build_console()
     measurement = Measurement.get(console, console.options.update(max_width=_PIPE_WIDTH), content)
     return measurement.maximum <= width
 
 
 def build_titled_table(title: str, frame: pd.DataFrame, digits: int = 4) -> tuple[Text, Table]:
-    """Return a bold title, and the terminal table of a DataFrame with its index.
+    """Return a bold title, and the rows of a DataFrame with its index as a terminal table.
 
     Parameters
     ----------
@@ -144,12 +141,12 @@ def build_titled_table(title: str, frame: pd.DataFrame, digits: int = 4) -> tupl
 
 
 def format_note(text: str) -> Text:
-    """Return text in a dim style, for a note below a table."""
+    """Return a text in dim style, for a note below a table."""
     return escape_text(text, "dim")
 
 
 def build_key_value_table(texts: Mapping[str, str]) -> Table:
-    """Return a two-column table for the terminal: names, and their texts."""
+    """Return a two-column terminal table without titles: the keys of a dict and their texts."""
     grid = Table.grid(padding=(0, 2))
     for name, text in texts.items():
         grid.add_row(escape_text(name, style="dim"), escape_text(text))
@@ -174,7 +171,7 @@ def build_console(*, stderr: bool = False) -> Console:
 
 
 def show(*renderables: str | RenderableType, stderr: bool = False) -> None:
-    """Print texts and tables on stdout or stderr, each on a new line.
+    """Print texts, tables and other rich renderables on stdout or stderr, each on a new line.
 
     Long lines of text are wrapped on a terminal only.
     """
@@ -189,7 +186,7 @@ def show(*renderables: str | RenderableType, stderr: bool = False) -> None:
 
 
 def escape_text(text: object, style: str = "") -> Text:
-    """Return a value as styled text for the terminal, with control characters escaped.
+    """Convert a value to styled terminal text, with control characters escaped.
 
     Escaping prevents texts from files or plugins from sending control sequences to the terminal.
     """

@@ -18,7 +18,8 @@ _N_NEIGHBORS = 8
 
 
 def truncate(F: FloatArray, size: int) -> BoolArray:
-    """Select at most `size` points of a front by repeatedly removing the most crowded point.
+    """Return the mask of the points that remain when the most crowded point of a front is removed
+    repeatedly, until at most `size` points are left.
 
     The most crowded point has the smallest distance to its nearest neighbor. Ties are broken by the
     distance to the second neighbor, and then by the row: the first one is removed. This is the
@@ -60,7 +61,7 @@ def truncate(F: FloatArray, size: int) -> BoolArray:
 
 
 def _find_most_crowded(points: FloatArray, is_removable: BoolArray, count: int) -> list[int]:
-    """Return the rows of the next points that a truncation removes: at least one, at most `count`.
+    """Return the indices of the next points that a truncation removes, most crowded first.
 
     Fewer than `count` rows are returned if the neighbors of one query of the k-d tree do not
     suffice to find the next row.
@@ -161,7 +162,7 @@ class ParetoArchive:
 
     @property
     def ideal_and_nadir(self) -> tuple[FloatArray, FloatArray]:
-        """Smallest and largest value of each objective in the archive, as two arrays.
+        """Arrays of the smallest and of the largest value of each objective in the archive.
 
         The arrays have the shape (n_obj,). For an empty archive they contain 0 and 1.
         """
@@ -180,7 +181,7 @@ class ParetoArchive:
     def add(
         self, F: FloatArray, individuals: NDArray[np.object_], violation: FloatArray | None = None
     ) -> BoolArray:
-        """Add a batch of points and return the mask of the points that entered the archive.
+        """Add the points of a batch that no other point dominates, and return their mask.
 
         Archived points that a new point dominates are removed.
 

@@ -131,7 +131,7 @@ class ExtremalOptimization(Algorithm, ABC):
         return duplicate
 
     def get_params(self) -> dict[str, Any]:
-        """Return the constructor parameters as a dict, without the options of pymoo.
+        """Return the constructor parameters as a dict by name, without the options of pymoo.
 
         The convention is that of `get_params` in scikit-learn.
 
@@ -149,7 +149,7 @@ class ExtremalOptimization(Algorithm, ABC):
 
     @property
     def front(self) -> ParetoArchive:
-        """Archive of the nondominated points of the run."""
+        """Pareto archive of the run, with the nondominated points evaluated so far."""
         return self.state.front
 
     @property
@@ -159,13 +159,13 @@ class ExtremalOptimization(Algorithm, ABC):
 
     @property
     def walkers(self) -> FloatArray:
-        """Current points of the walkers, one encoded point per row."""
+        """Current points of the walkers, one row of coordinates (variables or bits) per walker."""
         return self.state.walkers
 
     def setup(
         self, problem: Problem, verbose: bool = False, progress: bool = False, **options: Any
     ) -> "ExtremalOptimization":
-        """Prepare a run of the algorithm on a problem, and draw the initial points of the walkers.
+        """Prepare a run of the algorithm on a problem, and draw the starting points of the walkers.
 
         Parameters
         ----------
@@ -210,7 +210,7 @@ class ExtremalOptimization(Algorithm, ABC):
 
     @abstractmethod
     def build_encoding(self, problem: Problem) -> RealEncoding | BitEncoding:
-        """Return the encoding that converts variables of the problem to coordinates of walkers.
+        """Return the encoding of the problem's variables as real vectors or as bit strings.
 
         Raises
         ------
@@ -220,7 +220,7 @@ class ExtremalOptimization(Algorithm, ABC):
 
     @abstractmethod
     def generate_candidates(self) -> FloatArray:
-        """Generate the candidates of all walkers for the next generation.
+        """Return the candidates of all walkers for the next generation, as rows of a float array.
 
         Returns
         -------
@@ -231,7 +231,8 @@ class ExtremalOptimization(Algorithm, ABC):
 
     @abstractmethod
     def accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
-        """Move each walker to one of its evaluated candidates, and return which walkers improved.
+        """Move each walker to the evaluated candidates that the subclass selects, and return the
+        mask of the walkers that improved.
 
         Parameters
         ----------
@@ -243,14 +244,14 @@ class ExtremalOptimization(Algorithm, ABC):
         Returns
         -------
         array of bool, shape (n_walkers,)
-            True for each walker that improved on its best fitness so far.
+            True for each walker whose best fitness so far has improved.
         """
 
     @abstractmethod
     def restart_idle_walkers(
         self, has_progress: BoolArray, has_archived_candidate: BoolArray
     ) -> None:
-        """Restart the walkers that have made no progress for too many generations.
+        """Restart the walkers that made no progress for as many generations as the subclass allows.
 
         Parameters
         ----------
@@ -263,7 +264,7 @@ class ExtremalOptimization(Algorithm, ABC):
     def create_state(
         self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
     ) -> RunState:
-        """Create the state of a run before its first generation.
+        """Return the initial state of a run with given random streams, empty archive and walkers.
 
         The per-walker arrays of the state may be uninitialized, because `reset_walkers` is called
         next.
@@ -280,7 +281,7 @@ class ExtremalOptimization(Algorithm, ABC):
         return RunState.create(streams, front, walkers)
 
     def reset_walkers(self, rows: IntArray) -> None:
-        """Reset all state of the walkers with given indices, except their points."""
+        """Reset the data of selected walkers to initial values, except their current points."""
         self.state.n_idle_generations[rows] = 0
 
     # ---- implementation of pymoo's `Algorithm` ----------------------------------------------
@@ -303,10 +304,12 @@ class ExtremalOptimization(Algorithm, ABC):
         self.state.initial_designs[:n] = designs
         self.reset_walkers(np.arange(self.n_walkers))
         if isinstance(self.sampling, Population) and self.problem is problem:
-            self._archive_evaluated(self.sampling)
+            self._archive_evaluated_designs(self.sampling)
 
-    def _archive_evaluated(self, population: Population) -> None:
-        """Archive the initial designs that are already evaluated, and skip their evaluation."""
+    def _archive_evaluated_designs(self, population: Population) -> None:
+        """Add the already evaluated individuals of the initial population to the archive, and
+        exclude their designs from the first generation.
+        """
         is_evaluated = find_evaluated(population, self.problem)
         evaluated = copy.deepcopy(population[is_evaluated])
         evaluated.set("n_gen", 0)
@@ -316,7 +319,9 @@ class ExtremalOptimization(Algorithm, ABC):
         self.state.initial_designs[: len(population)][is_evaluated] = np.nan
 
     def _initialize_infill(self) -> Population:
-        """Return the initial designs and the first candidates, limited to the evaluation budget."""
+        """Return the individuals of the first generation: the initial designs, followed by as many
+        candidates as the evaluation budget allows.
+        """
         points = self.state.initial_designs
         points = points[~np.isnan(points).any(axis=1)]
         candidates = self._infill()
@@ -356,7 +361,7 @@ class ExtremalOptimization(Algorithm, ABC):
         self.state.n_generations = self.n_iter
 
     def restart_walkers(self, rows: IntArray, new_points: FloatArray | None = None) -> None:
-        """Move walkers to given or random points and reset their state.
+        """Move selected walkers to new points, at random by default, and reset their other data.
 
         Parameters
         ----------
@@ -373,7 +378,7 @@ class ExtremalOptimization(Algorithm, ABC):
         self.reset_walkers(rows)
 
     def get_archived_points(self, rows: Any) -> FloatArray:
-        """Return the variables of selected archived points as rows of a float array.
+        """Return the variables of selected archived points, one point per row of a float array.
 
         Parameters
         ----------
@@ -383,7 +388,7 @@ class ExtremalOptimization(Algorithm, ABC):
         return self.variables.to_numbers(get_values(self.front.individuals[rows], "X"))
 
     def _restore_ask_order(self, infills: Any) -> Population:
-        """Sort the evaluated candidates that were passed to `tell` into the order of `ask`."""
+        """Return the individuals passed to `tell`, sorted into the order that `ask` returned."""
         if (
             infills is not None
             and self._pending_designs is not None
@@ -407,7 +412,8 @@ class ExtremalOptimization(Algorithm, ABC):
     def _get_objectives_and_violations(
         self, population: Population
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return objectives, violations with the default tolerance, and with the current tolerance.
+        """Return three arrays for a population: the objectives, the constraint violations for the
+        archive, and the constraint violations for the selection.
 
         Violations are 0 where feasible. The default tolerance of pymoo decides on feasibility in
         the archive. The current tolerance, in the configuration of the individuals, is used in the

@@ -59,7 +59,8 @@ class MGEOCanonical(BitStrings):
     n_walkers : number of independent walkers (n_i re-initializations in the papers).
     bits : bits of each real variable, 1 to 52: one number, or one per variable. Integers, binary
         variables and choices use the smallest sufficient number of bits.
-    coding : "plain" binary numbers, or "gray" codes, where neighbors differ in one bit.
+    coding : "plain" for binary numbers, or "gray" for Gray codes, where neighboring numbers differ
+        in one bit.
     options : `restart` and `patience` of `mgeo.algorithms.walkers.IndependentWalkers`, `sampling`
         and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and options of every
         pymoo algorithm: `termination` (5000 // n_walkers generations by default), `seed`, ...

@@ -169,9 +169,10 @@ class MGEODirected(DirectedMoves):
     def _adapt_distributions(
         self, rows: IntArray, F: FloatArray, violation: FloatArray
     ) -> FloatArray:
-        """Add the candidates of adapting walkers to their samples, and return the mean steps.
+        """Pass the evaluated candidates of selected walkers to their search distributions, and
+        return the resulting step of each distribution mean, one row per walker.
 
-        The steps, shape (len(rows), n_var), are 0 until the samples are full.
+        The steps are 0 until the samples of the distributions are complete.
         """
         state, distributions = self.state, self.state.distributions
         if not distributions.add_evaluations(F[rows], violation[rows]):
@@ -191,8 +192,9 @@ class MGEODirected(DirectedMoves):
         previous_distances: FloatArray,
         adaptive_rows: IntArray,
     ) -> None:
-        """Record how much recombined and other candidates have decreased the distance.
+        """Record the improvements in this generation, by recombined and by all other candidates.
 
+        An improvement is a decrease of the distance compared to the incumbent of the walker.
         Walkers that adapt a covariance are excluded.
         """
         has_reference = self.state.incumbent_violation == 0
@@ -212,7 +214,8 @@ class MGEODirected(DirectedMoves):
         distances: FloatArray,
         previous_distances: FloatArray,
     ) -> BoolArray:
-        """Replace the incumbent of each walker whose best candidate is better.
+        """Replace the incumbent of each walker if the walker's best candidate is better, and return
+        the mask of the walkers whose constraint violation decreased.
 
         Returns
         -------
@@ -230,7 +233,7 @@ class MGEODirected(DirectedMoves):
         return np.asarray(has_less_violation)
 
     def _return_to_incumbents(self, adaptive_rows: IntArray) -> None:
-        """Move some walkers at random to their incumbents, and some to archived points.
+        """Move randomly selected walkers back to their best points or to archived points.
 
         Walkers that adapt a covariance do not move to archived points.
         """
@@ -242,7 +245,7 @@ class MGEODirected(DirectedMoves):
         self._migrate(np.flatnonzero((uniform >= self.return_probability) & (uniform < threshold)))
 
     def _migrate(self, rows: IntArray) -> None:
-        """Move walkers to the archived points that are nearest to their weight vectors."""
+        """Move selected walkers to the archived points that are nearest to their weight vectors."""
         state, front = self.state, self.state.front
         if not len(rows) or not len(front):
             return
@@ -294,7 +297,7 @@ class MGEODirected(DirectedMoves):
         return is_late and len(self.state.front) > 0
 
     def _start_distributions(self, rows: IntArray) -> None:
-        """Start all search distributions, or restart those that have converged or make no progress.
+        """Restart the search distributions that are new, have converged or diverged, or stagnate.
 
         The means are the archived points that are nearest to the weight vectors. Walkers with mixed
         weights draw new weight vectors. `rows` are the indices of the walkers that adapt a

@@ -27,7 +27,7 @@ class RealEncoding:
     variables: Variables
 
     def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
-        """Draw one uniform point within the bounds from each random stream, one per row."""
+        """Draw one uniform point within the bounds from each random stream, as rows of an array."""
         xl, xu, is_real = self.variables.xl, self.variables.xu, self.variables.is_real
         unit = np.array([stream.random(len(xl)) for stream in streams]).reshape(-1, len(xl))
         points: FloatArray = np.clip(xl + (xu - xl) * unit, xl, xu)
@@ -40,7 +40,7 @@ class RealEncoding:
         return points
 
     def encode(self, values: FloatArray) -> FloatArray:
-        """Return variables with the values of integers, binary variables and choices rounded."""
+        """Return the variables with integers, binary variables and choices rounded."""
         return np.where(self.variables.is_real, values, np.rint(values))
 
 
@@ -74,7 +74,7 @@ class BitEncoding:
     def from_variables(
         cls, variables: Variables, bits: int | Sequence[int], gray: bool
     ) -> BitEncoding:
-        """Return the bit encoding of the variables of a problem.
+        """Return a bit encoding of variables, with a given number of bits per real variable.
 
         Parameters
         ----------
@@ -115,16 +115,16 @@ class BitEncoding:
 
     @property
     def length(self) -> int:
-        """Total number of bits of a design."""
+        """Number of bits of the string that encodes a design."""
         return int(self.bits.sum())
 
     def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
-        """Draw one random bit string from each random stream, one per row of the result."""
+        """Draw one random bit string from each random stream, as rows of an array of 0 and 1."""
         strings = [stream.integers(0, 2, self.length) for stream in streams]
         return np.array(strings, dtype=float).reshape(-1, self.length)
 
     def decode(self, strings: FloatArray) -> FloatArray:
-        """Convert bit strings to variables of the problem.
+        """Convert bit strings to the variables that they represent.
 
         Parameters
         ----------
@@ -152,7 +152,8 @@ class BitEncoding:
         return np.clip(decoded, xl, xu)
 
     def encode(self, values: FloatArray) -> FloatArray:
-        """Convert variables to the bit strings that represent the nearest values.
+        """Convert variables to bit strings, each variable rounded to the nearest value that its
+        bits can represent.
 
         Parameters
         ----------

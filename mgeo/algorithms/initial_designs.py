@@ -29,7 +29,7 @@ class SuggestedSampling(Sampling):
     """Sampling of initial designs that begins with designs suggested by the problem.
 
     The problem must define a method ``suggest_initial_designs(n, random_state)`` that returns n
-    designs as numbers, shape (n, n_var). Walkers of the MGEO family beyond the first n start at
+    designs as an array of shape (n, n_var). Walkers of the MGEO family beyond the first n start at
     random.
 
     Parameters
@@ -63,7 +63,7 @@ class SuggestedSampling(Sampling):
     def get_suggested_designs(
         self, problem: Problem, n_max: int, random_state: np.random.Generator
     ) -> FloatArray:
-        """Return the n initial designs that the problem suggests, one per row.
+        """Return `self.n` initial designs that the problem suggests, as rows of a float array.
 
         Parameters
         ----------
@@ -104,7 +104,7 @@ class SuggestedSampling(Sampling):
 
 
 def find_evaluated(population: Population, problem: Problem) -> BoolArray:
-    """Return the mask of the individuals that are already evaluated without failure.
+    """Return the mask of the individuals that have already been evaluated successfully.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def build_initial_designs(
     n_walkers: int,
     random_state: np.random.Generator,
 ) -> FloatArray:
-    """Convert the parameter `sampling` of an algorithm to initial designs, one per row.
+    """Return the initial designs that the parameter `sampling` specifies, one per row.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def build_initial_designs(
     Returns
     -------
     array, shape (n, n_var)
-        Initial designs as numbers; n = 0 for None.
+        Initial designs; n = 0 for None.
 
     Raises
     ------
@@ -204,7 +204,7 @@ def build_initial_designs(
 
 
 def count_allowed_evaluations(algorithm: Algorithm, n_initial_designs: int, n_points: int) -> int:
-    """Return the number of points of the first generation that fit in the evaluation budget.
+    """Return how many of the `n_points` points of the first generation may be evaluated.
 
     Parameters
     ----------

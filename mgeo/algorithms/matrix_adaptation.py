@@ -10,11 +10,12 @@ from mgeo._typing import FloatArray, IntArray
 
 @dataclass(kw_only=True, eq=False, slots=True)
 class SearchDistributions:
-    """Adaptive normal distributions from which k walkers draw their candidates.
+    """Adaptive normal distributions, from each of which one walker draws its candidates.
 
-    A step from the mean is sigma M z, in units of the width of the bounds, with z from a standard
-    normal distribution. Steps are drawn and evaluated in several batches. When the sample of a
-    distribution is complete, its mean moves towards the best steps, and sigma and M are adapted.
+    The class stores k distributions. A step from the mean is sigma M z, in units of the width of
+    the bounds, with z from a standard normal distribution. Steps are drawn and evaluated in several
+    batches. When the sample of a distribution is complete, its mean moves towards the best steps,
+    and sigma and M are adapted.
 
     The method is the matrix adaptation evolution strategy (Beyer & Sendhoff, "Simplify your
     covariance matrix adaptation evolution strategy", IEEE Trans. Evol. Comput. 21, 2017, figure 3),
@@ -48,7 +49,7 @@ class SearchDistributions:
 
     @classmethod
     def create(cls, n_distributions: int, n_var: int, n_obj: int, n_candidates: int) -> Self:
-        """Return distributions that have not started, with empty samples.
+        """Return inactive distributions, whose step sizes are 0 until `reset` activates them.
 
         Parameters
         ----------
@@ -70,7 +71,7 @@ class SearchDistributions:
         )
 
     def reset(self, rows: IntArray, sigma: FloatArray) -> None:
-        """Restart some distributions as isotropic ones with given step sizes.
+        """Restart selected distributions as isotropic normal distributions with given step sizes.
 
         Parameters
         ----------
@@ -92,7 +93,7 @@ class SearchDistributions:
         return np.asarray(self.sigma * np.sqrt((self.matrix**2).sum(axis=2).max(axis=1)))
 
     def draw_steps(self, n_candidates: int, rng: np.random.Generator) -> FloatArray:
-        """Draw random steps from the mean of each distribution and add them to its sample.
+        """Draw random steps from the mean of each distribution, store them, and return them.
 
         Returns
         -------
@@ -105,7 +106,7 @@ class SearchDistributions:
         return self.sigma[:, None, None] * (z @ self.matrix.transpose(0, 2, 1))
 
     def add_evaluations(self, F: FloatArray, violation: FloatArray) -> bool:
-        """Add the values of the last steps to the samples, and return True if these are full.
+        """Store the evaluation of the last steps, and return True if `adapt` has enough steps.
 
         Parameters
         ----------
@@ -120,12 +121,13 @@ class SearchDistributions:
         return bool(self.n_drawn == self.z.shape[1])
 
     def adapt(self, ranking: IntArray) -> FloatArray:
-        """Adapt all distributions to the ranking of their full samples, and start new samples.
+        """Adapt the step size and matrix of each distribution to the ranking of its stored steps,
+        and return the step of each mean.
 
         Parameters
         ----------
         ranking : array of int, shape (k, sample_size)
-            Indices of the steps of each sample, best first.
+            Indices of the stored steps of each distribution, best first.
 
         Returns
         -------

@@ -16,7 +16,7 @@ from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.encoding import RealEncoding
 from mgeo.algorithms.matrix_adaptation import SearchDistributions
-from mgeo.algorithms.recombination import Credit, recombine
+from mgeo.algorithms.recombination import RecombinationCredit, recombine
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import build_weight_vectors, find_nearest, find_nearest_in_sample
 from mgeo.algorithms.steps import NORMAL, get_bounding, round_steps
@@ -28,7 +28,7 @@ Donors = Callable[[tuple[int, ...]], tuple[FloatArray, FloatArray]]
 
 
 class Attraction(NamedTuple):
-    """Attraction of some difference steps towards good points, as in differential evolution.
+    """Parameters that attract difference steps to good points, as in differential evolution.
 
     This is the move "current-to-best" (Zhang & Sanderson, "JADE", IEEE Trans. Evol. Comput. 13,
     2009, equation 6), except that a step covers a random fraction of the distance to the target,
@@ -97,10 +97,10 @@ def draw_momentum_steps(
     return np.clip(step, -_MAX_STEP * extent, _MAX_STEP * extent)
 
 
-def is_within_step(x: FloatArray, targets: FloatArray, extent: FloatArray) -> BoolArray:
-    """Return True for each target that a single step with momentum can reach from its point.
+def is_within_reach(x: FloatArray, targets: FloatArray, extent: FloatArray) -> BoolArray:
+    """Return the mask of the targets that one step with momentum can reach from the points `x`.
 
-    A target is in reach if no variable differs by more than a fifth of the width of its bounds.
+    A target is within reach if no variable differs by more than a fifth of the width of its bounds.
 
     Parameters
     ----------
@@ -126,7 +126,8 @@ def draw_joint_steps(
     rng: np.random.Generator,
     attraction: Attraction | None = None,
 ) -> tuple[FloatArray, FloatArray, FloatArray | None]:
-    """Draw normal or difference steps that change one given variable and some others at random.
+    """Draw steps that change a given variable and, at random, further variables. Each step is
+    either normal or a fraction of the difference between two points.
 
     A normal step has a random standard deviation, log-uniform in `sigma_range`. A difference step
     is a random fraction, uniform in [0, 1), of the difference between two points (differential
@@ -215,7 +216,7 @@ class DirectedState(RunState):
         progress is measured. `n_idle_generations` counts the generations since then.
     distributions : SearchDistributions
         Normal distributions of the walkers that adapt a covariance.
-    credit : Credit
+    credit : RecombinationCredit
         Recent gains by recombined candidates and by all other candidates.
     """
 
@@ -226,11 +227,11 @@ class DirectedState(RunState):
     incumbent_violation: FloatArray
     reference_F: FloatArray
     distributions: SearchDistributions
-    credit: Credit
+    credit: RecombinationCredit
 
 
 class DirectedMoves(ExtremalOptimization):
-    """Base class of `MGEODirected` that generates the candidates of a generation.
+    """Base class of `MGEODirected`, with the methods that generate the candidates of a generation.
 
     A subclass declares the parameters `extreme_weights`, `difference`, `momentum`,
     `max_candidates` and `bounds`, and implements `accept` and `restart_idle_walkers`. The class
@@ -259,7 +260,8 @@ class DirectedMoves(ExtremalOptimization):
     #: along the front instead of towards better points.
     target_selection: ClassVar[Pair] = (0.3, 0.33)
     #: Smallest and largest share of the candidates that recombine two points. Within this range,
-    #: the share follows the gains by recombined candidates (see `recombination.Credit`).
+    #: the share follows the gains by recombined candidates (see
+    #: `recombination.RecombinationCredit`).
     recombination: ClassVar[Pair] = (0.02, 0.9)
     #: Share of the walkers that adapt a covariance, of the walkers with mixed weights and of the
     #: walkers with extreme weights.
@@ -305,7 +307,7 @@ class DirectedMoves(ExtremalOptimization):
                 n_obj,
                 self._n_candidates,
             ),
-            credit=Credit.create(n * self._n_candidates),
+            credit=RecombinationCredit.create(n * self._n_candidates),
         )
 
     def generate_candidates(self) -> FloatArray:
@@ -355,12 +357,13 @@ class DirectedMoves(ExtremalOptimization):
     def _apply_momentum(
         self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest_points: FloatArray
     ) -> None:
-        """Replace a random share of the steps in place by steps that continue the last improvement.
+        """Overwrite a random share of the steps with momentum steps, which continue the last
+        improvement of their walker.
 
         Parameters
         ----------
         steps, spread, donor : array, shape (n_walkers, n_candidates, n_var)
-            Return values of `draw_joint_steps`.
+            Return values of `draw_joint_steps`, modified in place.
         nearest_points : array, shape (n_walkers, n_var)
             Archived point nearest to the weight vector of each walker.
         """
@@ -380,7 +383,7 @@ class DirectedMoves(ExtremalOptimization):
         x, is_choice = self.walkers[rows], self.variables.is_choice
         extent = self.variables.xu - self.variables.xl
         is_allowed = (
-            is_within_step(x, np.where(is_choice, x, targets), extent)
+            is_within_reach(x, np.where(is_choice, x, targets), extent)
             | self._has_mixed_weights()[rows]
         )
         is_replaced[rows[~is_allowed], columns[~is_allowed]] = False
@@ -394,7 +397,7 @@ class DirectedMoves(ExtremalOptimization):
     def _recombine(
         self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest_points: FloatArray
     ) -> None:
-        """Replace a random share of the steps in place by steps to recombined points.
+        """Overwrite a random share of the steps with steps to recombinations of two good points.
 
         For a walker with mixed weights, the first parent is the incumbent of the walker or its
         nearest archived point, and the second parent is the nearest of sqrt(n) random points of the
@@ -404,7 +407,7 @@ class DirectedMoves(ExtremalOptimization):
         Parameters
         ----------
         steps, spread, donor : array, shape (n_walkers, n_candidates, n_var)
-            Return values of `draw_joint_steps`.
+            Return values of `draw_joint_steps`, modified in place.
         nearest_points : array, shape (n_walkers, n_var)
             Archived point nearest to the weight vector of each walker.
         """
@@ -432,7 +435,8 @@ class DirectedMoves(ExtremalOptimization):
         return find_nearest(F, state.weights[rows], *state.front.ideal_and_nadir)
 
     def _find_nearest_in_sample(self, rows: IntArray, n_sampled: float) -> IntArray:
-        """Return the index of the nearest of `n_sampled` random archived points for each walker.
+        """Draw `n_sampled` archived points for each walker, and return the index of the one nearest
+        to the weight vector of the walker.
 
         `n_sampled` is rounded down, but at least one point is drawn.
         """
@@ -444,7 +448,7 @@ class DirectedMoves(ExtremalOptimization):
         )
 
     def _draw_donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
-        """Draw pairs of points for difference steps, from the archive and from the incumbents."""
+        """Draw two points for each difference step, each from the archive or the incumbents."""
         rng, n = self.random_state, len(self.front)
         donors = []
         for _ in range(2):
@@ -461,7 +465,8 @@ class DirectedMoves(ExtremalOptimization):
         return min(len(self.variables.xl), self.max_candidates)
 
     def _select_adaptive_walkers(self, weights: FloatArray) -> IntArray:
-        """Return the indices of the walkers that adapt a covariance after the `adaptation_delay`.
+        """Return the indices of the walkers that will draw their candidates from an adaptive normal
+        distribution, once enough designs have been evaluated.
 
         They are the last ones of the walkers with mixed weights, followed by the last ones of the
         walkers with extreme weights.
@@ -475,12 +480,16 @@ class DirectedMoves(ExtremalOptimization):
         )
 
     def _select_adapting_walkers(self) -> IntArray:
-        """Return the indices of the walkers that adapt a covariance in this generation."""
+        """Return the indices of the walkers that currently draw their candidates from an adaptive
+        normal distribution.
+        """
         rows = self._select_adaptive_walkers(self.state.weights)
         return rows[self.state.distributions.sigma > 0]
 
     def _select_by_weights(self, pair: Sequence[float]) -> FloatArray:
-        """Return the first number for walkers with mixed weights and the second for all others."""
+        """Return an array with `pair[0]` for each walker whose weight vector has several positive
+        weights, and `pair[1]` for each walker with a single positive weight.
+        """
         return np.where(self._has_mixed_weights(), *pair)
 
     def _has_mixed_weights(self) -> BoolArray:

@@ -23,7 +23,7 @@ _BIT_GENERATORS = {cls.__name__: cls for cls in (np.random.PCG64, np.random.PCG6
 
 
 def pack(name: str, value: Any, problem: Problem, arrays: Arrays) -> Any:
-    """Split one field of a run's state into arrays and a JSON value.
+    """Convert a field of a run's state to a JSON value, and copy its arrays to the dict `arrays`.
 
     Parameters
     ----------
@@ -62,9 +62,9 @@ def pack(name: str, value: Any, problem: Problem, arrays: Arrays) -> Any:
             field.name: pack(f"{name}.{field.name}", getattr(value, field.name), problem, arrays)
             for field in fields(value)
         }
-    plain = value.item() if isinstance(value, np.generic) else value
-    if isinstance(plain, bool | int | float | str):
-        return plain
+    scalar = value.item() if isinstance(value, np.generic) else value
+    if isinstance(scalar, bool | int | float | str):
+        return scalar
     raise TypeError(
         f"{name} = {value!r:.80}: expected an array of numbers, a random stream, an archive, a "
         "number, a string, or a list or dataclass of these"
@@ -78,7 +78,7 @@ def unpack(
     arrays: Mapping[str, Any],
     algorithm: ExtremalOptimization,
 ) -> Any:
-    """Reassemble a field of a run's state from the arrays and the JSON value that `pack` returned.
+    """Restore a field of a run's state from the JSON value and the arrays that `pack` has produced.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def unpack_stream(state: Mapping[str, Any]) -> np.random.Generator:
 def pack_population(
     name: str, population: Population | None, problem: Problem, arrays: Arrays
 ) -> None:
-    """Store the designs, objectives and constraints of individuals in a dict of arrays.
+    """Store the designs, objectives and constraint values of a population in a dict of arrays.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def pack_population(
 def unpack_population(
     name: str, arrays: Mapping[str, Any], algorithm: ExtremalOptimization
 ) -> Population:
-    """Restore the individuals that `pack_population` has stored in a dict of arrays.
+    """Return the population that `pack_population` has stored in a dict of arrays.
 
     Raises
     ------

@@ -50,7 +50,7 @@ class RealVectors(IndependentWalkers, ABC):
 
     @abstractmethod
     def compute_step_sigmas(self, sigma: FloatArray) -> FloatArray:
-        """Return the standard deviation of the random step that generates each candidate.
+        """Return the standard deviation of each candidate's random step, based on `sigma`.
 
         Parameters
         ----------
@@ -90,7 +90,7 @@ class RealVectors(IndependentWalkers, ABC):
 
 
 class MGEOReal(RealVectors):
-    """Multiobjective generalized extremal optimization, real-coded (MGEO_real).
+    """Multiobjective generalized extremal optimization of real variables (MGEO_real).
 
     In every generation, each walker generates one candidate per variable, in which a normal step
     perturbs this variable within its bounds, and accepts one of its candidates. A generation takes
@@ -140,7 +140,7 @@ class MGEOReal(RealVectors):
 
 
 class MGEOReal2(RealVectors):
-    """Multiobjective generalized extremal optimization with several steps per variable (real2).
+    """Multiobjective extremal optimization with several step sizes per real variable (MGEO_real2).
 
     In every generation, each walker generates `n_steps` candidates per variable, in which a normal
     step perturbs this variable within its bounds. The standard deviation decreases from step to

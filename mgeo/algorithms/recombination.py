@@ -63,8 +63,8 @@ def recombine(
 
 
 @dataclass(kw_only=True, eq=False, slots=True)
-class Credit:
-    """Record of the recent improvements by recombined candidates and by all other candidates.
+class RecombinationCredit:
+    """Totals of the recent improvements by recombined candidates and by all other candidates.
 
     The gain of a candidate is the decrease of the distance for the walker's weight vector. The
     weight of earlier generations decreases exponentially.
@@ -83,9 +83,9 @@ class Credit:
 
     @classmethod
     def create(cls, n: int) -> Self:
-        """Return the initial credit, in which recombined and other candidates are equally good.
+        """Return initial totals, in which recombined and other candidates have improved equally.
 
-        The credit is that of one generation of n candidates, half of which are recombined.
+        The totals are those of one generation of n candidates, half of which are recombined.
         """
         return cls(gains=np.full(2, 0.5), n_candidates=np.full(2, n / 2))
 
@@ -101,7 +101,7 @@ class Credit:
         return float(min(max(share, low), high))
 
     def update(self, gains: FloatArray, is_recombined: BoolArray) -> None:
-        """Add the gains of the candidates of a generation to the record.
+        """Add the improvements by the candidates of a generation, and discount all earlier ones.
 
         A generation without gains, or with one kind of candidate only, is ignored.
 

@@ -62,7 +62,7 @@ class RunState:
         walkers: FloatArray,
         **extra_fields: Any,
     ) -> Self:
-        """Create the state of a run before its first generation.
+        """Return the initial state of a run with given random streams, empty archive and walkers.
 
         Arrays other than `walkers` are not initialized; `ExtremalOptimization.reset_walkers` sets
         them.

@@ -85,7 +85,8 @@ def draw_position(uniform: FloatArray, n: int | IntArray, tau: float | FloatArra
 
 
 def compute_fitness(F: FloatArray, violation: FloatArray) -> FloatArray:
-    """Combine constraint violation and objectives in one array, for comparisons by `is_better`.
+    """Return the constraint violation and the objectives of each candidate as one array, in which
+    `is_better` compares candidates.
 
     Parameters
     ----------
@@ -106,7 +107,7 @@ def compute_fitness(F: FloatArray, violation: FloatArray) -> FloatArray:
 
 
 def is_better(a: FloatArray, b: FloatArray) -> BoolArray:
-    """Return, for each objective separately, True where fitness `a` is better than fitness `b`.
+    """Return the mask of the objectives in which fitness `a` is better than fitness `b`.
 
     A fitness is better if its constraint violation is smaller, or if the violations are equal and
     the objective is smaller.
@@ -126,10 +127,10 @@ def is_better(a: FloatArray, b: FloatArray) -> BoolArray:
 
 
 def find_best_fitness(values: FloatArray) -> FloatArray:
-    """Return the best fitness of several candidates, for each objective separately.
+    """Return the smallest violation of several candidates, and the best objectives with it.
 
-    The result has the smallest constraint violation and, among the candidates with this violation,
-    the smallest value of each objective.
+    Each objective is the smallest one among the candidates with the smallest constraint violation.
+    The result may therefore combine objectives of different candidates.
 
     Parameters
     ----------
@@ -153,7 +154,7 @@ def compute_next_tau(
     uniform: FloatArray,
     n: int,
 ) -> FloatArray:
-    """Return the selection pressure tau of each walker, adapted by the A-GEO rules.
+    """Return the next selection pressure tau of each walker, by the rules of adaptive GEO.
 
     If the chance of improvement is 0, tau is reset to 0.5 exp(z / sqrt(n)), with z from a standard
     normal distribution. If the chance is not larger than before, tau increases by (0.5 + chance) u,
@@ -187,7 +188,8 @@ _SUM_WEIGHT = 1e-3
 
 
 def build_weight_vectors(n: int, n_obj: int, extreme_share: float) -> FloatArray:
-    """Return weight vectors of n walkers: some for a single objective, the others spread evenly.
+    """Return the weight vectors of n walkers as rows: extreme ones, with a single positive weight,
+    and mixed ones, which are spread evenly.
 
     Parameters
     ----------
@@ -229,7 +231,7 @@ def draw_weights(n: int, n_obj: int, rng: np.random.Generator) -> FloatArray:
 
 
 def _compute_spacings(cuts: FloatArray) -> FloatArray:
-    """Return the lengths of the pieces into which the ascending numbers of each row cut [0, 1]."""
+    """Return the lengths of the intervals into which each row of ascending cuts divides [0, 1]."""
     return np.diff(cuts, axis=1, prepend=0.0, append=1.0)
 
 
@@ -324,7 +326,8 @@ def find_nearest(
 def find_nearest_in_sample(
     sample: IntArray, F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatArray
 ) -> IntArray:
-    """Return the index of the nearest point in a given sample of points, for each weight vector.
+    """Return, for each weight vector, the index of the point with the smallest Tchebycheff distance
+    in a given sample of points.
 
     Each weight vector has its own sample. The distance is the `tchebycheff_distance`.
 

@@ -19,7 +19,7 @@ from mgeo.validation.arguments import validate_fraction, validate_list
 
 @dataclass(kw_only=True, eq=False, slots=True)
 class StagedState(DirectedState):
-    """State of a run of `MGEOStaged`.
+    """State of a run of `MGEOStaged` between two generations.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class MGEOStaged(MGEODirected):
     is_reevaluating = False
     #: True after `evaluate_archive` has evaluated the archive at full fidelity. The evaluation does
     #: not count as a generation.
-    is_concluded = False
+    is_archive_evaluated = False
 
     def __init__(
         self, fidelity_schedule: Sequence[float] = (0.87, 0.99, 1.0), **options: Any
@@ -128,11 +128,13 @@ class MGEOStaged(MGEODirected):
         return self._get_problem(0) is full_problem
 
     def get_archived_designs(self) -> Any:
-        """Return the archived points as designs of the problem."""
+        """Return the designs of the archived points, in the form that the problem evaluates."""
         return self.variables.to_designs(self.get_archived_points(np.arange(len(self.front))))
 
     def evaluate_archive(self) -> None:
-        """Evaluate the archive at full fidelity, if the run ended at a lower fidelity."""
+        """Evaluate the archived points again at full fidelity and rebuild the archive, if the run
+        ended at a lower fidelity.
+        """
         if (self.is_full_fidelity and not self.is_reevaluating) or not len(self.front):
             return
         self.state.fidelity = len(self.fidelity_schedule)
@@ -140,7 +142,7 @@ class MGEOStaged(MGEODirected):
         population = self._build_archive_population()
         self.evaluator.eval(self.problem, population, algorithm=self)
         self._rebuild_archive(population)
-        self.is_reevaluating, self.is_concluded = False, True
+        self.is_reevaluating, self.is_archive_evaluated = False, True
         self.off = population
         self._set_optimum()
 
@@ -186,7 +188,9 @@ class MGEOStaged(MGEODirected):
         return build_population(self._pending_designs)
 
     def _rebuild_archive(self, population: Population) -> None:
-        """Rebuild the archive from evaluated points and move the walkers to archived points."""
+        """Replace the archive by the nondominated individuals of an evaluated population, and move
+        all walkers to archived points.
+        """
         F, violation, _ = self._get_objectives_and_violations(population)
         state, walkers = self.state, np.arange(self.n_walkers)
         state.front = ParetoArchive(F.shape[1], self.archive_size)

@@ -65,7 +65,7 @@ class SavedState:
 
 
 def capture(algorithm: ExtremalOptimization) -> SavedState:
-    """Return the state of a run between two generations, from which `restore` can continue.
+    """Return the state of a run between two generations, from which `restore` can continue the run.
 
     Call this function in a callback or after `next`. The state contains the `RunState`, the
     parameters of the algorithm and of a `TolerantEvaluator`, and the last candidates, random
@@ -205,7 +205,7 @@ def get_qualified_name(cls: type) -> str:
 
 
 def _get_parameters(algorithm: ExtremalOptimization) -> dict[str, Any]:
-    """Return the parameters that must agree between a run and its continuation, as JSON values."""
+    """Return the constructor parameters as a dict of JSON values, except the initial designs."""
     name = type(algorithm).__name__
     return {
         key: _convert_to_json(f"{name}.{key}", value)
@@ -215,7 +215,7 @@ def _get_parameters(algorithm: ExtremalOptimization) -> dict[str, Any]:
 
 
 def _check_algorithm(algorithm: Algorithm, data: Mapping[str, Any]) -> ExtremalOptimization:
-    """Return the algorithm; raise ValueError if its parameters differ from the saved run."""
+    """Check that an algorithm has the class and parameters of the saved run, and return it."""
     name = get_qualified_name(type(algorithm))
     if data["class"] != name or not isinstance(algorithm, ExtremalOptimization):
         raise ValueError(f"class = {data['class']!r:.80}: the algorithm given is a {name}")
@@ -243,7 +243,7 @@ def _load_state(algorithm: ExtremalOptimization, saved_state: SavedState) -> Non
 
 @contextmanager
 def _convert_errors(source: Path | str) -> Iterator[None]:
-    """Context manager that reraises any exception as a FileError with the name of the file."""
+    """Context manager that reraises any exception as a FileError that names the file."""
     try:
         yield
     except ValueError as error:
@@ -268,7 +268,7 @@ def _convert_to_json(name: str, value: Any) -> Any:
 
 
 def _get_termination_arguments(termination: Termination) -> list[Any] | None:
-    """Return the arguments from which pymoo can rebuild a termination, or None if not possible.
+    """Return the arguments with which pymoo can recreate a termination, or None if there are none.
 
     The arguments are those of `pymoo.termination.get_termination`.
     """

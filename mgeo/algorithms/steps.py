@@ -18,7 +18,7 @@ _MAX_SCALE_WIDTHS = 1e3
 
 
 class StepLaw(ABC):
-    """Base class of probability laws of a step with unit scale.
+    """Base class of probability distributions of random steps, before scaling by sigma.
 
     To search with another law than the normal one, set the class attribute ``law`` in a subclass of
     `RealVectors`.
@@ -26,13 +26,13 @@ class StepLaw(ABC):
 
     @abstractmethod
     def draw(self, stream: np.random.Generator, shape: tuple[int, ...]) -> FloatArray:
-        """Draw an array of random steps with a given shape."""
+        """Draw an array of independent random steps with the given shape."""
 
     @abstractmethod
     def truncated_quantile(
         self, probability: FloatArray, low: FloatArray, high: FloatArray
     ) -> FloatArray:
-        """Return the quantiles of the law, truncated to [low, high], at given probabilities.
+        """Return the quantiles of the distribution, truncated to the interval from `low` to `high`.
 
         The function `resample` calls this method for steps that leave the bounds. All arrays have
         the same shape.
@@ -40,7 +40,7 @@ class StepLaw(ABC):
 
 
 class NormalLaw(StepLaw):
-    """Standard normal law, as in GEO_real (Mainenti-Lopes, Souza & de Sousa 2012)."""
+    """Standard normal distribution, as in GEO_real (Mainenti-Lopes, Souza & de Sousa 2012)."""
 
     def draw(self, stream: np.random.Generator, shape: tuple[int, ...]) -> FloatArray:
         return stream.standard_normal(shape)
@@ -71,7 +71,7 @@ def clip(
     uniform: Uniform,
     law: StepLaw = NORMAL,
 ) -> FloatArray:
-    """Return the end points of steps that are cut off at the bounds.
+    """Return the end points of steps, clipped to the bounds.
 
     Steps that would leave the bounds end exactly on a bound.
 
@@ -108,7 +108,7 @@ def reflect(
     uniform: Uniform,
     law: StepLaw = NORMAL,
 ) -> FloatArray:
-    """Return the end points of steps that are reflected at the bounds until they end inside.
+    """Return the end points of steps, reflected at the bounds until they lie inside.
 
     Parameters and return value are as for `clip`.
     """
@@ -153,7 +153,7 @@ AUTO = "auto"
 
 
 def get_bounding(name: str, n_eq_constr: int) -> Bounding:
-    """Return the function that treats steps beyond the bounds, by its name.
+    """Return the function that keeps steps within the bounds: `clip`, `reflect` or `resample`.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ def perturb(
     uniform: Uniform,
     law: StepLaw = NORMAL,
 ) -> FloatArray:
-    """Return the values of variables after a random step of each one, within the bounds.
+    """Add a random step to each variable, and return the new values, which are within the bounds.
 
     The perturbed value is x + sigma scale(x) z with z from the law (Mainenti-Lopes, Souza & de
     Sousa 2012), equation (9) of docs/theory.md. Each candidate uses one of the perturbed values.
@@ -239,16 +239,16 @@ def round_steps(
     xu: FloatArray,
     uniform: FloatArray,
 ) -> FloatArray:
-    """Convert the end points of real steps to values of integers, binary variables and choices.
+    """Round the end points of steps to valid values of integers, binary variables and choices.
 
-    End points are rounded. If the rounded step of the primary variable is zero, the variable moves
+    If the rounded step of the primary variable is zero, the variable moves
     to a neighbor instead; other variables then stay. Options of a choice have no order: a choice
     that would move takes the option of the donor or, without a donor, a random other option.
 
     Parameters
     ----------
     x : array, shape (..., n)
-        Whole numbers at the start of the steps; broadcasts with the other arrays.
+        Integer values at the start of the steps; broadcasts with the other arrays.
     end_points : array, shape (..., n)
         End points of the real steps, within the bounds.
     primary : array of int, shape (...)
@@ -258,14 +258,14 @@ def round_steps(
     is_choice : array of bool, shape (n,)
         Mask of the choices.
     xl, xu : array, shape (n,)
-        Bounds, whole numbers.
+        Integer bounds.
     uniform : array, shape (..., n)
         Uniform random numbers in [0, 1).
 
     Returns
     -------
     array, shape (..., n)
-        Whole numbers within the bounds.
+        Integer values within the bounds.
     """
     levels = xu - xl + 1.0
     end = np.rint(end_points)

@@ -42,14 +42,14 @@ _TYPES: dict[Kind, type] = {"real": float, "integer": int, "binary": bool, "choi
 
 @dataclass(frozen=True, eq=False)
 class Variables:
-    """Types and bounds of the variables of a problem.
+    """Kinds and bounds of the variables of a problem.
 
     Attributes
     ----------
     kinds : tuple of str, length n_var
         "real", "integer", "binary" (0 or 1) or "choice" (index of the option).
     xl, xu : array, shape (n_var,)
-        Bounds: absolute values up to `MAX_REAL_BOUND` for real variables, and whole numbers up to
+        Bounds: absolute values up to `MAX_REAL_BOUND` for real variables, and integers up to
         `MAX_INTEGER_BOUND` for all others.
     names : tuple of str, length n_var, or None
         Keys of a design if designs are dicts, as in ``Problem(vars=...)``, else None.
@@ -65,7 +65,7 @@ class Variables:
 
     @classmethod
     def from_problem(cls, problem: Problem, allowed_kinds: Sequence[Kind]) -> Variables:
-        """Return the variables of a problem, after a check of their kinds and bounds.
+        """Return the variables of a problem, after checking that all are of an allowed kind.
 
         Parameters
         ----------
@@ -109,16 +109,16 @@ class Variables:
         for key, bound in (("xl", self.xl), ("xu", self.xu)):
             is_valid = (np.abs(bound) <= max_bounds) & (is_real | (bound == np.rint(bound)))
             for i in np.flatnonzero(~is_valid).tolist():
-                kind = "number" if is_real[i] else "whole number"
+                kind = "number" if is_real[i] else "integer"
                 raise ValueError(
                     f"{name}.{key}[{self.format_label(i)}] = {bound[i]:g}: expected a finite "
-                    f"{kind} of at most {max_bounds[i]:g} in size"
+                    f"{kind} of at most {max_bounds[i]:g} in absolute value"
                 )
         if np.any(self.xl > self.xu):
             raise ValueError(f"{name}: expected xl <= xu, got xl = {self.xl}, xu = {self.xu}")
 
     def format_label(self, variable: int) -> str:
-        """Format a variable for messages, as its quoted name or, without names, its index."""
+        """Return the quoted name of a variable for messages, or its index if it has no name."""
         return str(variable) if self.names is None else repr(self.names[variable])
 
     @property
@@ -132,7 +132,7 @@ class Variables:
         return np.array([kind == "choice" for kind in self.kinds])
 
     def to_designs(self, values: FloatArray) -> NDArray[Any]:
-        """Convert rows of a float array to designs of the problem.
+        """Convert rows of a float array to designs, in the form that the problem evaluates.
 
         Parameters
         ----------
@@ -160,14 +160,14 @@ class Variables:
         return values.astype(_TYPES[self.kinds[0]], copy=False)
 
     def to_numbers(self, designs: NDArray[Any]) -> FloatArray:
-        """Convert designs of the problem to rows of a float array; the inverse of `to_designs`."""
+        """Convert designs to rows of a float array, the inverse of `to_designs`."""
         if self.names is None:
             return np.array(designs, dtype=float)
         return convert_dicts_to_numbers(designs, self.names, self.options)
 
 
 def get_kind(vtype: Any) -> Kind | None:
-    """Return the kind of the variables of a pymoo problem with a given ``vtype``.
+    """Return the kind of a problem's variables (real, integer or binary) from its ``vtype``.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ def get_kind(vtype: Any) -> Kind | None:
 
 
 def convert_numbers_to_designs(problem: Problem, X: FloatArray) -> NDArray[Any]:
-    """Convert rows of a float array to designs of a problem.
+    """Convert rows of a float array to designs, in the form that the problem evaluates.
 
     The inverse of `mgeo.evaluation.individuals.convert_designs_to_numbers`.
 

@@ -25,12 +25,12 @@ RESTARTS = ("never", "random", "archive")
 
 
 class IndependentWalkers(ExtremalOptimization, ABC):
-    """Base class of extremal optimization with independent walkers that change one coordinate.
+    """Base class of extremal optimization with independent walkers, in which each candidate differs
+    from its walker in one coordinate.
 
-    Each candidate differs from its walker in one coordinate. In each generation, a walker draws an
-    objective, ranks its candidates by this objective, and accepts one candidate per group. A
-    subclass implements `build_encoding`, `build_layout` and `propose`, and sets
-    `evaluates_walkers`.
+    In each generation, a walker draws an objective, ranks its candidates by this objective, and
+    accepts one candidate per group. A subclass implements `build_encoding`, `build_layout` and
+    `propose`, and sets `evaluates_walkers`.
 
     Walkers do not interact, except in restarts from the archive. Each walker has its own random
     stream (child i of the seed), so that parallel and sequential execution give the same result. A
@@ -81,7 +81,8 @@ class IndependentWalkers(ExtremalOptimization, ABC):
 
     @abstractmethod
     def build_layout(self) -> IntArray:
-        """Return the coordinate that each candidate changes, with candidates arranged in groups.
+        """Return the index of the coordinate that each candidate changes, one row per group of
+        competing candidates.
 
         One candidate of each group is accepted.
 
@@ -165,13 +166,14 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         return improved
 
     def _arrange_by_group(self, values: FloatArray, padding: float) -> FloatArray:
-        """Arrange one value per candidate in the groups of the layout, and fill the padding."""
+        """Arrange one value per candidate in the shape of `build_layout`, with added `padding`."""
         return np.where(self._is_candidate, values[:, self._candidate_indices], padding)
 
     def _adapt_tau(self, objective: IntArray, values: FloatArray) -> FloatArray:
-        """Update the adaptive tau of each walker for its drawn objective, and return it.
+        """Update and return the adaptive tau of each walker for the objective of its ranking.
 
-        `values` are the fitness of the candidates. The result has the shape (n_walkers, 1).
+        `values` is the fitness of the candidates, shape (n_walkers, n, 1 + n_obj). The result has
+        the shape (n_walkers, 1).
         """
         state = self.state
         is_a_geo1 = self.tau == "a-geo1"
@@ -192,7 +194,7 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         return state.taus[drawn][:, None]
 
     def _update_incumbent_fitness(self, values: FloatArray) -> BoolArray:
-        """Update the best fitness of each walker and return the mask of the walkers that improved.
+        """Update the best fitness of each walker, and return the mask of the walkers that improved.
 
         `values` is the fitness of n points per walker, shape (n_walkers, n, 1 + n_obj).
         """

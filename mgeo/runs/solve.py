@@ -204,7 +204,7 @@ def solve(state: SolveState, *, refine: bool = False) -> Outcome:
     if isinstance(algorithm, MGEOStaged):
         algorithm.evaluate_archive()
         state.update_from_algorithm()
-        if state.recorder is not None and algorithm.is_concluded:
+        if state.recorder is not None and algorithm.is_archive_evaluated:
             state.recorder.record(algorithm)
             state.recorder.flush()
     if refine and state.stop_reason is None:

@@ -159,7 +159,7 @@ def test_whole_front_of_mixed_variables_is_found():
         ({"vars": {"b": Binary()}}, MGEOReal, r"vars\['b'\] = .*Binary'>: expected real"),
         ({"vars": {"r": Real()}}, MGEOCanonical, r"xl\['r'\] = nan: expected a finite number"),
         ({"n_var": 2, "xl": 0, "xu": 1, "vtype": str}, MGEOCanonical, "vtype = <class 'str'>"),
-        ({"n_var": 2, "xl": 0.5, "xu": 4, "vtype": int}, MGEOCanonical, "a finite whole number"),
+        ({"n_var": 2, "xl": 0.5, "xu": 4, "vtype": int}, MGEOCanonical, "a finite integer"),
         ({"n_var": 2, "xl": 3, "xu": 3, "vtype": int}, MGEOCanonical, "all variables are fixed"),
         ({"n_var": 3, "xl": 0, "xu": 1}, lambda: MGEOVar(bits=[4, 4]), "bits of length 2"),
         ({"n_var": 3, "xl": 0, "xu": 1}, lambda: MGEOVar(bits=[4, 1, 4]), "variable 1 has 1 bit"),

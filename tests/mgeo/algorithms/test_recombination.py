@@ -7,7 +7,12 @@ from pymoo.problems.multi import BNH
 from scipy.stats import kstest
 
 from mgeo import MGEODirected
-from mgeo.algorithms.recombination import CROSSOVER_INDEX, MUTATION_INDEX, Credit, recombine
+from mgeo.algorithms.recombination import (
+    CROSSOVER_INDEX,
+    MUTATION_INDEX,
+    RecombinationCredit,
+    recombine,
+)
 
 NONE = np.zeros(5, dtype=bool)
 
@@ -51,7 +56,7 @@ def test_choice_is_copied_from_a_parent():
 
 def credit_after(gain, other, generations=200):
     """Return the credit after generations in which all candidates of a kind gain the same."""
-    credit, recombined = Credit.create(8), np.arange(8) < 2
+    credit, recombined = RecombinationCredit.create(8), np.arange(8) < 2
     for _ in range(generations):
         credit.update(np.where(recombined, gain, other), recombined)
     return credit
@@ -62,7 +67,7 @@ def test_share_follows_ratio_of_gains():
         for scale in (1e-9, 1.0, 1e9):
             found = credit_after(ratio * scale, scale).compute_share(0.0, 1.0)
             assert found == pytest.approx(share, abs=1e-3)
-    assert Credit.create(48).compute_share(0.0, 1.0) == pytest.approx(0.2)
+    assert RecombinationCredit.create(48).compute_share(0.0, 1.0) == pytest.approx(0.2)
 
 
 def test_share_is_clipped():
@@ -78,7 +83,7 @@ def test_recent_gains_have_more_weight():
 
 
 def test_generation_of_one_kind_or_without_gains_is_ignored():
-    credit, gains = Credit.create(8), np.ones(8)
+    credit, gains = RecombinationCredit.create(8), np.ones(8)
     before = credit.compute_share(0.0, 1.0)
     for gained, number in ((gains, 0), (gains, 8), (0 * gains, 4)):
         credit.update(gained, np.arange(8) < number)
