@@ -35,7 +35,7 @@ def degrade(telemetry: Telemetry, rng: np.random.Generator) -> Telemetry:
     """Return telemetry in which 20 % of all samples are missing and 1 % of the readings are
     outliers.
     """
-    return with_outliers(with_holes(telemetry, 0.2, rng), 0.01, rng)[0]
+    return add_outliers(remove_samples(telemetry, 0.2, rng), 0.01, rng)[0]
 
 
 @dataclass(frozen=True)
@@ -76,13 +76,13 @@ def calibrate_flight(name: str, seed: int) -> tuple[float, np.ndarray, bool]:
     consistent.
     """
     case, (scenario, environment) = CASES[name], build_scenario(name)
-    telemetry = flown(scenario, seed, environment)
+    telemetry = simulate_from_any_attitude(scenario, seed, environment)
     calibration = calibrate(scenario, case.spoil(telemetry, np.random.default_rng(seed)))
     if case.second:
         followup = calibration.build_followup_scenario({"duration": 900.0})
         telemetry = simulate_telemetry(followup, SECOND_DESIGN, seed, initial_truth=telemetry.truth)
         calibration = calibrate(followup, telemetry)
-    return *normalized(calibration, telemetry), calibration.is_consistent
+    return *normalize_error(calibration, telemetry), calibration.is_consistent
 
 
 def format_row(name: str, n_flights: int, pool: Executor) -> str:

@@ -32,28 +32,32 @@ from mgeo_calibration.estimation.trajectory import Trajectory
 from scipy.stats import norm
 
 from tests.calibration.calibration.faults import (
-    axis,
-    gyro,
-    ramp,
-    says,
-    scaled,
-    sensor,
-    sheared,
-    stepped,
+    add_drift,
+    add_nonorthogonality,
+    add_random_walk,
+    add_scale_error,
+    add_step,
+    add_temperature_bias,
+    change_gyro,
+    change_sensor,
+    names_cause,
+    random_axis,
     temperature,
-    walk,
-    warmed,
 )
-from tests.calibration.calibration.faulty_flights import DURATION, PLAN, SCENARIO
-from tests.calibration.calibration.flights import short
-from tests.calibration.calibration.independent import Craft, fly, steady
+from tests.calibration.calibration.faulty_runs import DURATION, PLAN, SCENARIO
+from tests.calibration.calibration.independent_simulator import (
+    TrueErrors,
+    constant_rates,
+    simulate_readings,
+)
+from tests.calibration.calibration.runs import short
 
 SIGMAS, SEEDS = (3.0, 5.0), (1, 2, 3)
 #: Number of tests that `calibrate` makes of these flights, and power from which a fault counts as
 #: detectable.
 N_TESTS, DETECTABLE_POWER = 29, 0.9
 NOISE_FACTOR = 1e-4
-MOTION = steady(PLAN)
+MOTION = constant_rates(PLAN)
 HEALTHY = {"cubesat_6u": 100, "paper": 100}
 
 Spoil = Callable[[Telemetry, np.random.Generator], Telemetry]
@@ -65,16 +69,18 @@ class Kind:
 
     cause: str
     first: float
-    craft: Callable[[float, np.random.Generator], Craft] = lambda size, rng: Craft()
+    errors: Callable[[float, np.random.Generator], TrueErrors] = lambda size, rng: TrueErrors()
     spoil: Callable[[float], Spoil] = lambda size: lambda telemetry, rng: telemetry
     scenario: Scenario = SCENARIO
 
-    def fly(self, size: float, seed: int, noise: int) -> Telemetry:
+    def simulate(self, size: float, seed: int, noise: int) -> Telemetry:
         """Return the telemetry of a flight with the fault drawn from `seed` and the noise drawn
         from `noise`.
         """
         rng = np.random.default_rng([seed, 480])
-        telemetry = fly(self.scenario, MOTION, noise, self.craft(size, rng), DURATION)
+        telemetry = simulate_readings(
+            self.scenario, MOTION, noise, self.errors(size, rng), DURATION
+        )
         return self.spoil(size)(add_temperature(telemetry), rng)
 
     def compute_power(self, size: float, seed: int) -> float:
@@ -87,14 +93,14 @@ class Kind:
         """
         noise_free, prior = remove_noise(self.scenario), PriorEstimate.from_scenario(self.scenario)
         rng = np.random.default_rng([seed, 480])
-        craft = self.craft(size, rng)
-        healthy_craft = Craft(gyro_bias_deg_s=craft.gyro_bias_deg_s)
+        errors = self.errors(size, rng)
+        healthy_errors = TrueErrors(gyro_bias_deg_s=errors.gyro_bias_deg_s)
         base, healthy, faulty = (
-            fly(noise_free, MOTION, 100 + seed, each, DURATION)
+            simulate_readings(noise_free, MOTION, 100 + seed, each, DURATION)
             for each in (
-                remove_random_errors(Craft()),
-                remove_random_errors(healthy_craft),
-                remove_random_errors(craft),
+                remove_random_errors(TrueErrors()),
+                remove_random_errors(healthy_errors),
+                remove_random_errors(errors),
             )
         )
         faulty = self.spoil(size)(faulty, rng)
@@ -116,7 +122,7 @@ class Kind:
 
     def compute_shift(self, size: float, seed: int) -> float:
         """Return the largest change of an estimate by the fault, in 1-sigmas."""
-        error, sigma = compute_errors(self.scenario, self.fly(size, seed, seed))
+        error, sigma = compute_errors(self.scenario, self.simulate(size, seed, seed))
         return float(np.abs((error - compute_healthy_errors(self.scenario, seed)) / sigma).max())
 
     def compute_sizes(self, seed: int) -> tuple[float, ...]:
@@ -143,11 +149,11 @@ def remove_noise(scenario: Scenario) -> Scenario:
     )
 
 
-def remove_random_errors(craft: Craft) -> Craft:
-    """Return the craft with zero in place of the errors that would be drawn at random."""
+def remove_random_errors(errors: TrueErrors) -> TrueErrors:
+    """Return the errors with zero in place of the errors that would be drawn at random."""
     names = ("gyro_bias_deg_s", "sun_bias", "mag_bias_nt", "sun_turn_deg", "mag_turn_deg")
-    zeros = {name: np.zeros(3) for name in names if getattr(craft, name) is None}
-    return dataclasses.replace(craft, **zeros)
+    zeros = {name: np.zeros(3) for name in names if getattr(errors, name) is None}
+    return dataclasses.replace(errors, **zeros)
 
 
 def compute_errors(scenario: Scenario, telemetry: Telemetry) -> tuple[np.ndarray, np.ndarray]:
@@ -162,7 +168,7 @@ def compute_errors(scenario: Scenario, telemetry: Telemetry) -> tuple[np.ndarray
 def compute_healthy_errors(scenario: Scenario, seed: int) -> np.ndarray:
     """Return the estimation errors of the flight with the same noise and without fault."""
     return compute_errors(
-        scenario, add_temperature(fly(scenario, MOTION, seed, duration=DURATION))
+        scenario, add_temperature(simulate_readings(scenario, MOTION, seed, duration=DURATION))
     )[0]
 
 
@@ -172,8 +178,8 @@ def add_temperature(telemetry: Telemetry) -> Telemetry:
     )
 
 
-def build_late_craft(name: str) -> Callable[[float, np.random.Generator], Craft]:
-    return lambda size, rng: Craft(late={name: size})
+def build_latency_errors(name: str) -> Callable[[float, np.random.Generator], TrueErrors]:
+    return lambda size, rng: TrueErrors(late={name: size})
 
 
 def vary_size(apply: Callable, change: Callable) -> Callable[[float], Spoil]:
@@ -181,43 +187,43 @@ def vary_size(apply: Callable, change: Callable) -> Callable[[float], Spoil]:
     return lambda size: apply(change(size))
 
 
-MAG, SUN = partial(sensor, "mag"), partial(sensor, "sun")
+MAG, SUN = partial(change_sensor, "mag"), partial(change_sensor, "sun")
 LARGE_BIAS_SCENARIO = dataclasses.replace(
     SCENARIO, gyro=dataclasses.replace(SCENARIO.gyro, initial_bias_deg_s=1.0, bias_decay=1e-5)
 )
 DRIFTS, CHANGES = r"gyro\.bias (drifts|decays|changes) by ", r"\.bias changes by "
 KINDS = {
-    "magnetometer late": Kind("mag is .* s late", 0.1, build_late_craft("mag")),
-    "magnetometer early": Kind("mag is .* s early", -0.1, build_late_craft("mag")),
-    "Sun sensor late": Kind("sun is .* s late", 0.1, build_late_craft("sun")),
-    "Sun sensor early": Kind("sun is .* s early", -0.1, build_late_craft("sun")),
-    "magnetometer's scale": Kind(r"mag\.scale_factor is ", 2e-3, spoil=vary_size(MAG, scaled)),
-    "soft iron": Kind(r"mag\.nonorthogonality is ", 0.1, spoil=vary_size(MAG, sheared)),
-    "gyro's scale": Kind(r"gyro\.scale_factor is ", 2e-3, spoil=vary_size(gyro, scaled)),
-    "gyro's axes": Kind(r"gyro\.nonorthogonality is ", 0.1, spoil=vary_size(gyro, sheared)),
-    "step of the magnetometer": Kind("mag" + CHANGES, 100.0, spoil=vary_size(MAG, stepped)),
-    "step of the Sun sensor": Kind("sun" + CHANGES, 5e-3, spoil=vary_size(SUN, stepped)),
-    "step of the gyro": Kind(DRIFTS, 2e-3, spoil=vary_size(gyro, stepped)),
-    "drift of the magnetometer": Kind("mag" + CHANGES, 100.0, spoil=vary_size(MAG, ramp)),
-    "drift of the Sun sensor": Kind("sun" + CHANGES, 5e-3, spoil=vary_size(SUN, ramp)),
-    "drift of the gyro": Kind(DRIFTS, 2e-3, spoil=vary_size(gyro, ramp)),
-    "walk of the gyro": Kind(DRIFTS, 2e-3, spoil=vary_size(gyro, walk)),
+    "magnetometer late": Kind("mag is .* s late", 0.1, build_latency_errors("mag")),
+    "magnetometer early": Kind("mag is .* s early", -0.1, build_latency_errors("mag")),
+    "Sun sensor late": Kind("sun is .* s late", 0.1, build_latency_errors("sun")),
+    "Sun sensor early": Kind("sun is .* s early", -0.1, build_latency_errors("sun")),
+    "magnetometer's scale": Kind(r"mag\.scale_factor is ", 2e-3, spoil=vary_size(MAG, add_scale_error)),
+    "soft iron": Kind(r"mag\.nonorthogonality is ", 0.1, spoil=vary_size(MAG, add_nonorthogonality)),
+    "gyro's scale": Kind(r"gyro\.scale_factor is ", 2e-3, spoil=vary_size(change_gyro, add_scale_error)),
+    "gyro's axes": Kind(r"gyro\.nonorthogonality is ", 0.1, spoil=vary_size(change_gyro, add_nonorthogonality)),
+    "step of the magnetometer": Kind("mag" + CHANGES, 100.0, spoil=vary_size(MAG, add_step)),
+    "step of the Sun sensor": Kind("sun" + CHANGES, 5e-3, spoil=vary_size(SUN, add_step)),
+    "step of the gyro": Kind(DRIFTS, 2e-3, spoil=vary_size(change_gyro, add_step)),
+    "drift of the magnetometer": Kind("mag" + CHANGES, 100.0, spoil=vary_size(MAG, add_drift)),
+    "drift of the Sun sensor": Kind("sun" + CHANGES, 5e-3, spoil=vary_size(SUN, add_drift)),
+    "drift of the gyro": Kind(DRIFTS, 2e-3, spoil=vary_size(change_gyro, add_drift)),
+    "walk of the gyro": Kind(DRIFTS, 2e-3, spoil=vary_size(change_gyro, add_random_walk)),
     "orbit": Kind(
-        "the satellite is .* its orbit", 2.0, lambda size, rng: Craft(behind=size)
+        "the satellite is .* its orbit", 2.0, lambda size, rng: TrueErrors(behind=size)
     ),
     "magnetometer and temperature": Kind(
-        r"mag\.bias (follows temperature|changes) by ", 100.0, spoil=vary_size(MAG, warmed)
+        r"mag\.bias (follows temperature|changes) by ", 100.0, spoil=vary_size(MAG, add_temperature_bias)
     ),
     "Sun sensor and temperature": Kind(
-        r"sun\.bias (follows temperature|changes) by ", 5e-3, spoil=vary_size(SUN, warmed)
+        r"sun\.bias (follows temperature|changes) by ", 5e-3, spoil=vary_size(SUN, add_temperature_bias)
     ),
     "gyro and temperature": Kind(
-        r"gyro\.bias (follows temperature|drifts|changes) by ", 2e-3, spoil=vary_size(gyro, warmed)
+        r"gyro\.bias (follows temperature|drifts|changes) by ", 2e-3, spoil=vary_size(change_gyro, add_temperature_bias)
     ),
     "decay of the gyro's bias": Kind(
         r"gyro\.bias (decays|drifts|changes) by ",
         0.02,
-        lambda size, rng: Craft(gyro_bias_deg_s=size * axis(rng), decay=0.0),
+        lambda size, rng: TrueErrors(gyro_bias_deg_s=size * random_axis(rng), decay=0.0),
         scenario=LARGE_BIAS_SCENARIO,
     ),
 }  # fmt: skip
@@ -240,8 +246,8 @@ def run_kind(kind: Kind) -> list[tuple[float, float, bool]]:
     for i, sigmas in enumerate(SIGMAS):
         for seed in SEEDS:
             size = sizes[seed][i]
-            failure = get_failure(kind.scenario, kind.fly(size, seed, 100 + seed))
-            power, is_right = kind.compute_power(size, seed), says(kind.cause, failure)
+            failure = get_failure(kind.scenario, kind.simulate(size, seed, 100 + seed))
+            power, is_right = kind.compute_power(size, seed), names_cause(kind.cause, failure)
             results.append((sigmas, power, is_right))
             words = "right" if is_right else failure[:90] or "nothing"
             print(f"  {sigmas:g} sigma, size {size:.2g}, power {power:.2f}: {words}", flush=True)
@@ -267,7 +273,7 @@ def run_healthy_flights() -> None:
         scenario = short(getattr(Scenario, name)(), DURATION)
         failures = []
         for seed in range(count):
-            telemetry = fly(scenario, MOTION, 7000 + seed, duration=DURATION)
+            telemetry = simulate_readings(scenario, MOTION, 7000 + seed, duration=DURATION)
             if failure := get_failure(scenario, add_temperature(telemetry)):
                 failures.append(failure)
         print(

@@ -71,7 +71,7 @@ def tumble(scenario: Scenario, rng: np.random.Generator) -> Plan:
     return np.column_stack([rates, np.full(len(times), 10.0)])
 
 
-def draw_tumble_rate(scenario: Scenario, rng: np.random.Generator) -> independent.Rate:
+def draw_tumble_rate(scenario: Scenario, rng: np.random.Generator) -> independent_simulator.Rate:
     """Return the rate of a tumbling satellite with a random initial rate, by Euler's equations."""
     start = rng.uniform(-1.0, 1.0, 3)
     return independent_simulator.tumbling_motion([0.13, 0.10, 0.05], start, scenario.duration)
@@ -247,10 +247,10 @@ def simulate_independently(
     if healthy_class.motion is tumble:
         rate = draw_tumble_rate(true, rng)
     else:
-        rate = independent.steady(healthy_class.motion(true, rng))
+        rate = independent_simulator.steady(healthy_class.motion(true, rng))
     if not healthy_class.with_gyro:
         rate, drift = add_gyro_errors(true, rate, rng)
-    telemetry = independent.fly(
+    telemetry = independent_simulator.fly(
         true,
         rate,
         rng,
@@ -264,8 +264,8 @@ def simulate_independently(
 
 
 def add_gyro_errors(
-    scenario: Scenario, rate: independent.Rate, rng: np.random.Generator
-) -> tuple[independent.Rate, np.ndarray]:
+    scenario: Scenario, rate: independent_simulator.Rate, rng: np.random.Generator
+) -> tuple[independent_simulator.Rate, np.ndarray]:
     """Return a rate with random gyro errors, and the gyro bias at the samples [rad/s]."""
     gyro, step = scenario.gyro, scenario.step
     n = round(scenario.duration / step)
@@ -303,7 +303,7 @@ def run_flight(name: str, simulator: str, number: int) -> Outcome:
             is_divergent = "settle" in str(error) or "converge" in str(error)
             verdict = "not converged" if is_divergent else "refused"
             return Outcome(verdict, shorten_message(str(error)))
-    nees, x = normalized(calibration, telemetry)
+    nees, x = normalize_error(calibration, telemetry)
     reason = (
         ""
         if calibration.is_consistent

@@ -10,7 +10,7 @@ from mgeo_calibration.simulation.filter import ErrorStateFilter
 from mgeo_calibration.simulators.kinematic import build_telemetry
 from mgeo_calibration.simulators.simulated_run import draw_errors, simulate_run
 
-from ..calibration.calibration.flights import PLAN, short
+from ..calibration.calibration.runs import PLAN, short
 from .measure import time_interleaved
 
 
