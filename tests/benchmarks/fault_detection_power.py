@@ -197,10 +197,18 @@ KINDS = {
     "magnetometer early": Kind("mag is .* s early", -0.1, build_latency_errors("mag")),
     "Sun sensor late": Kind("sun is .* s late", 0.1, build_latency_errors("sun")),
     "Sun sensor early": Kind("sun is .* s early", -0.1, build_latency_errors("sun")),
-    "magnetometer's scale": Kind(r"mag\.scale_factor is ", 2e-3, spoil=vary_size(MAG, add_scale_error)),
-    "soft iron": Kind(r"mag\.nonorthogonality is ", 0.1, spoil=vary_size(MAG, add_nonorthogonality)),
-    "gyro's scale": Kind(r"gyro\.scale_factor is ", 2e-3, spoil=vary_size(change_gyro, add_scale_error)),
-    "gyro's axes": Kind(r"gyro\.nonorthogonality is ", 0.1, spoil=vary_size(change_gyro, add_nonorthogonality)),
+    "magnetometer's scale": Kind(
+        r"mag\.scale_factor is ", 2e-3, spoil=vary_size(MAG, add_scale_error)
+    ),
+    "soft iron": Kind(
+        r"mag\.nonorthogonality is ", 0.1, spoil=vary_size(MAG, add_nonorthogonality)
+    ),
+    "gyro's scale": Kind(
+        r"gyro\.scale_factor is ", 2e-3, spoil=vary_size(change_gyro, add_scale_error)
+    ),
+    "gyro's axes": Kind(
+        r"gyro\.nonorthogonality is ", 0.1, spoil=vary_size(change_gyro, add_nonorthogonality)
+    ),
     "step of the magnetometer": Kind("mag" + CHANGES, 100.0, spoil=vary_size(MAG, add_step)),
     "step of the Sun sensor": Kind("sun" + CHANGES, 5e-3, spoil=vary_size(SUN, add_step)),
     "step of the gyro": Kind(DRIFTS, 2e-3, spoil=vary_size(change_gyro, add_step)),
@@ -208,17 +216,21 @@ KINDS = {
     "drift of the Sun sensor": Kind("sun" + CHANGES, 5e-3, spoil=vary_size(SUN, add_drift)),
     "drift of the gyro": Kind(DRIFTS, 2e-3, spoil=vary_size(change_gyro, add_drift)),
     "walk of the gyro": Kind(DRIFTS, 2e-3, spoil=vary_size(change_gyro, add_random_walk)),
-    "orbit": Kind(
-        "the satellite is .* its orbit", 2.0, lambda size, rng: TrueErrors(behind=size)
-    ),
+    "orbit": Kind("the satellite is .* its orbit", 2.0, lambda size, rng: TrueErrors(behind=size)),
     "magnetometer and temperature": Kind(
-        r"mag\.bias (follows temperature|changes) by ", 100.0, spoil=vary_size(MAG, add_temperature_bias)
+        r"mag\.bias (follows temperature|changes) by ",
+        100.0,
+        spoil=vary_size(MAG, add_temperature_bias),
     ),
     "Sun sensor and temperature": Kind(
-        r"sun\.bias (follows temperature|changes) by ", 5e-3, spoil=vary_size(SUN, add_temperature_bias)
+        r"sun\.bias (follows temperature|changes) by ",
+        5e-3,
+        spoil=vary_size(SUN, add_temperature_bias),
     ),
     "gyro and temperature": Kind(
-        r"gyro\.bias (follows temperature|drifts|changes) by ", 2e-3, spoil=vary_size(change_gyro, add_temperature_bias)
+        r"gyro\.bias (follows temperature|drifts|changes) by ",
+        2e-3,
+        spoil=vary_size(change_gyro, add_temperature_bias),
     ),
     "decay of the gyro's bias": Kind(
         r"gyro\.bias (decays|drifts|changes) by ",
@@ -226,7 +238,7 @@ KINDS = {
         lambda size, rng: TrueErrors(gyro_bias_deg_s=size * random_axis(rng), decay=0.0),
         scenario=LARGE_BIAS_SCENARIO,
     ),
-}  # fmt: skip
+}
 
 
 def get_failure(scenario: Scenario, telemetry: Telemetry) -> str:

@@ -247,10 +247,10 @@ def simulate_independently(
     if healthy_class.motion is tumble:
         rate = draw_tumble_rate(true, rng)
     else:
-        rate = independent_simulator.steady(healthy_class.motion(true, rng))
+        rate = independent_simulator.constant_rates(healthy_class.motion(true, rng))
     if not healthy_class.with_gyro:
         rate, drift = add_gyro_errors(true, rate, rng)
-    telemetry = independent_simulator.fly(
+    telemetry = independent_simulator.simulate_readings(
         true,
         rate,
         rng,
