@@ -86,7 +86,7 @@ def test_poisoned_run_of_a_study_executes_nothing(tmp_path, poison):
     for content in contents:
         path = tmp_path / "a.npz"
         path.write_bytes(content)
-        with pytest.raises(ValueError, match=r"a\.npz: not the record of a run"):
+        with pytest.raises(ValueError, match=r"a\.npz: not a stored run"):
             StudyRun.read(path)
     assert not marker.exists()
 
