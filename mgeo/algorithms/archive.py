@@ -181,7 +181,8 @@ class ParetoArchive:
     def add(
         self, F: FloatArray, individuals: NDArray[np.object_], violation: FloatArray | None = None
     ) -> BoolArray:
-        """Add the points of a batch that no other point dominates, and return their mask.
+        """Add the nondominated points of a batch to the archive, and return the mask of the added
+        points.
 
         Archived points that a new point dominates are removed.
 

@@ -231,8 +231,8 @@ class ExtremalOptimization(Algorithm, ABC):
 
     @abstractmethod
     def accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
-        """Move each walker to the evaluated candidates that the subclass selects, and return the
-        mask of the walkers that improved.
+        """Move each walker by the selection rule of the subclass, given the evaluated candidates,
+        and return the mask of the walkers that improved.
 
         Parameters
         ----------
@@ -264,7 +264,7 @@ class ExtremalOptimization(Algorithm, ABC):
     def create_state(
         self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
     ) -> RunState:
-        """Return the initial state of a run with given random streams, empty archive and walkers.
+        """Return the initial state of a run, given random streams, an empty archive and walkers.
 
         The per-walker arrays of the state may be uninitialized, because `reset_walkers` is called
         next.
@@ -412,12 +412,12 @@ class ExtremalOptimization(Algorithm, ABC):
     def _get_objectives_and_violations(
         self, population: Population
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return three arrays for a population: the objectives, the constraint violations for the
-        archive, and the constraint violations for the selection.
+        """Return three arrays for a population: its objectives, its constraint violations by the
+        default tolerance of pymoo, and its constraint violations by the current tolerance.
 
-        Violations are 0 where feasible. The default tolerance of pymoo decides on feasibility in
-        the archive. The current tolerance, in the configuration of the individuals, is used in the
-        selection. A constraint handling of pymoo may relax it during a run.
+        Violations are 0 where feasible. The archive uses the default tolerance. The selection uses
+        the current tolerance, from the configuration of the individuals. A constraint handling of
+        pymoo may relax the current tolerance during a run.
         """
         F = get_values(population, "F")
         if F.shape != (len(population), self.problem.n_obj):

@@ -192,7 +192,7 @@ class MGEODirected(DirectedMoves):
         previous_distances: FloatArray,
         adaptive_rows: IntArray,
     ) -> None:
-        """Record the improvements in this generation, by recombined and by all other candidates.
+        """Record the improvements by recombined and by all other candidates in this generation.
 
         An improvement is a decrease of the distance compared to the incumbent of the walker.
         Walkers that adapt a covariance are excluded.
@@ -297,7 +297,7 @@ class MGEODirected(DirectedMoves):
         return is_late and len(self.state.front) > 0
 
     def _start_distributions(self, rows: IntArray) -> None:
-        """Restart the search distributions that are new, have converged or diverged, or stagnate.
+        """Start new search distributions, and restart any that converged, diverged or stagnate.
 
         The means are the archived points that are nearest to the weight vectors. Walkers with mixed
         weights draw new weight vectors. `rows` are the indices of the walkers that adapt a

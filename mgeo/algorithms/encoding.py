@@ -40,7 +40,9 @@ class RealEncoding:
         return points
 
     def encode(self, values: FloatArray) -> FloatArray:
-        """Return the variables with integers, binary variables and choices rounded."""
+        """Return a copy of the variables, in which integers, binary variables and choices are
+        rounded.
+        """
         return np.where(self.variables.is_real, values, np.rint(values))
 
 

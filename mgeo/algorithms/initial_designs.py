@@ -204,7 +204,7 @@ def build_initial_designs(
 
 
 def count_allowed_evaluations(algorithm: Algorithm, n_initial_designs: int, n_points: int) -> int:
-    """Return how many of the `n_points` points of the first generation may be evaluated.
+    """Return how many of the `n_points` points of the first generation fit the evaluation budget.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ Donors = Callable[[tuple[int, ...]], tuple[FloatArray, FloatArray]]
 
 
 class Attraction(NamedTuple):
-    """Parameters that attract difference steps to good points, as in differential evolution.
+    """Parameters of difference steps towards good points, as in differential evolution.
 
     This is the move "current-to-best" (Zhang & Sanderson, "JADE", IEEE Trans. Evol. Comput. 13,
     2009, equation 6), except that a step covers a random fraction of the distance to the target,
@@ -448,7 +448,7 @@ class DirectedMoves(ExtremalOptimization):
         )
 
     def _draw_donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
-        """Draw two points for each difference step, each from the archive or the incumbents."""
+        """Draw two random points per difference step; each is an archived point or an incumbent."""
         rng, n = self.random_state, len(self.front)
         donors = []
         for _ in range(2):
@@ -465,11 +465,11 @@ class DirectedMoves(ExtremalOptimization):
         return min(len(self.variables.xl), self.max_candidates)
 
     def _select_adaptive_walkers(self, weights: FloatArray) -> IntArray:
-        """Return the indices of the walkers that will draw their candidates from an adaptive normal
-        distribution, once enough designs have been evaluated.
+        """Return the indices of the walkers that are intended to draw their candidates from an
+        adaptive normal distribution later in the run.
 
-        They are the last ones of the walkers with mixed weights, followed by the last ones of the
-        walkers with extreme weights.
+        The change occurs as soon as enough designs have been evaluated. The intended walkers are
+        the last ones with mixed weights, followed by the last ones with extreme weights.
         """
         if not self.variables.is_real.all() or len(self.variables.xl) > self.max_adaptive_variables:
             return np.empty(0, dtype=np.intp)

@@ -62,7 +62,7 @@ class RunState:
         walkers: FloatArray,
         **extra_fields: Any,
     ) -> Self:
-        """Return the initial state of a run with given random streams, empty archive and walkers.
+        """Return the initial state of a run, given random streams, an empty archive and walkers.
 
         Arrays other than `walkers` are not initialized; `ExtremalOptimization.reset_walkers` sets
         them.

@@ -52,7 +52,7 @@ def rank(f: FloatArray, violation: FloatArray, tie_breakers: FloatArray) -> IntA
 
 
 def draw_position(uniform: FloatArray, n: int | IntArray, tau: float | FloatArray) -> IntArray:
-    """Draw positions in a ranking of n candidates, with probabilities proportional to k^-tau.
+    """Draw positions in a ranking of n candidates; rank k has a probability proportional to k^-tau.
 
     The rank k is the position plus 1. The probabilities are equation (10) of docs/theory.md. GEO is
     usually described by another procedure with the same distribution: draw a rank uniformly, accept
@@ -85,8 +85,8 @@ def draw_position(uniform: FloatArray, n: int | IntArray, tau: float | FloatArra
 
 
 def compute_fitness(F: FloatArray, violation: FloatArray) -> FloatArray:
-    """Return the constraint violation and the objectives of each candidate as one array, in which
-    `is_better` compares candidates.
+    """Return an array with the constraint violation and the objectives of each candidate, for
+    comparisons by `is_better`.
 
     Parameters
     ----------
@@ -127,10 +127,10 @@ def is_better(a: FloatArray, b: FloatArray) -> BoolArray:
 
 
 def find_best_fitness(values: FloatArray) -> FloatArray:
-    """Return the smallest violation of several candidates, and the best objectives with it.
+    """Return the smallest constraint violation of several candidates, and the smallest value of
+    each objective among the candidates with this violation.
 
-    Each objective is the smallest one among the candidates with the smallest constraint violation.
-    The result may therefore combine objectives of different candidates.
+    The result may combine objectives of different candidates.
 
     Parameters
     ----------

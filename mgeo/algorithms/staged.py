@@ -31,7 +31,7 @@ class StagedState(DirectedState):
 
 
 class MGEOStaged(MGEODirected):
-    """`MGEODirected` that evaluates at low fidelity first and at full fidelity at the end.
+    """Variant of `MGEODirected` that evaluates at low fidelity first, and later at full fidelity.
 
     The algorithm suits problems whose objectives are estimates, for example Monte Carlo averages.
     Fidelity and cost of the evaluations increase in steps during the run. At each increase, all

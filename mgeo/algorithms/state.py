@@ -268,7 +268,7 @@ def _convert_to_json(name: str, value: Any) -> Any:
 
 
 def _get_termination_arguments(termination: Termination) -> list[Any] | None:
-    """Return the arguments with which pymoo can recreate a termination, or None if there are none.
+    """Return the arguments with which pymoo can recreate a termination, or None if it cannot.
 
     The arguments are those of `pymoo.termination.get_termination`.
     """

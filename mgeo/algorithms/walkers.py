@@ -166,11 +166,14 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         return improved
 
     def _arrange_by_group(self, values: FloatArray, padding: float) -> FloatArray:
-        """Arrange one value per candidate in the shape of `build_layout`, with added `padding`."""
+        """Rearrange one value per candidate to the shape of `build_layout`, using `padding` where
+        the layout is padded.
+        """
         return np.where(self._is_candidate, values[:, self._candidate_indices], padding)
 
     def _adapt_tau(self, objective: IntArray, values: FloatArray) -> FloatArray:
-        """Update and return the adaptive tau of each walker for the objective of its ranking.
+        """Update and return the adaptive tau of each walker, for the objective that ranks its
+        candidates.
 
         `values` is the fitness of the candidates, shape (n_walkers, n, 1 + n_obj). The result has
         the shape (n_walkers, 1).

@@ -23,7 +23,7 @@ class TerminationInterrupt(KeyboardInterrupt):
 
 
 class StopRequest:
-    """Request to stop a run, which becomes true when SIGINT or SIGTERM is received.
+    """Flag that requests the end of a run; true as soon as SIGINT or SIGTERM is received.
 
     Attributes
     ----------

@@ -50,7 +50,7 @@ def _wrap_label(name: str) -> str:
 
 
 def is_logarithmic(values: pd.Series) -> bool:
-    """Return True if all values of a column are finite and suit a logarithmic axis.
+    """Return True if a column is finite and should be displayed on a logarithmic axis.
 
     See `mgeo.figures.front.needs_log_axis`.
     """

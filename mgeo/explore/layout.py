@@ -119,7 +119,7 @@ def build_table(rows: Sequence[Sequence[str]]) -> Component:
 def build_comparison(
     solution: Mapping[str, float], design_metrics: Mapping[str, float]
 ) -> Component:
-    """Return an HTML table of the metrics of a solution, of a modified design, and the changes."""
+    """Return an HTML table that compares the metrics of a solution and of a modified design."""
     rows = [DESIGN_COLUMNS]
     for name, value in solution.items():
         new_value = design_metrics[name]

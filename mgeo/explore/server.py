@@ -16,7 +16,7 @@ except ImportError as error:
 
 
 class ExplorerServer(ThreadingMixIn, WSGIServer):
-    """HTTP server of the page for exploring a run, accessible only from this machine.
+    """HTTP server of the explorer page of a run, accessible only from this machine.
 
     Parameters
     ----------

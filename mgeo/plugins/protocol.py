@@ -104,10 +104,11 @@ class ProblemMixin:
         return dict(options)
 
     def to_robust(self) -> Problem | None:
-        """Return this problem with quantiles over random errors as its objectives, or None.
+        """Return a robust version of this problem, whose objectives are quantiles over random
+        errors, or None if there is no such version.
 
         The option ``--robust`` of the command line solves the returned problem, which must define
-        `to_options`. None, the default, if there is no robust version of the problem.
+        `to_options`. The default is None.
         """
         return None
 

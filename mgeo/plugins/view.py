@@ -118,7 +118,7 @@ class View:
         ]
 
     def constraints(self) -> list[pd.DataFrame]:
-        """Return, for each solution, a table of value, bound and margin of each constraint.
+        """Return one table per solution, with the value, bound and margin of each constraint.
 
         Returns
         -------
@@ -269,7 +269,7 @@ class View:
 
 
 def build_view(problem: Problem, X: ArrayLike | None = None, F: FloatArray | None = None) -> View:
-    """Return a view of given solutions: the one that the problem defines, or a default `View`.
+    """Return the view that a problem defines for given solutions, or else a default `View`.
 
     Parameters
     ----------

@@ -65,9 +65,9 @@ def format_verification_tables(
 def read_verifications(
     folder: Path, run: Run, problem: Problem
 ) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
-    """Yield, for each verification file, its name, a reason to ignore it, and its content.
+    """Yield the name of each verification file, the reason to ignore it (if any), and its content.
 
-    The reason is an empty text if the file verifies a solution on the front of the run.
+    The reason is an empty string if the file verifies a solution on the front of the run.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ from mgeo.validation.entries import convert_file_errors
 
 @dataclass(frozen=True)
 class ComparedSolution:
-    """Solution in a comparison of two, with its review document and the options of its problem.
+    """One of two compared solutions, with its review document and the options of its problem.
 
     Attributes
     ----------

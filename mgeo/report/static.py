@@ -128,7 +128,7 @@ def export_figures(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> 
 
 
 def _build_figure_name(label: str, figure: str) -> str:
-    """Return the name of a solution figure in lower case and with hyphens, as ``knee-rates``."""
+    """Return the name of a solution figure in lower case with hyphens, such as ``knee-rates``."""
     return "-".join(re.findall(r"[a-z0-9_]+", f"{label} {figure}".lower()))
 
 
