@@ -89,7 +89,7 @@ def build_coco_problem(name: str) -> CocoProblem:
 
 
 def expand_ranges(name: str) -> Iterator[str]:
-    """Yield the name of each COCO problem in a name with ranges, as ``bbob/f1-24/d5,10/i1-5``.
+    """Yield the name of each problem in a COCO name with ranges, such as ``bbob/f1-24/d5,10/i1``.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def _split_name(name: str) -> tuple[str, ...]:
 
 
 def _parse_ranges(name: str, text: str) -> list[int]:
-    """Expand a comma-separated list of integers and ranges, such as "1-3,7", to integers."""
+    """Expand a comma-separated list of integers and ranges, such as "1-3,7", into integers."""
     numbers: list[int] = []
     for part in text.split(","):
         ends = re.fullmatch(r"(\d{1,4})(?:-(\d{1,4}))?", part)

@@ -19,7 +19,7 @@ COCO_DISTRIBUTION = "coco-experiment"
 
 
 def is_benchmark(name: str) -> bool:
-    """Return True if a problem name begins with a prefix of test problems, such as ``pymoo:``."""
+    """Return True if a problem name has a prefix that denotes test problems, such as ``pymoo:``."""
     prefix, colon, _ = name.partition(":")
     return bool(colon) and prefix in EXAMPLES_BY_PREFIX
 
@@ -63,9 +63,9 @@ def expand_name(name: str) -> list[str]:
 
 
 def list_distributions(name: str) -> list[str]:
-    """Return the names of distributions, other than pymoo, on which a test problem depends.
+    """Return the names of the Python packages, other than pymoo, that provide a test problem.
 
-    Results of a study depend on the versions of these distributions.
+    Results of a study depend on the versions of these packages.
     """
     return [COCO_DISTRIBUTION] if name.startswith("coco:") else []
 

@@ -118,7 +118,7 @@ class TolerantEvaluator(Evaluator):
         return tolerant
 
     def get_settings(self) -> dict[str, Any]:
-        """Return the constructor arguments, except the callback, as a JSON-compatible dict."""
+        """Return the constructor arguments, except the callback, as a JSON-serializable dict."""
         return {
             "patience": self.patience,
             "warn": self.warn,
@@ -127,7 +127,7 @@ class TolerantEvaluator(Evaluator):
         }
 
     def get_counts(self) -> dict[str, Any]:
-        """Return the counters of evaluations and failures as a JSON-compatible dict."""
+        """Return the counters of evaluations and failures as a JSON-serializable dict."""
         return {
             "n_eval": self.n_eval,
             "n_failed": self.n_failed,

@@ -50,7 +50,8 @@ BatchResult = tuple[Values, dict[int, Failure]]
 def evaluate_batch(
     problem: Problem, X: NDArray[Any], names: Sequence[str], options: Mapping[str, Any]
 ) -> BatchResult:
-    """Evaluate candidates, some of which may fail, and return all values and the failures by row.
+    """Evaluate candidates, some of which may fail. Return arrays with one row per candidate, and
+    the failures as a dict keyed by row.
 
     When the evaluation of a batch raises, the batch is bisected until the failing candidates are
     isolated. For an elementwise problem, the exception of each element is caught directly, so that

@@ -42,7 +42,7 @@ _PRINT_SCALE = 0.6  # Size of markers and lines in print relative to the screen.
 
 
 def escape_markup(text: object, *, is_3d: bool = False) -> str:
-    """Escape HTML tags and templates in a text, so that plotly shows the text literally.
+    """Escape HTML tags and plotly templates in a text, so that plotly shows the text literally.
 
     Parameters
     ----------

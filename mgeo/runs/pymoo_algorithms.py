@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from pymoo.core.population import Population
     from pymoo.core.problem import Problem
 
-# These comparisons break ties by random numbers from the operating system, without a seed.
+# These comparisons break ties with random numbers from the operating system, without a seed.
 _UNSEEDED_COMPARISONS = (comp_by_cv_then_random, comp_by_rank_and_ref_line_dist)
 _SAMPLINGS = {
     "integer": IntegerRandomSampling,
@@ -131,9 +131,9 @@ class SeededComparison:
 
 
 def use_seeded_generator(algorithm: Algorithm) -> None:
-    """Make an algorithm that is set up draw all its random numbers from its own seeded generator.
+    """Modify an algorithm, after its setup, to draw all random numbers from its seeded generator.
 
-    pymoo breaks ties in NSGA-III and selects elites in CMOPSO by unseeded random numbers, which
+    pymoo breaks ties in NSGA-III and selects elites in CMOPSO with unseeded random numbers, which
     makes runs irreproducible.
     """
     selection: Any = getattr(getattr(algorithm, "mating", None), "selection", None)

@@ -51,7 +51,7 @@ class SolutionSummary:
 
 
 def summarize_default_solution(view: View) -> SolutionSummary:
-    """Summarize the default solution of the front in a view, which is the knee if there is one.
+    """Summarize the default solution of the front that a view presents: the knee if there is one.
 
     Without a knee, the default solution is the minimum of the first objective. The front must have
     at least one solution.
@@ -169,7 +169,7 @@ def find_knee(points: NDArray[np.float64]) -> int | None:
 
 
 def _scale_front(problem: Problem, front: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Map a front into the indicator space of its problem, or scale it to [0, 1] without one."""
+    """Map a front into the indicator space of its problem, or to [0, 1] if it defines none."""
     space = get_indicator_map(problem)
     return space(front) if space else scale_objectives(front, front.min(axis=0), front.max(axis=0))
 
@@ -252,7 +252,7 @@ class ConstraintMargin:
 
 
 def list_constraint_margins(view: View) -> list[list[ConstraintMargin]]:
-    """Return the margins of all constraints for each solution in a view, as one list per solution.
+    """Return the margins of all constraints, as one list for each solution that a view presents.
 
     Returns
     -------
@@ -290,7 +290,7 @@ class InfeasibilityReport:
 
 
 def explain_infeasibility(view: View) -> InfeasibilityReport:
-    """Report the constraints that the solutions in a view violate, and ways to reach feasibility.
+    """Report which constraints the solutions of a view violate, and suggest ways to satisfy them.
 
     Parameters
     ----------

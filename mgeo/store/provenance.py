@@ -43,7 +43,7 @@ def _convert_bound_to_list(bound: Any) -> Any:
 
 
 def describe_difference(expected: Any, actual: Any, name: str = "") -> str:
-    """Describe the first difference between two JSON values in a text, empty if they are equal.
+    """Return a text on the first difference between two JSON values; empty if they are equal.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def describe_difference(expected: Any, actual: Any, name: str = "") -> str:
 
 
 def list_versions(*extra_distributions: str) -> dict[str, str]:
-    """Return the versions of mgeo, pymoo, numpy and the given distributions, as a dict by name."""
+    """Return a dict of versions by package name: mgeo, pymoo, numpy and the given packages."""
     return {name: version(name) for name in ("mgeo", "pymoo", "numpy", *extra_distributions)}
 
 
@@ -77,7 +77,7 @@ def list_problem_versions(problem: str) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        Versions of Python, mgeo, pymoo, numpy and the distributions that provide the problem.
+        Versions of Python, mgeo, pymoo, numpy and the package that provides the problem.
     """
     if is_benchmark(problem):
         names = list_distributions(problem)

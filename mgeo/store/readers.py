@@ -74,7 +74,7 @@ def _reject_constant(name: str) -> float:
 
 
 def decode_npz(content: bytes) -> dict[str, NDArray[Any]]:
-    """Decode the content of an .npz file to a dict of arrays, without unpickling objects.
+    """Decode the content of an .npz file into a dict of arrays, without unpickling objects.
 
     Only arrays of numbers and text are accepted.
 

@@ -66,7 +66,7 @@ def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
         is_unfinished = (folder / CHECKPOINT_FILE).exists() and not (folder / RUN_FILE).exists()
         raise FileExistsError(
             f"{folder} is not empty: choose another folder or allow --overwrite"
-            + (f", or continue its run by mgeo resume {folder}" if is_unfinished else "")
+            + (f", or continue its run with mgeo resume {folder}" if is_unfinished else "")
         )
     return folder
 
@@ -96,7 +96,7 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
 
 
 def write_arrays(folder: Path, outcome: Outcome, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Rewrite ``front.npz`` in a run folder with additional arrays of one row per solution.
+    """Rewrite ``front.npz`` in a run folder with arrays added, each with one row per solution.
 
     Parameters
     ----------
@@ -215,9 +215,15 @@ def build_run_document(run: Run) -> dict[str, Any]:
 
 
 def check_verification(content: Any) -> None:
-    """Raise an error if the content of a verification file has no valid title, conclusion or table.
+    """Raise an error if the results of a verification lack a valid title, conclusion or table.
 
-    `mgeo.report.build` adds the table to the report of a run.
+    The tools of a problem write these results as a JSON file into a run folder, and
+    `mgeo.report.build` adds the table to the report of the run.
+
+    Parameters
+    ----------
+    content
+        Content of the JSON file, as returned by `read_json`.
 
     Raises
     ------

@@ -108,7 +108,7 @@ def compute_average_ranks(values: pd.DataFrame, control: str | None = None) -> p
 
 
 def compute_friedman_test(values: pd.DataFrame) -> FriedmanResult | None:
-    """Apply Friedman's test to the median indicators at the end of the budget of each problem.
+    """Apply Friedman's test to the median indicators of each problem at the end of its budget.
 
     Each function is one block: the ranks on its problems are averaged.
 
@@ -171,8 +171,8 @@ def compute_runtimes(comparisons: Mapping[str, Comparison]) -> dict[str, FloatAr
 
 
 def compute_runtime_distribution(comparisons: Mapping[str, Comparison]) -> pd.DataFrame:
-    """Return the share of hypervolume targets that each algorithm reached as a function of the
-    evaluations per variable, as a table.
+    """Return a table of the share of hypervolume targets that each algorithm reached within a
+    number of evaluations per variable.
 
     Parameters
     ----------

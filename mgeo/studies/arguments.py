@@ -63,8 +63,8 @@ def expand_seeds(seeds: int | Iterable[int]) -> tuple[int, ...]:
 
 
 def expand_grid(grid: int | Sequence[int], n_eval: int) -> list[int]:
-    """Return the evaluation counts at which fronts are evaluated, in ascending order: the given
-    counts, or those of equal steps, and `n_eval` as the last one.
+    """Return the evaluation counts at which fronts are evaluated, in ascending order and ending
+    with `n_eval`: the counts in `grid`, or `grid` equal steps if it is an integer.
 
     Parameters
     ----------

@@ -216,9 +216,9 @@ class Comparison:
         }
 
     def rank_algorithms(self, indicator: str | None = None) -> list[str]:
-        """Return the labels of the algorithms with a finished run, sorted by mean rank, best first.
+        """Return the labels of all algorithms with finished runs, sorted by mean rank, best first.
 
-        The mean rank is the one of the statistical tests. A few outlying runs affect it less than
+        The statistical tests use the same mean rank. A few outlying runs affect it less than
         they affect the mean.
 
         Parameters

@@ -207,7 +207,10 @@ class Experiment:
     progress: bool
 
     def run(self) -> Comparison:
-        """Execute all runs and return the comparison, with the warnings and errors of `compare`."""
+        """Execute all runs and return the comparison.
+
+        The warnings and errors are those of `compare`.
+        """
         problem, n_eval, title = self.problem, self.n_eval, self.title
         keys = list(product(self.algorithms, self.seeds))
         tasks = {

@@ -219,8 +219,8 @@ def validate_space_arguments(
 def _divide_front(
     space: IndicatorSpace, front: FloatArray, points: FloatArray, part_values: list[float] | None
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the values of the first objective that separate the parts of the front, first
-    unscaled, then scaled.
+    """Return the values of the first objective that separate the parts of the front, as a tuple
+    of unscaled values and a tuple of scaled values.
 
     A given value is mapped together with the other objectives of a point of the reference front,
     because the space scales each objective separately.

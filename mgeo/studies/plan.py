@@ -37,8 +37,8 @@ _MAX_ARRAY_SIZE = 100  # Larger arrays are described by shape and hash.
 
 @contextmanager
 def lock_study(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[None]:
-    """Context manager that locks a study folder and stores the plan, or requires that the stored
-    plan of a resumed study is equal.
+    """Context manager that locks a study folder. It stores the plan of a new study; the plan of a
+    resumed study must equal the stored plan.
 
     Parameters
     ----------
@@ -63,8 +63,8 @@ def lock_study(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterat
             write_file(path, content)
         elif not resume:
             raise FileExistsError(
-                f"{folder} contains a study: continue it by --resume (resume=True in Python), "
-                "read it by read_comparison, or choose another folder"
+                f"{folder} contains a study: continue it with --resume (resume=True in Python), "
+                "read it with read_comparison, or choose another folder"
             )
         elif difference := describe_difference(read_json(path), json.loads(content)):
             raise ValueError(

@@ -111,7 +111,7 @@ def classify_effect_size(effect_size: float) -> str:
 
 
 def compare_pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.DataFrame:
-    """Compare all pairs of samples by the Mann-Whitney test; return a table with one row per pair.
+    """Return a table of Mann-Whitney tests between samples, with one row for each pair of samples.
 
     Larger values are better.
 

@@ -267,7 +267,7 @@ def parse_study(text: str, folder: Path, *, allow_imports: bool = True) -> Study
         for label, count in Counter(c.label for c in configurations).items():
             if count > 1:
                 raise ValueError(
-                    f"{key}: the label {label!r} occurs twice; set different labels by the key "
+                    f"{key}: the label {label!r} occurs twice; set different labels with the key "
                     "label"
                 )
     labels = [algorithm.label for algorithm in configurations_by_key["algorithms"]]

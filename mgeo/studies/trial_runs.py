@@ -51,7 +51,7 @@ class TrialResult:
 
 
 def make_trial_runs(task: Task) -> TrialResult | None:
-    """Test by two short runs whether an algorithm is reproducible and whether its problem is noisy.
+    """Test in two short runs whether an algorithm is reproducible and whether its problem is noisy.
 
     A short run has at least twelve generations and 100 evaluations, or `n_eval` evaluations if that
     is less. Its objectives are random values with many ties: they take no time to evaluate, and the

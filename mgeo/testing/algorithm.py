@@ -1,4 +1,4 @@
-"""Check that a pymoo algorithm meets the requirements of studies, by short runs."""
+"""Check in short runs that a pymoo algorithm meets the requirements of studies."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def check_algorithm(
     n_obj: tuple[int, ...] = (1, 2, 3),
     constraints: bool = True,
 ) -> None:
-    """Check an algorithm by short runs, and raise CheckError for the first violated rule.
+    """Check an algorithm in short runs, and raise CheckError for the first violated rule.
 
     The checks cover bounds, evaluation counts, the reported front, reproducibility by seed, ask and
     tell, copies and pickles, and constraints. For algorithms of the MGEO family they also cover
@@ -167,7 +167,7 @@ def _check_ask_and_tell(trial: _Trial, result: Result) -> None:
             infills = algorithm.ask()
             algorithm.evaluator.eval(trial.problem, infills)
             algorithm.tell(infills=infills)
-    _require_same(algorithm, result, "a run by ask and tell must equal a run by minimize")
+    _require_same(algorithm, result, "a run with ask and tell must equal a run with minimize")
 
 
 def _check_copies(trial: _Trial, result: Result) -> None:

@@ -140,7 +140,7 @@ def test_run_after_a_kill_and_ctrl_c_equals_uninterrupted_run(
     assert not Path("a/run.json").exists()
     result = mgeo(*arguments)
     assert result.exit_code == 2
-    assert "or continue its run by mgeo resume a" in result.stderr
+    assert "or continue its run with mgeo resume a" in result.stderr
 
     evaluate = resolve_name("stand_in:Cantilever._evaluate")
     batches = []

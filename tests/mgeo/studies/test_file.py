@@ -57,7 +57,7 @@ def test_equal_labels_of_problems_are_rejected():
     study = parse_text(SMALL.replace('name = "pymoo:zdt1"', f"{two}[[problems]]\n{three}"))
     assert [p.label for p in study.problems] == ["dtlz2", "dtlz2 3D"]
     assert [p.build().n_obj for p in study.problems] == [2, 3]
-    message = r"problems: the label 'dtlz2' occurs twice; set different labels by the key label"
+    message = r"problems: the label 'dtlz2' occurs twice; set different labels with the key label"
     with pytest.raises(ValueError, match=message):
         parse_text(SMALL.replace('name = "pymoo:zdt1"', f"{two}[[problems]]\n{two}"))
 

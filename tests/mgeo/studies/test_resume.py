@@ -61,7 +61,7 @@ def folder(finished_study, tmp_path):
 
 def test_folder_with_a_study_is_rejected_and_unchanged(folder):
     before = {path: path.read_bytes() for path in folder.rglob("*.*") if path.is_file()}
-    with pytest.raises(FileExistsError, match=r"contains a study: continue it by --resume"):
+    with pytest.raises(FileExistsError, match=r"contains a study: continue it with --resume"):
         run_comparison(folder)
     assert {path: path.read_bytes() for path in before} == before
 

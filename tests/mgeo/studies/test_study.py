@@ -157,7 +157,7 @@ def test_command_continues_a_study_only_with_resume_option(run_command, tmp_path
     refused = run_command(*small)
     assert refused.exit_code == 2
     (line,) = refused.stderr.splitlines()
-    assert line.startswith("Error: studies/mine contains a study: continue it by --resume ")
+    assert line.startswith("Error: studies/mine contains a study: continue it with --resume ")
     assert "cantilever: reused 4 of 4 runs" in run_command(*small, "--resume").stderr
     other = run_command(*small[:-1], 80, "--resume")
     assert other.exit_code == 2
