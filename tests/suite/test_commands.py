@@ -71,8 +71,10 @@ def test_summary_names_accuracies_that_need_a_star_tracker(problem, points):
     assert lines[1].startswith(
         "Within 5 kEUR, the most accurate suite reaches 0.50 deg for 2 kEUR: "
     )
-    assert lines[2] == "1 deg is reached from 1 kEUR, and without a star tracker from 1 kEUR."
-    assert lines[3] == "0.1 deg is reached from 9 kEUR, but not without a star tracker."
+    assert lines[2] == (
+        "An accuracy of 1 deg costs at least 1 kEUR, and without a star tracker at least 1 kEUR."
+    )
+    assert lines[3] == "An accuracy of 0.1 deg costs at least 9 kEUR and requires a star tracker."
     assert lines[4] == "No suite of the front reaches 0.03 deg."
 
 

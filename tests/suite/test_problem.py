@@ -149,7 +149,9 @@ def test_error_names_the_invalid_option(changes, message):
 def test_invalid_designs_are_refused(problem, points):
     X = points[:2].copy()
     X[1, 0] = 2.0
-    with pytest.raises(ValueError, match=r"gyro = 2\.0: expected an integer from 0 to 1, of poor"):
+    with pytest.raises(
+        ValueError, match=r"gyro = 2\.0: expected an integer from 0 to 1, which selects one of poor"
+    ):
         problem.view(X).describe()
     with pytest.raises(ValueError, match=r"X of shape \(2, 5\): expected \(n, 17\)"):
         problem.view(X[:, :5]).describe()

@@ -35,7 +35,7 @@ _MOUNTING_KEYS = ("kind", "name", "boresight")  # keys that the mounting place d
 
 @pydantic.dataclasses.dataclass(frozen=True)
 class FaceSunSensor(SunSensor):
-    """Sun sensor on a face of the satellite, with optional bias states.
+    """Sun sensor on a face of the satellite. A nonzero `initial_bias` adds bias states.
 
     Within the field of view of one Sun sensor, bias and misalignment are hardly distinguishable, so
     that the states of one of them suffice.
@@ -72,14 +72,14 @@ class GradeCost(Settings):
 
 @dataclass(frozen=True)
 class Grade:
-    """Grade of a gyro or sensor, with its cost and an instrument that has its error model.
+    """Quality grade of a gyro or sensor: its cost and its error model.
 
     Attributes
     ----------
     cost : GradeCost
         Name, price, mass and power.
     instrument : Gyro or Sensor
-        Instrument without a place on the satellite.
+        Gyro or sensor with the error parameters of the grade. Its mounting is not yet specified.
     """
 
     cost: GradeCost
@@ -120,7 +120,10 @@ class Catalog:
     @staticmethod
     @cache
     def default() -> Catalog:
-        """Return the built-in catalog of cubesat sensors; its file cites the sources."""
+        """Return the built-in catalog of cubesat sensors.
+
+        The file ``catalog.toml`` cites the sources of its values.
+        """
         return Catalog.from_toml(Path(__file__).with_name("catalog.toml"))
 
     @staticmethod
@@ -224,7 +227,9 @@ def _validate_faces(faces: Any) -> tuple[str, ...]:
 
 
 def _validate_traits(section: str, grades: tuple[Grade, ...]) -> None:
-    """Raise InvalidValue if the grades of a section would need different filter kernels."""
+    """Raise InvalidValue if the grades of one kind of instrument differ in a property that is
+    compiled into the filter kernel, such as their error states.
+    """
     for i, grade in enumerate(grades[1:], 1):
         first_traits, traits = (_list_kernel_traits(g.instrument) for g in (grades[0], grade))
         for name, value in traits.items():
@@ -233,7 +238,9 @@ def _validate_traits(section: str, grades: tuple[Grade, ...]) -> None:
 
 
 def _list_kernel_traits(instrument: Any) -> dict[str, Any]:
-    """Return the properties that are compiled into the filter kernel, as a dict by name."""
+    """Return the properties of an instrument that are compiled into the filter kernel, as a dict
+    keyed by the name of the property.
+    """
     cones = (
         instrument.list_visibility_cones() if hasattr(instrument, "list_visibility_cones") else ()
     )

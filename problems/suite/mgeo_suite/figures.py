@@ -21,11 +21,12 @@ _N_SAMPLES = 200  # maximum number of points of a time history
 def draw_figures(
     suites: SuiteModels, choices: Ints, maneuvers: Floats, price: Floats, result: Evaluation
 ) -> dict[str, go.Figure]:
-    """Return a figure of accuracy over price, and one of the selected sensors, as a dict.
+    """Return a dict of two figures of a front: attitude accuracy versus price ("front"), and the
+    selected sensors of each solution ("sensors").
 
-    "front" shows the attitude accuracy over the price, colored by star tracker. "sensors" shows the
-    selected option of each mounting place. Solutions are numbered by their rows. Designs for which
-    the covariance of the filter lost its positive definiteness are left out.
+    In the figure "front", the color indicates the star tracker. The number of a solution is its row
+    index. Designs for which the covariance of the filter lost its positive definiteness are left
+    out.
 
     Parameters
     ----------
@@ -94,7 +95,9 @@ def _draw_front(
 
 
 def _draw_sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints) -> go.Figure:
-    """Return a heatmap of the selected grade at each mounting place, one column per solution."""
+    """Return a heatmap of the selected grades, with one row per mounting place and one column per
+    solution.
+    """
     places = suites.places[::-1]
     numbers = choices[order][:, ::-1].T
     texts = [
@@ -121,7 +124,8 @@ def _draw_sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints
 
 
 def draw_solution_figures(model: FilterModel, result: Evaluation) -> dict[str, go.Figure]:
-    """Return figures of body rates and attitude 1-sigma over the time of a plan, as a dict.
+    """Return a dict of two figures of a plan: body rates versus time ("rates"), and attitude
+    1-sigma versus time ("attitude").
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ class SuiteObjective:
         Function that returns the values of n designs, shape (n,). Resources are price, mass and
         power.
     indicator : function of values, scenario and maximum resources (3,)
-        Function that returns values scaled to order one, for the indicators of studies.
+        Function that scales values to order 1, for the performance indicators of studies.
     """
 
     label: str
@@ -37,7 +37,8 @@ class SuiteObjective:
 
 
 def validate_objectives(names: Sequence[str], has_required_sigma: bool) -> tuple[str, ...]:
-    """Check that objective names are known, unique and defined for a scenario; return a tuple.
+    """Return a sequence of objective names as a tuple. Raise InvalidValue if a name is unknown or
+    repeated, or if the scenario does not define the objective.
 
     Parameters
     ----------
@@ -60,7 +61,7 @@ def validate_objectives(names: Sequence[str], has_required_sigma: bool) -> tuple
                 key, name, f"unknown objective{format_known_names(name, OBJECTIVES)}"
             )
         if name in names[:i]:
-            raise InvalidValue(key, name, "expected each one once")
+            raise InvalidValue(key, name, "expected no duplicates")
         if name == "t_required" and not has_required_sigma:
             raise InvalidValue(key, name, "the scenario has no required_sigma")
     return tuple(names)

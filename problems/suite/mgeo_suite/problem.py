@@ -36,7 +36,7 @@ _OPTION_KEYS = ("preset", "scenario", "catalog", "objectives")
 
 
 def load_scenario_table() -> dict[str, Any]:
-    """Return the scenario of the presets as nested dicts, which `Scenario.from_dict` accepts."""
+    """Return the default cubesat scenario as nested dicts, which `Scenario.from_dict` accepts."""
     text = Path(__file__).with_name("cubesat.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
 
@@ -122,7 +122,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         )
 
     def split_designs(self, X: ArrayLike) -> tuple[Ints, Floats]:
-        """Split designs into an array of instrument options and an array of maneuver variables.
+        """Split designs into the indices of the selected instruments and the maneuver variables.
 
         Parameters
         ----------
@@ -150,12 +150,13 @@ class SensorSuiteProblem(ProblemMixin, Problem):
             if is_invalid.any():
                 raise ValueError(
                     f"{place.name} = {numbers[is_invalid][0, j]}: expected an integer from 0 "
-                    f"to {len(place.options) - 1}, of {', '.join(place.options)}"
+                    f"to {len(place.options) - 1}, which selects one of {', '.join(place.options)}"
                 )
         return choices, numbers[:, n_places:]
 
     def run_filter(self, X: ArrayLike, history: bool = False) -> Evaluation:
-        """Return Kalman filter results of each design, computed with the sensors of its suite.
+        """Return the results of the Kalman filter along the maneuvers of each design, computed with
+        the sensors of its suite.
 
         Parameters
         ----------
@@ -304,7 +305,8 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         }
 
     def map_to_indicator_space(self, F: ArrayLike) -> Floats:
-        """Return objective vectors scaled to order one, for the hypervolume and other indicators.
+        """Scale objective vectors for performance indicators such as the hypervolume. The scaled
+        values are of order 1.
 
         Price, mass and power are divided by their maximum over all suites. The attitude 1-sigma is
         mapped to the decimal logarithm of its ratio to 0.001 deg, divided by four. All other

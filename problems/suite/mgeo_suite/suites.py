@@ -102,7 +102,8 @@ class SuiteModels:
         return self.get_layout_model(np.array([len(place.options) - 1 for place in self.places]))
 
     def compute_layout_ids(self, choices: Ints) -> Ints:
-        """Return an integer per suite; suites with equal integers share a compiled filter kernel.
+        """Return an integer for each suite. Suites with the same integer can use the same compiled
+        filter kernel.
 
         The integer encodes the number of Sun sensors and the presence of a star tracker.
 
@@ -118,10 +119,10 @@ class SuiteModels:
         return self._has_instrument(choices) @ self._layout_weights
 
     def get_layout_model(self, choice: Ints) -> FilterModel:
-        """Return the filter model whose compiled kernel a suite can use, built on first use.
+        """Return the filter model whose compiled kernel a suite can use.
 
-        The model has the same number of sensors of each kind as the suite, but with the errors of
-        the last grade in the catalog.
+        The model is built on first use. It has the same number of sensors of each kind as the
+        suite, but with the errors of the last grade in the catalog.
 
         Parameters
         ----------
@@ -140,7 +141,7 @@ class SuiteModels:
         return self._layout_models[layout_id]
 
     def _has_instrument(self, choices: Ints) -> Bools:
-        """Return a boolean array, True for each mounting place that has an instrument."""
+        """Return a boolean array that is True at the mounting places with an instrument."""
         return (choices > 0) | ~self._is_optional
 
     @cached_property
@@ -165,7 +166,9 @@ class SuiteModels:
         return total
 
     def get_suite_model(self, choice: Ints) -> FilterModel:
-        """Return the filter model of a suite, with its gyro and sensors, built on first use.
+        """Return the filter model of a suite, with its gyro and sensors.
+
+        The model is built on first use.
 
         Parameters
         ----------
@@ -181,7 +184,7 @@ class SuiteModels:
         return model
 
     def get_option_names(self, choice: Ints) -> dict[str, str]:
-        """Return the name of the selected grade of each mounting place, as a dict by place."""
+        """Return the names of the selected grades, as a dict keyed by the mounting place."""
         return {
             place.name: place.options[number]
             for place, number in zip(self.places, choice, strict=True)
@@ -225,7 +228,7 @@ def _rename_sensor(sensor: Sensor, name: str) -> Sensor:
 
 
 def list_places(catalog: Catalog) -> Iterator[MountingPlace]:
-    """Yield the mounting places of gyro and sensors, in the order of the states of the filter.
+    """Yield the mounting places of gyro and sensors, in the order of the filter states.
 
     Parameters
     ----------
@@ -259,7 +262,8 @@ def _build_place(
 
 
 def _add_instruments(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -> Scenario:
-    """Return the scenario with the given gyro and sensors, if all suites support its criteria.
+    """Return a copy of a scenario with the given gyro and sensors. Raise InvalidValue if its
+    criteria cannot be evaluated for every suite.
 
     Raises
     ------
@@ -287,7 +291,8 @@ def _add_instruments(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -
 def evaluate_choices(
     suites: SuiteModels, choices: Ints, maneuvers: Floats, threads: int | None, history: bool
 ) -> Evaluation:
-    """Return the results of the Kalman filter for each design, with its own suite and maneuvers.
+    """Return the results of the Kalman filter for each design, computed with the suite and the
+    maneuvers of that design.
 
     Parameters
     ----------

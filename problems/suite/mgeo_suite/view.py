@@ -118,7 +118,9 @@ class SuiteView(View):
         return build_constraint_tables(bounds, violations.reshape(len(self.X), len(bounds)))
 
     def figures(self) -> dict[str, go.Figure]:
-        """Return a figure of accuracy over price and one of the selected sensors, as a dict."""
+        """Return a dict of two figures of the designs: attitude accuracy versus price ("front"),
+        and the selected sensors ("sensors").
+        """
         from mgeo_suite.figures import draw_figures
 
         price = self.resources[:, 0]
@@ -127,7 +129,9 @@ class SuiteView(View):
         )
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """Return, for each design, figures of body rates and attitude 1-sigma over time."""
+        """Return, for each design, a dict with figures of body rates and attitude 1-sigma versus
+        time.
+        """
         from mgeo_suite.figures import draw_solution_figures
 
         model = self.problem.suites.model
@@ -137,11 +141,11 @@ class SuiteView(View):
         return [draw_solution_figures(model, result) for result in results]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
-        """Return the minimum price on a front for each accuracy level, as a dict by name.
+        """Return, for each attitude accuracy in `ACCURACY_LEVELS_DEG`, the minimum price of the
+        suites on a front that reach this accuracy. The result is a dict whose keys state the
+        accuracy.
 
-        The levels are `ACCURACY_LEVELS_DEG`.
-
-        Accuracies that the front does not reach are left out.
+        Accuracies that no suite reaches are left out.
         """
         objectives = self.problem.objectives
         if not {"price", "attitude"} <= set(objectives):
@@ -157,10 +161,8 @@ class SuiteView(View):
 def summarize_front(
     problem: SensorSuiteProblem, X: ArrayLike, F: Floats, budgets: Floats
 ) -> list[str]:
-    """Return a list of sentences on the best suite per budget and the least price per accuracy.
-
-    The first sentences name the most accurate suite within each budget. The others name, for each
-    accuracy of `ACCURACY_LEVELS_DEG`, the minimum price with and without a star tracker.
+    """Return a list of sentences that state the most accurate suite within each budget, and the
+    minimum price for each accuracy in `ACCURACY_LEVELS_DEG` with and without a star tracker.
 
     Parameters
     ----------
@@ -194,11 +196,11 @@ def summarize_front(
         if not is_reached.any():
             lines.append(f"No suite of the front reaches {level:g} deg.")
             continue
-        sentence = f"{level:g} deg is reached from {price[is_reached].min():.4g} kEUR"
+        sentence = f"An accuracy of {level:g} deg costs at least {price[is_reached].min():.4g} kEUR"
         without_tracker = price[is_reached & lacks_tracker]
         if len(without_tracker):
-            sentence += f", and without a star tracker from {without_tracker.min():.4g} kEUR"
+            sentence += f", and without a star tracker at least {without_tracker.min():.4g} kEUR"
         else:
-            sentence += ", but not without a star tracker"
+            sentence += " and requires a star tracker"
         lines.append(f"{sentence}.")
     return lines

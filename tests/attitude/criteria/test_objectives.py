@@ -132,7 +132,7 @@ def test_rotation_angle_equals_sum_of_phases(acceleration):
     ("objectives", "error", "message"),
     [
         (("t_end", "tracce"), ValueError, r"objectives\[1\] = 'tracce': .*did you mean 'trace'"),
-        (("trace", "trace"), ValueError, r"objectives\[1\] = 'trace': expected each one once"),
+        (("trace", "trace"), ValueError, r"objectives\[1\] = 'trace': expected no duplicates"),
         (("t_required",), ValueError, "no required_sigma"),
     ],
 )

@@ -124,7 +124,7 @@ def test_epoch_may_be_string_or_datetime() -> None:
         ("[[sensors]]\nkind = 'radar'", "sensors[0].kind = 'radar': unknown kind (known: 'sun-"),
         (
             "[[sensors]]\nkind = 'magnetometer'\n[[sensors]]\nkind = 'magnetometer'",
-            "sensors[1].name = 'mag': expected each one once",
+            "sensors[1].name = 'mag': expected no duplicates",
         ),
         (
             "[[sensors]]\nkind = 'magnetometer'\nsample_interval = 1.5",

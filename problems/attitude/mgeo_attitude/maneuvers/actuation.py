@@ -78,8 +78,8 @@ class SlewLimits:
 
 @dataclass(frozen=True)
 class MagnetorquerDrive:
-    """Simulator of the rotation of a satellite under magnetorquer control, without wheels. One
-    simulator serves all designs of a scenario.
+    """Simulator of the rotation of a satellite that only magnetorquers rotate. The same simulator
+    is used for all designs of a scenario.
 
     Attributes
     ----------

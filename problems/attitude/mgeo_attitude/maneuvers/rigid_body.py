@@ -30,10 +30,11 @@ _NEGLIGIBLE = 1e-17
     "float64[:,:,::1], float64[:,:,::1], boolean[:,::1])"
 )
 def compute_driven_rates(body, law, field, plan, step, mean, end, free):  # type: ignore[no-untyped-def]
-    """Simulate the rotation of a satellite under magnetorquer control for each design, and write
-    the resulting body rates to the arrays `mean`, `end` and `free`.
+    """Simulate the rotation of a satellite under magnetorquer control for each design. In each
+    step, write the mean body rate, the final body rate and whether the magnetorquers are off to
+    the arrays `mean`, `end` and `free`.
 
-    The arrays are the results of `MagnetorquerDrive.compute_rates`.
+    `MagnetorquerDrive.compute_rates` describes these arrays.
     """
     inertia, inverse, initial_attitude, initial_rate = body
     largest, residual, near, response = law

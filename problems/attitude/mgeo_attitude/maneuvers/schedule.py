@@ -143,11 +143,10 @@ class Schedule:
     commands: tuple[Floats, Ints] | None = None
 
     def is_constant(self) -> Bools:
-        """Return a boolean array that is True for the intervals in which the body rate is that of
-        the maneuver.
+        """Return a boolean array that is True for the intervals in which the body rate is
+        constant, and False in ramps.
 
-        Steps of a ramp are False. With magnetorquers, intervals in which the magnetorquers are off
-        are True.
+        With magnetorquers, intervals in which the magnetorquers are off are True.
 
         Returns
         -------

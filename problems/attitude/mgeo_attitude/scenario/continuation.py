@@ -212,7 +212,10 @@ def _check_consistency(calibration: Mapping[str, Any], accept: Any) -> None:
 
 
 def _clip_rate(prior: Prior, scenario: Any) -> Prior:
-    """Return a prior whose rate is clipped to its upper bound if noise explains the excess."""
+    """Return a copy of a prior whose body rate is reduced to the maximum rate or wheel momentum,
+    if it exceeds this limit by no more than the gyro noise can explain. Otherwise, return the
+    prior unchanged.
+    """
     rate, wheels = np.array(prior.rate_deg_s), scenario.wheels
     ratios = [np.abs(rate).max() / scenario.maneuvers.max_rate_deg_s]
     if wheels is not None and wheels.max_momentum is not None and not wheels.initial_momentum:

@@ -104,8 +104,8 @@ class ScenarioFileError(ValueError):
 
 
 def read_toml(source: str | os.PathLike[str]) -> tuple[str, Path, Table]:
-    """Parse a TOML file or a string that contains TOML. Return a name of the source for messages,
-    the folder of the file, and the parsed table.
+    """Parse a TOML file or a string that contains TOML. Return the name of the source for error
+    messages, the folder of the file, and the parsed table.
 
     See `Scenario.from_toml` for the parameter.
 

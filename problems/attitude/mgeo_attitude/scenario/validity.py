@@ -145,8 +145,8 @@ def _check_states(scenario: Scenario, suite: Suite) -> None:
 
 
 def _check_path_constraints(scenario: Scenario) -> None:
-    """Raise InvalidValue if the margin of a path constraint for the initial attitude error leaves
-    no feasible attitude.
+    """Raise InvalidValue if no attitude satisfies a path constraint with its margin for the
+    initial attitude error.
     """
     for i, constraint in enumerate(scenario.path_constraints if scenario.prior is None else ()):
         half_angle, keep_in = constraint.half_angle_deg, constraint.keep_in
@@ -258,13 +258,13 @@ MAX_ORBIT_ERROR_M = 30_000.0
 
 
 def list_validity_ranges(scenario: Scenario) -> list[tuple[str, float, float]]:
-    """Return the initial 1-sigmas that limit the validity of the linear covariance, each with the
-    largest value for which the filter was found to be consistent.
+    """Return, for each initial 1-sigma that limits the validity of the linear covariance, its key,
+    its value and the largest value for which the filter was found to be consistent.
 
     Returns
     -------
     list of tuple
-        Key, value, and largest value for which the covariance was found to be consistent.
+        Key in a scenario file, value, and largest value, in the unit of the key.
     """
     has_photodiodes = any(isinstance(sensor, Photodiode) for sensor in scenario.sensors)
     attitude = MAX_PHOTODIODE_ATTITUDE_DEG if has_photodiodes else MAX_ATTITUDE_DEG

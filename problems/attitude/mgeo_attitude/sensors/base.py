@@ -117,8 +117,8 @@ class Sensor(Settings, ABC):
         )
 
     def latency_states(self) -> dict[str, State]:
-        """Return the error state of the measurement latency, as a dict with the key ``latency``.
-        The dict is empty if `initial_latency_s` is 0.
+        """Return the uncertainty model of the measurement latency, as a dict with the single key
+        ``latency``. The dict is empty if the sensor has no latency.
 
         The result of `states` of a subclass includes this dict.
         """

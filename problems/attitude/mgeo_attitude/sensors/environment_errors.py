@@ -112,8 +112,8 @@ class EnvironmentErrors(Settings):
         """Return a copy of an environment that includes the mean albedo, and in which samples close
         to an eclipse count as eclipsed.
 
-        Samples within `ECLIPSE_MARGIN_SIGMAS` 1-sigmas of the orbit error from an eclipse count as
-        eclipsed. The albedo is included if `earth_albedo` is nonzero.
+        A sample counts as eclipsed if an orbit error of `ECLIPSE_MARGIN_SIGMAS` standard deviations
+        can place it in an eclipse. The albedo is included if `earth_albedo` is nonzero.
         """
         changes: dict[str, Any] = {}
         if self.has_orbit_error and environment.has_eclipses:
@@ -125,7 +125,7 @@ class EnvironmentErrors(Settings):
 
     def _sunlight_mask(self, environment: Environment) -> Bools:
         """Return a boolean array that is True at the samples that are sunlit for every orbit error
-        of up to `ECLIPSE_MARGIN_SIGMAS` 1-sigmas.
+        of at most `ECLIPSE_MARGIN_SIGMAS` standard deviations.
         """
         position, sun = environment.position, environment.sun
         angle = sun_limb_angle(position, sun)

@@ -78,8 +78,8 @@ class GaussMarkov:
 
 @dataclass(frozen=True)
 class ScalarConstant:
-    """Model of a constant scalar error in an error state of 3-vectors. Three highly correlated
-    components represent the scalar.
+    """Uncertainty model of a constant scalar error, such as a latency, for a filter whose error
+    states are 3-vectors. Three highly correlated components represent the scalar.
 
     Attributes
     ----------
@@ -193,8 +193,8 @@ def expand_per_axis(sigma: float | tuple[float, float, float]) -> tuple[float, f
 
 
 def select_nonzero(**sigmas: float) -> dict[str, State]:
-    """Return the keyword arguments whose value is nonzero, as a dict from the name of an error
-    state to its initial 1-sigma.
+    """Return the nonzero initial 1-sigmas, as a dict keyed by the name of the error state. The
+    1-sigmas are given as keyword arguments, such as ``bias=0.01``.
     """
     return {state: sigma for state, sigma in sigmas.items() if sigma}
 

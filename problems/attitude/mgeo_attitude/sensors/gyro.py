@@ -135,8 +135,8 @@ class Gyro(Settings):
         return {state: sigma for state, sigma in states.items() if sigma}
 
     def convert_sample_noise(self, interval: float) -> Gyro:
-        """Return a copy of the gyro whose angle random walk includes the noise of individual rate
-        samples.
+        """Return a copy of the gyro in which the noise of individual rate samples is part of the
+        angle random walk.
 
         Independent rate errors of 1-sigma σ at a sample interval T accumulate to an angle random
         walk of σ √T.

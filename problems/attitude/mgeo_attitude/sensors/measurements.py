@@ -107,8 +107,8 @@ def apply_latency(
     to_body: Callable[[Any], Any],
     rate: Floats,
 ) -> tuple[SimpleNamespace, Any]:
-    """Return the arguments of `Sensor.predict_measurement` at the time of the measurement, which
-    precedes the time stamp by the latency.
+    """Return the arguments of `Sensor.predict_measurement`, corrected for the latency of the
+    sensor: they refer to the time of the measurement, which precedes the time stamp.
 
     The latency rotates the body back by its rate, and moves the reference vector back by its
     derivative. The three components of the latency, one for each body axis, are nearly equal

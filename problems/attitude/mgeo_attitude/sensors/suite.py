@@ -77,7 +77,7 @@ class Suite:
     @cached_property
     def units(self) -> dict[str, Unit]:
         """Display unit of each block of the error state, as a dict keyed by block name, in the
-        order of the error state. Keys in scenario files have the same units.
+        order of the error state. Scenario files use the same units.
         """
         units = {
             f"{name}.{state}": unit
@@ -229,7 +229,7 @@ class Suite:
 
     @cached_property
     def sensitivities_by_key(self) -> dict[str, BiasSensitivity]:
-        """Bias sensitivities of the gyro and of all sensors, as a dict keyed by their place in a
+        """Bias sensitivities of the gyro and of all sensors, as a dict keyed by their path in a
         scenario file, such as ``gyro.bias_sensitivities[0]``.
         """
         sources: dict[str, Gyro | Sensor] = {"gyro": self.gyro}

@@ -61,7 +61,7 @@ def expect_unique(key: str, values: Sequence[object]) -> None:
         Values that must differ from each other.
     """
     for i, value in enumerate(values):
-        expect(value not in values[:i], key.format(i), value, "each one once")
+        expect(value not in values[:i], key.format(i), value, "no duplicates")
 
 
 def format_known_names(name: object, known: Iterable[str]) -> str:

@@ -67,7 +67,7 @@ def conclude(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Summarize a front: the best suite within each budget, and the lowest price per accuracy."""
+    """Print the most accurate suite within each budget and the lowest price for each accuracy."""
     import numpy as np
 
     from mgeo.plugins.problems import load_problem
