@@ -273,8 +273,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return reduce_runs(values, self.n_obj, self.monte_carlo_runs.settings)
 
     def evaluate_runs(self, runs: Iterable[MonteCarloRun], X: Floats) -> Floats:
-        """Evaluate each design in each Monte Carlo run, and return objectives, constraint values
-        and violations as one array.
+        """Return objectives, constraint values and relative violations of all bounds for each
+        design in each Monte Carlo run, as an array over runs, designs and values.
 
         Parameters
         ----------
@@ -397,9 +397,10 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         random errors.
 
         By default these are 512 runs with the quantile 0.95 of each objective. A search selects
-        plans for which its own runs happen to be favorable; the margin makes the value hold in 90 %
-        of other runs. Searches with fidelity levels start with nominal runs, and then use 16 and 64
-        of the Monte Carlo runs; see `mgeo.MGEOStaged`.
+        plans for which its own runs happen to be favorable. Because the quantile is larger than
+        0.9, the predicted value still holds in 90 % of other runs. Searches with fidelity levels
+        start with nominal runs, and then use 16 and 64 of the Monte Carlo runs; see
+        `mgeo.MGEOStaged`.
 
         Returns
         -------

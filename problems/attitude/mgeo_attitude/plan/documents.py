@@ -55,7 +55,7 @@ class DocumentFormat(Generic[T]):
         return {**header, **self.defining_entries(value), **self.derived_entries(value)}
 
     def parse(self, text: str) -> T:
-        """Parse a JSON text, and construct the object that it describes.
+        """Parse JSON text and construct the object that it describes.
 
         Returns
         -------
@@ -82,7 +82,7 @@ def serialize(document: Mapping[str, Any]) -> str:
 
 
 def parse_document(text: str, kind: str, version: int) -> dict[str, Any]:
-    """Parse a JSON text to a dict, after a check that its keys ``format`` and ``version`` have the
+    """Parse JSON text to a dict, and check that its keys ``format`` and ``version`` have the
     expected values.
 
     Parameters

@@ -141,7 +141,7 @@ class ManeuverPlan(Settings):
 
     @cached_property
     def view(self) -> ManeuverView:
-        """Tables, texts and figures of the plan, as a `ManeuverView` with one solution."""
+        """Tables, texts and figures of the plan, as a `ManeuverView` of this plan alone."""
         return self.problem.view([self.design])
 
     @cached_property

@@ -51,8 +51,8 @@ class RefinementFront:
 
     @property
     def rows(self) -> Ints:
-        """Indices into `X` of the end times for which a plan exists: the initial plans, then the
-        added end times in the order in which their first plans were found.
+        """Row indices in `X` of all known plans: the initial plans, then the plans for added end
+        times, in the order in which such plans were first found.
         """
         return np.array([*range(self._n_initial), *self._added_rows], dtype=np.int64)
 

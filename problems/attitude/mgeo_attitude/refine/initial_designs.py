@@ -56,10 +56,10 @@ def append_converging_rate(
     """Append a last maneuver to a design, at a constant rate with which the filter converges.
     Return one extended design for each suitable rate.
 
-    There is one copy of the design for each suitable rate. The candidate rates are those of
-    `build_rate_grid`. The result contains the candidates that no other candidate dominates in time
-    and objective, at least one. The first one converges about one window of the convergence rule
-    after the design, with the smallest decrease of the trace that the rule accepts.
+    The candidate rates are those of `build_rate_grid`. The result contains the candidates that no
+    other candidate dominates in time and objective, at least one. The first one converges about one
+    window of the convergence rule after the design, with the smallest decrease of the trace that
+    the rule accepts.
 
     Parameters
     ----------
@@ -95,8 +95,8 @@ def append_converging_rate(
 def build_receding_horizon_plan(
     evaluator: FixedTimeEvaluator, n_stages: int, end_time: float
 ) -> Floats:
-    """Build a design of maneuvers of equal duration one after the other: each takes the rate that
-    minimizes the objective at the end of the maneuver.
+    """Build a design of maneuvers of equal duration, one maneuver after another. Each maneuver has
+    the rate that minimizes the objective at its end.
 
     The rates are those of a grid with seven levels about each axis. Among them, those with the
     smallest violation of constraints are compared.

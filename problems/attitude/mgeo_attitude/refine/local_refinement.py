@@ -309,8 +309,8 @@ def _build_initial_designs(
 
 
 def _adapt_to_times(evaluator: FixedTimeEvaluator, plans: Floats, times: Floats | float) -> Floats:
-    """Adapt plans to new end times in three ways: cut or extended at the end, with stretched
-    durations, and slowed down. Return three adapted plans for each plan.
+    """Return three versions of each plan with a new end time: one cut off or extended at its end,
+    one with stretched durations, and one with stretched durations and scaled rates.
     """
     limits, factors = evaluator.scenario.maneuvers, times / _sum_durations(plans)
     return np.vstack(

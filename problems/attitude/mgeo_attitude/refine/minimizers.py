@@ -157,7 +157,7 @@ def minimize_constrained(
 
     def solve() -> None:
         try:
-            from scipy.optimize import minimize  # This import takes long.
+            from scipy.optimize import minimize  # This import is slow.
 
             result = minimize(
                 lambda z: (float(evaluate(z)[0][0]), evaluate(z)[1][0]),

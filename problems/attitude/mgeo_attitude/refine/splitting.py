@@ -59,8 +59,8 @@ def split_maneuvers(designs: ArrayLike, n_maneuvers: int) -> Floats:
 
 
 def remove_ineffective_maneuvers(problem: PlanProblem, designs: ArrayLike) -> Floats:
-    """Remove those maneuvers from plans whose removal makes no objective and no constraint
-    violation worse.
+    """Return copies of plans without ineffective maneuvers, that is, without those whose removal
+    makes no objective and no constraint violation worse.
 
     A neighboring maneuver then extends over the time of the removed one. The rotation may change by
     at most 20 deg. The removed maneuver stays in the design with zero duration and the rate of a

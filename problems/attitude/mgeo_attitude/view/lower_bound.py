@@ -77,8 +77,8 @@ def list_infeasible_requirements(problem: AttitudeManeuverProblem) -> list[str]:
             lines.append(
                 f"required 1-sigma of {unit.label}: {max_sigma * unit.factor:.4g} {unit.unit} "
                 f"cannot be reached within {format_duration(model.duration)} by any maneuver: "
-                f"relax it to more than {_round_up(min_sigma * unit.factor)} {unit.unit}, take "
-                "better sensors, or a longer duration"
+                f"relax it to more than {_round_up(min_sigma * unit.factor)} {unit.unit}, use "
+                "better sensors, or allow a longer duration"
             )
     return lines
 

@@ -138,7 +138,7 @@ class ManeuverView(Plans):
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
         """Count the nondominated points of a front that converge within the first orbit, and those
-        that converge later.
+        that converge later. Return both counts as a dict.
 
         The dict has the keys ``points, first orbit`` and ``points, second orbit``. It is empty for
         objectives other than the paper's.

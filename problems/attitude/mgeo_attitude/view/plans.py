@@ -306,5 +306,7 @@ def select_sample_rows(n: int) -> Ints:
 
 
 def format_plan_count(rows: Ints, n: int) -> str:
-    """Return a phrase with the number of evaluated plans, such as "50 evaluated plans"."""
+    """Return a phrase with the number of evaluated plans: "50 plans" if these are all n plans,
+    otherwise "50 evaluated plans".
+    """
     return f"{len(rows)} plans" if len(rows) == n else f"{len(rows)} evaluated plans"

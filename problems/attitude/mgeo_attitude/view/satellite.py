@@ -29,7 +29,7 @@ _UNIT_SUFFIX = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
 
 
 def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
-    """Describe a satellite and its scenario, as a dict of texts by topic.
+    """Return a description of a satellite and its scenario, as a dict of texts by topic.
 
     The topics are satellite, orbit, Sun, magnetic field, maneuvers, constraint margins at rest, and
     validity of the covariance. The computation takes about 0.1 s.

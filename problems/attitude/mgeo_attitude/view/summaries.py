@@ -226,7 +226,7 @@ def compute_worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
 
 def count_front_points(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
     """Count the nondominated points of a front that converge within the first orbit, and those that
-    converge later.
+    converge later. Return both counts as a dict.
 
     The paper's Table 3 lists these counts for runs of two orbits. In a longer run, the second count
     includes all later orbits.
@@ -249,7 +249,9 @@ def count_front_points(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
 
 
 def format_maneuvers(x: Floats) -> list[str]:
-    """Format each maneuver of a design as text: ``x / y / z for duration``, in deg/s and s."""
+    """Return one text per maneuver of a design: ``x / y / z for duration``, with body rates in
+    deg/s and the duration in s.
+    """
     maneuvers = x[: len(x) - len(x) % VARIABLES_PER_MANEUVER]
     return [
         f"{' / '.join(f'{rate:+.3f}' for rate in rates)} for {duration:.1f}"

@@ -34,7 +34,7 @@ def compute_body_rotations(
     intervals: RateIntervals, attitude: Floats, step: float
 ) -> dict[str, Floats]:
     """Return the rotation vectors between successive attitudes of the satellite, for an animation,
-    as a dict of arrays.
+    as a dict of times [s] and vector components [deg].
 
     Parameters
     ----------
@@ -69,8 +69,8 @@ def compute_body_rotations(
 
 
 def compute_direction_rotations(times: Floats, vectors: Floats) -> dict[str, Floats]:
-    """Return the smallest rotations between successive directions as rotation vectors, for an
-    animation, as a dict of arrays.
+    """Return the vectors of the smallest rotations between successive directions, for an animation,
+    as a dict of times [s] and vector components [deg].
 
     Parameters
     ----------

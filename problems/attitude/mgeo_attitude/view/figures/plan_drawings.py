@@ -35,8 +35,8 @@ _ECLIPSE_COLOR = "rgba(128,128,128,0.22)"
 
 
 def draw_plans(plans: Plans) -> Iterator[dict[str, dict[str, Any]]]:
-    """Yield a dict for each plan that contains its small figures by name. Each figure is a dict in
-    the format of plotly.
+    """Yield the small figures of each plan, as one dict of figures by name per plan. Each figure is
+    a dict in the format of plotly.
 
     The figures show body rates, attitude in space, directions of Sun and field, trace and 1-sigmas.
     Eclipses are shaded. The dict is empty for a plan whose covariance lost positivity.
@@ -87,7 +87,7 @@ def _draw_rates(problem: AttitudeManeuverProblem, intervals: RateIntervals) -> d
 
 
 def _build_rate_polyline(intervals: RateIntervals, model: FilterModel) -> tuple[Floats, Floats]:
-    """Return the vertices of the body rates as polylines over time: times [s] and rates [deg/s].
+    """Return the body rates as a polyline over time: times [s] and rates [deg/s] of its vertices.
 
     The intervals of a ramp, one step each, become a straight line through their midpoints.
     """

@@ -74,7 +74,7 @@ class PlottedSolutions:
 
     @classmethod
     def from_plans(cls, plans: Plans) -> PlottedSolutions:
-        """Select the plans with finite objectives for a figure.
+        """Construct the object from those plans whose objectives are finite.
 
         Plans whose covariance lost positivity are left out.
 
@@ -95,10 +95,10 @@ class PlottedSolutions:
         return cls(rows, designs[rows], F[rows], sigma, labels)
 
     def select_representative(self, knee_index: int | None = None) -> PlottedSolutions:
-        """Select up to three plans: those with the smallest t_end and the smallest trace, and the
-        knee.
+        """Return a selection of the plans: those with the smallest t_end and the smallest trace,
+        and the knee.
 
-        If there are at most six plans, all of them are returned. The labels name the three roles.
+        If there are at most six plans, all of them are selected. The labels name the three roles.
 
         Parameters
         ----------

@@ -202,8 +202,8 @@ def evaluate_improvements(
 
 
 def select_most_effective(values: pd.Series, min_reduction: float = 0.02) -> pd.Series:
-    """Select up to two changes of `evaluate_improvements`, those that reduce one 1-sigma most.
-    Return the reduced 1-sigmas by name of the change.
+    """Select up to two changes that reduce a 1-sigma most, given a column of
+    `evaluate_improvements`. Return the reduced 1-sigmas, indexed by the names of the changes.
 
     Parameters
     ----------
