@@ -91,7 +91,7 @@ def test_inconsistent_samples_are_rejected_for_runs(change: Any) -> None:
         (lambda o: {"times": o["times"][:-1]}, "position = '221 vectors': expected 220, one"),
         (
             lambda o: {"times": change_entry(o["times"], 7, -90.0)},
-            "times[7] = -270.0: expected more than the -240.0 s before it",
+            "times[7] = -270.0: expected more than the previous time, -240.0 s",
         ),
         (
             lambda o: {"position": (1e-3 * np.array(o["position"])).tolist()},

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario, compute_lower_bound, evaluate
-from mgeo_attitude.lower_bound.common_mode import Carrier, compute_following_cost
+from mgeo_attitude.lower_bound.common_mode import InertialErrorDynamics, bound_dynamics_information
 from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from scipy.spatial.transform import Rotation
 
@@ -16,7 +16,7 @@ from .test_batch import sum_block_variances
 
 MICROSATELLITE = SCENARIOS / "microsatellite.toml"
 ANGLE, DECAY, NOISE = 0.4, 0.9, 0.01
-CARRIER = Carrier(DECAY, NOISE, np.diag([1.0, 2.0, 3.0]))
+DYNAMICS = InertialErrorDynamics(DECAY, NOISE, np.diag([1.0, 2.0, 3.0]))
 
 
 def cross(v):
@@ -30,9 +30,9 @@ def draw_rotations(rng, n):
     return Rotation.from_rotvec([*vectors, *(ANGLE * np.eye(3))]).as_matrix()
 
 
-def test_following_cost_equals_cost_of_largest_rotation():
+def test_dynamics_information_equals_information_at_largest_rotation():
     n = 3
-    bias = np.diff(compute_following_cost(CARRIER, ANGLE, None, n))
+    bias = np.diff(bound_dynamics_information(DYNAMICS, ANGLE, None, n))
     rotations = draw_rotations(np.random.default_rng(1), 3000)
     exact = max(np.sum((R - DECAY * np.eye(3)) ** 2) for R in rotations) / NOISE
     np.testing.assert_allclose(bias, exact, rtol=1e-12)
@@ -41,20 +41,20 @@ def test_following_cost_equals_cost_of_largest_rotation():
         max(np.sum((cross(fixed_vectors[0]) @ (R - DECAY * np.eye(3))) ** 2) for R in rotations)
         / NOISE
     )
-    misaligned = np.diff(compute_following_cost(CARRIER, ANGLE, fixed_vectors, n))
+    misaligned = np.diff(bound_dynamics_information(DYNAMICS, ANGLE, fixed_vectors, n))
     np.testing.assert_allclose(misaligned, exact, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("opening", "near"), [(0.02, 0.98), (0.2, 0.8), (3.0, 0.5)])
-def test_following_cost_is_upper_bound_for_rotating_vector(opening, near):
+def test_dynamics_information_is_upper_bound_for_rotating_vector(opening, near):
     v = Rotation.from_rotvec(opening * np.arange(4)[:, None] * [0.0, 1.0, 0.0]).apply([0, 0, 0.7])
     v *= np.array([1.0, 1.1, 0.8, 1.0])[:, None]
-    cost = np.diff(compute_following_cost(CARRIER, ANGLE, v, 4)) * NOISE
+    scaled_information = np.diff(bound_dynamics_information(DYNAMICS, ANGLE, v, 4)) * NOISE
     exact = [
         [np.sum((cross(after) @ R - DECAY * cross(before)) ** 2) for before, after in pairwise(v)]
         for R in draw_rotations(np.random.default_rng(2), 1000)
     ]
-    ratio = np.max(exact, axis=0) / cost
+    ratio = np.max(exact, axis=0) / scaled_information
     assert ratio.max() <= 1.0 + 1e-12
     assert ratio.min() > near
 

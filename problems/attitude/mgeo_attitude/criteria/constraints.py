@@ -54,8 +54,8 @@ class Bound:
     is_lower: bool = False
 
     def compute_violation(self, result: Evaluation) -> Floats:
-        """Return the relative violation of the bound by each of n designs, shape (n,), which is
-        positive if the bound is violated.
+        """Return the relative violation of the bound by each of n evaluated designs, shape (n,). It
+        is positive if the bound is violated.
 
         The violation is the excess over the bound, divided by the bound.
         """
@@ -65,7 +65,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Constraint:
-    """Constraint of a scenario, which consists of one or more bounds.
+    """Constraint of a scenario: one or more bounds that every plan must satisfy.
 
     Attributes
     ----------
@@ -82,8 +82,8 @@ class Constraint:
     needs_covariance: bool = False
 
     def compute_violations(self, result: Evaluation) -> Floats:
-        """Return the relative violation of each bound by each of n designs, shape (n_bounds, n),
-        which is positive if the bound is violated.
+        """Return the relative violation of each bound by each of n evaluated designs, shape
+        (n_bounds, n). It is positive if the bound is violated.
 
         The constraint value of a design is the largest violation. A design without a result has
         NaN.
@@ -92,8 +92,8 @@ class Constraint:
 
 
 def list_constraints(scenario: Scenario) -> list[Constraint]:
-    """Return the constraints of a scenario: wheel loads, end of the plan, path constraints and
-    required 1-sigmas, in this order.
+    """Return the constraints of a scenario in this order: wheel loads, latest end of the plan, path
+    constraints and required 1-sigmas.
     """
     single_bounds, wheels = [], scenario.wheels
     if wheels is not None and wheels.max_momentum is not None:
@@ -208,8 +208,8 @@ def _validate_initial_attitude(scenario: Scenario, state: SatelliteState) -> Non
 
 
 def _compute_max_wheel_momentum(result: Evaluation, inertia: Floats, allocation: Floats) -> Floats:
-    """Return the largest momentum of any wheel [N m s] for each design, shape (n,), if the total
-    momentum is zero.
+    """Return the largest momentum of any wheel [N m s] for each design, shape (n,), assuming that
+    the total angular momentum is zero.
     """
     # Rates change linearly during a ramp, so that the momentum is largest at an end of a step.
     momentum = np.abs(result.plan.end_rates @ inertia @ allocation.T).max(axis=2)

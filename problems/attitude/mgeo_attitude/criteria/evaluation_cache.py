@@ -10,7 +10,7 @@ from mgeo_attitude._typing import Floats
 
 
 class EvaluationCache:
-    """Cache of the values of evaluated designs.
+    """Cache of function values by design, which avoids repeated evaluations of equal designs.
 
     A move that is clipped to a bound, or that leaves a variable at a bound, repeats a design of the
     previous batch. In Table 3 of the paper, up to one in seven designs is repeated.
@@ -26,8 +26,8 @@ class EvaluationCache:
         self._last_batch_only = last_batch_only
 
     def evaluate(self, designs: Floats, function: Callable[[Floats], Floats]) -> Floats:
-        """Return the values of designs. The function is called only with designs that are not in
-        the cache.
+        """Return the function values of several designs. The function is evaluated only for designs
+        that are not in the cache.
 
         Parameters
         ----------

@@ -41,8 +41,8 @@ def attitude_sigma_deg(covariance: Floats) -> Floats:
 
 
 def attitude_accuracy_deg(covariance: Floats) -> Floats:
-    """Return the largest attitude 1-sigma about any axis in space [deg], for one or more covariance
-    matrices.
+    """Return the largest attitude 1-sigma about any axis in space [deg], not only about the body
+    axes, for one or more covariance matrices.
 
     The value is the square root of the largest eigenvalue of the attitude covariance. Unlike
     `attitude_sigma_deg`, the value does not depend on the choice of body axes, so that comparisons
@@ -99,14 +99,16 @@ class Objective:
 
 
 def parse_trace_blocks(key: str) -> list[str]:
-    """Return the names of the blocks in an objective key of the form ``trace:BLOCK,BLOCK...``; an
-    empty list for other keys.
+    """Return the names of the state blocks in an objective key of the form
+    ``trace:BLOCK,BLOCK...``, or an empty list for any other key.
     """
     return key.removeprefix(TRACE_PREFIX).split(",") if key.startswith(TRACE_PREFIX) else []
 
 
 def find_objective(key: str, suite: Suite) -> Objective:
-    """Return the objective with a given key, such as ``t_end`` or ``trace:attitude``."""
+    """Return the objective with a given key, such as ``t_end`` or ``trace:attitude``. The suite
+    defines the state blocks.
+    """
     blocks = parse_trace_blocks(key)
     return _build_trace_objective(blocks, suite) if blocks else OBJECTIVES[key]
 
@@ -122,7 +124,8 @@ def is_refinable(keys: Sequence[str]) -> bool:
 
 
 def find_smooth_objective(keys: Sequence[str]) -> str:
-    """Return the key of the smooth objective, of two objectives that the local refinement supports.
+    """Return the key of the smooth objective from a pair of objectives that the local refinement
+    supports.
 
     Raises
     ------
@@ -139,7 +142,9 @@ def find_smooth_objective(keys: Sequence[str]) -> str:
 
 
 def scale_for_indicators(keys: Sequence[str], F: Floats, scenario: Scenario) -> Floats:
-    """Return objective values, shape (n, n_obj), scaled to order one for performance indicators."""
+    """Scale objective values, shape (n, n_obj), to order one for performance indicators such as the
+    hypervolume.
+    """
     pairs = zip(keys, F.T, strict=True)
     return np.column_stack(
         [find_objective(key, scenario.suite).indicator(f, scenario) for key, f in pairs]
@@ -147,8 +152,8 @@ def scale_for_indicators(keys: Sequence[str], F: Floats, scenario: Scenario) -> 
 
 
 def _scale_covariances(model: FilterModel, result: Evaluation) -> Floats:
-    """Return the covariances of the calibrated states at the end in units of the initial 1-sigmas,
-    shape (n, k, k).
+    """Return the covariance of the calibrated states at the end of each design, shape (n, k, k), in
+    units of the initial 1-sigmas.
     """
     indices = model.suite.calibrated_indices
     sigma = model.initial_sigma[indices]
@@ -159,8 +164,8 @@ def _scale_covariances(model: FilterModel, result: Evaluation) -> Floats:
 
 
 def _compute_normalized_trace(model: FilterModel, result: Evaluation) -> Floats:
-    """Return the mean over the calibrated states of the variance at the end, relative to the
-    initial variance.
+    """Return, for each design, the ratio of final to initial variance, averaged over the calibrated
+    states.
     """
     matrices = _scale_covariances(model, result)
     mean: Floats = np.trace(matrices, axis1=1, axis2=2) / matrices.shape[1]
@@ -184,24 +189,24 @@ def _compute_largest_eigenvalue(model: FilterModel, result: Evaluation) -> Float
 
 
 def _compute_time_to_accuracy(model: FilterModel, result: Evaluation) -> Floats:
-    """Return the time from which on all required 1-sigmas are satisfied [s], or the scenario's
-    duration if they are violated at the end.
+    """Return, for each design, the time [s] after which all required 1-sigmas stay satisfied, or
+    the scenario's duration if they are violated at the end.
     """
     time = np.where(np.isfinite(result.t_required), result.t_required, model.duration)
     return np.where(np.isnan(result.trace), np.nan, time)
 
 
 def _compute_angle(model: FilterModel, result: Evaluation) -> Floats:
-    """Return the rotation angle accumulated until t_end [deg], including the last rate that is
-    held.
+    """Return, for each design, the rotation angle accumulated until t_end [deg], including the
+    rotation at the last rate after the last maneuver.
     """
     times = model.step * _count_interval_steps(model, result)
     return np.degrees(_sum_rows(np.linalg.norm(result.plan.rates, axis=2) * times, result))
 
 
 def _compute_rate_change(model: FilterModel, result: Evaluation) -> Floats:
-    """Return the sum of the magnitudes of all rate changes until t_end [deg/s], starting from the
-    initial rate.
+    """Return, for each design, the summed magnitudes of all rate changes until t_end [deg/s],
+    starting from the initial rate.
 
     For a spherical inertia, the impulse of attitude thrusters is proportional to the sum, and so is
     the propellant mass.
@@ -224,8 +229,9 @@ def _count_interval_steps(model: FilterModel, result: Evaluation) -> Ints:
 
 
 def _sum_rows(values: Floats, result: Evaluation) -> Floats:
-    """Return the sum of each row, from left to right so that trailing zeros do not change the
-    rounding.
+    """Return the sum of each row, which belongs to a design; NaN for a design without a result.
+
+    The terms are added from left to right, so that trailing zeros do not change the rounding.
     """
     return np.where(np.isnan(result.t_end), np.nan, np.cumsum(values, axis=1)[:, -1])
 
@@ -243,7 +249,7 @@ def _build_trace_objective(blocks: list[str], suite: Suite) -> Objective:
 
 
 def _scale_decades(values: Floats, scenario: Scenario) -> Floats:
-    """Map five decades, from 1e-6 to 0.1, linearly in the logarithm to the interval from 0 to 1."""
+    """Map values logarithmically to order one: 1e-6 to 0, and 0.1 to 1."""
     return (np.log10(values) + 6.0) / 5.0
 
 

@@ -2,8 +2,8 @@
 
 A run has errors of the initial attitude, of rates and durations, of the start time and of the
 sensor noise. The errors are applied by a `FilterModel` with rotated vectors and by a modified
-design. The compiled filter is that of nominal runs, and designs of a run also share common initial
-parts.
+design. The compiled filter is that of nominal runs, and evaluates a common initial part of several
+designs only once.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ MAX_STORED_RUNS, _BATCH_SIZE = 64, 16
 
 @dataclass(frozen=True)
 class MonteCarloRun:
-    """Random errors of one Monte Carlo run, and the filter model of the run.
+    """Random errors drawn for one Monte Carlo run, and the filter model of the run.
 
     Attributes
     ----------
@@ -61,8 +61,8 @@ class MonteCarloRun:
     variants: tuple[FilterModel, ...] = ()
 
     def apply_errors(self, designs: Floats) -> Floats:
-        """Return designs, shape (n, 4 m), with the rate and duration errors of the run. Durations
-        are at least zero.
+        """Return the designs as executed, shape (n, 4 m), with the rate and duration errors of the
+        run. Durations are at least zero.
         """
         maneuvers = designs.reshape(-1, len(self.rate_errors), VARIABLES_PER_MANEUVER).copy()
         maneuvers[:, :, :3] += self.rate_errors
@@ -70,8 +70,8 @@ class MonteCarloRun:
         return maneuvers.reshape(designs.shape)
 
     def evaluate(self, designs: Floats, covariance: bool) -> Evaluation:
-        """Evaluate designs, shape (n, 4 m), by the covariance filter with the errors of the run, in
-        one thread.
+        """Evaluate designs, shape (n, 4 m), with the errors of the run applied. The covariance
+        filter runs in one thread.
         """
         executed = self.apply_errors(designs)
         return evaluate(self.model, executed, 1, covariance=covariance, variants=self.variants)
@@ -175,8 +175,8 @@ def evaluate_runs(
     threads: int | None,
     covariance: bool,
 ) -> Floats:
-    """Evaluate n designs in each of several Monte Carlo runs, and return k values of each, shape
-    (n_runs, n, k).
+    """Evaluate n designs in each of several Monte Carlo runs, and return k values per run and
+    design, shape (n_runs, n, k).
 
     Runs are evaluated in parallel, in one thread each, and a few runs are in memory at a time. The
     result does not depend on the number of threads.
@@ -205,8 +205,8 @@ def evaluate_runs(
 
 
 def compute_quantile(values: Floats, probability: float) -> Floats:
-    """Return the smallest value that is not exceeded in the share `probability` of the runs, which
-    are the first axis.
+    """Return the empirical quantile over the Monte Carlo runs, which are the first axis: the
+    smallest value that is not exceeded in the fraction `probability` of the runs.
 
     NaN is treated as larger than any number. It occurs if a covariance loses positive definiteness.
     """
@@ -220,15 +220,15 @@ def _compute_quantile_rank(n_values: int, probability: float) -> int:
 
 
 def reduce_runs(values: Floats, n_objectives: int, settings: MonteCarloSettings) -> Floats:
-    """Reduce the values in Monte Carlo runs, shape (n_runs, n, k), to one value per design, shape
-    (n, k).
+    """Reduce the values of n designs in several Monte Carlo runs, shape (n_runs, n, k), to one
+    value per design and criterion, shape (n, k).
 
     Objectives are reduced to their mean or quantile, constraints to their quantile.
 
     Parameters
     ----------
-    values : array, shape (f, n, k)
-        Values of the objectives, followed by values of the constraints.
+    values : array, shape (n_runs, n, k)
+        Objective values, followed by constraint values.
     n_objectives : int
         Number of objectives.
     settings : MonteCarloSettings
@@ -246,8 +246,8 @@ def reduce_runs(values: Floats, n_objectives: int, settings: MonteCarloSettings)
 def _draw_noise(
     suite: Suite, spread: float, generator: np.random.Generator
 ) -> Callable[[FilterModel], FilterModel] | None:
-    """Draw random noise levels of gyro and sensors, and return a function that applies them to a
-    model; None if `spread` is zero.
+    """Draw random noise levels of the gyro and of each sensor, and return a function that copies a
+    filter model with these noise levels; None if `spread` is zero.
     """
     if not spread:
         return None

@@ -54,8 +54,8 @@ class SatelliteState(NamedTuple):
 
     @classmethod
     def from_times(cls, source: OrbitSource, times: Floats) -> Self:
-        """Compute the state at given times [s] after a scenario's epoch, also later than the end of
-        the scenario.
+        """Compute the satellite state at given times [s] after a scenario's epoch. Times after the
+        end of the scenario are allowed.
         """
         position, velocity = source.orbit.propagate(source.epoch, times)
         sun = sun_position(compute_julian_dates(source.epoch, times))
@@ -63,9 +63,11 @@ class SatelliteState(NamedTuple):
         return cls(times, position, velocity, sun_direction(position, sun), sunlit)
 
     @classmethod
-    def from_first_row(cls, tables: Environment | SatelliteState) -> Self:
-        """Build the state at the first instant of an environment or of another state."""
-        return cls(*(getattr(tables, name)[:1] for name in cls._fields))
+    def from_first_instant(cls, source: Environment | SatelliteState) -> Self:
+        """Build the satellite state at the first instant of an environment or of another
+        `SatelliteState`.
+        """
+        return cls(*(getattr(source, name)[:1] for name in cls._fields))
 
     def without_eclipses(self) -> Self:
         """Return a copy in which the satellite is always in sunlight."""
@@ -75,8 +77,8 @@ class SatelliteState(NamedTuple):
 def compute_pointing_attitudes(
     axis: Floats, target: Floats, clock_reference: Floats, clock_angle: float
 ) -> Floats:
-    """Return the attitudes in which a body axis points at a target and the body is rotated about
-    this axis by the clock angle.
+    """Return the attitude at which a body axis points at a target and the body is rotated about
+    this axis by a clock angle, for each of n target directions.
 
     The attitude follows from two vectors in the body and two vectors in space, of which the first
     pair is aligned exactly (TRIAD method): H. D. Black, A Passive System for Determining the
@@ -115,8 +117,8 @@ def compute_pointing_attitudes(
 
 
 def _build_triads(first: Floats, second: Floats) -> Floats:
-    """Return right-handed orthonormal axes from two vectors each, one axis per row, shape (..., 3,
-    3).
+    """Return one right-handed orthonormal triad per pair of vectors, with one axis per row, shape
+    (..., 3, 3).
 
     The first axis is along the first vector, and the second axis is in the plane of both vectors.
     """
@@ -131,7 +133,8 @@ def _build_triads(first: Floats, second: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Direction:
-    """Direction from the satellite to an object, such as the Sun, or of the velocity.
+    """Direction as seen from the satellite, either toward an object such as the Sun or along the
+    velocity.
 
     Attributes
     ----------
@@ -152,7 +155,7 @@ class Direction:
 
 @dataclass(frozen=True)
 class Cone:
-    """Cone about a body axis. A direction, such as the direction of the Sun, must stay inside or
+    """Cone about a body axis. A reference direction, such as that of the Sun, must stay inside or
     outside the cone.
 
     Attributes
@@ -174,13 +177,13 @@ class Cone:
 
     @property
     def is_disc(self) -> bool:
-        """True if the direction points to a disc with an apparent radius, such as the Earth."""
+        """True if the object in the reference direction is a disc, such as the Earth."""
         return bool(self.direction) and DIRECTIONS[self.direction].radius is not None
 
 
 class DirectionMotion(NamedTuple):
-    """Motion of a direction, such as the direction of the Sun, in n filter steps: unit vectors at
-    the start and at the end of each step.
+    """Unit vectors of a direction, such as that of the Sun, at the start and at the end of each of
+    n filter steps.
 
     Each step ends at a sample. The first sample has no step, so that its start equals its end.
 
@@ -205,8 +208,8 @@ class DirectionMotion(NamedTuple):
 
     @classmethod
     def from_samples(cls, vectors: Floats, radius: Floats) -> DirectionMotion:
-        """Build the motion from unit vectors, shape (n, 3), and apparent radii, shape (n,), at the
-        samples.
+        """Build the motion from the unit vectors, shape (n, 3), and the apparent radii, shape (n,),
+        at the filter samples.
         """
         start, start_radius = (np.concatenate([v[:1], v[:-1]]) for v in (vectors, radius))
         visible_at_start: Bools = np.any(start, axis=-1)
@@ -226,8 +229,8 @@ class DirectionMotion(NamedTuple):
         )
 
     def rotate_to_body(self, attitude: Floats) -> DirectionMotion:
-        """Rotate the motion to body axes by the GCRS-to-body matrix of each sample, shape (n, 3,
-        3).
+        """Return a copy with unit vectors in body axes, for given GCRS-to-body matrices of the
+        steps, shape (n, 3, 3).
         """
         start, end = (np.einsum("kij,kj->ki", attitude, v) for v in (self.start, self.end))
         return self._replace(start=start, end=end)
@@ -247,7 +250,7 @@ def _compute_earth_radius(at: Environment | SatelliteState) -> Floats:
 
 
 def _compute_moon_direction(at: Environment | SatelliteState, epoch: datetime) -> Floats:
-    """Return the unit vectors to the Moon, even where the Earth hides the Moon."""
+    """Return the unit vectors from the satellite to the Moon, ignoring occultation by the Earth."""
     moon = moon_position(compute_julian_dates(epoch, at.times))
     return _normalize(moon - at.position)
 

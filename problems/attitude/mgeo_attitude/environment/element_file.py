@@ -42,8 +42,8 @@ _MAX_LISTED = 10
 
 @dataclass(frozen=True)
 class Entry:
-    """Element set of a file before validation, with the name, designator, catalog number and epoch
-    of its object.
+    """Element set of one object in a file, before validation, with the name, international
+    designator, catalog number and epoch.
     """
 
     name: str
@@ -56,8 +56,8 @@ class Entry:
         return " ".join(filter(None, (self.name, self.designator, self.number)))
 
     def matches_object(self, object_name: str) -> bool:
-        """Return True if a name, an international designator or a catalog number belongs to the
-        object. An empty name matches every object.
+        """Return True if a given name equals the name, the international designator or the catalog
+        number of the object. An empty name matches every object.
         """
         printed_number = self.content.get("line1", "")[
             2:7
@@ -70,8 +70,8 @@ class Entry:
 def read_element_set(
     text: str, object_name: str, epoch: datetime, file: str
 ) -> TLEOrbit | MeanElements | None:
-    """Return the element set of an object whose epoch is closest to a given epoch, from the text of
-    a file.
+    """Return the element set of an object from the text of a file. If the file contains several
+    element sets of the object, the one with the epoch closest to `epoch` is returned.
 
     Parameters
     ----------
@@ -122,8 +122,8 @@ def read_element_set(
 
 
 def _parse_messages(text: str) -> list[Fields]:
-    """Return the fields of each mean-elements message in a text, as a dict by keyword. The list is
-    empty without messages.
+    """Return the mean-elements messages in a text as a list of dicts by keyword. The list is empty
+    if the text contains no messages.
     """
     from sgp4 import omm
 
@@ -141,8 +141,8 @@ def _parse_messages(text: str) -> list[Fields]:
 
 
 def _parse_kvn(text: str) -> Fields:
-    """Return the fields of a message in KVN notation as a dict by keyword, without units in
-    brackets.
+    """Parse a message in KVN notation (lines ``KEY = value``) into a dict by keyword. Units in
+    brackets are removed.
     """
     pairs = (line.partition("=") for line in text.splitlines()[1:] if "=" in line)
     return {key.strip(): value.partition("[")[0].strip() for key, _, value in pairs}
@@ -160,8 +160,8 @@ def _parse_utc(stamp: str) -> datetime:
 
 
 def _parse_line_pairs(text: str) -> list[Entry]:
-    """Return the two-line element sets in a text. A line before each pair may contain the object's
-    name.
+    """Return one `Entry` per two-line element set in a text. The line before each pair of lines may
+    contain the object's name.
     """
     from sgp4.alpha5 import from_alpha5
 
@@ -185,7 +185,7 @@ def _parse_line_pairs(text: str) -> list[Entry]:
 
 
 def _build_mean_elements(fields: Fields, source: str) -> MeanElements:
-    """Build the element set from the fields of a mean-elements message.
+    """Build a `MeanElements` instance from the keywords and values of a mean-elements message.
 
     Raises
     ------

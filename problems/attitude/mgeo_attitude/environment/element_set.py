@@ -48,7 +48,9 @@ class SGP4Error(ArithmeticError):
 
 
 class ElementSet(Settings):
-    """Base class of mean elements that SGP4 propagates from their epoch."""
+    """Base class of mean orbital elements with an epoch of their own, from which SGP4 propagates
+    them.
+    """
 
     selector: ClassVar[str] = "propagator"
     #: Name of the key that contains the epoch.
@@ -60,8 +62,8 @@ class ElementSet(Settings):
         raise NotImplementedError
 
     def build_satellite(self) -> Satrec:
-        """Return the satellite object of the package sgp4 with these elements and the constants of
-        WGS72, on which element sets are based.
+        """Return a satellite object of the package sgp4 with these elements. It uses the constants
+        of WGS72, as the authors of element sets do.
         """
         raise NotImplementedError
 
@@ -72,7 +74,8 @@ class ElementSet(Settings):
         return compute_gcrs_states(self.build_satellite(), compute_julian_dates(epoch, times))
 
     def prepare_for_run(self, epoch: datetime, duration: float) -> Self:
-        """Return the element set after checking that SGP4 can propagate it during a whole run.
+        """Check that SGP4 can propagate the element set during a whole run, and return the element
+        set.
 
         Raises
         ------
@@ -99,7 +102,9 @@ class ElementSet(Settings):
         return self
 
     def shift_epoch(self, time: float) -> Self:
-        """Return the element set unchanged, because its epoch does not depend on the scenario."""
+        """Return the element set unchanged for a scenario that starts `time` [s] later, because the
+        elements have an epoch of their own.
+        """
         return self
 
 
@@ -151,7 +156,9 @@ def _format_sgp4_error(code: int) -> str:
 
 
 def _compute_max_revolutions(eccentricity: float) -> float:
-    """Return the mean motion [rev/day] of an orbit whose perigee is at the Earth's surface."""
+    """Return the mean motion [rev/day] of an orbit whose perigee is at the Earth's surface, which
+    is the largest possible value for a given eccentricity.
+    """
     return DAY * math.sqrt(EARTH_MU * ((1.0 - eccentricity) / EARTH_RADIUS) ** 3) / math.tau
 
 
@@ -258,7 +265,7 @@ def _check_lines(line1: str, line2: str) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class MeanElements(ElementSet):
-    """Mean orbital elements for SGP4, in TEME and with the mean motion of Kozai.
+    """Mean orbital elements for SGP4 in the frame TEME, with the mean motion as defined by Kozai.
 
     Raises
     ------

@@ -26,7 +26,7 @@ SCENARIO_FIELDS = ("epoch", "duration", "step", "orbit")
 
 
 class OrbitSource(Protocol):
-    """Protocol of an object with an orbit, an epoch and sample times, such as a `Scenario`.
+    """Protocol of objects that define an orbit, an epoch and sample times, such as a `Scenario`.
 
     If the object has an attribute `needs_field` that is false, its times may be outside of the
     years of the field model.
@@ -44,8 +44,8 @@ class OrbitSource(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Environment:
-    """Orbit, Sun direction, geomagnetic field and eclipses of a run in GCRS, as read-only arrays
-    with a row per sample.
+    """Orbit, Sun direction, geomagnetic field and eclipses of a run, as read-only arrays in GCRS
+    with one row per sample.
 
     Attributes
     ----------
@@ -113,8 +113,9 @@ class Environment:
 
     @classmethod
     def from_scenario(cls, scenario: OrbitSource) -> Self:
-        """Compute the environment at the sample times of a scenario, in about 0.7 s for two orbits
-        at a step of 1 s.
+        """Compute the environment at the sample times of a scenario.
+
+        The computation takes about 0.7 s for two orbits at a step of 1 s.
 
         Raises
         ------
@@ -187,12 +188,12 @@ class Environment:
         return 1e-9 * self.field
 
     def without_eclipses(self) -> Self:
-        """Return a copy in which all samples are in sunlight."""
+        """Return a copy in which the satellite is always in sunlight."""
         return dataclasses.replace(self, sunlit=np.ones_like(self.sunlit), has_eclipses=False)
 
     def validate_scenario(self, scenario: OrbitSource) -> None:
-        """Raise ValueError if the environment was computed for another orbit, epoch, duration or
-        step than the scenario's.
+        """Raise ValueError unless the environment has the orbit, epoch, duration and step of a
+        given scenario.
 
         User-defined arrays only need the times of the scenario.
 
@@ -223,11 +224,11 @@ def _compute_middle_epoch(epoch: datetime, times: Floats) -> datetime:
 def compute_sun_and_field(
     epoch: datetime, times: Floats, position: Floats, needs_field: bool = True
 ) -> tuple[Floats, Floats]:
-    """Return the position of the Sun [m] and the geomagnetic field [nT] along the positions of a
-    satellite at given times after an epoch.
+    """Compute the position of the Sun [m] and the geomagnetic field [nT] at given times and
+    satellite positions.
 
-    The two arrays take most of the time of an environment. If `needs_field` is false, a date
-    outside of the years of the field model is replaced by the nearest date inside.
+    The two arrays take most of the computing time of an `Environment`. If `needs_field` is false, a
+    date outside of the years of the field model is replaced by the nearest date inside.
 
     Parameters
     ----------

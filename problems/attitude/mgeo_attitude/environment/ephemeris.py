@@ -33,8 +33,8 @@ _MAX_INTERPOLATION_ERROR = 1000.0
 
 @dataclass(frozen=True, kw_only=True)
 class EphemerisOrbit(Settings):
-    """Orbit by interpolation of sampled positions in GCRS, by Hermite polynomials if there are
-    velocities and by Lagrange polynomials otherwise.
+    """Orbit interpolated between sampled positions in GCRS. Hermite polynomials are used if
+    velocities are given, and Lagrange polynomials otherwise.
 
     Raises
     ------
@@ -80,13 +80,13 @@ class EphemerisOrbit(Settings):
             max(3, count_polynomial_samples(self.degree, bool(self.velocity)) + 1),
         )
         expected_count = (
-            f"at least {n_needed} for degree = {self.degree}; fewer allow a lower degree"
+            f"at least {n_needed} for degree = {self.degree}. Reduce the degree or add samples"
         )
         expect(n >= n_needed, "times", f"{n} samples", expected_count)
         for key, count in (("position", len(self.position)), ("velocity", len(self.velocity) or n)):
-            expect(count == n, key, f"{count} vectors", f"{n}, one for each of the times")
+            expect(count == n, key, f"{count} vectors", f"{n}, one per time")
         for k in np.flatnonzero(np.diff(self.times) <= 0.0)[:1] + 1:
-            expected = f"more than the {self.times[k - 1]!r} s before it"
+            expected = f"more than the previous time, {self.times[k - 1]!r} s"
             expect(False, f"times[{k}]", self.times[k], expected)
         radius = np.linalg.norm(self.position, axis=1)
         for k in np.flatnonzero((radius < EARTH_RADIUS) | (radius > _MAX_RADIUS))[:1]:
@@ -113,8 +113,7 @@ class EphemerisOrbit(Settings):
         return self._interpolate(times + seconds_between(self.epoch, epoch))
 
     def prepare_for_run(self, epoch: datetime, duration: float) -> Self:
-        """Return the orbit after checking that its samples cover a whole run without
-        contradictions.
+        """Check that the samples cover a whole run and agree with each other, and return the orbit.
 
         Raises
         ------
@@ -150,7 +149,9 @@ class EphemerisOrbit(Settings):
         return self
 
     def shift_epoch(self, time: float) -> Self:
-        """Return the orbit unchanged, because its epoch does not depend on the scenario."""
+        """Return the orbit unchanged for a scenario that starts `time` [s] later, because the
+        samples have an epoch of their own.
+        """
         return self
 
     def _interpolate(self, times: Floats, shift: int = 0) -> tuple[Floats, Floats]:
@@ -172,7 +173,7 @@ class EphemerisOrbit(Settings):
 
 
 def count_polynomial_samples(degree: int, has_velocities: bool) -> int:
-    """Return the number of samples that determine a polynomial of a given degree. A sample with
-    velocity gives two conditions.
+    """Return the number of samples that determine a polynomial of a given degree. A sample with a
+    velocity determines two coefficients, and a sample without a velocity determines one.
     """
     return (degree + 2) // 2 if has_velocities else degree + 1

@@ -37,7 +37,9 @@ def teme_to_gcrs(at: JulianDates) -> Floats:
 
 
 def rotate(matrices: Floats, vectors: Floats) -> Floats:
-    """Multiply n matrices, shape (n, 3, 3), by n vectors, shape (n, 3), pair by pair."""
+    """Multiply each of n matrices, shape (n, 3, 3), by the vector with the same index, shape (n,
+    3).
+    """
     rotated: Floats = np.einsum("nij,nj->ni", matrices, vectors)
     return rotated
 
@@ -76,8 +78,8 @@ _EARTH_RATE = 2.0 * np.pi * 1.00273781191135448 / erfa.DAYSEC
 
 
 def parse_frame_name(text: str) -> str:
-    """Return the standard name GCRF, EME2000, TOD, TEME or ITRF of a reference frame that is named
-    in a file.
+    """Return the standard name (GCRF, EME2000, TOD, TEME or ITRF) of a reference frame from its
+    name in a file.
 
     Raises
     ------
@@ -97,7 +99,8 @@ def parse_frame_name(text: str) -> str:
 def convert_to_gcrs(
     frame: str, at: JulianDates, position: Floats, velocity: Floats | None
 ) -> tuple[Floats, Floats | None]:
-    """Convert positions [m] and velocities [m/s], shape (n, 3), from a named frame to GCRS.
+    """Convert positions [m] and velocities [m/s], shape (n, 3), from a named reference frame to
+    GCRS.
 
     The frame is one of `parse_frame_name`. The velocity is relative to the frame. ITRF rotates, and
     TEME is treated as inertial, as in `compute_gcrs_states`.
@@ -112,7 +115,9 @@ def convert_to_gcrs(
 
 
 def rotation_to_gcrs(frame: str, at: JulianDates) -> Floats:
-    """Return the rotation matrix from a named frame to GCRS at each instant, shape (n, 3, 3)."""
+    """Return the rotation matrix from a named reference frame to GCRS at each instant, shape (n, 3,
+    3).
+    """
     if frame == "TEME":
         return teme_to_gcrs(at)
     if frame == "ITRF":

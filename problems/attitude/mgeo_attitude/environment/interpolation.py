@@ -22,7 +22,11 @@ def interpolate(
     output_times: Floats,
     shift: int = 0,
 ) -> tuple[Floats, Floats]:
-    """Return the interpolated values and their derivatives at given times, both of shape (k, 3).
+    """Interpolate samples by piecewise polynomials, and return the values and derivatives at the
+    output times, both of shape (k, 3).
+
+    Hermite polynomials are used if the derivatives of the samples are given, and Lagrange
+    polynomials otherwise.
 
     Parameters
     ----------
@@ -62,7 +66,9 @@ def interpolate(
 
 
 def _find_first_samples(times: Floats, output_times: Floats, n_samples: int) -> Ints:
-    """Return the index of the first sample of the polynomial at each output time."""
+    """Return, for each output time, the index of the first of the `n_samples` samples that its
+    polynomial interpolates.
+    """
     if n_samples % 2:  # The window is centered at the nearest sample.
         middle = np.searchsorted(0.5 * (times[1:] + times[:-1]), output_times)
     else:  # The window is centered at the interval.

@@ -38,8 +38,8 @@ def orbital_period(semi_major_axis: float) -> float:
 
 
 def propagate_two_body(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
-    """Return position and velocity at given times after the epoch of Keplerian elements, by
-    two-body motion.
+    """Propagate Keplerian elements by two-body motion, and return position and velocity at given
+    times after the epoch of the elements.
 
     Parameters
     ----------
@@ -56,8 +56,8 @@ def propagate_two_body(elements: Elements, times: ArrayLike) -> tuple[Floats, Fl
 
 
 def propagate_j2_secular(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
-    """Return position and velocity at given times after the epoch of mean elements, with the
-    secular drift by J2.
+    """Propagate mean Keplerian elements by two-body motion with the secular drift by J2, and return
+    position and velocity at given times after the epoch of the elements.
 
     The velocity is the Keplerian velocity of the drifting elements, which neglects the motion of
     node and perigee (of relative size J2). The symmetry axis of J2 is the z axis of the elements.
@@ -70,7 +70,8 @@ def propagate_j2_secular(elements: Elements, times: ArrayLike) -> tuple[Floats, 
 def j2_secular_rates(
     semi_major_axis: float, eccentricity: float, inclination: float
 ) -> tuple[float, float, float]:
-    """Return the secular drift rates of node, argument of perigee and mean anomaly by J2 [rad/s].
+    """Return the secular drift rates [rad/s] that J2 causes in the ascending node, the argument of
+    perigee and the mean anomaly.
 
     The drift of the mean anomaly is relative to the Keplerian mean motion. Source: Kozai, The
     motion of a close Earth satellite, Astronomical Journal 64 (1959), equation 14, in which node
@@ -118,8 +119,8 @@ def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Floats:
 def propagate_elements(
     elements: Elements, time: float, rates: tuple[float, float, float]
 ) -> Elements:
-    """Return the elements at a later time, for two-body motion with given drift rates of the
-    angles.
+    """Return the Keplerian elements at a later time, by two-body motion with given drift rates of
+    the angles.
 
     Parameters
     ----------
@@ -147,7 +148,7 @@ def propagate_elements(
 
 
 def mean_anomaly_from_true(true_anomaly: float, eccentricity: float) -> float:
-    """Return the mean anomaly [rad], between -pi and pi, of a true anomaly [rad]."""
+    """Return the mean anomaly [rad], between -pi and pi, for a true anomaly [rad]."""
     half = 0.5 * math.remainder(true_anomaly, math.tau)
     eccentric = 2.0 * math.atan2(
         math.sqrt(1.0 - eccentricity) * math.sin(half),
@@ -191,9 +192,7 @@ def _compute_perifocal_axes(
 
 
 def _mean_anomaly(eccentric: Floats, eccentricity: float) -> Floats:
-    """Return the mean anomaly of an eccentric anomaly, in a form that is accurate for
-    eccentricities near 1.
-    """
+    """Return the mean anomaly for an eccentric anomaly, accurate also at eccentricities near 1."""
     return (1.0 - eccentricity) * eccentric + eccentricity * _angle_minus_sine(eccentric)
 
 

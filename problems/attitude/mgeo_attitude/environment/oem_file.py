@@ -49,8 +49,8 @@ class TimeSpan(NamedTuple):
 def read_oem(
     path: Path, object_name: str, run: TimeSpan, interpolation: str | None, degree: int | None
 ) -> EphemerisOrbit:
-    """Read an orbit ephemeris message and return an orbit with the samples that interpolation needs
-    during a run.
+    """Read an orbit ephemeris message (OEM), and return the orbit for a run. The orbit has only the
+    samples that interpolation during the run needs.
 
     Parameters
     ----------
@@ -134,8 +134,8 @@ def _read_segments(path: Path) -> list[Any]:
 
 
 def _find_object_name(segments: list[Any], object_name: str) -> str:
-    """Return name and designator of the object of a message, or raise ValueError if another object
-    is requested.
+    """Return the name and the designator of the object of a message as one text, or raise
+    ValueError if another object is requested.
     """
     name = " ".join(str(segments[0].metadata[key]) for key in ("OBJECT_NAME", "OBJECT_ID"))
     if object_name and object_name.casefold() not in (
@@ -147,7 +147,7 @@ def _find_object_name(segments: list[Any], object_name: str) -> str:
 
 
 def _select_segment(segments: list[Any], run: TimeSpan) -> Any:
-    """Return the segment whose usable time span contains the run."""
+    """Return the first segment of a message whose usable time span covers the whole run."""
     spans = []
     for segment in segments:
         time_scale = segment.metadata["TIME_SYSTEM"]
@@ -164,7 +164,9 @@ def _select_segment(segments: list[Any], run: TimeSpan) -> Any:
 
 
 def _compute_seconds(epochs: list[Any], since: datetime, time_scale: str) -> Floats:
-    """Return the SI seconds from a datetime to epochs of a message in its time scale."""
+    """Convert epochs of a message, which are in its time scale, to SI seconds after a given
+    datetime.
+    """
     from astropy.time import Time
 
     if time_scale.upper() not in _SCALES:
@@ -178,8 +180,8 @@ def _compute_seconds(epochs: list[Any], since: datetime, time_scale: str) -> Flo
 def _find_coasting_samples(
     times: Floats, position: Floats, velocity: Floats, run: TimeSpan
 ) -> Bools:
-    """Return a boolean array that is True for samples between the last thrust before the run and
-    the first thrust after it.
+    """Return a boolean array that is True for the samples between the last thrust before the run
+    and the first thrust after the run. Raise ValueError if there is thrust during the run.
     """
     coasting = np.ones(len(times), dtype=bool)
     for thrust in find_thrust(times, position, velocity):

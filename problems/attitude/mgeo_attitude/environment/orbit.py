@@ -34,8 +34,8 @@ ANALYTIC_PROPAGATORS = {"two-body": propagate_two_body, "j2": propagate_j2_secul
 
 @dataclass(frozen=True, kw_only=True)
 class Orbit(Settings):
-    """Keplerian elements at the scenario's epoch in GCRS: osculating elements for two-body motion,
-    or mean elements for drift by J2.
+    """Orbit with Keplerian elements in GCRS at the scenario's epoch. The elements are osculating
+    elements for two-body motion, or mean elements for two-body motion with secular drift by J2.
 
     Raises
     ------
@@ -92,8 +92,8 @@ class Orbit(Settings):
         return ANALYTIC_PROPAGATORS[self.propagator](self._build_elements(), times)
 
     def shift_epoch(self, time: float) -> Self:
-        """Return the orbit with the elements at a time [s] after the epoch, for a scenario that
-        starts later.
+        """Return the orbit with its elements propagated to a time [s] after the epoch, for a
+        scenario that starts later.
         """
         elements = self._build_elements()
         rates = j2_secular_rates(*elements[:3]) if self.propagator == "j2" else (0.0, 0.0, 0.0)
@@ -104,7 +104,7 @@ class Orbit(Settings):
         )
 
     def prepare_for_run(self, epoch: datetime, duration: float) -> Self:
-        """Return the orbit unchanged, because its elements are valid for any run."""
+        """Return the orbit unchanged, because Keplerian elements are valid for any run."""
         return self
 
     def _build_elements(self) -> Elements:
@@ -119,8 +119,8 @@ class Orbit(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class OrbitFile(Settings):
-    """Reference to a file with element sets (OMM or two-line) or with an orbit ephemeris message
-    (OEM).
+    """Reference to a file that contains element sets (OMM or two-line) or an orbit ephemeris
+    message (OEM).
 
     Files may be compressed (``.gz``). A scenario stores the elements or samples that
     `prepare_for_run` returns, and does not depend on the file, which may change.
@@ -147,15 +147,15 @@ class OrbitFile(Settings):
     objects"""
     interpolation: Literal["hermite", "lagrange"] | None = None
     """interpolation of positions and velocities (hermite) or of positions only (lagrange); default:
-    as
-    specified in the file"""
+    as specified in the file"""
     degree: int | None = Field(default=None, ge=1, le=MAX_DEGREE)
     """degree of the interpolating polynomials; default: as specified in the file"""
 
     def prepare_for_run(
         self, epoch: datetime, duration: float
     ) -> EphemerisOrbit | TLEOrbit | MeanElements:
-        """Read the file and return the orbit of a run, from an element set or from samples.
+        """Read the file, and return the orbit for a run: an element set, or an ephemeris with the
+        samples of the run.
 
         Parameters
         ----------

@@ -51,7 +51,7 @@ def sun_position(at: JulianDates) -> Floats:
 
 
 def sun_direction(position: Floats, sun: Floats) -> Floats:
-    """Return the unit vectors from the satellite to the Sun, shape (n, 3), from both positions [m]
+    """Return the unit vectors from the satellite to the Sun, shape (n, 3). Both positions [m] are
     in the same axes.
     """
     to_sun = sun - position
@@ -59,8 +59,8 @@ def sun_direction(position: Floats, sun: Floats) -> Floats:
 
 
 def visible_sun_fraction(position: Floats, sun: Floats) -> Floats:
-    """Return the visible fraction of the Sun's disc, shape (n,), which is 1 in sunlight and 0 in
-    the umbra of the Earth.
+    """Return the fraction of the Sun's disc that the Earth does not cover, shape (n,). It is 1 in
+    sunlight and 0 in the umbra.
 
     The discs of Sun and Earth are circles on the celestial sphere (Montenbruck & Gill, Satellite
     Orbits, section 3.4.2). The boundaries of umbra and penumbra are exact.
@@ -95,8 +95,8 @@ def visible_sun_fraction(position: Floats, sun: Floats) -> Floats:
 
 
 def sun_limb_angle(position: Floats, sun: Floats) -> Floats:
-    """Return the angle of the Sun's center above the Earth's limb as seen from the satellite [rad],
-    shape (n,).
+    """Return the angle between the Sun's center and the Earth's limb as seen from the satellite
+    [rad], shape (n,). It is positive where the Sun's center is visible.
 
     The angle is negative if the Earth covers the Sun's center. Where the angle is zero to within
     3e-6 rad, `visible_sun_fraction` is one half.
@@ -114,7 +114,7 @@ def sun_limb_angle(position: Floats, sun: Floats) -> Floats:
 
 
 def albedo_vector(position: Floats, sun: Floats) -> Floats:
-    """Return the sunlight reflected by the Earth as a vector at the satellite, in units of direct
+    """Return the sunlight that the Earth reflects to the satellite, as a vector in units of direct
     sunlight, shape (n, 3).
 
     The component along a direction is the cosine-law signal of a flat cell that faces the

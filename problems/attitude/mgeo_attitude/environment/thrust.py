@@ -24,7 +24,7 @@ _N_STEPS = 24
 
 
 class Thrust(NamedTuple):
-    """Interval of orbit samples with acceleration by other forces than gravity.
+    """Time interval in which orbit samples show an acceleration that gravity does not explain.
 
     Attributes
     ----------
@@ -40,8 +40,7 @@ class Thrust(NamedTuple):
 
 
 def find_thrust(times: Floats, position: Floats, velocity: Floats) -> list[Thrust]:
-    """Return the intervals of orbit samples in which the satellite accelerates by thrust, in
-    chronological order.
+    """Return the time intervals in which orbit samples show thrust, in chronological order.
 
     Parameters
     ----------
@@ -79,8 +78,8 @@ def find_thrust(times: Floats, position: Floats, velocity: Floats) -> list[Thrus
 def _compute_residual_acceleration(
     start: Floats, velocity: Floats, duration: Floats, j2: float
 ) -> Floats:
-    """Return the mean acceleration between samples that gravity does not explain [m/s²], shape
-    (n,).
+    """Return the mean non-gravitational acceleration [m/s²] in each of n intervals between samples,
+    shape (n,).
 
     Parameters
     ----------

@@ -27,8 +27,8 @@ TAI_OFFSETS = {"TAI": 0.0, "GPS": 19.0, "TT": -erfa.TTMTAI}
 
 
 class JulianDates(NamedTuple):
-    """Julian dates of n instants in two parts: a common midnight, and the days after it in UT and
-    in TT.
+    """Julian dates of n instants, split into a common midnight and the days since midnight in UT
+    and in TT.
 
     `ut` represents both UTC and UT1 by SI seconds since the UTC epoch, and is continuous through a
     leap second like UT1. `tt` is terrestrial time, which differs from TDB by less than 2 ms.
@@ -40,7 +40,7 @@ class JulianDates(NamedTuple):
 
 
 def as_utc(epoch: datetime) -> datetime:
-    """Return a datetime with UTC offset, converted to UTC.
+    """Convert a datetime with UTC offset to UTC.
 
     Raises
     ------
@@ -77,16 +77,16 @@ def seconds_between(since: datetime, until: datetime) -> float:
 
 
 def instant_after(epoch: datetime, seconds: float) -> datetime:
-    """Return the datetime in UTC at a number of SI seconds after an epoch, including leap
-    seconds.
+    """Return the datetime in UTC that is a given number of SI seconds after an epoch, including
+    leap seconds.
     """
     instant = as_utc(epoch) + timedelta(seconds=seconds)
     return instant - timedelta(seconds=seconds_between(epoch, instant) - seconds)
 
 
 def format_instant(epoch: datetime, seconds: float) -> str:
-    """Return the instant at a number of seconds after an epoch as text, such as
-    2018-06-05T00:00:00.000Z.
+    """Return the UTC time stamp of the instant that is a given number of seconds after an epoch,
+    such as 2018-06-05T00:00:00.000Z.
     """
     instant = as_utc(epoch) + timedelta(seconds=float(seconds))
     return instant.isoformat(timespec="milliseconds").replace("+00:00", "Z")
@@ -101,7 +101,8 @@ def tai_minus_utc(utc: datetime) -> float:
 
 
 def parse_time_stamps(epoch: datetime, stamps: Sequence[str], time_scale: str = "UTC") -> Floats:
-    """Return the SI seconds from an epoch with UTC offset to time stamps in ISO 8601, shape (n,).
+    """Parse time stamps in ISO 8601, and return the SI seconds from an epoch to each time stamp,
+    shape (n,).
 
     A leap second is second 60 of its minute.
 
@@ -131,8 +132,8 @@ def parse_time_stamps(epoch: datetime, stamps: Sequence[str], time_scale: str = 
 def convert_calendar_seconds(
     epoch: datetime, seconds: ArrayLike, time_scale: str = "UTC"
 ) -> Floats:
-    """Return the SI seconds from an epoch with UTC offset to instants that are given in calendar
-    seconds, shape (n,).
+    """Convert calendar seconds after an epoch, which do not count leap seconds, to SI seconds after
+    the epoch, shape (n,).
 
     Parameters
     ----------
@@ -156,7 +157,7 @@ def convert_calendar_seconds(
 
 
 def _compute_tai_offsets(time_scale: str, dates: Ints, fractions: Floats) -> Floats:
-    """Return TAI minus a time scale [s] on given dates, shape (n,).
+    """Return TAI minus the time of a given time scale [s] on given dates, shape (n,).
 
     Parameters
     ----------

@@ -181,7 +181,7 @@ class FilterModel:
         required = RequiredSigma(scenario.required_sigma)
         path_monitors = tuple(map(PathMonitor.from_constraint, scenario.path_constraints))
         names = list_directions(suite, Monitors(path_monitors))
-        initial_state, prior = SatelliteState.from_first_row(environment), scenario.prior
+        initial_state, prior = SatelliteState.from_first_instant(environment), scenario.prior
         attitude, rate = (
             scenario.compute_initial_attitude(initial_state),
             scenario.compute_initial_rate(initial_state),

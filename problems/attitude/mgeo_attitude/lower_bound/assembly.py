@@ -11,7 +11,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.lower_bound.common_mode import Carrier, bound_common_modes
+from mgeo_attitude.lower_bound.common_mode import InertialErrorDynamics, bound_common_modes
 from mgeo_attitude.lower_bound.curves import (
     BlockBounds,
     LowerBound,
@@ -40,8 +40,8 @@ from mgeo_attitude.sensors.suite import Suite
 
 
 def compute_lower_bound(scenario: Scenario, model: FilterModel | None = None) -> LowerBound:
-    """Return lower bounds on the filter covariance that hold for every plan of a scenario, as
-    curves over time.
+    """Compute lower bounds on the filter covariance, as functions of time, that hold for every plan
+    of a scenario.
 
     At each time the bound holds for every attitude history whose body rates are within the limits
     of the maneuvers, or at any rate with magnetorquer control. Plans are executed without errors.
@@ -71,25 +71,28 @@ def compute_lower_bound(scenario: Scenario, model: FilterModel | None = None) ->
 def _assemble_lower_bound(
     scenario: Scenario, model: FilterModel, information: SampleInformation
 ) -> LowerBound:
-    prior = _invert_initial_covariance(model)
+    initial_information = _invert_initial_covariance(model)
     max_rate = np.radians(scenario.maneuvers.max_rate_deg_s)
     max_rates = np.maximum(max_rate, np.abs(model.initial_rate))
-    bounds = dict(_bound_inertial(model, information, prior))
+    bounds = dict(_bound_inertial(model, information, initial_information))
     is_rate_free = scenario.is_magnetorquer_driven  # Magnetorquers do not limit the rate.
-    bounds |= dict(_bound_gyro(model, information, prior, max_rates, is_rate_free))
-    bounds |= dict(_bound_sensors(model, information, prior))
+    bounds |= dict(_bound_gyro(model, information, initial_information, max_rates, is_rate_free))
+    bounds |= dict(_bound_sensors(model, information, initial_information))
     max_angle = np.pi if is_rate_free else float(np.linalg.norm(max_rates)) * model.step
-    for name, variance_sum in _bound_common_modes(model, information, prior, max_angle):
+    for name, variance_sum in _bound_common_modes(
+        model, information, initial_information, max_angle
+    ):
         bounds[name] = bounds[name].raise_to_sum(variance_sum)
     bounds |= dict(_bound_considered(model))
     return assemble_bounds(scenario, model, bounds, list_relaxations(scenario, model, information))
 
 
 def _bound_inertial(
-    model: FilterModel, information: SampleInformation, prior: Floats
+    model: FilterModel, information: SampleInformation, initial_information: Floats
 ) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield the name and the bounds of each error that is fixed in inertial axes, including the
-    attitude, from the joint information of all sensors.
+    """Yield the name and the covariance bounds of the attitude error and of each other error that
+    is fixed in inertial axes. The bounds follow from a covariance recursion with the joint
+    information of all sensors.
 
     See equation (22) of docs/theory.md.
     """
@@ -97,7 +100,7 @@ def _bound_inertial(
     indices = np.concatenate([_list_block_states(suite, name) for name in names])
     axes = np.eye(len(indices))
     axes[:3, :3] = model.initial_attitude
-    start = np.linalg.inv(axes.T @ prior[np.ix_(indices, indices)] @ axes)
+    start = np.linalg.inv(axes.T @ initial_information[np.ix_(indices, indices)] @ axes)
     walk_variances = suite.compute_noise_density()[:3] * model.step
     decay, noise = np.repeat([(1.0, walk_variances.min())], 3 * len(names), axis=0).T
     for i, name in enumerate(names[1:], start=1):
@@ -113,7 +116,7 @@ def _bound_inertial(
                 block = block.combine_with(
                     _bound_by_mean(
                         information.attitude_trace,
-                        prior[:3, :3],
+                        initial_information[:3, :3],
                         1.0,
                         harmonic_mean(walk_variances),
                     )
@@ -121,35 +124,37 @@ def _bound_inertial(
         yield name, block
 
 
-def _bound_by_mean(traces: Floats, prior: Floats, decay: float, noise: float) -> BlockBounds:
-    """Bound the variances of a 3-vector by a filter recursion of the mean eigenvalue, which needs
-    only the trace of the information.
+def _bound_by_mean(
+    traces: Floats, initial_information: Floats, decay: float, noise: float
+) -> BlockBounds:
+    """Return bounds of a 3-vector for which only the trace of the measured information is known, by
+    a recursion of the mean eigenvalue of its information matrix.
 
     See equation (24) of docs/theory.md.
     """
-    start = np.array([[3.0 / np.trace(prior)]])
+    start = np.array([[3.0 / np.trace(initial_information)]])
     variances = run_covariance_recursion(
         start, np.array([decay]), np.array([noise]), traces[:, None, None] / 3.0
     )
     return bounds_from_eigenvalues(np.repeat(variances[:, 0], 3, axis=1))
 
 
-def harmonic_mean(values: Floats) -> float:
+def harmonic_mean(noise_densities: Floats) -> float:
     """Return the harmonic mean of the noise densities of several axes.
 
     Isotropic noise of this density gives the same total information as the anisotropic noise.
     """
-    return float(len(values) / np.sum(1.0 / values))
+    return float(len(noise_densities) / np.sum(1.0 / noise_densities))
 
 
 def _bound_gyro(
     model: FilterModel,
     information: SampleInformation,
-    prior: Floats,
+    initial_information: Floats,
     max_rates: Floats,
     is_rate_free: bool,
 ) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield the name and the bound of each gyro error.
+    """Yield the name and the covariance bounds of each gyro error, such as the bias.
 
     See equations (25) and (26) of docs/theory.md.
     """
@@ -158,19 +163,26 @@ def _bound_gyro(
         suite.compute_noise_density(),
         np.array(list(map(suite.dynamics_matrix, rate_box_corners(max_rates)))),
     )
-    attitude_information, angle_random_walk = prior[:3, :3], harmonic_mean(noise_densities[:3])
+    attitude_information, angle_random_walk = (
+        initial_information[:3, :3],
+        harmonic_mean(noise_densities[:3]),
+    )
     for name in suite.blocks[1:]:
         states = _list_block_states(suite, name)
         gain = float(np.linalg.norm(matrices[:, :3, states], 2, axis=(1, 2)).max())
-        drift = GyroErrorDynamics(
+        dynamics = GyroErrorDynamics(
             gain, -matrices[0][states[0], states[0]], noise_densities[states].min()
         )
-        start = np.inf if prior[:3, states].any() else float(np.trace(attitude_information))
-        block_information = prior[np.ix_(states, states)]
+        start = (
+            np.inf
+            if initial_information[:3, states].any()
+            else float(np.trace(attitude_information))
+        )
+        block_information = initial_information[np.ix_(states, states)]
         block = bounds_from_eigenvalues(
             bound_through_attitude(
                 times,
-                drift,
+                dynamics,
                 block_information,
                 information.attitude_trace,
                 start,
@@ -185,22 +197,26 @@ def _bound_gyro(
             )
         if at_any_rate:
             variances = bound_with_known_attitude(
-                times, drift, block_information, noise_densities[:3].min()
+                times, dynamics, block_information, noise_densities[:3].min()
             )
             block = block.combine_with(bounds_from_eigenvalues(variances))
         yield name, block
 
 
 def _bound_sensors(
-    model: FilterModel, information: SampleInformation, prior: Floats
+    model: FilterModel, information: SampleInformation, initial_information: Floats
 ) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield the name and the bound of each sensor error. All other states are assumed known.
+    """Yield the name and the covariance bounds of each sensor or environment error that is not
+    among `information.inertial_blocks`. All other states are assumed known.
 
     See equation (23) of docs/theory.md.
     """
     for name, block_information in information.blocks.items():
         states = _list_block_states(model.suite, name)
-        start, process = prior[np.ix_(states, states)], model.suite.processes.get(name)
+        start, process = (
+            initial_information[np.ix_(states, states)],
+            model.suite.processes.get(name),
+        )
         if process is not None:
             decay, noise = process.discretize(model.step)
             yield (
@@ -217,32 +233,40 @@ def _bound_sensors(
 
 
 def _bound_common_modes(
-    model: FilterModel, information: SampleInformation, prior: Floats, max_angle: float
+    model: FilterModel,
+    information: SampleInformation,
+    initial_information: Floats,
+    max_angle: float,
 ) -> Iterator[tuple[str, Floats]]:
-    """Yield the names and bounds on the variance sums of body-fixed errors that cannot be
-    distinguished from an inertial error at rest.
+    """Yield names of errors and lower bounds on the sum of their three variances. The errors are
+    inertial and body-fixed errors that measurements can distinguish only if the body rotates, such
+    as the attitude error and a misalignment.
 
     See equation (28) of docs/theory.md.
     """
     suite = model.suite
-    if (model.initial_correlation != np.eye(len(prior))).any():
+    if (model.initial_correlation != np.eye(len(initial_information))).any():
         return
     states = {name: _list_block_states(suite, name) for name in suite.blocks}
-    start = {name: prior[np.ix_(indices, indices)] for name, indices in states.items()}
+    start = {
+        name: initial_information[np.ix_(indices, indices)] for name, indices in states.items()
+    }
     for name in information.inertial_blocks:
         decay, noise = 1.0, suite.compute_noise_density()[:3] * model.step
         if name != "attitude":
             decay, noise = suite.processes[name].discretize(model.step)
-        carrier = Carrier(float(decay), float(np.min(noise)), start[name])
+        dynamics = InertialErrorDynamics(float(decay), float(np.min(noise)), start[name])
         observations = [
-            observation for observation in information.carriers if observation.carrier == name
+            observation
+            for observation in information.inertial_errors
+            if observation.inertial_error == name
         ]
-        yield from bound_common_modes(name, carrier, observations, start, max_angle)
+        yield from bound_common_modes(name, dynamics, observations, start, max_angle)
 
 
 def _bound_considered(model: FilterModel) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield the name and the covariance of each considered error. The covariance is exact, because
-    measurements do not change it.
+    """Yield the name and the covariance of each considered error, which the filter does not
+    estimate. The covariance is exact, because measurements do not change it.
     """
     suite = model.suite
     noise_density, start = suite.compute_noise_density(), model.initial_covariance
@@ -273,11 +297,12 @@ def _list_block_states(suite: Suite, block: str) -> np.ndarray:
 def list_relaxations(
     scenario: Scenario, model: FilterModel, information: SampleInformation
 ) -> tuple[str, ...]:
-    """Return the relaxations of the lower bound, such as an ignored field of view, as one line of
-    text each.
+    """List the relaxations that the lower bound of a scenario assumes, such as an ignored field of
+    view, as one line of text each.
 
-    Each relaxation makes the bound lower than the best plan. The relaxation of every scenario, that
-    the bound of a 3-vector assumes all other states known, is not included.
+    Each relaxation makes the bound lower than the covariance of the best plan. One relaxation is
+    common to all scenarios and is not listed: the bound of a 3-vector assumes that all other states
+    are known.
     """
     anisotropic = (
         *(["gyro"] if has_axis_dependent_noise(model.suite.compute_noise_density()) else []),

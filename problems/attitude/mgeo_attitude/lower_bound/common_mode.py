@@ -2,8 +2,8 @@
 
 A misalignment common to all sensors has the same effect as an attitude error. A bias common to all
 magnetometers has the same effect as a field error. Only rotation of the body distinguishes the
-errors, at rates that maneuvers allow, while the inertial error changes by its process noise. The
-inertial error is called the carrier.
+errors, at rates that maneuvers allow. The inertial error can then compensate the body-fixed error
+only as far as its process noise permits.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from mgeo_attitude.lower_bound.curves import bounds_from_information
 
 
 @dataclass(frozen=True)
-class CarrierInformation:
-    """Information of one sensor about an inertial error, and the body-fixed errors of the sensor
-    that have the same effect on its measurements.
+class InertialErrorInformation:
+    """Information that one sensor provides about an inertial error, such as the attitude error, and
+    the body-fixed errors of this sensor that have the same effect on its measurements.
 
     Attributes
     ----------
-    carrier : str
+    inertial_error : str
         Name of the inertial error c, which is fixed in GCRS.
     trace : array, shape (n,)
         Trace of the information about c in each sample.
@@ -34,14 +34,14 @@ class CarrierInformation:
         C is the attitude.
     """
 
-    carrier: str
+    inertial_error: str
     trace: Floats
     body_fixed_errors: dict[str, BodyFixedError]
 
 
 class BodyFixedError(NamedTuple):
-    """Information about a body-fixed error that has the same effect on measurements as an inertial
-    error.
+    """Information that a sensor provides about one of its body-fixed errors, and the relation of
+    this error to an inertial error with the same effect on the measurements.
 
     Attributes
     ----------
@@ -56,14 +56,17 @@ class BodyFixedError(NamedTuple):
     v: Floats | None
 
     def has_same_transformation(self, other: BodyFixedError) -> bool:
-        """Return True if both errors are related to the inertial error by the same matrix G."""
+        """Return True if both body-fixed errors are related to the inertial error by the same
+        matrix.
+        """
         if self.v is None or other.v is None:
             return self.v is other.v
         return bool((self.v == other.v).all())
 
 
-class Carrier(NamedTuple):
-    """Dynamics and initial information of an inertial error.
+class InertialErrorDynamics(NamedTuple):
+    """Dynamics and initial information of an error that is fixed in inertial axes, such as the
+    attitude error.
 
     Attributes
     ----------
@@ -78,17 +81,21 @@ class Carrier(NamedTuple):
     initial_information: Floats
 
 
-def compute_following_cost(
-    carrier: Carrier, max_angle: float, v: Floats | None, n_samples: int
+def bound_dynamics_information(
+    dynamics: InertialErrorDynamics, max_angle: float, v: Floats | None, n_samples: int
 ) -> Floats:
-    """Return the information, accumulated up to each sample, that contradicts an inertial error
-    which follows a body-fixed error while the body rotates.
+    """Return an upper bound on the information that the dynamics of an inertial error provide about
+    a body-fixed error, accumulated up to each sample.
+
+    To compensate the body-fixed error in the measurements, the inertial error would have to follow
+    the rotation of the body. The smaller its process noise, the more information contradicts this
+    motion.
 
     See equation (29) of docs/theory.md.
 
     Parameters
     ----------
-    carrier : Carrier
+    dynamics : InertialErrorDynamics
     max_angle : float
         Largest rotation of the body in a step [rad].
     v : array, shape (n, 3), or None
@@ -99,49 +106,50 @@ def compute_following_cost(
     Returns
     -------
     array, shape (n,)
-        Upper bound on the trace of the information about the body-fixed error that the dynamics of
-        the carrier give, up to each sample.
+        Upper bound on the trace of the information, up to each sample.
     """
-    costs, decay, min_trace = (
+    information, decay, min_trace = (
         np.zeros(n_samples),
-        carrier.decay,
+        dynamics.decay,
         1.0 + 2.0 * np.cos(min(max_angle, np.pi)),
     )
     if (
         v is None
     ):  # |R - decay I|² for the rotation R of a step, whose trace is at least `min_trace`.
-        costs[0] = np.trace(carrier.initial_information)
-        costs[1:] = 3.0 * (1.0 + decay**2) - 2.0 * decay * min_trace
+        information[0] = np.trace(dynamics.initial_information)
+        information[1:] = 3.0 * (1.0 + decay**2) - 2.0 * decay * min_trace
     else:  # |[v'×] R - decay [v×]|², where tr [v'×]ᵀ[v×] R = (v' v) tr R - v' R v.
         norms, products = np.linalg.norm(v, axis=1), np.sum(v[1:] * v[:-1], axis=1)
-        costs[0] = 2.0 * norms[0] ** 2 * np.linalg.eigvalsh(carrier.initial_information)[-1]
+        information[0] = 2.0 * norms[0] ** 2 * np.linalg.eigvalsh(dynamics.initial_information)[-1]
         min_product_trace = (
             np.minimum(min_trace * products, 3.0 * products) - norms[1:] * norms[:-1]
         )
-        costs[1:] = 2.0 * (norms[1:] ** 2 + (decay * norms[:-1]) ** 2 - decay * min_product_trace)
-    costs[1:] /= carrier.noise
-    return np.cumsum(costs)
+        information[1:] = 2.0 * (
+            norms[1:] ** 2 + (decay * norms[:-1]) ** 2 - decay * min_product_trace
+        )
+    information[1:] /= dynamics.noise
+    return np.cumsum(information)
 
 
 def bound_common_modes(
     name: str,
-    carrier: Carrier,
-    observations: Sequence[CarrierInformation],
+    dynamics: InertialErrorDynamics,
+    observations: Sequence[InertialErrorInformation],
     initial_information: dict[str, Floats],
     max_angle: float,
 ) -> Iterator[tuple[str, Floats]]:
-    """Yield lower bounds on the variance sums of an inertial error and of the body-fixed errors
-    with the same effect on measurements.
+    """Yield lower bounds on the sum of the three variances of an inertial error and of each
+    body-fixed error that has the same effect on the measurements.
 
     See equation (28) of docs/theory.md.
 
     Parameters
     ----------
     name : str
-        Name of the carrier.
-    carrier : Carrier
-    observations : sequence of CarrierInformation
-        Information of all sensors that observe the carrier.
+        Name of the inertial error.
+    dynamics : InertialErrorDynamics
+    observations : sequence of InertialErrorInformation
+        Information of all sensors about the inertial error.
     initial_information : dict of array, shape (3, 3)
         Initial information about each block. The blocks must not be correlated.
     max_angle : float
@@ -152,21 +160,23 @@ def bound_common_modes(
     tuple of str and array, shape (n,)
         Name of the block, and bound on the sum of its variances. A block may occur several times.
     """
-    if carrier.noise <= 0.0:  # A carrier without process noise cannot follow the body.
+    if dynamics.noise <= 0.0:  # Without process noise, the inertial error cannot follow the body.
         return
     totals = [np.cumsum(observation.trace) for observation in observations]
     for observation in observations:
         for block, error in observation.body_fixed_errors.items():
             scale = 1.0 if error.v is None else np.sum(error.v**2, axis=1).max()
-            opposing = compute_following_cost(carrier, max_angle, error.v, len(error.trace))
+            opposing = bound_dynamics_information(dynamics, max_angle, error.v, len(error.trace))
             for other, total in zip(observations, totals, strict=True):
                 if other is not observation:
-                    following = [
+                    compensating_errors = [
                         initial_information[similar_block]
                         for similar_block, similar in other.body_fixed_errors.items()
                         if similar.has_same_transformation(error)
                     ]
-                    opposing = opposing + _reduce_by_following(scale * total, following)
+                    opposing = opposing + _reduce_by_compensation(
+                        scale * total, compensating_errors
+                    )
             gained = np.cumsum(error.trace)
             yield (
                 block,
@@ -174,18 +184,18 @@ def bound_common_modes(
                     initial_information[block], gained * opposing / (gained + opposing)
                 ).variance_sum,
             )
-            if error.v is None:  # The carrier can equal the rotated error completely.
-                opposing = opposing + _reduce_by_following(gained, [initial_information[block]])
+            if error.v is None:  # The inertial error can equal the rotated error completely.
+                opposing = opposing + _reduce_by_compensation(gained, [initial_information[block]])
                 yield name, bounds_from_information(np.zeros((3, 3)), opposing).variance_sum
 
 
-def _reduce_by_following(information: Floats, following_errors: Sequence[Floats]) -> Floats:
-    """Return the information of another sensor, reduced because an error of that sensor can have
-    the same effect.
+def _reduce_by_compensation(information: Floats, error_information: Sequence[Floats]) -> Floats:
+    """Return the trace of the information of another sensor about the inertial error, reduced if a
+    body-fixed error of that sensor can compensate the inertial error.
 
-    The initial information about the error limits how far the error can follow.
+    The initial information about this body-fixed error limits the compensation.
     """
-    if not following_errors:
+    if not error_information:
         return information
-    initial_trace = float(np.trace(following_errors[0]))
+    initial_trace = float(np.trace(error_information[0]))
     return information * initial_trace / (information + initial_trace)

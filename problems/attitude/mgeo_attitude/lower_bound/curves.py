@@ -32,33 +32,33 @@ class BlockBounds(NamedTuple):
     log_det: Floats
 
     def combine_with(self, other: BlockBounds) -> BlockBounds:
-        """Return the larger of two lower bounds, element by element."""
+        """Return the element-wise maximum of two sets of lower bounds, which is a lower bound."""
         return BlockBounds(*map(np.maximum, self, other))
 
-    def raise_to_sum(self, total: Floats) -> BlockBounds:
-        """Return a copy of the bounds, raised where they contradict a lower bound on the sum of the
-        variances, shape (n,).
+    def raise_to_sum(self, variance_sum: Floats) -> BlockBounds:
+        """Return a copy of the bounds, raised to a given lower bound on the sum of the three
+        variances, shape (n,), where this is larger.
 
         The determinant is unchanged, since the bound on the sum does not assume that other states
         are known.
         """
         return self._replace(
-            variance_sum=np.maximum(self.variance_sum, total),
-            max_variance=np.maximum(self.max_variance, total / 3.0),
+            variance_sum=np.maximum(self.variance_sum, variance_sum),
+            max_variance=np.maximum(self.max_variance, variance_sum / 3.0),
         )
 
 
 def bounds_from_eigenvalues(variances: Floats) -> BlockBounds:
-    """Build the bounds of a 3-vector from the eigenvalues of its covariance, shape (n, 3), whose
-    axes are unknown.
+    """Build the bounds of a 3-vector from lower bounds on the eigenvalues of its covariance, shape
+    (n, 3). The eigenvectors are unknown.
     """
     total = variances.sum(axis=1)
     return BlockBounds(total, total / 3.0, np.log(variances).sum(axis=1))
 
 
 def bounds_from_covariances(covariances: Floats) -> BlockBounds:
-    """Build the bounds of a 3-vector from covariance matrices, shape (n, 3, 3), that are lower
-    bounds themselves.
+    """Build the bounds of a 3-vector from matrices, shape (n, 3, 3), that are lower bounds on its
+    covariance.
     """
     diagonals = np.diagonal(covariances, axis1=1, axis2=2)
     log_det = np.linalg.slogdet(covariances)[1]
@@ -66,8 +66,8 @@ def bounds_from_covariances(covariances: Floats) -> BlockBounds:
 
 
 def bounds_from_information(initial_information: Floats, max_trace: Floats) -> BlockBounds:
-    """Build the bounds of a 3-vector from its initial information and the largest trace of the
-    measured information.
+    """Build the bounds of a 3-vector from its initial information matrix and an upper bound on the
+    trace of the measured information.
 
     With the initial information Y and the measured information K, the covariance is (Y + K)⁻¹. By
     equation (21) the best K has the eigenvectors of Y and raises the smallest eigenvalues to a
@@ -85,8 +85,10 @@ def bounds_from_information(initial_information: Floats, max_trace: Floats) -> B
 
 
 def apply_water_filling(initial_information: Floats, max_trace: Floats) -> Floats:
-    """Return the eigenvalues of the smallest covariance, shape (n, 3), for a given trace of the
-    measured information; see `bounds_from_information`.
+    """Return the eigenvalues, shape (n, 3), of the covariance with the least trace and determinant
+    that measurements with a given trace of the information can produce.
+
+    See `bounds_from_information`.
     """
     eigenvalues = np.linalg.eigvalsh(initial_information)
     counts = np.arange(1, len(eigenvalues) + 1)
@@ -115,17 +117,17 @@ def propagate_unobserved(
     -------
     array, shape (n, 3, 3)
     """
-    twice = 2.0 * decay * times
+    exponent = 2.0 * decay * times
     # This is (1 - exp(-2 λ t)) / 2 λ, whose limit for λ = 0 is t.
-    grown = times if decay == 0.0 else -np.expm1(-twice) / (2.0 * decay)
-    return np.exp(-twice)[:, None, None] * initial_covariance + noise_density * grown[
+    growth = times if decay == 0.0 else -np.expm1(-exponent) / (2.0 * decay)
+    return np.exp(-exponent)[:, None, None] * initial_covariance + noise_density * growth[
         :, None, None
     ] * np.eye(3)
 
 
 @dataclass(frozen=True)
 class LowerBound:
-    """Lower bounds on the covariance of every plan of a scenario, as curves over n times.
+    """Lower bounds on the filter covariance at n times, which hold for every plan of a scenario.
 
     Attributes
     ----------
@@ -167,8 +169,8 @@ class LowerBound:
     relaxations: tuple[str, ...]
 
     def compute_sigma(self, block: str) -> Floats:
-        """Return the lower bound on the 1-sigma of the worst axis of a 3-vector at each time, in
-        filter units.
+        """Return the lower bound on the largest of the three 1-sigmas of a 3-vector of the state at
+        each time, in filter units.
 
         Raises
         ------
@@ -178,8 +180,8 @@ class LowerBound:
         return np.sqrt(self.max_variance[block])
 
     def evaluate_trace(self, times: Floats) -> Floats:
-        """Return the lower bound on the weighted trace at the nearest sample of given times [s];
-        NaN for a NaN time.
+        """Return the lower bound on the weighted trace of the covariance at given times [s], from
+        the nearest sample. A NaN time gives NaN.
         """
         is_finite = np.isfinite(times)
         steps = np.rint(times[is_finite] / self.times[1]).astype(np.int64)
@@ -194,7 +196,7 @@ def assemble_bounds(
     block_bounds: Mapping[str, BlockBounds],
     relaxations: tuple[str, ...],
 ) -> LowerBound:
-    """Combine the bounds of all 3-vectors of the state to the lower bound of a scenario.
+    """Build the `LowerBound` of a scenario from the bounds of all 3-vectors of the state.
 
     Parameters
     ----------
@@ -229,7 +231,8 @@ def assemble_bounds(
 
 
 def _bound_trace_at_end(model: FilterModel, trace: Floats) -> Floats:
-    """Return the lower bound on the trace of a plan that ends at each time.
+    """Return, for each time, the lower bound on the weighted trace of a plan that ends at this
+    time.
 
     See equation (27) of docs/theory.md.
     """
@@ -243,8 +246,8 @@ def _bound_trace_at_end(model: FilterModel, trace: Floats) -> Floats:
 
 
 def _bound_criteria(model: FilterModel, bounds: Mapping[str, BlockBounds]) -> dict[str, Floats]:
-    """Return lower bounds on the objectives of the normalized covariance (mean variance, log
-    determinant, largest eigenvalue), as a dict by objective.
+    """Return lower bounds on three objectives of the normalized covariance (mean variance, log
+    determinant, largest eigenvalue) as a dict by objective, with one value per time.
 
     See equation (13) of docs/theory.md.
     """

@@ -17,8 +17,8 @@ _N_POINTS = 60000
 
 
 def bound_joint_information(diodes: Sequence[Photodiode]) -> float:
-    """Return an upper bound over all attitudes on the joint attitude information of several
-    photodiodes in one sample.
+    """Return an upper bound on the attitude information that several photodiodes together provide
+    in one sample. The bound holds at every attitude.
 
     At any attitude, the joint information of a sample is at most κ (I - s sᵀ), where κ is the
     returned value and s the Sun direction. A diode with relative noise r has the information w (n ×
@@ -51,8 +51,8 @@ def _compute_bound(diodes: tuple[tuple[tuple[float, ...], float, float], ...]) -
 
 @cache
 def _build_points() -> tuple[Floats, float]:
-    """Return points on the unit sphere, shape (n, 3), and an angle [rad] such that every direction
-    is within the angle of a point.
+    """Return points that cover the unit sphere, shape (n, 3), and the covering angle [rad]: every
+    direction is within this angle of at least one point.
 
     The points are the centers of cells between parallels and meridians. A direction is at most half
     a cell width, along its parallel, from the central meridian of its cell, and then half a cell

@@ -12,7 +12,7 @@ from mgeo_attitude.lower_bound.curves import apply_water_filling
 
 
 class GyroErrorDynamics(NamedTuple):
-    """Dynamics of a gyro error that drives the attitude error.
+    """Dynamics of a gyro error, such as the bias, that drives the attitude error.
 
     Attributes
     ----------
@@ -30,8 +30,8 @@ class GyroErrorDynamics(NamedTuple):
 
 
 def rate_box_corners(max_rates: Floats) -> Floats:
-    """Return the eight corners of the box of body rates up to given maxima about each axis, shape
-    (8, 3).
+    """Return the eight corners of the box of allowed body rates, shape (8, 3), for a given maximum
+    rate about each axis.
 
     The norm of a matrix that is linear in the rate is largest at a corner of the box.
     """
@@ -40,14 +40,14 @@ def rate_box_corners(max_rates: Floats) -> Floats:
 
 def bound_through_attitude(
     times: Floats,
-    drift: GyroErrorDynamics,
+    dynamics: GyroErrorDynamics,
     initial_information: Floats,
     attitude_information: Floats,
     initial_attitude_information: float,
     angle_random_walk: float,
 ) -> Floats:
-    """Return lower bounds on the variances of a gyro error that is observed only through the
-    attitude.
+    """Return lower bounds on the eigenvalues of the covariance of a gyro error that affects
+    measurements only through the attitude.
 
     See equation (25) of docs/theory.md.
 
@@ -55,7 +55,7 @@ def bound_through_attitude(
     ----------
     times : array, shape (n,)
         Times [s].
-    drift : GyroErrorDynamics
+    dynamics : GyroErrorDynamics
     initial_information : array, shape (3, 3)
         Initial information about the error.
     attitude_information : array, shape (n,)
@@ -69,26 +69,30 @@ def bound_through_attitude(
     -------
     array, shape (n, 3)
     """
-    none, once, twice = (np.cumsum(attitude_information * times**power) for power in range(3))
+    zeroth, first, second = (np.cumsum(attitude_information * times**power) for power in range(3))
     mean = (
-        once / (none + initial_attitude_information)
+        first / (zeroth + initial_attitude_information)
         if np.isfinite(initial_attitude_information)
         else np.zeros(len(times))
     )
-    spread = np.maximum(twice - once * mean, 0.0)
+    spread = np.maximum(second - first * mean, 0.0)
     # This is the information if the attitude is always known.
     known = 3.0 * times / angle_random_walk
     total = spread + known
-    gained = drift.gain**2 * spread * known / np.where(total > 0.0, total, 1.0)
-    return np.exp(-2.0 * drift.decay * times)[:, None] * apply_water_filling(
+    gained = dynamics.gain**2 * spread * known / np.where(total > 0.0, total, 1.0)
+    return np.exp(-2.0 * dynamics.decay * times)[:, None] * apply_water_filling(
         initial_information, gained
     )
 
 
 def bound_with_known_attitude(
-    times: Floats, drift: GyroErrorDynamics, initial_information: Floats, angle_random_walk: float
+    times: Floats,
+    dynamics: GyroErrorDynamics,
+    initial_information: Floats,
+    angle_random_walk: float,
 ) -> Floats:
-    """Return lower bounds on the variances of a gyro bias if the attitude is known at all times.
+    """Return lower bounds on the eigenvalues of the covariance of a gyro bias, assuming that the
+    attitude is known at all times.
 
     The variances solve the Riccati equation p' = -2 λ p + q - p² / r, equation (26), with the decay
     rate λ and noise density q of the error and the angle random walk r. The initial values p are
@@ -96,21 +100,21 @@ def bound_with_known_attitude(
 
     Parameters
     ----------
-    times, drift, initial_information, angle_random_walk
+    times, dynamics, initial_information, angle_random_walk
         See `bound_through_attitude`.
     """
     start = 1.0 / np.linalg.eigvalsh(initial_information)
-    rate = np.sqrt(drift.decay**2 + drift.noise_density / angle_random_walk)
+    rate = np.sqrt(dynamics.decay**2 + dynamics.noise_density / angle_random_walk)
     x = (np.tanh(rate * times) / rate if rate > 0.0 else times)[:, None]
-    rising = start * (1.0 - drift.decay * x) + drift.noise_density * x
-    return rising / (1.0 + (drift.decay + start / angle_random_walk) * x)
+    numerator = start * (1.0 - dynamics.decay * x) + dynamics.noise_density * x
+    return numerator / (1.0 + (dynamics.decay + start / angle_random_walk) * x)
 
 
 def run_covariance_recursion(
     initial_covariance: Floats, decay: Floats, noise: Floats, information: Floats
 ) -> Floats:
-    """Run a Kalman filter's covariance recursion with diagonal transition and process noise, and
-    return the covariance after each sample.
+    """Run the covariance recursion of a Kalman filter with diagonal transition and process-noise
+    matrices, and return the covariance after each sample.
 
     See equation (22) of docs/theory.md.
 

@@ -15,7 +15,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import rotation_matrix, skew
-from mgeo_attitude.lower_bound.common_mode import BodyFixedError, CarrierInformation
+from mgeo_attitude.lower_bound.common_mode import BodyFixedError, InertialErrorInformation
 from mgeo_attitude.lower_bound.faces import bound_joint_information
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.photodiode import Photodiode
@@ -31,12 +31,12 @@ _RELATIVE_TOLERANCE = 1e-10
 
 
 class NoLowerBoundError(ValueError):
-    """Raised if no lower bound can be proved; the message names the cause."""
+    """Raised if no lower bound can be proved for a scenario. The message names the cause."""
 
 
 class BlockInformation(NamedTuple):
-    """Information of each sample about one 3-vector of the state, if all other states are known:
-    matrix and trace.
+    """Information that measurements provide about one 3-vector of the state in each filter sample,
+    if all other states are known.
 
     Attributes
     ----------
@@ -52,8 +52,8 @@ class BlockInformation(NamedTuple):
 
 @dataclass(frozen=True)
 class SampleInformation:
-    """Information matrices and traces of the sensors in each filter sample; zero in samples without
-    a measurement.
+    """Information matrices, or their traces, that sensors provide in each filter sample. They are
+    zero in samples without a measurement.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class SampleInformation:
         Upper bound on the trace of the attitude information.
     blocks : dict of str to BlockInformation
         Information about each other block of the sensors and of the environment.
-    carriers : tuple of CarrierInformation
+    inertial_errors : tuple of InertialErrorInformation
         Information of each sensor about each inertial block, with the body-fixed errors of the
         sensor that cannot be distinguished from the block at rest.
     anisotropic_sensors : tuple of str
@@ -77,13 +77,13 @@ class SampleInformation:
     joint: Floats
     attitude_trace: Floats
     blocks: dict[str, BlockInformation]
-    carriers: tuple[CarrierInformation, ...]
+    inertial_errors: tuple[InertialErrorInformation, ...]
     anisotropic_sensors: tuple[str, ...]
 
 
 def collect_information(model: FilterModel) -> SampleInformation:
-    """Return the information that the sensors of a model give in each filter sample, as upper
-    bounds that hold at any attitude.
+    """Return the information that the sensors of a filter model provide in each filter sample, as
+    upper bounds that hold at every attitude.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def collect_information(model: FilterModel) -> SampleInformation:
         joint,
         np.sum([part.attitude_trace for part in parts], axis=0),
         _sum_information(item for part in parts for item in part.blocks.items()),
-        tuple(carrier for part in parts for carrier in part.carriers),
+        tuple(error for part in parts for error in part.inertial_errors),
         tuple(name for part in parts for name in part.anisotropic_sensors),
     )
 
@@ -139,8 +139,8 @@ def _sum_information(items: Iterable[tuple[str, BlockInformation]]) -> dict[str,
 def _collect_sensor(
     model: FilterModel, index: int, excluded: Collection[str] = ()
 ) -> SampleInformation:
-    """Return the information that one sensor gives in each filter sample. Blocks in `excluded` are
-    not treated as inertial.
+    """Return the information that one sensor provides in each filter sample. Errors in `excluded`
+    are not treated as fixed in inertial axes.
     """
     suite, sensor = model.suite, model.suite.sensors[index]
     probe = _SensorProbe(model, index)
@@ -169,7 +169,7 @@ def _collect_sensor(
         probe.mask_unmeasured(np.trace(attitude, axis1=1, axis2=2)),
         errors,
         tuple(
-            CarrierInformation(
+            InertialErrorInformation(
                 name,
                 probe.mask_unmeasured(block.sum(axis=1)),
                 probe.find_similar_errors(name, constants),
@@ -207,8 +207,8 @@ def _collect_error(
 
 
 def _collect_diodes(model: FilterModel, indices: Sequence[int]) -> SampleInformation:
-    """Return the joint attitude information of all photodiodes, from an upper bound over all
-    attitudes.
+    """Return the information that all photodiodes together provide in each filter sample, as upper
+    bounds that hold at every attitude.
 
     A diode also has information about its own errors, for which all other states are assumed known.
     """
@@ -238,14 +238,15 @@ def _collect_diodes(model: FilterModel, indices: Sequence[int]) -> SampleInforma
             )
             for sensor, is_available in zip(diodes, is_available_in_sample.T, strict=True)
         },
-        (CarrierInformation("attitude", 2.0 * bound, {}),),
+        (InertialErrorInformation("attitude", 2.0 * bound, {}),),
         (),
     )
 
 
 class _SensorProbe:
-    """Measurement matrices of one sensor: at the identity attitude in all samples, and at several
-    test attitudes in some samples.
+    """Measurement matrices of one sensor, to test whether its information depends on the attitude.
+    They are computed at the identity attitude in all samples, and at a few test attitudes in some
+    samples.
     """
 
     def __init__(self, model: FilterModel, index: int) -> None:
@@ -269,21 +270,21 @@ class _SensorProbe:
         ]
 
     def _compute_columns(
-        self, C: Floats, rows: slice | np.ndarray = slice(None), rate: Floats | None = None
+        self, C: Floats, samples: slice | np.ndarray = slice(None), rate: Floats | None = None
     ) -> dict[str, Floats]:
-        """Return the columns of the measurement matrix at an attitude, as a dict by block. The
-        attitude error is in GCRS.
+        """Return the measurement matrices of some samples at the attitude C, as a dict from the
+        name of each state block to its columns. The attitude error is expressed in GCRS.
         """
-        v, *auxiliary_vectors = np.moveaxis(self._vectors[rows] @ C.T, 1, 0)
+        v, *auxiliary_vectors = np.moveaxis(self._vectors[samples] @ C.T, 1, 0)
         rates = None if rate is None else np.broadcast_to(rate, v.shape)
-        deviations = [*self._sensitivity_factors[rows].T]
+        deviations = [*self._sensitivity_factors[samples].T]
         H = self._suite.measurement_matrix(self.sensor, v, C, auxiliary_vectors, rates, deviations)
         blocks = {name: H[..., 3 * i : 3 * i + 3] for i, name in enumerate(self._suite.blocks)}
         return blocks | {"attitude": blocks["attitude"] @ C}
 
     def compute_information(self, names: list[str], weights: Floats) -> tuple[Floats, bool, bool]:
-        """Return the joint information about some blocks, and two flags: whether no test attitude
-        changes the information, and whether none changes its trace.
+        """Return the joint information about several state blocks in each sample, and two flags:
+        whether the information is equal at all test attitudes, and whether its trace is.
         """
         information = _compute_information(self._unrotated_columns, names, weights)
         rotated = np.array(
@@ -291,15 +292,15 @@ class _SensorProbe:
         )
         return information, *_compare_information(rotated, information[self._probe_samples])
 
-    def mask_unmeasured(self, table: Floats) -> Floats:
-        """Return a copy of an array in which the samples without a measurement are zero."""
-        return np.where(self._is_measured.reshape(-1, *[1] * (table.ndim - 1)), table, 0.0)
+    def mask_unmeasured(self, values: Floats) -> Floats:
+        """Return a copy of an array with zeros in the samples without a measurement."""
+        return np.where(self._is_measured.reshape(-1, *[1] * (values.ndim - 1)), values, 0.0)
 
     def find_similar_errors(
-        self, carrier: str, traces: dict[str, Floats]
+        self, inertial_error: str, traces: dict[str, Floats]
     ) -> dict[str, BodyFixedError]:
-        """Return the errors of the sensor that cannot be distinguished from an inertial error at
-        rest, with the information about each.
+        """Return the body-fixed errors of the sensor that measurements cannot distinguish from a
+        given inertial error unless the body rotates, as a dict by state block.
         """
         unrotated = {name: H[self._probe_samples] for name, H in self._unrotated_columns.items()}
         attitudes = [
@@ -312,7 +313,10 @@ class _SensorProbe:
             for block, trace in traces.items()
             for vectors in (None, v)
             if _is_similar(
-                attitudes, block, carrier, None if vectors is None else vectors[self._probe_samples]
+                attitudes,
+                block,
+                inertial_error,
+                None if vectors is None else vectors[self._probe_samples],
             )
         }
 
@@ -333,23 +337,24 @@ def _compare_information(probe_information: Floats, information: Floats) -> tupl
 def _is_similar(
     attitudes: Sequence[tuple[Floats, dict[str, Floats]]],
     block: str,
-    carrier: str,
+    inertial_error: str,
     v: Floats | None,
 ) -> bool:
-    """Return True if a body-fixed error affects the measurements like a rotated inertial error.
+    """Return True if a body-fixed error affects the measurements like a rotated inertial error at
+    all test attitudes.
 
-    See `CarrierInformation`.
+    See `InertialErrorInformation`.
     """
     G = np.eye(3) if v is None else np.moveaxis(skew(v.T), -1, 0)
     matches = []
     for C, columns in attitudes:
-        body_fixed_columns, carrier_columns = columns[block], columns[carrier] @ G @ C.T
+        body_fixed_columns, inertial_columns = columns[block], columns[inertial_error] @ G @ C.T
         tolerance = _RELATIVE_TOLERANCE * np.linalg.norm(
             body_fixed_columns, axis=(1, 2), keepdims=True
         )
         matches.append(
             [
-                (np.abs(body_fixed_columns - sign * carrier_columns) <= tolerance).all()
+                (np.abs(body_fixed_columns - sign * inertial_columns) <= tolerance).all()
                 for sign in (1.0, -1.0)
             ]
         )
