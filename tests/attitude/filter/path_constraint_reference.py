@@ -31,7 +31,7 @@ def find_extreme(cone, rotation_vectors, motion):
     return direction / np.where(length > 0.0, length, 1.0), radius, rotations
 
 
-def compute_violation(cone, sigmas, rotation_vectors, motion, covariance):
+def compute_monitored_angle(cone, sigmas, rotation_vectors, motion, covariance):
     (direction, radius, rotations), axis = (
         find_extreme(cone, rotation_vectors, motion),
         np.array(cone.axis),
@@ -42,8 +42,8 @@ def compute_violation(cone, sigmas, rotation_vectors, motion, covariance):
     margin = sigmas * np.maximum(
         angle_sigma(axis, direction, extreme_covariance), angle_sigma(axis, motion.end, covariance)
     )
-    violation = margin + angle if cone.keep_in else margin - angle
-    return np.where(direction.any(axis=-1), violation, -np.inf)
+    monitored_angle = margin + angle if cone.keep_in else margin - angle
+    return np.where(direction.any(axis=-1), monitored_angle, -np.inf)
 
 
 def angle_sigma(axis, direction, covariance):
@@ -68,12 +68,12 @@ def path_angles(model, history, x):
         motion = model.compute_direction_motion(cone.direction, slice(n)).rotate_to_body(
             history.attitude
         )
-        violation = compute_violation(
+        monitored_angle = compute_monitored_angle(
             cone,
             constraint.attitude_sigmas,
             rotation_vectors,
             motion,
             history.predicted_attitude_covariance,
         ).max()
-        angles.append(violation if constraint.keep_in else -violation)
+        angles.append(monitored_angle if constraint.keep_in else -monitored_angle)
     return angles

@@ -95,17 +95,18 @@ def test_earliest_and_latest_end_of_run(paper):
     assert (evaluate(always, X).t_end == 1200.0).all()
 
 
-def test_lost_positivity_gives_warning_and_nan(paper):
+def test_lost_positive_definiteness_gives_warning_and_nan(paper):
     """With P0 / R = 1e12, some covariances lose positive definiteness."""
     X = designs(np.random.default_rng(10), 20)
     noise = paper.suite.sensors[1].noise_sigmas()[0]
     broken = dataclasses.replace(paper, initial_sigma=np.full(18, 1e6 * noise))
-    with pytest.warns(RuntimeWarning, match="lost positivity in .* of 20 designs, first"):
+    message = "lost positive definiteness in .* of 20 designs, first"
+    with pytest.warns(RuntimeWarning, match=message):
         result = evaluate(broken, X)
     is_lost = np.isnan(result.trace)
     assert is_lost.any()
     np.testing.assert_array_equal(np.isnan(result.t_end), is_lost)
-    with pytest.warns(RuntimeWarning, match="lost positivity"):
+    with pytest.warns(RuntimeWarning, match="lost positive definiteness"):
         reversed_result = evaluate(broken, X[::-1], threads=1)
     np.testing.assert_array_equal(reversed_result.trace, result.trace[::-1])
 

@@ -13,7 +13,7 @@ from mgeo_attitude import (
 )
 from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.environment.directions import DIRECTIONS, Cone, DirectionMotion, SatelliteState
-from mgeo_attitude.filter.path_constraints import compute_violation
+from mgeo_attitude.filter.path_constraints import compute_monitored_angle
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence, InitialConditions, PathConstraint
 from scipy.spatial.transform import Rotation
@@ -52,14 +52,14 @@ def test_margin_is_angle_change_for_rotation_of_one_sigma():
         one_direction = np.outer(turn, turn)[None]
         turned = Rotation.from_rotvec(-turn).as_matrix() @ v
         change = np.arccos(turned @ axis) - np.arccos(v @ axis)
-        actual = compute_violation(
+        actual = compute_monitored_angle(
             build_cone(axis), 1.0, *build_fixed_motion(v[None]), one_direction
         )[0]
         sigma = (
             actual
-            - compute_violation(build_cone(axis), 0.0, *build_fixed_motion(v[None]), one_direction)[
-                0
-            ]
+            - compute_monitored_angle(
+                build_cone(axis), 0.0, *build_fixed_motion(v[None]), one_direction
+            )[0]
         )
         assert sigma == pytest.approx(abs(change), rel=1e-4, abs=1e-12)
 
@@ -78,9 +78,11 @@ def build_fixed_motion(directions, radius=0.0):
 def test_margin_of_parallel_direction_is_largest_perpendicular_sigma():
     axis, sun = np.array([0.0, 0.0, 1.0]), np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
     P = np.diag([0.01, 0.04, 9.0])  # Rotations about the axis change no angle.
-    actual = compute_violation(build_cone(axis), 3.0, *build_fixed_motion(sun), np.array([P, P]))
+    actual = compute_monitored_angle(
+        build_cone(axis), 3.0, *build_fixed_motion(sun), np.array([P, P])
+    )
     np.testing.assert_allclose(actual, [0.6, 0.6 - np.pi], rtol=1e-12)
-    actual = compute_violation(
+    actual = compute_monitored_angle(
         build_cone(axis, inside=True), 3.0, *build_fixed_motion(sun, 0.2), np.array([P, P])
     )
     np.testing.assert_allclose(actual, [0.4, np.pi + 0.4], rtol=1e-12)
@@ -89,7 +91,7 @@ def test_margin_of_parallel_direction_is_largest_perpendicular_sigma():
 @pytest.mark.parametrize(
     ("sigmas", "inside", "radius"), [(0.5, False, 0.0), (3.0, True, 1.1), (0.0, True, 0.0)]
 )
-def test_violation_equals_independent_formulas(sigmas, inside, radius):
+def test_monitored_angle_equals_independent_formulas(sigmas, inside, radius):
     rng = np.random.default_rng(2)
     axis = draw_unit_vectors(rng)[0]
     across = np.cross(axis, draw_unit_vectors(rng)[0])
@@ -107,14 +109,14 @@ def test_violation_equals_independent_formulas(sigmas, inside, radius):
     radii = np.where(appears, radius, start), np.full(len(sun), radius)
     passage = DirectionMotion(before, sun, *radii, appears)
     P, cone = 0.01 * draw_covariances(rng, len(sun)), build_cone(axis, inside)
-    expected = reference.compute_violation(cone, sigmas, turn, passage, P)
+    expected = reference.compute_monitored_angle(cone, sigmas, turn, passage, P)
     stays = passage._replace(appears=np.zeros(len(sun), dtype=bool))
-    assert (reference.compute_violation(cone, sigmas, turn, stays, P) < expected - 1e-3).any()
+    assert (reference.compute_monitored_angle(cone, sigmas, turn, stays, P) < expected - 1e-3).any()
     # The chord of a moving direction is corrected to the arc to second order.
-    actual = compute_violation(cone, sigmas, turn, passage, P)
+    actual = compute_monitored_angle(cone, sigmas, turn, passage, P)
     np.testing.assert_allclose(actual, expected, rtol=0, atol=2e-9)
     dark = DirectionMotion(*np.zeros((2, 1, 3)), *np.zeros((2, 1)), np.zeros(1, dtype=bool))
-    assert compute_violation(cone, sigmas, turn[:1], dark, P[:1]) == -np.inf
+    assert compute_monitored_angle(cone, sigmas, turn[:1], dark, P[:1]) == -np.inf
 
 
 @pytest.fixture(scope="module")

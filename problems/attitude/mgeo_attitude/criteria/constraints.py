@@ -11,7 +11,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import DIRECTIONS, SatelliteState
 from mgeo_attitude.filter.evaluator import Evaluation
-from mgeo_attitude.filter.path_constraints import compute_violation_on_orbit
+from mgeo_attitude.filter.path_constraints import compute_monitored_angle_on_orbit
 from mgeo_attitude.scenario.constraints import PathConstraint
 from mgeo_attitude.scenario.criteria import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
@@ -183,7 +183,7 @@ def _validate_initial_attitude(scenario: Scenario, state: SatelliteState) -> Non
         angle, bound = (
             sign
             * np.degrees(
-                compute_violation_on_orbit(
+                compute_monitored_angle_on_orbit(
                     cone,
                     k,
                     state,

@@ -26,7 +26,7 @@ from mgeo_attitude.filter.layout import (
 )
 from mgeo_attitude.filter.path_constraints import (
     StepRotation,
-    build_violation,
+    build_monitored_angle,
     find_extreme_point,
     list_cone_constants,
 )
@@ -43,7 +43,8 @@ def build_step_parts(
     gated: tuple[bool, ...],
     monitors: Monitors = NO_MONITORS,
 ) -> dict[str, str]:
-    """Generate the source of a filter step, split into named parts, as a dict in execution order.
+    """Generate the Python source of one filter step, as a dict in execution order. The key is the
+    name of a part of the step, such as ``propagate`` or ``update_0``, and the value is its source.
 
     The source describes one candidate. It consists of assignments to names and to workspace values
     ``W[k]``, and of loops over such assignments. The part `CHECK_PART` is not executed in every
@@ -81,8 +82,8 @@ def build_step_parts(
 
 
 class _StepBuilder:
-    """Collector of the generated source of a filter step, with symbols for the quantities in
-    memory.
+    """Builder of the source of a filter step. Its methods return symbols for the quantities that
+    the step reads from the workspace.
     """
 
     def __init__(self, suite: Suite, gated: tuple[bool, ...], monitors: Monitors) -> None:
@@ -99,22 +100,28 @@ class _StepBuilder:
         return Triangle(code, self.slots.scratch)
 
     def take_constants(self, code: Code, n_constants: int) -> list[Symbol]:
-        """Return symbols for the next `n_constants` numerical constants of the step."""
+        """Return symbols for the next `n_constants` constants that no earlier call has returned, in
+        the order of `variants.stack_constants`.
+        """
         return [code.slot(k) for k in islice(self._constants, n_constants)]
 
     def select_table_values(
-        self, code: Code, part: str, first: int, count: int
+        self, code: Code, group: str, first: int, count: int
     ) -> Sequence[Symbol]:
-        """Return symbols for `count` consecutive columns of a named part of the orbit table."""
-        return code.slots(self.slots.table + self._columns[part] + first, count)
+        """Return symbols for `count` values of the current row of the orbit table, from column
+        `first` of the named group of columns on.
+        """
+        return code.slots(self.slots.table + self._columns[group] + first, count)
 
     def rotate_to_body(self, code: Code, vector: Iterable[Any]) -> Vec3:
         C, v = code.slots(self.slots.attitude, 9), tuple(vector)
         return Vec3(*(sum(C[3 * i + k] * v[k] for k in range(3)) for i in range(3)))
 
-    def load_body_vector(self, code: Code, part: str, index: int = 0) -> Vec3:
-        """Return symbols for a vector of the orbit table, rotated from GCRS to body axes."""
-        return self.rotate_to_body(code, self.select_table_values(code, part, 3 * index, 3))
+    def load_body_vector(self, code: Code, group: str, index: int = 0) -> Vec3:
+        """Return symbols for the components, in body axes, of the vector with number `index` in the
+        named group of orbit-table columns.
+        """
+        return self.rotate_to_body(code, self.select_table_values(code, group, 3 * index, 3))
 
     def load_gate(self, code: Code, index: int) -> Any:
         if not self.gated[index]:
@@ -172,15 +179,15 @@ def _monitor_paths(step: _StepBuilder) -> None:
         if monitor.is_disc:
             radius, radius_change = disc_values
             limb = radius - extreme.remaining_fraction * radius_change
-        violation = build_violation(
+        monitored_angle = build_monitored_angle(
             at_extreme, at_end, sigmas, limb, Triangle(code), monitor.keep_in, value
         )
-        code.store(slots.monitors + k, violation)
+        code.store(slots.monitors + k, monitored_angle)
 
 
 def _update(step: _StepBuilder, index: int) -> None:
-    """Generate code for the measurement update with one sensor. The update is skipped if the sensor
-    cannot measure.
+    """Generate code for the measurement update with one sensor. The update leaves the covariance
+    unchanged at a sample at which the sensor cannot measure.
     """
     suite, sensor, code = step.suite, step.suite.sensors[index], step.find_part(f"update_{index}")
     rate = Vec3(*code.slots(step.slots.body_rate, 3))
@@ -226,8 +233,8 @@ def _update(step: _StepBuilder, index: int) -> None:
 
 
 def _monitor_states(step: _StepBuilder) -> None:
-    """Generate code that counts the latest consecutive samples at which all required 1-sigmas are
-    satisfied.
+    """Generate code that counts the consecutive samples, up to and including the current one, at
+    which all required 1-sigmas are satisfied.
     """
     code, states = step.find_part("monitor_states"), step.monitors.states
     weights = step.take_constants(code, len(states))
@@ -249,8 +256,8 @@ def _sum_trace(step: _StepBuilder) -> None:
 def compute_instrument_constants(
     suite: Suite, step: float, path_constraints: Sequence[PathConstraint] = ()
 ) -> np.ndarray:
-    """Return the numerical constants of a filter step that depend on sensors, Gauss-Markov
-    processes and path constraints, as one array.
+    """Return a one-dimensional array of the constants of a compiled filter step that depend on
+    sensors, Gauss-Markov processes and path constraints.
 
     The constants are, in this order: decay factor and process-noise variances of each Gauss-Markov
     process; the constants of the path constraints (`path_constraints.list_cone_constants`); and for
@@ -287,8 +294,9 @@ def compute_instrument_constants(
 def build_module_source(
     suite: Suite, gated: tuple[bool, ...], monitors: Monitors, n_lanes: int
 ) -> str:
-    """Return the source of a Python module with the filter step of a suite, the compiled functions
-    ``step(W)`` and ``check(W)``.
+    """Return the source of a Python module with the compiled filter step of a sensor suite. Its
+    function ``step(W)`` advances all candidates in the workspace W by one step. Its function
+    ``check(W)`` computes the last Cholesky pivot of each covariance.
 
     Parameters
     ----------

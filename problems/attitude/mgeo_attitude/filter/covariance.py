@@ -31,8 +31,8 @@ Rows = list[list[Symbol]]
 
 
 def predict(P: Triangle, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
-    """Generate code for the time update of the covariance with given transition and process-noise
-    matrices.
+    """Generate code for the time update of the covariance, given the nonzero entries of the
+    transition matrix F and of the process-noise covariance Q.
 
     The update is P ← F P Fᵀ + Q, equation (3) of docs/theory.md. A row that is missing in F is
     a row of the identity matrix without process noise, for a constant state. The states after the
@@ -51,28 +51,28 @@ def predict(P: Triangle, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
     rows: dict[int, list[int]] = {}
     for i, k in F:
         rows.setdefault(i, []).append(k)
-    corner = 1 + max(k for i in rows for k in rows[i] if rows[i] != [i])
-    _predict_coupled(P, corner, rows, F, Q)
-    _predict_below(P, corner, n, rows, F)
-    for block in (i for i in rows if i >= corner and (i - corner) % 3 == 0):
+    n_coupled = 1 + max(k for i in rows for k in rows[i] if rows[i] != [i])
+    _predict_coupled(P, n_coupled, rows, F, Q)
+    _predict_cross_covariance(P, n_coupled, n, rows, F)
+    for block in (i for i in rows if i >= n_coupled and (i - n_coupled) % 3 == 0):
         _predict_diagonal(P, block, n, F, Q)
 
 
 def _predict_coupled(
-    P: Triangle, corner: int, rows: Mapping[int, list[int]], F: SparseMatrix, Q: SparseMatrix
+    P: Triangle, n_coupled: int, rows: Mapping[int, list[int]], F: SparseMatrix, Q: SparseMatrix
 ) -> None:
-    """Generate code for the time update of the first `corner` states, on which other states depend.
-    Coupled rows come first.
+    """Generate code for the time update of the covariance of the first `n_coupled` states. The
+    states after them do not affect any other state.
     """
     code, coupled_rows = P.code, [i for i in rows if rows[i] != [i]]
 
     def format_product_slot(i: int, j: int | Index) -> str:
         return f"{len(coupled_rows)} * ({j}) + {P.scratch + coupled_rows.index(i)}"
 
-    with code.loop(0, corner) as column:
+    with code.loop(0, n_coupled) as column:
         for i, value in [(i, sum(F[i, k] * P[k, column] for k in rows[i])) for i in coupled_rows]:
             code.store(format_product_slot(i, column), value)
-    for i in range(corner):
+    for i in range(n_coupled):
         for j in range(i + 1):
             noise = Q.get((i, j), 0.0) if i in rows and j in rows else 0.0
             a, b = (i, j) if i in coupled_rows else (j, i)
@@ -87,17 +87,17 @@ def _predict_coupled(
                 P[i, j] = reduce(mul, factors, P[i, j]) + noise
 
 
-def _predict_below(
-    P: Triangle, corner: int, n: int, rows: Mapping[int, list[int]], F: SparseMatrix
+def _predict_cross_covariance(
+    P: Triangle, n_coupled: int, n: int, rows: Mapping[int, list[int]], F: SparseMatrix
 ) -> None:
-    """Generate code for the time update of the columns of the first `corner` states in all rows
-    below.
+    """Generate code that multiplies the covariance between the first `n_coupled` states and all
+    later states by the transition matrix of the first states.
 
     Three rows are processed together, so that an entry of F is loaded once for three products.
     """
-    with P.code.loop(corner, n, 3) as i:
+    with P.code.loop(n_coupled, n, 3) as i:
         values: dict[tuple[int, int], Any] = {}
-        for j in (j for j in rows if j < corner):
+        for j in (j for j in rows if j < n_coupled):
             for k in rows[j]:
                 for a in _BLOCK:
                     values[a, j] = values.get((a, j), 0.0) + F[j, k] * P[i + a, k]
@@ -106,7 +106,9 @@ def _predict_below(
 
 
 def _predict_diagonal(P: Triangle, block: int, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
-    """Generate code for the time update of three states whose rows of F are diagonal."""
+    """Generate code for the time update of a block of three states, from index `block` on, whose
+    rows of F have only diagonal entries.
+    """
     states = range(block, block + 3)
     with P.code.loop(0, block) as column:
         for i in states:
@@ -127,7 +129,8 @@ def update(
     gate: Any = 1.0,
     considered: Collection[int] = (),
 ) -> None:
-    """Generate code for the measurement update of the covariance with one sensor.
+    """Generate code for the measurement update of the covariance with one sensor. The update does
+    not estimate the states in `considered`, which have zero gain.
 
     The code computes P ← P - K H P with the gain K = P Hᵀ (R + H P Hᵀ)⁻¹, equation (4) of
     docs/theory.md. Up to three measurement rows are processed together. With R + H P Hᵀ = L Lᵀ and
@@ -163,7 +166,7 @@ def update(
             with code.loop(first, last) as state:
                 projected = measure([P[i, state] for i in range(n)])
                 for r, value in enumerate(projected):
-                    code.store(_format_slot(P, state, r), value)
+                    code.store(_format_gain_slot(P, state, r), value)
         first = last
 
     L, gated_inverse = factor_innovation(
@@ -173,7 +176,7 @@ def update(
         for r, value in enumerate(
             compute_gain_row(_list_row_slots(P, state, n_rows), L, gated_inverse)
         ):
-            code.store(_format_slot(P, state, r), value)
+            code.store(_format_gain_slot(P, state, r), value)
 
     def G(i: int | Index) -> Rows:
         return [
@@ -191,8 +194,8 @@ def update(
 
 
 def list_measured_states(n: int, measure: MeasureFunction) -> list[int]:
-    """Return the indices of the states on which a measurement depends, that is, with a nonzero
-    column in H.
+    """Return the indices of the states on which a measurement depends, which are the nonzero
+    columns of the measurement matrix.
     """
     units = enumerate(np.eye(n).tolist())
     return [j for j, unit in units if any(y != 0.0 for y in measure(unit))]
@@ -205,8 +208,10 @@ def factor_innovation(
     variances: Sequence[Any],
     gate: Any,
 ) -> tuple[Factor, list[Any]]:
-    """Return the Cholesky factor of the innovation covariance below the diagonal, and the inverse
-    of its diagonal multiplied by `gate`.
+    """Return the Cholesky factor of the innovation covariance: a dict of the entries below the
+    diagonal, and a list of the inverse diagonal entries, each multiplied by `gate`.
+
+    With a gate of zero, the gain is zero and the covariance stays unchanged.
 
     Parameters
     ----------
@@ -226,15 +231,15 @@ def factor_innovation(
 def factor_cholesky(
     columns: Sequence[Sequence[Any]], variances: Sequence[Any]
 ) -> tuple[Factor, list[Any]]:
-    """Return the Cholesky factor of H P Hᵀ + R below the diagonal, as a dict by (row, column), and
-    the inverse of its diagonal.
+    """Return the Cholesky factor of the sum of a symmetric and a diagonal matrix: a dict of the
+    entries below the diagonal, keyed by (row, column), and a list of the inverse diagonal entries.
 
     Parameters
     ----------
     columns : sequence of sequences
-        Columns of H P Hᵀ.
+        Columns of the symmetric matrix, H P Hᵀ for an innovation covariance.
     variances : sequence of scalars
-        Diagonal of R.
+        Diagonal of the diagonal matrix, R for an innovation covariance.
     """
     L: Factor = {}
     inverse: list[Any] = []
@@ -247,8 +252,8 @@ def factor_cholesky(
 
 
 def compute_gain_row(row: Sequence[Any], L: Factor, inverse: Sequence[Any]) -> list[Any]:
-    """Return one row of the gain, scaled by the Cholesky factor of the innovation covariance, from
-    the same row of P Hᵀ.
+    """Return one row of the scaled gain G = P Hᵀ L⁻ᵀ. It is computed from the same row of P Hᵀ by
+    forward substitution with the Cholesky factor L of the innovation covariance.
     """
     g: list[Any] = []
     for r in range(len(inverse)):
@@ -257,8 +262,8 @@ def compute_gain_row(row: Sequence[Any], L: Factor, inverse: Sequence[Any]) -> l
 
 
 def compute_last_pivot(P: Triangle, n: int) -> Any:
-    """Generate code for the Cholesky factorization of the covariance, and return the symbol of the
-    last pivot.
+    """Generate code that computes the last pivot of the Cholesky factorization of the covariance,
+    and return the symbol of the pivot.
 
     The pivot is positive only if P is positive definite. No branch is needed, because the square
     root of a negative pivot is NaN and NaN propagates to all later pivots. The factorization uses a
@@ -294,7 +299,9 @@ def _subtract(
     last: int,
     start: int | Index,
 ) -> None:
-    """Generate code for P ← P - G Gᵀ in the rows `first` to `last`, from the column `start` on."""
+    """Generate code that subtracts G Gᵀ from the covariance, in the rows `first` to `last` - 1 and
+    from the column `start` to the diagonal.
+    """
     with P.code.loop(first, last, 3) as i:
         row_gain = G(i)
         with P.code.loop(start, i, 3) as j:
@@ -305,7 +312,9 @@ def _subtract(
 def _subtract_block(
     P: Triangle, left: tuple[int | Index, Rows], right: tuple[int | Index, Rows]
 ) -> None:
-    """Generate code for P ← P - G Gᵀ in a 3 x 3 block on or below the diagonal."""
+    """Generate code that subtracts G Gᵀ from one 3 x 3 block of the covariance, on or below the
+    diagonal.
+    """
     (i, G), (j, other) = left, right
     for a in _BLOCK:
         for b in range(a + 1) if i is j else _BLOCK:
@@ -315,17 +324,19 @@ def _subtract_block(
 
 
 def _iterate_gaps(blocks: Sequence[int], end: int) -> Iterator[tuple[int, int]]:
-    """Yield the first and last index of each range of states before `end` that is not in a block of
-    three.
+    """Yield the index ranges (start, stop) below `end` that remain between blocks of three states.
+    The blocks are given by their first indices, in increasing order.
     """
     starts, ends = [0, *(block + 3 for block in blocks)], [*blocks, end]
     return ((a, b) for a, b in zip(starts, ends, strict=True) if a < b)
 
 
-def _format_slot(P: Triangle, i: int | Index, r: int) -> str:
-    """Return the workspace slot of an entry of P Hᵀ, which later contains G."""
+def _format_gain_slot(P: Triangle, i: int | Index, r: int) -> str:
+    """Return, as source text, the index of the workspace slot that first contains an entry of P Hᵀ
+    and then the same entry of the scaled gain G.
+    """
     return f"3 * ({i}) + {P.scratch + r}"
 
 
 def _list_row_slots(P: Triangle, i: int | Index, m: int) -> list[Symbol]:
-    return [P.code.slot(_format_slot(P, i, r)) for r in range(m)]
+    return [P.code.slot(_format_gain_slot(P, i, r)) for r in range(m)]

@@ -27,7 +27,7 @@ CACHE_SIZE = 256
 
 @helper
 def allocate_workspace(n_slots, lanes):
-    """Return an array of zeros, shape (n_slots, lanes), that is aligned to a cache line.
+    """Return a zero array, shape (n_slots, lanes), whose first element is aligned to a cache line.
 
     A vector that spans two cache lines loads at half the speed.
     """
@@ -39,11 +39,11 @@ def allocate_workspace(n_slots, lanes):
 
 @helper
 def allocate_ring_buffer(window, lanes):
-    """Return a ring buffer for the traces of all vector lanes over the convergence window, shape
-    (size, lanes).
+    """Return a zero array, shape (size, lanes), that serves as the ring buffer for the latest
+    covariance traces of all vector lanes. Its size exceeds the convergence window.
 
-    The length is a power of two, so that an index is computed by a bit mask. The trace of the whole
-    run would not fit the second-level cache.
+    The size is a power of two, so that an index is computed by a bit mask. The traces of a complete
+    run would not fit in the second-level cache.
     """
     size = 1
     while size <= window:
@@ -53,16 +53,16 @@ def allocate_ring_buffer(window, lanes):
 
 @compile_cached("Tuple((float64[:,::1], float64[:,::1]))(float64[:,::1], float64[::1], float64)")
 def discretize_compiled(A, density, dt):
-    """Return the transition matrix and the process-noise covariance of `discretize`, for calls from
-    Python.
+    """Return the transition matrix and the process-noise covariance of one filter step. This
+    function is `discretize`, compiled for calls from Python.
     """
     return discretize(A, density, dt)
 
 
 @helper
 def write_maneuver(values, omega, dynamics):
-    """Compute the rotation per step, the transition matrix and the process noise of a maneuver, and
-    write them to `values` in slot order.
+    """Compute the step rotation, the transition matrix and the process noise for the constant body
+    rate of a maneuver, and write them to `values` in the order of the workspace slots.
     """
     parts, density, pattern, dt, by_polynomials = dynamics
     if by_polynomials:
@@ -99,8 +99,8 @@ def write_maneuver(values, omega, dynamics):
 
 @helper
 def compute_cache_row(key):
-    """Return the cache row of a maneuver, a hash of its model variant and of the bits of its body
-    rate.
+    """Return the row of the maneuver cache for a key, which consists of the model variant and the
+    bits of the body rate. The row is a hash of the key.
     """
     value = np.uint64(0)
     for number in key:
@@ -111,8 +111,8 @@ def compute_cache_row(key):
 
 @helper
 def load_maneuver(W, lane, rotation, omega, dynamics, variant, cache):
-    """Load the rotation per step, the transition matrix and the process noise of a maneuver to a
-    vector lane, from a cache of recent maneuvers if possible.
+    """Write the step rotation, the transition matrix and the process noise of a maneuver to a
+    vector lane of the workspace. They come from the cache if the maneuver is in it.
     """
     keys, values_of_row = cache
     bits = omega.view(np.int64)
@@ -129,8 +129,8 @@ def load_maneuver(W, lane, rotation, omega, dynamics, variant, cache):
 
 @helper
 def load_axis_angle(W, lane, slot, omega, dt):
-    """Write the axis, the angle, and the sine and cosine of the angle of a maneuver's rotation per
-    step to a vector lane.
+    """Write the axis and the angle of the body rotation in one step, and the sine and cosine of the
+    angle, to a vector lane of the workspace.
     """
     rate = math.sqrt(omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2)
     for i in range(3):
@@ -141,8 +141,8 @@ def load_axis_angle(W, lane, slot, omega, dt):
 
 @helper
 def save_lane(W, lane, n_values, traces, row, n, state):
-    """Copy the filter state of the candidate in a vector lane, and its last n traces, to the array
-    `state`.
+    """Copy the filter state in a vector lane, followed by the latest n covariance traces of the
+    lane, to the array `state`.
     """
     for j in range(n_values):
         state[j] = W[j, lane]
@@ -152,8 +152,8 @@ def save_lane(W, lane, n_values, traces, row, n, state):
 
 @helper
 def restore_lane(W, lane, n_values, traces, row, n, state):
-    """Load the filter state of a candidate, and its last n traces, from the array `state` to a
-    vector lane.
+    """Load the filter state and the latest n covariance traces of a vector lane from the array
+    `state`, which has the format of `save_lane`.
     """
     for j in range(n_values):
         W[j, lane] = state[j]
@@ -163,7 +163,7 @@ def restore_lane(W, lane, n_values, traces, row, n, state):
 
 @helper
 def has_converged(traces, lane, row, window, decrease, allow_rise):
-    """Return True if the trace of the candidate in a vector lane fell by less than the fraction
+    """Return True if the covariance trace in a vector lane fell by less than the fraction
     `decrease` over the convergence window.
 
     A rise of the trace counts as convergence only if `allow_rise` is set. A NaN trace counts as
@@ -176,8 +176,8 @@ def has_converged(traces, lane, row, window, decrease, allow_rise):
 
 @helper
 def count_settled_steps(traces, lane, row, k, factor):
-    """Return the number of latest steps of a candidate, at most k, at which the trace is at most
-    `factor` times the current trace.
+    """Return the number of consecutive steps directly before the current step, at most k, at which
+    the covariance trace is at most `factor` times the current trace.
     """
     bound, n = factor * traces[row, lane], 0
     while n < k and traces[(row - n - 1) & (len(traces) - 1), lane] <= bound:
@@ -210,8 +210,8 @@ def run(
     final_values,
     record,
 ):
-    """Run filter jobs from a shared queue until the queue is empty. Several threads may call the
-    function at once.
+    """Run filter jobs from a shared queue until the queue is empty, and write the results to the
+    output arrays. Several threads may call the function at once.
 
     A lane that has finished a job takes the next job from the queue and restarts its clock. Lanes
     do not exchange values, and a job continues from the exact final state of its parent job. The
@@ -238,7 +238,7 @@ def run(
         shape (n_variants, 4, n_dynamic, n_dynamic); process-noise density, (n_variants, n_dynamic);
         (row, column) entries of the transition matrix that a step reads, (n_entries, 2); step [s];
         whether to discretize with `polynomials`.
-    table : array, shape (n_samples, n_given)
+    table : array, shape (n_samples, n_columns)
         Orbit table, see `FilterModel.orbit_table`.
     constants : array, shape (n_variants, n_constants)
         See `variants.stack_constants`.

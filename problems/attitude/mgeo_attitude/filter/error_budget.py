@@ -28,7 +28,8 @@ from mgeo_attitude.sensors.suite import Suite, list_block_units
 
 
 class ErrorBudget(NamedTuple):
-    """Contribution of each of s error sources to the variance of each of n states.
+    """Contribution of each of s error sources to the variance of each of n states at the end of a
+    run.
 
     Attributes
     ----------
@@ -57,8 +58,8 @@ class _Step(NamedTuple):
 
 
 def compute_error_budget(model: FilterModel, design: ArrayLike, t_end: float) -> ErrorBudget:
-    """Return the contribution of each error source to the variances at the time `t_end` of a
-    nominal run of a design.
+    """Return the contribution of each error source to the variance of each state at the time
+    `t_end` of a nominal run.
 
     The gains of the run are those of the complete filter. The computation takes about 0.1 ms per
     filter step.
@@ -102,8 +103,8 @@ def compute_error_budget(model: FilterModel, design: ArrayLike, t_end: float) ->
 
 
 def _iterate_densities(suite: Suite) -> Iterator[tuple[str, Floats]]:
-    """Yield the name of each dynamic block and a process-noise density, shape (n_dynamic,), in
-    which only this block is driven.
+    """Yield a pair for each block of three dynamic states: the name of the block, and the
+    process-noise density in which all other blocks are zero, shape (n_dynamic,).
     """
     density = suite.compute_noise_density()
     for i in range(0, len(density), 3):
@@ -156,8 +157,8 @@ def _compute_update(P: Floats, H: Floats, R: Floats, sensor: int, considered: In
 
 
 def _discretize(model: FilterModel, rate: Floats) -> tuple[Floats, Floats]:
-    """Return the transition matrix of a step at a body rate, shape (n, n), and the process noise of
-    each driven block, shape (d, n, n).
+    """Return the transition matrix of a step at a constant body rate, shape (n, n), and the
+    process-noise covariance that each driven block causes, shape (d, n, n).
     """
     from mgeo_attitude.filter.kernel import load_driver  # This import loads numba.
 

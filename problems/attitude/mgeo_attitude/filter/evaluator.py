@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Convergence times, traces, covariances and constraint quantities of a batch of n designs.
+    """Results of the covariance filter for a batch of n designs, as arrays: convergence times,
+    covariance traces, covariances and constraint quantities.
 
     `t_end` and `trace` are NaN for a design whose covariance lost positive definiteness.
 
@@ -41,7 +42,7 @@ class Evaluation:
     path_angle : array, shape (n, n_path_constraints)
         Extreme angle [rad] between the direction and the axis of each path constraint, with the
         margin for the attitude uncertainty. Keep-out: smallest angle minus the margin; keep-in:
-        largest angle plus the margin. See `path_constraints.compute_violation`.
+        largest angle plus the margin. See `path_constraints.compute_monitored_angle`.
     t_required : array, shape (n,)
         Time [s] from which on all required 1-sigmas are satisfied until `t_end`. Infinite if a
         requirement is violated at `t_end` or if there are no requirements.
@@ -80,8 +81,8 @@ def evaluate(
     variant_index: Ints | None = None,
     end_steps: ArrayLike | None = None,
 ) -> Evaluation:
-    """Run the covariance filter for each design of a batch, and return convergence times, traces
-    and constraint quantities.
+    """Run the covariance filter for each design of a batch, and return the convergence times,
+    covariance traces and constraint quantities as arrays.
 
     The result of a design depends only on the model and the design, not on the rest of the batch,
     the order of the designs, or the number of threads.
@@ -168,7 +169,7 @@ def evaluate(
     if is_lost.any():
         first = np.atleast_2d(np.asarray(designs, dtype=float))[np.argmax(is_lost)]
         warnings.warn(
-            f"the covariance lost positivity in {is_lost.sum()} of {n} designs, first "
+            f"the covariance lost positive definiteness in {is_lost.sum()} of {n} designs, first "
             f"{first.tolist()}. The objectives of these designs are NaN",
             RuntimeWarning,
             stacklevel=2,
@@ -188,8 +189,9 @@ def evaluate(
 
 def _compute_path_angles(model: FilterModel, monitor_values: Floats) -> Floats:
     path_monitors = model.monitors.paths
-    violations = monitor_values[:, : len(path_monitors)]
-    return np.where([monitor.keep_in for monitor in path_monitors], violations, -violations)
+    monitored_angles = monitor_values[:, : len(path_monitors)]
+    is_keep_in = [monitor.keep_in for monitor in path_monitors]
+    return np.where(is_keep_in, monitored_angles, -monitored_angles)
 
 
 def _compute_wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Floats:
@@ -204,7 +206,7 @@ def _compute_wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Fl
 
 def _find_required_step(result: BatchResult) -> Ints:
     """Return, for each design, the step from which on all required 1-sigmas are satisfied until the
-    end; one step past the end if they are violated there.
+    end of the run. If one is not satisfied at the end, the result is one step past the end.
     """
     return result.end_step + 1 - np.rint(result.monitors[:, -1]).astype(np.int64)
 

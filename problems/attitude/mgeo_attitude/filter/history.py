@@ -15,7 +15,8 @@ from mgeo_attitude.maneuvers.motion import Motion
 
 @dataclass(frozen=True)
 class FilterHistory:
-    """1-sigmas, trace and attitude at each sample of a filter run, from the start to convergence.
+    """Time history of a filter run from the start to convergence: 1-sigmas, covariance trace and
+    attitude at each sample.
 
     Attributes
     ----------
@@ -53,13 +54,13 @@ class FilterHistory:
 
     @property
     def t_end(self) -> float:
-        """End time of the run [s], the first objective of the optimization."""
+        """End time of the run [s], which is the first objective of the optimization."""
         return float(self.times[-1])
 
 
 def run_filter(model: FilterModel, design: ArrayLike) -> FilterHistory:
-    """Run the compiled covariance filter for one design and return the 1-sigmas, the trace and the
-    attitude at each sample.
+    """Run the compiled covariance filter for one design, and return its time history: 1-sigmas,
+    covariance trace and attitude at each sample.
 
     The filter consists of equations (2) to (4) of docs/theory.md. `run_reference_filter` computes
     the same history with filterpy in about a hundred times the time.
@@ -103,8 +104,8 @@ def run_filter(model: FilterModel, design: ArrayLike) -> FilterHistory:
 
 
 def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats) -> Bools:
-    """Return a boolean array that is True at the samples at which a sensor can measure along an
-    attitude history.
+    """Return a boolean array with one entry per sample of an attitude history: True where the
+    sensor with the given index can measure.
 
     A sensor measures if it is available, if its field-of-view conditions are satisfied, and if the
     body rate is at most the sensor's maximum.
@@ -138,8 +139,8 @@ def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats)
 def build_measurement_model(
     model: FilterModel, attitude: Floats, rates: Floats
 ) -> tuple[Floats, Floats, Bools]:
-    """Return the measurement matrices, the noise variances and the availability of all sensors
-    along an attitude history.
+    """Return the measurement matrices of all sensors along an attitude history, the noise
+    variances, and a boolean array that is True where a measurement is available.
 
     Parameters
     ----------

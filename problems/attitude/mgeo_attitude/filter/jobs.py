@@ -31,8 +31,8 @@ _MIN_COMMON_STEPS = 16
 
 
 class Jobs(NamedTuple):
-    """Table of filter jobs. A job runs a range of steps of a design, from the final state of its
-    parent job.
+    """Table of n filter jobs, as one array per column. A job runs a range of filter steps of a
+    design, starting from the final state of its parent job.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Jobs(NamedTuple):
 
 
 def build_separate_jobs(variant_index: Ints) -> Jobs:
-    """Return a table of jobs in which each job runs one design from start to end.
+    """Return a table of jobs with one job per design, which runs the design from start to end.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ def build_separate_jobs(variant_index: Ints) -> Jobs:
 def build_shared_jobs(
     rates: Floats, starts: Ints, maneuver_end_steps: Ints, n_steps: int, variant_index: Ints
 ) -> Jobs:
-    """Return a table of jobs that run equal designs, and common initial parts of designs, only
-    once.
+    """Return a table of jobs in which equal designs run only once, and so do the initial steps that
+    several designs have in common.
 
     Designs of different model variants share no steps.
 
@@ -115,8 +115,8 @@ def build_shared_jobs(
 
 
 def _count_common_steps(rates: Floats, ends: Ints) -> Ints:
-    """Return the number of initial steps that each sorted design has in common with the next
-    design.
+    """Return, for designs in sorted order, the number of initial steps that each design has in
+    common with the next one.
     """
     same_rate = (rates[1:] == rates[:-1]).all(axis=2)
     same = same_rate & (ends[1:] == ends[:-1])
@@ -149,7 +149,9 @@ def _build_tree(unique: Ints, common: Ints, representative: Ints) -> Jobs:
 
 @compile_on_first_call("UniTuple(int64[::1], 3)(int64[::1], int64[::1])")
 def _build_nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
-    """Return the depth, the parent and the design of each node of the job tree.
+    """Build the tree of the initial steps that designs have in common, and return three arrays with
+    one entry per node: the step at which the node branches off, the index of its parent node, and
+    the index of a design that passes through the node.
 
     The nodes are the root (node 0), the designs, and the branching points. A stack contains the
     path from the root to the current design.
@@ -176,8 +178,8 @@ def _build_nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
 
 
 class Batch(NamedTuple):
-    """Schedules of a batch of designs, with the model variant of each design and the number of
-    threads.
+    """Batch of designs to evaluate: model variants, index of the variant of each design, schedules
+    of all designs, and number of threads.
     """
 
     variants: Sequence[FilterModel]
@@ -187,8 +189,8 @@ class Batch(NamedTuple):
 
 
 class BatchResult(NamedTuple):
-    """Arrays of results of a batch of designs, as the compiled driver writes them; see
-    `driver.run`.
+    """Results of the compiled filter for a batch of designs, as arrays. `driver.run` documents
+    their shapes.
     """
 
     end_step: Ints
@@ -207,8 +209,8 @@ def run_batch(
     covariance: bool = False,
     settling_factor: float = 0.0,
 ) -> BatchResult:
-    """Run the compiled filter for each design of a batch until convergence or its last step, and
-    return the results as arrays.
+    """Run the compiled filter for each design of a batch until the design converges or reaches its
+    last step, and return the results as arrays.
 
     Parameters
     ----------
@@ -299,7 +301,7 @@ def run_batch(
 
 
 def _is_isotropic(densities: Floats) -> bool:
-    """Return True if the gyro has no error states except the bias and equal noise about all
-    axes.
+    """Return True if the bias is the only error state of the gyro and the gyro noise is equal about
+    all axes.
     """
     return densities.shape[1] == 6 and not has_axis_dependent_noise(densities)

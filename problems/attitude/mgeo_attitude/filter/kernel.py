@@ -46,8 +46,9 @@ _load_lock = threading.Lock()
 
 @cache
 def count_lanes() -> int:
-    """Return the number of candidates that a kernel call processes, which is the number of float64
-    values in a vector register.
+    """Return the number of candidates that one call of the compiled filter step processes.
+
+    It is the number of float64 values in a vector register.
     """
     features = llvmlite.binding.get_host_cpu_features()
     return 8 if features.get("avx512f") else 4
@@ -57,8 +58,9 @@ def count_lanes() -> int:
 def load_kernel(
     suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS
 ) -> ModuleType:
-    """Return the compiled module with the filter step of a sensor suite, the C functions ``step``
-    and ``check``.
+    """Return the module with the compiled filter step of a sensor suite. Its C function ``step``
+    advances all candidates by one step. Its C function ``check`` computes the last Cholesky pivot
+    of each covariance.
 
     Parameters
     ----------
@@ -86,7 +88,8 @@ def load_module(
     dependencies: Iterable[ModuleType | Callable[..., object]],
     part: str = "",
 ) -> ModuleType:
-    """Return a compiled module: from memory, from the user's cache, or compiled from its source.
+    """Return a compiled module from memory or from the user's cache. A module that is in neither is
+    compiled from its source.
 
     If several threads request modules at once, one thread loads a module while the others wait.
 
@@ -142,8 +145,8 @@ def _load_or_compile(kind: str, name: str, source: str, part: str) -> None:
 
 
 def _execute(name: str, filename: str, source: str) -> None:
-    """Execute the source of a module. The module is first registered in sys.modules, where numba
-    looks it up.
+    """Execute the source of a module. The module is registered in sys.modules first, since numba
+    looks it up there.
     """
     module = sys.modules[name] = ModuleType(name)
     try:
@@ -156,8 +159,8 @@ def _execute(name: str, filename: str, source: str) -> None:
 def compute_transition(
     suite: Suite, rate: Sequence[float], duration: float
 ) -> tuple[Floats, Floats]:
-    """Return the transition matrix F and the process-noise covariance Q of attitude and gyro errors
-    over a step at constant body rate.
+    """Return the transition matrix and the process-noise covariance of attitude and gyro errors for
+    a step at a constant body rate.
 
     Parameters
     ----------

@@ -28,8 +28,8 @@ _OPERATORS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv
 
 
 def lanewise(text: str, n_lanes: int) -> Any:
-    """Return a numba-callable function ``f(W)`` that executes the source `text` for all lanes at
-    once.
+    """Return a function ``f(W)``, callable from numba code, that executes the source `text` for all
+    vector lanes at once.
 
     W is a pointer to float64. The value ``W[k]`` in the source is ``W[k * n_lanes + lane]`` in each
     lane.
@@ -62,8 +62,9 @@ def lanewise(text: str, n_lanes: int) -> Any:
 
 
 def _compile_function(module: ir.Module, lines: Sequence[ast.stmt], n_lanes: int) -> ir.Function:
-    """Return an LLVM function that executes statements of the source for all lanes. Compilation
-    takes less time for several functions than for a large one.
+    """Return an LLVM function that executes a list of statements for all vector lanes.
+
+    The source is split into several functions, since they compile faster than a large one.
     """
     kind = ir.FunctionType(ir.VoidType(), [ir.DoubleType().as_pointer()])
     function = ir.Function(module, kind, module.get_unique_name("lanewise"))
@@ -87,8 +88,8 @@ def _compile_function(module: ir.Module, lines: Sequence[ast.stmt], n_lanes: int
 
 
 class _Translator:
-    """Translator of statements to LLVM instructions, one instruction per operation, in the order of
-    the source.
+    """Translator of Python statements to LLVM vector instructions, one per operation and in the
+    order of the source.
     """
 
     def __init__(self, builder: ir.IRBuilder, lanes: int, W: ir.Value) -> None:
@@ -121,8 +122,8 @@ class _Translator:
     def write_loop(
         self, name: str, start: ir.Value, stop: ir.Value, step: int, body: Sequence[ast.stmt]
     ) -> None:
-        """Write a loop to the LLVM code. Names that are assigned in its body are local to one
-        iteration and undefined after the loop.
+        """Translate a loop over a range. The names that its body assigns are local to one iteration
+        and undefined after the loop.
         """
         builder, values, outside = self.builder, dict(self.values), self.outer_names
         before, inside = builder.block, builder.append_basic_block(name)
@@ -168,7 +169,10 @@ class _Translator:
         raise ValueError(f"{ast.unparse(node)}: expected arithmetic of names, W[k] and numbers")
 
     def build_pointer(self, k: ast.expr) -> ir.Value:
-        """Return a pointer to the vector of slot k. The constant part of k becomes an offset."""
+        """Return a pointer to the vector that contains workspace slot k of all lanes.
+
+        A constant summand of k becomes a constant offset.
+        """
         constant, first = 0, self.W
         while isinstance(k, ast.BinOp) and isinstance(k.op, ast.Add):
             match k.right:
@@ -209,7 +213,7 @@ class _Translator:
                     ">=", self.translate_integer(left), self.translate_integer(right)
                 )
                 return builder.select(test, self.translate_integer(yes), self.translate_integer(no))
-        raise ValueError(f"{ast.unparse(node)}: expected integer arithmetic of loops' indices")
+        raise ValueError(f"{ast.unparse(node)}: expected integer arithmetic of loop indices")
 
 
 _ALIGNMENT = 8
@@ -217,8 +221,8 @@ _ALIGNMENT = 8
 
 @intrinsic
 def call_address(typing_context: Any, function: Any, pointer: Any) -> Any:
-    """Call the C function ``void f(double *)`` at the address `function` with the address `pointer`
-    as its argument.
+    """Call the C function ``void f(double *)`` at the address `function`. Its argument is the
+    address `pointer`.
     """
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -245,8 +249,8 @@ def fetch_add(typing_context: Any, counter: Any, amount: Any) -> Any:
 
 @intrinsic
 def store_release(typing_context: Any, flags: Any, index: Any, value: Any) -> Any:
-    """Atomically set ``flags[index]`` to a value, after all earlier writes of the calling
-    thread.
+    """Atomically set ``flags[index]`` to `value`. A thread that reads the value by `load_acquire`
+    also sees all earlier writes of the calling thread.
     """
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -259,8 +263,8 @@ def store_release(typing_context: Any, flags: Any, index: Any, value: Any) -> An
 
 @intrinsic
 def load_acquire(typing_context: Any, flags: Any, index: Any) -> Any:
-    """Atomically read and return ``flags[index]``. Earlier writes of the thread that stored the
-    value are then visible.
+    """Atomically read and return ``flags[index]``. All writes that preceded the `store_release` of
+    the value are then visible.
     """
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:

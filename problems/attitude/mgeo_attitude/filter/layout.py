@@ -19,7 +19,7 @@ from mgeo_attitude.sensors.suite import Suite
 
 
 class PathMonitor(NamedTuple):
-    """Properties of a path constraint on which the generated code depends.
+    """Properties of a path constraint that determine the generated code.
 
     Attributes
     ----------
@@ -70,8 +70,8 @@ NO_MONITORS = Monitors()
 
 
 class Layout(NamedTuple):
-    """Memory layout of a candidate in the generated code: index of the first workspace slot of each
-    quantity, in increasing order.
+    """Memory layout of one candidate in the workspace of the compiled filter: index of the first
+    slot of each quantity, in increasing order.
 
     The covariance starts at slot 0. Covariance, attitude and monitored values are the state of a
     candidate, from which a run can be continued.
@@ -117,7 +117,8 @@ class Layout(NamedTuple):
 
 @cache
 def build_layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS) -> Layout:
-    """Return the memory layout of the generated filter step of a sensor suite.
+    """Return the workspace layout of the compiled filter of a sensor suite, which gives the first
+    slot of each quantity.
 
     Parameters
     ----------
@@ -147,15 +148,15 @@ def build_layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_
 def compute_table_columns(
     suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS
 ) -> dict[str, int]:
-    """Return the index of the first column of each part of the table `FilterModel.orbit_table`, as
-    a dict by part. The key ``end`` has the number of columns.
+    """Return the index of the first column of each group of columns of `FilterModel.orbit_table`,
+    as a dict keyed by group. The additional key ``end`` gives the total number of columns.
 
-    The parts are, in this order:
+    The groups are, in this order:
 
     - ``references``: vectors measured by the sensors, and the gradients of the vectors.
     - ``path NAME``, for each direction of a path constraint: the direction at the sample, the
-      change of the direction in the step before, and 1 if the direction appears in that step; for
-      a disc also the radius and the change of the radius.
+      change of the direction in the preceding step, and 1 if the direction appears in that step;
+      for a disc also the radius and the change of the radius.
     - ``view NAME``, for each direction of a field of view: the direction at the sample; for a disc
       also the cosine and sine of the radius.
     - ``sensitivity_factors``: factors of the bias sensitivities.
@@ -175,25 +176,29 @@ def compute_table_columns(
 
 
 def list_directions(suite: Suite, monitors: Monitors = NO_MONITORS) -> tuple[str, ...]:
-    """Return the names of all directions of path constraints and of fields of view, each name
-    once.
+    """Return the names of all directions, such as ``sun``, to which path constraints and sensor
+    fields of view refer. Each name occurs once.
     """
     return tuple(dict.fromkeys([*list_path_directions(monitors), *list_view_directions(suite)]))
 
 
 def list_path_directions(monitors: Monitors) -> tuple[str, ...]:
-    """Return the names of the directions of path constraints, each name once."""
+    """Return the names of the directions, such as ``sun``, to which path constraints refer. Each
+    name occurs once.
+    """
     return tuple(dict.fromkeys(monitor.direction for monitor in monitors.paths))
 
 
 def list_view_directions(suite: Suite) -> tuple[str, ...]:
-    """Return the names of the directions that limit the sensors' fields of view, each name once."""
+    """Return the names of the directions, such as ``sun``, that limit the fields of view of
+    sensors. Each name occurs once.
+    """
     names = (cone.direction for sensor in suite.sensors for cone in sensor.list_visibility_cones())
     return tuple(dict.fromkeys(name for name in names if name))
 
 
 def is_disc(name: str) -> bool:
-    """Return True if a named direction points to a disc with an apparent radius, such as the
+    """Return True if a named direction is that of a disc with an apparent radius, such as the
     Earth.
     """
     return DIRECTIONS[name].radius is not None
@@ -201,11 +206,12 @@ def is_disc(name: str) -> bool:
 
 @cache
 def compute_transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
-    """Return the (row, column) positions of the entries of the transition matrix exp(A dt) that can
-    be nonzero.
+    """Return the index pairs (row, column) of the entries of the transition matrix that can be
+    nonzero.
 
-    The pattern is the transitive closure of the pattern of A over all body rates. A state without
-    dynamics and process noise has a row of the identity matrix, which is omitted.
+    The transition matrix is exp(A dt) with the dynamics matrix A. The pattern is the transitive
+    closure of the pattern of A over all body rates. A state without dynamics and process noise has
+    a row of the identity matrix, which is omitted.
     """
     n_kinematic = suite.n_kinematic
     pattern = np.zeros((n_kinematic, n_kinematic), dtype=bool)
@@ -219,8 +225,8 @@ def compute_transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
 
 
 class KernelTraits(NamedTuple):
-    """Properties that determine the code of a compiled filter. Models with equal properties share
-    the code.
+    """Properties of a model that determine the source of its compiled filter. Models with equal
+    properties share one compiled filter.
 
     Attributes
     ----------
@@ -245,8 +251,8 @@ class KernelTraits(NamedTuple):
 
 @lru_cache(maxsize=1000)
 def serialize_measurement_matrix(sensor: Sensor, environment_errors: EnvironmentErrors) -> bytes:
-    """Return the measurement matrix of a sensor at a fixed test attitude as bytes, to compare
-    measurement models.
+    """Return the measurement matrix of a sensor at a fixed test attitude, as bytes, to test whether
+    two measurement models are equal.
 
     The generated code contains the coefficients of the measurement model. Two models can share the
     code only if the bytes are equal.

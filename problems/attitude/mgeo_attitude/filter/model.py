@@ -147,8 +147,8 @@ class FilterModel:
         environment: Environment | None = None,
         epoch: datetime | None = None,
     ) -> FilterModel:
-        """Build the filter model of a scenario: compute its environment tables, initial covariance
-        and initial attitude.
+        """Build the filter model of a scenario, including its environment tables, initial
+        covariance and initial attitude.
 
         Parameters
         ----------
@@ -215,8 +215,8 @@ class FilterModel:
         )
 
     def rotate_initial_attitude(self, rotation: Floats) -> FilterModel:
-        """Return a copy of the model whose initial attitude is rotated by a matrix in GCRS, shape
-        (3, 3).
+        """Return a copy of the model whose initial attitude is rotated by `rotation`, a rotation
+        matrix in GCRS with shape (3, 3).
 
         The attribute `initial_attitude` stays unchanged, and all GCRS vectors are rotated by the
         inverse instead. The new initial body axes in GCRS are the columns of
@@ -245,27 +245,25 @@ class FilterModel:
 
     @property
     def ends_with_last_maneuver(self) -> bool:
-        """True if every run ends with the last maneuver, regardless of convergence."""
+        """True if every run ends with the last maneuver, whether or not it has converged."""
         return self.rule == "end"
 
     @property
     def nonconvergence_time(self) -> float:
-        """End time of a run that did not converge [s]; infinite if every run ends with its last
-        maneuver.
+        """End time of a run that does not converge [s]. It is the scenario's duration, or infinity
+        if every run ends with its last maneuver.
         """
         return np.inf if self.ends_with_last_maneuver else self.duration
 
     @cached_property
     def full_duration_model(self) -> FilterModel:
-        """Copy of the model whose runs continue to the end of the scenario, without a convergence
-        test.
-        """
+        """Copy of the model without a convergence test, for runs to the end of the scenario."""
         return dataclasses.replace(self, window_steps=self.n_steps + 1, rule="trace")
 
     @cached_property
     def nonconverging_model(self) -> FilterModel:
-        """Copy of the model whose convergence test never succeeds, for runs that end at a given
-        step.
+        """Copy of the model with a convergence rule that is never satisfied, for runs that end at a
+        given step.
         """
         # A trace that does not rise cannot fall by less than zero, so the rule is never satisfied.
         return dataclasses.replace(
@@ -279,8 +277,8 @@ class FilterModel:
         return sigma[:, None] * self.initial_correlation * sigma
 
     def select_samples(self, samples: slice, **changes: Any) -> FilterModel:
-        """Return a copy of the model whose tables contain only the samples of a slice. Further
-        attributes can be replaced by keyword.
+        """Return a copy of the model whose time-dependent arrays contain only the samples of a
+        slice. Keyword arguments replace further attributes of the model.
         """
 
         def select_rows(table: NDArray[Any]) -> NDArray[Any]:
@@ -302,8 +300,8 @@ class FilterModel:
 
     @cached_property
     def sensitivity_factors(self) -> Floats:
-        """Factor of each bias sensitivity at each sample: the deviation of its housekeeping channel
-        from the reference value.
+        """Factor of each bias sensitivity at each sample, shape (n_steps + 1, n_sensitivities): the
+        housekeeping value, such as a temperature, minus its reference value.
         """
         return self.suite.compute_channel_deviations(self.channels, len(self.references))
 
@@ -315,14 +313,15 @@ class FilterModel:
         return Monitors(path_monitors, tuple(int(state) for state in states))
 
     def select_direction(self, name: str, samples: slice = slice(None)) -> tuple[Floats, Floats]:
-        """Return the unit vectors in GCRS and the apparent radii [rad] of a named direction at a
-        slice of samples, shapes (n, 3) and (n,).
+        """Return the unit vectors in GCRS, shape (n, 3), and the apparent radii [rad], shape (n,),
+        of a named direction at a slice of samples.
         """
         index = list_directions(self.suite, self.monitors).index(name)
         return self.directions[samples, index], self.radii[samples, index]
 
     def compute_direction_motion(self, name: str, samples: slice = slice(None)) -> DirectionMotion:
-        """Return the motion of a named direction during the filter steps that end at the given
+        """Return the unit vectors and apparent radii of a named direction at the start and end of
+        each filter step, as a `DirectionMotion`. The steps are those that end at a slice of
         samples.
 
         The first sample has no step before it.
@@ -331,8 +330,10 @@ class FilterModel:
 
     @cached_property
     def orbit_table(self) -> Floats:
-        """Table of the vectors and flags that the compiled filter reads, with one row per
-        sample.
+        """Vectors and flags along the orbit that the compiled filter reads, as an array with one
+        row per sample.
+
+        `layout.compute_table_columns` describes the columns.
         """
         parts = [self.references.reshape(len(self.references), -1)]
         for name in list_path_directions(self.monitors):
@@ -354,7 +355,7 @@ class FilterModel:
 
     @cached_property
     def traits(self) -> KernelTraits:
-        """Properties that must be equal for two models to share a compiled filter."""
+        """Properties that must be equal for two models to share one compiled filter."""
         constrained_directions = [
             (monitor.direction, monitor.keep_in) for monitor in self.monitors.paths
         ]
@@ -372,31 +373,31 @@ class FilterModel:
 
     @cached_property
     def instrument_constants(self) -> Floats:
-        """Numerical constants of a filter step that depend on sensors and path constraints, in the
-        order in which the compiled filter reads them.
+        """Constants of a filter step that depend on sensors and path constraints, as a
+        one-dimensional array in the order in which the compiled filter reads them.
 
         See `codegen.compute_instrument_constants`.
         """
         return compute_instrument_constants(self.suite, self.step, self.path_constraints)
 
     def build_schedule(self, designs: ArrayLike, n_steps: int | None = None) -> Schedule:
-        """Convert designs, shape (n, 4 m), to schedules of body rates. A schedule ends at
-        `n_steps`, by default at the end of the scenario.
+        """Convert designs, shape (n, 4 m), to a `Schedule` of body rates that ends at the step
+        `n_steps`. Default: the end of the scenario.
         """
         last = self.n_steps if n_steps is None else n_steps
         return build_schedule(designs, self.step, self.slew_limits, last)
 
     @cached_property
     def gated(self) -> tuple[bool, ...]:
-        """One flag per sensor: True if the sensor is unavailable at some samples, such as a Sun
-        sensor in eclipse.
+        """Tuple with one flag per sensor: True if the sensor is unavailable at some samples, such
+        as a Sun sensor in eclipse.
         """
         return tuple(bool(column.any()) for column in ~self.available.T)
 
 
 def find_sample_instants(sensor: Sensor, step: float, n_samples: int) -> Bools:
-    """Return a boolean array that is True at the filter samples at which a sensor takes a
-    measurement, according to its sample interval.
+    """Return a boolean array with one entry per filter sample: True where a sensor takes a
+    measurement according to its sample interval.
     """
     interval = 1 if sensor.sample_interval is None else round(sensor.sample_interval / step)
     samples: Bools = np.arange(n_samples) % interval == 0
@@ -404,8 +405,8 @@ def find_sample_instants(sensor: Sensor, step: float, n_samples: int) -> Bools:
 
 
 def compute_references(suite: Suite, environment: Environment) -> tuple[Floats, Bools]:
-    """Return the reference vectors of the sensors and their gradients in GCRS, and the availability
-    of each sensor, at all times of an environment.
+    """Return the reference vectors of the sensors and the gradients of the vectors in GCRS, as one
+    array, and the availability of each sensor, at all times of an environment.
     """
     n_times, environment = (
         len(environment.times),
@@ -423,8 +424,8 @@ def compute_references(suite: Suite, environment: Environment) -> tuple[Floats, 
 
 
 def compute_availability(suite: Suite, environment: Environment) -> Bools:
-    """Return, for each time and each sensor, whether the sensor can measure, such as a Sun sensor
-    in sunlight, as a boolean array.
+    """Return a boolean array, shape (n_times, n_sensors), that is True where the environment lets a
+    sensor measure, such as a Sun sensor in sunlight.
 
     The field of view, the body rate and the sample interval are not considered.
 

@@ -15,8 +15,8 @@ from mgeo_attitude.scenario.scenario import Scenario
 
 @dataclass(frozen=True)
 class MomentumBudget:
-    """Inertia, wheel allocation, initial momentum and disturbances of a satellite with reaction
-    wheels.
+    """Inputs of the wheel-load computation for a satellite with reaction wheels: inertia, wheel
+    allocation, initial momentum and disturbances.
 
     Attributes
     ----------
@@ -111,8 +111,8 @@ class MomentumBudget:
         )
 
     def rotate_initial_attitude(self, rotation: Floats) -> MomentumBudget:
-        """Return a copy for an initial attitude that is rotated by a matrix in GCRS; see
-        `FilterModel.rotate_initial_attitude`.
+        """Return a copy of the budget whose initial attitude is rotated by a rotation matrix in
+        GCRS; see `FilterModel.rotate_initial_attitude`.
         """
         return dataclasses.replace(
             self, position=self.position @ rotation, field=self.field @ rotation

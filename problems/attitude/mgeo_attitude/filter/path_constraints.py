@@ -1,4 +1,5 @@
-"""Violation of path constraints: extreme angles between directions and body axes, with a margin.
+"""Monitored angles of path constraints: extreme angles between directions and body axes, with a
+margin.
 
 A path constraint keeps a body axis away from a direction (keep-out) or close to a direction
 (keep-in). Within a step at constant rate the angle is extreme where the derivative of its cosine is
@@ -16,7 +17,7 @@ The attitude in a step is controlled with the estimates before the step. The mar
 the covariance predicted for the end of the step, before the measurements at the end, equation (14)
 of docs/theory.md. The arc tangent and the eigenvalues use only ``+ - * /`` and roots, which the
 compiled filter executes in vector registers. Scalars are symbols of generated code, or arrays with
-one number per step.
+one value per step.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ _MIN_SQUARE = 1e-280
 
 
 class StepRotation(NamedTuple):
-    """Rotation of the body in a filter step: unit axis, angle [rad], and sine and cosine of the
+    """Rotation of the body in a filter step: unit axis, angle [rad], and the sine and cosine of the
     angle.
     """
 
@@ -79,8 +80,8 @@ class ExtremePoint(NamedTuple):
     remaining_fraction: Any
 
     def rotate_to_end(self, v: Vec3) -> Vec3:
-        """Rotate a body-fixed vector from the attitude at the point to the attitude at the end of
-        the step.
+        """Rotate a body-fixed vector from the attitude at the extreme point to the attitude at the
+        end of the step.
         """
         n = self.rotation.axis
         along = (1.0 - self.cosine) * dot(n, v)
@@ -88,7 +89,8 @@ class ExtremePoint(NamedTuple):
         return rotated
 
     def interpolate_direction(self, v: Vec3, change: Vec3) -> Vec3:
-        """Return the direction at the point, expressed in body axes at the end of the step.
+        """Return the direction, such as that of the Sun, at the extreme point. It is expressed in
+        body axes at the end of the step.
 
         Parameters
         ----------
@@ -106,7 +108,7 @@ class ExtremePoint(NamedTuple):
 def find_extreme_point(
     axis: Vec3, keep_in: bool, rotation: StepRotation, v: Vec3, change: Vec3, appears: Any
 ) -> ExtremePoint:
-    """Return the point of a step at which the angle between a body axis and a direction is
+    """Return the point of a filter step at which the angle between a body axis and a direction is
     smallest, or largest if `keep_in` is true.
 
     If there is no extreme within the step, the point is the end of the step, since the start is the
@@ -170,19 +172,19 @@ def find_extreme_point(
     )
 
 
-def compute_violation(
+def compute_monitored_angle(
     cone: Cone,
     sigmas: float,
     rotation_vectors: Floats,
     motion: DirectionMotion,
     covariance: Floats,
 ) -> Floats:
-    """Return the monitored value of a path constraint in each of n steps [rad], which grows as the
-    angle approaches the bound.
+    """Return the angle [rad] that a path constraint limits from above, in each of n filter steps.
+    It is the largest angle between body axis and direction (keep-in), or the negative smallest
+    angle (keep-out), plus the margin for the attitude uncertainty.
 
-    For a keep-out constraint, the value is the margin minus the smallest angle between direction
-    and axis. For a keep-in constraint, the value is the margin plus the largest angle. A constraint
-    is violated if the value exceeds minus (keep-out) or plus (keep-in) the half-angle of the cone.
+    The constraint is violated where this monitored angle exceeds the half-angle of the cone
+    (keep-in) or the negative half-angle (keep-out).
 
     The attitude error is constant in inertial axes throughout a step. The margin is the larger of
     the margins at the extreme angle and at the end of the step.
@@ -203,7 +205,7 @@ def compute_violation(
     Returns
     -------
     array, shape (n,)
-        Values [rad]; -inf in a step in which the direction is not visible.
+        Monitored angles [rad]; -inf in a step in which the direction is not visible.
     """
     start, end, start_radius, end_radius, appears = motion
     axis, v, change = Vec3(*cone.axis), Vec3(*end.T), Vec3(*(end - start).T)
@@ -220,13 +222,13 @@ def compute_violation(
         (extreme.rotate_to_end(axis), extreme.interpolate_direction(v, change)),
         np.moveaxis(covariance, 0, -1),
     )
-    violation: Floats = build_violation(
+    monitored_angle: Floats = build_monitored_angle(
         at_extreme, (axis, v), sigmas or None, radius, P, cone.keep_in, -np.inf
     )
-    return violation
+    return monitored_angle
 
 
-def compute_violation_on_orbit(
+def compute_monitored_angle_on_orbit(
     cone: Cone,
     sigmas: float,
     states: SatelliteState,
@@ -235,13 +237,13 @@ def compute_violation_on_orbit(
     rotation_vectors: Floats,
     covariance: Floats,
 ) -> Floats:
-    """Return the monitored value of a path constraint at n instants of an orbit [rad], for given
-    attitudes; see `compute_violation`.
+    """Return the angle [rad] that a path constraint limits from above, at n instants of an orbit
+    with given attitudes; see `compute_monitored_angle`.
 
     Parameters
     ----------
     cone, sigmas
-        See `compute_violation`.
+        See `compute_monitored_angle`.
     states : SatelliteState
         States of satellite and Sun at the n instants.
     epoch : datetime
@@ -257,12 +259,12 @@ def compute_violation_on_orbit(
     vectors = direction.vectors(states, epoch)
     radius = np.zeros(len(vectors)) if direction.radius is None else direction.radius(states)
     motion = DirectionMotion.from_samples(vectors, radius).rotate_to_body(attitude)
-    return compute_violation(cone, sigmas, rotation_vectors, motion, covariance)
+    return compute_monitored_angle(cone, sigmas, rotation_vectors, motion, covariance)
 
 
 def list_cone_constants(constraints: Sequence[PathConstraint]) -> Floats:
-    """Return the body axis of each path constraint, followed by its margin in 1-sigmas if it has a
-    margin, as one array.
+    """Return the constants of path constraints that the compiled filter reads, as a one-dimensional
+    array: the body axis of each constraint, followed by the margin in 1-sigmas if there is one.
     """
     values: list[float] = []
     for constraint in constraints:
@@ -272,7 +274,7 @@ def list_cone_constants(constraints: Sequence[PathConstraint]) -> Floats:
     return np.array(values)
 
 
-def build_violation(
+def build_monitored_angle(
     extreme_pair: tuple[Vec3, Vec3],
     end_pair: tuple[Vec3, Vec3],
     sigmas: Any,
@@ -281,8 +283,10 @@ def build_violation(
     keep_in: bool,
     running_maximum: Any,
 ) -> Any:
-    """Return the larger of the monitored value of a path constraint in a step and its running
-    maximum, for numbers, arrays or symbols.
+    """Return the monitored angle of a path constraint in a step or its running maximum, whichever
+    is larger. The function accepts numbers, arrays and symbols of generated code.
+
+    `compute_monitored_angle` defines the monitored angle.
 
     To first order, only a rotation about the common normal of axis and direction changes the angle.
     If axis and direction are parallel, the margin uses the most uncertain rotation about an axis
@@ -303,7 +307,7 @@ def build_violation(
     keep_in : bool
         Whether the direction must stay inside the cone.
     running_maximum : symbol or float
-        Largest value of the previous steps.
+        Largest monitored angle of the previous steps.
     """
     normal, cosine = cross(*extreme_pair), dot(*extreme_pair)
     square = dot(normal, normal)
@@ -326,14 +330,14 @@ def build_violation(
     angle = angle_from_sine_cosine(np.sqrt(square), cosine)
     if radius is not None:
         angle = angle - radius
-    violation = margin + angle if keep_in else margin - angle
+    monitored_angle = margin + angle if keep_in else margin - angle
     length = cosine * cosine + square
-    return choose(length, 0.5, maximum(violation, running_maximum), running_maximum)
+    return choose(length, 0.5, maximum(monitored_angle, running_maximum), running_maximum)
 
 
 def angle_from_sine_cosine(sine: Any, cosine: Any) -> Any:
-    """Return the angle between 0 and π with a given nonnegative sine and a given cosine, without an
-    arc tangent.
+    """Return the angle between 0 and π that has the given sine, which is nonnegative, and cosine.
+    Only ``+ - * /`` and square roots are used.
     """
     tangent = sine * (1.0 / (1.0 + maximum(cosine, -cosine)))
     # The tangent of half the angle is reduced to the tangents of a quarter and of an eighth of the
@@ -348,9 +352,7 @@ def angle_from_sine_cosine(sine: Any, cosine: Any) -> Any:
 
 
 def _compute_variance(normal: Vec3, P: Any) -> Any:
-    """Return the variance of the attitude error about a normal vector, which may have any
-    length.
-    """
+    """Return the variance of the attitude error about an axis, given by a vector of any length."""
     square = dot(normal, normal)
     quadratic_form = dot(normal, Vec3(*(dot(row, normal) for row in _list_rows(P))))
     return quadratic_form * (1.0 / choose(square, _PARALLEL_SINE**2, square, _PARALLEL_SINE**2))

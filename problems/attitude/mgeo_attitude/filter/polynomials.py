@@ -19,8 +19,9 @@ TERM_TOLERANCE = 1e-18
 
 @helper
 def discretize_isotropic(decay, densities, rate, duration, F, Q, J, W):
-    """Write the transition matrix and the process noise of a step for attitude and bias to F and Q,
-    and the effect of a constant rate error to J.
+    """Compute the transition matrix F and the process-noise covariance Q of attitude and gyro bias
+    for one step, and the attitude change J per unit of a constant rate error. Write them to the
+    arrays F, Q and J.
 
     Parameters
     ----------
@@ -61,8 +62,8 @@ def discretize_isotropic(decay, densities, rate, duration, F, Q, J, W):
 
 @helper
 def compute_coefficients(square, decay, densities, duration):
-    """Return the transition matrix and the process-noise covariance of a step as coefficient
-    triples of polynomials of the rate matrix.
+    """Return the transition matrix and the process-noise covariance of a step as polynomials of the
+    rate matrix W. A triple (p, q, r) represents p I + q W + r W².
 
     Parameters
     ----------
@@ -143,21 +144,25 @@ def compute_coefficients(square, decay, densities, duration):
 
 @helper
 def evaluate_entry(a, unit, w, w2):
-    """Return one entry of the polynomial with the coefficient triple `a`, from the entries of I, W
-    and W².
+    """Return an entry of the matrix polynomial p I + q W + r W². The triple `a` contains the
+    coefficients p, q and r; `unit`, `w` and `w2` are the same entry of I, W and W².
     """
     return a[0] * unit + a[1] * w + a[2] * w2
 
 
 @helper
 def multiply_by_W(a, square):
-    """Return the coefficient triple of the product of the rate matrix W and a polynomial of W."""
+    """Return the coefficient triple of the product of the rate matrix W and a polynomial of W,
+    given the coefficient triple `a` of the polynomial.
+    """
     return 0.0, a[0] - square * a[2], a[1]
 
 
 @helper
 def multiply_polynomials(a, b, square):
-    """Return the coefficient triple of the product of two polynomials of the rate matrix W."""
+    """Return the coefficient triple of the product of two polynomials of the rate matrix W, given
+    their coefficient triples.
+    """
     once, twice = multiply_by_W(b, square), multiply_by_W(multiply_by_W(b, square), square)
     return (
         a[0] * b[0] + a[1] * once[0] + a[2] * twice[0],

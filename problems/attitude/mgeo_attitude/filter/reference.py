@@ -25,7 +25,8 @@ from mgeo_attitude.maneuvers.motion import compute_attitudes
 
 @dataclass(frozen=True)
 class ReferenceHistory(FilterHistory):
-    """Time history of the reference filter, with the predicted attitude covariance of each sample.
+    """Time history of the reference filter, which includes the attitude covariance before the
+    measurements of each sample.
 
     Attributes
     ----------
@@ -58,22 +59,22 @@ class Agreement:
     max_difference: float
 
     def is_within(self, tolerance: float) -> bool:
-        """Return True if all end times are equal and the variances agree to a relative
-        tolerance.
+        """Return True if both filters have equal end times and the relative difference of their
+        variances is at most `tolerance`.
         """
         return self.has_equal_ends and self.max_difference <= tolerance
 
     def __str__(self) -> str:
         ends = "all t_end are equal" if self.has_equal_ends else "some t_end DIFFER"
         return (
-            f"{self.n_designs} random plans, {self.n_samples:,} samples: {ends}, variances "
-            f"differ by {self.max_difference:.2g} of their size at most"
+            f"{self.n_designs} random plans, {self.n_samples:,} samples: {ends}, the largest "
+            f"relative difference of a variance is {self.max_difference:.2g}"
         )
 
 
 def compare_filters(model: FilterModel, designs: ArrayLike) -> Agreement:
-    """Compare end times and variances of the compiled filter with those of the reference filter,
-    for some designs.
+    """Run the compiled filter and the reference filter for each of n designs, and return the
+    agreement of their end times and variances.
 
     Parameters
     ----------
@@ -103,8 +104,8 @@ def compare_filters(model: FilterModel, designs: ArrayLike) -> Agreement:
 
 
 def run_reference_filter(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
-    """Run the reference filter for one design and return the 1-sigmas, the trace and the attitude
-    at each sample.
+    """Run the reference filter for one design, and return its time history: 1-sigmas, covariance
+    trace and attitude at each sample.
 
     Parameters
     ----------
@@ -188,8 +189,8 @@ def run_reference_filter(model: FilterModel, design: ArrayLike) -> ReferenceHist
 
 
 def _find_convergence_step(model: FilterModel, trace: list[float], sigma: list[Floats]) -> int:
-    """Return the first step from which on the model's convergence rule is satisfied until the end
-    of the run.
+    """Return the first step from which on the convergence rule of the model is satisfied until the
+    end of the run.
     """
     if model.ends_with_last_maneuver:
         return 1
@@ -201,8 +202,8 @@ def _find_convergence_step(model: FilterModel, trace: list[float], sigma: list[F
 
 
 def update_with_considered_states(P: Floats, H: Floats, R: Floats, considered: Ints) -> Floats:
-    """Return the covariance after a measurement update in which the gain of the considered states
-    is zero.
+    """Return the covariance after a measurement update in which the considered states have zero
+    gain.
 
     The update has Joseph's form, which is valid for any gain. It must be called for one sensor at a
     time. A joint update of several sensors would give a smaller covariance, since a considered
@@ -217,8 +218,8 @@ def update_with_considered_states(P: Floats, H: Floats, R: Floats, considered: I
 def has_converged(
     start_trace: float, end_trace: float, relative_decrease: float, allow_rise: bool
 ) -> bool:
-    """Return True if the trace decreased by less than a given fraction over the convergence window,
-    without a rise.
+    """Return True if the trace decreased by less than a given fraction over the convergence window.
+    A rise counts as convergence only if `allow_rise` is true.
 
     Parameters
     ----------
@@ -236,8 +237,8 @@ def has_converged(
 def discretize_van_loan(
     model: FilterModel, omega: Floats, sensitivity_factors: Sequence[float] = ()
 ) -> tuple[Floats, Floats]:
-    """Return the exact transition matrix and process-noise covariance of one filter step at a
-    constant body rate.
+    """Return the transition matrix and the process-noise covariance of one filter step at a
+    constant body rate, by Van Loan's exact method.
 
     Source: C. F. Van Loan, Computing integrals involving the matrix exponential, IEEE Transactions
     on Automatic Control 23 (1978) 395-404.

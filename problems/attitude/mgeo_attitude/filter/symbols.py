@@ -16,8 +16,8 @@ from mgeo_attitude._typing import Ints
 
 @dataclass(frozen=True, eq=False)
 class Symbol:
-    """Name of a scalar in generated code. Its arithmetic operators write lines to `code` and return
-    new symbols.
+    """Name of a scalar in generated code. An arithmetic operator on symbols writes a line of source
+    to `code` and returns a new symbol.
 
     Products with zero, sums with zero and products with one write no line. ``np.sqrt`` accepts a
     symbol, as it accepts any object with a ``sqrt`` method.
@@ -78,8 +78,8 @@ class Symbol:
         return self.code.define(f"sqrt({self.name})")
 
     def choose(self, bound: float | Symbol, yes: float | Symbol, no: float | Symbol) -> Symbol:
-        """Return a symbol whose value is `yes` if this symbol is at least `bound`, and `no`
-        otherwise.
+        """Write a conditional expression, and return a symbol whose value is `yes` if this symbol
+        is at least `bound`, and `no` otherwise.
         """
         condition = f"{self.name} >= {_format_operand(bound)}"
         return self.code.define(f"{_format_operand(yes)} if {condition} else {_format_operand(no)}")
@@ -102,8 +102,8 @@ class Index:
 
 @dataclass
 class Code:
-    """Generated source: assignments to names and to workspace slots ``W[k]``, and loops over
-    assignments.
+    """Generated Python source, which consists of assignments to names and to workspace slots
+    ``W[k]``, and of loops over such assignments.
     """
 
     lines: list[str] = field(default_factory=list)
@@ -129,8 +129,8 @@ class Code:
 
     @contextmanager
     def loop(self, start: int | Index, stop: int | Index, step: int = 1) -> Iterator[Index]:
-        """Context manager that writes the lines of its ``with`` block, at least one line, into a
-        loop over a range.
+        """Context manager that generates a loop over a range and yields the loop index. The lines
+        that are generated in the ``with`` block, at least one, form the body of the loop.
         """
         name = f"i{len(self.lines)}"
         self._write(f"for {name} in range({start}, {stop}, {step}):")
@@ -156,7 +156,8 @@ class Code:
 
 @dataclass(frozen=True)
 class Triangle:
-    """Lower triangle of a symmetric matrix in workspace slots, row by row, from slot `first` on.
+    """Symmetric matrix in workspace slots: the entries of its lower triangle, row by row, from slot
+    `first` on.
 
     As many slots, from `scratch` on, are free for intermediate values of loops (`covariance.py`).
     """
@@ -172,7 +173,7 @@ class Triangle:
         self.code.store(self._entry_slot(*index), value)
 
     def lower_entry(self, i: int | Index, j: int | Index) -> Symbol:
-        """Return the symbol of entry (i, j) in the lower triangle, where i is at least j."""
+        """Return the symbol of the matrix entry (i, j), which must be on or below the diagonal."""
         return self.code.slot(self._lower_slot(i, j))
 
     def _entry_slot(self, i: int | Index, j: int | Index) -> int | str:
@@ -191,8 +192,8 @@ class Triangle:
 
 @cache
 def triangle_indices(n: int) -> tuple[Ints, Ints]:
-    """Return the row indices and the column indices of the entries of a `Triangle` with n rows, in
-    slot order.
+    """Return two arrays with the row and column indices of the entries of a lower triangle with n
+    rows, in the order of their slots.
     """
     return np.tril_indices(n)
 
@@ -203,7 +204,7 @@ def count_slots(n: int) -> int:
 
 
 def slot_index(i: int, j: int) -> int:
-    """Return the slot of entry (i, j) of a `Triangle`, relative to the first slot."""
+    """Return the slot of the matrix entry (i, j) of a `Triangle`, relative to its first slot."""
     row, column = max(i, j), min(i, j)
     return count_slots(row) + column
 

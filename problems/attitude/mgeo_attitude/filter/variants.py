@@ -17,7 +17,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.layout import KernelTraits
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.path_constraints import compute_violation
+from mgeo_attitude.filter.path_constraints import compute_monitored_angle
 from mgeo_attitude.filter.symbols import triangle_indices
 from mgeo_attitude.maneuvers.actuation import MagnetorquerDrive
 from mgeo_attitude.sensors.base import scale_noise
@@ -26,8 +26,8 @@ from mgeo_attitude.sensors.suite import Suite
 
 
 def validate_variants(model: FilterModel, variants: Sequence[FilterModel]) -> None:
-    """Raise ValueError if a variant cannot use the compiled filter of the model. The message names
-    the first property that differs.
+    """Raise ValueError if a variant of a model cannot use the compiled filter of the model. The
+    message names the first property that differs.
     """
     for number, variant in enumerate(variants):
         if variant.traits == model.traits:
@@ -43,8 +43,8 @@ def validate_variants(model: FilterModel, variants: Sequence[FilterModel]) -> No
 
 
 def stack_constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
-    """Return the numerical constants of a filter step for each variant, shape (n_variants,
-    n_constants).
+    """Return the constants of a compiled filter step for each model variant, as an array of shape
+    (n_variants, n_constants).
 
     The constants are those of `codegen.compute_instrument_constants`, then the inverse squares of
     the required 1-sigmas, then the weights of the trace.
@@ -56,8 +56,8 @@ def stack_constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floa
 
 
 def stack_dynamics(variants: Sequence[FilterModel]) -> tuple[Floats, Floats]:
-    """Return the dynamics matrices and the process-noise densities of attitude and gyro for several
-    model variants, stacked along the first axis.
+    """Return the dynamics matrices and the process-noise densities of attitude and gyro errors, as
+    two arrays with one entry per model variant along the first axis.
     """
     gyros = {
         id(variant.suite.gyro): variant.suite.gyro for variant in variants
@@ -71,8 +71,8 @@ def stack_dynamics(variants: Sequence[FilterModel]) -> tuple[Floats, Floats]:
 
 @lru_cache(maxsize=1000)
 def compute_gyro_dynamics(gyro: Gyro) -> tuple[Floats, Floats]:
-    """Return the dynamics matrix of attitude and gyro errors at zero rate with its derivatives with
-    respect to the body rate, and the process-noise density.
+    """Return the dynamics of attitude and gyro errors: the dynamics matrix at zero body rate, its
+    derivatives with respect to the rate, and the process-noise density.
 
     The Gauss-Markov processes of sensors do not depend on the body rate and are not included.
 
@@ -92,8 +92,8 @@ def compute_gyro_dynamics(gyro: Gyro) -> tuple[Floats, Floats]:
 
 
 def compute_initial_values(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
-    """Return covariance, attitude, monitored values and trace at the start of a run, as one array
-    with a row per variant.
+    """Return the filter state at the start of a run, as an array with one row per model variant:
+    covariance, attitude, monitored values and covariance trace.
     """
     sigma = np.array([variant.initial_sigma for variant in variants])
     correlation = np.array([variant.initial_correlation for variant in variants])
@@ -120,18 +120,18 @@ def _compute_initial_monitors(model: FilterModel, has_required_sigma: bool) -> l
         motion = model.compute_direction_motion(cone.direction, slice(1)).rotate_to_body(
             model.initial_attitude[None]
         )
-        violation = compute_violation(
+        monitored_angle = compute_monitored_angle(
             cone, constraint.attitude_sigmas, rotation_vectors, motion, covariance
         )[0]
-        values.append(max(-np.pi, violation))
+        values.append(max(-np.pi, monitored_angle))
     if has_required_sigma:
         values.append(float(np.all(model.initial_sigma <= model.required_sigma)))
     return values
 
 
 def coarsen_model(model: FilterModel, n_merged: int) -> FilterModel:
-    """Return an approximate model in which `n_merged` filter steps are merged into one, with
-    equivalent measurement noise.
+    """Return an approximate model with a longer filter step: `n_merged` steps are merged into one,
+    with equivalent measurement noise.
 
     The noise 1-sigmas of a sensor are divided by the square root of its mean number of available
     samples in a long step. Remaining steps at the end are dropped. The model is returned unchanged

@@ -48,8 +48,8 @@ def compute_wheel_loads(
     threads: int,
     first_step: int = 0,
 ) -> Floats:
-    """Return the largest momentum [N m s] and the largest torque [N m] of any wheel along the plan
-    of each design, shape (n, 2).
+    """Return, for each design, the largest momentum [N m s] and the largest torque [N m] of any
+    reaction wheel along the plan, as an array of shape (n, 2).
 
     The loads are evaluated at both ends of each filter step.
 
@@ -99,8 +99,8 @@ def compute_wheel_loads(
 
 @helper
 def compute_gravity_gradient(inertia: Floats, position: Floats, out: Floats) -> None:
-    """Write the gravity-gradient torque [N m] at a geocentric position in body axes [m] to
-    `out`.
+    """Write the gravity-gradient torque [N m] to `out`, given the inertia [kg m²] and the
+    geocentric position [m]. All quantities are in body axes.
     """
     square = position[0] ** 2 + position[1] ** 2 + position[2] ** 2
     multiply_matrix(inertia, position, out)
@@ -212,8 +212,8 @@ def _compute_loads(plan, end_steps, step, start, wheels, disturbances, magnetorq
 
 @helper
 def _apply_dipole(dipole, b, C, time, torque, unloaded):  # type: ignore[no-untyped-def]
-    """Write the torque of a magnetic dipole in body axes to `torque`, and add its impulse over
-    `time`, in GCRS, to `unloaded`.
+    """Write the torque of a magnetic dipole in the magnetic field b to `torque`, all in body axes.
+    Add the impulse of the torque over `time`, in GCRS, to `unloaded`.
     """
     cross(dipole, b, torque)
     for a in range(3):
@@ -234,7 +234,8 @@ def _update_maxima(  # type: ignore[no-untyped-def]
     scratch,
     maxima,
 ):
-    """Update `maxima` with the momentum and torque of the most loaded wheel, if they are larger.
+    """Update the largest wheel momentum and the largest wheel torque, which `maxima` contains, with
+    the wheel loads at one instant.
 
     `body_momentum` is the momentum of the satellite in body axes, and `modeled_torque` the modeled
     torque. `extra_momentum` and `torque` are the momentum and torque of the disturbances, of which
@@ -271,8 +272,9 @@ def _update_maxima(  # type: ignore[no-untyped-def]
 
 @helper
 def _compute_acceleration(before, mean, end, step, out):  # type: ignore[no-untyped-def]
-    """Write the angular acceleration of a step [rad/s²] to `out`, and return True if the step
-    contains a ramp.
+    """Write the angular acceleration [rad/s²] of a rate change to `out`, given the body rate before
+    the step, its mean in the step and its end value. Return True if the rate changes gradually, in
+    a ramp.
 
     The rate changes linearly from `before` to `end` in a fraction p of the step. The mean rate of
     the step therefore has 1 - p / 2 of the change.

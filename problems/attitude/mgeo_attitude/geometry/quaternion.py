@@ -9,7 +9,8 @@ from mgeo_attitude._typing import Floats
 
 
 def quaternions_from_matrices(matrices: Floats) -> Floats:
-    """Convert GCRS-to-body matrices to attitude quaternions, vector part first, shape (n, 4).
+    """Convert GCRS-to-body matrices to attitude quaternions, shape (n, 4), with the vector part
+    first.
 
     The quaternion (e sin(φ/2), cos(φ/2)) represents the rotation by φ about e that rotates the GCRF
     axes to the body axes. The matrix of this rotation is the transpose of the matrix that
@@ -30,7 +31,8 @@ def quaternions_from_matrices(matrices: Floats) -> Floats:
 
 
 def interpolate_quaternions(times: Floats, matrices: Floats, output_times: Floats) -> Floats:
-    """Return attitude quaternions at given times, interpolated from an attitude history.
+    """Return attitude quaternions at the output times, interpolated between the samples of an
+    attitude history.
 
     The body rate is constant between samples. The scalar part of the first quaternion is not
     negative, and the sign does not jump between output times.
@@ -56,8 +58,8 @@ def interpolate_quaternions(times: Floats, matrices: Floats, output_times: Float
 
 
 def interpolate_body_rates(times: Floats, matrices: Floats, output_times: Floats) -> Floats:
-    """Return body rates [rad/s] at given times, shape (k, 3), from the attitude history of a
-    constant-rate maneuver or ramp.
+    """Return the body rates [rad/s] at the output times, shape (k, 3), derived from the attitude
+    history of a constant-rate maneuver or a ramp.
 
     The mean rate between two samples is assigned to the middle of the interval. The rates at other
     times are interpolated or extrapolated linearly, which is exact for a constant rate and for a

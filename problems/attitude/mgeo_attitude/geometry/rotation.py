@@ -29,8 +29,8 @@ def cross(a: Any, b: Any) -> Any:
 
 
 def shear(a: Any, b: Any) -> Any:
-    """Return N(a) b, shape (..., 3), where N(a) is the symmetric matrix with zero diagonal and the
-    components of a beside the diagonal.
+    """Return the vector product of a and b with the two terms of each component added instead of
+    subtracted, shape (..., 3).
 
     The product is (a_y b_z + a_z b_y, a_z b_x + a_x b_z, a_x b_y + a_y b_x).
     """
@@ -39,7 +39,7 @@ def shear(a: Any, b: Any) -> Any:
 
 
 def dot(a: Any, b: Any) -> Any:
-    """Return the scalar product of vectors, with the last axis kept, shape (..., 1)."""
+    """Return the scalar products of vectors a and b, with the last axis kept, shape (..., 1)."""
     product = a * b
     return product[..., :1] + product[..., 1:2] + product[..., 2:]
 
@@ -56,8 +56,8 @@ def normalize(v: Any) -> Any:
 
 
 def rotate(g: Any, v: Any) -> Any:
-    """Rotate a vector v by the rotation that the vector g (twice the Gibbs vector) represents. A
-    function that rotates vectors may be given instead of g.
+    """Rotate vectors v by the rotations that the vectors g represent, where g is twice the Gibbs
+    vector. If g is a function, return g(v).
     """
     if callable(g):
         return g(v)
@@ -66,8 +66,8 @@ def rotate(g: Any, v: Any) -> Any:
 
 
 def unrotate(g: Floats, v: Floats) -> Floats:
-    """Rotate a vector v by the inverse of the rotation that the vector g (twice the Gibbs vector)
-    represents.
+    """Rotate vectors v by the inverse of the rotations that the vectors g represent, where g is
+    twice the Gibbs vector.
     """
     rotated: Floats = rotate(-g, v)
     return rotated
@@ -83,14 +83,16 @@ def perpendicular_axes(axis: Floats) -> Floats:
 
 
 def build_frame(axis: Floats) -> Floats:
-    """Return a right-handed frame whose z axis is `axis`, with one axis per row, shape (3, 3)."""
+    """Return the axes of a right-handed frame whose z axis is `axis`, as the rows of an array of
+    shape (3, 3). The other two axes are arbitrary.
+    """
     y, minus_x = perpendicular_axes(axis)
     return np.array([-minus_x, y, axis])
 
 
 def tangent_vectors(v: Floats) -> tuple[Floats, Floats]:
-    """Return two unit vectors t and u perpendicular to each unit vector v, with t × u = v, both of
-    shape (..., 3).
+    """Return two unit vectors t and u perpendicular to each unit vector v, with t × u = v, as two
+    arrays of shape (..., 3).
 
     Source: T. Duff et al., Building an orthonormal basis, revisited, Journal of Computer Graphics
     Techniques 6 (2017) 1-8.
@@ -104,7 +106,9 @@ def tangent_vectors(v: Floats) -> tuple[Floats, Floats]:
 
 
 def multiply(A: Floats, B: Floats) -> Floats:
-    """Multiply matrices whose matrix axes come first, shapes (i, k, ...) and (k, j, ...)."""
+    """Return the matrix products of two arrays of matrices whose first two axes are the matrix
+    axes, shapes (i, k, ...) and (k, j, ...).
+    """
     product: Floats = np.einsum("ik...,kj...->ij...", A, B)
     return product
 
@@ -119,8 +123,8 @@ def skew(v: Floats) -> Floats:
 
 
 def rotation_matrix(g: Floats) -> Floats:
-    """Return the rotation matrix, shape (3, 3, ...), that a vector g (twice the Gibbs vector),
-    shape (3, ...), represents.
+    """Return the rotation matrices, shape (3, 3, ...), that the vectors g, shape (3, ...),
+    represent. The vector g is twice the Gibbs vector.
     """
     quarter = 0.25 * (g * g).sum(axis=0)
     rotation = skew(g) + 0.5 * g[:, None] * g
@@ -131,8 +135,8 @@ def rotation_matrix(g: Floats) -> Floats:
 
 
 def rotation_vector(R: Floats) -> Floats:
-    """Return the vector g (twice the Gibbs vector), shape (3, ...), that represents a rotation
-    matrix, shape (3, 3, ...).
+    """Return the vectors g, shape (3, ...), that represent rotation matrices of shape (3, 3, ...).
+    The vector g is twice the Gibbs vector.
     """
     g: Floats = np.stack([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     g *= 2.0 / (1.0 + R[0, 0] + R[1, 1] + R[2, 2])
@@ -140,8 +144,9 @@ def rotation_vector(R: Floats) -> Floats:
 
 
 def rotation_jacobian(g: Floats) -> Floats:
-    """Return the derivative of the vector of the product R(g) R(e) with respect to a small rotation
-    e, shape (3, 3, ...).
+    """Return the derivative of a composed rotation with respect to a small rotation e that is
+    applied first, shape (3, 3, ...). The composed rotation R(g) R(e) is represented by its vector,
+    twice the Gibbs vector.
     """
     derivative = 0.5 * skew(g) + 0.25 * g[:, None] * g
     for i in range(3):
@@ -150,8 +155,8 @@ def rotation_jacobian(g: Floats) -> Floats:
 
 
 def exponential_map(phi: Floats) -> Floats:
-    """Return the rotation matrix exp([φ×]), shape (3, 3, ...), of a rotation vector φ [rad], shape
-    (3, ...).
+    """Return the rotation matrices, shape (3, 3, ...), of rotation vectors φ [rad], shape (3, ...).
+    The matrix is exp([φ×]).
     """
     half = 0.5 * np.sqrt((phi * phi).sum(axis=0))
     return rotation_matrix(phi * np.sinc(half / np.pi) / np.cos(half))

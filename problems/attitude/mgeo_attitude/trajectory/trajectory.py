@@ -47,8 +47,8 @@ _MAX_EVALUATIONS = 60
 
 @dataclass(frozen=True)
 class SlewBack:
-    """Design of a plan, followed by maneuvers that return the satellite to its initial attitude
-    law.
+    """Design of a plan with additional maneuvers at the end that return the satellite to its
+    initial attitude law, such as nadir pointing.
 
     Attributes
     ----------
@@ -63,8 +63,8 @@ class SlewBack:
     end: float
 
     def list_phases(self, step: float, limits: RotationDynamics) -> tuple[Phase, ...]:
-        """Return the motion phases of the slew back, such as ramps and constant rates, as a
-        tuple.
+        """Return the motion phases of the slew back in chronological order, as a tuple. A phase is
+        a ramp or a constant rate.
         """
         first = len(self.design) // VARIABLES_PER_MANEUVER - len(SLEW_BACK_LABELS)
         names = dict(enumerate(SLEW_BACK_LABELS, first))
@@ -79,8 +79,8 @@ def find_slew_back(
     limits: RotationDynamics,
     initial_attitude: Floats,
 ) -> SlewBack | None:
-    """Return the shortest slew from the end of a filter run back to the initial attitude law, such
-    as nadir pointing.
+    """Return the shortest slew that starts at the end of a filter run and returns the satellite to
+    its initial attitude law, such as nadir pointing.
 
     The body rotates the shorter way, at rates within the limits of maneuvers and wheel momenta, and
     reaches attitude and rate of the law at the same time. The rate is found by Powell's hybrid
@@ -142,8 +142,8 @@ def find_slew_back(
 def _truncate_design(
     design: Floats, t_end: float, step: float, limits: SlewLimits | None
 ) -> Floats:
-    """Return the maneuvers of a design until `t_end`. The last maneuver ends half a step before
-    `t_end`.
+    """Return the design without the maneuvers after `t_end`, and with a last maneuver that ends
+    half a step before `t_end`.
 
     With the margin, the next maneuver starts at the next step regardless of rounding.
     """
@@ -156,8 +156,8 @@ def _truncate_design(
 def _compute_attitude_and_rate(
     plan: Schedule, end_step: int, step: float, attitude: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the GCRS-to-body matrix and the body rate [rad/s] at a step of a schedule with one
-    design.
+    """Return the GCRS-to-body matrix and the body rate [rad/s] at the step `end_step` of a schedule
+    with one design, which starts from the given attitude.
     """
     n_steps = plan.count_steps(end_step)[0]
     is_executed = n_steps > 0
@@ -174,8 +174,8 @@ def _compute_attitude_and_rate(
 
 @dataclass
 class SlewSearch:
-    """Search for slews to the attitude law from a given attitude and rate at the time `start`
-    [s].
+    """Search for a slew to the attitude law of a scenario, from a given attitude and body rate at
+    the time `start` [s].
     """
 
     scenario: Scenario
@@ -185,8 +185,8 @@ class SlewSearch:
     rate: Floats
 
     def find_maneuvers(self, n_steps: int) -> Floats | None:
-        """Return a slew back of a given number of filter steps as a design of two maneuvers, shape
-        (8,).
+        """Return a slew back to the attitude law in `n_steps` filter steps, as a design of two
+        maneuvers, shape (8,), or None if there is no such slew.
 
         The second maneuver changes to the rate of the law. The result is None if the slew back is
         impossible in `n_steps` steps.
@@ -224,8 +224,8 @@ class SlewSearch:
         final_rate: Floats,
         guess: Floats,
     ) -> Floats | None:
-        """Return the constant rate of a slew that reaches the target attitude after `n_steps`
-        steps.
+        """Return the constant body rate of a slew that reaches the target attitude after `n_steps`
+        steps, or None if the search does not converge.
 
         The last `n_ramp_steps` of the `n_steps` steps change the rate to `final_rate`. The result
         is None if the search does not converge.
@@ -281,8 +281,8 @@ class SlewSearch:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Trajectory of a design from the start to the end of the plan, including the motion after the
-    filter run.
+    """Complete motion of the satellite for one design: filter run, constant-rate hold and slew
+    back.
 
     Attributes
     ----------
@@ -305,18 +305,18 @@ class Trajectory:
 
     @property
     def design_end(self) -> float:
-        """End time of the design [s], including the time for which the last rate is held."""
+        """End time of the design [s], including the constant-rate hold."""
         return max(self.t_end, self.hold_until)
 
     @cached_property
     def slew_back(self) -> SlewBack | None:
-        """Slew back after the end of the design; None if the scenario requests no slew back."""
+        """Slew back after the end of the design, or None if the scenario requests no slew back."""
         limits, initial = self.body.slew_limits, self.body.initial_attitude
         return find_slew_back(self.scenario, self.design, self.design_end, limits, initial)
 
     @property
     def commanded_design(self) -> Floats:
-        """Design that the satellite executes, including the slew back."""
+        """Design that the satellite executes, which includes the maneuvers of the slew back."""
         return self.design if self.slew_back is None else self.slew_back.design
 
     @property
@@ -326,7 +326,8 @@ class Trajectory:
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """Phases of the plan in chronological order: maneuvers, held rate and slew back.
+        """Motion phases of the plan in chronological order: maneuvers, constant-rate hold and slew
+        back.
 
         The time for which the last rate is held after `t_end` is a separate phase.
         """
@@ -338,21 +339,19 @@ class Trajectory:
 
     @cached_property
     def intervals(self) -> RateIntervals:
-        """Intervals of constant rate until the end of the plan."""
+        """Intervals of constant body rate from the start to the end of the plan."""
         return build_rate_intervals(
             self.commanded_design, self.end, self.body.step, self.body.slew_limits
         )
 
     @cached_property
     def motion(self) -> Motion:
-        """Body rate and attitude at each filter step until the end of the plan."""
+        """Body rate and attitude at each filter step from the start to the end of the plan."""
         return Motion.from_design(
             self.body, self.commanded_design, round(self.end / self.body.step)
         )
 
     @property
     def attitude(self) -> Floats:
-        """GCRS-to-body matrix at each filter step until the end of the plan, shape (n + 1, 3,
-        3).
-        """
+        """GCRS-to-body matrices at all filter steps of the plan, shape (n + 1, 3, 3)."""
         return self.motion.attitude

@@ -20,7 +20,7 @@ from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.filter.path_constraints import compute_violation_on_orbit
+from mgeo_attitude.filter.path_constraints import compute_monitored_angle_on_orbit
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import Trajectory
@@ -232,7 +232,7 @@ def compute_interval_margins(
     covariances = np.repeat(covariance[None], len(attitude), axis=0)
     for constraint in scenario.path_constraints:
         cone, bound = constraint.build_cone(), constraint.half_angle_deg
-        excess = compute_violation_on_orbit(
+        excess = compute_monitored_angle_on_orbit(
             cone,
             constraint.attitude_sigmas,
             states,

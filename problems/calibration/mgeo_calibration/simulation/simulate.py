@@ -12,7 +12,7 @@ from mgeo_attitude.environment.directions import Cone, DirectionMotion
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.path_constraints import compute_violation
+from mgeo_attitude.filter.path_constraints import compute_monitored_angle
 from mgeo_attitude.geometry.rotation import multiply
 from mgeo_attitude.maneuvers.actuation import MagnetorquerDrive
 from mgeo_attitude.maneuvers.motion import Motion
@@ -303,4 +303,4 @@ def _is_violated(cone: Cone, rotation: Floats, passage: DirectionMotion, attitud
         np.zeros((len(attitudes), 3, 3)),
     )
     bound = cone.half_angle if cone.keep_in else -cone.half_angle
-    return compute_violation(cone, 0.0, rotations, body_motion, zero_covariance) > bound
+    return compute_monitored_angle(cone, 0.0, rotations, body_motion, zero_covariance) > bound

@@ -11,7 +11,7 @@ import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import SatelliteState
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.path_constraints import compute_violation_on_orbit
+from mgeo_attitude.filter.path_constraints import compute_monitored_angle_on_orbit
 from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.actuators import pseudo_inverse_allocation
@@ -182,7 +182,7 @@ def _compute_constraint_angle(
     rotations: Floats,
 ) -> float:
     known = np.zeros((len(attitude), 3, 3))
-    excess = compute_violation_on_orbit(
+    excess = compute_monitored_angle_on_orbit(
         constraint.build_cone(), 0.0, at, scenario.epoch, attitude, rotations, known
     )
     # The excess is -inf for a constraint on a Sun that is always eclipsed.

@@ -36,9 +36,9 @@ def test_plans_with_lost_covariance_are_left_out():
     sigma = problem.model.initial_sigma * 1e6
     problem.__dict__["model"] = dataclasses.replace(problem.model, initial_sigma=sigma)
     designs = np.random.default_rng(10).uniform(problem.xl, problem.xu, (8, 12))[::-1]
-    with pytest.warns(RuntimeWarning, match="lost positivity"):
+    with pytest.warns(RuntimeWarning, match="lost positive definiteness"):
         solutions = PlottedSolutions.from_plans(problem.view(designs))
-    with pytest.warns(RuntimeWarning, match="lost positivity"):
+    with pytest.warns(RuntimeWarning, match="lost positive definiteness"):
         expected = np.flatnonzero(np.isfinite(problem.evaluate(designs)[:, 0]))
     assert 0 < len(expected) < 8
     assert expected[0] != 0  # Otherwise rows and numbers could not be distinguished.
@@ -46,7 +46,7 @@ def test_plans_with_lost_covariance_are_left_out():
     np.testing.assert_array_equal(solutions.X, designs[expected])
     lost = np.setdiff1d(np.arange(8), expected)
     with (
-        pytest.warns(RuntimeWarning, match="lost positivity"),
+        pytest.warns(RuntimeWarning, match="lost positive definiteness"),
         pytest.raises(ValueError, match="expected at least one design with finite objectives"),
     ):
         PlottedSolutions.from_plans(problem.view(designs[lost]))
