@@ -141,8 +141,8 @@ class Telemetry:
         object.__setattr__(self, "housekeeping", housekeeping)
 
     def to_frame(self) -> pd.DataFrame:
-        """Return the telemetry as a table with the columns ``time``, ``gyro_x``..., all sensor
-        channels and all housekeeping channels.
+        """Return the telemetry as a table with the column ``time`` and one column per component of
+        the gyro, the sensors, the position and the housekeeping channels.
         """
         columns = {"time": self.times} | _build_columns("gyro", self.gyro_deg_s)
         for name, rows in self.sensors.items():
@@ -155,8 +155,8 @@ class Telemetry:
         return pd.DataFrame(columns)
 
     def find_quantization_steps(self, name: str) -> Floats:
-        """Return the quantization step of each channel of the gyro or a sensor, declared or
-        estimated; zero without quantization.
+        """Return the quantization step of each channel of the gyro or of a sensor. Steps that are
+        not declared are estimated from the samples; zero means no quantization.
         """
         return self._effective_steps[name]
 
@@ -170,7 +170,7 @@ class Telemetry:
         }
 
     def truncate(self, time: float) -> Telemetry:
-        """Return the telemetry without the samples after a time in seconds.
+        """Return the telemetry until a given time in seconds.
 
         Raises
         ------
@@ -195,8 +195,7 @@ class Telemetry:
         )
 
     def to_csv(self, path: Path | str) -> None:
-        """Write the telemetry to a CSV file. Floats are written so that reading restores them
-        exactly.
+        """Write the telemetry to a CSV file in which floats keep full precision.
 
         Raises
         ------
@@ -246,7 +245,7 @@ class Telemetry:
         return result
 
     def build_readings(self, suite: Suite) -> tuple[Floats, ...]:
-        """Convert the readings of each sensor of a suite to the units of the filter.
+        """Return the readings of each sensor of a suite in the units of the filter.
 
         Returns
         -------
@@ -285,14 +284,16 @@ class Telemetry:
 
 
 def format_place(k: int, times: Floats, row_numbers: Ints | None = None) -> str:
-    """Return the time of sample `k` and, if known, its row in the table as text for messages."""
+    """Return the time of sample `k` and, if known, its row in the source table, as text for
+    messages.
+    """
     time = f"time {times[k]:.6f} s"
     return time if row_numbers is None else f"row {row_numbers[k]}, {time}"
 
 
 def list_column_names(name: str, width: int = 3) -> list[str]:
-    """Return the column names of a quantity by its number of components: ``mag_x``... for three,
-    ``mag_q1``... for four, or ``mag``.
+    """Return the column names of a quantity with 1, 3 or 4 components: ``mag``; ``mag_x`` to
+    ``mag_z``; or ``mag_q1`` to ``mag_q4``.
     """
     if width == 1:
         return [name]
