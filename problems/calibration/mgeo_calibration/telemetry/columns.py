@@ -69,7 +69,10 @@ def find_columns(frame: pd.DataFrame, required: Sequence[str]) -> dict[str, Colu
             result[name] = Column(k, sign, split_name_and_unit(names[k])[1])
         missing += [] if indices else [bare]
     if missing:
-        raise ValueError(f"missing columns {', '.join(missing)}: there are {', '.join(names)}")
+        raise ValueError(
+            f"missing columns {', '.join(missing)}: the table has the columns {', '.join(names)}. "
+            "Rename the columns, or declare their names in the mapping"
+        )
     if frame.empty:
         raise ValueError("the table has no rows: expected at least one")
     return result

@@ -115,7 +115,9 @@ def _build_telemetry(
     )
     select_gyro_samples(telemetry)
     if not any(np.isfinite(rows).any() for rows in sensors.values()):
-        raise ValueError(f"{', '.join(sensors)}: expected a sample of one of them")
+        raise ValueError(
+            f"{', '.join(sensors)}: no samples. Expected samples of at least one sensor"
+        )
     names = [*(["gyro"] if telemetry.has_gyro else []), *sensors]
     columns = {name: (result[name].columns, result[name].rows) for name in names}
     reject_findings(Samples(scenario, telemetry, columns, mapping))

@@ -238,8 +238,8 @@ class Telemetry:
         far |= (times < at[0] - usual) | (times > at[-1] + usual)
         if far.any():
             raise ValueError(
-                f"position: none near time {times[np.argmax(far)]:.6f} s: expected samples at most "
-                f"{MAX_POSITION_STEP:g} s apart, from the start to the end"
+                f"position: no sample near time {times[np.argmax(far)]:.6f} s: expected samples "
+                f"at most {MAX_POSITION_STEP:g} s apart, from the start to the end"
             )
         result: Floats = CubicSpline(at, self.position[is_known])(times)
         return result
@@ -259,7 +259,10 @@ class Telemetry:
         """
         names = [sensor.name for sensor in suite.sensors]
         if set(names) != set(self.sensors):
-            raise ValueError(f"telemetry of {list(self.sensors)}: expected that of {names}")
+            raise ValueError(
+                f"telemetry has the sensors {list(self.sensors)}: expected the sensors of the "
+                f"scenario, {names}"
+            )
         return tuple(from_telemetry(sensor, self.sensors[sensor.name]) for sensor in suite.sensors)
 
     def _validate_samples(self, name: str, values: ArrayLike, widths: tuple[int, ...]) -> Floats:
@@ -272,7 +275,7 @@ class Telemetry:
         missing = np.isnan(rows)
         for wrong, what in (
             (np.isinf(rows).any(axis=1), "expected finite numbers"),
-            (missing.any(axis=1) & ~missing.all(axis=1), "expected all of its numbers or none"),
+            (missing.any(axis=1) & ~missing.all(axis=1), "expected all components or none"),
         ):
             if wrong.any():
                 k = int(np.argmax(wrong))
