@@ -36,7 +36,7 @@ _P_COLUMNS = {PREDICTED_RATIO: "p, predicted", FILTER_RATIO: "p, filter"}
 @dataclass(frozen=True, eq=False)
 class Verification:
     """Result of Monte Carlo runs of a plan: actual errors at its convergence time, compared with
-    the prediction and with the filter covariance.
+    the prediction of the plan and with the filter covariance.
 
     The verification is one test at the level `SIGNIFICANCE_LEVEL`. It requires that no state error
     exceeds the prediction, that no state error exceeds the filter's 1-sigma, and that the filter
@@ -94,7 +94,9 @@ class Verification:
 
     @property
     def is_achieved(self) -> bool:
-        """True if no state error exceeds the prediction or the filter covariance significantly."""
+        """True if no error is significantly larger than the plan predicts or than the 1-sigma of
+        the filter.
+        """
         return (
             not (self.states_above_prediction or self.overconfident_states)
             and self.nees_p >= SIGNIFICANCE_LEVEL
@@ -102,8 +104,8 @@ class Verification:
 
     @property
     def detectable_ratio(self) -> float:
-        """Smallest ratio of actual error to 1-sigma that the number of runs detects with the
-        probability `DETECTION_POWER`.
+        """Smallest ratio of actual error to 1-sigma that this number of runs detects with a
+        probability of `DETECTION_POWER`.
         """
         tests = 2 * len(self.table) + 1
         smallest = chi2.isf(SIGNIFICANCE_LEVEL / tests, self.n_runs) / chi2.isf(
@@ -118,7 +120,7 @@ class Verification:
 
 def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification:
     """Test in Monte Carlo runs whether a plan achieves its predicted accuracy at its convergence
-    time, and return the result.
+    time, and return the test results.
 
     `simulation.simulate` describes the simulation of the runs.
 
@@ -194,8 +196,8 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
 
 
 def compute_predictions(plan: ManeuverPlan, runs: MonteCarloResult) -> Floats:
-    """Return the 1-sigma that a plan predicts for each state at its convergence time, one row per
-    Monte Carlo run.
+    """Return the 1-sigma that a plan predicts for each state at its convergence time, with one row
+    per Monte Carlo run.
 
     The prediction is the linear covariance of the plan, equal in all runs. For magnetorquers it is
     the linear covariance of the motion of each run, which depends on the initial attitude.
@@ -218,8 +220,8 @@ def compute_predictions(plan: ManeuverPlan, runs: MonteCarloResult) -> Floats:
 
 
 def format_conclusion(verification: Verification) -> str:
-    """Return one line for the user: achieved with the largest error ratio, or not achieved with the
-    failed tests.
+    """Return the conclusion for the user in one line: the plan achieves its accuracy, with the
+    largest error ratio, or it does not, with the failed tests.
     """
     at = f"{verification.n_runs} Monte Carlo runs, one test at {SIGNIFICANCE_LEVEL:.0%}"
     if not verification.is_achieved:
@@ -232,8 +234,8 @@ def format_conclusion(verification: Verification) -> str:
 
 
 def describe_failures(verification: Verification) -> list[str]:
-    """Return one line per state block whose errors are too large, with the error ratio and whether
-    the filter covariance reflects it.
+    """Return one line of text per state block whose errors are too large, with the error ratio and
+    whether the filter covariance reflects it.
 
     If only the NEES fails, the result is one line on the filter as a whole.
     """
@@ -262,8 +264,8 @@ def describe_failures(verification: Verification) -> list[str]:
 
 
 def describe_power(verification: Verification) -> str:
-    """Return one line on the error ratio that the number of runs can detect, and on the probability
-    of a false alarm.
+    """Return one line of text with the smallest error ratio that the runs detect and the
+    probability that a valid plan is rejected.
     """
     return (
         f"an error {verification.detectable_ratio:.2f} times too large is detected with a "
@@ -273,8 +275,8 @@ def describe_power(verification: Verification) -> str:
 
 
 def list_suggestions(plan: ManeuverPlan, verification: Verification) -> Iterator[str]:
-    """Yield what the user can do about a plan that misses its predicted accuracy, the most
-    effective suggestion first.
+    """Yield suggestions to the user for a plan that misses its predicted accuracy, the most
+    effective one first.
     """
     if verification.is_achieved:
         return

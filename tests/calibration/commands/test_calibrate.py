@@ -140,7 +140,9 @@ def test_invalid_telemetry_leaves_no_files(run, flight, tmp_path):
     done = run(
         "calibrate", tmp_path / "t.csv", "--scenario", "paper", "--out", tmp_path / "o", code=2
     )
-    assert re.fullmatch(r"Error: .*t\.csv: missing columns mag_x: there are .*\n", done.stderr)
+    assert re.fullmatch(
+        r"Error: .*t\.csv: missing columns mag_x: the table has the columns .*\n", done.stderr
+    )
     assert "\x1b" not in done.stderr
     assert not (tmp_path / "o").exists()
     run("calibrate", tmp_path / "none.csv", "--scenario", "paper", code=2)

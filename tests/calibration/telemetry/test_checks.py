@@ -39,10 +39,10 @@ def change_columns(frame, **columns):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda f: f.drop(columns=["mag_y", "mag_z"]), "missing columns mag_y, mag_z: there are "),
+        (lambda f: f.drop(columns=["mag_y", "mag_z"]), "missing columns mag_y, mag_z: the table "),
         (lambda f: change_columns(f, mag_x=(7, "abc")), "row 8, mag_x = 'abc': expected a number"),
         (lambda f: change_columns(f, gyro_y=(7, np.nan)),
-         r"gyro at row 8, time 7.000000 s = .*all of its numbers"),
+         r"gyro at row 8, time 7.000000 s = .*all components"),
         (lambda f: change_columns(f, time=(7, "noon")), "row 8, time = 'noon': expected a number"),
         (lambda f: f.assign(time=["noon", *["2018-06-05T00:00:00Z"] * (len(f) - 1)]),
          "row 1, time = 'noon': expected .*time_epoch"),
@@ -58,7 +58,7 @@ def change_columns(frame, **columns):
         (lambda f: f.assign(gyro_x=f["gyro_x"].clip(upper=float(f["gyro_x"].median()))),
          r"^gyro_x at row \d+, .* deg/s in \d+ samples in a row, .* gyro.range_deg_s"),
         (lambda f: f.assign(**{c: np.nan for c in f if c[:3] in ("sun", "mag")}),
-         "sun, mag: expected a sample of one of them"),
+         "sun, mag: no samples. Expected samples of at least one sensor"),
         (lambda f: f.assign(**{c: 1e-3 * f[c] for c in f if c[:3] == "mag"}),
          r"^mag at row 2, .* nT \(median\), expected about 3\d+ nT.* unit = 'uT' of mag"),
         (lambda f: f.assign(**dict.fromkeys(POSITION, 6800.0)),

@@ -171,5 +171,5 @@ def test_sparse_positions_with_gap_are_interpolated():
     expected = build_batch(of, flown).vectors
     np.testing.assert_allclose(vectors[:, 1], expected[:, 1], rtol=0, atol=1.0)
     own.loc[200:700, "position_x":] = np.nan
-    with pytest.raises(ValueError, match=r"position: none near time (181|200).0+ s: exp"):
+    with pytest.raises(ValueError, match=r"position: no sample near time (181|200).0+ s: exp"):
         build_batch(of, read_telemetry(own, of))

@@ -158,7 +158,7 @@ def test_invalid_arrays_raise():
     for wrong, message in (
         ({"times": [0.0, 0.0]}, "increasing order"),
         ({"gyro_deg_s": [[1.0, 2.0]]}, r"gyro: expected an array of shape \(2, 3\)"),
-        ({"sensors": {"mag": [[1.0, np.nan, 2.0], [1.0, 2.0, 3.0]]}}, "all of its numbers or none"),
+        ({"sensors": {"mag": [[1.0, np.nan, 2.0], [1.0, 2.0, 3.0]]}}, "all components or none"),
         ({"housekeeping": {"temp": [1.0, np.nan]}}, "temp: expected 2 finite numbers"),
         ({"sensors": {"mag": [[np.inf, 1.0, 2.0], [1.0, 2.0, 3.0]]}}, "finite"),
     ):

@@ -67,8 +67,8 @@ def calibrate(
     *,
     gate: float = GATE_PROBABILITY,
 ) -> Calibration:
-    """Estimate attitude, gyro bias and sensor calibration parameters from telemetry, and test the
-    result for consistency.
+    """Estimate attitude, gyro bias and sensor calibration parameters from telemetry, test the
+    estimates for statistical consistency, and return the calibration.
 
     No prior attitude is needed. The initial 1-sigmas of the parameters, noise, orbit and eclipses
     come from the scenario; a scenario that continues a calibration provides its estimates as the
@@ -82,7 +82,7 @@ def calibrate(
     telemetry : Telemetry, DataFrame or path
         See `read_telemetry`.
     mapping : TelemetryMapping, optional
-        Interpretation of the columns of a table or a file.
+        Conventions of a table or a file. Default: see `TelemetryMapping`.
     gate : float
         Probability of rejecting a valid reading.
 
@@ -138,16 +138,14 @@ def calibrate(
 def _calibrate_without_fit(
     scenario: Scenario, telemetry: Telemetry, data: Batch, prior: PriorEstimate, error: FitError
 ) -> Calibration:
-    """Return an inconsistent calibration after a fit that did not converge, or raise
-    CalibrationError with the cause.
-
-    The calibration is that of a fit that rejects no outliers. It is returned only if no check finds
-    a cause.
+    """Return a calibration without outlier rejection for telemetry whose regular fit did not
+    converge. Raise CalibrationError if a cause is found.
 
     Raises
     ------
     CalibrationError
-        With the gyro noise of a consistent fit, or with the cause that a check found.
+        With the gyro noise for which a fit is consistent, with the cause that a check found, or
+        with the original error if the fit without outlier rejection fails, too.
     """
     walk = _estimate_gyro_walk(scenario, telemetry) if telemetry.has_gyro else None
     if walk is not None:
@@ -165,8 +163,8 @@ def _calibrate_without_fit(
 
 
 def _estimate_gyro_walk(scenario: Scenario, telemetry: Telemetry) -> float | None:
-    """Return the angle random walk [deg/sqrt(h)] with which a fit of the telemetry is consistent,
-    or None if more gyro noise does not help.
+    """Return the angle random walk [deg/sqrt(h)] that would make the fit consistent with the
+    telemetry, or None if a larger gyro noise does not help.
     """
     noisy = dataclasses.replace(scenario, gyro=scale_noise(scenario.gyro, _RETRY_NOISE_FACTOR))
     try:
@@ -240,8 +238,8 @@ def _build_calibration(
 
 
 def _refit_all_readings(prior: PriorEstimate, fit_result: Fit) -> Fit:
-    """Repeat the fit without outlier rejection if a sensor has too many outliers; otherwise return
-    the given fit.
+    """Return the given fit, or a fit without outlier rejection if a sensor has too many
+    outliers.
     """
     counts = fit_result.solution.is_used.sum(axis=1) + fit_result.is_rejected.sum(axis=1)
     if not (fit_result.is_rejected.sum(axis=1) > MAX_OUTLIER_FRACTION * counts).any():
@@ -251,8 +249,8 @@ def _refit_all_readings(prior: PriorEstimate, fit_result: Fit) -> Fit:
 
 
 def compute_final_estimate(prior: PriorEstimate, fit_result: Fit) -> tuple[Floats, Floats]:
-    """Return the state estimate at the last sample and its covariance matrix, with considered
-    states at their prior.
+    """Return the state estimate and its covariance matrix at the last sample, in which considered
+    states keep their prior.
 
     Parameters
     ----------
@@ -266,19 +264,22 @@ def compute_final_estimate(prior: PriorEstimate, fit_result: Fit) -> tuple[Float
         Rotations are vectors of `rotation.rotate`; the attitude block is zero.
     covariance : array, shape (n_states, n_states)
     """
-    solution, own = fit_result.solution, list_states_without_step_noise(fit_result.batch.suite)
+    solution, state_indices = (
+        fit_result.solution,
+        list_states_without_step_noise(fit_result.batch.suite),
+    )
     states = solution.estimate.states[-1]
     states, covariance = reset_considered_states(
         prior, solution, states, compute_last_covariance(solution)
     )
-    return states[own], covariance[np.ix_(own, own)]
+    return states[state_indices], covariance[np.ix_(state_indices, state_indices)]
 
 
 def reset_considered_states(
     prior: PriorEstimate, solution: Solution, states: Floats, covariance: Floats
 ) -> tuple[Floats, Floats]:
-    """Return states and covariance at the last sample with the considered states reset to the
-    propagated prior.
+    """Return the states and the covariance at the last sample after the estimates of the considered
+    states are replaced by their propagated prior.
 
     The smoother weights all readings at once. Errors of the best estimate are independent of the
     readings, so that estimating the considered states does not degrade the other states or their
@@ -302,55 +303,61 @@ def reset_considered_states(
     c = prior.suite.considered_indices
     if not c.size:
         return states, covariance
-    left, added = _propagate_prior(prior, solution)
+    decay_factors, added_variances = _propagate_prior(prior, solution)
     states, covariance = states.copy(), covariance.copy()
-    states[c] = left[c] * prior.states[c]
-    sigma = left[c] * prior.sigma[c]
+    states[c] = decay_factors[c] * prior.states[c]
+    sigma = decay_factors[c] * prior.sigma[c]
     covariance[np.ix_(c, c)] = sigma[:, None] * prior.correlation[np.ix_(c, c)] * sigma
-    covariance[c, c] += added[c]
+    covariance[c, c] += added_variances[c]
     return states, covariance
 
 
 def _propagate_prior(prior: PriorEstimate, solution: Solution) -> tuple[Floats, Floats]:
-    """Return the decay factor and the added process noise variance of each state between the first
-    and the last sample.
+    """Return two arrays with one element per state: the factor by which the prior decays until the
+    last sample, and the variance that process noise adds.
     """
     parts, batch = solution.partition, solution.batch
-    left, added = np.ones_like(prior.sigma), np.zeros_like(prior.sigma)
-    left[parts.constant] = solution.constant_factors[-1]
+    decay_factors, added_variances = np.ones_like(prior.sigma), np.zeros_like(prior.sigma)
+    decay_factors[parts.constant] = solution.constant_factors[-1]
     driven = parts.stochastic[3:]
     for low, high, _ in split_into_spans(len(batch.times)):
-        own = batch.select_samples(low, high)
-        durations, follows = (
-            own.durations,
-            own.select_channel_values(own.suite.gyro, slice(1, None)),
+        span = batch.select_samples(low, high)
+        durations, channel_values = (
+            span.durations,
+            span.select_channel_values(span.suite.gyro, slice(1, None)),
         )
-        F, Q = discretize_dynamics(own.suite, np.zeros((len(durations), 3)), durations, follows)
+        F, Q = discretize_dynamics(
+            span.suite, np.zeros((len(durations), 3)), durations, channel_values
+        )
         decay, new = (np.einsum("nii->ni", matrix)[:, driven] for matrix in (F, Q))
         # Decay from the start of each step to the end of the batch.
-        later = np.cumprod(decay[::-1], axis=0)[::-1]
-        after = np.vstack([later[1:], np.ones_like(later[:1])])
-        left[driven] *= later[0]
-        added[driven] = later[0] ** 2 * added[driven] + (after**2 * new).sum(axis=0)
-    return left, added
+        decay_to_end = np.cumprod(decay[::-1], axis=0)[::-1]
+        decay_after = np.vstack([decay_to_end[1:], np.ones_like(decay_to_end[:1])])
+        decay_factors[driven] *= decay_to_end[0]
+        added_variances[driven] = decay_to_end[0] ** 2 * added_variances[driven] + (
+            decay_after**2 * new
+        ).sum(axis=0)
+    return decay_factors, added_variances
 
 
 def _list_outliers(fit_result: Fit) -> tuple[tuple[float, str, float], ...]:
-    listed = [
+    outliers = [
         (float(fit_result.batch.times[k]), sensor.name, float(square[k]))
-        for sensor, no, square in zip(
+        for sensor, is_rejected_reading, square in zip(
             fit_result.batch.suite.sensors,
             fit_result.is_rejected,
             fit_result.residuals.normalized_squares,
             strict=True,
         )
-        for k in np.flatnonzero(no)
+        for k in np.flatnonzero(is_rejected_reading)
     ]
-    return tuple(sorted(listed))
+    return tuple(sorted(outliers))
 
 
 def _describe_readings(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
-    """Return notes for the user on quantized readings and on isolated spikes of the gyro."""
+    """Return notes for the user, one line each, on quantized readings and on isolated spikes of the
+    gyro.
+    """
     at, _ = select_gyro_samples(telemetry)
     sigma = compute_rate_sigma(data.suite, compute_median_step(at))
     quantization = {
@@ -369,11 +376,11 @@ def _describe_readings(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
         if is_relevant.any()
         for step in [telemetry.find_quantization_steps(name).max()]
     ]
-    off = np.degrees(np.abs(find_gyro_spikes(data.suite, telemetry)).max(axis=1))
-    if off.any():
+    sizes = np.degrees(np.abs(find_gyro_spikes(data.suite, telemetry)).max(axis=1))
+    if sizes.any():
         notes.append(
-            f"gyro: {np.count_nonzero(off)} of {len(at)} samples differ from both neighbors, by "
-            f"{off.max():.3g} deg/s at {at[off.argmax()]:.6f} s. The mean of the neighbors "
+            f"gyro: {np.count_nonzero(sizes)} of {len(at)} samples differ from both neighbors, by "
+            f"{sizes.max():.3g} deg/s at {at[sizes.argmax()]:.6f} s. The mean of the neighbors "
             "replaces each of them, with the difference as its 1-sigma"
         )
     return tuple(notes)

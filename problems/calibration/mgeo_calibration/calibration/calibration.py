@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Calibration:
-    """Estimated attitude and calibration parameters at the last sample of telemetry, with
-    covariance and consistency tests.
+    """Result of a calibration: attitude and calibration parameters estimated at the last sample of
+    telemetry, their covariance and the consistency tests.
 
     Attributes
     ----------
@@ -64,9 +64,9 @@ class Calibration:
         Causes of an inconsistency that attitude-independent checks found; empty in files of earlier
         versions.
     notes : tuple of str
-        Further findings.
-    outliers : tuple of (time [s], name of sensor, chi-square)
-        Outliers.
+        Remarks for the user that are no failures, such as quantized readings.
+    outliers : tuple of (float, str, float)
+        Time [s], sensor name and chi-square of each rejected reading.
     history : History, optional
         Attitude at every sample; not stored in files.
 
@@ -100,8 +100,8 @@ class Calibration:
 
     @property
     def suite(self) -> Suite:
-        """Gyro, sensors and environment model errors of the scenario, whose states are
-        estimated.
+        """Sensor suite of the scenario: gyro, sensors and environment model errors. Its states are
+        the states of the calibration.
         """
         return self.scenario.suite
 
@@ -118,8 +118,8 @@ class Calibration:
         and ``prior_sigma``. Varying parameters are given at the last sample. The gyro bias is in
         deg/s, other biases in the unit of the readings; misalignments are rotation vectors in deg.
         """
-        known, sigma = self.scenario.prior, np.sqrt(np.diag(self.covariance))
-        prior = self.suite.initial_sigma(0.0) if known is None else known.sigma
+        scenario_prior, sigma = self.scenario.prior, np.sqrt(np.diag(self.covariance))
+        prior = self.suite.initial_sigma(0.0) if scenario_prior is None else scenario_prior.sigma
         rows = []
         for number, (block, unit) in enumerate(list_telemetry_units(self.suite).items(), start=1):
             values = convert_block(self.suite, self.states, block)
@@ -131,8 +131,8 @@ class Calibration:
         return pd.DataFrame(rows, columns=columns)
 
     def compute_corrections(self) -> dict[str, Any]:
-        """Return the parameters that correct raw readings, as a dict per gyro or sensor name, for
-        upload to the satellite.
+        """Return the parameters with which the satellite corrects raw readings, as a nested dict:
+        name of the gyro or sensor, then name of the parameter.
 
         A sensor reports R (I + diag k + N) s + b for a vector s in the body frame, and the gyro for
         the body rate. ``dcm`` is R in row-major order, and ``quaternion`` the same rotation from
@@ -146,46 +146,50 @@ class Calibration:
 
     @property
     def failures(self) -> list[str]:
-        """One-line descriptions of all failed consistency tests, as a list that is empty for a
+        """One-line descriptions of the failed consistency tests, as a list. The list is empty for a
         consistent calibration.
 
         `data_faults` come first. Contradictions of the prior and unmodeled errors follow, starting
         with the group of the largest chi-square. Failed innovation tests come last, because an
         unmodeled error also affects the innovations of healthy sensors.
         """
-        innovation_failures = [words for test in self.tests for words in test.describe_failures()]
+        innovation_failures = [text for test in self.tests for text in test.describe_failures()]
         # Chi-squares of model tests are divided by the variance ratio.
         variance_ratio = compute_variance_ratio(self.tests)
         # A change since an earlier calibration resembles a change soon after the first sample.
-        since = [
+        changed_blocks = [
             f"{test.block} "
             for test in self.prior_tests
             if test.is_failed and self.scenario.prior is not None
         ]
-        named = [
+        model_causes = [
             (
                 0.0
-                if test.description.startswith(tuple(since))
+                if test.description.startswith(tuple(changed_blocks))
                 else variance_ratio * test.chi_square,
                 test.summary,
             )
             for test in self.model_tests
             if test.is_selected
         ]
-        far = sorted(list_prior_contradictions(self.prior_tests), reverse=True)
-        first, second = sorted((far, named), key=lambda causes: causes[:1], reverse=True)
-        return [*self.data_faults, *(words for _, words in first + second), *innovation_failures]
+        prior_causes = sorted(list_prior_contradictions(self.prior_tests), reverse=True)
+        first, second = sorted(
+            (prior_causes, model_causes), key=lambda causes: causes[:1], reverse=True
+        )
+        return [*self.data_faults, *(text for _, text in first + second), *innovation_failures]
 
     @property
     def is_consistent(self) -> bool:
-        """True if no test of the innovations, the prior or the model fails, and no check finds a
-        fault of the data.
+        """True if the tests of the innovations, of the prior and of the model pass, and no check
+        finds a fault in the data.
         """
         return not self.failures
 
     @property
     def conclusion(self) -> str:
-        """One line for the user: consistent, or which kinds of tests failed and why."""
+        """Conclusion for the user in one line: the calibration is consistent, or which tests failed
+        and why.
+        """
         if self.is_consistent:
             return CONSISTENT
         return f"{self._subjects} not support it: {'; '.join(self.failures)}"
@@ -197,7 +201,7 @@ class Calibration:
             "model": any(test.is_selected for test in self.model_tests),
             "innovations": any(test.describe_failures() for test in self.tests),
         }
-        (*others, last) = (name for name, speaks in has_failed.items() if speaks)
+        (*others, last) = (name for name, failed in has_failed.items() if failed)
         if others:
             return f"{', '.join(others)} and {last} do"
         return "the innovations do" if last == "innovations" else f"the {last} does"
@@ -228,7 +232,8 @@ class Calibration:
 
     @property
     def attitude(self) -> pd.DataFrame:
-        """Smoothed and filtered attitude at every sample, as a table of quaternions and 1-sigmas.
+        """Smoothed and filtered attitude at every sample, as a table of quaternions and their
+        1-sigma about each body axis.
 
         Columns: ``time`` [s]; smoothed quaternion ``q1`` to ``q4`` from GCRF to body and 1-sigma
         ``sigma_x`` to ``sigma_z`` about the body axes [deg]; the filtered quaternion and 1-sigma
@@ -256,8 +261,8 @@ class Calibration:
         return pd.DataFrame(columns)
 
     def to_entries(self) -> dict[str, Any]:
-        """Return scenario, estimates and covariance as a dict of JSON values, from which a
-        follow-up scenario starts.
+        """Return the scenario, the estimates and their covariance as a dict of JSON values. A
+        follow-up scenario can be built from this dict.
         """
         states = self.states.reshape(-1, 3)[1:].tolist()
         return {
@@ -295,7 +300,8 @@ class Calibration:
         return Scenario.from_dict({**(changes or {}), "after": document})
 
     def compare(self, plan: ManeuverPlan) -> pd.DataFrame:
-        """Compare the achieved 1-sigma of each state with the 1-sigma that a plan predicted.
+        """Return a table that compares the achieved 1-sigma of each state with the 1-sigma that a
+        plan predicted.
 
         Parameters
         ----------
@@ -352,13 +358,13 @@ class Calibration:
         return result
 
     def draw_figures(self) -> dict[str, go.Figure]:
-        """Return Plotly figures by name: ``parameters``, and ``innovations`` and ``attitude`` if
-        the history is available.
+        """Return Plotly figures as a dict: the estimates under ``parameters`` and, unless the
+        calibration was read from a file, ``innovations`` and ``attitude``.
         """
         from mgeo_calibration.calibration.figures import draw_calibration_figures
 
-        names, known = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior
-        states = np.zeros_like(self.states) if known is None else known.estimates
+        names, prior = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior
+        states = np.zeros_like(self.states) if prior is None else prior.estimates
         prior_values = [
             convert_block(self.suite, states, block) for block in list_telemetry_units(self.suite)
         ]

@@ -74,21 +74,23 @@ class SensorTest:
 
     @property
     def variance_ratio(self) -> float:
-        """Ratio of the actual to the predicted variance of averaged innovations, which includes
-        their correlation.
+        """Ratio of the actual to the predicted variance of the mean innovation. A positive
+        correlation of the innovations increases the ratio.
         """
         correlated = self.correlation if self.correlation > self.correlation_bound else 0.0
         return self.nis * (1.0 + 2.0 * N_LAGS * correlated)
 
     @property
     def has_negative_correlation(self) -> bool:
-        """True if the innovations correlate negatively, because varying errors are declared too
-        large.
+        """True if the innovations correlate negatively beyond the bound, which indicates that
+        varying errors are declared too large.
         """
         return self.correlation < -self.correlation_bound
 
     def describe_failures(self) -> list[str]:
-        """Return one line for each failed test: NIS, whiteness, or share of outliers."""
+        """Return one line of text for each failed test of the sensor: NIS, whiteness or share of
+        outliers.
+        """
         result = []
         if not self.nis <= self.nis_high:
             result.append(
@@ -106,8 +108,8 @@ class SensorTest:
         return result
 
     def describe_excess_noise(self) -> list[str]:
-        """Return a note if the declared sensor noise is larger than the innovations show, otherwise
-        an empty list.
+        """Return a list with a note for the user if the declared noise of the sensor is larger than
+        the innovations show, otherwise an empty list.
         """
         if self.nis >= self.nis_low or self.has_negative_correlation:
             return []
@@ -125,11 +127,11 @@ class SensorTest:
 def describe_overestimated_errors(
     solution: Solution, tests: Iterable[SensorTest]
 ) -> tuple[str, ...]:
-    """Return a note on varying errors, such as gyro noise, whose declared 1-sigma is larger than
-    telemetry shows.
+    """Return a tuple with a note for the user if varying errors, such as gyro noise, are declared
+    larger than the telemetry shows, otherwise an empty tuple.
     """
-    cautious = [test for test in tests if test.has_negative_correlation]
-    if not cautious:
+    negative_tests = [test for test in tests if test.has_negative_correlation]
+    if not negative_tests:
         return ()
     suite, states = solution.batch.suite, solution.estimate.states
     result = []
@@ -144,19 +146,19 @@ def describe_overestimated_errors(
                 f"{block} is declared with {unit.factor * declared:.3g} {unit.text}; telemetry "
                 f"shows at most {unit.factor * rms:.2g}"
             )
-    names = ", ".join(f"{test.sensor} ({test.correlation:.3f})" for test in cautious)
+    names = ", ".join(f"{test.sensor} ({test.correlation:.3f})" for test in negative_tests)
     causes = "; ".join(result) or "noise or steps of the gyro are declared larger than they are"
     return (f"innovations of {names} correlate negatively, sigmas are too large: {causes}",)
 
 
 def compute_nis_bounds(n_values: int, n_tests: float) -> tuple[float, float]:
-    """Return the lower and upper bound of the mean NIS for readings that agree with their declared
-    noise.
+    """Return the acceptance interval of the mean normalized innovation squared (NIS), as its lower
+    and its upper bound.
 
     Parameters
     ----------
     n_values : int
-        Number of squared values.
+        Number of innovation components.
     n_tests : float
         Number of tests that share the significance level.
     """
@@ -166,13 +168,13 @@ def compute_nis_bounds(n_values: int, n_tests: float) -> tuple[float, float]:
 
 
 def compute_correlation_bound(n_values: int, n_tests: float) -> float:
-    """Return the bound that the largest of `N_LAGS` autocorrelations exceeds for white innovations
-    with the probability of a false alarm.
+    """Return the acceptance bound of the largest autocorrelation of white innovations over `N_LAGS`
+    lags.
 
     Parameters
     ----------
     n_values : int
-        Number of values.
+        Number of innovation components.
     n_tests : float
         Number of tests that share the significance level.
     """
@@ -180,8 +182,8 @@ def compute_correlation_bound(n_values: int, n_tests: float) -> float:
 
 
 def compute_max_autocorrelation(innovations: Innovations) -> float:
-    """Return the autocorrelation of largest magnitude among the first `N_LAGS` lags of whitened
-    innovations, averaged over components.
+    """Return the autocorrelation of whitened innovations that has the largest magnitude among the
+    first `N_LAGS` lags. Autocorrelations are averaged over components.
     """
     w: Floats = innovations.whitened_values
     variance = (w * w).mean() if len(w) else 1.0
@@ -207,8 +209,8 @@ def run_sensor_tests(
         Number of tests that share the significance level.
     """
     suite, tests = fit_result.batch.suite, []
-    at = fit_result.solution.estimate
-    aligned = Trajectory(at.attitude, np.zeros_like(at.states))
+    estimate = fit_result.solution.estimate
+    uncalibrated = Trajectory(estimate.attitude, np.zeros_like(estimate.states))
     for index, (sensor, each) in enumerate(
         zip(suite.sensors, filter_results.innovations, strict=True)
     ):
@@ -217,7 +219,7 @@ def run_sensor_tests(
         unit = find_innovation_unit(sensor)
         count, rejected = each.whitened_values.size, int(fit_result.is_rejected[index].sum())
         low, high = compute_nis_bounds(count, n_tests)
-        before = compute_innovations(fit_result.batch, index, aligned)
+        before = compute_innovations(fit_result.batch, index, uncalibrated)
         tests.append(
             SensorTest(
                 sensor=sensor.name,
@@ -290,8 +292,8 @@ def format_chi_square(chi_square: float, degrees_of_freedom: int, p: float) -> s
 
 
 def tabulate_tests(test_class: type[Any], tests: Sequence[Any], index: str) -> pd.DataFrame:
-    """Return test results of one class as a table with one row per test and its fields as columns,
-    indexed by one field.
+    """Return a table with one row per test result and one column per field of the result class,
+    indexed by one of the fields.
     """
     columns = [field.name for field in fields(test_class)]
     rows = [vars(test) for test in tests]
@@ -300,7 +302,8 @@ def tabulate_tests(test_class: type[Any], tests: Sequence[Any], index: str) -> p
 
 
 def list_prior_contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, str]]:
-    """Return chi-square and one-line description of each failed prior test.
+    """Return the chi-square and a one-line description of each failed prior test, as a list of
+    pairs.
 
     The test of all states is included only if no block fails.
     """
@@ -319,8 +322,8 @@ def count_prior_tests(prior: PriorEstimate) -> int:
 def run_prior_tests(
     prior: PriorEstimate, attitude: Floats, states: Floats, significance_level: float
 ) -> tuple[PriorTest, ...]:
-    """Test whether the estimate at the first sample agrees with the prior, for each block of states
-    and for all states.
+    """Test whether the estimate at the first sample agrees with the prior. Return one result for
+    each block of states and one for all states.
 
     Parameters
     ----------

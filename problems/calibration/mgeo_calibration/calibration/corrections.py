@@ -23,7 +23,7 @@ DEG_S = Unit("deg/s", "deg_s", float(np.degrees(1.0)))
 
 
 def compute_corrections(suite: Suite, states: Floats) -> dict[str, Any]:
-    """Return the correction parameters of the gyro and of each sensor, as a dict by name; see
+    """Return the parameters that correct raw readings, as a dict by name of the gyro or sensor; see
     `Calibration.compute_corrections`.
 
     Parameters
@@ -95,22 +95,22 @@ def find_bias_unit(owner: Gyro | Sensor) -> Unit:
 
 
 def find_error_unit(owner: Gyro | Sensor, sensitivity: BiasSensitivity) -> Unit:
-    """Return the telemetry unit of the error that depends on a housekeeping channel: a bias or a
-    misalignment.
+    """Return the telemetry unit of an error that a bias sensitivity describes: the unit of the
+    bias, or degrees for a misalignment.
     """
     return find_bias_unit(owner) if sensitivity.error == "bias" else DEG
 
 
 def find_innovation_unit(sensor: Sensor) -> Unit:
-    """Return the unit in which innovations of a sensor are reported: the unit of its readings, or
-    degrees for quaternions.
+    """Return the unit in which the innovations of a sensor are reported: the unit of its readings,
+    or degrees for a star tracker.
     """
     return DEG if len(sensor.telemetry_suffixes) == 4 else sensor.telemetry_unit
 
 
 def list_telemetry_units(suite: Suite) -> dict[str, Unit]:
-    """Return the telemetry unit of each state block, as a dict by block name without the
-    attitude.
+    """Return the telemetry unit of each state block except the attitude, as a dict by
+    block name.
     """
     units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
     biases: dict[str, Unit] = {}
@@ -126,8 +126,8 @@ def list_telemetry_units(suite: Suite) -> dict[str, Unit]:
 
 
 def convert_block(suite: Suite, states: Floats, block: str) -> Floats:
-    """Return a state block converted to its telemetry unit, as an array of three components.
-    Rotations become rotation vectors.
+    """Return the three components of a state block in its telemetry unit, with rotations as
+    rotation vectors.
     """
     first = 3 * suite.blocks.index(block)
     values = states[first : first + 3]

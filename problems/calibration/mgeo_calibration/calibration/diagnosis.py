@@ -20,8 +20,8 @@ EXPLANATORY_CHECKS = ("repeated samples", "repeated numbers")
 
 
 def run_checks(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> CheckResults:
-    """Run all checks of telemetry that need no attitude. Return their findings as one-line texts,
-    as a dict by name of the check.
+    """Run all checks of telemetry that need no attitude, and return a dict from the name of each
+    check to its findings, one line of text each.
 
     Parameters
     ----------
@@ -34,13 +34,14 @@ def run_checks(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> 
 
 
 def list_data_faults(checks: CheckResults) -> tuple[str, ...]:
-    """Return the findings of all checks as one-line texts, most reliable check first."""
-    return tuple(words for result in checks.values() for words in result)
+    """Return the findings of all checks in one tuple, one line of text each, the most reliable
+    check first.
+    """
+    return tuple(finding for findings in checks.values() for finding in findings)
 
 
 class CalibrationError(ValueError):
-    """Error of a calibration whose telemetry does not determine the attitude, or whose fit does not
-    converge.
+    """Raised if the telemetry does not determine the attitude, or if the fit does not converge.
 
     The message starts with the most reliable finding of the checks.
 
@@ -56,8 +57,8 @@ class CalibrationError(ValueError):
         self.checks = checks or {}
 
     def build_check_table(self) -> pd.DataFrame:
-        """Return a table with one row per check of telemetry and its findings in the column
-        ``finding``.
+        """Return a table with one row per telemetry check, whose column ``finding`` contains all
+        findings of the check.
         """
         rows = {name: "; ".join(result) or "nothing" for name, result in self.checks.items()}
         return pd.DataFrame({"finding": rows}).rename_axis("check")

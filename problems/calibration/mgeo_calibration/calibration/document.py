@@ -30,9 +30,7 @@ _ESTIMATES = {"quaternion": list, "rate_deg_s": list, "states": dict, "covarianc
 
 
 def to_json(calibration: Calibration) -> str:
-    """Return a calibration as JSON text. Floats are written so that reading restores them
-    exactly.
-    """
+    """Return a calibration as JSON text in which floats keep full precision."""
     return serialize(build_document(calibration))
 
 
@@ -42,7 +40,8 @@ def build_document(calibration: Calibration) -> dict[str, Any]:
 
 
 def from_json(text: str) -> Calibration:
-    """Parse the JSON text of a calibration file and return the calibration, without history.
+    """Return the calibration that the JSON text of a calibration file describes. It has no attitude
+    history, because files do not contain one.
 
     Raises
     ------
@@ -53,7 +52,8 @@ def from_json(text: str) -> Calibration:
 
 
 def read_json(path: Path | str) -> Calibration:
-    """Read a calibration, without history, from a JSON file.
+    """Return the calibration in a JSON file. It has no attitude history, because files do not
+    contain one.
 
     Raises
     ------

@@ -20,8 +20,8 @@ N_POINTS = 1500
 def draw_calibration_figures(
     table: pd.DataFrame, prior: Floats, sensors: Sequence[str], history: History | None
 ) -> dict[str, go.Figure]:
-    """Return Plotly figures by name: ``parameters``, and ``innovations`` and ``attitude`` if there
-    is a history.
+    """Return Plotly figures as a dict: the estimates under ``parameters`` and, if an attitude
+    history is given, ``innovations`` and ``attitude``.
 
     Parameters
     ----------
@@ -75,7 +75,9 @@ def _plot_parameters(table: pd.DataFrame) -> go.Figure:
 
 
 def _plot_innovations(names: Sequence[str], history: History) -> go.Figure:
-    """Plot the mean NIS per component of consecutive readings over time, one line per sensor."""
+    """Plot the normalized innovations squared (NIS) of each sensor over time, averaged over up to
+    60 groups of consecutive readings.
+    """
     figure = go.Figure()
     for number, (name, each) in enumerate(zip(names, history.innovations, strict=True)):
         if not len(each.samples):

@@ -1,4 +1,4 @@
-"""Errors that a scenario does not model and that the score tests of a calibration look for."""
+"""Hypotheses of the score tests: errors of gyro, sensors and orbit that a scenario omits."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ _AXES_ERRORS = {
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Unmodeled error that a score test looks for, with the scenario key that would model it and a
-    text of its estimated size.
+    """Hypothesis of a score test: an error that the scenario does not model, with the scenario key
+    that would model it.
 
     Attributes
     ----------
@@ -105,7 +105,8 @@ class Hypothesis:
 def build_hypotheses(
     solution: Solution, channels: Mapping[str, Floats], has_gyro: bool = True
 ) -> dict[str, Hypothesis]:
-    """Return the unmodeled errors that can be tested at a converged fit, as a dict by name.
+    """Return the hypotheses that can be tested on a converged fit, one per unmodeled error, as a
+    dict by name such as ``mag.latency``.
 
     Parameters
     ----------
@@ -137,27 +138,27 @@ def build_hypotheses(
 def select_correlated_channels(
     telemetry: Telemetry, data: Batch, innovations: Sequence[Innovations]
 ) -> tuple[dict[str, Floats], int]:
-    """Return the housekeeping channels that correlate most with the innovations, interpolated to
-    the samples of the fit, and the number of omitted channels.
+    """Return the housekeeping channels with the strongest correlation with the innovations, as a
+    dict of arrays at the samples of the fit, and the number of channels left out.
     """
     result = {}
     for name, values in telemetry.housekeeping.items():
         channel = np.interp(data.times, telemetry.times, values)
         if np.ptp(channel) > 0.0:
             scaled = (channel - channel.mean()) / channel.std()
-            followed = sum(
+            channel_correlation = sum(
                 float(np.square(scaled[each.samples] @ each.whitened_values).sum())
                 / max(len(each.samples), 1)
                 for each in innovations
             )
-            result[name] = followed, channel
-    most = sorted(result, key=lambda name: -result[name][0])[:_MAX_CHANNELS]
-    return {name: result[name][1] for name in most}, len(result) - len(most)
+            result[name] = channel_correlation, channel
+    selected = sorted(result, key=lambda name: -result[name][0])[:_MAX_CHANNELS]
+    return {name: result[name][1] for name in selected}, len(result) - len(selected)
 
 
 def has_sensitivity(owner: Gyro | Sensor, column: str, error: str = "bias") -> bool:
-    """Return True if the scenario models that an error of the gyro or sensor depends on a
-    housekeeping channel.
+    """Return True if the scenario contains a bias sensitivity of the gyro or sensor to a
+    housekeeping channel, for the given kind of error.
     """
     return any(
         find_channel([column], each.channel)
@@ -335,24 +336,27 @@ def _build_channel_hypothesis(
     model_error: ModelError,
     size: tuple[float, str],
 ) -> Hypothesis:
-    (called, values), (large, unit) = column, size
+    (channel_name, values), (large, unit) = column, size
     is_offset = error == (owner.offset_state if isinstance(owner, Sensor) else "bias")
     key = f"{name}.{_SENSITIVITY_KEYS[error]}" if error in _SENSITIVITY_KEYS else _REMOVAL_ADVICE
     return Hypothesis(
-        f"{name}.{called}" if is_offset else f"{name}.{error}.{called}",
+        f"{name}.{channel_name}" if is_offset else f"{name}.{error}.{channel_name}",
         key,
         partial(
-            _format_worst_axis, f"{name}.{error} follows {called} by", large / np.ptp(values), unit
+            _format_worst_axis,
+            f"{name}.{error} follows {channel_name} by",
+            large / np.ptp(values),
+            unit,
         ),
         (model_error,),
-        is_applicable=not has_sensitivity(owner, called, error),
+        is_applicable=not has_sensitivity(owner, channel_name, error),
         weight=1.0 if is_offset else _RARE_WEIGHT,
     )
 
 
 def format_with_sigma(value: float, sigma: float) -> str:
-    """Format a value and its 1-sigma as text, with the value rounded to the first digit of the
-    1-sigma.
+    """Return a value and its 1-sigma as text such as ``0.124 ± 0.003``, with the value rounded to
+    the leading digit of the 1-sigma.
     """
     if not 0.0 < sigma < np.inf:
         return f"{value:.2g} ± {sigma:.1g}"
@@ -377,21 +381,22 @@ def _format_latency(prefix: str, positive: str, negative: str, score: Score) -> 
 
 
 def _format_step(offset: str, size: float, unit: str, times: Floats, score: Score) -> str:
-    by, at = (
+    change, time = (
         size * _compute_range(_STEP_PROFILES, score),
         _find_change_time(times, _STEP_PROFILES, score),
     )
-    return f"{offset} changes by {by:.3g} {unit} at about {at:.0f} s"
+    return f"{offset} changes by {change:.3g} {unit} at about {time:.0f} s"
 
 
 def _scale_channel(channel: Floats) -> Floats:
-    """Return a housekeeping channel minus its mean, divided by its range."""
     scaled: Floats = (channel - channel.mean()) / np.ptp(channel)
     return scaled
 
 
 def _evaluate_offset(profiles: Sequence[model_errors.Profile], score: Score) -> Floats:
-    """Return the estimated offset at each of `_TIME_FRACTIONS`, one row per time."""
+    """Return the sensor or gyro offset that a score estimates, with one row for each of
+    `_TIME_FRACTIONS`.
+    """
     path: Floats = profiles[score.alternative](_TIME_FRACTIONS) @ score.estimate.reshape(-1, 3)
     return path
 
@@ -403,10 +408,10 @@ def _compute_range(profiles: Sequence[model_errors.Profile], score: Score) -> fl
 def _find_change_time(
     times: Floats, profiles: Sequence[model_errors.Profile], score: Score
 ) -> float:
-    """Return the time at which an estimated offset changes fastest; the middle of the data for a
-    constant slope.
+    """Return the time in seconds at which the offset that a score estimates changes fastest, or the
+    middle of the data if the offset changes at a constant rate.
     """
     speed = np.linalg.norm(np.diff(_evaluate_offset(profiles, score), axis=0), axis=1)
     fastest = np.flatnonzero(speed >= 0.999 * speed.max())
-    share = 0.5 * (_TIME_FRACTIONS[fastest[0]] + _TIME_FRACTIONS[fastest[-1] + 1])
-    return float(times[0] + share * (times[-1] - times[0]))
+    fraction = 0.5 * (_TIME_FRACTIONS[fastest[0]] + _TIME_FRACTIONS[fastest[-1] + 1])
+    return float(times[0] + fraction * (times[-1] - times[0]))

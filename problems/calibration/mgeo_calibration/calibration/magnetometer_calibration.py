@@ -47,8 +47,8 @@ def calibrate_magnetometers(
     telemetry: Telemetry | pd.DataFrame | Path | str,
     mapping: TelemetryMapping | None = None,
 ) -> Calibration:
-    """Estimate bias, scale factor and non-orthogonality of each magnetometer from the field
-    strength, without an attitude.
+    """Estimate the bias, scale factor and non-orthogonality of each magnetometer from the measured
+    field strength, which needs no attitude, and return the calibration.
 
     A scale factor or non-orthogonality is estimated only if the scenario contains its state. All
     other states, the attitude and the rate keep their prior, so that a scenario can continue from
@@ -121,7 +121,7 @@ def calibrate_magnetometers(
     )
     covariance[:3], covariance[:, :3] = 0.0, 0.0
     covariance[:3, :3] = scenario.initial_attitude_covariance
-    nothing = prior.reset_varying_states()
+    constant_prior = prior.reset_varying_states()
     return Calibration(
         scenario=scenario,
         time=time,
@@ -131,7 +131,7 @@ def calibrate_magnetometers(
         covariance=covariance,
         tests=tuple(tests),
         outliers=(),
-        prior_tests=run_prior_tests(nothing, np.eye(3), states, SIGNIFICANCE / n_tests),
+        prior_tests=run_prior_tests(constant_prior, np.eye(3), states, SIGNIFICANCE / n_tests),
         notes=(METHOD_NOTE, *(note for test in tests for note in test.describe_excess_noise())),
     )
 

@@ -64,8 +64,8 @@ class ModelTest:
 
     @property
     def summary(self) -> str:
-        """One line on the estimated error: size, significance, scenario key that models the error,
-        and alternatives.
+        """Result of the test in one line: size and significance of the error, scenario key that
+        models the error, and alternatives.
         """
         significance = format_chi_square(self.chi_square, self.degrees_of_freedom, self.p)
         text = f"{self.description} {significance}: {self.key}"
@@ -75,7 +75,8 @@ class ModelTest:
 def run_model_tests(
     solution: Solution, hypotheses: Mapping[str, Hypothesis], n_tests: float, variance_ratio: float
 ) -> tuple[tuple[ModelTest, ...], tuple[str, ...]]:
-    """Test a converged fit for unmodeled errors, and select the errors that explain the data.
+    """Test a converged fit for errors that the scenario does not model, and select the errors that
+    explain the data.
 
     The most significant error is selected first. The other errors are then tested again with the
     selected error estimated, until none is significant: one error resembles many others. The number
@@ -136,9 +137,7 @@ def run_model_tests(
 
 
 def compute_variance_ratio(tests: Sequence[SensorTest]) -> float:
-    """Return the largest ratio of actual to predicted variance of averaged innovations among all
-    sensors, at least 1.
-    """
+    """Return the largest `SensorTest.variance_ratio` of all sensors, at least 1."""
     return max([1.0, *(test.variance_ratio for test in tests)])
 
 
@@ -149,8 +148,8 @@ def _select_errors(
     n_tests: float,
     variance_ratio: float,
 ) -> dict[str, tuple[Score, str]]:
-    """Select the significant errors one after the other. Return score and description of
-    alternatives of each, as a dict by name.
+    """Select the significant errors one after the other. Return a dict by name of the error, with
+    its score and a description of its alternatives.
     """
     selected: dict[str, tuple[Score, str]] = {}
     current_scores, n_remaining = single_scores, n_tests
@@ -213,8 +212,8 @@ def _describe_alternatives(
 def _score_hypotheses(
     all_scores: ScoreTests, hypotheses: Mapping[str, Hypothesis], keys: Sequence[str]
 ) -> dict[str, Score]:
-    """Return the score of the most significant model of each hypothesis, while the errors in `keys`
-    are estimated as well.
+    """Return a dict by name of the hypothesis, with the score of its most significant model. The
+    errors in `keys` are estimated at the same time.
     """
     best = {}
     for name, hypothesis in hypotheses.items():
@@ -241,8 +240,8 @@ def _describe_doubts(
     single_scores: Mapping[str, Score],
     all_scores: ScoreTests,
 ) -> Iterator[str]:
-    """Yield notes on conventions, such as the time tags of the gyro, for which the alternative fits
-    telemetry better, but not significantly.
+    """Yield a note for each convention, such as the time tags of the gyro, whose alternative fits
+    the telemetry better, but not significantly.
     """
     order = np.concatenate([solution.partition.stochastic, solution.partition.constant])
     sigma = np.sqrt(np.diag(compute_last_covariance(solution)))[order]

@@ -12,8 +12,7 @@ import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.sensors.base import Sensor
-from mgeo_attitude.sensors.base import scale_noise as scaled_noise
+from mgeo_attitude.sensors.base import Sensor, scale_noise
 from mgeo_attitude.sensors.error_models import BiasSensitivity, get_initial_sigma
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.settings.errors import InvalidValue, format_known_names
@@ -49,8 +48,8 @@ def recalibrate(
     telemetry: Telemetry,
     keys: Sequence[str],
 ) -> Calibration:
-    """Repeat a calibration with additional states, with noise estimated from the innovations, or
-    both.
+    """Repeat a calibration from the same telemetry with additional states, with sensor noise
+    estimated from the innovations, or both. Return the new calibration.
 
     Parameters
     ----------
@@ -65,21 +64,21 @@ def recalibrate(
     InvalidValue
         If a key adds nothing, or the scenario continues an earlier calibration.
     CalibrationError
-        As `calibrate`.
+        See `calibrate`.
     """
     states = [key for key in keys if key != NOISE_KEY]
     scenario = add_states(calibration.scenario, states, telemetry.housekeeping)
-    again = calibrate(scenario, telemetry) if scenario != calibration.scenario else calibration
+    result = calibrate(scenario, telemetry) if scenario != calibration.scenario else calibration
     for _ in range(_N_ROUNDS if NOISE_KEY in keys else 0):
-        again = calibrate(update_noise(again), telemetry)
-    return again
+        result = calibrate(update_noise(result), telemetry)
+    return result
 
 
 def add_states(
     scenario: Scenario, keys: Sequence[str], housekeeping: Mapping[str, Floats]
 ) -> Scenario:
-    """Return a copy of a scenario that also estimates the given gyro or sensor errors, with typical
-    initial 1-sigmas.
+    """Return a copy of a scenario that additionally estimates the given errors of the gyro or the
+    sensors, each with a typical initial 1-sigma.
 
     Parameters
     ----------
@@ -95,8 +94,8 @@ def add_states(
     )
     for key in keys:
         if key not in options:
-            known = format_known_names(key, [*options, NOISE_KEY])
-            expected = f"expected a state that can be added{known}"
+            suggestion = format_known_names(key, [*options, NOISE_KEY])
+            expected = f"expected a state that can be added{suggestion}"
             raise InvalidValue("fit", key, expected)
     if keys and scenario.prior is not None:
         expected = "expected a scenario without an earlier calibration, whose prior lacks the state"
@@ -105,15 +104,15 @@ def add_states(
     def extend(owner: T) -> T:
         name = getattr(owner, "name", "gyro")
         own_keys = [key for key in keys if key.partition(".")[0] == name]
-        more: dict[str, Any] = {
+        changes: dict[str, Any] = {
             options[key]: INITIAL_SIGMAS[options[key].removeprefix("initial_")]
             for key in own_keys
             if key not in channels
         }
         new: list[BiasSensitivity] = [each for key in own_keys for each in channels.get(key, ())]
         if new:
-            more[_SENSITIVITIES_FIELD] = (*getattr(owner, _SENSITIVITIES_FIELD), *new)
-        return dataclasses.replace(owner, **more)
+            changes[_SENSITIVITIES_FIELD] = (*getattr(owner, _SENSITIVITIES_FIELD), *new)
+        return dataclasses.replace(owner, **changes)
 
     return dataclasses.replace(
         scenario,
@@ -123,7 +122,7 @@ def add_states(
 
 
 def list_addable_states(scenario: Scenario) -> dict[str, str]:
-    """Return the states that can be added to a scenario, as a dict from names such as
+    """Return the states that a scenario could additionally estimate, as a dict from names such as
     ``mag.scale_factor`` to the scenario key that adds the state.
     """
     result = {}
@@ -140,8 +139,8 @@ def list_addable_states(scenario: Scenario) -> dict[str, str]:
 def list_addable_sensitivities(
     scenario: Scenario, housekeeping: Mapping[str, Floats]
 ) -> dict[str, tuple[BiasSensitivity, ...]]:
-    """Return the bias sensitivities to housekeeping channels that can be added to a scenario, as a
-    dict by the keys of `add_states`.
+    """Return the bias sensitivities to housekeeping channels that a scenario could additionally
+    estimate, as a dict by name such as ``mag.temp``.
     """
     result: dict[str, tuple[BiasSensitivity, ...]] = {}
     owners: tuple[Gyro | Sensor, ...] = (scenario.gyro, *scenario.sensors)
@@ -168,10 +167,10 @@ def list_addable_sensitivities(
                     continue
                 channel, unit = split_name_and_unit(column)
                 sigma = _BIAS_VARIATION_FACTOR * np.max(get_initial_sigma(states[error]))
-                in_key = find_bias_unit(owner) if error == "bias" else DEG
+                error_unit = find_bias_unit(owner) if error == "bias" else DEG
                 sensitivity = BiasSensitivity(
                     channel,
-                    initial_sigma=float(in_key.factor * sigma / np.ptp(values)),
+                    initial_sigma=float(error_unit.factor * sigma / np.ptp(values)),
                     unit=unit or "unit",
                     reference=float(np.mean(values)),
                     error=error,
@@ -181,20 +180,20 @@ def list_addable_sensitivities(
 
 
 def update_noise(calibration: Calibration) -> Scenario:
-    """Return the scenario of a calibration with each sensor noise scaled so that the NIS of its
-    innovations becomes 1.
+    """Return a copy of the scenario of a calibration in which the noise of each sensor is scaled so
+    that its mean normalized innovation squared becomes 1.
     """
     factors = {test.sensor: float(np.sqrt(test.nis)) for test in calibration.tests}
     sensors = tuple(
-        scaled_noise(sensor, factors.get(sensor.name, 1.0))
+        scale_noise(sensor, factors.get(sensor.name, 1.0))
         for sensor in calibration.scenario.sensors
     )
     return dataclasses.replace(calibration.scenario, sensors=sensors)
 
 
 def compare_calibrations(first: Calibration, second: Calibration) -> pd.DataFrame:
-    """Return a table of the estimates and 1-sigmas of two calibrations, with one row per state of
-    the second.
+    """Return a table with the estimates and 1-sigmas of two calibrations side by side, with one row
+    per state of the second calibration.
 
     The column ``change / sigma [-]`` is the difference in units of the second 1-sigma. A state that
     the first calibration lacks is compared with zero.
@@ -220,8 +219,8 @@ def compare_calibrations(first: Calibration, second: Calibration) -> pd.DataFram
 
 
 def describe_noise(calibration: Calibration) -> str:
-    """Return the noise keys of all sensors with their values as text, such as ``mag.noise_nt =
-    300``.
+    """Return the declared noise of all sensors as one line of text, such as
+    ``mag.noise_nt = 300``.
     """
     return ", ".join(
         f"{sensor.name}.{name} = {_format_sigma(getattr(sensor, name))}"

@@ -23,8 +23,8 @@ FILES = ("calibration.csv", "attitude.csv", "calibration.html", "calibration.jso
 
 
 def select_scenario(text: str | None, plan: ManeuverPlan | None) -> Scenario:
-    """Return the scenario of the option --scenario, a file or a preset, or else the scenario of the
-    plan.
+    """Return the scenario that the option --scenario names, a file or a preset. Without this
+    option, return the scenario of the plan.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def select_scenario(text: str | None, plan: ManeuverPlan | None) -> Scenario:
 def load_optional_plan(
     source: Path | None, pick: str | None, time: float | None, solution: int | None
 ) -> SelectedPlan | None:
-    """Load the plan of the option --plan, or return None without the option.
+    """Load the plan that the option --plan names, or return None without this option.
 
     Raises
     ------
@@ -76,8 +76,8 @@ def load_optional_plan(
 
 
 def validate_folder(folder: Path, overwrite: bool) -> None:
-    """Check that the output folder is writable, and raise OSError if it contains output files that
-    may not be overwritten.
+    """Raise OSError if an output folder is not writable, or if it contains output files that must
+    not be overwritten.
     """
     if folder.exists() and not folder.is_dir():
         raise FileExistsError(f"{folder} is not a folder: choose another name")
@@ -90,8 +90,8 @@ def validate_folder(folder: Path, overwrite: bool) -> None:
 def write_calibration(
     calibration: Calibration, predicted: pd.DataFrame | None, folder: Path
 ) -> list[str]:
-    """Write tables, report and JSON document of a calibration to a folder, and return the paths of
-    the files.
+    """Write the tables, the report and the JSON document of a calibration to a folder, and return
+    the paths of the written files.
     """
     from mgeo_calibration.calibration.report import build_report
 
@@ -116,8 +116,8 @@ def print_calibration(
     picked: SelectedPlan | None,
     output: Output,
 ) -> None:
-    """Print estimates, innovation tests, notes and conclusion of a calibration, and the comparison
-    with a plan if given.
+    """Print the estimates, innovation tests, notes and conclusion of a calibration and, if a plan
+    is given, the comparison with the plan.
     """
     table = calibration.build_table().set_index("block")
     output.print(
@@ -138,15 +138,15 @@ def print_calibration(
 
 
 def print_checks(error: CalibrationError, output: Output) -> None:
-    """Print the findings of the checks that need no attitude, if telemetry cannot be calibrated."""
+    """Print the findings of the attitude-independent checks after a calibration has failed."""
     table = error.build_check_table()
     output.print(*build_titled_table("Attitude-independent checks", table))
     output.print_document({"error": str(error), "checks": to_records(table)})
 
 
 def print_tests(calibration: Calibration, output: Output) -> None:
-    """Print the tests for unmodeled errors, the tests against the prior, and the faults that checks
-    of the data found.
+    """Print the results of the tests for unmodeled errors and of the tests against the prior, and
+    the faults in the data.
     """
     columns = ["description", "chi_square", "degrees_of_freedom", "p", "is_selected", "key"]
     output.print(
@@ -156,7 +156,7 @@ def print_tests(calibration: Calibration, output: Output) -> None:
     )
     output.print(*build_titled_table("Estimate and prior", calibration.build_prior_test_table()))
     for fault in calibration.data_faults:
-        output.print(f"fault of the data: {fault}")
+        output.print(f"fault in the data: {fault}")
 
 
 def print_comparison(first: Calibration, second: Calibration, output: Output) -> None:
@@ -171,8 +171,8 @@ def print_comparison(first: Calibration, second: Calibration, output: Output) ->
 def build_calibration_document(
     calibration: Calibration, predicted: pd.DataFrame | None, files: list[str]
 ) -> dict[str, Any]:
-    """Return the JSON document of a calibration, with the comparison to a plan and the list of
-    written files, as a dict.
+    """Return a calibration as a dict that becomes JSON, with its comparison to a plan and the list
+    of written files.
     """
     compared = [] if predicted is None else to_records(predicted)
     return {

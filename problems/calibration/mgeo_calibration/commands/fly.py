@@ -48,11 +48,13 @@ def simulate_plan(
         return simulate_telemetry(
             scenario, plan, seed, initial_truth=initial_truth, environment=environment
         )
-    from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry as fly_basilisk
+    from mgeo_calibration.simulators.basilisk.telemetry import (
+        simulate_telemetry as simulate_with_basilisk,
+    )
     from mgeo_calibration.simulators.basilisk.vehicle import Vehicle
 
     chosen = Vehicle.from_scenario(scenario, vehicle) if vehicle else None
-    return fly_basilisk(
+    return simulate_with_basilisk(
         scenario, plan, seed, vehicle=chosen, initial_truth=initial_truth, environment=environment
     )
 
@@ -64,8 +66,8 @@ _MAGNETORQUER_NOTE = format_note(
 
 
 def format_constraints(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return a table of constraints for the terminal, in which bound and limit share one column and
-    rows without a bound are blank.
+    """Return a copy of a constraint table for the terminal, with bound and limit in one column and
+    blank cells in rows without a bound.
     """
     shown = frame.drop(columns="bound")
     limits = zip(frame["bound"], frame["limit"], strict=True)
@@ -84,7 +86,8 @@ def print_simulation(
     files: list[str],
     output: Output,
 ) -> None:
-    """Print the plan, the comparison of the simulated run with the plan, and the written files.
+    """Print the plan of a simulated run, its comparison with the run, and the list of written
+    files.
 
     Parameters
     ----------

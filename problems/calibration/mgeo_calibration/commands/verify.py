@@ -31,7 +31,9 @@ _SHORT_COLUMNS = {
 
 
 def print_verification(picked: SelectedPlan, verification: Verification, output: Output) -> None:
-    """Print conclusion, suggestions, error table and constraint violations of a verification."""
+    """Print the conclusion, suggestions, error table and constraint violations of a
+    verification.
+    """
     plan = picked.plan
     shown = verification.table.iloc[:, :5].rename(columns=_SHORT_COLUMNS)
     output.print(
@@ -69,8 +71,8 @@ def print_verification(picked: SelectedPlan, verification: Verification, output:
 def build_verification_document(
     picked: SelectedPlan, verification: Verification, seed: int
 ) -> dict[str, Any]:
-    """Return the results of a verification, with the problem and the design of the plan, as a dict
-    of JSON values.
+    """Return a verification as a dict that becomes JSON, with the problem and the design of the
+    verified plan.
     """
     plan = picked.plan
     table = verification.table.reset_index()
@@ -107,8 +109,8 @@ def build_verification_document(
 
 
 def build_result_path(source: Path, picked: SelectedPlan, seed: int) -> Path | None:
-    """Return the path of the result file in the run folder of a solution, or None for a plan
-    without a run folder.
+    """Return the path of the result file of a solution in its run folder, or None for a plan that
+    was not selected from a run folder.
     """
     number = picked.solution
     return None if number is None else source / f"verification-solution{number}-seed{seed}.json"

@@ -54,8 +54,8 @@ def simulate_telemetry(
     initial_truth: Truth | None = None,
     environment: Environment | None = None,
 ) -> Telemetry:
-    """Simulate one run of a plan and return the telemetry, with exact rates and random sensor
-    errors.
+    """Simulate one run of a plan, with exactly executed rates and random sensor errors, and return
+    the telemetry.
 
     The run lasts until the end of the scenario. True errors are drawn from the scenario, and the
     rates of the plan are executed exactly from the true initial attitude, as in
@@ -122,8 +122,8 @@ def simulate_telemetry(
 def continue_errors(
     model: FilterModel, random_errors: RandomErrors, initial_truth: Truth | None
 ) -> RandomErrors:
-    """Return the random errors of a run with the final attitude error and states of an earlier run
-    as initial errors, if given.
+    """Return the random errors of a run. If an earlier run is given, its final attitude error and
+    states replace the initial errors.
     """
     if initial_truth is None:
         return random_errors
@@ -138,8 +138,8 @@ def continue_errors(
 
 
 def complete_design(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
-    """Return the design of a plan as an array, with the slew back to the initial attitude appended
-    if the scenario requires it.
+    """Return the design of a plan as an array. The slew back to the initial attitude is appended if
+    the scenario requires it.
     """
     design = np.asarray(getattr(plan, "design", plan), dtype=float)
     design = design if design.size else build_hold_design(model.initial_rate)
@@ -151,8 +151,8 @@ def complete_design(scenario: Scenario, plan: Any, model: FilterModel) -> Floats
 
 
 def build_telemetry(model: FilterModel, simulated_run: SimulatedRun) -> Telemetry:
-    """Convert the readings and the true states of a simulated run to telemetry in telemetry
-    units.
+    """Return the telemetry of a simulated run: its readings in telemetry units and its
+    true states.
     """
     suite, rates = model.suite, np.degrees(simulated_run.readings.gyro)
     states = np.tile(simulated_run.initial_states, (len(simulated_run.varying_states), 1))
@@ -176,8 +176,8 @@ def build_telemetry(model: FilterModel, simulated_run: SimulatedRun) -> Telemetr
 
 
 def build_true_model(truth: Scenario, scenario: Scenario, environment: Environment) -> FilterModel:
-    """Return the filter model of a true scenario, and raise an error if it differs too much from
-    the assumed scenario.
+    """Return the filter model of the true scenario. Raise ValueError if it does not match the
+    assumed scenario, for example in its sensors, states or step.
 
     Parameters
     ----------
@@ -196,16 +196,22 @@ def build_true_model(truth: Scenario, scenario: Scenario, environment: Environme
     )
     start = [key for key in get_fields(InitialConditions) if key != "attitude_deg"]
     require_same("truth.initial", truth.initial, scenario.initial, start)
-    real, believed = (one.suite for one in (truth, scenario))
+    true_suite, assumed_suite = truth.suite, scenario.suite
     for what, result, expected in (
-        ("sensors", *([sensor.name for sensor in suite.sensors] for suite in (real, believed))),
-        ("states", real.blocks, believed.blocks),
+        (
+            "sensors",
+            *([sensor.name for sensor in suite.sensors] for suite in (true_suite, assumed_suite)),
+        ),
+        ("states", true_suite.blocks, assumed_suite.blocks),
         (
             "rotations, by number of their first states,",
-            real.rotation_indices,
-            believed.rotation_indices,
+            true_suite.rotation_indices,
+            assumed_suite.rotation_indices,
         ),
-        ("readings", *([*map(count_vectors, suite.sensors)] for suite in (real, believed))),
+        (
+            "readings",
+            *([*map(count_vectors, suite.sensors)] for suite in (true_suite, assumed_suite)),
+        ),
     ):
         if result != expected:
             raise ValueError(f"truth has the {what} {result}: expected the scenario's {expected}")
@@ -215,7 +221,7 @@ def build_true_model(truth: Scenario, scenario: Scenario, environment: Environme
 def build_true_environment(
     truth: Scenario, scenario: Scenario, environment: Environment
 ) -> Environment:
-    """Return the environment on the orbit of the true scenario, without eclipses if the true
+    """Return the environment along the orbit of the true scenario, without eclipses if the true
     scenario has none.
     """
     if (truth.epoch, truth.orbit) != (scenario.epoch, scenario.orbit):

@@ -36,8 +36,8 @@ MEDIAN_COLUMN, QUANTILE_COLUMN, VIOLATED_COLUMN = "median", "90 % quantile", "vi
 
 
 def compare_with_plan(plan: ManeuverPlan, telemetry: Telemetry) -> pd.DataFrame:
-    """Compare the true attitude of a simulated run with its plan, as a table of pointing errors,
-    constraint values and wheel momentum.
+    """Return a table that compares the true attitude of a simulated run with the plan: pointing
+    errors, path constraints and wheel momentum.
 
     The comparison ends at the end of the plan or at the last sample of telemetry. Rows: pointing
     errors, path constraints and the largest momentum of a wheel.
@@ -71,8 +71,8 @@ def compare_with_plan(plan: ManeuverPlan, telemetry: Telemetry) -> pd.DataFrame:
 def compute_constraint_values(
     plan: ManeuverPlan, attitude: Floats, wheel_momentum: Floats | None = None
 ) -> dict[str, float]:
-    """Return pointing errors, path constraint angles and largest wheel momentum of an attitude
-    history, as a dict by row label.
+    """Return the pointing errors [deg], the angle of each path constraint [deg] and the largest
+    wheel momentum of an attitude history, as a dict by name of the quantity.
 
     Parameters
     ----------
@@ -108,8 +108,8 @@ def compute_constraint_values(
 def build_constraint_table(
     plan: ManeuverPlan, planned: dict[str, float], simulated: dict[str, float]
 ) -> pd.DataFrame:
-    """Build the table of `compare_with_plan` from the values of the planned and of the true
-    attitude.
+    """Return a table with planned and simulated constraint values in one row per quantity, the
+    limit of the quantity, and whether the simulated value satisfies the limit.
     """
     limits: dict[str, tuple[str, str, float]] = {}
     for each in plan.scenario.path_constraints:
@@ -134,8 +134,8 @@ def build_constraint_table(
 def simulate_gyro_guidance(
     plan: ManeuverPlan, model: FilterModel, random_errors: RandomErrors, n_steps: int
 ) -> Floats:
-    """Simulate the true attitude of a satellite that follows a plan with an attitude estimate from
-    its gyro.
+    """Return the true attitude of a satellite whose controller follows a plan with an attitude
+    estimate integrated from the gyro.
 
     The attitude estimate starts at the plan's initial attitude and integrates the corrected gyro
     rates. The controller is ideal and keeps the estimate on the plan; the Basilisk simulator
@@ -193,8 +193,8 @@ def _compute_constraint_angle(
 def _compute_momentum(
     scenario: Scenario, attitude: Floats, rates: Floats, initial_rate: Floats
 ) -> Floats:
-    """Return the momentum of each wheel at both ends of all steps, from the conservation of total
-    momentum.
+    """Return the momentum of each wheel at the start and at the end of each step, computed from the
+    conservation of total momentum.
 
     The model is that of `filter.wheel_load` without disturbance torques and magnetic unloading. The
     result has the shape (2 n, k) and the unit N m s.
@@ -218,8 +218,8 @@ def _compute_momentum(
 
 
 def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.DataFrame:
-    """Summarize pointing errors and constraints over Monte Carlo runs whose attitude estimate
-    integrates the gyro, as a table.
+    """Return a table with statistics of pointing errors and constraints over Monte Carlo runs in
+    which the controller follows an attitude estimate integrated from the gyro.
 
     Returns
     -------
@@ -257,8 +257,8 @@ def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.Da
 
 
 def format_gyro_guidance(summary: pd.DataFrame) -> list[str]:
-    """Summarize the table of `summarize_gyro_guidance` in one line of text, returned in a list that
-    is empty for an empty table.
+    """Return a list with one line of text that summarizes the table of `summarize_gyro_guidance`,
+    or an empty list for an empty table.
     """
     if not len(summary):
         return []

@@ -30,7 +30,7 @@ from scipy.signal import lfilter
 
 @dataclass(frozen=True)
 class RandomErrors:
-    """All random numbers of a simulated run: initial errors, process noise and measurement noise.
+    """Random errors of a simulated run: initial errors, process noise and measurement noise.
 
     Attributes
     ----------
@@ -50,8 +50,8 @@ class RandomErrors:
 
 
 def draw_errors(model: FilterModel, n_steps: int, generator: np.random.Generator) -> RandomErrors:
-    """Draw initial errors, process noise and measurement noise of a run from the covariances of a
-    filter model.
+    """Draw the initial errors, the process noise and the measurement noise of a run from the
+    covariances of a filter model.
     """
     suite = model.suite
     (_, Q), k = discretize_at_rest(model), suite.n_kinematic
@@ -70,8 +70,8 @@ def draw_errors(model: FilterModel, n_steps: int, generator: np.random.Generator
 
 
 def add_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
-    """Return true states from estimated states and their errors. Rotation states are composed,
-    other states added.
+    """Return true states from estimated states and their errors. Rotations are composed; all other
+    states are added.
     """
     true = states + errors
     for first in suite.rotation_indices[1:]:
@@ -121,7 +121,8 @@ class SimulatedRun:
 
 
 def compute_coning_correction(start_rates: Floats, end_rates: Floats, step: float) -> Floats:
-    """Return the coning correction of each step: mean rate minus rotation vector per unit time.
+    """Return the coning correction of each step, which is the mean rate minus the rotation vector
+    per unit time.
 
     Third-order expansion for linearly varying rates (J. E. Bortz, A New Mathematical Formulation
     for Strapdown Inertial Navigation, IEEE Transactions on Aerospace and Electronic Systems AES-7
@@ -141,8 +142,8 @@ def compute_coning_correction(start_rates: Floats, end_rates: Floats, step: floa
 def compute_design_coning(
     nominal_model: FilterModel, design: Floats, n_steps: int, initial_rotation: Floats
 ) -> Floats:
-    """Return the coning correction of each step of a design, mean rate minus rotation vector per
-    unit time, for an initial attitude with an error.
+    """Return the coning correction of each step of a design that starts at the true instead of the
+    planned attitude.
 
     Parameters
     ----------
@@ -170,8 +171,8 @@ def compute_design_coning(
 def compute_true_motion(
     nominal_model: FilterModel, design: Floats, n_steps: int, errors: Floats
 ) -> Motion:
-    """Return the true motion of a design if the initial attitude has a random error. Attitudes are
-    relative to the planned attitude.
+    """Return the true motion of a satellite that executes a design from an initial attitude with a
+    random error.
 
     The motion is given relative to the planned attitude. Its rates are the planned rates, except
     for magnetorquers, whose torque depends on the field in the body frame.
@@ -186,16 +187,15 @@ def compute_true_motion(
 
 
 def _build_initial_rotation(nominal_attitude: Floats, errors: Floats) -> Floats:
-    """Return the rotation from the planned to the true initial attitude, in GCRS axes, for a drawn
-    attitude error.
-    """
+    """Return the rotation matrix from the planned to the true initial attitude, in GCRS axes."""
     return rotation_matrix(-errors[:3] @ nominal_attitude)
 
 
 def simulate_gyro(
     model: FilterModel, rates: Floats, random_errors: RandomErrors
 ) -> tuple[Floats, Floats]:
-    """Simulate the gyro errors along a motion, and return true gyro states and reported rates.
+    """Simulate a gyro along a motion. Return the true gyro states and the rates that the gyro
+    reports.
 
     Parameters
     ----------
@@ -235,7 +235,8 @@ def simulate_run(
     random_errors: RandomErrors,
     environment: Environment | None = None,
 ) -> SimulatedRun:
-    """Simulate the true states and all readings of a run from its motion and its random errors.
+    """Simulate the true states and the sensor readings of a run with a given motion and given
+    random errors.
 
     Parameters
     ----------
@@ -278,8 +279,8 @@ def simulate_run(
 def select_sensitivity_channels(
     channel_deviations: Floats, suite: Suite, owner: Gyro | Sensor
 ) -> list[Floats]:
-    """Return the housekeeping channels on which the biases of a gyro or sensor depend, as one
-    column per bias sensitivity.
+    """Return the housekeeping channels to which a gyro or sensor has bias sensitivities, as a list
+    of columns, one per bias sensitivity.
 
     Parameters
     ----------
@@ -299,7 +300,7 @@ def _simulate_readings(
     varying_states: Floats,
     noise: Floats,
 ) -> Floats:
-    """Return the readings of one sensor at every sample; NaN at the start and where the sensor
+    """Return the readings of one sensor at every sample, with NaN at the start and where the sensor
     cannot measure.
     """
     sensor = model.suite.sensors[index]
@@ -333,7 +334,7 @@ def _simulate_readings(
 def apply_true_eclipses(
     model: FilterModel, environment: Environment, varying_states: Floats
 ) -> FilterModel:
-    """Return a copy of a filter model in which the eclipses follow the true orbit instead of the
+    """Return a copy of a filter model whose eclipses occur along the true orbit instead of the
     estimated orbit.
 
     Parameters

@@ -26,8 +26,8 @@ _MAX_TIME_DIFFERENCE = 1e-3
 
 
 def read_truth(path: Path, plan: ManeuverPlan) -> Truth:
-    """Read the true attitude and states at the end of an earlier run from a file, as the start of a
-    follow-up plan.
+    """Read the true attitude and states at the end of an earlier run from a JSON file. The run of a
+    follow-up plan starts with them.
 
     Raises
     ------
@@ -60,8 +60,8 @@ def _parse_truth(text: str, plan: ManeuverPlan) -> Truth:
 def build_truth_document(
     plan: ManeuverPlan, telemetry: Telemetry, simulator: str, seed: int
 ) -> dict[str, Any]:
-    """Return the true attitude and states at the last sample as a dict of JSON values, with the
-    keys of calibration.json.
+    """Return the true attitude and states at the last sample as a dict that becomes JSON, with the
+    keys of ``calibration.json``.
 
     ``table`` has the column ``value`` instead of ``estimate``.
     """

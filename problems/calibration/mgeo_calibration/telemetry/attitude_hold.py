@@ -20,8 +20,8 @@ from mgeo_calibration.telemetry.mapping import GyroChannels
 
 
 class AssumedAttitude(NamedTuple):
-    """Nominal attitude of a satellite without a gyro at n samples, and the random pointing error
-    about this attitude.
+    """Assumed attitude of a satellite without a gyro at n samples, with the statistics of the
+    pointing error about this attitude.
 
     The true attitude is ``attitude @ rotation_matrix(e)`` for a pointing error e.
 
@@ -39,8 +39,8 @@ class AssumedAttitude(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class AttitudeHold:
-    """Reference axes with which a satellite without a gyro keeps its body aligned, up to a random
-    pointing error.
+    """Attitude law of a satellite without a gyro: the body stays aligned with reference axes, up to
+    a random pointing error.
 
     Attributes
     ----------
@@ -58,8 +58,8 @@ class AttitudeHold:
 
     @staticmethod
     def from_channels(gyro: GyroChannels) -> AttitudeHold | None:
-        """Return the attitude hold that the gyro table of a mapping declares, or None if it
-        declares no pointing error.
+        """Return the attitude hold that a mapping declares under ``gyro``, or None without a
+        declared pointing error.
         """
         sigma, time = gyro.pointing_error_deg, gyro.pointing_correlation_time
         if sigma is None or time is None:
@@ -73,8 +73,8 @@ class AttitudeHold:
     def compute_attitude(
         self, scenario: Scenario, times: Floats, position: Floats | None
     ) -> AssumedAttitude:
-        """Compute the nominal attitude at given times from the orbit and the mounting on the
-        reference axes.
+        """Return the nominal attitude at the given times, computed from the orbit and from the
+        mounting of the body on the reference axes.
 
         Parameters
         ----------
@@ -86,8 +86,8 @@ class AttitudeHold:
 
 
 def compute_assumed_rates(axes: str, scenario: Scenario, times: Floats) -> Floats:
-    """Return the body rate of a satellite that keeps its attitude relative to LVLH or to inertial
-    axes, at given times.
+    """Return the angular rate of the reference axes, LVLH or inertial, at the given times. It is
+    the assumed body rate of a satellite without a gyro.
 
     LVLH has x forward, y against the orbit normal and z down. It rotates at the rate ``|r × v| /
     r²`` about -y.

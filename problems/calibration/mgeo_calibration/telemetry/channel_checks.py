@@ -22,9 +22,7 @@ _MAX_CLIPPING_GAP = 0.05
 
 
 def find_constant_channels(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding for each gyro or sensor with a channel that has the same value in all
-    samples.
-    """
+    """Yield a finding for each gyro or sensor with a channel whose value never changes."""
     for name, (columns, rows) in samples.columns.items():
         indices = np.flatnonzero(np.isfinite(rows).all(axis=1))
         result = rows[indices]
@@ -43,8 +41,8 @@ def find_constant_channels(samples: Samples) -> Iterator[Finding]:
 
 
 def find_saturated_rates(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding for each gyro axis whose rate exceeds the range, or stays at its extreme
-    value for many consecutive samples.
+    """Yield a finding for each gyro axis whose rate exceeds the declared range, or stays at its
+    extreme value for many consecutive samples.
     """
     if "gyro" not in samples.columns:
         return
@@ -74,8 +72,8 @@ def find_saturated_rates(samples: Samples) -> Iterator[Finding]:
 
 
 def find_repeated_samples(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding for each sensor that reports every sample several times, or whose readings
-    freeze for a while.
+    """Yield a finding for each gyro or sensor that reports every sample several times, or whose
+    readings freeze for a while.
     """
     for name, _, indices, rows in _select_readings(samples):
         lengths, starts = _find_runs((np.diff(rows, axis=0) == 0.0).all(axis=1))
@@ -95,8 +93,8 @@ def find_repeated_samples(samples: Samples) -> Iterator[Finding]:
 
 
 def find_repeated_numbers(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding for each channel with a value that occurs far more often than others, such as
-    a fill value or a clipping limit.
+    """Yield a finding for each channel in which one value occurs far more often than all others,
+    such as a fill value or a clipping limit.
     """
     for _, columns, indices, rows in _select_readings(samples):
         for column, values in zip(columns, rows.T, strict=True):
@@ -128,6 +126,8 @@ def _select_readings(samples: Samples) -> Iterator[tuple[str, list[str], Ints, F
 
 
 def _find_runs(mask: np.ndarray) -> tuple[Ints, Ints]:
-    """Return the lengths and the first indices of all runs of consecutive True values."""
+    """Return the lengths and the first indices of all runs of True in a boolean array, as two
+    arrays.
+    """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
     return edges[1::2] - edges[::2], edges[::2]

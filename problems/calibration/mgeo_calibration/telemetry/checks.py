@@ -13,8 +13,8 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 
 
 class Check(NamedTuple):
-    """Check of telemetry by name, with the function that finds contradictions. Reading a table
-    fails on a finding if ``is_fatal`` is True.
+    """Telemetry check: its name, the function that yields its findings, and whether a finding
+    prevents the telemetry from being read.
     """
 
     name: str
@@ -36,15 +36,15 @@ CHECKS = (
 
 
 def reject_findings(samples: Samples) -> None:
-    """Run the fatal checks of telemetry, and raise ValueError with the first finding."""
+    """Run the fatal telemetry checks, and raise ValueError with the first finding."""
     for check in CHECKS:
         for finding in check.find(samples) if check.is_fatal else ():
             raise ValueError(str(finding))
 
 
 def describe_findings(scenario: Scenario, telemetry: Telemetry) -> dict[str, tuple[str, ...]]:
-    """Check telemetry against declared conventions and physical limits. Return the findings as
-    one-line texts, as a dict by name of the check.
+    """Run all telemetry checks against declared conventions and physical limits. Return a dict from
+    the name of each check to its findings, one line of text each.
     """
     samples = Samples.from_telemetry(scenario, telemetry)
     return {check.name: tuple(map(str, check.find(samples))) for check in CHECKS}

@@ -25,7 +25,9 @@ T = TypeVar("T", bound=Channels)
 
 @dataclass(frozen=True)
 class Column:
-    """Column of a telemetry table: index, sign that applies to its values, and unit."""
+    """Column of a telemetry table: its index, the sign of its values (-1 if the mapping negates
+    them) and the unit in its name.
+    """
 
     index: int
     sign: float
@@ -39,8 +41,8 @@ def has_columns(frame: pd.DataFrame, required: Sequence[str]) -> bool:
 
 
 def find_columns(frame: pd.DataFrame, required: Sequence[str]) -> dict[str, Column]:
-    """Find each required column of a table by name. Return index, sign and unit, as a dict by
-    required name.
+    """Find all required columns of a table by name. Return a dict from the required name to the
+    column.
 
     Names are compared without case and without a unit in brackets. A minus before a required name
     negates the values.
@@ -67,7 +69,10 @@ def find_columns(frame: pd.DataFrame, required: Sequence[str]) -> dict[str, Colu
             result[name] = Column(k, sign, split_name_and_unit(names[k])[1])
         missing += [] if indices else [bare]
     if missing:
-        raise ValueError(f"missing columns {', '.join(missing)}: there are {', '.join(names)}")
+        raise ValueError(
+            f"missing columns {', '.join(missing)}: the table has the columns {', '.join(names)}. "
+            "Rename the columns, or declare their names in the mapping"
+        )
     if frame.empty:
         raise ValueError("the table has no rows: expected at least one")
     return result
@@ -87,8 +92,8 @@ def _normalize_name(name: object) -> str:
 
 
 def assign_unit(name: str, entry: T, columns: Sequence[Column]) -> T:
-    """Return an entry of the mapping with the unit that its column names contain, unless the entry
-    declares a unit.
+    """Return the declaration of a quantity with the unit that its column names contain. A unit that
+    is already declared takes precedence.
 
     Raises
     ------
@@ -105,14 +110,16 @@ def assign_unit(name: str, entry: T, columns: Sequence[Column]) -> T:
 
 
 def normalize_unit(unit: str) -> str:
-    """Return a unit in the spelling of `mapping.UNITS`, for example without degree signs."""
+    """Return a unit in the spelling of `mapping.UNITS`, for example ``deg/s`` for ``°/s`` or
+    ``dps``.
+    """
     for sign, known in _SPELLINGS.items():
         unit = unit.replace(sign, known)
     return _SYNONYMS.get(unit, unit)
 
 
 def parse_numbers(column: pd.Series) -> Floats:
-    """Convert a column of cells to floats. Empty cells become NaN.
+    """Return a column of table cells as floats, with NaN for empty cells.
 
     Raises
     ------
@@ -133,14 +140,17 @@ def parse_numbers(column: pd.Series) -> Floats:
 
 
 def find_channel(columns: Iterable[str], name: str) -> str | None:
-    """Return the column name that equals a channel name except for case and unit, or None."""
+    """Return the first column name that equals the name of a channel up to case and unit,
+    or None.
+    """
     return next((each for each in columns if _normalize_name(each) == _normalize_name(name)), None)
 
 
 def find_sensitivity_channels(
     suite: Suite, housekeeping: Mapping[str, Floats]
 ) -> dict[str, Floats]:
-    """Return the telemetry columns on which biases depend according to the suite, by channel name.
+    """Return the housekeeping channels that the bias sensitivities of a suite refer to, as a dict
+    of arrays by channel name.
 
     Raises
     ------
@@ -169,7 +179,8 @@ def find_sensitivity_channels(
 def select_housekeeping(
     frame: pd.DataFrame, used_indices: Collection[int], required: Collection[str] = ()
 ) -> dict[str, Floats]:
-    """Return all numeric columns that neither gyro, sensors nor position use, as a dict by name.
+    """Return the remaining numeric columns of a table, which neither gyro, sensors nor position
+    use, as a dict of arrays by column name.
 
     A column must vary and be mostly filled. A required column needs only one value.
     """

@@ -29,8 +29,8 @@ def convert_readings(
     scenario: Scenario,
     position: Floats | None,
 ) -> tuple[Floats, Floats]:
-    """Convert the raw readings of a sensor to the body frame and telemetry units, and return them
-    with their quantization steps.
+    """Convert the raw readings of a sensor to the body frame and to telemetry units. Return the
+    readings and the quantization step of each channel.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ def convert_readings(
 
 
 def rotate_to_body(rows: Floats, entry: MountedChannels) -> Floats:
-    """Rotate vectors from the sensor axes of a mapping entry to body axes. The array is changed in
-    place and returned.
+    """Rotate vectors in place from sensor axes to body axes by the declared mounting, and return
+    the array.
     """
     if entry.is_mounted:
         reported = np.isfinite(rows).all(axis=1)
@@ -83,8 +83,8 @@ def rotate_to_body(rows: Floats, entry: MountedChannels) -> Floats:
 
 
 def compute_body_steps(rows: Floats, entry: MountedChannels, unit: str) -> Floats:
-    """Return the quantization step along each body axis, which is the root sum square of the
-    contributions of all channels.
+    """Return the quantization step along each body axis: the root sum square of the contributions
+    of all sensor axes.
 
     Parameters
     ----------
@@ -101,8 +101,8 @@ def compute_body_steps(rows: Floats, entry: MountedChannels, unit: str) -> Float
 
 
 def _convert_diode(sensor: Sensor, rows: Floats, entry: SensorChannels) -> tuple[Floats, Floats]:
-    """Convert cosines or angles of a photodiode to cosines. Return them with their quantization
-    step.
+    """Return the readings of a photodiode, which may be reported as cosines or as angles, as
+    cosines, and their quantization step.
     """
     for key in ("quaternion", "dcm"):
         mounted = f"none, because sensors.normal of the scenario mounts {sensor.name}"
@@ -117,8 +117,8 @@ def _convert_diode(sensor: Sensor, rows: Floats, entry: SensorChannels) -> tuple
 
 
 def _convert_angles(sensor: Sensor, values: ColumnValues, table: TelemetryTable) -> Floats:
-    """Return unit vectors in the body frame from two columns with the angles atan(x / z) and atan(y
-    / z) in sensor axes.
+    """Return unit vectors in the body frame from two columns of angles, atan(x / z) and atan(y / z)
+    in sensor axes.
     """
     entry = values.entry
     assert isinstance(entry, SensorChannels)
@@ -142,8 +142,8 @@ def _convert_attitudes(
     scenario: Scenario,
     position: Floats | None,
 ) -> Floats:
-    """Return the attitudes of a star tracker as quaternions from GCRF to body, scalar last, from
-    any declared frame and direction.
+    """Return the readings of a star tracker as quaternions from GCRF to body, scalar last. The
+    readings may have any declared reference frame and direction.
     """
     rows, entry, _ = values
     assert isinstance(entry, SensorChannels)

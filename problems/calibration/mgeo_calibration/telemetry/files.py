@@ -57,7 +57,7 @@ def parse_table(text: str) -> pd.DataFrame:
     """
     lines = [line for line in text.splitlines() if line.strip(_SEPARATORS + " ") and line[0] != "#"]
     if not lines:
-        raise ValueError("expected CSV with a header: there are no rows")
+        raise ValueError("the table is empty: expected CSV with a header line")
     separator = next((mark for mark in _SEPARATORS if mark in lines[0]), None)
     names, *rows = ([cell.strip(' "') for cell in line.split(separator)] for line in lines[:2])
     for units in rows:

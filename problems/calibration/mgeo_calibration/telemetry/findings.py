@@ -14,8 +14,8 @@ from mgeo_calibration.telemetry.telemetry import Telemetry, format_place, list_c
 
 
 class Finding(NamedTuple):
-    """Result of a telemetry check: a sample that contradicts a declared convention or a physical
-    limit, with advice.
+    """Contradiction between telemetry and a declared convention or a physical limit, with its
+    place, the expected value and advice for the user.
 
     Attributes
     ----------
@@ -44,8 +44,8 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Input of the telemetry checks: telemetry in the body frame, with the raw columns and the
-    declarations of its table.
+    """Input of the telemetry checks: converted telemetry in the body frame, raw columns, and the
+    mapping that declares their meaning.
 
     Attributes
     ----------
@@ -64,8 +64,8 @@ class Samples:
 
     @classmethod
     def from_telemetry(cls, scenario: Scenario, telemetry: Telemetry) -> Samples:
-        """Build the input of checks from telemetry without a table, whose columns are in body axes
-        and default units.
+        """Build the input of the telemetry checks from converted telemetry, whose raw columns are
+        no longer available. The samples in body axes take their place.
         """
         gyro = {"gyro": telemetry.gyro_deg_s} if telemetry.has_gyro else {}
         rows = gyro | dict(telemetry.sensors)

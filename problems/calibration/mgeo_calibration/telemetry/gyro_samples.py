@@ -1,4 +1,4 @@
-"""Gyro samples: mean rates of arbitrary time steps, missing samples, spikes and noise."""
+"""Gyro samples: mean rates in given time steps, missing samples, spikes and noise."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SIGMA_PER_MAD = 1.4826
 
 def compute_averaging_durations(sample_times: Floats) -> Floats:
     """Return the duration over which each gyro sample averages the rate: the time since the
-    previous sample, or the median step after missing samples.
+    previous sample, or the median step if samples are missing before it.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def compute_averaging_durations(sample_times: Floats) -> Floats:
 
 
 def integrate_rates(sample_times: Floats, mean_rates: Floats) -> CubicSpline:
-    """Return the rotation angle about each axis over time, as a cubic spline whose increments match
+    """Return the rotation angle about each axis as a cubic spline over time, whose increments match
     the mean rates of all gyro samples.
 
     Knots at missing samples have the mean of their neighbors. Derivatives of the spline at its
@@ -73,7 +73,7 @@ def integrate_rates(sample_times: Floats, mean_rates: Floats) -> CubicSpline:
 
 
 def compute_mean_rates(sample_times: Floats, rates: Floats) -> Floats:
-    """Convert instantaneous gyro rates to mean rates since the previous sample, one row per sample.
+    """Convert instantaneous gyro rates to mean rates since the previous sample.
 
     The means follow from a cubic spline through the samples, with fourth-order accuracy in the time
     between samples. The first mean is the sample itself.
@@ -102,8 +102,8 @@ def compute_mean_rates(sample_times: Floats, rates: Floats) -> Floats:
 
 
 def find_spikes(rates: Floats, min_scatter: Floats) -> Floats:
-    """Return by how much each isolated spike of the gyro rates differs from the mean of its
-    neighbors, and zero for all other samples.
+    """Return the deviation of isolated spikes in gyro rates from the mean of their neighbors, one
+    row per sample. The rows of all other samples are zero.
 
     A spike returns after one or two samples, unlike a step of the rate. A spike on one axis is
     reported on all axes.
@@ -140,7 +140,7 @@ def find_spikes(rates: Floats, min_scatter: Floats) -> Floats:
 
 
 def select_gyro_samples(telemetry: Telemetry) -> tuple[Floats, Floats]:
-    """Return the times and the rates of the samples in which the gyro reports, as two arrays.
+    """Return the times and the rates of all samples that contain a gyro reading, as two arrays.
 
     Returns
     -------
@@ -166,7 +166,8 @@ def compute_median_step(sample_times: Floats) -> float:
 
 
 def compute_rate_sigma(suite: Suite, duration: float) -> Floats:
-    """Return the 1-sigma of the gyro noise, per axis, in a rate that is averaged over a duration.
+    """Return the 1-sigma of the gyro noise about each axis for a rate that is averaged over a given
+    duration.
 
     Returns
     -------
@@ -178,8 +179,8 @@ def compute_rate_sigma(suite: Suite, duration: float) -> Floats:
 
 
 def find_gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
-    """Return by how much each isolated spike of the gyro differs from its neighbors, and zero for
-    all other gyro samples.
+    """Return the deviation of isolated spikes in the gyro telemetry from the mean of their
+    neighbors, one row per gyro sample. The rows of all other samples are zero.
 
     Returns
     -------
@@ -194,8 +195,8 @@ def find_gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
 def compute_step_rates(
     times: Floats, sample_times: Floats, rates: Floats, median_step: float
 ) -> tuple[Floats, Floats, Floats, Bools]:
-    """Return the mean rate of arbitrary time steps from gyro samples, with the uncertainty due to
-    missing samples.
+    """Return the mean body rate in each given time step, interpolated from gyro samples. Return
+    also the change of the rate in the step and the uncertainty due to missing samples.
 
     Within the duration that a sample covers, the rate is the derivative of `integrate_rates`, with
     the sample as its mean. In gaps, the rate is the constant mean of both neighbors.

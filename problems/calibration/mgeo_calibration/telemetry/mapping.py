@@ -60,8 +60,8 @@ def _format_date(value: object) -> object:
 
 
 def compute_conversion_factor(unit: str, given_unit: str | None) -> float:
-    """Return the factor that converts values from a given unit to a telemetry unit of the same
-    quantity.
+    """Return the factor by which values in a given unit are multiplied to obtain a telemetry unit
+    of the same quantity.
 
     Parameters
     ----------
@@ -84,8 +84,8 @@ def compute_conversion_factor(unit: str, given_unit: str | None) -> float:
 
 
 def convert_to_scalar_last(q: Floats, scalar: str) -> Floats:
-    """Return quaternions with the scalar as the last component, from quaternions with the scalar
-    first or last.
+    """Return quaternions with the scalar as the last component, given quaternions with the scalar
+    in the first or last place.
 
     Parameters
     ----------
@@ -97,10 +97,11 @@ def convert_to_scalar_last(q: Floats, scalar: str) -> Floats:
 
 @dataclass(frozen=True, kw_only=True)
 class Channels(Settings):
-    """Columns of one quantity in a telemetry table, with scale, offset and unit of their values.
+    """Declaration of the columns of one quantity in a telemetry table: names, scale, offset and
+    unit.
 
-    A value is ``scale`` times the number plus ``offset``, in ``unit``. A minus before a column name
-    changes the sign afterwards, for example for mirrored axes.
+    A value is ``scale`` times the raw number plus ``offset``, in ``unit``. A minus before a column
+    name changes the sign afterwards, for example for mirrored axes.
     """
 
     columns: tuple[str, ...] | None = None
@@ -119,7 +120,7 @@ class Channels(Settings):
         expect(np.all(self.scale), "scale", self.scale, "numbers other than zero")
 
     def expand_conversion(self, n: int) -> tuple[Floats, Floats]:
-        """Return the scale and the offset of each of n columns, as two arrays with one element per
+        """Return the scales and the offsets of n columns, as two arrays with one element per
         column.
 
         Raises
@@ -135,8 +136,8 @@ class Channels(Settings):
         return np.broadcast_to(self.scale, n), np.broadcast_to(self.offset, n)
 
     def compute_factor(self, unit: str) -> float:
-        """Return the factor that converts values of these columns to a telemetry unit of the same
-        quantity.
+        """Return the factor that converts the values of these columns to a telemetry unit of the
+        same quantity.
 
         Raises
         ------
@@ -148,8 +149,8 @@ class Channels(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class MountedChannels(Channels):
-    """Columns of the gyro or of a sensor, with the mounting rotation between sensor axes and body
-    axes.
+    """Declaration of the columns of the gyro or of a sensor, with the mounting rotation between
+    sensor axes and body axes.
 
     A quaternion "from A to B" follows CCSDS 504.0-B: (e sin(φ/2), cos(φ/2)) for the rotation by φ
     about e that rotates the axes of A to the axes of B. Coordinates of a vector transform by the
@@ -185,7 +186,7 @@ class MountedChannels(Channels):
 
     @property
     def is_mounted(self) -> bool:
-        """True if the mapping declares a rotation between sensor axes and body axes."""
+        """True if a rotation between sensor axes and body axes is declared."""
         return self.quaternion is not None or self.dcm is not None
 
     def build_body_rotation(self) -> Rotation:
@@ -203,8 +204,8 @@ class MountedChannels(Channels):
 
 @dataclass(frozen=True, kw_only=True)
 class GyroChannels(MountedChannels):
-    """Gyro columns of a telemetry table, or the reference axes with which a satellite without a
-    gyro stays aligned.
+    """Declaration of the gyro columns of a telemetry table. For a satellite without a gyro, it
+    declares the reference axes with which the body stays aligned.
     """
 
     rate: Literal["mean", "instantaneous"] = "mean"
@@ -257,7 +258,9 @@ class GyroChannels(MountedChannels):
 
 @dataclass(frozen=True, kw_only=True)
 class SensorChannels(MountedChannels):
-    """Columns of a sensor, with the direction and reference frame of star tracker quaternions."""
+    """Declaration of the columns of a sensor, with the direction and the reference frame of star
+    tracker quaternions.
+    """
 
     name: str
     """name of the sensor in the scenario"""
@@ -269,7 +272,7 @@ class SensorChannels(MountedChannels):
 
 @dataclass(frozen=True, kw_only=True)
 class PositionChannels(Channels):
-    """Columns of the satellite position, with their reference frame."""
+    """Declaration of the columns of the satellite position, with their reference frame."""
 
     frame: PositionFrame | None = None
     """reference frame of the positions; default: GCRF, checked against the orbit of the scenario"""
@@ -277,8 +280,8 @@ class PositionChannels(Channels):
 
 @dataclass(frozen=True, kw_only=True)
 class TelemetryMapping(Settings):
-    """Declarations of a telemetry table: columns, units, mountings, frames and time scale. Defaults
-    describe the table of `Telemetry.to_frame`.
+    """Declaration of the conventions of a telemetry table: columns, units, mountings, frames and
+    time scale. The defaults describe the tables that `Telemetry.to_frame` returns.
 
     Examples
     --------
@@ -320,14 +323,16 @@ class TelemetryMapping(Settings):
 
     @property
     def time_scale(self) -> str:
-        """Time scale of the time column: declared, or usual for the declared epoch."""
+        """Declared time scale of the time column. Without a declaration, the time scale in which
+        the declared epoch is usually counted.
+        """
         named = EPOCHS.get(str(self.time_epoch), (None, "UTC"))[1]
         return self.time_system or named
 
     @property
     def count_start(self) -> datetime | None:
-        """Epoch from which the time column counts, in its time scale; None for the epoch of the
-        scenario.
+        """Epoch from which a numeric time column counts, in the time scale of the column. None if
+        the column counts from the epoch of the scenario.
         """
         if not isinstance(self.time_epoch, datetime):
             return EPOCHS[self.time_epoch][0] if self.time_epoch else None
@@ -338,7 +343,7 @@ class TelemetryMapping(Settings):
 
     @staticmethod
     def from_toml(path: str | os.PathLike[str]) -> TelemetryMapping:
-        """Read the declarations of a telemetry table from a TOML file.
+        """Read the mapping of a telemetry table from a TOML file.
 
         Raises
         ------

@@ -51,8 +51,8 @@ _MAX_ROTATION = 1.0  # largest rotation between compared vectors [rad]
 
 
 def find_invalid_times(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding for times far from the epoch, times outside the field model, a wrong time
-    unit, and long gaps.
+    """Yield a finding if times are far from the epoch or outside the range of the field model, if
+    the time unit appears wrong, or if the samples have a long gap.
     """
     times, epoch = samples.telemetry.times, samples.scenario.epoch
     start, end = ((limit - epoch).total_seconds() for limit in (FIELD_MODEL_START, FIELD_MODEL_END))
@@ -79,8 +79,8 @@ def find_invalid_times(samples: Samples) -> Iterator[Finding]:
 
 
 def find_invalid_norms(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding for each position or field vector whose length is implausible, which
-    indicates another unit.
+    """Yield a finding for each satellite position, and for each vector sensor, with an implausible
+    vector length, which indicates a wrong unit.
     """
     position = samples.telemetry.position
     if position is not None:
@@ -106,8 +106,8 @@ def find_invalid_norms(samples: Samples) -> Iterator[Finding]:
 
 
 def find_inconsistent_positions(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding if positions deviate from the orbit of the scenario as in another frame or
-    time scale.
+    """Yield a finding if the positions are far from the orbit of the scenario but agree with the
+    orbit in another reference frame or time scale.
 
     Positions that deviate from the scenario's orbit by more than `_MIN_ORBIT_DISTANCE` are compared
     with the orbit for each frame and time scale. The finding names the frame or time scale that
@@ -156,8 +156,8 @@ def find_inconsistent_positions(samples: Samples) -> Iterator[Finding]:
 
 
 def find_inconsistent_field_strengths(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding for each magnetometer whose field strengths disagree with the orbit for every
-    plausible bias.
+    """Yield a finding for each magnetometer whose field strengths disagree with the field on the
+    orbit for every plausible bias.
 
     The bias b minimizes the difference between |y - b|² and |B|² (R. Alonso, M. D. Shuster,
     TWOSTEP, Journal of the Astronautical Sciences 50 (2002) 433-451).
@@ -189,7 +189,8 @@ def find_inconsistent_field_strengths(samples: Samples) -> Iterator[Finding]:
 
 
 def find_inconsistent_rates(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding if the gyro rates disagree with the rotation of observed vectors.
+    """Yield a finding if the gyro rates disagree with the rotation of the vectors that the sensors
+    measure.
 
     Vectors are compared over the longest lag with a rotation below `_MAX_ROTATION`.
     """
@@ -227,7 +228,7 @@ def find_inconsistent_rates(samples: Samples) -> Iterator[Finding]:
 
 
 def _select_vectors(samples: Samples) -> Iterator[tuple[Sensor, Ints, Floats, Floats]]:
-    """Yield each sensor that measures vectors, with sample indices, vectors and the expected vector
+    """Yield each vector sensor with sample indices, measured vectors and expected vector
     lengths.
     """
     telemetry = samples.telemetry
@@ -249,7 +250,7 @@ def _select_vectors(samples: Samples) -> Iterator[tuple[Sensor, Ints, Floats, Fl
 
 
 def _select_samples(rows: Floats) -> Ints:
-    """Return the indices of at most `_MAX_SAMPLES` complete rows, evenly distributed over the
+    """Return the indices of at most `_MAX_SAMPLES` rows without NaN, evenly distributed over the
     data.
     """
     k = np.flatnonzero(np.isfinite(rows[:, 0]))

@@ -31,8 +31,8 @@ def read_telemetry(
     scenario: Scenario,
     mapping: TelemetryMapping | None = None,
 ) -> Telemetry:
-    """Read telemetry of gyro, sensors and position from a table, convert it to the body frame, and
-    check it for plausibility.
+    """Read telemetry of gyro, sensors and position from a table or file, convert it to the body
+    frame, and reject implausible data.
 
     Rows may be unordered. Rows with equal times are merged, so that sensors may have separate rows.
     Missing samples are empty cells; a zero vector or quaternion counts as missing. Other numeric
@@ -115,7 +115,9 @@ def _build_telemetry(
     )
     select_gyro_samples(telemetry)
     if not any(np.isfinite(rows).any() for rows in sensors.values()):
-        raise ValueError(f"{', '.join(sensors)}: expected a sample of one of them")
+        raise ValueError(
+            f"{', '.join(sensors)}: no samples. Expected samples of at least one sensor"
+        )
     names = [*(["gyro"] if telemetry.has_gyro else []), *sensors]
     columns = {name: (result[name].columns, result[name].rows) for name in names}
     reject_findings(Samples(scenario, telemetry, columns, mapping))
@@ -125,7 +127,7 @@ def _build_telemetry(
 def _convert_rates(
     times: Floats, values: ColumnValues, gyro: GyroChannels, scenario: Scenario
 ) -> tuple[Floats, Floats]:
-    """Return mean rates about the body axes, in degrees per second, and the quantization step of
+    """Return the mean rates about the body axes in degrees per second, and the quantization step of
     each axis.
     """
     rows, entry, _ = values

@@ -1,6 +1,4 @@
-"""Values of gyro, sensors, position and housekeeping channels from the cells of a table, sorted by
-time.
-"""
+"""Raw values of gyro, sensors, position and housekeeping channels from a table, sorted by time."""
 
 from __future__ import annotations
 
@@ -28,8 +26,8 @@ from mgeo_calibration.telemetry.times import convert_times
 
 
 class ColumnValues(NamedTuple):
-    """Raw values of the gyro, the position or a sensor in a table, with column names and declared
-    conversion.
+    """Raw values of the gyro, the position or a sensor in a telemetry table, with the names of
+    their columns and the declared conversion.
     """
 
     rows: Floats
@@ -47,7 +45,7 @@ class TelemetryTable(NamedTuple):
     row_numbers : array of int, shape (n,)
         First row of each time.
     values : dict of str to ColumnValues
-        Numbers of ``gyro``, ``position`` and each sensor.
+        Raw values of ``gyro``, ``position`` and each sensor.
     housekeeping : dict of str to array
         Housekeeping channels: all other numeric columns.
     """
@@ -64,8 +62,8 @@ class TelemetryTable(NamedTuple):
 def read_values(
     frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping
 ) -> TelemetryTable:
-    """Read the raw values of gyro, sensors and position from the cells of a table, and sort and
-    merge rows by time.
+    """Read the raw values of gyro, sensors, position and housekeeping channels from a table. Rows
+    are sorted by time, and rows with equal times are merged.
 
     Raises
     ------
@@ -133,8 +131,8 @@ def _collect_entries(
 
 @contextmanager
 def prefix_errors(name: str) -> Iterator[None]:
-    """Context manager that adds the name of a gyro, sensor or position table to the key of an
-    InvalidValue.
+    """Context manager that reraises an InvalidValue with the name of the gyro, sensor or position
+    in front of its key.
     """
     try:
         yield
@@ -153,7 +151,7 @@ def _list_columns(
 
 
 def _merge_rows(times: Floats, table: Floats, names: Sequence[str]) -> tuple[Floats, Floats]:
-    """Sort rows by time, and merge rows with equal times into one.
+    """Return the distinct times in increasing order, and an array with one row of values per time.
 
     Raises
     ------
@@ -176,8 +174,8 @@ def _merge_rows(times: Floats, table: Floats, names: Sequence[str]) -> tuple[Flo
 
 
 def _merge_channels(times: Floats, channels: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Sort housekeeping channels by time, merge equal times, and interpolate missing values
-    linearly.
+    """Return housekeeping channels at the distinct times in increasing order, with missing values
+    interpolated linearly.
     """
     order, at = np.argsort(times, kind="stable"), np.unique(times)
     result = {}

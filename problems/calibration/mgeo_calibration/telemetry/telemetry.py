@@ -141,8 +141,8 @@ class Telemetry:
         object.__setattr__(self, "housekeeping", housekeeping)
 
     def to_frame(self) -> pd.DataFrame:
-        """Return the telemetry as a table with the columns ``time``, ``gyro_x``..., all sensor
-        channels and all housekeeping channels.
+        """Return the telemetry as a table with the column ``time`` and one column per component of
+        the gyro, the sensors, the position and the housekeeping channels.
         """
         columns = {"time": self.times} | _build_columns("gyro", self.gyro_deg_s)
         for name, rows in self.sensors.items():
@@ -155,8 +155,8 @@ class Telemetry:
         return pd.DataFrame(columns)
 
     def find_quantization_steps(self, name: str) -> Floats:
-        """Return the quantization step of each channel of the gyro or a sensor, declared or
-        estimated; zero without quantization.
+        """Return the quantization step of each channel of the gyro or of a sensor. Steps that are
+        not declared are estimated from the samples; zero means no quantization.
         """
         return self._effective_steps[name]
 
@@ -170,7 +170,7 @@ class Telemetry:
         }
 
     def truncate(self, time: float) -> Telemetry:
-        """Return the telemetry without the samples after a time in seconds.
+        """Return the telemetry until a given time in seconds.
 
         Raises
         ------
@@ -195,8 +195,7 @@ class Telemetry:
         )
 
     def to_csv(self, path: Path | str) -> None:
-        """Write the telemetry to a CSV file. Floats are written so that reading restores them
-        exactly.
+        """Write the telemetry to a CSV file in which floats keep full precision.
 
         Raises
         ------
@@ -239,14 +238,14 @@ class Telemetry:
         far |= (times < at[0] - usual) | (times > at[-1] + usual)
         if far.any():
             raise ValueError(
-                f"position: none near time {times[np.argmax(far)]:.6f} s: expected samples at most "
-                f"{MAX_POSITION_STEP:g} s apart, from the start to the end"
+                f"position: no sample near time {times[np.argmax(far)]:.6f} s: expected samples "
+                f"at most {MAX_POSITION_STEP:g} s apart, from the start to the end"
             )
         result: Floats = CubicSpline(at, self.position[is_known])(times)
         return result
 
     def build_readings(self, suite: Suite) -> tuple[Floats, ...]:
-        """Convert the readings of each sensor of a suite to the units of the filter.
+        """Return the readings of each sensor of a suite in the units of the filter.
 
         Returns
         -------
@@ -260,7 +259,10 @@ class Telemetry:
         """
         names = [sensor.name for sensor in suite.sensors]
         if set(names) != set(self.sensors):
-            raise ValueError(f"telemetry of {list(self.sensors)}: expected that of {names}")
+            raise ValueError(
+                f"telemetry has the sensors {list(self.sensors)}: expected the sensors of the "
+                f"scenario, {names}"
+            )
         return tuple(from_telemetry(sensor, self.sensors[sensor.name]) for sensor in suite.sensors)
 
     def _validate_samples(self, name: str, values: ArrayLike, widths: tuple[int, ...]) -> Floats:
@@ -273,7 +275,7 @@ class Telemetry:
         missing = np.isnan(rows)
         for wrong, what in (
             (np.isinf(rows).any(axis=1), "expected finite numbers"),
-            (missing.any(axis=1) & ~missing.all(axis=1), "expected all of its numbers or none"),
+            (missing.any(axis=1) & ~missing.all(axis=1), "expected all components or none"),
         ):
             if wrong.any():
                 k = int(np.argmax(wrong))
@@ -285,14 +287,16 @@ class Telemetry:
 
 
 def format_place(k: int, times: Floats, row_numbers: Ints | None = None) -> str:
-    """Return the time of sample `k` and, if known, its row in the table as text for messages."""
+    """Return the time of sample `k` and, if known, its row in the source table, as text for
+    messages.
+    """
     time = f"time {times[k]:.6f} s"
     return time if row_numbers is None else f"row {row_numbers[k]}, {time}"
 
 
 def list_column_names(name: str, width: int = 3) -> list[str]:
-    """Return the column names of a quantity by its number of components: ``mag_x``... for three,
-    ``mag_q1``... for four, or ``mag``.
+    """Return the column names of a quantity with 1, 3 or 4 components: ``mag``; ``mag_x`` to
+    ``mag_z``; or ``mag_q1`` to ``mag_q4``.
     """
     if width == 1:
         return [name]

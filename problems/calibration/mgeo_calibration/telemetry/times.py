@@ -25,8 +25,8 @@ _UTC_OFFSET = r"([+-])(\d\d):?(\d\d)$"
 def convert_times(
     columns: Sequence[pd.Series], mapping: TelemetryMapping, epoch: datetime
 ) -> Floats:
-    """Convert the time columns of a table, with numbers or ISO 8601 texts, to SI seconds since an
-    epoch.
+    """Convert the time columns of a table, which contain numbers or ISO 8601 times, to SI seconds
+    since an epoch.
 
     Parameters
     ----------
@@ -86,8 +86,8 @@ def _convert_counts(
 
 
 def _parse_stamps(stamps: pd.Series, epoch: datetime, time_scale: str) -> Floats:
-    """Return SI seconds since the epoch for ISO 8601 texts in a time scale, and NaN for other
-    texts.
+    """Return ISO 8601 times in a time scale as SI seconds since the epoch, with NaN for invalid
+    times.
     """
     offsets = stamps.str.extract(_UTC_OFFSET)
     ahead = 3600.0 * offsets[1].astype(float) + 60.0 * offsets[2].astype(float)

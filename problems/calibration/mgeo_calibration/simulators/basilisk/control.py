@@ -28,8 +28,8 @@ DAMPING_RATIO = 0.7
 
 @dataclass(frozen=True)
 class Reference:
-    """Reference attitude, rate and acceleration of the controller at the n + 1 boundaries of the
-    simulation steps.
+    """Time history of the attitude, rate and acceleration that the controller follows, at the n + 1
+    boundaries of the simulation steps.
 
     Attributes
     ----------
@@ -47,8 +47,8 @@ class Reference:
     def from_motion(
         cls, motion: Motion, initial_rate: Floats, step: float, n_substeps: int
     ) -> Reference:
-        """Compute the reference of the controller from a motion with constant rates in each filter
-        step.
+        """Return the time history that the controller follows for a planned motion, whose rate is
+        constant in each filter step.
 
         The rate at the boundary of two steps is the mean of both rates, as on a linear ramp.
 
@@ -77,8 +77,8 @@ class Reference:
 
 
 class Guidance(sysModel.SysModel):
-    """Basilisk module that estimates the attitude from the gyro and publishes estimate and
-    reference for the controller.
+    """Basilisk module that integrates gyro rates to an attitude estimate, and sends the estimate
+    and the reference attitude to the controller.
 
     The initial attitude and rate are the planned values. The attitude is propagated with the
     measured rates, corrected by the estimated gyro errors; the remaining errors are not observed.
@@ -131,8 +131,8 @@ class Guidance(sysModel.SysModel):
 
 
 def add_reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple[Any, Any]:
-    """Attach reaction wheels to a Basilisk satellite, with the momentum and the limits of a
-    vehicle.
+    """Attach the reaction wheels of a vehicle to a Basilisk satellite, with their initial momentum
+    and their limits.
 
     Initial speeds follow `Vehicle.compute_initial_momentum`. A wheel at its momentum limit cannot
     accelerate further.
@@ -171,8 +171,8 @@ def add_reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple
 def build_control_loop(
     vehicle: Vehicle, guidance: Guidance, effector: Any, configuration: Any
 ) -> Sequence[Any]:
-    """Build the Basilisk modules of the attitude controller, in the order of execution: attitude
-    error, feedback and wheel torques.
+    """Return the three Basilisk modules of the attitude controller in the order of execution:
+    attitude error, feedback law and wheel torques.
     """
     inertia = vehicle.wheels.inertia_matrix()
     error = attTrackingError.attTrackingError()
@@ -221,11 +221,11 @@ def build_magnetorquer_control(
         Duration of a simulation step [ns], number of simulation steps per filter step, and initial
         body rate [rad/s].
     """
-    drive, (nanoseconds, parts, initial_rate) = vehicle.drive, timing
+    drive, (nanoseconds, n_substeps, initial_rate) = vehicle.drive, timing
 
     class Controller(sysModel.SysModel):
-        """Cross-product control law that uses the gyro and the true field. The module also sets the
-        gyro bias.
+        """Basilisk module with a cross-product control law, which uses the gyro and the true field.
+        The module also sets the gyro bias.
         """
 
         def __init__(self) -> None:
@@ -241,15 +241,15 @@ def build_magnetorquer_control(
         def UpdateState(self, now: int) -> None:
             k = round(now / nanoseconds)
             imu.senRotBias = bias[min(k, len(bias) - 1)]  # valid until the next step
-            if k % parts or k // parts >= len(vehicle.rates):
+            if k % n_substeps or k // n_substeps >= len(vehicle.rates):
                 return
             rate = initial_rate
             if k > 0:
                 rate = correct_rate(np.array(imu.sensorOutMsg.read().AngVelPlatform))
             attitude = RigidBodyKinematics.MRP2C(satellite.scStateOutMsg.read().sigma_BN)
             b = attitude @ np.array(field.envOutMsgs[0].read().magField_N)
-            error = rate - vehicle.rates[k // parts]
-            self.off = self.off and not vehicle.maneuver_starts[k // parts]
+            error = rate - vehicle.rates[k // n_substeps]
+            self.off = self.off and not vehicle.maneuver_starts[k // n_substeps]
             self.off = self.off or bool(np.linalg.norm(error) <= drive.rate_tolerance)
             torque = (
                 np.cross(rate, drive.inertia @ rate) - drive.inertia @ error / drive.time_constant

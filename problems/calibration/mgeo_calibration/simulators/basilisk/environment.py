@@ -27,8 +27,8 @@ BASILISK_AU = 149597870.693e3
 
 
 def format_field_coefficients(date: datetime) -> str:
-    """Return the IGRF-14 coefficients at a date in the file format of the World Magnetic Model,
-    without secular variation.
+    """Return the IGRF-14 coefficients at a date as text in the file format of the World Magnetic
+    Model, without secular variation.
     """
     result = load_gauss_coefficients(date)
     year = date.year + (date.timetuple().tm_yday - 1) / 365.25
@@ -41,7 +41,8 @@ def format_field_coefficients(date: datetime) -> str:
 
 
 class EnvironmentMessages(sysModel.SysModel):
-    """Basilisk module that publishes positions of Sun, Earth and satellite from precomputed tables.
+    """Basilisk module that publishes the positions of Sun, Earth and satellite in each step, from
+    tables computed in advance.
 
     Attributes
     ----------
@@ -87,7 +88,9 @@ class EnvironmentMessages(sysModel.SysModel):
 
 
 def build_central_body(messages: EnvironmentMessages) -> Any:
-    """Return the Earth as a point mass, as a list of gravity bodies for `Spacecraft.gravField`."""
+    """Return the list of gravity bodies for `Spacecraft.gravField`, which contains the Earth as a
+    point mass.
+    """
     earth = gravityEffector.GravBodyData()
     earth.planetName, earth.mu, earth.isCentralBody = "earth", EARTH_MU, True
     earth.planetBodyInMsg.subscribeTo(messages.earth)
@@ -108,7 +111,7 @@ def build_field_model(satellite: Any, messages: EnvironmentMessages, coefficient
 
 
 def build_eclipse_model(satellite: Any, messages: EnvironmentMessages) -> Any:
-    """Return Basilisk's module of the Earth's shadow, which publishes the illumination factor of
+    """Return Basilisk's module of the Earth's shadow, which publishes the illumination factor at
     the satellite.
     """
     model = eclipse.Eclipse()
@@ -120,6 +123,8 @@ def build_eclipse_model(satellite: Any, messages: EnvironmentMessages) -> Any:
 
 
 def compute_middle_time(environment: Environment, epoch: datetime) -> datetime:
-    """Return the middle of a run, which `Environment` uses as the date of the field model."""
+    """Return the instant in the middle of a run. It is the date for which `Environment` evaluates
+    the field model.
+    """
     times = environment.times
     return epoch + timedelta(seconds=0.5 * float(times[0] + times[-1]))

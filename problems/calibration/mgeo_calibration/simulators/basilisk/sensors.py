@@ -35,7 +35,8 @@ _TESLA = 1e-9 * FIELD_UNIT_NT
 
 @dataclass(frozen=True)
 class SensorInputs:
-    """Modules of the simulation whose messages the sensor modules read.
+    """Basilisk modules whose messages the sensor modules read: satellite, environment, magnetic
+    field and eclipse.
 
     Attributes
     ----------
@@ -52,8 +53,8 @@ class SensorInputs:
 
 
 class Recorders(NamedTuple):
-    """Recorders of the satellite state, the Sun position and, with eclipses, the illumination
-    factor.
+    """Basilisk recorders of the satellite state, the Sun position and, if the scenario has
+    eclipses, the illumination factor.
     """
 
     state: Any
@@ -63,7 +64,7 @@ class Recorders(NamedTuple):
 
 @dataclass(frozen=True)
 class SensorModule:
-    """Basilisk module of a sensor, with the function that converts its recorded messages to
+    """Basilisk module of a sensor, with the function that converts its recorded messages to filter
     readings.
 
     Attributes
@@ -91,8 +92,8 @@ SensorErrors = Mapping[str, Floats]
 def build_gyro(
     gyro: Gyro, errors: SensorErrors, step: float, inputs: SensorInputs, seed: int
 ) -> Any:
-    """Build Basilisk's inertial measurement unit with the noise, scale factors and misalignments of
-    a gyro.
+    """Return Basilisk's inertial measurement unit with the noise, scale factors and misalignments
+    of a gyro.
 
     The caller sets the bias in each step, before scaling. Basilisk applies scale factors after the
     misalignment, the filter before it. The difference is the product of both errors, 1e-5 of the
@@ -116,8 +117,8 @@ def build_gyro(
 def build_magnetometer(
     sensor: Magnetometer, errors: SensorErrors, inputs: SensorInputs, draw_seed: Callable[[], int]
 ) -> SensorModule:
-    """Build Basilisk's magnetometer module with the given misalignment and bias and the declared
-    noise.
+    """Return Basilisk's magnetometer module with the given misalignment and bias and with the noise
+    of the sensor.
     """
     tam = magnetometer.Magnetometer()
     tam.ModelTag, tam.RNGSeed = sensor.name, draw_seed()
@@ -139,8 +140,8 @@ def build_magnetometer(
 def build_sun_sensor(
     sensor: SunSensor, errors: SensorErrors, inputs: SensorInputs, draw_seed: Callable[[], int]
 ) -> SensorModule:
-    """Build a Sun sensor that reports a vector from six coarse Sun sensors of Basilisk, in both
-    directions of three axes.
+    """Return a Sun sensor that measures a vector, composed of six coarse Sun sensors of Basilisk
+    that look in both directions of three axes.
 
     Each component is the difference of two heads; a head has half of the bias and 1/√2 of the
     noise. Readings are valid in full sunlight only, because the vector is shorter in the penumbra.
@@ -172,8 +173,8 @@ def build_sun_sensor(
 def build_photodiode(
     sensor: Photodiode, errors: SensorErrors, inputs: SensorInputs, draw_seed: Callable[[], int]
 ) -> SensorModule:
-    """Build a photodiode from one of Basilisk's coarse Sun sensors, with the given error of gain
-    and normal.
+    """Return a photodiode, modeled by one of Basilisk's coarse Sun sensors with the given errors of
+    its gain and its normal.
 
     The half-angle of the field of view is 90 deg. Readings beyond the half-angle of the scenario
     are reported, too. Without full sunlight there are no readings.
@@ -192,7 +193,7 @@ def build_photodiode(
 
 
 def _build_head(normal: Floats, inputs: SensorInputs, seed: int) -> Any:
-    """Build one of Basilisk's coarse Sun sensors with a hemispherical field of view."""
+    """Return one of Basilisk's coarse Sun sensors with a hemispherical field of view."""
     head = coarseSunSensor.CoarseSunSensor()
     head.RNGSeed, head.fov, head.nHat_B = seed, math.pi / 2, normal.tolist()
     head.setAMatrix([[0.0]])
@@ -211,8 +212,8 @@ def _find_sunlit_samples(recorders: Recorders) -> Bools:
 
 
 def _find_visible_samples(sensor: SunSensor, recorders: Recorders) -> Bools:
-    """Return a boolean array, True at samples in full sunlight with the Sun in the field of view of
-    a sensor.
+    """Return a boolean array over the samples, True in full sunlight with the Sun in the field of
+    view of the sensor.
     """
     seen = _find_sunlit_samples(recorders)
     to_sun = recorders.sun.PositionVector - recorders.state.r_BN_N
@@ -226,7 +227,8 @@ def _find_visible_samples(sensor: SunSensor, recorders: Recorders) -> Bools:
 def build_star_tracker(
     sensor: StarTracker, errors: SensorErrors, inputs: SensorInputs, draw_seed: Callable[[], int]
 ) -> SensorModule:
-    """Build Basilisk's star tracker module with the given misalignment and the declared noise.
+    """Return Basilisk's star tracker module with the given misalignment and with the noise of the
+    sensor.
 
     The module always reports; `telemetry.simulate_telemetry` removes invalid readings.
     """

@@ -55,7 +55,8 @@ MAX_STEP = 1.0
 
 @dataclass(frozen=True)
 class SimulationInputs:
-    """Initial conditions and true gyro and sensor errors of a Basilisk simulation of n steps.
+    """Initial conditions of a Basilisk simulation of n steps, with the true errors of the gyro and
+    of the sensors.
 
     Attributes
     ----------
@@ -80,8 +81,8 @@ class SimulationInputs:
 
 @dataclass(frozen=True)
 class SimulationResult:
-    """Attitude, position, sensor readings and wheel momentum that Basilisk records at n + 1
-    samples.
+    """Result of a Basilisk simulation: attitude, position, sensor readings and wheel momentum at n
+    + 1 samples.
 
     Attributes
     ----------
@@ -263,8 +264,10 @@ def _build_satellite(
 
 
 def _compose_rotations(rotations: Floats) -> Floats:
-    """Compose the successive rotation vectors within each step, the second axis of the array, into
-    one rotation vector per step.
+    """Compose the successive rotation vectors within each step, and return one rotation vector per
+    step.
+
+    The second axis of the given array contains the rotation vectors of a step.
     """
     vectors: Floats = reduce(mul, map(Rotation.from_rotvec, rotations.swapaxes(0, 1))).as_rotvec()
     return vectors

@@ -52,8 +52,8 @@ def simulate_telemetry(
     initial_truth: Truth | None = None,
     environment: Environment | None = None,
 ) -> Telemetry:
-    """Simulate one run of a plan with Basilisk, a rigid-body simulator with actuators and sensors,
-    and return the telemetry.
+    """Simulate one run of a plan with Basilisk, which models rigid-body dynamics, actuators and
+    sensors, and return the telemetry.
 
     A rigid body with reaction wheels follows the plan by feedback of modified Rodrigues
     parameters, with gyro-based attitude estimates. Without ramps in the plan, rates change as fast
@@ -153,8 +153,8 @@ def simulate_telemetry(
 def _mask_readings(
     model: FilterModel, attitude: Floats, rates: Floats, sensors: tuple[Floats, ...]
 ) -> tuple[Floats, ...]:
-    """Replace readings by NaN in eclipse and, for star trackers, when blinded. Return the readings
-    of all sensors.
+    """Return the readings of all sensors with NaN where a sensor cannot measure: in eclipse, or
+    when a star tracker is blinded.
     """
     result = []
     for index, (sensor, vectors) in enumerate(zip(model.suite.sensors, sensors, strict=True)):
@@ -171,7 +171,7 @@ def require_basilisk() -> None:
 
 
 def validate_suite(suite: Suite) -> None:
-    """Raise InvalidValue if Basilisk cannot model one of the sensors or states of a suite.
+    """Raise InvalidValue if Basilisk cannot model a sensor or a state of a suite.
 
     Raises
     ------

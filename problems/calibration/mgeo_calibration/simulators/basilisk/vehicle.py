@@ -23,7 +23,7 @@ ALLOCATION = "pseudo-inverse"
 
 @dataclass(frozen=True)
 class MagnetorquerVehicle:
-    """Satellite with magnetorquers, with its commanded body rate in each step.
+    """Satellite with magnetorquers and the body rate that it is commanded to follow in each step.
 
     Attributes
     ----------
@@ -42,8 +42,8 @@ class MagnetorquerVehicle:
     def from_design(
         cls, drive: MagnetorquerDrive, design: Floats, step: float, n_steps: int
     ) -> MagnetorquerVehicle:
-        """Build the rate command of each step from a design with the rates and durations of
-        maneuvers.
+        """Return the vehicle that is commanded to follow a design, with the body rate of the
+        current maneuver in each step.
         """
         rates, durations = decode_designs(design)
         starts, _ = compute_maneuver_steps(durations, step)
@@ -106,7 +106,8 @@ class Vehicle(Settings):
 
     @staticmethod
     def from_scenario(scenario: Scenario, name: str | None = None) -> Vehicle:
-        """Return the vehicle with a given name, or the vehicle that the scenario defines.
+        """Return the vehicle with a given name or, without a name, the vehicle that the scenario
+        defines.
 
         Without a name, the vehicle has the wheels of the scenario. Without wheels, the name of the
         scenario selects the vehicle from `VEHICLES`.
@@ -136,8 +137,8 @@ class Vehicle(Settings):
         return self.wheels.inertia_matrix()
 
     def compute_initial_momentum(self, rate: Floats) -> Floats:
-        """Return the initial momentum of each wheel for a body rate: declared, or such that the
-        total momentum is zero.
+        """Return the initial momentum of each wheel: the declared momentum, or the momentum with
+        which the total momentum of satellite and wheels is zero.
 
         Parameters
         ----------
@@ -153,8 +154,8 @@ class Vehicle(Settings):
         return zero
 
     def compute_slew_limits(self, initial_rate: Floats) -> SlewLimits | None:
-        """Return the largest acceleration about all axes at once that the wheel torques allow, or
-        None without a torque limit.
+        """Return slew limits with the largest angular acceleration that the wheel torques allow
+        about every axis, or None without a torque limit.
 
         Torque is allocated by the pseudo-inverse of the wheel axes.
         """
