@@ -52,7 +52,7 @@ def test_table_has_one_row_per_parameter_and_axis(calibration, telemetry):
 
 def test_conclusion_is_consistent_or_states_failed_test(scenario, telemetry, calibration):
     assert calibration.is_consistent
-    assert calibration.conclusion == "the innovations support it"
+    assert calibration.conclusion == "statistically consistent"
     none = dataclasses.replace(calibration, tests=(), prior_tests=(), model_tests=())
     assert none.is_consistent  # All of a few readings may be outliers.
     assert (
@@ -156,7 +156,7 @@ def test_figures_and_report_contain_results(scenario, telemetry, calibration):
     np.testing.assert_allclose(drawn, table["estimate"] / table["prior_sigma"])
     html = build_report(calibration, calibration.compare(ManeuverPlan(scenario, PLAN)))
     assert html.count('class="plotly-graph-div"') == 3
-    assert "the innovations support it" in html
+    assert "statistically consistent" in html
     assert "1-sigmas predicted by the plan" in html
     ours = html.replace(get_plotlyjs(), "")  # plotly.js contains addresses.
     assert len(ours) < len(html)

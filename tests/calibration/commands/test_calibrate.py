@@ -84,7 +84,9 @@ def test_inconsistent_calibration_exits_with_code_3(run, flight, tmp_path):
     dataclasses.replace(scenario, sensors=(scenario.sensors[0], quiet)).save(tmp_path / "q.toml")
     done = run("calibrate", folder / "telemetry.csv", "--scenario", tmp_path / "q.toml", code=3)
     last = done.stdout.splitlines()[-1]
-    assert last.startswith("the innovations do not support it: mag scatters more than its noise")
+    assert last.startswith(
+        "statistically inconsistent by tests of innovations: mag scatters more than its noise"
+    )
 
 
 def test_scenario_with_another_epoch_than_plan_raises(run, flight, tmp_path):

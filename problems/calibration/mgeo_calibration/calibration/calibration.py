@@ -192,19 +192,17 @@ class Calibration:
         """
         if self.is_consistent:
             return CONSISTENT
-        return f"{self._subjects} not support it: {'; '.join(self.failures)}"
+        return f"statistically inconsistent by {self._failed_tests}: {'; '.join(self.failures)}"
 
     @property
-    def _subjects(self) -> str:
+    def _failed_tests(self) -> str:
         has_failed = {
             "prior": any(test.is_failed for test in self.prior_tests),
             "model": any(test.is_selected for test in self.model_tests),
             "innovations": any(test.describe_failures() for test in self.tests),
         }
-        (*others, last) = (name for name, failed in has_failed.items() if failed)
-        if others:
-            return f"{', '.join(others)} and {last} do"
-        return "the innovations do" if last == "innovations" else f"the {last} does"
+        failed = [name for name, has_failed_test in has_failed.items() if has_failed_test]
+        return f"tests of {' and '.join(failed)}"
 
     def build_sensor_test_table(self) -> pd.DataFrame:
         """Return the innovation tests as a table with one row per sensor. Columns are the fields of
