@@ -197,6 +197,7 @@ class Calibration:
     @property
     def _failed_tests(self) -> str:
         has_failed = {
+            "data": bool(self.data_faults),
             "prior": any(test.is_failed for test in self.prior_tests),
             "model": any(test.is_selected for test in self.model_tests),
             "innovations": any(test.describe_failures() for test in self.tests),
