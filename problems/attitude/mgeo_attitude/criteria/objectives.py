@@ -152,7 +152,7 @@ def scale_for_indicators(keys: Sequence[str], F: Floats, scenario: Scenario) -> 
 
 
 def _scale_covariances(model: FilterModel, result: Evaluation) -> Floats:
-    """Return the covariance of the calibrated states at the end of each design, shape (n, k, k), in
+    """Return the covariance of the calibrated states at the end of each plan, shape (n, k, k), in
     units of the initial 1-sigmas.
     """
     indices = model.suite.calibrated_indices
@@ -229,7 +229,8 @@ def _count_interval_steps(model: FilterModel, result: Evaluation) -> Ints:
 
 
 def _sum_rows(values: Floats, result: Evaluation) -> Floats:
-    """Return the sum of each row, which belongs to a design; NaN for a design without a result.
+    """Return the sum of each row of `values`, with one row per design; NaN for a design without a
+    result.
 
     The terms are added from left to right, so that trailing zeros do not change the rounding.
     """

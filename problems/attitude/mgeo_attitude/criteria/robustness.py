@@ -61,8 +61,8 @@ class MonteCarloRun:
     variants: tuple[FilterModel, ...] = ()
 
     def apply_errors(self, designs: Floats) -> Floats:
-        """Return the designs as executed, shape (n, 4 m), with the rate and duration errors of the
-        run. Durations are at least zero.
+        """Return designs of m maneuvers, shape (n, 4 m), as executed with the rate and duration
+        errors of the run. Durations are at least zero.
         """
         maneuvers = designs.reshape(-1, len(self.rate_errors), VARIABLES_PER_MANEUVER).copy()
         maneuvers[:, :, :3] += self.rate_errors
@@ -70,8 +70,8 @@ class MonteCarloRun:
         return maneuvers.reshape(designs.shape)
 
     def evaluate(self, designs: Floats, covariance: bool) -> Evaluation:
-        """Evaluate designs, shape (n, 4 m), with the errors of the run applied. The covariance
-        filter runs in one thread.
+        """Evaluate designs of m maneuvers, shape (n, 4 m), with the errors of the run applied. The
+        covariance filter runs in one thread.
         """
         executed = self.apply_errors(designs)
         return evaluate(self.model, executed, 1, covariance=covariance, variants=self.variants)
@@ -220,8 +220,8 @@ def _compute_quantile_rank(n_values: int, probability: float) -> int:
 
 
 def reduce_runs(values: Floats, n_objectives: int, settings: MonteCarloSettings) -> Floats:
-    """Reduce the values of n designs in several Monte Carlo runs, shape (n_runs, n, k), to one
-    value per design and criterion, shape (n, k).
+    """Reduce the values of n designs in several Monte Carlo runs, shape (n_runs, n, k), to their
+    means or quantiles over the runs, shape (n, k).
 
     Objectives are reduced to their mean or quantile, constraints to their quantile.
 

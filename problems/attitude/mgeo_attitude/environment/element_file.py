@@ -42,8 +42,8 @@ _MAX_LISTED = 10
 
 @dataclass(frozen=True)
 class Entry:
-    """Element set of one object in a file, before validation, with the name, international
-    designator, catalog number and epoch.
+    """Element set in a file, before validation, with its epoch and with the name, international
+    designator and catalog number of the object.
     """
 
     name: str

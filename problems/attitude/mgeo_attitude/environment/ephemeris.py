@@ -22,7 +22,8 @@ from mgeo_attitude.settings.types import Instant, Unit, Vector
 #: Default degree of the polynomials, for 8 positions or 4 positions with velocities.
 DEFAULT_DEGREE = 7
 MAX_DEGREE = 15
-#: Difference of equal instants [s], since files round times, usually to a microsecond.
+#: Largest difference between instants that are treated as equal [s]. Files round times, usually to
+#: a microsecond.
 TIME_TOLERANCE = 2e-6
 
 #: Largest distance from the Earth [m]; the radius of its sphere of influence is 9.2e8 m.
@@ -64,7 +65,7 @@ class EphemerisOrbit(Settings):
     source: str = ""
     """origin of the samples, such as the name of a file"""
     epoch: Instant
-    """instant from which the times count, with UTC offset"""
+    """reference epoch of `times`, with UTC offset"""
     degree: int = Field(default=DEFAULT_DEGREE, ge=1, le=MAX_DEGREE)
     """degree of the interpolating polynomials"""
     times: Annotated[tuple[float, ...], Unit("s")]

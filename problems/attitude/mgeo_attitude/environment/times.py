@@ -53,7 +53,7 @@ def as_utc(epoch: datetime) -> datetime:
 
 
 def compute_julian_dates(epoch: datetime, times: ArrayLike) -> JulianDates:
-    """Return the Julian dates at given times [s], shape (n,), after an epoch with UTC offset.
+    """Return the Julian dates of n instants, given as times [s] after an epoch with UTC offset.
 
     The leap seconds are those of erfa, which has none before 1960 and none that are not yet
     announced. The error of TT in such years is up to 40 s plus future leap seconds, which changes

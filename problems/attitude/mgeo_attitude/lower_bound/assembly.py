@@ -90,9 +90,9 @@ def _assemble_lower_bound(
 def _bound_inertial(
     model: FilterModel, information: SampleInformation, initial_information: Floats
 ) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield the name and the covariance bounds of the attitude error and of each other error that
-    is fixed in inertial axes. The bounds follow from a covariance recursion with the joint
-    information of all sensors.
+    """Yield the name and the covariance bounds of each error that is fixed in inertial axes, such
+    as the attitude error. The bounds follow from a covariance recursion with the joint information
+    of all sensors.
 
     See equation (22) of docs/theory.md.
     """
@@ -127,8 +127,9 @@ def _bound_inertial(
 def _bound_by_mean(
     traces: Floats, initial_information: Floats, decay: float, noise: float
 ) -> BlockBounds:
-    """Return bounds of a 3-vector for which only the trace of the measured information is known, by
-    a recursion of the mean eigenvalue of its information matrix.
+    """Return the bounds of a 3-vector of which only the trace of the measured information is known
+    in each sample. A scalar covariance recursion bounds the mean eigenvalue of the information
+    matrix.
 
     See equation (24) of docs/theory.md.
     """

@@ -84,8 +84,9 @@ class InertialErrorDynamics(NamedTuple):
 def bound_dynamics_information(
     dynamics: InertialErrorDynamics, max_angle: float, v: Floats | None, n_samples: int
 ) -> Floats:
-    """Return an upper bound on the information that the dynamics of an inertial error provide about
-    a body-fixed error, accumulated up to each sample.
+    """Return an upper bound on the information about a body-fixed error that results from the
+    initial information and the dynamics of an inertial error with the same effect, accumulated up
+    to each sample.
 
     To compensate the body-fixed error in the measurements, the inertial error would have to follow
     the rotation of the body. The smaller its process noise, the more information contradicts this
@@ -190,8 +191,8 @@ def bound_common_modes(
 
 
 def _reduce_by_compensation(information: Floats, error_information: Sequence[Floats]) -> Floats:
-    """Return the trace of the information of another sensor about the inertial error, reduced if a
-    body-fixed error of that sensor can compensate the inertial error.
+    """Return the trace of the information that a sensor provides about an inertial error. It is
+    reduced if a body-fixed error of the sensor can compensate the inertial error.
 
     The initial information about this body-fixed error limits the compensation.
     """

@@ -36,8 +36,8 @@ class BlockBounds(NamedTuple):
         return BlockBounds(*map(np.maximum, self, other))
 
     def raise_to_sum(self, variance_sum: Floats) -> BlockBounds:
-        """Return a copy of the bounds, raised to a given lower bound on the sum of the three
-        variances, shape (n,), where this is larger.
+        """Return a copy of the bounds, tightened by another lower bound on the sum of the three
+        variances, shape (n,).
 
         The determinant is unchanged, since the bound on the sum does not assume that other states
         are known.
