@@ -43,8 +43,8 @@ def build_step_parts(
     gated: tuple[bool, ...],
     monitors: Monitors = NO_MONITORS,
 ) -> dict[str, str]:
-    """Generate the Python source of one filter step, as a dict in execution order. The key is the
-    name of a part of the step, such as ``propagate`` or ``update_0``, and the value is its source.
+    """Generate the Python source of one filter step in several parts. Return a dict, in execution
+    order, from the name of a part, such as ``propagate`` or ``update_0``, to its source.
 
     The source describes one candidate. It consists of assignments to names and to workspace values
     ``W[k]``, and of loops over such assignments. The part `CHECK_PART` is not executed in every
@@ -108,8 +108,8 @@ class _StepBuilder:
     def select_table_values(
         self, code: Code, group: str, first: int, count: int
     ) -> Sequence[Symbol]:
-        """Return symbols for `count` values of the current row of the orbit table, from column
-        `first` of the named group of columns on.
+        """Return symbols for `count` values of the current row of the orbit table, starting at
+        column `first` of the named group of columns.
         """
         return code.slots(self.slots.table + self._columns[group] + first, count)
 

@@ -106,8 +106,8 @@ def _predict_cross_covariance(
 
 
 def _predict_diagonal(P: Triangle, block: int, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
-    """Generate code for the time update of a block of three states, from index `block` on, whose
-    rows of F have only diagonal entries.
+    """Generate code for the time update of a block of three states, starting at index `block`,
+    whose rows of F have only diagonal entries.
     """
     states = range(block, block + 3)
     with P.code.loop(0, block) as column:
@@ -209,9 +209,8 @@ def factor_innovation(
     gate: Any,
 ) -> tuple[Factor, list[Any]]:
     """Return the Cholesky factor of the innovation covariance: a dict of the entries below the
-    diagonal, and a list of the inverse diagonal entries, each multiplied by `gate`.
-
-    With a gate of zero, the gain is zero and the covariance stays unchanged.
+    diagonal, and a list of the inverse diagonal entries. The inverse entries are multiplied by
+    `gate`, which is 0 where the sensor cannot measure, so that the gain is then zero.
 
     Parameters
     ----------
@@ -332,8 +331,8 @@ def _iterate_gaps(blocks: Sequence[int], end: int) -> Iterator[tuple[int, int]]:
 
 
 def _format_gain_slot(P: Triangle, i: int | Index, r: int) -> str:
-    """Return, as source text, the index of the workspace slot that first contains an entry of P Hᵀ
-    and then the same entry of the scaled gain G.
+    """Return, as source text, the index of the workspace slot of entry (i, r) of P Hᵀ. The same
+    entry of the scaled gain G later overwrites it.
     """
     return f"3 * ({i}) + {P.scratch + r}"
 

@@ -40,9 +40,10 @@ def allocate_workspace(n_slots, lanes):
 @helper
 def allocate_ring_buffer(window, lanes):
     """Return a zero array, shape (size, lanes), that serves as the ring buffer for the latest
-    covariance traces of all vector lanes. Its size exceeds the convergence window.
+    covariance traces of all vector lanes. Its size is the smallest power of two that exceeds the
+    convergence window, in steps.
 
-    The size is a power of two, so that an index is computed by a bit mask. The traces of a complete
+    With a power of two, an index is computed by a bit mask. The traces of a complete
     run would not fit in the second-level cache.
     """
     size = 1
@@ -164,10 +165,10 @@ def restore_lane(W, lane, n_values, traces, row, n, state):
 @helper
 def has_converged(traces, lane, row, window, decrease, allow_rise):
     """Return True if the covariance trace in a vector lane fell by less than the fraction
-    `decrease` over the convergence window.
+    `decrease` over the convergence window. A rise counts as convergence only if `allow_rise` is
+    true.
 
-    A rise of the trace counts as convergence only if `allow_rise` is set. A NaN trace counts as
-    converged, to end the run.
+    A NaN trace counts as converged, to end the run.
     """
     start_trace = traces[(row - window) & (len(traces) - 1), lane]
     fall = start_trace - traces[row, lane]
@@ -247,8 +248,8 @@ def run(
         converged; whether a rise is accepted; and the factor on the final trace below which the
         trace is settled, or 0. With a factor, the window must be longer than the run.
     step_limits : three arrays of int, shape (n,)
-        Last allowed step of each design; and, as output, the end step and the step from which on
-        the trace is settled.
+        Last allowed step of each design; and, as output, the end step and the first step from
+        which the trace remains settled.
     trace : array, shape (n,), output
         Weighted trace at the end; NaN if the covariance is not positive definite.
     final_values : arrays, shapes (n, n_monitors) and (n or 0, n_states (n_states + 1) / 2), output

@@ -104,7 +104,7 @@ def compute_error_budget(model: FilterModel, design: ArrayLike, t_end: float) ->
 
 def _iterate_densities(suite: Suite) -> Iterator[tuple[str, Floats]]:
     """Yield a pair for each block of three dynamic states: the name of the block, and the
-    process-noise density in which all other blocks are zero, shape (n_dynamic,).
+    process-noise densities with those of all other blocks set to zero, shape (n_dynamic,).
     """
     density = suite.compute_noise_density()
     for i in range(0, len(density), 3):
@@ -158,7 +158,7 @@ def _compute_update(P: Floats, H: Floats, R: Floats, sensor: int, considered: In
 
 def _discretize(model: FilterModel, rate: Floats) -> tuple[Floats, Floats]:
     """Return the transition matrix of a step at a constant body rate, shape (n, n), and the
-    process-noise covariance that each driven block causes, shape (d, n, n).
+    process-noise covariance due to each of the d state blocks with process noise, shape (d, n, n).
     """
     from mgeo_attitude.filter.kernel import load_driver  # This import loads numba.
 

@@ -44,7 +44,7 @@ class Evaluation:
         margin for the attitude uncertainty. Keep-out: smallest angle minus the margin; keep-in:
         largest angle plus the margin. See `path_constraints.compute_monitored_angle`.
     t_required : array, shape (n,)
-        Time [s] from which on all required 1-sigmas are satisfied until `t_end`. Infinite if a
+        Time [s] from which all required 1-sigmas remain satisfied until `t_end`. Infinite if a
         requirement is violated at `t_end` or if there are no requirements.
     wheel_load : array, shape (n, 2)
         Largest momentum [N m s] and torque [N m] of any wheel until `t_end`. NaN without a
@@ -205,8 +205,9 @@ def _compute_wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Fl
 
 
 def _find_required_step(result: BatchResult) -> Ints:
-    """Return, for each design, the step from which on all required 1-sigmas are satisfied until the
-    end of the run. If one is not satisfied at the end, the result is one step past the end.
+    """Return, for each design, the first step from which all required 1-sigmas remain satisfied
+    until the end of the run. If one is not satisfied at the end, the result is one step past the
+    end.
     """
     return result.end_step + 1 - np.rint(result.monitors[:, -1]).astype(np.int64)
 

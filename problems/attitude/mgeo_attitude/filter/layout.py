@@ -176,8 +176,8 @@ def compute_table_columns(
 
 
 def list_directions(suite: Suite, monitors: Monitors = NO_MONITORS) -> tuple[str, ...]:
-    """Return the names of all directions, such as ``sun``, to which path constraints and sensor
-    fields of view refer. Each name occurs once.
+    """Return the names of all directions, such as ``sun``, to which path constraints and the
+    visibility cones of sensors refer. Each name occurs once.
     """
     return tuple(dict.fromkeys([*list_path_directions(monitors), *list_view_directions(suite)]))
 
@@ -190,8 +190,8 @@ def list_path_directions(monitors: Monitors) -> tuple[str, ...]:
 
 
 def list_view_directions(suite: Suite) -> tuple[str, ...]:
-    """Return the names of the directions, such as ``sun``, that limit the fields of view of
-    sensors. Each name occurs once.
+    """Return the names of the directions, such as ``sun``, to which the visibility cones of
+    sensors refer, for example Sun exclusion cones. Each name occurs once.
     """
     names = (cone.direction for sensor in suite.sensors for cone in sensor.list_visibility_cones())
     return tuple(dict.fromkeys(name for name in names if name))

@@ -189,8 +189,8 @@ def run_reference_filter(model: FilterModel, design: ArrayLike) -> ReferenceHist
 
 
 def _find_convergence_step(model: FilterModel, trace: list[float], sigma: list[Floats]) -> int:
-    """Return the first step from which on the convergence rule of the model is satisfied until the
-    end of the run.
+    """Return the first step from which the convergence rule of the model remains satisfied until
+    the end of the run.
     """
     if model.ends_with_last_maneuver:
         return 1

@@ -156,10 +156,11 @@ class Code:
 
 @dataclass(frozen=True)
 class Triangle:
-    """Symmetric matrix in workspace slots: the entries of its lower triangle, row by row, from slot
-    `first` on.
+    """Symmetric matrix in workspace slots: the entries of its lower triangle, row by row, starting
+    at slot `first`.
 
-    As many slots, from `scratch` on, are free for intermediate values of loops (`covariance.py`).
+    The same number of slots, starting at `scratch`, is free for intermediate values of loops
+    (`covariance.py`).
     """
 
     code: Code

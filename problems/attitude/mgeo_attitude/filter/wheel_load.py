@@ -234,8 +234,8 @@ def _update_maxima(  # type: ignore[no-untyped-def]
     scratch,
     maxima,
 ):
-    """Update the largest wheel momentum and the largest wheel torque, which `maxima` contains, with
-    the wheel loads at one instant.
+    """Update `maxima`, the largest wheel momentum and the largest wheel torque so far, with the
+    wheel loads at one instant.
 
     `body_momentum` is the momentum of the satellite in body axes, and `modeled_torque` the modeled
     torque. `extra_momentum` and `torque` are the momentum and torque of the disturbances, of which
@@ -272,9 +272,9 @@ def _update_maxima(  # type: ignore[no-untyped-def]
 
 @helper
 def _compute_acceleration(before, mean, end, step, out):  # type: ignore[no-untyped-def]
-    """Write the angular acceleration [rad/s²] of a rate change to `out`, given the body rate before
-    the step, its mean in the step and its end value. Return True if the rate changes gradually, in
-    a ramp.
+    """Write the angular acceleration [rad/s²] of a rate change in a filter step to `out`, given the
+    body rates before the step, averaged over the step, and at its end. Return True if the rate
+    changes gradually, in a ramp.
 
     The rate changes linearly from `before` to `end` in a fraction p of the step. The mean rate of
     the step therefore has 1 - p / 2 of the change.

@@ -144,9 +144,8 @@ def rotation_vector(R: Floats) -> Floats:
 
 
 def rotation_jacobian(g: Floats) -> Floats:
-    """Return the derivative of a composed rotation with respect to a small rotation e that is
-    applied first, shape (3, 3, ...). The composed rotation R(g) R(e) is represented by its vector,
-    twice the Gibbs vector.
+    """Return the derivative of the vector that represents the composed rotation R(g) R(e) with
+    respect to e, at e = 0, shape (3, 3, ...). All these vectors are twice the Gibbs vector.
     """
     derivative = 0.5 * skew(g) + 0.25 * g[:, None] * g
     for i in range(3):

@@ -47,8 +47,8 @@ _MAX_EVALUATIONS = 60
 
 @dataclass(frozen=True)
 class SlewBack:
-    """Design of a plan with additional maneuvers at the end that return the satellite to its
-    initial attitude law, such as nadir pointing.
+    """Slew at the end of a plan that returns the satellite to its initial attitude law, such as
+    nadir pointing. It is stored as the design of the complete plan, slew included.
 
     Attributes
     ----------
