@@ -43,8 +43,8 @@ WindowVectors = tuple[Floats, Floats, Floats]
 
 
 def find_axis_mistakes(batch: Batch) -> Iterator[str]:
-    """Yield one description of the axis permutation or quaternion convention that makes sensors and
-    gyro agree.
+    """Yield at most one string: the axis permutation or quaternion convention that would explain
+    why the readings of sensors and gyro disagree.
 
     Nothing is yielded if the readings as declared already agree, or if no correction is sufficient.
 
@@ -70,10 +70,10 @@ def find_axis_mistakes(batch: Batch) -> Iterator[str]:
     declared_misfit = _compute_misfit(vectors, rotations)
     result: list[tuple[float, int, str]] = []
     for k, i in enumerate(sensors):
-        for n_changes, description, rows in _correct_mistakes(batch.readings[i][samples]):
+        for n_changes, description, readings in _correct_mistakes(batch.readings[i][samples]):
             corrected = [
                 *vectors[:k],
-                _normalize_vectors(batch, i, rows, samples),
+                _normalize_vectors(batch, i, readings, samples),
                 *vectors[k + 1 :],
             ]
             description = f"{batch.suite.sensors[i].name}{description}"
@@ -94,14 +94,16 @@ def find_axis_mistakes(batch: Batch) -> Iterator[str]:
     )
     if min_misfit < min(_MAX_MISFIT_RATIO * declared_misfit, max_misfit):
         yield min(
-            (n_changed, misfit, description)
-            for misfit, n_changed, description in result
+            (n_changes, misfit, description)
+            for misfit, n_changes, description in result
             if misfit < _MAX_RATIO_TO_BEST * min_misfit
         )[2]
 
 
 def _permute_axes() -> Iterator[tuple[Floats, int, str]]:
-    """Yield the 47 signed axis permutations: matrix, number of changed axes, description."""
+    """Yield a triple for each of the 47 signed axis permutations other than the identity: matrix,
+    number of changed axes and description.
+    """
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
             P = np.zeros((3, 3))
@@ -120,7 +122,9 @@ def _permute_axes() -> Iterator[tuple[Floats, int, str]]:
 
 
 def _select_windows(batch: Batch, max_length: int) -> Ints:
-    """Return the sample indices of each window, shape (w, k). No window contains a gyro break."""
+    """Return the sample indices of short windows that are spread evenly over the batch,
+    shape (w, k). Windows that contain a gyro break are omitted.
+    """
     n, rate = len(batch.times), np.linalg.norm(batch.gyro_rates * batch.durations[:, None], axis=1)
     length = int(
         np.clip(
@@ -134,13 +138,14 @@ def _select_windows(batch: Batch, max_length: int) -> Ints:
     return result[~has_break]
 
 
-def _correct_mistakes(rows: Floats) -> Iterator[tuple[int, str, Floats]]:
-    """Yield the readings of a sensor corrected for each possible mistake, after the number of
-    changed axes and a description.
+def _correct_mistakes(readings: Floats) -> Iterator[tuple[int, str, Floats]]:
+    """Yield a triple for each mistake that the declaration of a sensor may contain: number of
+    changed axes, description and corrected readings.
     """
-    if rows.shape[-2] == 1:
+    if readings.shape[-2] == 1:
         yield from (
-            (n_changes, description, rows @ P.T) for P, n_changes, description in _permute_axes()
+            (n_changes, description, readings @ P.T)
+            for P, n_changes, description in _permute_axes()
         )
         return
     for convention, order, inverse in QUATERNION_CONVENTIONS:
@@ -148,7 +153,7 @@ def _correct_mistakes(rows: Floats) -> Iterator[tuple[int, str, Floats]]:
             ": its quaternions agree with the other sensors if they are read as "
             f"{convention}: expected scalar last, from GCRF to the body"
         )
-        yield 1, description, _convert_quaternions(rows, order, inverse)
+        yield 1, description, _convert_quaternions(readings, order, inverse)
 
 
 def _convert_quaternions(axes: Floats, order: tuple[int, ...], inverse: bool) -> Floats:
@@ -160,8 +165,8 @@ def _convert_quaternions(axes: Floats, order: tuple[int, ...], inverse: bool) ->
     return result
 
 
-def _has_directions(rows: Floats) -> bool:
-    return rows.shape[2] == 3 and bool(np.isfinite(rows[:, 0, 0]).sum() > 3 * _N_WINDOWS)
+def _has_directions(readings: Floats) -> bool:
+    return readings.shape[2] == 3 and bool(np.isfinite(readings[:, 0, 0]).sum() > 3 * _N_WINDOWS)
 
 
 def _normalize_vectors(batch: Batch, index: int, body: Floats, samples: Ints) -> WindowVectors:
@@ -177,7 +182,9 @@ def _normalize_vectors(batch: Batch, index: int, body: Floats, samples: Ints) ->
 
 
 def _predict_misfit(batch: Batch, index: int) -> float:
-    """Return the mean squared error of a sensor's unit vectors that the prior predicts [rad²]."""
+    """Return the mean squared error of a sensor's unit vectors that its noise and its prior
+    1-sigmas of bias and misalignment explain [rad²].
+    """
     first_indices = batch.suite.get_first_indices(batch.suite.sensors[index])
     sigma = PriorEstimate.from_suite(batch.suite).sigma
     bias, misalignment = (
@@ -191,12 +198,13 @@ def _predict_misfit(batch: Batch, index: int) -> float:
 
 
 def _select_samples(windows: Ints) -> Ints:
-    picks: Ints = np.unique(np.linspace(0, windows.shape[1] - 1, _N_SAMPLES).astype(int))
-    return picks
+    samples: Ints = np.unique(np.linspace(0, windows.shape[1] - 1, _N_SAMPLES).astype(int))
+    return samples
 
 
 def _accumulate_rotations(angles: Floats) -> Floats:
-    """Return the rotations from the body frame of the compared samples to that of the first sample.
+    """Return the rotation matrices from the body frame at the compared samples of each window to
+    the body frame at its first sample.
 
     Parameters
     ----------
@@ -213,7 +221,7 @@ def _accumulate_rotations(angles: Floats) -> Floats:
     w, n = angles.shape[:2]
     R = np.concatenate([np.broadcast_to(np.eye(3), (w, 1, 3, 3)), step_rotations], axis=1)
     reach = 1
-    while reach <= n:  # The products contain 2, 4, 8... steps.
+    while reach <= n:  # The products contain 2, 4, 8, ... steps.
         R[:, reach:] = R[:, :-reach] @ R[:, reach:]
         reach *= 2
     result: Floats = R[:, _select_samples(R)]
@@ -221,7 +229,9 @@ def _accumulate_rotations(angles: Floats) -> Floats:
 
 
 def _compute_misfit(vectors: Sequence[WindowVectors], rotations: Floats) -> float:
-    """Return the mean squared residual of Wahba's problem over all windows [rad²]."""
+    """Return the mean squared residual of Wahba's problem, solved separately in each window and
+    averaged over all windows [rad²].
+    """
     profile, total = np.zeros((len(rotations), 3, 3)), np.zeros(len(rotations))
     for body, references, weight in vectors:
         rotated = np.einsum("wkij,wkmj->wkmi", rotations, body)

@@ -1,7 +1,7 @@
-"""Telemetry of a scenario in the form that the estimator needs.
+"""Conversion of the telemetry of a scenario to a batch, the input of the estimator.
 
 A batch contains the gyro rates of the steps between samples, and the readings of the sensors with
-the vectors that they observe.
+the vectors that the sensors observe.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ RATE_MAGNITUDES = ("abs_gyro_x", "abs_gyro_y", "abs_gyro_z")
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Batch:
-    """Telemetry of n + 1 samples in the form that the estimator needs: gyro rates of the n steps
-    between the samples, and sensor readings with the vectors that the sensors observe.
+    """Gyro rates and sensor readings at n + 1 samples of telemetry, with the vectors that the
+    sensors observe and the noise of the readings.
 
     Attributes
     ----------
@@ -88,8 +88,8 @@ class Batch:
     pointing: AssumedAttitude | None = None
 
     def select_channel_values(self, owner: Gyro | Sensor, samples: slice | Ints) -> list[Floats]:
-        """Return the values of the channels that the bias of a gyro or sensor depends on, at the
-        given samples.
+        """Return the values of the telemetry channels on which the bias of a gyro or sensor
+        depends, such as temperatures, as one array per channel.
 
         Parameters
         ----------
@@ -134,11 +134,10 @@ class Batch:
 
 
 def build_batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
-    """Convert telemetry to the input of the estimator: gyro rates of each step, and sensor readings
-    with the vectors that the sensors observe.
+    """Convert the telemetry of a scenario to a Batch, the input of the estimator.
 
-    The orbit and the environment of the scenario give the observed vectors. Some telemetry is
-    omitted, replaced or used with a larger variance:
+    The observed vectors follow from the orbit and the environment of the scenario. Some telemetry
+    is omitted, replaced or used with a larger variance:
 
     - Readings of a sensor are omitted at samples at which a scenario with eclipses predicts no
       measurement, and readings of a photodiode where the Sun is outside its field of view.
@@ -211,8 +210,8 @@ def build_batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     quantization_variance = compute_angle_variance_rate(
         rates, median_step, quantization_step, sigma
     )
-    # The vector sensors decide whether the body has rotated by a spike. All steps within one gyro
-    # sample share its error.
+    # With this variance, the vector sensors determine whether the body has rotated by a spike. All
+    # steps within one gyro sample share the error of the sample.
     averaging_durations = compute_averaging_durations(gyro_times)[:, None]
     spike_variance = (
         np.minimum(
@@ -247,7 +246,7 @@ def build_batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
 
 
 def collect_channels(telemetry: Telemetry) -> dict[str, Floats]:
-    """Return the telemetry channels that a bias may depend on, as a dict from channel name to an
+    """Return the telemetry channels on which a bias may depend, as a dict from channel name to an
     array of shape (n,).
 
     These are all housekeeping columns, and the absolute gyro rate about each axis; see
@@ -297,7 +296,9 @@ def mask_dark_readings(sensor: Sensor, readings: Floats) -> Floats:
 
 
 def _compute_noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
-    """Return the 1-sigma of each component of a sensor's readings, including quantization."""
+    """Return the 1-sigma of the noise of each component of a sensor's readings, including
+    quantization, shape (k,).
+    """
     step, sigma = telemetry.find_quantization_steps(sensor.name), np.array(sensor.noise_sigmas())
     if sensor.has_unit_length:
         rows = telemetry.sensors[sensor.name]
@@ -312,7 +313,9 @@ def _compute_noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
 
 
 def _select_after_epoch(scenario: Scenario, telemetry: Telemetry) -> Telemetry:
-    """Return the telemetry after the epoch, preceded by a sample at the epoch without readings."""
+    """Return the telemetry after the epoch of the scenario. The first sample is at the epoch and
+    has no readings.
+    """
     later = telemetry.times > 0.0
     if later.sum() < 2:
         raise ValueError(

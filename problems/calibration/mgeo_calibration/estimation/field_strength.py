@@ -35,7 +35,7 @@ _PAIRS = ((1, 2), (2, 0), (0, 1))  # row and column of each element of N
 
 @dataclass(frozen=True, eq=False)
 class FieldStrengthFit:
-    """Bias, scale factors and non-orthogonality of a magnetometer, estimated from the field
+    """Estimates of the bias, scale factors and non-orthogonality of a magnetometer from the field
     strength, with covariance and residuals.
 
     Attributes
@@ -130,7 +130,7 @@ def fit_magnetometer(
     batch: Batch, index: int, state_prior: PriorEstimate, max_readings: int | None = None
 ) -> FieldStrengthFit:
     """Estimate bias, scale factors and non-orthogonality of one magnetometer of a batch from the
-    field strength.
+    strength of the measured field.
 
     Field model errors are added to the noise. Readings with outlying lengths are excluded.
 
@@ -182,11 +182,10 @@ def fit_magnetometer(
 
 
 def compute_initial_states(batch: Batch, prior: PriorEstimate) -> Floats:
-    """Return the prior states, with states of magnetometers that may have a large bias replaced by
-    an estimate from the field strength.
+    """Return the states from which a fit starts, shape (n_states,). States of a magnetometer that
+    may have a large bias are estimated from the field strength; all others are the prior states.
 
-    A fit starts from these states, because a large bias corrupts the measured field directions. The
-    shape is (n_states,).
+    Without this estimate, a large bias would corrupt the measured field directions.
 
     Parameters
     ----------
@@ -214,8 +213,8 @@ def compute_initial_states(batch: Batch, prior: PriorEstimate) -> Floats:
 
 
 def compute_response_matrix(values: Floats) -> Floats:
-    """Return the matrix of scale factors and non-orthogonality by which a magnetometer multiplies
-    the field, shape (3, 3).
+    """Return the 3 x 3 matrix by which the scale factors and the non-orthogonality of a
+    magnetometer multiply the field.
 
     Parameters
     ----------
@@ -231,8 +230,8 @@ def compute_response_matrix(values: Floats) -> Floats:
 def _compute_residuals(
     values: Floats, measured: Floats, strength: Floats, sigma: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the residuals of the squared field strength, shape (n,), and their Jacobian, shape (n,
-    9).
+    """Return the residuals of the squared field strength, shape (n,), and their Jacobian with
+    respect to the nine unknowns, shape (n, 9).
 
     A residual is |u|² - |B|² minus its mean due to noise.
     """
@@ -245,7 +244,7 @@ def _compute_residuals(
 
 
 def _compute_sigma(values: Floats, measured: Floats, sigma: Floats) -> Floats:
-    """Return the 1-sigma that magnetometer noise causes in each residual, shape (n,).
+    """Return the 1-sigma of each residual due to magnetometer noise, shape (n,).
 
     Noise w adds 2 uᵀ W w + |W w|² to a residual, with W = (I + diag k + N)⁻¹.
     """
@@ -257,7 +256,8 @@ def _compute_sigma(values: Floats, measured: Floats, sigma: Floats) -> Floats:
 
 
 def _estimate_linear(measured: Floats, strength: Floats, sigma: Floats, is_free: Bools) -> Floats:
-    """Return the linear first estimate of the unknowns by TWOSTEP, shape (9,).
+    """Return the estimate of the nine unknowns by linear least squares, from which the Gauss-Newton
+    iterations start, shape (9,).
 
     Centered differences of |m|² - |B|² = 2 mᵀ d - mᵀ E m + constant give d and E, with I + E = (I +
     diag k + N)⁻² and d = (I + E) b.

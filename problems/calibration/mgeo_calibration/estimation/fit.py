@@ -75,12 +75,12 @@ class Fit:
 
 
 class FitError(ValueError):
-    """Error of a fit that does not converge or rejects most readings of a sensor."""
+    """Exception raised if a fit does not converge, or if it rejects most readings of a sensor."""
 
 
 def fit(batch: Batch, prior: PriorEstimate, gate: float) -> Fit:
-    """Estimate attitude and calibration parameters by smoothing a telemetry batch, without an
-    initial attitude.
+    """Estimate attitude and calibration parameters by smoothing a telemetry batch. No initial
+    attitude is needed.
 
     The fit starts with a short interval in which the observed vectors are far apart. Wahba's
     problem gives the initial attitude of this interval. The interval is then extended on both
@@ -166,7 +166,9 @@ def fit(batch: Batch, prior: PriorEstimate, gate: float) -> Fit:
 def _fit_held_attitude(
     batch: Batch, prior: PriorEstimate, trajectory: Trajectory, gate: float
 ) -> Fit:
-    """Fit all samples at once, starting from the attitude that the satellite is assumed to hold."""
+    """Fit the whole batch at once, starting from the attitude that the satellite is assumed to
+    hold.
+    """
     validate_vector_lengths(batch)
     result = fit_from_trajectory(
         batch, prior, trajectory, gate, is_rejected=find_outlying_lengths(batch)
@@ -228,8 +230,8 @@ def fit_from_trajectory(
 
 
 def _count_drift_samples(batch: Batch) -> int:
-    """Return the number of samples in which the rate random walk of the gyro changes the propagated
-    attitude by `_MAX_WALK_ROTATION`, 1-sigma.
+    """Return the number of samples over which the rate random walk of the gyro rotates the
+    propagated attitude by `_MAX_WALK_ROTATION`, 1-sigma.
     """
     walk = float(np.linalg.norm(batch.suite.gyro.effective_rate_random_walk))
     if not walk:
@@ -239,7 +241,8 @@ def _count_drift_samples(batch: Batch) -> int:
 
 
 def compute_gate_thresholds(suite: Suite, gate: float) -> Floats:
-    """Return the largest accepted normalized squared residual of each sensor, as an array.
+    """Return the threshold of each sensor above which the normalized squared residual of a reading
+    is an outlier, as an array.
 
     The thresholds are quantiles of the chi-square distribution.
 
@@ -294,7 +297,9 @@ def check_fit(result: Fit, prior: PriorEstimate, gate: float) -> None:
 
 
 def _describe_divergence(solution: Solution, prior: PriorEstimate) -> str:
-    """Describe the state that is farthest from its prior, and the last attitude step."""
+    """Return a text for an error message: the state that is farthest from its prior, and the
+    largest rotation of the attitude in the last iteration.
+    """
     suite, estimate = solution.batch.suite, solution.estimate
     difference = prior.compute_difference(estimate.attitude[0], estimate.states[0])
     if prior.attitude is None:
@@ -314,9 +319,11 @@ def _describe_divergence(solution: Solution, prior: PriorEstimate) -> str:
 
 
 def _extend_interval(low: int, high: int, n_new: int, arcs: np.ndarray) -> tuple[int, int]:
-    """Extend an interval of samples by `n_new` samples on both sides and return its bounds.
+    """Return the bounds of an interval of samples after an extension by `n_new` samples on both
+    sides.
 
-    Arcs beyond a gyro break are added as a whole.
+    An arc contains the samples between two gyro breaks; `arcs` holds the bounds of all arcs. An arc
+    beyond a gyro break is always added completely.
     """
     N = int(arcs[-1])
     left, right = max(0, low - n_new), min(N, high + n_new)
@@ -336,11 +343,12 @@ def _extend_trajectory(
     new_interval: tuple[int, int],
     arcs: np.ndarray,
 ) -> Trajectory:
-    """Write initial values of attitude and states at the new samples of an extended interval in
-    place, and return the trajectory.
+    """Initialize attitude and states at the new samples of an extended interval, in place, and
+    return the trajectory.
 
-    The attitude is propagated with the gyro. In an arc without estimates, Wahba's problem gives the
-    attitude.
+    States are copied from the nearest old sample, with decay toward zero for random processes. The
+    attitude is propagated with the gyro. In an arc without estimates, the attitude follows from
+    Wahba's problem.
     """
     (low, high), (left, right) = old_interval, new_interval
     states, attitude = trajectory.states, trajectory.attitude
@@ -375,7 +383,9 @@ def _extend_trajectory(
 
 
 def _estimate_attitude(batch: Batch, states: Floats) -> Floats:
-    """Return the attitude from Wahba's problem; the start is arbitrary if it has no solution."""
+    """Return the attitude at all samples from Wahba's problem and the gyro rates. If Wahba's
+    problem has no solution, the first attitude is the identity.
+    """
     try:
         return estimate_initial_attitude(batch, states)[0]
     except ValueError:

@@ -26,8 +26,8 @@ _MIN_NORMAL_SPREAD = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Directions:
-    """Unit vectors that the sensors observe, with the corresponding unit vectors in GCRS and
-    weights for Wahba's problem.
+    """Unit vectors that the sensors observe, in the body frame and in GCRS, with weights for
+    Wahba's problem.
 
     Attributes
     ----------
@@ -52,11 +52,11 @@ class Directions:
 
 
 def estimate_initial_attitude(batch: Batch, states: Floats) -> tuple[Floats, slice]:
-    """Estimate the attitude at all samples of a batch from Wahba's problem in one interval and the
-    gyro rates; return attitude and interval.
+    """Solve Wahba's problem in one interval of a batch, propagate the attitude to all samples with
+    the gyro rates, and return the attitudes and the interval.
 
-    The interval is the first in which the observed directions are far enough apart. The gyro rates
-    propagate its attitude to all samples, also across gyro breaks.
+    The interval is the first in which the observed directions are far enough apart. The attitude is
+    also propagated across gyro breaks.
 
     Parameters
     ----------
@@ -118,10 +118,6 @@ def accumulate_rotations(batch: Batch, states: Floats) -> Floats:
     Returns
     -------
     array, shape (N, 3, 3)
-
-    Returns
-    -------
-    array, shape (N, 3, 3)
     """
     _, step_rotations = compute_rates_and_rotations(batch, states)
     R = np.empty((len(step_rotations) + 1, 3, 3))
@@ -130,7 +126,8 @@ def accumulate_rotations(batch: Batch, states: Floats) -> Floats:
 
 
 def collect_directions(batch: Batch, rotations: Floats, states: Floats) -> Directions:
-    """Return the unit vectors that all sensors of a batch observe, with their directions in GCRS.
+    """Return the unit vectors that all sensors of a batch observe, in the body frame of the first
+    sample and in GCRS, with weights.
 
     A star tracker contributes the three axes of GCRS. All photodiodes together contribute one Sun
     direction.
@@ -185,8 +182,8 @@ def collect_directions(batch: Batch, rotations: Floats, states: Floats) -> Direc
 
 
 def compute_sun_directions(suite: Suite, readings: Sequence[Floats], states: Floats) -> Floats:
-    """Return the Sun direction in the body frame at each sample, by least squares from all
-    photodiodes, shape (N, 3).
+    """Return the Sun direction in the body frame at each sample, estimated by least squares from
+    the readings of all photodiodes, shape (N, 3).
 
     The solution needs at least three lit photodiodes with normals that are well apart; other
     samples are NaN.
@@ -258,7 +255,7 @@ def find_interval(directions: Directions, n_samples: int) -> slice:
 
 def solve_wahba(directions: Directions, is_used: Bools) -> tuple[Floats, float]:
     """Return the rotation from body frame to GCRS that solves Wahba's problem for the selected
-    directions, and the median squared residual.
+    directions, and the median squared residual of these directions.
 
     Outliers of each sensor are excluded in two further solutions.
 
@@ -277,12 +274,16 @@ def solve_wahba(directions: Directions, is_used: Bools) -> tuple[Floats, float]:
     """
     inertial, body = directions.inertial[is_used], directions.body[is_used]
     sensor, weight = directions.sensors[is_used], directions.weights[is_used]
-    kept = np.ones(len(body), dtype=bool)
+    is_inlier = np.ones(len(body), dtype=bool)
     for _ in range(3):
-        rotation, _ = Rotation.align_vectors(inertial[kept], body[kept], weight[kept])
+        rotation, _ = Rotation.align_vectors(
+            inertial[is_inlier], body[is_inlier], weight[is_inlier]
+        )
         square = ((inertial - rotation.apply(body)) ** 2).sum(axis=1)
         # The threshold is relative to the scatter: biases may exceed the declared noise.
         for index in np.unique(sensor):
-            is_own = sensor == index
-            kept[is_own] = square[is_own] <= 9.0 * np.median(square[is_own]) + 1e-12
+            is_of_sensor = sensor == index
+            is_inlier[is_of_sensor] = (
+                square[is_of_sensor] <= 9.0 * np.median(square[is_of_sensor]) + 1e-12
+            )
     return rotation.as_matrix(), float(np.median(square))

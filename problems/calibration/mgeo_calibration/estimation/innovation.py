@@ -66,10 +66,10 @@ class Estimate:
         covariance : array, shape (n_states, n_states, r)
             Covariance of the errors.
         """
-        places = np.arange(3)[:, None] + np.array(suite.rotation_indices)
-        rotations, others = rotation_matrix(states[places]), states.copy()
-        rotations[:, :, 0], others[places] = attitude, 0.0
-        return cls(places, rotations, others, covariance)
+        indices = np.arange(3)[:, None] + np.array(suite.rotation_indices)
+        rotations, other_states = rotation_matrix(states[indices]), states.copy()
+        rotations[:, :, 0], other_states[indices] = attitude, 0.0
+        return cls(indices, rotations, other_states, covariance)
 
     @classmethod
     def from_model(cls, model: FilterModel, n_runs: int = 1) -> Estimate:
@@ -87,7 +87,8 @@ class Estimate:
         return cls.from_states(model.suite, model.initial_attitude.T[..., None], states, P)
 
     def correct(self, e: Floats, covariance: Floats) -> Estimate:
-        """Return the estimate after a correction by estimated errors, with a new covariance.
+        """Return the estimate corrected by its estimated errors, with the given covariance of the
+        remaining errors.
 
         Parameters
         ----------
@@ -126,8 +127,8 @@ class Estimate:
 
 
 def reset_covariance(P: Floats, e: Floats, rotation_indices: Ints) -> None:
-    """Transform error covariances in place after a correction by the errors e, so that rotation
-    errors refer to the corrected rotations.
+    """Transform error covariances in place after the estimate is corrected by the errors e, so that
+    rotation errors refer to the corrected rotations.
 
     An error g of a rotation becomes the rotation vector of R(-e) R(g). The derivative at g = e is
     (I - ½ [e×]) / (1 + |e|² / 4).
@@ -142,12 +143,12 @@ def reset_covariance(P: Floats, e: Floats, rotation_indices: Ints) -> None:
         Indices of the states that are rotations.
     """
     g = e[rotation_indices]
-    turns = (np.eye(3)[:, :, None, None] - 0.5 * skew(g)) / (1.0 + 0.25 * (g * g).sum(axis=0))
+    jacobians = (np.eye(3)[:, :, None, None] - 0.5 * skew(g)) / (1.0 + 0.25 * (g * g).sum(axis=0))
     for number, first in enumerate(rotation_indices[0]):
-        turn, block = turns[:, :, number], slice(first, first + 3)
-        rows = multiply(turn, P[block])
+        jacobian, block = jacobians[:, :, number], slice(first, first + 3)
+        rows = multiply(jacobian, P[block])
         P[block], P[:, block] = rows, rows.swapaxes(0, 1)
-        P[block, block] = multiply(rows[:, block], turn.swapaxes(0, 1))
+        P[block, block] = multiply(rows[:, block], jacobian.swapaxes(0, 1))
 
 
 def compute_innovation(
@@ -223,13 +224,13 @@ def compute_innovation(
     return result
 
 
-def compute_jacobian(r: TaylorPolynomial) -> tuple[Ints, Floats]:
-    """Return the measurement Jacobian H of an innovation, after the indices of the states to which
-    H refers.
+def compute_jacobian(innovation: TaylorPolynomial) -> tuple[Ints, Floats]:
+    """Return the indices of the states on which an innovation depends, and the measurement Jacobian
+    H with respect to the errors of these states.
 
     Parameters
     ----------
-    r : TaylorPolynomial
+    innovation : TaylorPolynomial
         Innovation from `compute_innovation`, with m components in r runs.
 
     Returns
@@ -239,22 +240,22 @@ def compute_jacobian(r: TaylorPolynomial) -> tuple[Ints, Floats]:
     H : array, shape (m, p, r)
         Negative derivative of the innovation with respect to the errors of these states.
     """
-    numbers = tuple(term[0] for term in r.terms if len(term) == 1)
-    H = np.empty((len(r.value), 3 * len(numbers), r.value.shape[-1]))
+    numbers = tuple(term[0] for term in innovation.terms if len(term) == 1)
+    H = np.empty((len(innovation.value), 3 * len(numbers), innovation.value.shape[-1]))
     for k, number in enumerate(numbers):
-        np.negative(r.terms[(number,)], out=H[:, 3 * k : 3 * k + 3])
+        np.negative(innovation.terms[(number,)], out=H[:, 3 * k : 3 * k + 3])
     return _list_states(numbers), H
 
 
-def compute_second_order_moments(r: TaylorPolynomial, P: Floats) -> tuple[Floats, Floats]:
-    """Return the mean and covariance of the second-order terms of an innovation for normally
-    distributed errors.
+def compute_second_order_moments(innovation: TaylorPolynomial, P: Floats) -> tuple[Floats, Floats]:
+    """Return the mean and the covariance of the second-order terms of an innovation, for normally
+    distributed errors of the states.
 
     The term ½ eᵀ B e has the mean ½ tr(B P), and two terms have the covariance ½ tr(B P B' P).
 
     Parameters
     ----------
-    r : TaylorPolynomial
+    innovation : TaylorPolynomial
         Innovation from `compute_innovation`, with m components.
     P : array, shape (n_states, n_states, n_runs)
         Covariance of the errors.
@@ -264,10 +265,10 @@ def compute_second_order_moments(r: TaylorPolynomial, P: Floats) -> tuple[Floats
     mean : array, shape (m, n_runs)
     covariance : array, shape (m, m, n_runs)
     """
-    terms = {term: part for term, part in r.terms.items() if len(term) == 2}
+    terms = {term: part for term, part in innovation.terms.items() if len(term) == 2}
     numbers = tuple(sorted({number for term in terms for number in term}))
     states = _list_states(numbers)
-    m, n = len(r.value), len(states)
+    m, n = len(innovation.value), len(states)
     half = np.zeros((m, n, n, P.shape[-1]))
     for (i, j), part in terms.items():
         a, b = 3 * numbers.index(i), 3 * numbers.index(j)

@@ -29,7 +29,8 @@ from mgeo_calibration.telemetry.attitude_hold import AssumedAttitude
 
 @dataclass(frozen=True, eq=False)
 class ProcessEquations:
-    """Process equations of the steps of a batch, linearized about a trajectory.
+    """Linearized process equations of a batch: transition matrices, process noise covariances and
+    defects of all steps.
 
     Consecutive samples satisfy defect + F e_k + G e_c - e_{k+1} ~ N(0, Q). Here e_k are the errors
     of the stochastic states, and e_c the errors of the constant states. Constant states affect only
@@ -56,13 +57,13 @@ class ProcessEquations:
 
     @property
     def arrays(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Transition matrices, sensitivities, covariances and defects, for the compiled loops."""
+        """Tuple of F, G, Q and defect, in the order that the compiled functions expect."""
         return self.F, self.G, self.Q, self.defect
 
 
 def compute_constant_factors(batch: Batch, partition: Partition) -> Floats:
-    """Return the ratio of each constant state at a sample to its value at the first sample, shape
-    (N, c).
+    """Return the ratio of each constant state at each sample to its value at the first sample,
+    shape (N, c).
 
     All ratios are one, except for a gyro bias that decays without process noise.
 
@@ -83,8 +84,8 @@ def compute_constant_factors(batch: Batch, partition: Partition) -> Floats:
 
 
 def compute_rates_and_rotations(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
-    """Return the mean body rate and the rotation matrix of each step, from the measured gyro rates
-    corrected by the estimated gyro states.
+    """Return the mean body rate and the rotation matrix of each step. Both follow from the measured
+    gyro rates, corrected by the estimated gyro states.
 
     The rotation of a linearly varying rate includes the coning term (J. E. Bortz, A New
     Mathematical Formulation for Strapdown Inertial Navigation, IEEE Transactions on Aerospace and
@@ -187,7 +188,8 @@ def linearize_process(
 def _linearize_pointing(
     pointing: AssumedAttitude, trajectory: Trajectory, durations: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """Return F, Q and defect of the attitude for a held attitude with a random pointing error.
+    """Return transition matrices, process noise covariances and defects of the attitude for a
+    satellite that holds an attitude with a random pointing error.
 
     The rotation vectors p from the held attitude satisfy p_{k+1} = φ p_k + w exactly. An error e of
     the attitude changes them by J e.
@@ -204,11 +206,12 @@ def _linearize_pointing(
 def discretize_dynamics(
     suite: Suite, rates: Floats, durations: Floats, channel_values: Sequence[Floats] = ()
 ) -> tuple[Floats, Floats]:
-    """Return the transition matrix and the process noise covariance of attitude, gyro states and
-    varying sensor states for each of n steps, equation (7).
+    """Return the transition matrices and the process noise covariances of n steps, for attitude,
+    gyro states and varying sensor states.
 
-    Attitude and gyro use a power series, the independent sensor processes the exact solution. The
-    bias sensitivities of the gyro act on the attitude as constant biases.
+    The matrices are those of equation (7) of docs/theory.md. Attitude and gyro use a power series,
+    the independent sensor processes the exact solution. The bias sensitivities of the gyro act on
+    the attitude as constant biases.
 
     Parameters
     ----------
@@ -256,7 +259,9 @@ def discretize_dynamics(
 
 @lru_cache(maxsize=16)
 def _differentiate_dynamics(suite: Suite) -> Floats:
-    """Return the derivative of the gyro columns of the dynamics matrix by each rate component."""
+    """Return the derivatives of the attitude dynamics with respect to the three body rate
+    components, in the columns of the constant gyro states, shape (3, 3, k).
+    """
     k, rest_matrix = suite.n_kinematic, suite.dynamics_matrix(np.zeros(3))
     return np.array([(suite.dynamics_matrix(axis) - rest_matrix)[:3, 6:k] for axis in np.eye(3)])
 

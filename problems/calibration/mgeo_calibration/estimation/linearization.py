@@ -61,8 +61,8 @@ class SensorEquations:
 
 @dataclass(frozen=True, eq=False)
 class MeasurementEquations:
-    """Measurement equations of all s sensors, linearized about a trajectory, as arrays for the
-    compiled loops.
+    """Measurement equations of all s sensors, linearized about a trajectory, in arrays of equal
+    size for all sensors.
 
     Readings with fewer than three components are padded with components that are always zero.
 
@@ -94,13 +94,15 @@ class MeasurementEquations:
 
     @property
     def arrays(self) -> tuple[Floats, Floats, Floats, Ints, Ints]:
-        """Innovations, Jacobians, noise and indices of the columns, for the compiled loops."""
+        """Tuple of z, H, noise, n_columns and columns, in the order that the compiled functions
+        expect.
+        """
         return self.z, self.H, self.noise, self.n_columns, self.columns
 
     @property
     def n_leading(self) -> int:
-        """Smallest number n, at least three, such that no reading depends on stochastic states
-        after the first n.
+        """Number of leading stochastic states, at least three, that include all stochastic states
+        on which the readings depend.
         """
         columns_and_counts = zip(self.columns, self.n_columns, strict=True)
         return max(3, *(int(row[:n].max(initial=-1)) + 1 for row, (n, _) in columns_and_counts))
@@ -200,7 +202,9 @@ def linearize_sensor(batch: Batch, index: int, trajectory: Trajectory) -> Sensor
 def _linearize_samples(
     batch: Batch, index: int, trajectory: Trajectory, samples: Ints
 ) -> tuple[Floats, Ints, Floats]:
-    """Return innovations, state indices and Jacobian of one sensor at the given samples."""
+    """Return the innovations of one sensor at the given samples, the indices of the states on which
+    they depend, and the Jacobian.
+    """
     r = _compute_innovation(batch, index, trajectory, samples, LinearPolynomial)
     states, H = compute_jacobian(r)
     H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)

@@ -124,7 +124,7 @@ def build_bias_decay_error(solution: Solution) -> ModelError:
 
 def build_bias_drift_error(solution: Solution) -> ModelError:
     """Return the score-test regressors for a gyro bias that drifts, with a coefficient for each
-    axis and each of the `N_PARTS` parts of the data.
+    axis and each of the `N_PARTS` equal parts of the data.
 
     A coefficient of one changes the bias by its initial 1-sigma within its part.
 
@@ -239,8 +239,8 @@ def build_gyro_channel_error(solution: Solution, channel: Floats) -> ModelError:
 
 
 def build_vector_rates(solution: Solution) -> VectorRates:
-    """Return a cached function that computes how fast the readings of a sensor change because the
-    observed vector moves in GCRS.
+    """Return a cached function for the rate of change of a sensor's readings that is due to the
+    motion of the observed vector in GCRS.
 
     Parameters
     ----------
@@ -329,7 +329,7 @@ def build_vector_error(index: int, state: str) -> ModelError:
 
 def build_offset_drift_error(solution: Solution, index: int) -> ModelError:
     """Return the score-test regressors for a sensor offset that drifts, with a coefficient for each
-    axis and each of the `N_PARTS` parts of the data.
+    axis and each of the `N_PARTS` equal parts of the data.
 
     A coefficient of one changes the offset by `LARGE_OFFSET` within its part.
 
@@ -389,8 +389,8 @@ def build_misalignment_channel_error(index: int, channel: Floats) -> ModelError:
 
 
 def compute_ramps(elapsed_fractions: Floats) -> Floats:
-    """Return one ramp from zero to one for each of the `N_PARTS` parts of the data, at the given
-    times, shape (n, N_PARTS).
+    """Return one ramp for each of the `N_PARTS` equal parts of the data, at the given times,
+    shape (n, N_PARTS). Each ramp rises from zero to one within its part.
 
     Parameters
     ----------
@@ -402,8 +402,8 @@ def compute_ramps(elapsed_fractions: Floats) -> Floats:
 
 
 def build_step_profile(part: int) -> Profile:
-    """Return the profile of an offset that rises from zero to one within one of the `N_PARTS` parts
-    of the data, as a function of the fraction of elapsed time.
+    """Return the profile of an offset that rises from zero to one within one of the `N_PARTS` equal
+    parts of the data. The profile is a function of the elapsed fraction of the time.
 
     Parameters
     ----------
@@ -418,8 +418,8 @@ def build_step_profile(part: int) -> Profile:
 
 
 def compute_linear_profile(elapsed_fractions: Floats) -> Floats:
-    """Return the profile of an offset that grows in proportion to time from zero to one, shape (n,
-    1).
+    """Return the profile of an offset that grows linearly from zero at the start of the data to one
+    at the end, shape (n, 1).
 
     Parameters
     ----------
@@ -431,7 +431,7 @@ def compute_linear_profile(elapsed_fractions: Floats) -> Floats:
 
 def compute_cosine_profiles(elapsed_fractions: Floats) -> Floats:
     """Return the profiles of offsets that start at zero and follow 1 to `N_HALF_WAVES` half waves
-    of a cosine, shape (n, N_HALF_WAVES).
+    of a cosine, one profile per column, shape (n, N_HALF_WAVES).
 
     Parameters
     ----------
@@ -446,8 +446,8 @@ def compute_cosine_profiles(elapsed_fractions: Floats) -> Floats:
 def build_profile_errors(
     drift_error: ModelError, profiles: Sequence[Profile]
 ) -> tuple[ModelErrorCombination, ...]:
-    """Return score-test regressors for one offset profile each, as combinations of the coefficients
-    of a piecewise linear drift.
+    """Return the score-test regressors for each of several offset profiles. They are linear
+    combinations of the regressors of a piecewise linear drift.
 
     Parameters
     ----------
@@ -483,7 +483,7 @@ def _build_rate_error(
     n_coefficients: int,
     last_bias_change: Floats | None = None,
 ) -> ModelError:
-    """Return the score-test regressors for a gyro with an additive rate error.
+    """Return the score-test regressors for an additive error of the gyro rates.
 
     Parameters
     ----------
@@ -507,12 +507,14 @@ def _build_rate_error(
 
 
 def _compute_rate_sensitivity(equations: Equations) -> Floats:
-    """Return the attitude error per gyro rate error in each step, shape (n - 1, 3, 3) [s]."""
-    parts, process = equations.partition, equations.process
-    if (parts.stochastic == 3).any():
-        first = int(np.flatnonzero(parts.stochastic == 3)[0])
+    """Return the derivative of the attitude error with respect to the gyro rate error in each step,
+    shape (n - 1, 3, 3) [s].
+    """
+    partition, process = equations.partition, equations.process
+    if (partition.stochastic == 3).any():
+        first = int(np.flatnonzero(partition.stochastic == 3)[0])
         return process.F[:, :3, first : first + 3]
-    first = int(np.flatnonzero(parts.constant == 3)[0])
+    first = int(np.flatnonzero(partition.constant == 3)[0])
     sensitivity: Floats = (
         process.G[:, :, first : first + 3] / process.constant_factors[:-1, None, first : first + 3]
     )
@@ -520,8 +522,8 @@ def _compute_rate_sensitivity(equations: Equations) -> Floats:
 
 
 def _compute_vector_changes(state: str, vectors: Floats) -> Floats:
-    """Return the change of vectors for `LARGE_AXES_ERROR` on each axis of a parameter, shape (n, 3,
-    3).
+    """Return the change of each vector due to a calibration parameter of `LARGE_AXES_ERROR` on each
+    axis, shape (n, 3, 3).
     """
     if state == "misalignment":
         columns: Floats = -np.moveaxis(skew(vectors.T), -1, 0)
@@ -547,7 +549,9 @@ def _compute_vector_rate(solution: Solution, equations: Equations, index: int) -
 
 
 def _compute_offset_columns(equations: Equations, index: int) -> Floats:
-    """Return the change of a sensor's readings for an offset of `LARGE_OFFSET` on each axis."""
+    """Return the change of a sensor's readings due to an offset of `LARGE_OFFSET` on each axis,
+    shape (n, 3, 3).
+    """
     suite = equations.batch.suite
     sensor = suite.sensors[index]
     first_indices = suite.get_first_indices(sensor)
@@ -560,13 +564,13 @@ def _compute_offset_columns(equations: Equations, index: int) -> Floats:
 
 
 def _select_jacobian(equations: Equations, index: int, first_state: int) -> Floats:
-    measurements, parts = equations.measurements, equations.partition
+    measurements, partition = equations.measurements, equations.partition
     n_stochastic, n_constant = measurements.n_columns[index]
     state_columns = measurements.columns[index]
     states = np.concatenate(
         [
-            parts.stochastic[state_columns[:n_stochastic]],
-            parts.constant[state_columns[n_stochastic:]],
+            partition.stochastic[state_columns[:n_stochastic]],
+            partition.constant[state_columns[n_stochastic:]],
         ]
     )
     k = int(np.flatnonzero(states[: n_stochastic + n_constant] == first_state)[0])

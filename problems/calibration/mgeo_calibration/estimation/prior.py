@@ -44,9 +44,8 @@ class PriorEstimate:
 
     @classmethod
     def from_suite(cls, suite: Suite) -> PriorEstimate:
-        """Return the prior of a suite that has not been calibrated.
-
-        The attitude is unknown. All states are zero with their initial 1-sigmas.
+        """Return the prior of an uncalibrated suite: an unknown attitude, and states of zero with
+        the initial 1-sigmas of the suite.
         """
         sigma = suite.initial_sigma(UNKNOWN_ATTITUDE_SIGMA)
         return cls(suite, None, np.zeros_like(sigma), sigma, suite.initial_correlation)
@@ -75,8 +74,8 @@ class PriorEstimate:
         return cls(suite, prior.attitude.T, prior.estimates, prior.sigma, prior.correlation)
 
     def reset_varying_states(self) -> PriorEstimate:
-        """Return the prior with an unknown attitude, and with the initial values and 1-sigmas of
-        the sensor states that vary with time.
+        """Return a copy of the prior with an unknown attitude. The sensor states that vary with
+        time have their initial values and 1-sigmas again.
 
         All other states keep their prior.
         """
@@ -88,8 +87,7 @@ class PriorEstimate:
         return replace(self, attitude=None, states=states, sigma=sigma, correlation=correlation)
 
     def compute_difference(self, attitude: Floats, states: Floats) -> Floats:
-        """Return the difference between an estimate at the first sample and the prior, shape
-        (n_states,).
+        """Return an estimate at the first sample minus the prior, shape (n_states,).
 
         Differences of rotations are rotation vectors. The attitude difference is zero if the
         attitude of the prior is unknown.
@@ -114,8 +112,8 @@ class PriorEstimate:
         return difference
 
     def compute_residual(self, attitude: Floats, states: Floats) -> tuple[Floats, Floats]:
-        """Return the residual of an estimate with respect to the prior, whitened by the prior
-        covariance, and the Jacobian of this residual.
+        """Return the difference between the prior and an estimate, whitened by the prior
+        covariance, and the negative Jacobian of this residual.
 
         Parameters
         ----------
@@ -129,7 +127,8 @@ class PriorEstimate:
         r : array, shape (n_states,)
             Residual; standard normal if the prior is consistent.
         J : array, shape (n_states, n_states)
-            The residual becomes r - J e when the estimate is corrected by the errors e.
+            Negative Jacobian: the residual becomes r - J e when the estimate is corrected by the
+            errors e.
         """
         difference, derivative = self.compute_difference(attitude, states), np.eye(len(states))
         for first in self.suite.rotation_indices:

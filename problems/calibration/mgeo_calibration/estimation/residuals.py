@@ -41,7 +41,8 @@ class Innovations:
 
 @dataclass(frozen=True, eq=False)
 class FilterEstimates:
-    """Estimates of a Kalman filter at N samples, each from the readings up to its sample.
+    """Estimates of a Kalman filter at N samples, each of which uses only the readings up to its
+    sample.
 
     The filter is linearized about a smoother solution.
 
@@ -124,8 +125,8 @@ def compute_residuals(solution: Solution) -> Residuals:
 
 
 def compute_filter_estimates(solution: Solution, n_leading: int = 3) -> FilterEstimates:
-    """Return the estimates, covariances and innovations of a Kalman filter at all samples,
-    linearized about a smoother solution.
+    """Run a Kalman filter that is linearized about a smoother solution, and return its estimates,
+    covariances and innovations at all samples.
 
     In contrast to the smoother, the filter uses only the readings up to each sample.
 

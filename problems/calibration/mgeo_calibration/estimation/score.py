@@ -31,8 +31,8 @@ _SERIES_THRESHOLD = 500.0
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ModelError:
-    """Regressors of a model error for score tests: its effect on attitude and readings, linear in k
-    coefficients.
+    """Regressors of a model error for score tests: functions that return the effect of each of k
+    coefficients on attitude and readings.
 
     A coefficient of one is a large error. A combination of coefficients with a 1-sigma above one is
     not tested.
@@ -113,8 +113,8 @@ class Score:
         return float(np.exp(-0.5 * self.compute_evidence(variance_ratio)))
 
     def compute_evidence(self, variance_ratio: float = 1.0) -> float:
-        """Return -2 ln p, where p is the p-value of the test for noise with `variance_ratio` times
-        the declared variance.
+        """Return -2 ln p, a measure of the evidence against the model, where p is the p-value of
+        the test if the noise variance is `variance_ratio` times the declared variance.
 
         The result is finite even where p underflows. If the model is correct, -2 ln p is chi-square
         distributed with two degrees of freedom.
@@ -132,8 +132,8 @@ class Score:
 
 @dataclass(frozen=True, eq=False)
 class ScoreTests:
-    """Fisher information and log-likelihood gradient for the m coefficients of all tested model
-    errors.
+    """Fisher information and log-likelihood gradient for score tests, with respect to the m
+    coefficients of all tested model errors.
 
     Attributes
     ----------
@@ -153,8 +153,8 @@ class ScoreTests:
     slices: Mapping[str, slice]
 
     def compute_score(self, name: str, nuisance: Sequence[str] = ()) -> Score:
-        """Return the score test of one model error, optionally with other model errors estimated at
-        the same time.
+        """Return the score test of one model error. Other model errors may be estimated at the same
+        time as nuisance parameters.
 
         Parameters
         ----------
@@ -194,8 +194,8 @@ _MIN_COMPONENT = 0.1
 def compute_scores(
     solution: Solution, model_errors: Mapping[str, ModelError | ModelErrorCombination]
 ) -> ScoreTests:
-    """Return the Fisher information and log-likelihood gradient for score tests of model errors,
-    from one pass of the filter about a converged solution.
+    """Return the Fisher information and the log-likelihood gradient for score tests of several
+    model errors. One filter pass about a converged solution is sufficient.
 
     Parameters
     ----------
@@ -281,8 +281,8 @@ def _run_filter(
     R: Floats,
     gram: Floats,
 ) -> None:
-    """Run the filter with the coefficients as additional unknowns, and update the output arrays in
-    place.
+    """Run the filter with the coefficients as additional unknowns, and update `last_sensitivities`,
+    `R` and `gram` in place.
     """
     for span in solution.iterate_spans():
         attitude_columns, reading_columns = _collect_effects(span, slices)
@@ -316,8 +316,8 @@ def _run_filter(
 def _collect_effects(
     span: Span, slices: Mapping[ModelError, slice]
 ) -> tuple[Columns, list[Columns]]:
-    """Return the effects of all coefficients on the attitude in each step, and on each sensor's
-    readings.
+    """Return the indices and the effects of the coefficients, first on the attitude in each step,
+    then on the readings of each sensor.
     """
     n, measurements = span.high - span.low, span.measurements
     attitude_columns, reading_columns = (
@@ -347,7 +347,8 @@ def _build_empty_columns(n: int) -> Columns:
 
 
 def _invert_information(information: Floats) -> tuple[Floats, Bools, Floats]:
-    """Invert an information matrix over the coefficient combinations with a 1-sigma below one.
+    """Return the pseudo-inverse of an information matrix in the subspace of its eigenvectors with a
+    1-sigma below one.
 
     Returns
     -------

@@ -43,8 +43,8 @@ FilterState = tuple[Floats, Floats, Floats]
 
 @dataclass(frozen=True, eq=False)
 class Span(Equations):
-    """Linearized equations of consecutive samples of a batch, with the estimates of the forward
-    filter at these samples.
+    """Linearized equations of a range of consecutive samples of a batch, with the estimates of the
+    forward filter at these samples.
 
     Attributes
     ----------
@@ -66,8 +66,8 @@ class Span(Equations):
 
     @property
     def new_samples(self) -> slice:
-        """Slice of the batch that contains the samples of this span without the last sample of the
-        previous span.
+        """Slice of the batch with the samples of this span, without a first sample that belongs to
+        the previous span.
         """
         return slice(self.low + self.first_new, self.high)
 
@@ -104,8 +104,8 @@ class LinearizedBatch:
     def filter_span(
         self, start: FilterState, span: tuple[int, int, int], cost: float = 0.0
     ) -> tuple[Span, float]:
-        """Run the forward filter over one span; return the span with the filter estimates, and the
-        accumulated cost.
+        """Run the forward filter over one span. Return the span with its filter estimates, and the
+        cost accumulated up to its last sample.
 
         Parameters
         ----------
@@ -129,8 +129,8 @@ class LinearizedBatch:
         process, measurements = equations.process, equations.measurements
         (d, q), (s, n, _, p) = start[1].shape, measurements.H.shape
         estimates = np.empty((n, d)), np.empty((n, d, q)), np.empty((n, d, d))
-        for each, one in zip(estimates, start, strict=True):
-            each[0] = one
+        for array, initial in zip(estimates, start, strict=True):
+            array[0] = initial
         Hw, K, w, W = (np.empty((s, n, 3, *more)) for more in ((p,), (d,), (), (q,)))
         readings, is_used = (Hw, K, w, W), np.ascontiguousarray(self.is_used[:, low:high])
         run_filter = load_compiled_module("two_stage").run_filter
@@ -156,8 +156,8 @@ class LinearizedBatch:
 
 @dataclass(frozen=True, eq=False)
 class Solution(LinearizedBatch):
-    """Result of the smoother for equations linearized about a trajectory: estimated errors of all
-    states, and their covariance.
+    """Result of one linear smoother pass about a trajectory: estimated errors of all states, and
+    their covariance.
 
     The vector c of length q contains the errors of the d stochastic states at the first sample,
     followed by the errors of the constant states. Errors are corrections to the trajectory.
@@ -167,7 +167,7 @@ class Solution(LinearizedBatch):
     cost : float
         Sum of squares of all normalized residuals.
     prior_equations : tuple of arrays
-        Whitened residual of the prior of c and its negative derivative, shapes (q,) and (q, q).
+        Whitened residual of the prior of c and its negative Jacobian, shapes (q,) and (q, q).
     span_starts : tuple of FilterState
         Filter estimates at the first sample of each span and at the last sample of the batch.
     spans_in_memory : tuple of Span
@@ -219,8 +219,8 @@ class Solution(LinearizedBatch):
         )
 
     def is_converged(self, tolerances: tuple[float, float] = TOLERANCES) -> bool:
-        """Return True if the correction of the trajectory by this solution is within the
-        convergence tolerances.
+        """Return True if the estimated errors of the trajectory are smaller than the convergence
+        tolerances.
 
         Parameters
         ----------
@@ -234,8 +234,8 @@ class Solution(LinearizedBatch):
         return bool(largest_step < tolerances[0] and largest_rotation < tolerances[1])
 
     def iterate_spans(self, backward: bool = False) -> Iterator[Span]:
-        """Yield the spans into which the batch is divided, with the filter estimates at their
-        samples, in order of time.
+        """Yield the spans of the batch with the filter estimates at their samples, in order of time
+        or in reverse order.
 
         Spans that are not in memory are computed again.
 
@@ -256,8 +256,10 @@ class Solution(LinearizedBatch):
 
 @dataclass(frozen=True, eq=False)
 class SmoothedCovariance:
-    """Smoothed covariance of the first n stochastic states for a given c, and the derivative of
-    their errors with respect to c.
+    """Smoothed covariance of the first n stochastic states at N samples for a known vector c, and
+    the derivative of their errors with respect to c.
+
+    The vector c contains the errors at the first sample and the errors of the constant states.
 
     Attributes
     ----------
@@ -331,7 +333,7 @@ def solve_linearized(
     partition: Partition,
     is_rejected: Bools | None = None,
 ) -> Solution:
-    """Smooth a batch with equations linearized about a trajectory, which is one Gauss-Newton step.
+    """Smooth a batch in one Gauss-Newton step, with equations linearized about a trajectory.
 
     Parameters
     ----------
@@ -402,7 +404,7 @@ def solve_linearized(
 def smooth_covariances(
     solution: Solution, n_leading: int | None = None
 ) -> Iterator[tuple[Span, SmoothedCovariance]]:
-    """Yield each span of a solution, backward in time, with the smoothed covariances at its
+    """Yield the spans of a solution, backward in time, each with the smoothed covariances at its
     samples.
 
     The covariances at the first sample of a span are undefined if `Span.first_new` is 1.

@@ -36,8 +36,8 @@ _RELATIVE_CORRELATION_TIME = 1e-3
 
 @dataclass(frozen=True)
 class StepNoise:
-    """Random gyro rate of single steps, as an error source of a suite like the gyro and the
-    sensors.
+    """Gyro noise in the current step, as an additional error source of a suite besides the gyro and
+    the sensors.
     """
 
     process: GaussMarkov
@@ -53,8 +53,8 @@ class StepNoise:
 
 @dataclass(frozen=True)
 class StepNoiseSuite(Suite):
-    """Suite whose states include the gyro noise of the current step, on which sensors with a
-    latency depend.
+    """Suite with the gyro noise of the current step as additional states, for sensors with a
+    measurement latency.
 
     Attributes
     ----------
@@ -77,7 +77,8 @@ class StepNoiseSuite(Suite):
 
 
 def add_step_noise(batch: Batch, prior: PriorEstimate) -> tuple[Batch, PriorEstimate]:
-    """Return a batch and its prior with the gyro noise of each step as additional states.
+    """Return a batch and its prior, both with additional states for the gyro noise of the current
+    step.
 
     The arguments are returned unchanged if no sensor has a measurement latency.
 
@@ -126,11 +127,11 @@ def list_states_without_step_noise(suite: Suite) -> Ints:
 
 
 def correlate_step_noise(suite: Suite, stochastic: Ints, durations: Floats, Q: Floats) -> None:
-    """Add the correlation between step noise and attitude to the process noise covariances in
-    place.
+    """Write the variance of the step noise and its correlation with the attitude to the process
+    noise covariances, in place.
 
-    The variance of the step noise follows from the process noise of the attitude. A suite without
-    step noise leaves the covariances unchanged.
+    Both follow from the process noise of the attitude. Without step noise in the suite, the
+    covariances are unchanged.
 
     Parameters
     ----------

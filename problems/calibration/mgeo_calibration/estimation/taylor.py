@@ -19,7 +19,8 @@ Term = tuple[int, ...]
 
 
 class TaylorPolynomial:
-    """Second-order Taylor polynomial of a vector, as a function of error 3-vectors, for r runs.
+    """Vector-valued Taylor polynomial of second order in the errors of an estimate, with
+    coefficients for each of r filter runs.
 
     A sensor model treats the polynomial as an array of shape (r, d). The error 3-vectors are
     numbered. A term (i, j) is bilinear in the error 3-vectors i and j.
@@ -39,14 +40,15 @@ class TaylorPolynomial:
         self.terms = terms
 
     def map(self, linear: Callable[[Floats], Floats]) -> TaylorPolynomial:
-        """Return the polynomial with a linear function applied to the first axis of all
-        coefficients.
+        """Return a new polynomial with a linear function applied along the first axis of each
+        coefficient array.
         """
         return type(self)({term: linear(part) for term, part in self.terms.items()})
 
     @classmethod
     def from_value(cls, value: Any) -> TaylorPolynomial:
-        """Return a number or an array, shape (d,) or (r, d), as a constant polynomial.
+        """Return a constant polynomial with the given value: a number, or an array of shape (d,) or
+        (r, d).
 
         A polynomial is returned unchanged.
         """
@@ -60,7 +62,7 @@ class TaylorPolynomial:
         return self.terms[()][:, 0]
 
     def __getitem__(self, index: Any) -> TaylorPolynomial:
-        """Return the polynomial of selected components, as in ``[..., [1, 2, 0]]``."""
+        """Return the polynomial of the selected vector components, as in ``p[..., [1, 2, 0]]``."""
         return self.map(lambda part: part[index[-1]])
 
     def __neg__(self) -> TaylorPolynomial:
@@ -105,13 +107,13 @@ class TaylorPolynomial:
 
 
 class LinearPolynomial(TaylorPolynomial):
-    """Taylor polynomial of first order, with value and first derivatives."""
+    """Taylor polynomial of first order: the value and its first derivatives."""
 
     order = 1
 
 
 class ConstantPolynomial(TaylorPolynomial):
-    """Taylor polynomial of order zero, with the value only."""
+    """Taylor polynomial of order zero: the value without derivatives."""
 
     order = 0
 
@@ -124,7 +126,8 @@ def _multiply_terms(p: Floats, q: Floats) -> Floats:
 def add_error(
     vector: Floats, number: int, kind: type[TaylorPolynomial] = TaylorPolynomial
 ) -> TaylorPolynomial:
-    """Return the sum of a vector and an error 3-vector, as a Taylor polynomial in the error.
+    """Return the sum of a vector and an unknown error 3-vector, as a Taylor polynomial in the
+    error.
 
     Parameters
     ----------
@@ -149,8 +152,8 @@ def build_rotation_with_error(
     sign: float = 1.0,
     kind: type[TaylorPolynomial] = TaylorPolynomial,
 ) -> Callable[[Any], TaylorPolynomial]:
-    """Return a function that rotates vectors by an uncertain rotation. Its result is a Taylor
-    polynomial in the rotation error.
+    """Return a function that rotates a vector by an inexact rotation and returns the result as a
+    Taylor polynomial in the rotation error.
 
     The function computes R R(±e) v. R(g) v is expanded to second order: v + g × v + ½ g × (g × v)
     for g = ±e.

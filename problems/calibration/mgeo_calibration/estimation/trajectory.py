@@ -53,15 +53,16 @@ class Partition:
 
     @classmethod
     def from_suite(cls, suite: Suite) -> Partition:
-        """Return the partition of the states of a suite: stochastic where the process noise density
-        is positive, otherwise constant.
+        """Return the partition of the states of a suite. States with a positive process noise
+        density are stochastic, all others are constant.
         """
         driven = np.flatnonzero(suite.compute_noise_density() > 0.0)
         return cls(driven, np.setdiff1d(np.arange(suite.n_states), driven))
 
 
 def split_into_spans(n_samples: int) -> Iterator[tuple[int, int, int]]:
-    """Divide samples into consecutive spans and yield the bounds (low, high, first) of each span.
+    """Divide samples into consecutive spans, and yield for each span its bounds `low` and `high`
+    and the position `first` of its first new sample.
 
     A span contains the samples low to high - 1, at most `SPAN_LENGTH` + 1. It starts with the last
     sample of the previous span, so that the step between the spans is included. `first` is the
@@ -93,8 +94,8 @@ def correct_trajectory(
     suite: Suite,
     fraction: float = 1.0,
 ) -> Trajectory:
-    """Return a trajectory corrected by a fraction of the estimated errors of its attitude and
-    states.
+    """Return a copy of a trajectory, corrected by a fraction of the estimated errors of attitude
+    and states.
 
     Rotation errors multiply the rotations from the right; all other errors are added.
 

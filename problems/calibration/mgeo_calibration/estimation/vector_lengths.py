@@ -22,12 +22,12 @@ _SIGMA_PER_MAD = 1.4826
 
 
 def find_outlying_lengths(batch: Batch) -> Bools:
-    """Return a boolean array that is True for readings with an outlying vector length, shape (s,
-    N).
+    """Return a boolean array that is True where the length of a measured vector is an outlier,
+    shape (s, N).
 
     The length relative to the modeled length is compared with the median of the same sensor,
-    because a bias changes all lengths alike or by less than their scatter. Only readings of one
-    3-vector are checked.
+    because a bias changes all lengths equally, or by less than the scatter of the lengths. Only
+    readings of one 3-vector are checked.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ NO_CHANNELS = np.zeros(0)
 
 @pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
 class FilterSettings(Settings):
-    """Options of the error-state Kalman filter for second-order effects.
+    """Settings of the error-state Kalman filter that control the treatment of second-order effects.
 
     The defaults are the options that `docs/consistency.md` recommends.
 
@@ -83,8 +83,8 @@ class ErrorStateFilter:
         vectors: Floats,
         channel_values: Floats | None = None,
     ) -> Iterator[tuple[Estimate, Estimate, Floats]]:
-        """Run the filter over the measurements of several runs; yield the estimates before and
-        after each sample, and the normalized innovations squared.
+        """Run the filter over the measurements of several runs, and yield for each sample the
+        estimates before and after its measurements, and the normalized innovations squared.
 
         Parameters
         ----------
@@ -145,7 +145,9 @@ class ErrorStateFilter:
         rest_transition: Floats,
         channel_values: Floats = NO_CHANNELS,
     ) -> Estimate:
-        """Return the estimate propagated over one step with the corrected gyro rates, equation (3).
+        """Return the estimate propagated over one step with the corrected gyro rates.
+
+        The covariance follows equation (3) of docs/theory.md.
 
         Parameters
         ----------
@@ -209,10 +211,11 @@ class ErrorStateFilter:
         rate: Floats = ZERO_RATE,
         channel_values: Floats = NO_CHANNELS,
     ) -> tuple[Estimate, Floats]:
-        """Return the estimate after the readings of one sensor, equation (4), and the normalized
-        innovations squared.
+        """Return the estimate updated by the readings of one sensor, and the normalized innovation
+        squared of each run.
 
-        Considered states keep their estimate and covariance.
+        The update is equation (4) of docs/theory.md. Considered states keep their estimate and
+        covariance.
 
         Parameters
         ----------
@@ -277,8 +280,8 @@ class ErrorStateFilter:
 
 
 def whiten(S: Floats, HP: Floats, z: Floats) -> tuple[Floats, Floats]:
-    """Return H P and the innovation z, multiplied by the inverse Cholesky factor of the innovation
-    covariance S.
+    """Return H P and the innovation z, both multiplied by the inverse of the Cholesky factor of the
+    innovation covariance S.
 
     Parameters
     ----------

@@ -16,8 +16,9 @@ _BEYOND_3_SIGMA = 0.0026997960632601866
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RunStatistics:
-    """Estimation errors and filter statistics of n runs at m samples, as arrays like those of
-    `MonteCarloResult`.
+    """Estimation errors and filter statistics of n runs at m samples.
+
+    See `MonteCarloResult` for the shapes of the arrays.
     """
 
     errors: Floats
@@ -149,8 +150,10 @@ class MonteCarloResult(RunStatistics):
         )
 
     def build_violation_table(self) -> pd.DataFrame:
-        """Return a table of how often each path constraint is violated until `t_end`, without
-        margin.
+        """Return a table of the fraction of runs, and the fraction of the time until `t_end`, in
+        which each path constraint is violated.
+
+        The constraints are evaluated without margin.
 
         Two cases are evaluated. *Steered*: a controller keeps the estimated attitude on the plan,
         so that the true attitude is off by the estimation error before the measurements of the

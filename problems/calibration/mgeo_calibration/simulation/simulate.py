@@ -131,10 +131,10 @@ def simulate(
     true_environment = build_true_environment(truth or scenario, scenario, environment)
     plan = plan if plan.size else build_hold_design(model.initial_rate)
     t_end = float(evaluate(model, plan).t_end[0])
-    whole_design = Trajectory(scenario, model, plan, t_end).commanded_design
-    (variances,) = evaluate(model.full_duration_model, whole_design, history=True).variances
-    planned = Motion.from_design(model, whole_design, model.n_steps)
-    samples, n_watched = _select_samples(model, t_end), round(t_end / model.step) + 1
+    commanded_design = Trajectory(scenario, model, plan, t_end).commanded_design
+    (variances,) = evaluate(model.full_duration_model, commanded_design, history=True).variances
+    planned = Motion.from_design(model, commanded_design, model.n_steps)
+    samples, n_constraint_samples = _select_samples(model, t_end), round(t_end / model.step) + 1
     if end_time is not None:
         samples = samples[model.times[samples] <= max(end_time, t_end)]
 
@@ -158,7 +158,7 @@ def simulate(
             filter_settings or FilterSettings(),
             samples,
             true_model,
-            n_watched,
+            n_constraint_samples,
             planned.rates,
         )
         result.append(vars(statistics))
@@ -176,8 +176,8 @@ def simulate(
 
 
 def _select_samples(model: FilterModel, t_end: float) -> Ints:
-    """Return the samples to record: about `N_RECORDED_SAMPLES`, with the first, the last and
-    `t_end`.
+    """Return the indices of the samples to record: about `N_RECORDED_SAMPLES` at equal intervals,
+    with the first, the last and `t_end`.
     """
     stride = -(-model.n_steps // N_RECORDED_SAMPLES)
     steps = [*range(0, model.n_steps, stride), round(t_end / model.step), model.n_steps]
@@ -193,8 +193,8 @@ def evaluate_filter(
     n_constraint_samples: int = 0,
     planned_rates: Floats | None = None,
 ) -> RunStatistics:
-    """Run the filter on the measurements of simulated runs of one plan, and return its estimation
-    errors and statistics.
+    """Run the filter on the measurements of simulated runs of one plan, and return the estimation
+    errors and filter statistics.
 
     Parameters
     ----------
@@ -245,7 +245,7 @@ def evaluate_filter(
         constraint_model.compute_direction_motion(cone.direction, slice(n_constraint_samples))
         for cone in cones
     ]
-    turns = np.vstack([np.zeros(3), model.step * rates])
+    step_rotations = np.vstack([np.zeros(3), model.step * rates])
     d, row = 3 + varying_states.shape[1], 0
     true_attitude = motion.attitude[..., None]
     if any(run.motion is not motion for run in runs):  # Magnetorquer rates differ between runs.
@@ -261,7 +261,8 @@ def evaluate_filter(
                 current = direction_motion.select_steps(slice(k, k + 1))
                 # A controller keeps the estimate on the plan; the truth is off by the error.
                 violations = [
-                    _is_violated(cone, turns[k], current, each) for each in (steered, attitude)
+                    _is_violated(cone, step_rotations[k], current, each)
+                    for each in (steered, attitude)
                 ]
                 result.violated_fractions[:, :, index] += np.stack(violations, axis=1)
         has_innovation = ~np.isnan(nis.T)
@@ -280,8 +281,11 @@ def evaluate_filter(
     return result
 
 
-def _is_violated(cone: Cone, rotation: Floats, passage: DirectionMotion, attitude: Floats) -> Bools:
-    """Return for each of r attitudes whether a path constraint is violated, as a boolean array.
+def _is_violated(
+    cone: Cone, rotation: Floats, direction_motion: DirectionMotion, attitude: Floats
+) -> Bools:
+    """Return a boolean array that is True for each of r attitudes at which a path constraint is
+    violated.
 
     Parameters
     ----------
@@ -289,15 +293,15 @@ def _is_violated(cone: Cone, rotation: Floats, passage: DirectionMotion, attitud
         Path constraint, evaluated without margin.
     rotation : array, shape (3,)
         Rotation vector of the body in the step [rad].
-    passage : DirectionMotion
+    direction_motion : DirectionMotion
         Motion of the constrained direction in the step.
     attitude : array, shape (3, 3, r)
         Attitudes at the end of the step.
     """
     attitudes = np.moveaxis(attitude, -1, 0)
-    body_motion = passage.select_steps(np.zeros(len(attitudes), dtype=np.int64)).rotate_to_body(
-        attitudes
-    )
+    body_motion = direction_motion.select_steps(
+        np.zeros(len(attitudes), dtype=np.int64)
+    ).rotate_to_body(attitudes)
     rotations, zero_covariance = (
         np.broadcast_to(rotation, body_motion.end.shape),
         np.zeros((len(attitudes), 3, 3)),

@@ -17,8 +17,8 @@ MIN_SQUARED_NORM = 1e-200
 
 @reorderable
 def compute_dot_products(A, i, B, j, low, high):
-    """Return the nine dot products of three rows of A with three rows of B over columns low to high
-    - 1, as a tuple of rows.
+    """Return the dot products of rows i to i + 2 of A with rows j to j + 2 of B over the columns
+    `low` to `high` - 1, as a 3 x 3 nested tuple.
     """
     a = b = c = d = e = f = g = h = o = 0.0
     for m in range(low, high):
@@ -31,7 +31,7 @@ def compute_dot_products(A, i, B, j, low, high):
 
 @helper
 def factor_cholesky(A, n):
-    """Replace the lower triangle of the first n rows and columns of A by its Cholesky factor."""
+    """Replace the lower triangle of the leading n x n block of A by its Cholesky factor."""
     for j in range(n):
         for m in range(j):
             for i in range(j, n):
@@ -43,7 +43,7 @@ def factor_cholesky(A, n):
 
 @helper
 def solve_squared_norm(L, y, n):
-    """Solve L x = y for a lower triangle L, write x to y, and return |x|²."""
+    """Solve L x = y for a lower triangular matrix L, overwrite y with x, and return |x|²."""
     total = 0.0
     for i in range(n):
         for j in range(i):
@@ -55,7 +55,8 @@ def solve_squared_norm(L, y, n):
 
 @reorderable
 def reduce_equations(A, R, workspace):
-    """Combine new equations with the triangular equations R by Householder reflections, in place.
+    """Add new equations to a triangular least-squares system R by Householder reflections, in
+    place.
 
     A contains the new equations, one equation per column and one unknown per row, so that the inner
     loops vectorize over the equations. All reflections are computed first and then applied to the
@@ -96,16 +97,16 @@ def apply_reflection(A, R, workspace, j, m):
 
 @reorderable
 def accumulate_gram(A, q, gram):
-    """Add the products of all rows of A after the first q to the upper triangle of `gram`."""
+    """Add the Gram matrix of all rows of A after the first q to the upper triangle of `gram`."""
     n, rows = len(A) - q, A.shape[1]
-    whole = n - n % 3
-    for j in range(0, whole, 3):
-        for m in range(j, whole, 3):
+    n_blocked = n - n % 3
+    for j in range(0, n_blocked, 3):
+        for m in range(j, n_blocked, 3):
             sums = compute_dot_products(A, q + j, A, q + m, 0, rows)
             for a in range(3):
                 for b in range(a if m == j else 0, 3):
                     gram[j + a, m + b] += sums[a][b]
-    for m in range(whole, n):
+    for m in range(n_blocked, n):
         for j in range(m + 1):
             total = 0.0
             for i in range(rows):

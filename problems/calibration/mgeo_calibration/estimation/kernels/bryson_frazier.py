@@ -99,7 +99,8 @@ def divide_block(X, i, j, L):
 
 @helper
 def multiply_transposed(F, k, A, out):
-    """Write the product of the transposed transition matrix of step k and the matrix A to `out`.
+    """Multiply the matrix A by the transposed transition matrix of step k, and write the product to
+    `out`.
 
     F is diagonal from the fourth row on.
     """
@@ -120,8 +121,8 @@ def multiply_transposed(F, k, A, out):
     "float64[::1], int64, float64[::1], float64[:,::1])"
 )
 def smooth_errors(F, is_used, n_columns, columns, readings, estimates, c, first_new, adjoint, e):
-    """Compute the smoothed errors of the stochastic states, backward from the last sample to sample
-    `first_new`.
+    """Write the smoothed errors of the stochastic states to `e`, backward in time from the last
+    sample to sample `first_new`.
 
     Parameters
     ----------
@@ -202,8 +203,8 @@ def smooth_covariances(
     conditional_covariance,
     derivative,
 ):
-    """Compute the smoothed covariance of the stochastic states for a given c, and the derivative of
-    their smoothed errors with respect to c.
+    """Write the smoothed covariance of the stochastic states for a known vector c, and the
+    derivative of their smoothed errors with respect to c, to the output arrays.
 
     The vector c contains the errors at the first sample and of the constant states. The covariance
     combines the filter covariance with the information of all later readings, which is propagated
@@ -235,16 +236,21 @@ def smooth_covariances(
     Hw, K, _, W = readings
     _, T, P = estimates
     (N, d, q), n_leading = T.shape, conditional_covariance.shape[1]
-    now, L, X, room = np.empty((d, d)), np.empty((d, d)), np.empty((d, d)), np.empty((d, d))
-    turned, U = np.empty((d, q)), np.empty((3, q))
+    combined, L, X, workspace = (
+        np.empty((d, d)),
+        np.empty((d, d)),
+        np.empty((d, d)),
+        np.empty((d, d)),
+    )
+    propagated, U = np.empty((d, q)), np.empty((3, q))
     for k in range(N - 1, first_new - 1, -1):
         for i in range(d):
             for j in range(d):
-                room[i, j] = P[k, i, j]
-        combine_information(room, later_information, now, L, X, n_leading)
+                workspace[i, j] = P[k, i, j]
+        combine_information(workspace, later_information, combined, L, X, n_leading)
         for i in range(n_leading):
             for j in range(n_leading):
-                conditional_covariance[k, i, j] = now[i, j]
+                conditional_covariance[k, i, j] = combined[i, j]
             for j in range(q):
                 derivative[k, i, j] = T[k, i, j]
             for m in range(0, d, 3):
@@ -278,17 +284,17 @@ def smooth_covariances(
                         total += H[s, k, i, a] * H[s, k, i, b] / (noise[s, i] * noise[s, i])
                     later_information[columns[s, a], columns[s, b]] += total
         if k:
-            multiply_transposed(F, k - 1, adjoint, turned)
+            multiply_transposed(F, k - 1, adjoint, propagated)
             for i in range(d):
                 for j in range(q):
-                    adjoint[i, j] = turned[i, j]
+                    adjoint[i, j] = propagated[i, j]
             # Fᵀ (later⁻¹ + Q)⁻¹ F
             for i in range(d):
                 for j in range(d):
-                    room[i, j] = Q[k - 1, i, j]
-            combine_information(later_information, room, now, L, X, d)
-            multiply_transposed(F, k - 1, now, room)
+                    workspace[i, j] = Q[k - 1, i, j]
+            combine_information(later_information, workspace, combined, L, X, d)
+            multiply_transposed(F, k - 1, combined, workspace)
             for i in range(d):
                 for j in range(d):
-                    now[i, j] = room[j, i]
-            multiply_transposed(F, k - 1, now, later_information)
+                    combined[i, j] = workspace[j, i]
+            multiply_transposed(F, k - 1, combined, later_information)

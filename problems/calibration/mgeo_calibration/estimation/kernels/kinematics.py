@@ -6,14 +6,15 @@ from mgeo_attitude.filter.polynomials import discretize_isotropic
 
 
 @compile_cached("void(float64[:,:,::1], float64[:,:,::1])")
-def accumulate_rotations(turn, R):
-    """Write the products of successive step rotations to R, shape (n + 1, 3, 3).
+def accumulate_rotations(step_rotations, R):
+    """Fill R with the rotation matrices from the body frame at each sample to the body frame at the
+    first sample, by accumulating the rotations of the steps.
 
-    R[0] is the identity, and R[k + 1] = R[k] turn[k]ᵀ.
+    R[0] is the identity, and R[k + 1] = R[k] step_rotations[k]ᵀ.
 
     Parameters
     ----------
-    turn : array, shape (n, 3, 3)
+    step_rotations : array, shape (n, 3, 3)
         Rotation matrix of each step.
     R : array, shape (n + 1, 3, 3)
         Output: rotation matrices from the body frame at each sample to that at the first sample.
@@ -21,11 +22,15 @@ def accumulate_rotations(turn, R):
     for i in range(3):
         for j in range(3):
             R[0, i, j] = 1.0 if i == j else 0.0
-    for k in range(len(turn)):
+    for k in range(len(step_rotations)):
         for i in range(3):
             a, b, c = R[k, i, 0], R[k, i, 1], R[k, i, 2]
             for j in range(3):
-                R[k + 1, i, j] = a * turn[k, j, 0] + b * turn[k, j, 1] + c * turn[k, j, 2]
+                R[k + 1, i, j] = (
+                    a * step_rotations[k, j, 0]
+                    + b * step_rotations[k, j, 1]
+                    + c * step_rotations[k, j, 2]
+                )
 
 
 @compile_cached(
@@ -33,9 +38,10 @@ def accumulate_rotations(turn, R):
     "float64[:,:,::1], float64[:,:,::1])"
 )
 def discretize_steps(decay, densities, rate_derivatives, rates, durations, F, Q):
-    """Write the transition matrices F and process noise covariances Q of n steps, equation (7).
+    """Write the transition matrices of n steps to F and the process noise covariances to Q.
 
-    The result equals that of `filter.discretization.discretize` for each step.
+    The result equals that of `filter.discretization.discretize` for each step; see equation (7) of
+    docs/theory.md.
 
     Parameters
     ----------

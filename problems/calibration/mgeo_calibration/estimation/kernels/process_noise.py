@@ -7,10 +7,11 @@ from mgeo_attitude.filter.discretization import discretize
 
 @compile_cached("void(float64, float64[::1], float64[:,::1], float64[::1], float64[:,:,::1])")
 def compute_process_noise(decay, density, rates, durations, Q):
-    """Write the process noise covariances Q of n steps, equation (7), for a gyro with different
-    noise about each axis.
+    """Write the process noise covariances of n steps to Q, for a gyro with different noise about
+    each axis.
 
-    Q is then not a polynomial in the rate, unlike in `kinematics.discretize_steps`.
+    Equation (7) of docs/theory.md gives the covariance. Q is not a polynomial in the rate, unlike
+    in `kinematics.discretize_steps`.
 
     Parameters
     ----------

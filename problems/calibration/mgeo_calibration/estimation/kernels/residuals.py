@@ -25,8 +25,8 @@ def multiply_by_triangle(A, root, out):
 
 @helper
 def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi, workspace):
-    """Update the covariance root of the common errors c, and the estimate of c, by one reading in
-    place.
+    """Update the estimate of the common errors c and the square root of their covariance by one
+    reading, with Potter's algorithm, in place.
 
     A component with derivative w turns the root S into S (I - β φᵀ φ) with φ = w S. The vectors φ
     of all three components follow from the initial root, φ₂ (I - β φ₁ᵀ φ₁) after the first
@@ -35,16 +35,16 @@ def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi
     """
     w, W = readings[2], readings[3]
     q = len(root)
-    off, variance, beta, along = workspace[0], workspace[1], workspace[2], workspace[3]
+    innovation, variance, beta, products = workspace[0], workspace[1], workspace[2], workspace[3]
     for i in range(3):
-        off[i] = w[s, k, i]
+        innovation[i] = w[s, k, i]
         for j in range(q):
             phi[i, j] = 0.0
     for m in range(q):
         f0, f1, f2 = W[s, k, 0, m], W[s, k, 1, m], W[s, k, 2, m]
-        off[0] -= f0 * common_errors[m]
-        off[1] -= f1 * common_errors[m]
-        off[2] -= f2 * common_errors[m]
+        innovation[0] -= f0 * common_errors[m]
+        innovation[1] -= f1 * common_errors[m]
+        innovation[2] -= f2 * common_errors[m]
         for j in range(q):
             phi[0, j] += f0 * root[m, j]
             phi[1, j] += f1 * root[m, j]
@@ -52,18 +52,18 @@ def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi
     for i in range(3):
         for n in range(i):
             total = dot_rows(phi, i, n)
-            off[i] -= total * off[n] / variance[n]
+            innovation[i] -= total * innovation[n] / variance[n]
             for j in range(q):
                 phi[i, j] -= beta[n] * total * phi[n, j]
         variance[i] = 1.0 + dot_rows(phi, i, i)
-        root_of = math.sqrt(variance[i])
-        beta[i] = 1.0 / (variance[i] + root_of)
-        whitened_innovations[s, k, i] = off[i] / root_of
-    along[0] = beta[0] * dot_rows(phi, 0, 1)
-    along[1] = beta[0] * dot_rows(phi, 0, 2)
-    along[2] = beta[1] * dot_rows(phi, 1, 2)
+        sigma = math.sqrt(variance[i])
+        beta[i] = 1.0 / (variance[i] + sigma)
+        whitened_innovations[s, k, i] = innovation[i] / sigma
+    products[0] = beta[0] * dot_rows(phi, 0, 1)
+    products[1] = beta[0] * dot_rows(phi, 0, 2)
+    products[2] = beta[1] * dot_rows(phi, 1, 2)
     for i in range(3):
-        off[i] /= variance[i]
+        innovation[i] /= variance[i]
     for m in range(q):
         s0 = s1 = s2 = t0 = t1 = t2 = u0 = u1 = u2 = 0.0
         for j in range(0, q, 3):
@@ -78,9 +78,9 @@ def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi
             u1 += c * phi[1, j + 2]
             u2 += c * phi[2, j + 2]
         s0 += t0 + u0
-        s1 += t1 + u1 - along[0] * s0
-        s2 += t2 + u2 - along[1] * s0 - along[2] * s1
-        common_errors[m] += s0 * off[0] + s1 * off[1] + s2 * off[2]
+        s1 += t1 + u1 - products[0] * s0
+        s2 += t2 + u2 - products[1] * s0 - products[2] * s1
+        common_errors[m] += s0 * innovation[0] + s1 * innovation[1] + s2 * innovation[2]
         s0, s1, s2 = beta[0] * s0, beta[1] * s1, beta[2] * s2
         for j in range(q):
             root[m, j] -= s0 * phi[0, j] + s1 * phi[1, j] + s2 * phi[2, j]
@@ -88,8 +88,8 @@ def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi
 
 @helper
 def write_estimates(k, estimates, root, common_errors, spread, errors, covariances):
-    """Write the estimates of the leading state errors at sample k, and their covariance, to the
-    output arrays.
+    """Write the estimates of the leading state errors at sample k and their covariance to `errors`
+    and `covariances`.
 
     The errors are x + T c; `spread` is a work array.
     """
@@ -142,8 +142,8 @@ def compute_residuals(
     normalized_squares,
     sigma,
 ):
-    """Compute the residual of each reading after smoothing, and the squared residual normalized by
-    its covariance, in the output arrays.
+    """Write the residual of each reading after smoothing, and the squared residual normalized by
+    its covariance, to the output arrays.
 
     A reading that the smoother has not used is compared with an independent prediction.
 
@@ -235,7 +235,7 @@ def compute_innovations(
     errors,
     covariances,
 ):
-    """Run the Kalman filter over the samples of a span and write whitened innovations, estimates
+    """Run the Kalman filter over the samples of a span, and write whitened innovations, estimates
     and covariances to the output arrays.
 
     The filter for a given c is extended to the joint estimate of e and c. The update of the
@@ -258,9 +258,11 @@ def compute_innovations(
         Output: estimates of the n leading errors at every sample, and their covariance.
     """
     N, _, q = estimates[1].shape
-    phi, small, spread = np.empty((3, q)), np.empty((4, 3)), np.empty((errors.shape[1], q))
+    phi, workspace, spread = np.empty((3, q)), np.empty((4, 3)), np.empty((errors.shape[1], q))
     for k in range(first_new, N):
         for s in range(len(is_used)):
             if is_used[s, k]:
-                update_potter(s, k, readings, root, common_errors, whitened_innovations, phi, small)
+                update_potter(
+                    s, k, readings, root, common_errors, whitened_innovations, phi, workspace
+                )
         write_estimates(k, estimates, root, common_errors, spread, errors, covariances)

@@ -21,7 +21,11 @@ from mgeo_calibration.estimation.kernels.signatures import READINGS
 
 @helper
 def predict(F, k, attitude_changes, attitude_coefficients, T, workspace):
-    """Propagate the sensitivities T over step k in place; F is diagonal from the fourth row on."""
+    """Propagate T, the derivatives of the stochastic states with respect to the model error
+    coefficients, over step k in place.
+
+    F is diagonal from the fourth row on.
+    """
     d, m = T.shape
     for i in range(3):
         for j in range(m):
@@ -41,7 +45,7 @@ def predict(F, k, attitude_changes, attitude_coefficients, T, workspace):
 
 @helper
 def factor_innovation_covariance(K, H, noise, nd, columns, L):
-    """Write the Cholesky factor L of the innovation covariance V = H P Hᵀ + R.
+    """Write the Cholesky factor of the innovation covariance V = H P Hᵀ + R to L.
 
     L follows from K = L⁻¹ H P, where K Hᵀ = Lᵀ - L⁻¹ R.
     """
@@ -75,8 +79,8 @@ def compute_sensitivities(
     R,
     gram,
 ):
-    """Compute the sensitivities of states and innovations to m model error coefficients over the
-    samples of a span.
+    """Propagate the derivatives of states and innovations with respect to m model error
+    coefficients over the samples of a span, and update T, R and `gram` in place.
 
     Parameters
     ----------
@@ -108,11 +112,11 @@ def compute_sensitivities(
     Hw, K, w, W = readings
     d, m = T.shape
     N, q, n = is_used.shape[1], len(R), 0
-    A, room = np.zeros((R.shape[1], BLOCK_LENGTH)), np.empty((q, 2))
-    turned, U, L, g = np.empty((3, m)), np.empty((3, m)), np.empty((3, 3)), np.empty(3)
+    A, reflections = np.zeros((R.shape[1], BLOCK_LENGTH)), np.empty((q, 2))
+    workspace, U, L, g = np.empty((3, m)), np.empty((3, m)), np.empty((3, 3)), np.empty(3)
     for k in range(first_new, N):
         if k:
-            predict(F, k - 1, attitude_changes, attitude_coefficients, T, turned)
+            predict(F, k - 1, attitude_changes, attitude_coefficients, T, workspace)
         for s in range(len(is_used)):
             if not is_used[s, k]:
                 continue
@@ -145,12 +149,12 @@ def compute_sensitivities(
                     A[q + 1 + j, n + i] = U[i, j]
             n += 3
             if n == BLOCK_LENGTH:
-                reduce_equations(A, R, room)
+                reduce_equations(A, R, reflections)
                 accumulate_gram(A, q, gram)
                 n = 0
     if n:
         for j in range(len(A)):
             for i in range(n, BLOCK_LENGTH):
                 A[j, i] = 0.0
-        reduce_equations(A, R, room)
+        reduce_equations(A, R, reflections)
         accumulate_gram(A, q, gram)
