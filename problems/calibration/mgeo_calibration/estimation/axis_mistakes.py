@@ -182,8 +182,8 @@ def _normalize_vectors(batch: Batch, index: int, body: Floats, samples: Ints) ->
 
 
 def _predict_misfit(batch: Batch, index: int) -> float:
-    """Return the mean squared error of a sensor's unit vectors that its noise and its prior
-    1-sigmas of bias and misalignment explain [rad²].
+    """Return the expected mean squared error of a sensor's unit vectors, from its noise and the
+    prior 1-sigmas of its bias and misalignment [rad²].
     """
     first_indices = batch.suite.get_first_indices(batch.suite.sensors[index])
     sigma = PriorEstimate.from_suite(batch.suite).sigma

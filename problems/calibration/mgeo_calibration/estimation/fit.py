@@ -230,8 +230,8 @@ def fit_from_trajectory(
 
 
 def _count_drift_samples(batch: Batch) -> int:
-    """Return the number of samples over which the rate random walk of the gyro rotates the
-    propagated attitude by `_MAX_WALK_ROTATION`, 1-sigma.
+    """Return the number of samples after which the 1-sigma rotation of the propagated attitude by
+    the gyro's rate random walk reaches `_MAX_WALK_ROTATION`.
     """
     walk = float(np.linalg.norm(batch.suite.gyro.effective_rate_random_walk))
     if not walk:
@@ -297,7 +297,7 @@ def check_fit(result: Fit, prior: PriorEstimate, gate: float) -> None:
 
 
 def _describe_divergence(solution: Solution, prior: PriorEstimate) -> str:
-    """Return a text for an error message: the state that is farthest from its prior, and the
+    """Return the part of an error message that reports the state farthest from its prior and the
     largest rotation of the attitude in the last iteration.
     """
     suite, estimate = solution.batch.suite, solution.estimate

@@ -55,8 +55,8 @@ def estimate_initial_attitude(batch: Batch, states: Floats) -> tuple[Floats, sli
     """Solve Wahba's problem in one interval of a batch, propagate the attitude to all samples with
     the gyro rates, and return the attitudes and the interval.
 
-    The interval is the first in which the observed directions are far enough apart. The attitude is
-    also propagated across gyro breaks.
+    The interval is the shortest in which the observed directions are far enough apart. The attitude
+    is also propagated across gyro breaks.
 
     Parameters
     ----------

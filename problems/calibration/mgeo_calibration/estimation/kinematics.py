@@ -62,10 +62,10 @@ class ProcessEquations:
 
 
 def compute_constant_factors(batch: Batch, partition: Partition) -> Floats:
-    """Return the ratio of each constant state at each sample to its value at the first sample,
-    shape (N, c).
+    """Return the factors by which the states without process noise change from the first sample to
+    each sample, shape (N, c).
 
-    All ratios are one, except for a gyro bias that decays without process noise.
+    All factors are one, except for a gyro bias that decays without process noise.
 
     Parameters
     ----------
@@ -259,8 +259,8 @@ def discretize_dynamics(
 
 @lru_cache(maxsize=16)
 def _differentiate_dynamics(suite: Suite) -> Floats:
-    """Return the derivatives of the attitude dynamics with respect to the three body rate
-    components, in the columns of the constant gyro states, shape (3, 3, k).
+    """Return the derivative of the attitude rows of the dynamics matrix with respect to each body
+    rate component, shape (3, 3, n). The n columns belong to the constant gyro states.
     """
     k, rest_matrix = suite.n_kinematic, suite.dynamics_matrix(np.zeros(3))
     return np.array([(suite.dynamics_matrix(axis) - rest_matrix)[:3, 6:k] for axis in np.eye(3)])

@@ -101,8 +101,8 @@ class MeasurementEquations:
 
     @property
     def n_leading(self) -> int:
-        """Number of leading stochastic states, at least three, that include all stochastic states
-        on which the readings depend.
+        """Number of stochastic states up to the last one on which a reading depends, at least
+        three.
         """
         columns_and_counts = zip(self.columns, self.n_columns, strict=True)
         return max(3, *(int(row[:n].max(initial=-1)) + 1 for row, (n, _) in columns_and_counts))

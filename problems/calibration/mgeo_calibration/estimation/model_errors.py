@@ -239,7 +239,7 @@ def build_gyro_channel_error(solution: Solution, channel: Floats) -> ModelError:
 
 
 def build_vector_rates(solution: Solution) -> VectorRates:
-    """Return a cached function for the rate of change of a sensor's readings that is due to the
+    """Return a cached function that computes the rate of change of a sensor's readings due to the
     motion of the observed vector in GCRS.
 
     Parameters

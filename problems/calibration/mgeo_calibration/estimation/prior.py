@@ -74,10 +74,10 @@ class PriorEstimate:
         return cls(suite, prior.attitude.T, prior.estimates, prior.sigma, prior.correlation)
 
     def reset_varying_states(self) -> PriorEstimate:
-        """Return a copy of the prior with an unknown attitude. The sensor states that vary with
-        time have their initial values and 1-sigmas again.
+        """Return a copy of the prior with an unknown attitude, and with the time-varying sensor
+        states reset to their initial values and 1-sigmas.
 
-        All other states keep their prior.
+        All other states are unchanged.
         """
         reset = np.r_[:3, self.suite.n_kinematic : self.suite.n_dynamic]
         correlation, sigma, states = self.correlation.copy(), self.sigma.copy(), self.states.copy()

@@ -281,8 +281,8 @@ def _run_filter(
     R: Floats,
     gram: Floats,
 ) -> None:
-    """Run the filter with the coefficients as additional unknowns, and update `last_sensitivities`,
-    `R` and `gram` in place.
+    """Run the filter with the model error coefficients as additional unknowns, and update
+    `last_sensitivities`, `R` and `gram` in place.
     """
     for span in solution.iterate_spans():
         attitude_columns, reading_columns = _collect_effects(span, slices)
@@ -316,8 +316,8 @@ def _run_filter(
 def _collect_effects(
     span: Span, slices: Mapping[ModelError, slice]
 ) -> tuple[Columns, list[Columns]]:
-    """Return the indices and the effects of the coefficients, first on the attitude in each step,
-    then on the readings of each sensor.
+    """Return the indices and the effects of the model error coefficients, first on the attitude in
+    each step, then on the readings of each sensor.
     """
     n, measurements = span.high - span.low, span.measurements
     attitude_columns, reading_columns = (
@@ -347,13 +347,13 @@ def _build_empty_columns(n: int) -> Columns:
 
 
 def _invert_information(information: Floats) -> tuple[Floats, Bools, Floats]:
-    """Return the pseudo-inverse of an information matrix in the subspace of its eigenvectors with a
-    1-sigma below one.
+    """Return the pseudo-inverse of an information matrix, restricted to the eigenvectors with an
+    eigenvalue above one, that is, with a 1-sigma below one.
 
     Returns
     -------
     covariance : array, shape (m, m)
-        Pseudo-inverse over these combinations.
+        Pseudo-inverse in the subspace of these eigenvectors.
     is_estimable : array of bool, shape (m,)
         True for eigenvectors with a 1-sigma below one.
     axes : array, shape (m, m)

@@ -66,8 +66,8 @@ class Span(Equations):
 
     @property
     def new_samples(self) -> slice:
-        """Slice of the batch with the samples of this span, without a first sample that belongs to
-        the previous span.
+        """Slice of the batch with the samples of this span, except a first sample that also belongs
+        to the previous span.
         """
         return slice(self.low + self.first_new, self.high)
 
@@ -256,8 +256,8 @@ class Solution(LinearizedBatch):
 
 @dataclass(frozen=True, eq=False)
 class SmoothedCovariance:
-    """Smoothed covariance of the first n stochastic states at N samples for a known vector c, and
-    the derivative of their errors with respect to c.
+    """Smoothed covariance of the first n stochastic states at N samples, conditional on the errors
+    c that are common to all samples, and the derivative of the smoothed errors with respect to c.
 
     The vector c contains the errors at the first sample and the errors of the constant states.
 

@@ -47,7 +47,7 @@ class StepNoise:
     bias_sensitivities: ClassVar[tuple[Any, ...]] = ()
 
     def states(self) -> dict[str, GaussMarkov]:
-        """Return the noise process [rad/s], as a dict keyed by the state name."""
+        """Return the Gauss-Markov gyro noise process [rad/s], as a dict keyed by state name."""
         return {RATE_NOISE: self.process}
 
 

@@ -259,7 +259,8 @@ def evaluate_filter(
                 zip(cones, direction_motions, strict=True)
             ):
                 current = direction_motion.select_steps(slice(k, k + 1))
-                # A controller keeps the estimate on the plan; the truth is off by the error.
+                # The controller keeps the estimated attitude on the plan. The true attitude then
+                # differs from the plan by the estimation error.
                 violations = [
                     _is_violated(cone, step_rotations[k], current, each)
                     for each in (steered, attitude)

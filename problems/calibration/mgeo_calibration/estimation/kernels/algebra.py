@@ -97,7 +97,9 @@ def apply_reflection(A, R, workspace, j, m):
 
 @reorderable
 def accumulate_gram(A, q, gram):
-    """Add the Gram matrix of all rows of A after the first q to the upper triangle of `gram`."""
+    """Add the dot products of all pairs of rows of A, except the first q rows, to the upper
+    triangle of `gram`.
+    """
     n, rows = len(A) - q, A.shape[1]
     n_blocked = n - n % 3
     for j in range(0, n_blocked, 3):

@@ -203,8 +203,9 @@ def smooth_covariances(
     conditional_covariance,
     derivative,
 ):
-    """Write the smoothed covariance of the stochastic states for a known vector c, and the
-    derivative of their smoothed errors with respect to c, to the output arrays.
+    """Write to the output arrays the smoothed covariance of the stochastic states, conditional on
+    the errors c that are common to all samples, and the derivative of the smoothed errors with
+    respect to c.
 
     The vector c contains the errors at the first sample and of the constant states. The covariance
     combines the filter covariance with the information of all later readings, which is propagated
@@ -288,7 +289,7 @@ def smooth_covariances(
             for i in range(d):
                 for j in range(q):
                     adjoint[i, j] = propagated[i, j]
-            # Fᵀ (later⁻¹ + Q)⁻¹ F
+            # The information at sample k - 1 is Fᵀ (later_information⁻¹ + Q)⁻¹ F.
             for i in range(d):
                 for j in range(d):
                     workspace[i, j] = Q[k - 1, i, j]

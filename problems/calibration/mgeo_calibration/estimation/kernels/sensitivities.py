@@ -22,7 +22,7 @@ from mgeo_calibration.estimation.kernels.signatures import READINGS
 @helper
 def predict(F, k, attitude_changes, attitude_coefficients, T, workspace):
     """Propagate T, the derivatives of the stochastic states with respect to the model error
-    coefficients, over step k in place.
+    coefficients, over step k, in place.
 
     F is diagonal from the fourth row on.
     """

@@ -255,8 +255,8 @@ def run_filter(
 
 @compile_cached(f"void(boolean[:,::1], {READINGS}, int64, float64[:,::1])")
 def reduce_readings(is_used, readings, first_new, R):
-    """Add the whitened readings of a span to the triangular least-squares system R for the vector
-    c, in place.
+    """Add the whitened readings of a span to the triangular least-squares system R for the errors c
+    that are common to all samples, in place.
 
     `BLOCK_LENGTH` rows are reduced at a time.
 
