@@ -326,7 +326,7 @@ class Trajectory:
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """Phases of the plan in chronological order: maneuvers, held rate and slew back.
+        """Phases of the plan in chronological order: maneuvers, constant-rate hold and slew back.
 
         The time for which the last rate is held after `t_end` is a separate phase.
         """
