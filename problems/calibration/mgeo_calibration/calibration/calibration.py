@@ -118,8 +118,8 @@ class Calibration:
         and ``prior_sigma``. Varying parameters are given at the last sample. The gyro bias is in
         deg/s, other biases in the unit of the readings; misalignments are rotation vectors in deg.
         """
-        known, sigma = self.scenario.prior, np.sqrt(np.diag(self.covariance))
-        prior = self.suite.initial_sigma(0.0) if known is None else known.sigma
+        prior_estimate, sigma = self.scenario.prior, np.sqrt(np.diag(self.covariance))
+        prior = self.suite.initial_sigma(0.0) if prior_estimate is None else prior_estimate.sigma
         rows = []
         for number, (block, unit) in enumerate(list_telemetry_units(self.suite).items(), start=1):
             values = convert_block(self.suite, self.states, block)
@@ -357,8 +357,8 @@ class Calibration:
         """
         from mgeo_calibration.calibration.figures import draw_calibration_figures
 
-        names, known = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior
-        states = np.zeros_like(self.states) if known is None else known.estimates
+        names, prior = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior
+        states = np.zeros_like(self.states) if prior is None else prior.estimates
         prior_values = [
             convert_block(self.suite, states, block) for block in list_telemetry_units(self.suite)
         ]

@@ -277,12 +277,14 @@ def solve_wahba(directions: Directions, is_used: Bools) -> tuple[Floats, float]:
     """
     inertial, body = directions.inertial[is_used], directions.body[is_used]
     sensor, weight = directions.sensors[is_used], directions.weights[is_used]
-    kept = np.ones(len(body), dtype=bool)
+    is_inlier = np.ones(len(body), dtype=bool)
     for _ in range(3):
-        rotation, _ = Rotation.align_vectors(inertial[kept], body[kept], weight[kept])
+        rotation, _ = Rotation.align_vectors(
+            inertial[is_inlier], body[is_inlier], weight[is_inlier]
+        )
         square = ((inertial - rotation.apply(body)) ** 2).sum(axis=1)
         # The threshold is relative to the scatter: biases may exceed the declared noise.
         for index in np.unique(sensor):
             is_own = sensor == index
-            kept[is_own] = square[is_own] <= 9.0 * np.median(square[is_own]) + 1e-12
+            is_inlier[is_own] = square[is_own] <= 9.0 * np.median(square[is_own]) + 1e-12
     return rotation.as_matrix(), float(np.median(square))

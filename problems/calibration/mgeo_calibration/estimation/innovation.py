@@ -142,12 +142,14 @@ def reset_covariance(P: Floats, e: Floats, rotation_indices: Ints) -> None:
         Indices of the states that are rotations.
     """
     g = e[rotation_indices]
-    turns = (np.eye(3)[:, :, None, None] - 0.5 * skew(g)) / (1.0 + 0.25 * (g * g).sum(axis=0))
+    error_rotations = (np.eye(3)[:, :, None, None] - 0.5 * skew(g)) / (
+        1.0 + 0.25 * (g * g).sum(axis=0)
+    )
     for number, first in enumerate(rotation_indices[0]):
-        turn, block = turns[:, :, number], slice(first, first + 3)
-        rows = multiply(turn, P[block])
+        rotation, block = error_rotations[:, :, number], slice(first, first + 3)
+        rows = multiply(rotation, P[block])
         P[block], P[:, block] = rows, rows.swapaxes(0, 1)
-        P[block, block] = multiply(rows[:, block], turn.swapaxes(0, 1))
+        P[block, block] = multiply(rows[:, block], rotation.swapaxes(0, 1))
 
 
 def compute_innovation(

@@ -61,7 +61,7 @@ def simulate_telemetry(
     rates of the plan are executed exactly from the true initial attitude, as in
     `simulation.simulate`. Magnetorquers produce other rates from another attitude. A slew back that
     the scenario requires starts after the predicted convergence time, or after the time until which
-    the last attitude of the plan is kept. There are no readings at the start.
+    the last attitude of the plan is held. There are no readings at the start.
 
     Parameters
     ----------
@@ -196,16 +196,22 @@ def build_true_model(truth: Scenario, scenario: Scenario, environment: Environme
     )
     start = [key for key in get_fields(InitialConditions) if key != "attitude_deg"]
     require_same("truth.initial", truth.initial, scenario.initial, start)
-    real, believed = (one.suite for one in (truth, scenario))
+    true_suite, assumed_suite = (one.suite for one in (truth, scenario))
     for what, result, expected in (
-        ("sensors", *([sensor.name for sensor in suite.sensors] for suite in (real, believed))),
-        ("states", real.blocks, believed.blocks),
+        (
+            "sensors",
+            *([sensor.name for sensor in suite.sensors] for suite in (true_suite, assumed_suite)),
+        ),
+        ("states", true_suite.blocks, assumed_suite.blocks),
         (
             "rotations, by number of their first states,",
-            real.rotation_indices,
-            believed.rotation_indices,
+            true_suite.rotation_indices,
+            assumed_suite.rotation_indices,
         ),
-        ("readings", *([*map(count_vectors, suite.sensors)] for suite in (real, believed))),
+        (
+            "readings",
+            *([*map(count_vectors, suite.sensors)] for suite in (true_suite, assumed_suite)),
+        ),
     ):
         if result != expected:
             raise ValueError(f"truth has the {what} {result}: expected the scenario's {expected}")

@@ -235,13 +235,13 @@ def smooth_covariances(
     Hw, K, _, W = readings
     _, T, P = estimates
     (N, d, q), n_leading = T.shape, conditional_covariance.shape[1]
-    now, L, X, room = np.empty((d, d)), np.empty((d, d)), np.empty((d, d)), np.empty((d, d))
-    turned, U = np.empty((d, q)), np.empty((3, q))
+    now, L, X, workspace = np.empty((d, d)), np.empty((d, d)), np.empty((d, d)), np.empty((d, d))
+    product, U = np.empty((d, q)), np.empty((3, q))
     for k in range(N - 1, first_new - 1, -1):
         for i in range(d):
             for j in range(d):
-                room[i, j] = P[k, i, j]
-        combine_information(room, later_information, now, L, X, n_leading)
+                workspace[i, j] = P[k, i, j]
+        combine_information(workspace, later_information, now, L, X, n_leading)
         for i in range(n_leading):
             for j in range(n_leading):
                 conditional_covariance[k, i, j] = now[i, j]
@@ -278,17 +278,17 @@ def smooth_covariances(
                         total += H[s, k, i, a] * H[s, k, i, b] / (noise[s, i] * noise[s, i])
                     later_information[columns[s, a], columns[s, b]] += total
         if k:
-            multiply_transposed(F, k - 1, adjoint, turned)
+            multiply_transposed(F, k - 1, adjoint, product)
             for i in range(d):
                 for j in range(q):
-                    adjoint[i, j] = turned[i, j]
+                    adjoint[i, j] = product[i, j]
             # Fᵀ (later⁻¹ + Q)⁻¹ F
             for i in range(d):
                 for j in range(d):
-                    room[i, j] = Q[k - 1, i, j]
-            combine_information(later_information, room, now, L, X, d)
-            multiply_transposed(F, k - 1, now, room)
+                    workspace[i, j] = Q[k - 1, i, j]
+            combine_information(later_information, workspace, now, L, X, d)
+            multiply_transposed(F, k - 1, now, workspace)
             for i in range(d):
                 for j in range(d):
-                    now[i, j] = room[j, i]
+                    now[i, j] = workspace[j, i]
             multiply_transposed(F, k - 1, now, later_information)

@@ -6,14 +6,14 @@ from mgeo_attitude.filter.polynomials import discretize_isotropic
 
 
 @compile_cached("void(float64[:,:,::1], float64[:,:,::1])")
-def accumulate_rotations(turn, R):
+def accumulate_rotations(rotations, R):
     """Write the products of successive step rotations to R, shape (n + 1, 3, 3).
 
-    R[0] is the identity, and R[k + 1] = R[k] turn[k]ᵀ.
+    R[0] is the identity, and R[k + 1] = R[k] rotations[k]ᵀ.
 
     Parameters
     ----------
-    turn : array, shape (n, 3, 3)
+    rotations : array, shape (n, 3, 3)
         Rotation matrix of each step.
     R : array, shape (n + 1, 3, 3)
         Output: rotation matrices from the body frame at each sample to that at the first sample.
@@ -21,11 +21,13 @@ def accumulate_rotations(turn, R):
     for i in range(3):
         for j in range(3):
             R[0, i, j] = 1.0 if i == j else 0.0
-    for k in range(len(turn)):
+    for k in range(len(rotations)):
         for i in range(3):
             a, b, c = R[k, i, 0], R[k, i, 1], R[k, i, 2]
             for j in range(3):
-                R[k + 1, i, j] = a * turn[k, j, 0] + b * turn[k, j, 1] + c * turn[k, j, 2]
+                R[k + 1, i, j] = (
+                    a * rotations[k, j, 0] + b * rotations[k, j, 1] + c * rotations[k, j, 2]
+                )
 
 
 @compile_cached(

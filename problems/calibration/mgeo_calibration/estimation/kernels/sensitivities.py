@@ -108,11 +108,11 @@ def compute_sensitivities(
     Hw, K, w, W = readings
     d, m = T.shape
     N, q, n = is_used.shape[1], len(R), 0
-    A, room = np.zeros((R.shape[1], BLOCK_LENGTH)), np.empty((q, 2))
-    turned, U, L, g = np.empty((3, m)), np.empty((3, m)), np.empty((3, 3)), np.empty(3)
+    A, workspace = np.zeros((R.shape[1], BLOCK_LENGTH)), np.empty((q, 2))
+    attitude_workspace, U, L, g = np.empty((3, m)), np.empty((3, m)), np.empty((3, 3)), np.empty(3)
     for k in range(first_new, N):
         if k:
-            predict(F, k - 1, attitude_changes, attitude_coefficients, T, turned)
+            predict(F, k - 1, attitude_changes, attitude_coefficients, T, attitude_workspace)
         for s in range(len(is_used)):
             if not is_used[s, k]:
                 continue
@@ -145,12 +145,12 @@ def compute_sensitivities(
                     A[q + 1 + j, n + i] = U[i, j]
             n += 3
             if n == BLOCK_LENGTH:
-                reduce_equations(A, R, room)
+                reduce_equations(A, R, workspace)
                 accumulate_gram(A, q, gram)
                 n = 0
     if n:
         for j in range(len(A)):
             for i in range(n, BLOCK_LENGTH):
                 A[j, i] = 0.0
-        reduce_equations(A, R, room)
+        reduce_equations(A, R, workspace)
         accumulate_gram(A, q, gram)

@@ -239,16 +239,16 @@ def run_filter(
     x, T, P = estimates
     z, noise = measurements[0], measurements[2]
     N, d, _ = T.shape
-    room, y = np.zeros((2 * d + 3, d)), np.empty(d)
+    workspace, y = np.zeros((2 * d + 3, d)), np.empty(d)
     for k in range(first_new, N):
         if k:
-            predict(process, k, x, T, P, room)
-            cost += compute_step_cost(process[2], process[3], k - 1, room, y)
+            predict(process, k, x, T, P, workspace)
+            cost += compute_step_cost(process[2], process[3], k - 1, workspace, y)
         for s in range(len(is_used)):
             if is_used[s, k]:
                 for i in range(3):
                     cost += (z[s, k, i] / noise[s, i]) ** 2
-                update(measurements, s, k, constant_factors, estimates, readings, room)
+                update(measurements, s, k, constant_factors, estimates, readings, workspace)
     return cost
 
 
@@ -272,7 +272,7 @@ def reduce_readings(is_used, readings, first_new, R):
     """
     w, W = readings[2], readings[3]
     q, n = len(R), 0
-    A, room = np.zeros((q + 1, BLOCK_LENGTH)), np.empty((q, 2))
+    A, workspace = np.zeros((q + 1, BLOCK_LENGTH)), np.empty((q, 2))
     for k in range(first_new, is_used.shape[1]):
         for s in range(len(is_used)):
             if not is_used[s, k]:
@@ -283,10 +283,10 @@ def reduce_readings(is_used, readings, first_new, R):
                 A[q, n + i] = w[s, k, i]
             n += 3
             if n == BLOCK_LENGTH:
-                reduce_equations(A, R, room)
+                reduce_equations(A, R, workspace)
                 n = 0
     if n:
         for m in range(q + 1):
             for i in range(n, BLOCK_LENGTH):
                 A[m, i] = 0.0
-        reduce_equations(A, R, room)
+        reduce_equations(A, R, workspace)
