@@ -293,8 +293,8 @@ class MGEODirected(DirectedMoves):
 
     def _is_adaptation_due(self) -> bool:
         n_candidates = (self.state.n_generations + 1) * self.n_walkers * self._n_candidates
-        is_late = n_candidates >= self.adaptation_delay * len(self.variables.xl)
-        return is_late and len(self.state.front) > 0
+        is_after_delay = n_candidates >= self.adaptation_delay * len(self.variables.xl)
+        return is_after_delay and len(self.state.front) > 0
 
     def _start_distributions(self, rows: IntArray) -> None:
         """Start new search distributions, and restart any that converged, diverged or stagnate.

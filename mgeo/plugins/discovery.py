@@ -145,7 +145,7 @@ def list_plugins(group: str = PROBLEMS) -> list[Plugin]:
         if other != plugin:
             owners = " and ".join(f"{p.distribution} {p.version}" for p in (other, plugin))
             raise PluginError(
-                f"the {_KINDS[group][0]} name {plugin.name!r} is claimed by {owners}: uninstall "
+                f"the {_KINDS[group][0]} name {plugin.name!r} is declared by {owners}: uninstall "
                 "one of them"
             )
     return [plugins[name] for name in sorted(plugins)]

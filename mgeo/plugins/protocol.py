@@ -115,7 +115,7 @@ class ProblemMixin:
     def suggest_initial_designs(
         self, n: int, random_state: np.random.Generator
     ) -> FloatArray | None:
-        """Return n promising initial designs for a search, as rows of an array, or None.
+        """Return n initial designs for a search, as rows of an array, or None.
 
         The option ``--initial-designs`` of the command line calls this method.
 

@@ -38,7 +38,7 @@ class Recorder(Callback):
     folder : path
         Folder to write into, created if it does not exist.
     every_seconds : float
-        Minimum time between two writes [s]. Rows are kept in memory until then.
+        Minimum time between two writes [s]. Rows are buffered in memory until then.
     overwrite : bool
         Whether a new run may replace a record in the folder.
 

@@ -257,8 +257,8 @@ function buildStills(figure) {
       return drawShapes(index < 0 ? trace : { ...trace, opacity: now.opacity[index] }, points, project);
     });
     all.sort((a, b) => a[0] - b[0]);
-    const room = 1.1 * size;
-    const picture = createSvg("svg", { viewBox: `${-room} ${-room} ${2 * room} ${2 * room}`, role: "img" });
+    const extent = 1.1 * size;
+    const picture = createSvg("svg", { viewBox: `${-extent} ${-extent} ${2 * extent} ${2 * extent}`, role: "img" });
     picture.append(...all.map(([, node]) => node));
     const caption = document.createElement("figcaption");
     caption.textContent = [`${time.toFixed(0)} s`, ...motion.names(time)].join(" · ");

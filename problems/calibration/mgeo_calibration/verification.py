@@ -191,8 +191,8 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
         },
         index=pd.Index(states.names, name="state"),
     )
-    broken, where = runs.build_violation_table(), summarize_gyro_guidance(plan, n_runs, seed)
-    return Verification(n_runs, table, nees, float(p[-1]), broken, where)
+    violations, where = runs.build_violation_table(), summarize_gyro_guidance(plan, n_runs, seed)
+    return Verification(n_runs, table, nees, float(p[-1]), violations, where)
 
 
 def compute_predictions(plan: ManeuverPlan, runs: MonteCarloResult) -> Floats:
@@ -213,8 +213,8 @@ def compute_predictions(plan: ManeuverPlan, runs: MonteCarloResult) -> Floats:
     first, step = model.initial_attitude, round(plan.t_end / model.step)
     result = []
     for error in runs.errors[:, 0, :3]:
-        flown = model.rotate_initial_attitude(first.T @ rotation_matrix(error) @ first)
-        run = evaluate(flown, [plan.design], 1, covariance=True, end_steps=step)
+        rotated = model.rotate_initial_attitude(first.T @ rotation_matrix(error) @ first)
+        run = evaluate(rotated, [plan.design], 1, covariance=True, end_steps=step)
         result.append(np.sqrt(np.diag(run.covariance[0])))
     return np.array(result)
 

@@ -103,7 +103,7 @@ def test_invalid_problem_names_are_rejected(name, message):
 def test_name_declared_twice_is_rejected_with_both_distributions(tmp_path, monkeypatch):
     claim(tmp_path, "rival", "cantilever")
     monkeypatch.syspath_prepend(str(tmp_path))
-    with pytest.raises(PluginError, match=r"'cantilever' is claimed by rival 2\.0 and stand-in"):
+    with pytest.raises(PluginError, match=r"'cantilever' is declared by rival 2\.0 and stand-in"):
         load_problem("cantilever")
 
 

@@ -162,8 +162,8 @@ class FilterModel:
         ------
         ValueError
             If `environment` has another orbit, epoch, duration or step than the scenario, the
-            initial pointing does not determine the clock angle, or a bias sensitivity names an
-            unknown channel.
+            initial pointing does not determine the clock angle, or a bias sensitivity refers
+            to an undefined housekeeping channel.
         """
         if environment is None:
             environment = Environment.from_scenario(scenario)

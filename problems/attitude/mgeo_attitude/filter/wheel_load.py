@@ -8,7 +8,7 @@ A dh/dt = T - J dω/dt - ω × H. The load of a wheel is its share of the undist
 margin factor times the magnitude of the contribution of the disturbances T and D.
 
 Magnetorquers may unload the wheels. Their dipole m = b × τ / |b|² with τ = -H / t, limited to the
-maximum of each coil, is constant in a step and removes the part of H across the field b
+maximum of each magnetorquer, is constant in a step and removes the part of H across the field b
 (cross-product law: Camillo & Markley, Journal of Guidance and Control 3 (1980) 563-568). The law
 also controls the body in `maneuvers.actuation`. H is measured with wheel speeds and gyro. The load
 then includes the modeled disturbances and the unloading torques, plus the margin factor minus one

@@ -72,8 +72,8 @@ def interpolate_body_rates(times: Floats, matrices: Floats, output_times: Floats
     """
     from scipy.interpolate import make_interp_spline  # This import takes long.
 
-    turns = Rotation.from_matrix(matrices[:-1] @ np.swapaxes(matrices[1:], -1, -2))
-    rates: Floats = turns.as_rotvec() / np.diff(times)[:, None]
+    step_rotations = Rotation.from_matrix(matrices[:-1] @ np.swapaxes(matrices[1:], -1, -2))
+    rates: Floats = step_rotations.as_rotvec() / np.diff(times)[:, None]
     if len(rates) == 1:
         return np.repeat(rates, len(output_times), axis=0)
     middles = 0.5 * (times[:-1] + times[1:])

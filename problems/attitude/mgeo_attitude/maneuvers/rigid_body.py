@@ -150,7 +150,7 @@ def _propagate(rate, b, dipole, inertia, inverse, step, q, scratch):  # type: ig
                 y[3] += p[0] * x[2] + p[1] * x[1] - p[2] * x[0]
             multiply_matrix(inverse, net_torque, spin)
             size *= h
-            most, turn = 0.0, 0.0
+            most, quaternion_term = 0.0, 0.0
             for a in range(3):
                 w[n + 1, a] = spin[a] / (n + 1)
                 f[n + 1, a] /= n + 1
@@ -160,8 +160,8 @@ def _propagate(rate, b, dipole, inertia, inverse, step, q, scratch):  # type: ig
             for a in range(4):
                 s[n + 1, a] *= 0.5 / (n + 1)
                 q[a] += size * s[n + 1, a]
-                turn = max(turn, abs(s[n + 1, a]))
-            if size * most <= _NEGLIGIBLE * scale and size * turn <= _NEGLIGIBLE:
+                quaternion_term = max(quaternion_term, abs(s[n + 1, a]))
+            if size * most <= _NEGLIGIBLE * scale and size * quaternion_term <= _NEGLIGIBLE:
                 break
     length = math.sqrt(q[0] ** 2 + q[1] ** 2 + q[2] ** 2 + q[3] ** 2)
     for a in range(4):

@@ -283,8 +283,8 @@ class ManeuverPlan(Settings):
         return np.rint(np.asarray(times) / self.scenario.step).astype(np.int64)
 
     def describe_hold(self) -> list[str]:
-        """Return a list with one line of text that says until when the last rate is held. The list
-        is empty if the rate is not held beyond `t_end`.
+        """Return a list with one line of text that states until when the last rate is held. The
+        list is empty if the rate is not held beyond `t_end`.
         """
         if self.hold_end <= self.t_end:
             return []
@@ -449,7 +449,7 @@ class ManeuverPlan(Settings):
 
     def describe_error_drivers(self) -> list[str]:
         """Return lines of text with the largest error sources and the most effective improvements,
-        one line for each 1-sigma that the scenario limits.
+        one line for each 1-sigma that the scenario constrains.
 
         Without requirements there is one line for the attitude. See
         `error_budget.describe_error_drivers`.

@@ -87,12 +87,12 @@ class DescentProblem:
         durations = times * shares / shares.sum(axis=1, keepdims=True)
         # Time beyond the maximum duration is given to the other maneuvers, in proportion to how
         # much each of them may be extended.
-        room = np.maximum(limits.max_duration - durations, 0.0)
+        remaining = np.maximum(limits.max_duration - durations, 0.0)
         excess = np.maximum(durations - limits.max_duration, 0.0).sum(axis=1, keepdims=True)
         fraction = np.minimum(
-            excess / np.maximum(room.sum(axis=1, keepdims=True), _ZERO_SHARE), 1.0
+            excess / np.maximum(remaining.sum(axis=1, keepdims=True), _ZERO_SHARE), 1.0
         )
-        durations = np.minimum(durations, limits.max_duration) + fraction * room
+        durations = np.minimum(durations, limits.max_duration) + fraction * remaining
         return np.concatenate([rates, durations[:, :, None]], axis=2).reshape(n, -1)
 
     def evaluate_gradients(self, variables: Floats) -> tuple[Floats, Floats]:

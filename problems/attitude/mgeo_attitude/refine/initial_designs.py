@@ -1,6 +1,6 @@
 """Initial designs of a search by a receding horizon over the maneuvers.
 
-Each stage of a plan takes the rate with the smallest objective at its end.
+Each maneuver of a plan takes the rate with the smallest objective at its end.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from mgeo_attitude.scenario.actuators import build_slew_limits
 _N_RATE_LEVELS = 7
 #: Relative error of a trace that was computed from thinned samples.
 _THINNING_TOLERANCE = 0.02
-#: Shortest useful stage, in filter steps.
-_MIN_STAGE_STEPS = 5
+#: Shortest useful maneuver, in filter steps.
+_MIN_MANEUVER_STEPS = 5
 
 
 def build_rate_grid(max_rate_deg_s: float, n_levels: int = _N_RATE_LEVELS) -> Floats:
@@ -93,7 +93,7 @@ def append_converging_rate(
 
 
 def build_receding_horizon_plan(
-    evaluator: FixedTimeEvaluator, n_stages: int, end_time: float
+    evaluator: FixedTimeEvaluator, n_maneuvers: int, end_time: float
 ) -> Floats:
     """Build a design of maneuvers of equal duration, one maneuver after another. Each maneuver has
     the rate that minimizes the objective at its end.
@@ -104,22 +104,22 @@ def build_receding_horizon_plan(
     Parameters
     ----------
     evaluator : FixedTimeEvaluator
-    n_stages : int
-        Number of stages, each of which is a maneuver.
+    n_maneuvers : int
+        Number of maneuvers.
     end_time : float
         Approximate end of the design [s].
 
     Returns
     -------
-    array, shape (4 n_stages,)
+    array, shape (4 n_maneuvers,)
     """
-    plan: Floats = beam_search(evaluator, n_stages, end_time)[0]
+    plan: Floats = beam_search(evaluator, n_maneuvers, end_time)[0]
     return plan
 
 
 def beam_search(
     evaluator: FixedTimeEvaluator,
-    n_stages: int,
+    n_maneuvers: int,
     end_time: float,
     n_levels: int = _N_RATE_LEVELS,
     width: int = 1,
@@ -128,14 +128,14 @@ def beam_search(
     """Build designs by a beam search over the rates of successive maneuvers, and return the best
     ones, the best design first.
 
-    Each stage continues the `width` partial designs with the smallest objectives at its end, so
-    that a rate can pay off in a later stage.
+    Each maneuver extends the `width` partial designs with the smallest objectives at the end of
+    the previous maneuver, so that the advantage of a rate may appear after a later maneuver.
 
     Parameters
     ----------
     evaluator : FixedTimeEvaluator
-    n_stages : int
-        Number of stages, each of which is a maneuver.
+    n_maneuvers : int
+        Number of maneuvers.
     end_time : float
         Approximate end of the designs [s].
     n_levels : int
@@ -143,23 +143,23 @@ def beam_search(
     width : int
         Largest number of partial designs.
     length_ratio : float
-        Ratio of the lengths of consecutive stages. The final objective depends most on the last
-        stages.
+        Ratio of the durations of consecutive maneuvers. The final objective depends most on the
+        last maneuvers.
 
     Returns
     -------
-    array, shape (width, 4 n_stages)
+    array, shape (width, 4 n_maneuvers)
     """
     limits, step = evaluator.scenario.maneuvers, evaluator.model.step
     rates = build_rate_grid(limits.max_rate_deg_s, n_levels)
-    lengths = length_ratio ** np.arange(n_stages)
+    lengths = length_ratio ** np.arange(n_maneuvers)
     durations = np.minimum(end_time * lengths / lengths.sum(), limits.max_duration)
     n_steps = np.maximum((durations / step).astype(int), 1)
     plans = np.empty((1, 0))
-    for stage_steps, end_step in zip(n_steps, np.cumsum(n_steps), strict=True):
-        stages = np.column_stack([rates, np.full(len(rates), stage_steps * step)])
+    for maneuver_steps, end_step in zip(n_steps, np.cumsum(n_steps), strict=True):
+        maneuvers = np.column_stack([rates, np.full(len(rates), maneuver_steps * step)])
         candidates = np.hstack(
-            [np.repeat(plans, len(stages), axis=0), np.tile(stages, (len(plans), 1))]
+            [np.repeat(plans, len(maneuvers), axis=0), np.tile(maneuvers, (len(plans), 1))]
         )
         plans = evaluator.select_best(
             candidates, min(int(end_step), evaluator.model.n_steps), width
@@ -201,18 +201,18 @@ def build_initial_designs(
     scenario, model = evaluator.scenario, evaluator.model
     count, window = scenario.maneuvers.count, model.window_steps * model.step
     has_final_rate = model.rule == "trace" and count > 1
-    n_stages = count - 1 if has_final_rate else count
-    first = min(_MIN_STAGE_STEPS * n_stages * model.step, 0.5 * model.duration)
+    n_maneuvers = count - 1 if has_final_rate else count
+    first = min(_MIN_MANEUVER_STEPS * n_maneuvers * model.step, 0.5 * model.duration)
     first = max(first, 0.02 * model.duration)
     last = min(
         model.duration - (window if has_final_rate else 0.0),
-        n_stages * scenario.maneuvers.max_duration,
+        n_maneuvers * scenario.maneuvers.max_duration,
     )
     shares = (np.arange(n_designs) + random_state.random(n_designs)) / max(n_designs, 1)
     times = first * (max(last, first) / first) ** shares
     designs = np.empty((n_designs, VARIABLES_PER_MANEUVER * count))
     for row, time in enumerate(times):
-        design = build_receding_horizon_plan(evaluator, n_stages, float(time))
+        design = build_receding_horizon_plan(evaluator, n_maneuvers, float(time))
         if has_final_rate:
             design = append_converging_rate(evaluator, design)[0]
         designs[row] = design

@@ -31,13 +31,15 @@ from mgeo_attitude.refine.thinned_samples import ThinnedSamples
 MAX_PLANS, MAX_ITERATIONS = 16, 48
 #: Number of plans that are refined in one batch.
 _BATCH_SIZE = 4
-#: Beam search: rate levels per axis, width, and ratio of the lengths of consecutive stages.
+#: Beam search: rate levels per axis, width, and ratio of the durations of consecutive
+#: maneuvers.
 BeamSettings = tuple[int, int, float]
-#: Beam searches for plans of at most `_MAX_EARLY_ROTATIONS` revolutions at the maximum rate, which
-#: need a wide beam of maximum rates, and for longer plans, which need stages of decreasing length.
-_MAX_EARLY_ROTATIONS = 4.0
-_EARLY_BEAMS: tuple[BeamSettings, ...] = ((2, 100, 1.0), (3, 10, 0.9))
-_LATE_BEAMS: tuple[BeamSettings, ...] = ((3, 15, 0.9), (3, 15, 0.8))
+#: Beam searches for plans of at most `_MAX_SHORT_PLAN_ROTATIONS` revolutions at the maximum rate,
+#: which need a wide beam of maximum rates, and for longer plans, which need maneuvers of decreasing
+#: duration.
+_MAX_SHORT_PLAN_ROTATIONS = 4.0
+_SHORT_PLAN_BEAMS: tuple[BeamSettings, ...] = ((2, 100, 1.0), (3, 10, 0.9))
+_LONG_PLAN_BEAMS: tuple[BeamSettings, ...] = ((3, 15, 0.9), (3, 15, 0.8))
 #: Number of plans of a beam search that become initial designs.
 _N_BEAM_PLANS = 8
 #: For the first round of plans and for the plans between them: number of initial designs, share of
@@ -284,7 +286,7 @@ def _compute_refinement_time(evaluator: FixedTimeEvaluator, t_end: float) -> flo
 
 def _select_beam_searches(evaluator: FixedTimeEvaluator, time: float) -> tuple[BeamSettings, ...]:
     n_rotations = evaluator.scenario.maneuvers.max_rate_deg_s * time / 360.0
-    return _EARLY_BEAMS if n_rotations <= _MAX_EARLY_ROTATIONS else _LATE_BEAMS
+    return _SHORT_PLAN_BEAMS if n_rotations <= _MAX_SHORT_PLAN_ROTATIONS else _LONG_PLAN_BEAMS
 
 
 def _build_initial_designs(

@@ -136,17 +136,17 @@ def minimize_constrained(
     generator
     """
     requests: SimpleQueue[Any] = SimpleQueue()
-    answers: SimpleQueue[tuple[Floats, Floats] | None] = SimpleQueue()
+    responses: SimpleQueue[tuple[Floats, Floats] | None] = SimpleQueue()
     latest: dict[bytes, tuple[Floats, Floats]] = {}
 
     def evaluate(z: Floats) -> tuple[Floats, Floats]:
         nonlocal latest
         if z.tobytes() not in latest:
             requests.put(z.copy())
-            answer = answers.get()
-            if answer is None:
+            response = responses.get()
+            if response is None:
                 raise _SolverStop
-            latest = {z.tobytes(): answer}
+            latest = {z.tobytes(): response}
         return latest[z.tobytes()]
 
     margins = {
@@ -176,9 +176,9 @@ def minimize_constrained(
     thread.start()
     try:
         while isinstance(result := requests.get(), np.ndarray):
-            answers.put((yield result))
+            responses.put((yield result))
     finally:
-        answers.put(None)
+        responses.put(None)
         thread.join()
     if isinstance(result, BaseException):
         raise result

@@ -138,17 +138,17 @@ def _remove_single_maneuvers(designs: Floats, max_duration: float) -> tuple[Floa
     )
     pairs = np.repeat(pairs[together <= max_duration], 2)  # Either rate of a pair may remain.
     left, right = position[pairs], position[pairs + 1]
-    kept, removed = np.where(np.arange(len(pairs)) % 2, (right, left), (left, right))
+    remaining, removed = np.where(np.arange(len(pairs)) % 2, (right, left), (left, right))
     rates, lasts = maneuvers[row[pairs], :, :3], maneuvers[row[pairs], removed, 3]
     each = np.arange(len(pairs))
     rotation = lasts * np.abs(rates[each, left] - rates[each, right]).max(axis=1)
     near = rotation <= _MAX_ROTATION_CHANGE_DEG
-    which, left, right, kept = row[pairs][near], left[near], right[near], kept[near]
+    which, left, right, remaining = row[pairs][near], left[near], right[near], remaining[near]
     each, result = np.arange(len(which)), maneuvers[which]
     result[each, right, 3] += result[each, left, 3]
     result[each, left, 3] = 0.0
     places = np.arange(result.shape[1])
     changed = (places >= left[:, None]) & (places <= right[:, None])
-    new_rate = result[each, kept, :3][:, None]
+    new_rate = result[each, remaining, :3][:, None]
     result[:, :, :3] = np.where(changed[:, :, None], new_rate, result[:, :, :3])
     return result.reshape(-1, designs.shape[1]), which

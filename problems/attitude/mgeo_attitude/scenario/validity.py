@@ -73,7 +73,7 @@ def _check_rate(scenario: Scenario) -> None:
     """
     step = f"step = {scenario.step!r} s"
     rate = scenario.maneuvers.max_rate_deg_s
-    # Samples half a turn apart leave the sense of rotation ambiguous.
+    # Samples half a revolution apart leave the sense of rotation ambiguous.
     fastest = 180.0 / (math.sqrt(3.0) * scenario.step)
     expected = (
         f"less than {fastest:.4g}, so that a rotation at this rate about all axes is less than 180 "

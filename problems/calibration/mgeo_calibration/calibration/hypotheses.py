@@ -122,8 +122,8 @@ def build_hypotheses(
     tested = [*_list_gyro_hypotheses(solution, rates, channels)] if has_gyro else []
     for index in range(len(solution.batch.suite.sensors)):
         if solution.is_used[index].any():
-            late = model_errors.build_latency_error(index, rates, changes)
-            tested += _list_sensor_hypotheses(solution, index, late, channels)
+            latency_error = model_errors.build_latency_error(index, rates, changes)
+            tested += _list_sensor_hypotheses(solution, index, latency_error, channels)
     sensors = solution.batch.suite.sensors
     track, shifted = (
         "its orbit along the track",
@@ -304,9 +304,9 @@ def _list_sensor_hypotheses(
             name, sensor, sensor.offset_state, each, model_error, (size, unit.text)
         )
         if "misalignment" in states and sensor.offset_state == "bias":
-            turned = model_errors.build_misalignment_channel_error(index, channel)
+            model_error = model_errors.build_misalignment_channel_error(index, channel)
             yield _build_channel_hypothesis(
-                name, sensor, "misalignment", each, turned, (_LARGE_AXES_ERROR_DEG, "deg")
+                name, sensor, "misalignment", each, model_error, (_LARGE_AXES_ERROR_DEG, "deg")
             )
 
 

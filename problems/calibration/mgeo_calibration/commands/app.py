@@ -238,8 +238,8 @@ def calibrate(
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", ImplausibleValue)
             picked = command.load_optional_plan(plan, pick, time, solution)
-            flown = picked.plan if picked else None
-            of = command.select_scenario(scenario, flown)
+            picked_plan = picked.plan if picked else None
+            of = command.select_scenario(scenario, picked_plan)
         for line in dict.fromkeys(str(warning.message) for warning in caught):
             output.print_note(f"Note: {line}")
         read = TelemetryMapping.from_toml(mapping) if mapping else None
@@ -258,7 +258,7 @@ def calibrate(
             if diagnose:
                 command.print_checks(error, output)
             raise
-        predicted = result.compare(flown) if flown else None
+        predicted = result.compare(picked_plan) if picked_plan else None
         first = result
         if fit is not None:
             result = recalibrate(first, samples, [key.strip() for key in fit.split(",")])

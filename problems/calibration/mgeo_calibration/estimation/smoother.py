@@ -361,15 +361,15 @@ def solve_linearized(
     q = len(r)
     R = np.linalg.qr(np.column_stack([J, r]))[1]
     initial_state: FilterState = (np.zeros(d), np.eye(d, q), np.zeros((d, d)))
-    starts, kept_spans, cost = [initial_state], list[Span](), 0.0
-    keep_spans = N * compute_sample_memory(batch.suite, partition) <= MAX_SPAN_MEMORY
+    starts, stored_spans, cost = [initial_state], list[Span](), 0.0
+    store_spans = N * compute_sample_memory(batch.suite, partition) <= MAX_SPAN_MEMORY
     for span in split_into_spans(N):
         result, cost = linear.filter_span(starts[-1], span, cost)
         load_compiled_module("two_stage").reduce_readings(
             result.is_used, result.readings, result.first_new, R
         )
         starts.append(result.last_estimate)
-        kept_spans += [result] if keep_spans else []
+        stored_spans += [result] if store_spans else []
     # `solve_triangular` would start BLAS threads.
     root = np.ascontiguousarray(dtrtri(R[:, :q])[0])
     solution = Solution(
@@ -377,7 +377,7 @@ def solve_linearized(
         cost=cost + float(r @ r),
         prior_equations=(r, J),
         span_starts=tuple(starts),
-        spans_in_memory=tuple(kept_spans),
+        spans_in_memory=tuple(stored_spans),
         covariance_root=root,
         common_errors=root @ R[:, q],
         stochastic_errors=np.empty((N, d)),

@@ -100,7 +100,7 @@ def add_step_noise(batch: Batch, prior: PriorEstimate) -> tuple[Batch, PriorEsti
         return batch, prior
     step = float(np.median(batch.durations))
     extended_suite = StepNoiseSuite(suite.gyro, suite.sensors, suite.environment_errors, step)
-    initial, kept_states = (
+    initial, original_states = (
         PriorEstimate.from_suite(extended_suite),
         list_states_without_step_noise(extended_suite),
     )
@@ -109,8 +109,8 @@ def add_step_noise(batch: Batch, prior: PriorEstimate) -> tuple[Batch, PriorEsti
         initial.sigma.copy(),
         np.eye(extended_suite.n_states),
     )
-    states[kept_states], sigma[kept_states] = prior.states, prior.sigma
-    correlation[np.ix_(kept_states, kept_states)] = prior.correlation
+    states[original_states], sigma[original_states] = prior.states, prior.sigma
+    correlation[np.ix_(original_states, original_states)] = prior.correlation
     extended_prior = PriorEstimate(extended_suite, prior.attitude, states, sigma, correlation)
     return replace(batch, suite=extended_suite), extended_prior
 

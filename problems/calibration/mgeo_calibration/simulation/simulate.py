@@ -62,7 +62,8 @@ def simulate(
     scenario requires a slew back, the slew back follows and then the rate of the attitude law.
 
     The rates of magnetorquers depend on the attitude, so that each run has its own motion, as in
-    `flight.fly`. The filter then propagates its covariance with the rates of the plan.
+    `simulators.kinematic.simulate_telemetry`. The filter then propagates its covariance with the
+    rates of the plan.
 
     Each run has its own random stream and does not depend on `n_runs`.
 
@@ -139,10 +140,10 @@ def simulate(
         samples = samples[model.times[samples] <= max(end_time, t_end)]
 
     def simulate_one(generator: np.random.Generator) -> SimulatedRun:
-        draws, motion = draw_errors(true_model, model.n_steps, generator), planned
+        random_errors, motion = draw_errors(true_model, model.n_steps, generator), planned
         if isinstance(model.slew_limits, MagnetorquerDrive):
-            motion = compute_true_motion(model, plan, model.n_steps, draws.initial_errors)
-        return simulate_run(true_model, motion, draws, true_environment)
+            motion = compute_true_motion(model, plan, model.n_steps, random_errors.initial_errors)
+        return simulate_run(true_model, motion, random_errors, true_environment)
 
     generators = np.random.default_rng(seed).spawn(n_runs)
     if n_runs == 1:

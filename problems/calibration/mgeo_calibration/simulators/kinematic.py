@@ -61,7 +61,7 @@ def simulate_telemetry(
     rates of the plan are executed exactly from the true initial attitude, as in
     `simulation.simulate`. Magnetorquers produce other rates from another attitude. A slew back that
     the scenario requires starts after the predicted convergence time, or after the time until which
-    the last attitude of the plan is kept. There are no readings at the start.
+    the last attitude of the plan is held. There are no readings at the start.
 
     Parameters
     ----------

@@ -91,9 +91,9 @@ def compute_constraint_values(
     around = plan.problem.environment
     at = SatelliteState(*(getattr(around, name)[:n] for name in SatelliteState._fields))
     at = at if scenario.eclipse else at.without_eclipses()
-    for limit in scenario.path_constraints:
-        result[limit.label] = _compute_constraint_angle(
-            limit, scenario, at, attitude, np.vstack([np.zeros(3), step_rotations])
+    for constraint in scenario.path_constraints:
+        result[constraint.label] = _compute_constraint_angle(
+            constraint, scenario, at, attitude, np.vstack([np.zeros(3), step_rotations])
         )
     if scenario.wheels is not None:
         if wheel_momentum is None:
@@ -264,11 +264,11 @@ def format_gyro_guidance(summary: pd.DataFrame) -> list[str]:
         return []
     half, most = summary.loc[END_ERROR, [MEDIAN_COLUMN, QUANTILE_COLUMN]]
     violations = summary[summary[VIOLATED_COLUMN] > 0.0]
-    limits = "".join(
+    violated = "".join(
         f"; {label} violated in {share:.3g} %"
         for label, share in violations[VIOLATED_COLUMN].items()
     )
     return [
         "with gyro-based guidance from an uncertain initial attitude, half of the runs end less "
-        f"than {half:.3g} deg from the plan and 90 % less than {most:.3g} deg{limits}"
+        f"than {half:.3g} deg from the plan and 90 % less than {most:.3g} deg{violated}"
     ]

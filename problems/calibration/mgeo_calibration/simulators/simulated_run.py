@@ -312,10 +312,10 @@ def _simulate_readings(
     }
 
     def to_body(vector: Floats) -> Floats:
-        turned: Floats = np.einsum(
+        rotated: Floats = np.einsum(
             "kij,kj->ki", attitude, np.broadcast_to(vector, (len(attitude), 3))
         )
-        return turned
+        return rotated
 
     apply_bias_sensitivities(
         sensor.bias_sensitivities,

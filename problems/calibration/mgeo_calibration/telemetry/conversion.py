@@ -162,11 +162,11 @@ def _convert_attitudes(
     inverse, frame = entry.attitude == "sensor-to-frame", entry.frame or "GCRF"
     if not (entry.is_mounted or inverse or frame != "GCRF") or not len(reported):
         return q
-    turned = Rotation.from_quat(q[reported])  # sensor coordinates to frame coordinates
-    turned = (turned.inv() if inverse else turned) * entry.build_body_rotation().inv()
+    rotations = Rotation.from_quat(q[reported])  # sensor coordinates to frame coordinates
+    rotations = (rotations.inv() if inverse else rotations) * entry.build_body_rotation().inv()
     if frame != "GCRF":
         to_gcrs = compute_frame_rotations(frame, scenario, table.times, position)
-        turned = Rotation.from_matrix(to_gcrs[reported]) * turned
+        rotations = Rotation.from_matrix(to_gcrs[reported]) * rotations
     result = np.full_like(q, np.nan)
-    result[reported] = turned.as_quat(canonical=True)
+    result[reported] = rotations.as_quat(canonical=True)
     return result

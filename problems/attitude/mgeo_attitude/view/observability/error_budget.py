@@ -58,7 +58,7 @@ def describe_error_drivers(
     history: FilterHistory,
 ) -> list[str]:
     """Return lines of text with the largest error sources and the most effective improvements, one
-    line for each 1-sigma that the scenario limits.
+    line for each 1-sigma that the scenario constrains.
 
     Without requirements there is one line for the attitude. If an initial error is the largest
     source, the line also has the share of its initial 1-sigma that is left.

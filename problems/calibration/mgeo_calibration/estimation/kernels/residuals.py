@@ -28,7 +28,7 @@ def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi
     """Update the estimate of the common errors c and the square root of their covariance by one
     reading, with Potter's algorithm, in place.
 
-    A component with derivative w turns the root S into S (I - β φᵀ φ) with φ = w S. The vectors φ
+    A component with derivative w changes the root S to S (I - β φᵀ φ) with φ = w S. The vectors φ
     of all three components follow from the initial root, φ₂ (I - β φ₁ᵀ φ₁) after the first
     component, and so on: two passes through S are sufficient. `phi` and `workspace` are work
     arrays.

@@ -114,8 +114,8 @@ class Guidance(sysModel.SysModel):
         measured = self._imu.sensorOutMsg.read()
         step = 1e-9 * self._step_ns
         rate = self._correct_rate(np.array(measured.DRFramePlatform) / step)
-        turn = Rotation.from_rotvec(rate * step).as_mrp()
-        self._attitude = RigidBodyKinematics.addMRP(self._attitude, turn)
+        step_rotation = Rotation.from_rotvec(rate * step).as_mrp()
+        self._attitude = RigidBodyKinematics.addMRP(self._attitude, step_rotation)
         self._write(nanoseconds, self._correct_rate(np.array(measured.AngVelPlatform)))
 
     def _write(self, nanoseconds: int, rate: Any) -> None:
@@ -208,7 +208,7 @@ def build_magnetorquer_control(
     bias: Floats,
     timing: tuple[int, int, Floats],
 ) -> tuple[Any, Sequence[Any]]:
-    """Attach torque rods along the body axes to a Basilisk satellite, and build the module that
+    """Attach magnetorquers along the body axes to a Basilisk satellite, and build the module that
     commands their dipoles.
 
     Parameters
@@ -260,16 +260,16 @@ def build_magnetorquer_control(
             command.mtbDipoleCmds = (dipole * (not self.off) + drive.residual_dipole).tolist()
             self.dipoles.write(command, now, self.moduleID)
 
-    controller, rods = Controller(), MtbEffector.MtbEffector()
-    rods.ModelTag = "torque rods"
+    controller, magnetorquers = Controller(), MtbEffector.MtbEffector()
+    magnetorquers.ModelTag = "magnetorquers"
     array = messaging.MTBArrayConfigMsgPayload()
     array.numMTB, array.GtMatrix_B = 3, np.eye(3).ravel().tolist()
     array.maxMtbDipoles = (drive.max_dipole + np.abs(drive.residual_dipole)).tolist()
     parameters = messaging.MTBArrayConfigMsg().write(array)
-    rods.mtbParamsInMsg.subscribeTo(parameters)
-    rods.mtbCmdInMsg.subscribeTo(controller.dipoles)
-    rods.magInMsg.subscribeTo(field.envOutMsgs[0])
-    satellite.addDynamicEffector(rods)
+    magnetorquers.mtbParamsInMsg.subscribeTo(parameters)
+    magnetorquers.mtbCmdInMsg.subscribeTo(controller.dipoles)
+    magnetorquers.magInMsg.subscribeTo(field.envOutMsgs[0])
+    satellite.addDynamicEffector(magnetorquers)
     # Subscribers do not own their messages, so that a reference keeps them alive.
     controller.referenced_messages = (parameters,)
-    return rods, (controller,)
+    return magnetorquers, (controller,)

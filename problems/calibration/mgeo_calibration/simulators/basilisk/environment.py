@@ -72,8 +72,8 @@ class EnvironmentMessages(sysModel.SysModel):
         k = min(round(nanoseconds / self._step_ns), len(self._sun) - 1)
         tables = self._environment
         near = tables.position[k] + BASILISK_AU * tables.sun[k]
-        turning = {"computeOrient": 1, "J20002Pfix": self._to_itrs[k].tolist()}
-        self._write(self.earth, nanoseconds, PlanetName="earth", **turning)
+        orientation = {"computeOrient": 1, "J20002Pfix": self._to_itrs[k].tolist()}
+        self._write(self.earth, nanoseconds, PlanetName="earth", **orientation)
         self._write(self.sun, nanoseconds, PlanetName="sun", PositionVector=self._sun[k].tolist())
         self._write(self.unit_sun, nanoseconds, PlanetName="sun", PositionVector=near.tolist())
         place = messaging.TransRefMsgPayload()

@@ -215,13 +215,13 @@ def _find_visible_samples(sensor: SunSensor, recorders: Recorders) -> Bools:
     """Return a boolean array over the samples, True in full sunlight with the Sun in the field of
     view of the sensor.
     """
-    seen = _find_sunlit_samples(recorders)
+    is_visible = _find_sunlit_samples(recorders)
     to_sun = recorders.sun.PositionVector - recorders.state.r_BN_N
     to_sun /= np.linalg.norm(to_sun, axis=1, keepdims=True)
     in_body = Rotation.from_mrp(recorders.state.sigma_BN).inv().apply(to_sun)
     for view in sensor.list_visibility_cones():
-        seen &= in_body @ view.axis >= np.cos(view.half_angle)
-    return seen
+        is_visible &= in_body @ view.axis >= np.cos(view.half_angle)
+    return is_visible
 
 
 def build_star_tracker(
@@ -244,9 +244,9 @@ def build_star_tracker(
 
     def convert(message: Any, recorders: Recorders) -> Floats:
         q = message.qInrtl2Case
-        turned: Floats = np.full((len(q), 3, 3), np.nan)
-        turned[1:] = Rotation.from_quat(q[1:], scalar_first=True).as_matrix()
-        return turned
+        attitude: Floats = np.full((len(q), 3, 3), np.nan)
+        attitude[1:] = Rotation.from_quat(q[1:], scalar_first=True).as_matrix()
+        return attitude
 
     return SensorModule(tracker, tracker.sensorOutMsg, convert)
 

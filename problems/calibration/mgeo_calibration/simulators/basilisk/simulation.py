@@ -207,14 +207,16 @@ def simulate(
     for each in vectors:
         each[0] = np.nan  # There are no readings at the start.
     rates = recorded.state.omega_BN_B[::n_substeps]
-    turned = _compose_rotations(gyro_recorder.DRFramePlatform[1:].reshape(-1, n_substeps, 3))
+    step_rotations = _compose_rotations(
+        gyro_recorder.DRFramePlatform[1:].reshape(-1, n_substeps, 3)
+    )
     return SimulationResult(
         attitude=Rotation.from_mrp(recorded.state.sigma_BN[::n_substeps]).inv().as_matrix(),
         position=recorded.state.r_BN_N[::n_substeps],
         field=np.zeros((0, 3))
         if field_recorder is None
         else 1e9 * field_recorder.magField_N[::n_substeps],
-        mean_rates=turned / scenario.step
+        mean_rates=step_rotations / scenario.step
         + compute_coning_correction(rates[:-1], rates[1:], scenario.step),
         sensors=tuple(vectors),
         wheel_momentum=wheels,

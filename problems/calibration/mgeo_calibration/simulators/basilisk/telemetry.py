@@ -57,7 +57,7 @@ def simulate_telemetry(
 
     A rigid body with reaction wheels follows the plan by feedback of modified Rodrigues
     parameters, with gyro-based attitude estimates. Without ramps in the plan, rates change as fast
-    as the wheels allow. A satellite without wheels uses Basilisk's torque rods with
+    as the wheels allow. A satellite without wheels uses Basilisk's magnetorquers with
     the scenario's magnetorquer law, the gyro and the true field. True errors are drawn from
     the scenario and equal those of `kinematic.simulate_telemetry` with the same seed; measurement
     noise comes from Basilisk.
