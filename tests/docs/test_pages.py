@@ -58,7 +58,7 @@ def test_python(name, folder):
     for code in blocks(name, "python"):
         exec(code, names)
     if name == "calibration.md":
-        assert names["found"].supported
+        assert names["found"].is_consistent
 
 
 @pytest.mark.slow
