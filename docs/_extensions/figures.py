@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, compute_lower_bound
 from mgeo_attitude.environment.interpolation import interpolate
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.wheel_load import compute_wheel_loads
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_calibration import calibrate, fly
+from mgeo_calibration import calibrate, simulate_telemetry
 from plotly.subplots import make_subplots
 
 from mgeo.figures.style import SYMBOLS
@@ -108,7 +108,9 @@ def near() -> go.Figure:
     presets = list(dict.fromkeys(table["preset"]))
     figure = make_subplots(1, len(presets), subplot_titles=presets, shared_yaxes=True)
     for column, preset in enumerate(presets, 1):
-        curves = limit(Scenario.from_dict({"preset": preset, "convergence": {"rule": "end"}}))
+        curves = compute_lower_bound(
+            Scenario.from_dict({"preset": preset, "convergence": {"rule": "end"}})
+        )
         least = np.minimum.accumulate(curves.trace_at_end)
         for mode, (name, color) in _NEAR.items():
             rows = table[(table["preset"] == preset) & (table["mode"] == mode)]
@@ -125,7 +127,7 @@ def near() -> go.Figure:
             )
     figure.update_xaxes(title="time given [s]", type="log", range=[2.3, 4.08])
     figure.update_yaxes(range=[1.0, 2.5])
-    figure.update_yaxes(title="trace over its limit", col=1)
+    figure.update_yaxes(title="trace over its lower bound", col=1)
     figure.update_layout(
         template="plotly_white", height=420, margin={"l": 60, "r": 20, "t": 40, "b": 50}
     )
@@ -211,7 +213,7 @@ def wheels() -> go.Figure:
             budget = MomentumBudget.from_scenario(
                 changed, problem.environment, np.eye(3), np.zeros(3)
             )
-            budget = dataclasses.replace(budget, margin=0.0) if quiet else budget
+            budget = dataclasses.replace(budget, disturbance_margin=0.0) if quiet else budget
             found = compute_wheel_loads(budget, plan, steps, problem.model.step, 1)[:, 0]
             figure.add_scatter(
                 x=steps.tolist(),
@@ -256,7 +258,9 @@ def calibration() -> go.Figure:
         {"preset": "cubesat_6u", "duration": 3000.0, "initial": {"attitude_deg": 90.0}}
     )
     plan = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
-    found: go.Figure = calibrate(scenario, fly(scenario, plan, seed=1)).draw_figures()["constants"]
+    found: go.Figure = calibrate(
+        scenario, simulate_telemetry(scenario, plan, seed=1)
+    ).draw_figures()["parameters"]
     return found
 
 
