@@ -194,7 +194,7 @@ def build_control_loop(
     motors.vehControlInMsg.subscribeTo(feedback.cmdTorqueOutMsg)
     motors.rwParamsInMsg.subscribeTo(configuration)
     effector.rwMotorCmdInMsg.subscribeTo(motors.rwMotorTorqueOutMsg)
-    # Subscribers do not own their messages, so that a reference keeps them alive.
+    # Subscribers do not own their messages. This reference keeps the messages alive.
     guidance.referenced_messages = configuration, satellite
     return error, feedback, motors
 
@@ -270,6 +270,6 @@ def build_magnetorquer_control(
     rods.mtbCmdInMsg.subscribeTo(controller.dipoles)
     rods.magInMsg.subscribeTo(field.envOutMsgs[0])
     satellite.addDynamicEffector(rods)
-    # Subscribers do not own their messages, so that a reference keeps them alive.
+    # Subscribers do not own their messages. This reference keeps the messages alive.
     controller.referenced_messages = (parameters,)
     return rods, (controller,)
