@@ -213,8 +213,8 @@ def compute_predictions(plan: ManeuverPlan, runs: MonteCarloResult) -> Floats:
     first, step = model.initial_attitude, round(plan.t_end / model.step)
     result = []
     for error in runs.errors[:, 0, :3]:
-        rotated = model.rotate_initial_attitude(first.T @ rotation_matrix(error) @ first)
-        run = evaluate(rotated, [plan.design], 1, covariance=True, end_steps=step)
+        true_model = model.rotate_initial_attitude(first.T @ rotation_matrix(error) @ first)
+        run = evaluate(true_model, [plan.design], 1, covariance=True, end_steps=step)
         result.append(np.sqrt(np.diag(run.covariance[0])))
     return np.array(result)
 
@@ -235,7 +235,7 @@ def format_conclusion(verification: Verification) -> str:
 
 def describe_failures(verification: Verification) -> list[str]:
     """Return one line of text per state block whose errors are too large, with the error ratio and
-    whether the filter covariance reflects it.
+    whether the filter covariance is consistent with the errors.
 
     If only the NEES fails, the result is one line on the filter as a whole.
     """
@@ -264,8 +264,8 @@ def describe_failures(verification: Verification) -> list[str]:
 
 
 def describe_power(verification: Verification) -> str:
-    """Return one line of text with the smallest error ratio that the runs detect and the
-    probability that a valid plan is rejected.
+    """Return one line of text with the smallest error ratio that the number of runs suffices to
+    detect, and the probability that a valid plan is rejected.
     """
     return (
         f"an error {verification.detectable_ratio:.2f} times too large is detected with a "

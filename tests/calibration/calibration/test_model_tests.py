@@ -39,7 +39,7 @@ def test_constant_bias_is_distinguished_from_decaying_bias():
     assert np.abs(normalize_error(found, telemetry)[1]).max() > 4.0
     assert not found.is_consistent
     assert names_cause(r"gyro\.bias decays by .*: gyro\.bias_decay", found.failures[0])
-    assert found.conclusion.startswith("the model ")
+    assert found.conclusion.startswith("statistically inconsistent (tests of the model failed): ")
     row = found.build_model_test_table().loc["gyro.bias_decay"]
     assert row["is_selected"]
     assert row["p"] < 1e-6

@@ -85,7 +85,8 @@ def test_inconsistent_calibration_exits_with_code_3(run, flight, tmp_path):
     done = run("calibrate", folder / "telemetry.csv", "--scenario", tmp_path / "q.toml", code=3)
     last = done.stdout.splitlines()[-1]
     assert last.startswith(
-        "statistically inconsistent by tests of innovations: mag scatters more than its noise"
+        "statistically inconsistent (tests of the innovations failed): mag scatters more than "
+        "its noise"
     )
 
 

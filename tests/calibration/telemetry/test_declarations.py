@@ -117,7 +117,7 @@ def test_lvlh_quaternion_points_z_to_earth_and_x_forward(frame):
 
 def test_attitude_keys_of_other_sensors_raise(frame):
     mapping = TelemetryMapping(sensors=(SensorChannels(name="mag", frame="LVLH"),))
-    with pytest.raises(InvalidValue, match=r"mag\.frame = 'LVLH': .* no star tracker"):
+    with pytest.raises(InvalidValue, match=r"mag\.frame = 'LVLH': .* not a star tracker"):
         read_telemetry(frame, TRACKED, mapping)
 
 

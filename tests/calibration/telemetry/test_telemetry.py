@@ -123,7 +123,7 @@ def test_invalid_files_and_mappings_raise(frame, tmp_path):
             f"{frame.to_csv(index=False)}{',1' * 20}\n".encode(),
             "Expected 14 fields in line 303, saw 21",
         ),
-        (gzip.compress(b"time,gyro_x")[:20], "expected CSV in UTF-8, plain or as gzip"),
+        (gzip.compress(b"time,gyro_x")[:20], "expected CSV in UTF-8, uncompressed or gzip"),
     ):
         path.write_bytes(content)
         with pytest.raises(ValueError, match=message):

@@ -64,7 +64,7 @@ class Calibration:
         Causes of an inconsistency that attitude-independent checks found; empty in files of earlier
         versions.
     notes : tuple of str
-        Remarks for the user that are no failures, such as quantized readings.
+        Remarks for the user that are not failures, such as quantized readings.
     outliers : tuple of (float, str, float)
         Time [s], sensor name and chi-square of each rejected reading.
     history : History, optional
@@ -192,7 +192,8 @@ class Calibration:
         """
         if self.is_consistent:
             return CONSISTENT
-        return f"statistically inconsistent by {self._failed_tests}: {'; '.join(self.failures)}"
+        failures = "; ".join(self.failures)
+        return f"statistically inconsistent ({self._failed_tests} failed): {failures}"
 
     @property
     def _failed_tests(self) -> str:
@@ -202,7 +203,7 @@ class Calibration:
             "model": any(test.is_selected for test in self.model_tests),
             "innovations": any(test.describe_failures() for test in self.tests),
         }
-        failed = [name for name, has_failed_test in has_failed.items() if has_failed_test]
+        failed = [f"the {name}" for name, has_failed_test in has_failed.items() if has_failed_test]
         return f"tests of {' and '.join(failed)}"
 
     def build_sensor_test_table(self) -> pd.DataFrame:
@@ -260,8 +261,8 @@ class Calibration:
         return pd.DataFrame(columns)
 
     def to_entries(self) -> dict[str, Any]:
-        """Return the scenario, the estimates and their covariance as a dict of JSON values. A
-        follow-up scenario can be built from this dict.
+        """Return the scenario, the estimates and their covariance as a JSON-serializable dict,
+        from which a follow-up scenario can be built.
         """
         states = self.states.reshape(-1, 3)[1:].tolist()
         return {

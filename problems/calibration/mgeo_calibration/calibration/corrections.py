@@ -95,7 +95,7 @@ def find_bias_unit(owner: Gyro | Sensor) -> Unit:
 
 
 def find_error_unit(owner: Gyro | Sensor, sensitivity: BiasSensitivity) -> Unit:
-    """Return the telemetry unit of an error that a bias sensitivity describes: the unit of the
+    """Return the telemetry unit of the error to which a bias sensitivity applies: the unit of the
     bias, or degrees for a misalignment.
     """
     return find_bias_unit(owner) if sensitivity.error == "bias" else DEG

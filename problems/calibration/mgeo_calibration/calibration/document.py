@@ -35,7 +35,7 @@ def to_json(calibration: Calibration) -> str:
 
 
 def build_document(calibration: Calibration) -> dict[str, Any]:
-    """Return a calibration as a dict of JSON values."""
+    """Return a calibration as a JSON-serializable dict."""
     return _FORM.build_document(calibration)
 
 

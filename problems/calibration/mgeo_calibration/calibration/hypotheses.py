@@ -41,6 +41,7 @@ _DRIFT_PROFILES: tuple[model_errors.Profile, ...] = (
 _STEP_PROFILES = tuple(
     model_errors.build_step_profile(number) for number in range(1, model_errors.N_PARTS)
 )
+#: Times at which an estimated offset is evaluated, as fractions of the duration of the data.
 _TIME_FRACTIONS = np.linspace(0.0, 1.0, 1001)
 #: Number of 1-sigmas by which a decay may be negative, and largest coefficient of an axes error for
 #: which the model is linear.
@@ -65,8 +66,8 @@ _AXES_ERRORS = {
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Hypothesis of a score test: an error that the scenario does not model, with the scenario key
-    that would model it.
+    """Hypothesis of a score test: the telemetry contains an error that the scenario does not model.
+    The hypothesis names the scenario key that would model the error.
 
     Attributes
     ----------
@@ -138,8 +139,9 @@ def build_hypotheses(
 def select_correlated_channels(
     telemetry: Telemetry, data: Batch, innovations: Sequence[Innovations]
 ) -> tuple[dict[str, Floats], int]:
-    """Return the housekeeping channels with the strongest correlation with the innovations, as a
-    dict of arrays at the samples of the fit, and the number of channels left out.
+    """Return the housekeeping channels that correlate most strongly with the innovations, and the
+    number of channels left out. The channels are a dict of arrays, interpolated to the samples of
+    the fit.
     """
     result = {}
     for name, values in telemetry.housekeeping.items():
@@ -394,8 +396,8 @@ def _scale_channel(channel: Floats) -> Floats:
 
 
 def _evaluate_offset(profiles: Sequence[model_errors.Profile], score: Score) -> Floats:
-    """Return the sensor or gyro offset that a score estimates, with one row for each of
-    `_TIME_FRACTIONS`.
+    """Return the time history of the sensor or gyro offset that a score test estimates, with one
+    row for each time in `_TIME_FRACTIONS`.
     """
     path: Floats = profiles[score.alternative](_TIME_FRACTIONS) @ score.estimate.reshape(-1, 3)
     return path
@@ -408,8 +410,8 @@ def _compute_range(profiles: Sequence[model_errors.Profile], score: Score) -> fl
 def _find_change_time(
     times: Floats, profiles: Sequence[model_errors.Profile], score: Score
 ) -> float:
-    """Return the time in seconds at which the offset that a score estimates changes fastest, or the
-    middle of the data if the offset changes at a constant rate.
+    """Return the time in seconds at which an estimated offset changes fastest. For an offset that
+    changes at a constant rate, return the middle of the data.
     """
     speed = np.linalg.norm(np.diff(_evaluate_offset(profiles, score), axis=0), axis=1)
     fastest = np.flatnonzero(speed >= 0.999 * speed.max())

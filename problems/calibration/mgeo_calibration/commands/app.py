@@ -223,7 +223,7 @@ def calibrate(
     """
     from mgeo_attitude.scenario.validity import ImplausibleValue
 
-    from mgeo_calibration.calibration.calibrate import calibrate as calibrated
+    from mgeo_calibration.calibration.calibrate import calibrate as run_calibration
     from mgeo_calibration.calibration.diagnosis import CalibrationError
     from mgeo_calibration.calibration.magnetometer_calibration import calibrate_magnetometers
     from mgeo_calibration.calibration.recalibration import recalibrate
@@ -238,27 +238,28 @@ def calibrate(
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", ImplausibleValue)
             picked = command.load_optional_plan(plan, pick, time, solution)
-            picked_plan = picked.plan if picked else None
-            of = command.select_scenario(scenario, picked_plan)
+            selected_plan = picked.plan if picked else None
+            used_scenario = command.select_scenario(scenario, selected_plan)
         for line in dict.fromkeys(str(warning.message) for warning in caught):
             output.print_note(f"Note: {line}")
-        read = TelemetryMapping.from_toml(mapping) if mapping else None
-        alone = read is not None and read.gyro.reference_axes == "unknown"
-        if alone and fit is not None:
+        declarations = TelemetryMapping.from_toml(mapping) if mapping else None
+        is_without_attitude = declarations and declarations.gyro.reference_axes == "unknown"
+        if is_without_attitude and fit is not None:
             raise ValueError(
                 '--fit: expected no value with reference_axes = "unknown" in the mapping, because '
                 "the calibration has no attitude. Remove --fit"
             )
-        samples = read_telemetry(telemetry, of, read)
+        samples = read_telemetry(telemetry, used_scenario, declarations)
         try:
-            result = (
-                calibrate_magnetometers(of, samples) if alone else calibrated(of, samples, read)
-            )
+            if is_without_attitude:
+                result = calibrate_magnetometers(used_scenario, samples)
+            else:
+                result = run_calibration(used_scenario, samples, declarations)
         except CalibrationError as error:
             if diagnose:
                 command.print_checks(error, output)
             raise
-        predicted = result.compare(picked_plan) if picked_plan else None
+        predicted = result.compare(selected_plan) if selected_plan else None
         first = result
         if fit is not None:
             result = recalibrate(first, samples, [key.strip() for key in fit.split(",")])

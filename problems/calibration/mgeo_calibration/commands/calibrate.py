@@ -145,8 +145,8 @@ def print_checks(error: CalibrationError, output: Output) -> None:
 
 
 def print_tests(calibration: Calibration, output: Output) -> None:
-    """Print the results of the tests for unmodeled errors and of the tests against the prior, and
-    the faults in the data.
+    """Print the results of the tests for unmodeled errors, the comparison of the estimate with the
+    prior, and the faults in the data.
     """
     columns = ["description", "chi_square", "degrees_of_freedom", "p", "is_selected", "key"]
     output.print(
@@ -171,7 +171,7 @@ def print_comparison(first: Calibration, second: Calibration, output: Output) ->
 def build_calibration_document(
     calibration: Calibration, predicted: pd.DataFrame | None, files: list[str]
 ) -> dict[str, Any]:
-    """Return a calibration as a dict that becomes JSON, with its comparison to a plan and the list
+    """Return a calibration as a JSON-serializable dict, with its comparison to a plan and the list
     of written files.
     """
     compared = [] if predicted is None else to_records(predicted)

@@ -66,8 +66,8 @@ _MAGNETORQUER_NOTE = format_note(
 
 
 def format_constraints(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return a copy of a constraint table for the terminal, with bound and limit in one column and
-    blank cells in rows without a bound.
+    """Return a copy of a constraint table for the terminal. The columns ``bound`` and ``limit``
+    become one text such as ``at most 5``, and rows without a limit have blank cells.
     """
     shown = frame.drop(columns="bound")
     limits = zip(frame["bound"], frame["limit"], strict=True)

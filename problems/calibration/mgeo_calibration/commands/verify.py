@@ -71,7 +71,7 @@ def print_verification(picked: SelectedPlan, verification: Verification, output:
 def build_verification_document(
     picked: SelectedPlan, verification: Verification, seed: int
 ) -> dict[str, Any]:
-    """Return a verification as a dict that becomes JSON, with the problem and the design of the
+    """Return a verification as a JSON-serializable dict, with the problem and the design of the
     verified plan.
     """
     plan = picked.plan

@@ -31,7 +31,7 @@ from mgeo_calibration.simulators.simulated_run import (
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 #: Keys in which a true scenario may differ from the assumed scenario, and keys without effect on a
-#: run. Of `initial`, only the attitude uncertainty may differ.
+#: run. Only the attitude uncertainty of `initial` may differ.
 FREE_KEYS = (
     "epoch",
     "eclipse",
@@ -54,8 +54,8 @@ def simulate_telemetry(
     initial_truth: Truth | None = None,
     environment: Environment | None = None,
 ) -> Telemetry:
-    """Simulate one run of a plan, with exactly executed rates and random sensor errors, and return
-    the telemetry.
+    """Simulate one run of a plan and return the telemetry. The planned rates are executed exactly,
+    and the sensor errors are random.
 
     The run lasts until the end of the scenario. True errors are drawn from the scenario, and the
     rates of the plan are executed exactly from the true initial attitude, as in

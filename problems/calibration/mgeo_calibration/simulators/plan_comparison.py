@@ -196,8 +196,8 @@ def _compute_momentum(
     """Return the momentum of each wheel at the start and at the end of each step, computed from the
     conservation of total momentum.
 
-    The model is that of `filter.wheel_load` without disturbance torques and magnetic unloading. The
-    result has the shape (2 n, k) and the unit N m s.
+    The model equals the model of `filter.wheel_load` without disturbance torques and magnetic
+    unloading. The result has the shape (2 n, k) and the unit N m s.
     """
     wheels = scenario.wheels
     assert wheels is not None

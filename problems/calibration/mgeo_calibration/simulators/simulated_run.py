@@ -84,8 +84,8 @@ def add_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
 
 
 def discretize_at_rest(model: FilterModel) -> tuple[Floats, Floats]:
-    """Return transition matrix and process noise covariance of one filter step for a body that does
-    not rotate.
+    """Return the transition matrix and the process noise covariance of one filter step for a body
+    that does not rotate.
 
     Returns
     -------
@@ -142,8 +142,8 @@ def compute_coning_correction(start_rates: Floats, end_rates: Floats, step: floa
 def compute_design_coning(
     nominal_model: FilterModel, design: Floats, n_steps: int, initial_rotation: Floats
 ) -> Floats:
-    """Return the coning correction of each step of a design that starts at the true instead of the
-    planned attitude.
+    """Return the coning correction of each step of a design that starts from the true initial
+    attitude instead of the planned initial attitude.
 
     Parameters
     ----------
@@ -279,8 +279,8 @@ def simulate_run(
 def select_sensitivity_channels(
     channel_deviations: Floats, suite: Suite, owner: Gyro | Sensor
 ) -> list[Floats]:
-    """Return the housekeeping channels to which a gyro or sensor has bias sensitivities, as a list
-    of columns, one per bias sensitivity.
+    """Return the deviations of the housekeeping channels to which a gyro or sensor is sensitive, as
+    a list with one array of shape (n, 1) per bias sensitivity.
 
     Parameters
     ----------
@@ -300,8 +300,8 @@ def _simulate_readings(
     varying_states: Floats,
     noise: Floats,
 ) -> Floats:
-    """Return the readings of one sensor at every sample, with NaN at the start and where the sensor
-    cannot measure.
+    """Return the readings of one sensor at every sample, with NaN at the first sample and where the
+    sensor cannot measure.
     """
     sensor = model.suite.sensors[index]
     x = {

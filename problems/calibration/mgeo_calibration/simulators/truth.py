@@ -60,7 +60,7 @@ def _parse_truth(text: str, plan: ManeuverPlan) -> Truth:
 def build_truth_document(
     plan: ManeuverPlan, telemetry: Telemetry, simulator: str, seed: int
 ) -> dict[str, Any]:
-    """Return the true attitude and states at the last sample as a dict that becomes JSON, with the
+    """Return the true attitude and states at the last sample as a JSON-serializable dict with the
     keys of ``calibration.json``.
 
     ``table`` has the column ``value`` instead of ``estimate``.

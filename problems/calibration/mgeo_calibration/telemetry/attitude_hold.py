@@ -73,8 +73,8 @@ class AttitudeHold:
     def compute_attitude(
         self, scenario: Scenario, times: Floats, position: Floats | None
     ) -> AssumedAttitude:
-        """Return the nominal attitude at the given times, computed from the orbit and from the
-        mounting of the body on the reference axes.
+        """Return the assumed attitude at the given times: the attitude of the reference axes,
+        followed by the declared constant rotation to the body frame.
 
         Parameters
         ----------

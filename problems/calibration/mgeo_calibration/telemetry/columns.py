@@ -92,8 +92,8 @@ def _normalize_name(name: object) -> str:
 
 
 def assign_unit(name: str, entry: T, columns: Sequence[Column]) -> T:
-    """Return the declaration of a quantity with the unit that its column names contain. A unit that
-    is already declared takes precedence.
+    """Add the unit in the column names of a quantity to its declaration, and return the new
+    declaration. A unit that is already declared takes precedence.
 
     Raises
     ------
@@ -140,8 +140,8 @@ def parse_numbers(column: pd.Series) -> Floats:
 
 
 def find_channel(columns: Iterable[str], name: str) -> str | None:
-    """Return the first column name that equals the name of a channel up to case and unit,
-    or None.
+    """Return the first column name that matches the name of a channel, ignoring case and unit, or
+    None without a match.
     """
     return next((each for each in columns if _normalize_name(each) == _normalize_name(name)), None)
 

@@ -59,7 +59,7 @@ def convert_readings(
         ), estimate_quantization_steps(rows)
     for key in ("attitude", "frame"):
         value = getattr(entry, key)
-        expect(value is None, key, value, f"none, because {sensor.name} is no star tracker")
+        expect(value is None, key, value, f"none, because {sensor.name} is not a star tracker")
     if len(sensor.telemetry_suffixes) == 1:
         return _convert_diode(sensor, rows, entry)
     if rows.shape[1] == 2:
@@ -101,8 +101,8 @@ def compute_body_steps(rows: Floats, entry: MountedChannels, unit: str) -> Float
 
 
 def _convert_diode(sensor: Sensor, rows: Floats, entry: SensorChannels) -> tuple[Floats, Floats]:
-    """Return the readings of a photodiode, which may be reported as cosines or as angles, as
-    cosines, and their quantization step.
+    """Convert the raw readings of a photodiode, which are cosines or angles of incidence, to
+    cosines. Return the cosines and their quantization step.
     """
     for key in ("quaternion", "dcm"):
         mounted = f"none, because sensors.normal of the scenario mounts {sensor.name}"

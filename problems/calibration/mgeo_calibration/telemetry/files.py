@@ -39,7 +39,7 @@ def read_table(path: Path) -> pd.DataFrame:
             content = gzip.decompress(content)
         text = content.decode("utf-8-sig")
     except (EOFError, OSError, UnicodeDecodeError, zlib.error) as error:
-        raise ValueError(f"expected CSV in UTF-8, plain or as gzip: {error}") from None
+        raise ValueError(f"expected CSV in UTF-8, uncompressed or gzip: {error}") from None
     return parse_table(text)
 
 

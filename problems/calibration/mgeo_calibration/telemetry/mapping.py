@@ -323,8 +323,8 @@ class TelemetryMapping(Settings):
 
     @property
     def time_scale(self) -> str:
-        """Declared time scale of the time column. Without a declaration, the time scale in which
-        the declared epoch is usually counted.
+        """Time scale of the time column: the declared time scale or, if none is declared, the usual
+        time scale of the declared epoch, such as GPS time for the GPS epoch.
         """
         named = EPOCHS.get(str(self.time_epoch), (None, "UTC"))[1]
         return self.time_system or named

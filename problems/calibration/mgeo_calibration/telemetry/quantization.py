@@ -71,8 +71,8 @@ def is_quantization_relevant(step: Floats, sigma: Floats) -> Bools:
 def compute_angle_variance_rate(
     rates: Floats, duration: float, step: Floats, sigma: Floats
 ) -> Floats:
-    """Return the growth rate of the variance of the integrated angle due to the quantization of
-    gyro rates, for each sample and axis.
+    """Return, for each sample and axis, the rate at which the quantization of gyro rates increases
+    the variance of the integrated angle.
 
     The error of a rounded value has the variance step² / 12. Noise over several steps makes the
     error white. With less noise, part of the error is constant while the rate stays within about
@@ -109,8 +109,8 @@ def compute_angle_variance_rate(
 
 
 def _measure_stretches(counts: Floats, levels: int) -> Floats:
-    """Return the length, in samples, of the stretch to which each sample belongs. Rounded values
-    within a stretch differ by at most `levels` quantization steps.
+    """Divide rounded values into stretches whose values differ by at most `levels` quantization
+    steps. Return, for each sample, the length of its stretch in samples.
     """
     ends, low, high = [], counts[0], counts[0]
     for k, count in enumerate(counts.tolist()):

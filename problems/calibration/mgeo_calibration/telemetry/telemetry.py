@@ -45,7 +45,7 @@ class Truth:
     wheel_momentum: Floats | None = None
 
     def truncate(self, n: int) -> Truth:
-        """Return the truth at the first n samples."""
+        """Return a copy that contains only the first n samples."""
         wheels = self.wheel_momentum
         return Truth(
             attitude=self.attitude[:n],
@@ -89,7 +89,7 @@ class Telemetry:
     Raises
     ------
     ValueError
-        If an array has a wrong shape, a value is infinite, a vector is NaN in part, or times are
+        If an array has a wrong shape, a value is infinite, a vector is partly NaN, or times are
         missing, not finite or not increasing.
 
     Examples
@@ -170,7 +170,7 @@ class Telemetry:
         }
 
     def truncate(self, time: float) -> Telemetry:
-        """Return the telemetry until a given time in seconds.
+        """Return a copy without the samples after a given time in seconds.
 
         Raises
         ------
@@ -245,7 +245,8 @@ class Telemetry:
         return result
 
     def build_readings(self, suite: Suite) -> tuple[Floats, ...]:
-        """Return the readings of each sensor of a suite in the units of the filter.
+        """Return the readings of the sensors of a suite, converted to the units of the filter, as
+        one array per sensor.
 
         Returns
         -------

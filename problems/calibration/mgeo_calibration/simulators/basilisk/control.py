@@ -194,7 +194,7 @@ def build_control_loop(
     motors.vehControlInMsg.subscribeTo(feedback.cmdTorqueOutMsg)
     motors.rwParamsInMsg.subscribeTo(configuration)
     effector.rwMotorCmdInMsg.subscribeTo(motors.rwMotorTorqueOutMsg)
-    # Subscribers do not own their messages, so that a reference keeps them alive.
+    # Subscribers do not own their messages. This reference keeps the messages alive.
     guidance.referenced_messages = configuration, satellite
     return error, feedback, motors
 

@@ -111,8 +111,8 @@ def build_field_model(satellite: Any, messages: EnvironmentMessages, coefficient
 
 
 def build_eclipse_model(satellite: Any, messages: EnvironmentMessages) -> Any:
-    """Return Basilisk's module of the Earth's shadow, which publishes the illumination factor at
-    the satellite.
+    """Return Basilisk's eclipse module for the Earth's shadow, which publishes the illumination
+    factor at the satellite.
     """
     model = eclipse.Eclipse()
     model.ModelTag = "eclipse"

@@ -98,8 +98,8 @@ class Vehicle(Settings):
     def cubesat_6u() -> Vehicle:
         """Return a 6U cubesat with three small commercial reaction wheels along the body axes.
 
-        Each wheel has 4 mN m and 15 mN m s. The inertia is that of 12 kg distributed evenly over 10
-        x 22.63 x 36.6 cm.
+        Each wheel has 4 mN m and 15 mN m s. The inertia corresponds to 12 kg distributed evenly
+        over 10 x 22.63 x 36.6 cm.
         """
         wheels = Wheels(inertia=(0.185, 0.144, 0.061), max_torque=0.004, max_momentum=0.015)
         return Vehicle(wheels=wheels)
