@@ -46,6 +46,9 @@ def draw_parallel_coordinates(table: pd.DataFrame, names: Sequence[str]) -> go.F
 
 
 def _wrap_label(name: str) -> str:
+    """Break a label at white space and hyphens into lines of at most `_MAX_LABEL_LENGTH`
+    characters, joined by ``<br>``, and escape markup.
+    """
     return "<br>".join(escape_markup(line) for line in wrap(name, _MAX_LABEL_LENGTH))
 
 

@@ -34,16 +34,18 @@ class Checkpoint(Callback):
     """Callback that regularly saves the state of a running MGEO algorithm for `resume`.
 
     The first and the last generation are always saved, and generations between them at intervals of
-    `every_seconds`. If a checkpoint cannot be written, the previous one stays, one RuntimeWarning
-    is issued, and the run continues. A `Recorder` of the same run (in a pymoo `CallbackCollection`)
-    is flushed before each checkpoint.
+    `every_seconds`. If a checkpoint cannot be written, the previous checkpoint stays, a
+    RuntimeWarning is issued, and the run continues. The warning is issued again only after a
+    successful checkpoint. A `Recorder` of the same run (in a pymoo `CallbackCollection`) is flushed
+    before each checkpoint.
 
     Parameters
     ----------
     path : path
         File to write; its folder must exist.
     every_seconds : float
-        Minimum time between two checkpoints [s]; 0 saves every generation.
+        Minimum time between two checkpoints [s], counted from the latest attempt; 0 saves every
+        generation. Until the first checkpoint of a run is written, every generation is an attempt.
     build_metadata : function
         Returns further JSON values to save, see `read_checkpoint_metadata`.
     warn : bool
@@ -60,6 +62,8 @@ class Checkpoint(Callback):
     ------
     FileNotFoundError
         If the folder does not exist.
+    ValueError, TypeError
+        If `every_seconds` is not a finite number of at least 0.
 
     Examples
     --------
@@ -103,10 +107,16 @@ class Checkpoint(Callback):
     def write(self, algorithm: ExtremalOptimization) -> None:
         """Write the current state of an algorithm into the checkpoint file.
 
+        A `Recorder` of the run first records the current generation and is flushed.
+
+        An OSError is caught: it is stored in the attribute `error`, the previous checkpoint stays,
+        and a RuntimeWarning is issued unless `warn` is False or the previous attempt also failed.
+
         Raises
         ------
         ValueError, TypeError
-            If the state of the algorithm cannot be saved, see `mgeo.algorithms.state.capture`.
+            If the state of the algorithm cannot be saved, see `mgeo.algorithms.state.capture`; if
+            the metadata are not JSON values; or if the recorder rejects the run.
         """
         content = _encode_state(algorithm, self.build_metadata())
         callbacks = getattr(algorithm.callback, "callbacks", [algorithm.callback])
@@ -241,6 +251,9 @@ def _build_algorithm(state: SavedState) -> ExtremalOptimization:
 
 
 def _encode_state(algorithm: ExtremalOptimization, metadata: Mapping[str, Any]) -> bytes:
+    """Return the content of a checkpoint file: the state of the algorithm, the versions of the
+    software, the identity of the problem, and the metadata.
+    """
     state = capture(algorithm)
     data = {
         "versions": list_versions(),
@@ -253,6 +266,9 @@ def _encode_state(algorithm: ExtremalOptimization, metadata: Mapping[str, Any]) 
 
 
 def _read_checkpoint(path: Path | str) -> tuple[SavedState, dict[str, Any]]:
+    """Return the state in a checkpoint file, and a dict of the other data with the keys
+    ``versions``, ``problem`` and ``metadata``. A damaged file raises ValueError.
+    """
     content = Path(path).read_bytes()
     with convert_file_errors(path):
         try:

@@ -200,11 +200,12 @@ def format_suggestion(value: Any, known: Collection[str]) -> str:
         Text with all known names that contain the words of `value`, such as ``initial_bias_nt``
         for ``bias_nt``, or else with the most similar name. Empty if no name is similar.
     """
-    words = _split_words(value)
-    containing = [name for name in known if words and f" {words} " in f" {_split_words(name)} "]
+    words = _join_words(value)
+    containing = [name for name in known if words and f" {words} " in f" {_join_words(name)} "]
     close = containing or difflib.get_close_matches(str(value), known, n=1)
     return f"; did you mean {' or '.join(map(repr, close))}?" if close else ""
 
 
-def _split_words(name: Any) -> str:
+def _join_words(name: Any) -> str:
+    """Return the words of a name, runs of letters or digits, joined by single spaces."""
     return " ".join(re.findall(r"[^\W_]+", str(name)))

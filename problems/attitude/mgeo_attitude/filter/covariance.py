@@ -331,8 +331,8 @@ def _iterate_gaps(blocks: Sequence[int], end: int) -> Iterator[tuple[int, int]]:
 
 
 def _format_gain_slot(P: Triangle, i: int | Index, r: int) -> str:
-    """Return, as source text, the index of the workspace slot of entry (i, r) of P Hᵀ. The same
-    entry of the scaled gain G later overwrites it.
+    """Return, as source text, the index of the workspace slot of entry (i, r) of P Hᵀ, for state i
+    and component r of the measurement. Entry (i, r) of the scaled gain G later overwrites the slot.
     """
     return f"3 * ({i}) + {P.scratch + r}"
 

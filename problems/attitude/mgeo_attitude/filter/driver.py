@@ -130,8 +130,8 @@ def load_maneuver(W, lane, rotation, omega, dynamics, variant, cache):
 
 @helper
 def load_axis_angle(W, lane, slot, omega, dt):
-    """Write the axis and the angle of the body rotation in one step, and the sine and cosine of the
-    angle, to a vector lane of the workspace.
+    """Load the rotation of the body over the duration dt of a step into a vector lane of the
+    workspace: axis, angle, sine and cosine of the angle. The axis is zero at zero rate.
     """
     rate = math.sqrt(omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2)
     for i in range(3):

@@ -179,12 +179,13 @@ def compute_monitored_angle(
     motion: DirectionMotion,
     covariance: Floats,
 ) -> Floats:
-    """Return the angle [rad] that a path constraint limits from above, in each of n filter steps.
-    It is the largest angle between body axis and direction (keep-in), or the negative smallest
-    angle (keep-out), plus the margin for the attitude uncertainty.
+    """Return the monitored angle [rad] of a path constraint in each of n filter steps. The
+    constraint is an upper bound on this angle.
 
-    The constraint is violated where this monitored angle exceeds the half-angle of the cone
-    (keep-in) or the negative half-angle (keep-out).
+    A keep-in constraint monitors the largest angle between body axis and direction in the step,
+    plus the margin for the attitude uncertainty. Its upper bound is the half-angle of the cone. A
+    keep-out constraint monitors the margin minus the smallest angle. Its upper bound is minus the
+    half-angle.
 
     The attitude error is constant in inertial axes throughout a step. The margin is the larger of
     the margins at the extreme angle and at the end of the step.
@@ -237,8 +238,8 @@ def compute_monitored_angle_on_orbit(
     rotation_vectors: Floats,
     covariance: Floats,
 ) -> Floats:
-    """Return the angle [rad] that a path constraint limits from above, at n instants of an orbit
-    with given attitudes; see `compute_monitored_angle`.
+    """Return the monitored angle [rad] of a path constraint at n instants of an orbit with given
+    attitudes; see `compute_monitored_angle`.
 
     Parameters
     ----------

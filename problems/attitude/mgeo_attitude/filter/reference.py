@@ -219,7 +219,7 @@ def has_converged(
     start_trace: float, end_trace: float, relative_decrease: float, allow_rise: bool
 ) -> bool:
     """Return True if the trace decreased by less than a given fraction over the convergence window.
-    A rise counts as convergence only if `allow_rise` is true.
+    A rise counts as convergence only if `allow_rise` is true. A NaN trace has not converged.
 
     Parameters
     ----------

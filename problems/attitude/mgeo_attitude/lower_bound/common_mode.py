@@ -56,8 +56,8 @@ class BodyFixedError(NamedTuple):
     v: Floats | None
 
     def has_same_transformation(self, other: BodyFixedError) -> bool:
-        """Return True if both body-fixed errors are related to the inertial error by the same
-        matrix.
+        """Return True if this and another body-fixed error have the same matrix G, which converts
+        them to the inertial error; see `InertialErrorInformation.body_fixed_errors`.
         """
         if self.v is None or other.v is None:
             return self.v is other.v

@@ -35,6 +35,9 @@ def bound_joint_information(diodes: Sequence[Photodiode]) -> float:
 
 @cache
 def _compute_bound(diodes: tuple[tuple[tuple[float, ...], float, float], ...]) -> float:
+    """Compute the result of `bound_joint_information` from hashable values of each diode: normal,
+    half-angle [deg] and relative noise.
+    """
     points, radius = _build_points()
     normals = np.array([normal for normal, _, _ in diodes])
     weights = np.array([1.0 / noise for _, _, noise in diodes])

@@ -77,6 +77,12 @@ def serialize(document: Mapping[str, Any]) -> str:
     Returns
     -------
     str
+        Text that ends with a newline.
+
+    Raises
+    ------
+    ValueError
+        If a float is not finite.
     """
     return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
@@ -114,8 +120,8 @@ def parse_document(text: str, kind: str, version: int) -> dict[str, Any]:
 def read_scenario(document: Mapping[str, Any]) -> Scenario:
     """Construct the scenario of a parsed JSON document from the options under its key ``scenario``.
 
-    The options must contain all keys of a scenario. A preset is rejected, because its values may
-    change between versions.
+    The options must contain all keys without default; other keys have their default if missing. A
+    preset is rejected, because its values may change between versions.
 
     Parameters
     ----------
@@ -160,7 +166,8 @@ def read_document(path: Path | str, read: Callable[[str], T]) -> T:
     OSError
         If the file cannot be read.
     ValueError
-        If `read` raises one; the message also names the file.
+        If the text is not UTF-8, or if `read` raises ValueError or TypeError. The message also
+        names the file.
     """
     with convert_file_errors(path):
         return read(Path(path).read_text(encoding="utf-8"))

@@ -61,8 +61,8 @@ class ThinnedSamples:
         return next((each for each in _MERGE_SIZES if each <= most), 1)
 
     def find_step(self, time: float) -> int:
-        """Return the index of the filter step at a time [s], counted in the longer steps of the
-        model with merged samples.
+        """Return the number of filter steps until a time [s] in the model of `get_evaluator`, which
+        has longer steps because samples are merged. The result is from 1 to ``n_steps``.
         """
         model = self.get_evaluator(time).model
         return min(max(round(time / model.step), 1), model.n_steps)

@@ -48,8 +48,8 @@ def _find_error_source(P: Floats, P0: Floats, state: int) -> tuple[int | None, f
     """Find the unobserved 3-vector that causes most of the variance of a state. Return its block
     index and the remaining fraction of its initial 1-sigma.
 
-    The index is None if there is no such 3-vector. The fraction is the ratio of the final to the
-    initial 1-sigma of the block, in the direction that correlates with the state.
+    The index is None and the fraction 0 if there is no such 3-vector. The fraction is the ratio of
+    the final to the initial 1-sigma of the block, in the direction that correlates with the state.
     """
     # Test the state's own block first: if it is the source, no other block is.
     for block in sorted(range(len(P) // 3), key=lambda block: block != state // 3):

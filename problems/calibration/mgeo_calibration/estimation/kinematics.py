@@ -130,6 +130,13 @@ def linearize_process(
     """Return transition matrices, process noise covariances and defects of the steps of a batch,
     linearized about a trajectory.
 
+    The process noise of the attitude includes `Batch.excess_angle_variance`. In a suite with
+    `StepNoise`, for sensors with a measurement latency, the step noise is correlated with the
+    attitude. If the satellite is assumed to hold an attitude (`Batch.pointing`), the attitude
+    follows the pointing error instead of the measured rates. A step in `Batch.breaks` makes the
+    attitude unknown: its rows of F, G and defect are zero, and its variance is
+    `UNKNOWN_ATTITUDE_SIGMA` squared.
+
     Parameters
     ----------
     batch : Batch
@@ -191,8 +198,8 @@ def _linearize_pointing(
     """Return transition matrices, process noise covariances and defects of the attitude for a
     satellite that holds an attitude with a random pointing error.
 
-    The rotation vectors p from the held attitude satisfy p_{k+1} = φ p_k + w exactly. An error e of
-    the attitude changes them by J e.
+    The vectors p represent the rotations from the held attitude (twice the Gibbs vectors) and
+    satisfy p_{k+1} = φ p_k + w exactly. An error e of the attitude changes p by J e.
     """
     decay, variance = pointing.pointing_error.discretize(durations)
     p = rotation_vector(np.moveaxis(pointing.attitude.swapaxes(1, 2) @ trajectory.attitude, 0, -1))

@@ -549,8 +549,8 @@ def _compute_vector_rate(solution: Solution, equations: Equations, index: int) -
 
 
 def _compute_offset_columns(equations: Equations, index: int) -> Floats:
-    """Return the change of a sensor's readings due to an offset of `LARGE_OFFSET` on each axis,
-    shape (n, 3, 3).
+    """Return the change of the readings of sensor number `index` due to an offset of `LARGE_OFFSET`
+    on each axis, shape (n, 3, 3): samples, components of the reading, and axes of the offset.
     """
     suite = equations.batch.suite
     sensor = suite.sensors[index]

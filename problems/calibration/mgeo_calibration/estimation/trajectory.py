@@ -23,8 +23,9 @@ class Trajectory:
     attitude : array, shape (N, 3, 3)
         Rotation matrices from body to GCRS.
     states : array, shape (N, n_states)
-        States of the gyro and the sensors; rotations are rotation vectors. The attitude block is
-        zero. Constant states follow from their value at the first sample.
+        States of the gyro and the sensors. A rotation is represented by twice its Gibbs vector, see
+        `mgeo_attitude.geometry.rotation`. The attitude block is zero. Constant states follow from
+        their value at the first sample.
     """
 
     attitude: Floats
@@ -97,7 +98,10 @@ def correct_trajectory(
     """Return a copy of a trajectory, corrected by a fraction of the estimated errors of attitude
     and states.
 
-    Rotation errors multiply the rotations from the right; all other errors are added.
+    The errors of the attitude and of the rotation states (misalignments) are vectors g, twice the
+    Gibbs vector. `rotation_matrix(g)` multiplies the rotation from the right. The rotation states
+    are constant: their corrected value at the first sample is written to all samples. All other
+    errors are added.
 
     Parameters
     ----------
@@ -145,6 +149,10 @@ MAX_SPAN_MEMORY = 1e9
 
 def compute_sample_memory(suite: Suite, partition: Partition) -> int:
     """Return the memory that the smoother needs for each sample of a batch [bytes].
+
+    The memory is that of the arrays of a `smoother.Span`: process and measurement equations, filter
+    estimates and processed readings. It depends on the numbers of stochastic and constant states,
+    the number of sensors, and the largest number of states that influence one sensor's readings.
 
     Parameters
     ----------

@@ -197,6 +197,14 @@ def evaluate_filter(
     """Run the filter on the measurements of simulated runs of one plan, and return the estimation
     errors and filter statistics.
 
+    Each run has its own covariance. Only the rates with which the covariances are propagated are
+    common to all runs.
+
+    The path constraints are evaluated without margin for two attitudes, along the second axis of
+    `violated_fractions`: first the true attitude under a controller that keeps the estimated
+    attitude on the plan, then the true attitude of the simulated run. Each fraction is the share of
+    the first `n_constraint_samples` samples at which the constraint is violated.
+
     Parameters
     ----------
     model : FilterModel
@@ -286,8 +294,8 @@ def evaluate_filter(
 def _is_violated(
     cone: Cone, rotation: Floats, direction_motion: DirectionMotion, attitude: Floats
 ) -> Bools:
-    """Return a boolean array that is True for each of r attitudes at which a path constraint is
-    violated.
+    """Return a boolean array that is True for each of r attitudes for which a path constraint is
+    violated anywhere in the step that ends at the attitude.
 
     Parameters
     ----------

@@ -74,6 +74,10 @@ def compute_constraint_values(
     """Return the pointing errors [deg], the angle of each path constraint [deg] and the largest
     wheel momentum of an attitude history, as a dict by name of the quantity.
 
+    A pointing error is the angle of the rotation between an attitude and the plan's attitude at the
+    same sample. The dict contains the error at the last sample and the largest error. The angle of
+    a path constraint is the largest (keep-in) or smallest (keep-out) angle, without margin.
+
     Parameters
     ----------
     attitude : array, shape (n, 3, 3)
@@ -109,7 +113,8 @@ def build_constraint_table(
     plan: ManeuverPlan, planned: dict[str, float], simulated: dict[str, float]
 ) -> pd.DataFrame:
     """Return a table with planned and simulated constraint values in one row per quantity, the
-    limit of the quantity, and whether the simulated value satisfies the limit.
+    limit of the quantity, and whether the simulated value satisfies the limit. A quantity without
+    limit counts as satisfied.
     """
     limits: dict[str, tuple[str, str, float]] = {}
     for each in plan.scenario.path_constraints:
@@ -140,6 +145,10 @@ def simulate_gyro_guidance(
     The attitude estimate starts at the plan's initial attitude and integrates the corrected gyro
     rates. The controller is ideal and keeps the estimate on the plan; the Basilisk simulator
     includes the limits of the wheels.
+
+    The true attitude starts at the plan's initial attitude, rotated by the random initial error. It
+    then rotates at the planned rates minus the errors of the corrected gyro rates. These errors are
+    computed at the planned rates, which is accurate to first order.
 
     Parameters
     ----------
@@ -181,6 +190,12 @@ def _compute_constraint_angle(
     attitude: Floats,
     rotations: Floats,
 ) -> float:
+    """Return the largest (keep-in) or smallest (keep-out) angle [deg] between body axis and
+    direction of a path constraint over an attitude history, without margin.
+
+    Samples at which the direction is not visible are ignored. If the direction is never visible,
+    the result is -180 (keep-in) or 180 (keep-out).
+    """
     known = np.zeros((len(attitude), 3, 3))
     excess = compute_monitored_angle_on_orbit(
         constraint.build_cone(), 0.0, at, scenario.epoch, attitude, rotations, known
@@ -194,7 +209,9 @@ def _compute_momentum(
     scenario: Scenario, attitude: Floats, rates: Floats, initial_rate: Floats
 ) -> Floats:
     """Return the momentum of each wheel at the start and at the end of each step, computed from the
-    conservation of total momentum.
+    conservation of the total momentum. The total momentum follows from `Wheels.initial_momentum`
+    and the initial rate; without initial momentum it is zero at any initial rate. With the
+    pseudo-inverse allocation, the null-space part of the initial momentum stays in the wheels.
 
     The model equals the model of `filter.wheel_load` without disturbance torques and magnetic
     unloading. The result has the shape (2 n, k) and the unit N m s.
@@ -226,8 +243,8 @@ def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.Da
     DataFrame
         Rows as in `compare_with_plan`. Columns: ``unit``, ``plan``, median and 90 % quantile of the
         runs on the unfavorable side, ``bound``, ``limit`` and the percentage of runs that violate
-        the constraint. Empty for a satellite with magnetorquers, whose motion does not follow the
-        gyro.
+        the constraint, NaN for a quantity without limit. Empty for a satellite with magnetorquers,
+        whose motion does not follow the gyro.
     """
     if plan.scenario.is_magnetorquer_driven:
         return pd.DataFrame()
@@ -259,6 +276,9 @@ def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.Da
 def format_gyro_guidance(summary: pd.DataFrame) -> list[str]:
     """Return a list with one line of text that summarizes the table of `summarize_gyro_guidance`,
     or an empty list for an empty table.
+
+    The line states the median and the 90 % quantile of the pointing error at the end, and for each
+    constraint that some runs violate the percentage of these runs.
     """
     if not len(summary):
         return []
