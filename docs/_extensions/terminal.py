@@ -66,7 +66,7 @@ def printed(command: str) -> str:
     """What a command writes to a terminal; messages on stderr only if it fails."""
     if _SMALL:
         command = re.sub(r"(?<=--evaluations )\d+", "960", command)
-        command = command.replace("attitude verify", "attitude verify --runs 20")
+        command = command.replace("attitude verify", "attitude verify --monte-carlo 20")
     outside, inside = pty.openpty()
     fcntl.ioctl(inside, termios.TIOCSWINSZ, struct.pack("4H", 50, _COLUMNS, 0, 0))
     with ThreadPoolExecutor(1) as reader, tempfile.NamedTemporaryFile("w+") as messages:
