@@ -106,7 +106,9 @@ class SearchDistributions:
         return self.sigma[:, None, None] * (z @ self.matrix.transpose(0, 2, 1))
 
     def add_evaluations(self, F: FloatArray, violation: FloatArray) -> bool:
-        """Store the evaluation of the last steps, and return True if `adapt` has enough steps.
+        """Store the objectives and violations of the steps that were drawn last.
+
+        Returns True once enough steps are stored for one adaptation of the covariance matrices.
 
         Parameters
         ----------

@@ -119,7 +119,8 @@ class SuiteModels:
         return self._has_instrument(choices) @ self._layout_weights
 
     def get_layout_model(self, choice: Ints) -> FilterModel:
-        """Return the filter model whose compiled kernel a suite can use.
+        """Return the filter model that represents all suites with equal numbers of sensors of each
+        kind. These suites share its compiled kernel.
 
         The model is built on first use. It has the same number of sensors of each kind as the
         suite, but with the errors of the last grade in the catalog.

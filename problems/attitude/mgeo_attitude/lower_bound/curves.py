@@ -85,10 +85,11 @@ def bounds_from_information(initial_information: Floats, max_trace: Floats) -> B
 
 
 def apply_water_filling(initial_information: Floats, max_trace: Floats) -> Floats:
-    """Return the eigenvalues, shape (n, 3), of the covariance with the least trace and determinant
-    that measurements with a given trace of the information can produce.
+    """Return the smallest covariance that measurements can produce, as its eigenvalues, shape
+    (n, 3).
 
-    See `bounds_from_information`.
+    The trace of the measurements' information matrix is at most `max_trace`. Distributing it over
+    the axes by water-filling minimizes both trace and determinant; see `bounds_from_information`.
     """
     eigenvalues = np.linalg.eigvalsh(initial_information)
     counts = np.arange(1, len(eigenvalues) + 1)

@@ -283,8 +283,11 @@ class _SensorProbe:
         return blocks | {"attitude": blocks["attitude"] @ C}
 
     def compute_information(self, names: list[str], weights: Floats) -> tuple[Floats, bool, bool]:
-        """Return the joint information about several state blocks in each sample, and two flags:
-        whether the information is equal at all test attitudes, and whether its trace is.
+        """Return the information matrix that the sensor provides about several state blocks at each
+        sample.
+
+        Two booleans follow: True if the matrix is the same for all attitudes that are tried, and
+        True if at least its trace is.
         """
         information = _compute_information(self._unrotated_columns, names, weights)
         rotated = np.array(

@@ -64,8 +64,8 @@ def compute_attitudes(
 
 
 class Body(Protocol):
-    """Protocol of the satellite properties from which a `Motion` is computed, such as those of
-    `FilterModel`.
+    """Interface of a satellite whose motion can be computed: its filter step, slew limits and
+    initial state. `FilterModel` implements it.
     """
 
     @property

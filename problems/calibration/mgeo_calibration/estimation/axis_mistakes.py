@@ -203,8 +203,8 @@ def _select_samples(windows: Ints) -> Ints:
 
 
 def _accumulate_rotations(angles: Floats) -> Floats:
-    """Return the rotation matrices from the body frame at the compared samples of each window to
-    the body frame at its first sample.
+    """Return, for each window of samples, the rotation of the body since the first sample of the
+    window, as matrices from the later to the first body frame.
 
     Parameters
     ----------

@@ -266,8 +266,11 @@ def discretize_dynamics(
 
 @lru_cache(maxsize=16)
 def _differentiate_dynamics(suite: Suite) -> Floats:
-    """Return the derivative of the attitude rows of the dynamics matrix with respect to each body
-    rate component, shape (3, 3, n). The n columns belong to the constant gyro states.
+    """Return how the influence of the constant gyro states on the attitude error changes with the
+    body rate.
+
+    Element [k, i, j] of the result, shape (3, 3, n), is the derivative of entry (i, j) of the
+    dynamics matrix with respect to rate component k, for the n columns of the constant states.
     """
     k, rest_matrix = suite.n_kinematic, suite.dynamics_matrix(np.zeros(3))
     return np.array([(suite.dynamics_matrix(axis) - rest_matrix)[:3, 6:k] for axis in np.eye(3)])
