@@ -77,7 +77,7 @@ def test_generated_step_is_one_filter_step(name):
         P = full @ P @ full.T + block_diag(Q, np.zeros((n - m, n - m)))
         for index, sensor in enumerate(suite.sensors):
             v = dC @ C @ references[index]
-            hidden = rate > sensor.max_rate()
+            hidden = rate > sensor.get_max_rate()
             for view in sensor.list_visibility_cones():
                 looked_at = dC @ C @ directions[view.direction] if view.direction else v
                 angle = np.arccos(np.clip(looked_at @ view.axis, -1.0, 1.0)) - limb * view.is_disc

@@ -208,7 +208,7 @@ def _update(step: _StepBuilder, index: int) -> None:
         )
         inside = float(cone.keep_in)
         gate = gate * dot(boresight, direction).choose(bound, inside, 1.0 - inside)
-    if sensor.max_rate() < np.inf:
+    if sensor.get_max_rate() < np.inf:
         gate = gate * step.take_constants(code, 1)[0].choose(
             code.slot(step.slots.squared_rate), 1.0, 0.0
         )
@@ -286,8 +286,8 @@ def compute_instrument_constants(
         for cone in sensor.list_visibility_cones():
             values.extend([*cone.axis, float(np.cos(cone.half_angle))])
             values.extend([float(np.sin(cone.half_angle))] * cone.is_disc)
-        if sensor.max_rate() < np.inf:
-            values.append(sensor.max_rate() ** 2)
+        if sensor.get_max_rate() < np.inf:
+            values.append(sensor.get_max_rate() ** 2)
     return np.concatenate([processes, list_cone_constants(path_constraints), values])
 
 

@@ -132,7 +132,7 @@ def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats)
             vectors, radius = model.select_direction(cone.direction, samples)
         cosine = np.einsum("kij,kj->ki", attitude, vectors) @ cone.axis
         mask &= (cosine >= np.cos(cone.half_angle + radius)) == cone.keep_in
-    mask[1:] &= np.einsum("ki,ki->k", rates, rates) <= sensor.max_rate() ** 2
+    mask[1:] &= np.einsum("ki,ki->k", rates, rates) <= sensor.get_max_rate() ** 2
     return mask
 
 

@@ -131,7 +131,7 @@ def build_layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_
     n_states, n_kinematic = suite.n_states, suite.n_kinematic
     n_columns = compute_table_columns(suite, gated, monitors)["end"]
     n_transition = len(compute_transition_pattern(suite))
-    has_rate = any(sensor.max_rate() < np.inf for sensor in suite.sensors)
+    has_rate = any(sensor.get_max_rate() < np.inf for sensor in suite.sensors)
     state_sizes, maneuver_sizes = (
         [count_slots(n_states), 9, monitors.n_values],
         [9, n_transition, count_slots(n_kinematic)],

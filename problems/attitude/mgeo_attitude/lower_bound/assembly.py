@@ -318,7 +318,7 @@ def list_relaxations(
     for sensor in model.suite.sensors:
         if sensor.list_visibility_cones() and sensor.name not in diodes:
             relaxations.append(f"{sensor.name}: field of view ignored")
-        if sensor.max_rate() < np.inf:
+        if sensor.get_max_rate() < np.inf:
             relaxations.append(f"{sensor.name}: maximum rate ignored")
     if (model.initial_correlation != np.eye(len(model.initial_sigma))).any():
         relaxations.append("initial correlations: conditional covariance of each 3-vector")

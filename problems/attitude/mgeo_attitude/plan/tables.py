@@ -94,7 +94,8 @@ def _select_command_columns(table: pd.DataFrame) -> pd.DataFrame:
     return table[["start UTC"]].join(table[columns].map("{:.6g}".format))
 
 
-def _select_worst_axis_columns(table: pd.DataFrame) -> pd.DataFrame:
+def _reduce_to_worst_axis(table: pd.DataFrame) -> pd.DataFrame:
+    """Replace the three columns x, y and z of each error by their largest value."""
     errors = table.iloc[:, 3:].T.groupby(lambda name: re.sub(" [xyz] ", " ", name), sort=False)
     return table.iloc[:, :3].join(errors.max().T)
 
@@ -160,7 +161,7 @@ TABLES = {
     "uncertainty_by_phase": PlanTable(
         "Uncertainty reduction by phase",
         ManeuverPlan.compute_uncertainty_by_phase,
-        _select_worst_axis_columns,
+        _reduce_to_worst_axis,
         note=lambda plan: "trace and worst body axis at the end of each phase",
         is_wide=True,
     ),

@@ -67,7 +67,8 @@ class RefinementFront:
 
         A design improves on a plan if it ends no later and has a smaller objective. A design that
         ends much earlier than the initial end time of a row does not replace its plan, because a
-        smaller objective is possible at that time.
+        smaller objective is possible at that time. A plan that violates a constraint is replaced by
+        any feasible design that ends no later.
 
         Parameters
         ----------

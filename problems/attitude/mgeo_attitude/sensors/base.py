@@ -292,7 +292,7 @@ class Sensor(Settings, ABC):
         from the reference vector, on which a measurement depends.
 
         Examples are the tangent vectors of a direction sensor and the albedo vector of a
-        photodiode.
+        photodiode. Only sensors whose `n_auxiliary_vectors` is above zero implement the method.
 
         Returns
         -------
@@ -309,7 +309,7 @@ class Sensor(Settings, ABC):
         """
         return ()
 
-    def max_rate(self) -> float:
+    def get_max_rate(self) -> float:
         """Return the largest body rate at which the sensor can measure [rad/s].
 
         The filter compares it with the body rate in the step before a measurement.

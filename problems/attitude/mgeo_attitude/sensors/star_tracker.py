@@ -131,5 +131,5 @@ class StarTracker(Sensor):
             if angle is not None
         )
 
-    def max_rate(self) -> float:
+    def get_max_rate(self) -> float:
         return math.inf if self.max_rate_deg_s is None else math.radians(self.max_rate_deg_s)

@@ -142,7 +142,8 @@ def fit_magnetometer(
     state_prior : PriorEstimate
         Prior of the magnetometer's states.
     max_readings : int, optional
-        Largest number of readings to use, evenly spaced. Default: all.
+        Approximate number of readings to use: every k-th reading is used, so that between
+        `max_readings` and twice as many remain. Default: all.
 
     Returns
     -------
@@ -256,8 +257,9 @@ def _compute_sigma(values: Floats, measured: Floats, sigma: Floats) -> Floats:
 
 
 def _estimate_linear(measured: Floats, strength: Floats, sigma: Floats, is_free: Bools) -> Floats:
-    """Return the estimate of the nine unknowns by linear least squares, from which the Gauss-Newton
-    iterations start, shape (9,).
+    """Return an initial estimate of the nine unknowns by linear least squares, shape (9,).
+
+    If one element of k or N is free, all six are estimated; the caller resets the fixed ones.
 
     Centered differences of |m|² - |B|² = 2 mᵀ d - mᵀ E m + constant give d and E, with I + E = (I +
     diag k + N)⁻² and d = (I + E) b.

@@ -103,6 +103,8 @@ def compute_body_steps(rows: Floats, entry: MountedChannels, unit: str) -> Float
 def _convert_diode(sensor: Sensor, rows: Floats, entry: SensorChannels) -> tuple[Floats, Floats]:
     """Convert the raw readings of a photodiode, which are cosines or angles of incidence, to
     cosines. Return the cosines and their quantization step.
+
+    For angles the step in radians is returned, which is an upper bound of the step of the cosine.
     """
     for key in ("quaternion", "dcm"):
         mounted = f"none, because sensors.normal of the scenario mounts {sensor.name}"
