@@ -72,7 +72,7 @@ def test_cited_equations_exist(site):
     cited = {page: set() for page in numbers}
     citation = re.compile(
         r"[Ee]quations?\s+(\(\d+\)(?:(?:,| and| to) \(\d+\))*)"
-        r"(?:\s+of\s+docs/explanation/([\w-]+)\.md)?"
+        r"(?:(?:\s+of\s+docs/explanation/|\]\()([\w-]+)\.md)?"
     )
     for path in SOURCES:
         page = path.stem if path.parent.name == "explanation" else "models-and-filter"

@@ -1,6 +1,6 @@
 """Lower bound of the covariance over all plans of a scenario, and the relaxations behind the bound.
 
-The equations (2) to (11) are those of docs/explanation/lower-bound.md.
+The docstrings cite equations (2) to (11) of docs/explanation/lower-bound.md.
 """
 
 from __future__ import annotations
