@@ -2,7 +2,7 @@
 
     python docs/studies/equalities.py
 
-prints the table of docs/algorithms.md in two minutes on one core.
+prints the table of docs/explanation/algorithms.md in two minutes on one core.
 """
 
 from __future__ import annotations

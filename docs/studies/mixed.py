@@ -2,8 +2,8 @@
 
     .venv/bin/python docs/studies/mixed.py [SEEDS]
 
-prints the table of docs/algorithms.md, with mean and standard deviation of the hypervolume of all
-evaluations, and writes the hypervolume of each run to data/mixed.csv.
+prints the table of docs/explanation/algorithms.md, with mean and standard deviation of the
+hypervolume of all evaluations, and writes the hypervolume of each run to data/mixed.csv.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""The example package of docs/plugins.md: complete, checked by its own tests, and solved."""
+"""The example package of docs/tutorials/plugin.md: complete, tested and solved."""
 
 import importlib
 import json
@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 
-PAGE = (Path(__file__).parents[2] / "docs" / "plugins.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "tutorials/plugin.md").read_text(encoding="utf-8")
 FILE = re.compile(r"`([\w/]+\.(?:py|toml))`[^`]*(?:`[^`\n]+`[^`]*)*```\w+\n(.*?)```", re.DOTALL)
 
 

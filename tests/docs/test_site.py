@@ -61,7 +61,7 @@ def test_links_and_files_exist_and_nothing_is_loaded_from_elsewhere(site):
 
 
 def test_cited_equations_exist(site):
-    text = (site / "theory.html").read_text(encoding="utf-8")
+    text = (site / "explanation" / "models-and-filter.html").read_text(encoding="utf-8")
     numbers = [int(number) for number in re.findall(r'<span class="eqno">\((\d+)\)', text)]
     assert numbers == list(range(1, len(numbers) + 1))
     assert text.count("<math") > len(numbers)
@@ -85,7 +85,7 @@ def test_a_browser_draws_the_figures_without_a_network(site, tmp_path):
         "--virtual-time-budget=8000",
         "--dump-dom",
     ]
-    for page, n_figures in (("limits", 3), ("notebooks/1_first_run", 3)):
+    for page, n_figures in (("how-to/limits", 3), ("tutorials/notebooks/1_first_run", 3)):
         path = (site / page).with_suffix(".html").as_uri()
         shown = subprocess.run(
             [*command, path], capture_output=True, text=True, check=True, timeout=120
@@ -95,7 +95,7 @@ def test_a_browser_draws_the_figures_without_a_network(site, tmp_path):
 
 def test_the_tutorial_calibrates_twice(site):
     """Both flights reduce the uncertainty, and the errors are within 5 sigma."""
-    text = (site / "tutorial.html").read_text(encoding="utf-8")
+    text = (site / "tutorials" / "attitude-control.html").read_text(encoding="utf-8")
     rows = re.findall(r"<tr>\s*<th>([\w.]+)</th>(.*?)</tr>", text, re.DOTALL)
     table = {block: re.findall("<td>(.*?)</td>", row) for block, row in rows}
     assert {block.partition(".")[0] for block in table} == {"gyro", "sun", "mag"}

@@ -50,7 +50,7 @@ _N_RUNS, _QUANTILE = 512, 0.95
 #: Recommended number of initial designs, and of evaluations before local refinement.
 _N_INITIAL_DESIGNS, _N_EVALUATIONS_BEFORE_REFINEMENT = 12, 6_000
 #: Smallest number of maneuvers for these recommendations: default, and by convergence rule; see
-#: docs/how-good.md.
+#: docs/how-to/better-plans.md.
 _MIN_MANEUVERS, _MIN_MANEUVERS_BY_RULE = 6, {"end": 3}
 #: Number of Monte Carlo runs at each fidelity level except the last one.
 _FIDELITIES = 0, 16, 64

@@ -292,8 +292,8 @@ def list_suggestions(plan: ManeuverPlan, verification: Verification) -> Iterator
             "min-trace, or --time SECONDS; the effect of the first, nonlinear updates then decays"
         )
     yield (
-        "choose other settings of the on-board filter: docs/consistency.md compares Jacobians at "
-        "the estimate, covariance reset and second-order updates"
+        "choose other settings of the on-board filter: docs/validation/consistency.md compares "
+        "Jacobians at the estimate, covariance reset and second-order updates"
     )
     yield (
         "relax the requirement: multiply the predicted 1-sigma by the ratio in its row, or set a "

@@ -71,7 +71,7 @@ def test_json_document_has_documented_keys(run, flight):
     found = json.loads(
         run("calibrate", folder / "telemetry.csv", "--plan", folder / "plan.json", "--json").stdout
     )
-    page = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "reference/command-line.md").read_text(encoding="utf-8")
     (row,) = re.findall(r"^\| `attitude calibrate` \| (.*) \|$", page, re.MULTILINE)
     assert list(found) == re.findall(r"`(\w+)`", row)
     assert found["consistent"] is True

@@ -235,7 +235,7 @@ def _bound_trace_at_end(model: FilterModel, trace: Floats) -> Floats:
     """Return, for each time, the lower bound on the weighted trace of a plan that ends at this
     time.
 
-    See equation (27) of docs/theory.md.
+    See equation (27) of docs/explanation/models-and-filter.md.
     """
     if model.rule != "trace":
         return trace
@@ -250,7 +250,7 @@ def _bound_criteria(model: FilterModel, bounds: Mapping[str, BlockBounds]) -> di
     """Return lower bounds on three objectives of the normalized covariance (mean variance, log
     determinant, largest eigenvalue) as a dict by objective, with one value per time.
 
-    See equation (13) of docs/theory.md.
+    See equation (13) of docs/explanation/models-and-filter.md.
     """
     suite = model.suite
     states = suite.calibrated_indices

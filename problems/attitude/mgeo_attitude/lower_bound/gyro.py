@@ -49,7 +49,7 @@ def bound_through_attitude(
     """Return lower bounds on the eigenvalues of the covariance of a gyro error that affects
     measurements only through the attitude.
 
-    See equation (25) of docs/theory.md.
+    See equation (25) of docs/explanation/models-and-filter.md.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def run_covariance_recursion(
     """Run the covariance recursion of a Kalman filter with diagonal transition and process-noise
     matrices, and return the covariance after each sample.
 
-    See equation (22) of docs/theory.md.
+    See equation (22) of docs/explanation/models-and-filter.md.
 
     Each step computes P⁻ = F P F + Q and P = ((P⁻)⁻¹ + J)⁻¹ with the information J of a sample.
 

@@ -61,7 +61,8 @@ from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.settings.types import DisplayName, Instant, Seconds
 
 _NO_GYRO = (
-    "expected a [gyro] table: the filter needs a gyro, see 'Without a gyro' in docs/errors.md"
+    "expected a [gyro] table: the filter needs a gyro, see 'Without a gyro' in "
+    "docs/how-to/describe-sensors.md"
 )
 
 

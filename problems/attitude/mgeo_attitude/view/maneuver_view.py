@@ -131,7 +131,7 @@ class ManeuverView(Plans):
         """
         scenario = self.problem.scenario
         validity = [
-            f"{line} (docs/consistency.md): verify a plan"
+            f"{line} (docs/validation/consistency.md): verify a plan"
             for line in find_validity_violations(scenario)
         ]
         return [*find_implausible_values(scenario), *scenario.assumptions, *validity]
