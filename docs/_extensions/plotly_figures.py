@@ -38,7 +38,15 @@ def box(figure: Any, name: str, docname: str) -> nodes.raw:
     script = f'<script src="{library}"></script>'
     named = f'<div role="figure" aria-label="{escape(label(figure))}">{text}</div>'
     without = f"<noscript>{escape(label(figure))}: a figure that needs JavaScript.</noscript>"
-    return nodes.raw("", f'<div class="plotly-box">{script}{named}{without}</div>', format="html")
+    kind = "plotly-box" if _needs_width(figure) else "plotly-box narrow"
+    return nodes.raw("", f'<div class="{kind}">{script}{named}{without}</div>', format="html")
+
+
+def _needs_width(figure: Any) -> bool:
+    """Return whether a figure must scroll on a narrow screen: a legend beside it needs the room."""
+    layout = (figure if isinstance(figure, dict) else figure.to_plotly_json())["layout"]
+    legend = layout.get("legend") or {}
+    return layout.get("showlegend") is not False and legend.get("orientation") != "h"
 
 
 def label(figure: Any) -> str:
