@@ -51,7 +51,7 @@ def draw_satellites(comparisons: Mapping[str, Comparison]) -> go.Figure:
     figure.update_xaxes(title="evaluations", row=len(comparisons), col=1)
     figure.update_xaxes(tickformat=",d")
     figure.update_yaxes(title="mean hypervolume")
-    return format_for_page(figure, 720).update_layout(margin_t=40)
+    return format_for_page(figure, 740).update_layout(margin_t=60)
 
 
 def draw_average_ranks(ranks: pd.DataFrame) -> go.Figure:
@@ -68,9 +68,7 @@ def draw_average_ranks(ranks: pd.DataFrame) -> go.Figure:
             marker={"color": style.color, "symbol": style.symbol, "size": 12},
             hovertemplate=f"<b>{name}</b><br>average rank {rank:.2f}<extra></extra>",
         )
-    figure.update_xaxes(
-        title=f"average rank of {len(ranks)} (1 is the best)", range=[0.8, len(ranks) + 0.8]
-    )
+    figure.update_xaxes(title="average rank", range=[0.6, 1.2 * len(ranks)], dtick=1)
     figure.update_yaxes(autorange="reversed")
     return format_for_page(figure, 360).update_layout(showlegend=False)
 

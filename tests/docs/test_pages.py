@@ -43,7 +43,6 @@ def test_scenarios_are_read(text):
 @pytest.mark.parametrize(
     "name",
     [
-        "tutorials/optimization.md",
         "how-to/limits.md",
         "how-to/calibrate-from-telemetry.md",
         "how-to/read-telemetry.md",
