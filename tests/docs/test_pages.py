@@ -2,17 +2,16 @@
 
 import re
 import shutil
-import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Environment, Scenario
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.sensors import Gyro
 from mgeo_calibration import TelemetryMapping, simulate_telemetry
 
-from .pages import DOCS, blocks, run
+from .pages import DOCS, blocks, run, saved_files
 
 
 @pytest.fixture
@@ -27,10 +26,12 @@ def folder(tmp_path, monkeypatch):
     "text",
     [
         *(path for path in (DOCS / "scenarios").glob("*.toml") if path.stem != "suite"),
+        *(text for text in blocks("how-to/robust-plans.md", "toml")),
         *(
             text
-            for name in ("how-to/describe-sensors.md", "how-to/robust-plans.md", "how-to/limits.md")
-            for text in blocks(name, "toml")
+            for page in ("how-to/describe-your-satellite.md", "how-to/describe-sensors.md")
+            for name, text in saved_files(page).items()
+            if name not in ("catalog.toml", "typo.toml")  # which needs a file, which is wrong
         ),
     ],
     ids=lambda text: getattr(text, "stem", None),
@@ -43,13 +44,11 @@ def test_scenarios_are_read(text):
 @pytest.mark.parametrize(
     "name",
     [
-        "how-to/limits.md",
         "how-to/calibrate-from-telemetry.md",
         "how-to/read-telemetry.md",
         "validation/consistency.md",
         "how-to/robust-plans.md",
         "how-to/better-plans.md",
-        "how-to/start-and-end.md",
     ],
 )
 def test_python(name, folder):
@@ -58,26 +57,6 @@ def test_python(name, folder):
         exec(code, names)
     if name == "how-to/calibrate-from-telemetry.md":
         assert names["found"].is_consistent
-
-
-@pytest.mark.slow
-def test_orbits(tmp_path, monkeypatch):
-    """An element set's file, and a table of positions."""
-    monkeypatch.chdir(tmp_path)
-    lines = Scenario.from_toml(DOCS / "scenarios" / "iss.toml").orbit
-    elements, _ = blocks("how-to/orbit.md", "toml")
-    Path("stations.omm").write_text(f"ISS (ZARYA)\n{lines.line1}\n{lines.line2}\n")
-    found = Scenario.from_dict(tomllib.loads(elements)).orbit
-    assert (found.line1, found.line2) == (lines.line1, lines.line2)
-    scenario = Scenario.cubesat_6u()
-    times = np.arange(-300.0, scenario.duration + 301.0, 60.0)
-    rows = np.column_stack([times, scenario.orbit.propagate(scenario.epoch, times)[0]])
-    np.savetxt("positions.csv", rows, "%.6f", ",", header="t_s,x_m,y_m,z_m", comments="")
-    (code,) = blocks("how-to/orbit.md", "python")
-    exec(code, {})
-    sampled = Environment.from_scenario(Scenario.from_toml("scenario.toml"))
-    difference = sampled.position - Environment.from_scenario(scenario).position
-    assert np.linalg.norm(difference, axis=1).max() < 1e-3  # m
 
 
 @pytest.mark.slow
@@ -106,32 +85,27 @@ def test_calibration(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_which_satellite(folder):
-    _, coils = blocks("how-to/describe-your-satellite.md", "sh")
-    run(coils.strip(), "--evaluations", "60", "--quiet")
-    assert "ramp to maneuver 1" in run("mgeo attitude show runs/1u --pick min-trace")
+@pytest.mark.parametrize(("name", "evaluations"), [("cubesat-1u", 60), ("limits", 240)])
+def test_searches_with_actuators_have_ramps(name, evaluations, folder):
+    options = f"--evaluations {evaluations} --out runs/{name} --quiet"
+    run(f"mgeo solve attitude --scenario docs/scenarios/{name}.toml {options}")
+    run(f"mgeo report runs/{name}")
+    assert "ramp to maneuver 1" in run(f"mgeo attitude show runs/{name} --pick min-trace")
 
 
 @pytest.mark.slow
-def test_limits(folder):
-    run(blocks("how-to/limits.md", "sh")[0].strip(), "--evaluations", "240", "--quiet")
-    run("mgeo report runs/limits")
-    assert "ramp to maneuver 1" in run("mgeo attitude show runs/limits --pick min-trace")
-
-
-@pytest.mark.slow
-def test_no_plan_within_the_limits(folder):
+def test_infeasible_scenarios(folder):
     """Every command shows the nearest plans, or why there is none."""
-    scenario, impossible = blocks("how-to/limits.md", "toml")
-    Path("beyond.toml").write_text(impossible)
+    files = saved_files("how-to/describe-your-satellite.md")
+    for name in ("beyond.toml", "tight.toml"):
+        Path(name).write_text(files[name])
     printed = run("mgeo solve attitude --scenario beyond.toml --out runs/beyond", codes=(3,))
-    assert " ".join(printed.split()) in " ".join(blocks("how-to/limits.md", "text")[0].split())
-    Path("tight.toml").write_text(scenario)
-    solve, show, report = blocks("how-to/limits.md", "sh")[1].splitlines()
+    assert "sun misalignment" in printed
+    solve = "mgeo solve attitude --scenario tight.toml --evaluations 960 --out runs/tight"
     assert re.search(r"relax .*(wheel momentum|required 1-sigma)", run(solve, codes=(3,)))
     assert Path("runs/tight/nearest.csv").is_file()
-    run(show)
-    run(report)
+    run("mgeo attitude show runs/tight --solution 0")
+    run("mgeo report runs/tight")
 
 
 def test_rate_random_walk_from_a_bias_stability():

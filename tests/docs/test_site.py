@@ -85,7 +85,10 @@ def test_a_browser_draws_the_figures_without_a_network(site, tmp_path):
         "--virtual-time-budget=8000",
         "--dump-dom",
     ]
-    for page, n_figures in (("how-to/limits", 3), ("tutorials/notebooks/1_first_run", 3)):
+    for page, n_figures in (
+        ("how-to/describe-your-satellite", 4),
+        ("tutorials/notebooks/1_first_run", 3),
+    ):
         path = (site / page).with_suffix(".html").as_uri()
         shown = subprocess.run(
             [*command, path], capture_output=True, text=True, check=True, timeout=120
