@@ -2,7 +2,7 @@
 
     .venv/bin/python docs/studies/moves.py
 
-from the folder above docs writes data/moves.csv, which directed.md plots. For each kind of
+from the folder above docs writes data/moves.csv, which parts.md plots. For each kind of
 candidate and each interval of a run, the table contains the share of all candidates, of the
 candidates that entered the front, and of the gain of hypervolume. The problems are 14 functions of
 COCO in 10 variables (an instance for tuning) and the paper's satellite. Needs the extra: pip

@@ -44,7 +44,6 @@ def test_scenarios_are_read(text):
 @pytest.mark.parametrize(
     "name",
     [
-        "tutorials/optimization.md",
         "how-to/calibrate-from-telemetry.md",
         "how-to/read-telemetry.md",
         "validation/consistency.md",
