@@ -5,6 +5,7 @@ A section is declared once and is shown by the terminal, HTML pages and JSON out
 
 from __future__ import annotations
 
+import math
 import re
 import textwrap
 from collections.abc import Sequence
@@ -82,10 +83,17 @@ def format_section(section: Section, width: int = TEXT_WIDTH) -> str:
 
 
 def wrap_text(text: str, width: int = TEXT_WIDTH) -> str:
-    """Wrap a paragraph at the given width or at `TEXT_WIDTH`, whichever is smaller."""
-    return textwrap.fill(
-        text, min(width, TEXT_WIDTH), break_long_words=False, break_on_hyphens=False
+    """Wrap a paragraph at the given width or at `TEXT_WIDTH`, whichever is smaller.
+
+    A number and its unit stay on one line.
+    """
+    lines = textwrap.wrap(
+        re.sub(r"(?<=\d) (?=(%|deg|h|min|s)(\W|$))", "\N{NO-BREAK SPACE}", text),
+        min(width, TEXT_WIDTH),
+        break_long_words=False,
+        break_on_hyphens=False,
     )
+    return "\n".join(lines).replace("\N{NO-BREAK SPACE}", " ")
 
 
 def format_table(table: pd.DataFrame, width: int = TEXT_WIDTH) -> str:
@@ -210,15 +218,14 @@ def format_cells(table: pd.DataFrame, digits: int = 3) -> list[list[str]]:
     table : DataFrame
         The index becomes the first column, unless it is a RangeIndex.
     digits : int
-        Significant digits of floats; larger numbers have all digits before the decimal point. NaN
-        becomes an empty string.
+        Significant digits of floats; large numbers have all digits before the decimal point, and
+        a column of integral numbers has no decimals. NaN becomes an empty string.
     """
     import pandas as pd
 
     head = [str(name) for name in table.columns]
-    rows = [
-        [_format_value(value, digits) for value in row] for row in table.astype(object).to_numpy()
-    ]
+    columns = [_format_column(table.iloc[:, j].tolist(), digits) for j in range(len(head))]
+    rows = [list(row) for row in zip(*columns, strict=True)]
     if isinstance(table.index, pd.RangeIndex):
         return [head, *rows]
     return [
@@ -254,9 +261,25 @@ def _is_number(value: str) -> bool:
     return True
 
 
-def _format_value(value: object, digits: int) -> str:
-    if isinstance(value, float):
-        rounded = f"{value:.{digits}g}"
-        text = f"{value:.0f}" if 10.0**digits <= abs(float(rounded)) < 1e7 else rounded
-        return "" if value != value else text
-    return str(value)
+def _format_column(values: Sequence[object], digits: int) -> list[str]:
+    floats = [value for value in values if isinstance(value, float) and math.isfinite(value)]
+    has_fractions = not all(value.is_integer() for value in floats)
+    return [
+        _format_float(value, digits if has_fractions else 0)
+        if isinstance(value, float)
+        else str(value)
+        for value in values
+    ]
+
+
+def _format_float(value: float, digits: int) -> str:
+    """Format a number with a number of significant digits, but with all digits before the decimal
+    point, or as an integer if `digits` is 0.
+    """
+    if math.isnan(value):
+        return ""
+    if value == 0.0 or (digits == 0 and abs(value) < 1e6):
+        return f"{value:.0f}"
+    if math.isinf(value) or not 1e-3 <= abs(value) < 1e6:
+        return f"{value:.{max(digits, 3) - 1}e}"
+    return f"{value:.{max(digits - 1 - math.floor(math.log10(abs(value))), 0)}f}"

@@ -46,11 +46,15 @@ def test_sections_equal_tables_of_the_plan(plan, sections, key):
 
 
 def test_shares_of_error_sources_add_up(sections):
-    np.testing.assert_allclose(sections["budget"].table.sum(), 100.0, atol=0.6)  # Rounded to 0.1.
+    shares = sections["budget"].table.astype(float)
+    np.testing.assert_allclose(shares.sum(), 100.0, atol=0.6)  # Rounded to 0.1.
 
 
 def test_largest_error_sources_come_first(plan, sections):
-    drivers, budget = sections["drivers"].table, sections["budget"].table["attitude [%]"]
+    drivers, budget = (
+        sections["drivers"].table,
+        sections["budget"].table["attitude [%]"].astype(float),
+    )
     assert drivers["error source"].to_list() == budget.nlargest(3).index.to_list()
     assert (drivers["1-sigma if halved"] < plan.attitude_sigma_deg).all()
 

@@ -5,19 +5,16 @@ from __future__ import annotations
 import math
 
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.view.summaries import COVARIANCE_LOST, format_duration
+from mgeo_attitude.view.summaries import format_duration
 
 
 def describe_plan(plan: ManeuverPlan) -> list[str]:
     """Return sentences on the convergence time, the attitude accuracy and the constraints of a
     plan.
     """
-    if math.isnan(plan.view.nominal.t_end[0]):
-        return [f"{COVARIANCE_LOST[0].upper()}{COVARIANCE_LOST[1:]}."]
-    return [
-        " ".join([_describe_end(plan), *_describe_accuracy(plan)]),
-        " ".join([*_describe_time_after_convergence(plan), _describe_constraints(plan)]),
-    ]
+    first = [_describe_end(plan), *_describe_accuracy(plan)]
+    second = [*_describe_time_after_convergence(plan), *_describe_constraints(plan)]
+    return [" ".join(sentences) for sentences in (first, second) if sentences]
 
 
 def _describe_end(plan: ManeuverPlan) -> str:
@@ -57,24 +54,21 @@ def _describe_accuracy(plan: ManeuverPlan) -> list[str]:
 def _describe_time_after_convergence(plan: ManeuverPlan) -> list[str]:
     hold, slew_back = [], []
     if plan.hold_end > plan.t_end:
-        hold = [
-            f"The last rates are held until {format_duration(plan.hold_end)} for runs that "
-            "converge later."
-        ]
+        time = format_duration(plan.hold_end)
+        hold = [f"The last rates are held until the robust convergence time, {time}."]
     if plan.slew_back:
         end = format_duration(plan.duration)
         slew_back = [f"The slew back to the initial attitude ends after {end}."]
     return hold + slew_back
 
 
-def _describe_constraints(plan: ManeuverPlan) -> str:
+def _describe_constraints(plan: ManeuverPlan) -> list[str]:
     table = plan.build_constraint_table()
     n, violated = len(table), table.index[~table["satisfied"].astype(bool)]
-    if not n:
-        return "The scenario has no constraints."
     if len(violated):
-        return f"{len(violated)} of {n} constraints are violated: {', '.join(violated)}."
-    return "The constraint is satisfied." if n == 1 else f"All {n} constraints are satisfied."
+        return [f"{len(violated)} of {n} constraints are violated: {', '.join(violated)}."]
+    satisfied = "The constraint is satisfied." if n == 1 else f"All {n} constraints are satisfied."
+    return [satisfied] if n else []
 
 
 def list_warnings(plan: ManeuverPlan) -> list[str]:

@@ -13,6 +13,7 @@ import pandas as pd
 from mgeo.plugins.review import Review, Section
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.filter.error_budget import GYRO_NOISE
+from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from mgeo_attitude.maneuvers.motion import HOLD_LABEL, RAMP_PREFIX
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.summary import describe_plan, list_warnings
@@ -51,7 +52,7 @@ class PlanSection:
 
 
 def build_sections(plan: ManeuverPlan, keys: Collection[str] = SECTION_KEYS) -> list[Section]:
-    """Return sections about a plan that are not empty, in the order of `SECTION_KEYS`.
+    """Return sections about a plan in the order of `SECTION_KEYS`.
 
     Parameters
     ----------
@@ -68,11 +69,12 @@ def build_sections(plan: ManeuverPlan, keys: Collection[str] = SECTION_KEYS) -> 
         sections.append(Section("Summary", tuple(describe_plan(plan)), key=SUMMARY))
     for key, each in SECTIONS.items():
         if key in keys:
-            table = each.columns(each.table(plan))
-            if not table.empty:
-                note = each.note(plan)
-                is_detail = key not in FIRST_PAGE
-                sections.append(Section(each.title, (), table, note, key, is_detail))
+            table, note, is_detail = each.table(plan), each.note(plan), key not in FIRST_PAGE
+            if table.empty:  # The note has the reason.
+                sections.append(Section(each.title, (note,), key=key, is_detail=is_detail))
+            else:
+                columns = each.columns(table)
+                sections.append(Section(each.title, (), columns, note, key, is_detail))
     return sections
 
 
@@ -114,6 +116,8 @@ def _select_constraint_columns(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _describe_constraints(plan: ManeuverPlan) -> str:
+    if plan.build_constraint_table().empty:
+        return "The scenario has no constraints."
     text = "Margin: distance from the bound; negative if the constraint is violated."
     if any(each.attitude_sigmas for each in plan.scenario.path_constraints):
         text += (
@@ -195,6 +199,10 @@ def _build_axes_table(plan: ManeuverPlan) -> pd.DataFrame:
     return pd.DataFrame(columns, pd.Index(names, name="quantity"))
 
 
+def _name_run(plan: ManeuverPlan) -> str:
+    return " in the nominal run" if format_nominal_suffix(plan.scenario) else ""
+
+
 def _select_axes_columns(table: pd.DataFrame) -> pd.DataFrame:
     before = table[[f"before {axis}" for axis in "xyz"]]
     if (before.nunique(axis=1) > 1).any():
@@ -208,7 +216,8 @@ def _compute_budget_shares(table: pd.DataFrame) -> pd.DataFrame:
     """Convert the 1-sigmas of an error budget to shares of the variances [%]."""
     shares = 100.0 * (table.drop(TOTAL) / table.loc[TOTAL]) ** 2
     names = [re.sub(r" \[.*", " [%]", name) for name in map(str, table)]
-    return shares.round(1).set_axis(names, axis=1).rename_axis("error source")
+    shares = shares.set_axis(names, axis=1).rename_axis("error source")
+    return _format_columns(shares, "", "{:.1f}")
 
 
 def _format_times(table: pd.DataFrame) -> pd.DataFrame:
@@ -247,8 +256,11 @@ def _select_comparison_columns(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _describe_lower_bound(plan: ManeuverPlan) -> str:
+    try:
+        relaxations = plan.problem.lower_bound.relaxations
+    except NoLowerBoundError as reason:
+        return f"No lower bound can be proved: {reason}."
     text = "No maneuver of this duration has a smaller trace than the lower bound."
-    relaxations = plan.problem.lower_bound.relaxations
     if relaxations:
         text += (
             " Simplifications that make the bound smaller than necessary: "
@@ -294,10 +306,9 @@ SECTIONS = {
         "Accuracy drivers",
         ManeuverPlan.find_error_drivers,
         lambda plan: (
-            "Largest error sources of the 1-sigma about the worst body axis, with their share of "
-            "the variance"
-            + format_nominal_suffix(plan.scenario)
-            + ". If halved: 1-sigma that the same maneuvers give with half of the error source."
+            "Largest error sources of the 1-sigma about the worst body axis"
+            f"{_name_run(plan)}, with their share of the variance. If halved: 1-sigma that the "
+            "same maneuvers give with half of the error source."
         ),
     ),
     "axes": PlanSection(
