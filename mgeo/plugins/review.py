@@ -5,18 +5,16 @@ A section is declared once and is shown by the terminal, HTML pages and JSON out
 
 from __future__ import annotations
 
-import math
-import re
 import textwrap
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
+
+from mgeo._text import TEXT_WIDTH, format_column, format_key, is_number, wrap_text
 
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Width of texts in the terminal [columns].
-TEXT_WIDTH = 80
 _GAP = "  "
 
 
@@ -34,6 +32,11 @@ class Section:
         may end with a unit in brackets, as in ``duration [s]``.
     note : str
         Text below the table, which says what the table shows.
+    decimals : mapping of str to int
+        Columns that a terminal shows with a fixed number of decimals, by title. All other numbers
+        have three significant digits.
+    max_rows : int, optional
+        Maximum number of rows that a terminal shows.
     key : str
         Name of the section in options and in JSON output.
     is_detail : bool
@@ -44,6 +47,8 @@ class Section:
     lines: tuple[str, ...] = ()
     table: pd.DataFrame | None = None
     note: str = ""
+    decimals: Mapping[str, int] = field(default_factory=dict)
+    max_rows: int | None = None
     key: str = ""
     is_detail: bool = False
 
@@ -77,23 +82,9 @@ def format_section(section: Section, width: int = TEXT_WIDTH) -> str:
         Width available for the table. Paragraphs are not wider than `TEXT_WIDTH`.
     """
     table = [] if section.table is None else [format_table(section.table, width)]
-    paragraphs = [wrap_text(line, width) for line in (*section.lines, section.note) if line]
+    paragraphs = [wrap_text(line, width=width) for line in (*section.lines, section.note) if line]
     n_lines = len(section.lines)
     return "\n".join([*paragraphs[:n_lines], *table, *paragraphs[n_lines:]])
-
-
-def wrap_text(text: str, width: int = TEXT_WIDTH) -> str:
-    """Wrap a paragraph at the given width or at `TEXT_WIDTH`, whichever is smaller.
-
-    A number and its unit stay on one line.
-    """
-    lines = textwrap.wrap(
-        re.sub(r"(?<=\d) (?=(%|deg|h|min|s)(\W|$))", "\N{NO-BREAK SPACE}", text),
-        min(width, TEXT_WIDTH),
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
-    return "\n".join(lines).replace("\N{NO-BREAK SPACE}", " ")
 
 
 def format_table(table: pd.DataFrame, width: int = TEXT_WIDTH) -> str:
@@ -129,16 +120,16 @@ def format_table(table: pd.DataFrame, width: int = TEXT_WIDTH) -> str:
         cells[longest] = [
             textwrap.wrap(text, widths[longest]) or [""] for (text,) in cells[longest]
         ]
-    first = [] if isinstance(table.index, pd.RangeIndex) else [0]
-    parts = _split_columns(widths, first, width, len(widths))
+    names = [] if isinstance(table.index, pd.RangeIndex) else [0]
+    parts = _split_columns(widths, names, width, len(widths))
     if len(parts) > 1:  # Distribute the columns evenly.
-        parts = _split_columns(widths, first, width, -(-len(widths) // len(parts)) + len(first))
+        parts = _split_columns(widths, names, width, -(-len(widths) // len(parts)) + len(names))
     return "\n\n".join(
         _join_columns(
             [heads[j] for j in part],
             [[column[i] for column in (cells[j] for j in part)] for i in range(len(table))],
             [widths[j] for j in part],
-            [kinds[j] == "number" for j in part],
+            [kinds[j] == "number" and j not in names for j in part],
         )
         for part in parts
     )
@@ -163,7 +154,7 @@ def _split_title(title: str, width: int) -> list[str]:
     words = name.split(" ")
     halves = [[" ".join(words[:i]), " ".join(words[i:])] for i in range(1, len(words))]
     lines = min(halves, key=lambda half: max(map(len, half)), default=[name])
-    return [*([name] if len(name) <= width else lines), *([f"[{unit}"] if unit else [])]
+    return [*([name] if len(name) <= width else lines), *([unit.removesuffix("]")] if unit else [])]
 
 
 def _join_columns(
@@ -198,18 +189,6 @@ def build_records(table: pd.DataFrame) -> list[dict[Any, Any]]:
     return complete.set_axis([format_key(str(c)) for c in complete], axis=1).to_dict("records")
 
 
-def format_key(title: str) -> str:
-    """Convert the title of a column to a key in JSON output.
-
-    Examples
-    --------
-    >>> [format_key(title) for title in ("rate x [deg/s]", "attitude 1-sigma [deg]", "ratio [-]")]
-    ['rate_x_deg_s', 'attitude_1sigma_deg', 'ratio']
-    """
-    text = title.lower().replace("1-sigma", "1sigma").replace("%", "percent")
-    return "_".join(re.findall(r"[a-z0-9]+", text))
-
-
 def format_cells(table: pd.DataFrame, digits: int = 3) -> list[list[str]]:
     """Convert a table to rows of strings, of which the first contains the column titles.
 
@@ -224,7 +203,7 @@ def format_cells(table: pd.DataFrame, digits: int = 3) -> list[list[str]]:
     import pandas as pd
 
     head = [str(name) for name in table.columns]
-    columns = [_format_column(table.iloc[:, j].tolist(), digits) for j in range(len(head))]
+    columns = [format_column(table.iloc[:, j].tolist(), digits=digits) for j in range(len(head))]
     rows = [list(row) for row in zip(*columns, strict=True)]
     if isinstance(table.index, pd.RangeIndex):
         return [head, *rows]
@@ -248,38 +227,6 @@ def find_column_kinds(rows: Sequence[Sequence[str]]) -> list[str]:
         ``"number"`` if every cell of the column is a number or empty.
     """
     return [
-        "number" if all(_is_number(value) for value in column[1:]) else "text"
+        "number" if all(is_number(value) for value in column[1:]) else "text"
         for column in zip(*rows, strict=True)
     ]
-
-
-def _is_number(value: str) -> bool:
-    try:
-        float(value or "nan")
-    except ValueError:
-        return False
-    return True
-
-
-def _format_column(values: Sequence[object], digits: int) -> list[str]:
-    floats = [value for value in values if isinstance(value, float) and math.isfinite(value)]
-    has_fractions = not all(value.is_integer() for value in floats)
-    return [
-        _format_float(value, digits if has_fractions else 0)
-        if isinstance(value, float)
-        else str(value)
-        for value in values
-    ]
-
-
-def _format_float(value: float, digits: int) -> str:
-    """Format a number with a number of significant digits, but with all digits before the decimal
-    point, or as an integer if `digits` is 0.
-    """
-    if math.isnan(value):
-        return ""
-    if value == 0.0 or (digits == 0 and abs(value) < 1e6):
-        return f"{value:.0f}"
-    if math.isinf(value) or not 1e-3 <= abs(value) < 1e6:
-        return f"{value:.{max(digits, 3) - 1}e}"
-    return f"{value:.{max(digits - 1 - math.floor(math.log10(abs(value))), 0)}f}"

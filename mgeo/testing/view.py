@@ -13,7 +13,7 @@ from mgeo.plugins.view import View, build_view
 from mgeo.testing.check import convert_to_check_error, require, require_equal
 
 _FIGURES = ("solution_figures", "figure_dicts")
-_LINES = ("remarks", "suggestions", "infeasibility_reasons", "notes")
+_LINES = ("warnings", "suggestions", "infeasibility_reasons", "notes")
 _CONSTRAINT_COLUMNS = {"unit", "value", "bound_type", "bound_value", "margin"}
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from itertools import groupby
 
 import numpy as np
 import pandas as pd
@@ -20,6 +19,7 @@ from mgeo_attitude.plan.summary import describe_plan, list_warnings
 from mgeo_attitude.plan_sections import FIRST_PAGE, SECTION_KEYS, SUMMARY
 from mgeo_attitude.view.margins import INTERVALS_AFTER_CONVERGENCE
 from mgeo_attitude.view.observability.error_budget import TOTAL
+from mgeo_attitude.view.overview import build_maneuver_table
 from mgeo_attitude.view.satellite import build_instrument_table, describe_satellite
 from mgeo_attitude.view.summaries import format_nominal_suffix
 
@@ -74,7 +74,9 @@ def build_sections(plan: ManeuverPlan, keys: Collection[str] = SECTION_KEYS) -> 
                 sections.append(Section(each.title, (note,), key=key, is_detail=is_detail))
             else:
                 columns = each.columns(table)
-                sections.append(Section(each.title, (), columns, note, key, is_detail))
+                sections.append(
+                    Section(each.title, (), columns, note, key=key, is_detail=is_detail)
+                )
     return sections
 
 
@@ -133,34 +135,23 @@ def _describe_constraints(plan: ManeuverPlan) -> str:
     return text
 
 
-def _build_maneuver_table(plan: ManeuverPlan) -> pd.DataFrame:
-    """Return the start, duration, commanded rates and rotation angle of each maneuver. A ramp
-    belongs to the maneuver that it leads to.
-    """
-    rows = {}
-    for label, group in groupby(plan.phases, lambda each: each.label.removeprefix(RAMP_PREFIX)):
-        phases = list(group)
-        start, end = phases[0].start, phases[-1].end
-        angle = sum(phase.rotation_deg for phase in phases)
-        rates = phases[0].commanded_deg_s
-        rows[label.replace(HOLD_LABEL, "hold")] = (start, end - start, *rates, angle)
-    columns = ["start [s]", "duration [s]"]
-    columns += [f"rate {axis} [deg/s]" for axis in "xyz"] + ["rotation [deg]"]
-    table = pd.DataFrame.from_dict(rows, "index", columns=columns).rename_axis("maneuver")
+def _build_timeline(plan: ManeuverPlan) -> pd.DataFrame:
+    table = build_maneuver_table(plan.view)
     starts = format_time_stamps(plan.scenario.epoch, table["start [s]"].to_numpy())
     return table.assign(**{"start UTC": starts})
 
 
 def _format_timeline(table: pd.DataFrame) -> pd.DataFrame:
-    columns = _format_times(_format_columns(table, "^rate", "{:+.3f}"))
+    columns = _format_times(_format_columns(table, "^ω", "{:+.2f}"))
     return columns.drop(columns="start UTC")
 
 
 def _describe_timeline(plan: ManeuverPlan) -> str:
     (epoch,) = format_time_stamps(plan.scenario.epoch, np.zeros(1))
     text = (
-        f"Start: time after {epoch[:_STAMP_LENGTH]} UTC. Rates: commanded body rates. Rotation: "
-        "accumulated angle."
+        f"Start: time after {epoch[:_STAMP_LENGTH]} UTC. ω: commanded body rates. Angle: "
+        "accumulated rotation. Largest reduction: quantity whose 1-sigma decreases by the largest "
+        "factor."
     )
     labels = [phase.label for phase in plan.phases]
     if any(label.startswith(RAMP_PREFIX) for label in labels):
@@ -178,13 +169,10 @@ def _describe_accuracy(plan: ManeuverPlan) -> str:
     )
     text = (
         f"1-sigma about the worst body axis. Predicted: {predicted}. 90 % of runs: not exceeded in "
-        "90 % of 200 Monte Carlo runs with random errors."
+        "90 % of 200 Monte Carlo runs."
     )
     if "lower bound" in plan.accuracy:
-        text += (
-            " Lower bound: no maneuver of this duration has a smaller 1-sigma. Ratio: predicted "
-            "over lower bound."
-        )
+        text += " Lower bound: for any maneuver of this duration. Ratio: predicted / lower bound."
     return text
 
 
@@ -294,9 +282,7 @@ SECTIONS = {
         _describe_constraints,
         _select_constraint_columns,
     ),
-    "timeline": PlanSection(
-        "Timeline", _build_maneuver_table, _describe_timeline, _format_timeline
-    ),
+    "timeline": PlanSection("Timeline", _build_timeline, _describe_timeline, _format_timeline),
     "accuracy": PlanSection(
         "Predicted accuracy",
         lambda plan: plan.accuracy,
