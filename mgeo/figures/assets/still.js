@@ -15,7 +15,6 @@ function recolor() {
 
 async function show() {
   await Promise.all(recolor());
-  await Promise.all(plots.map(fit));
   plots.forEach((plot) => scalable(plot));
   document.body.dataset.shown = "all";
 }

@@ -4,6 +4,17 @@ const NARROW = 500; // Width [px] below which the legend is placed under the plo
 
 const color = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
 
+/** Place the legend below the plot, and reduce margins and text. */
+function adaptToNarrowScreen(layout) {
+  const below = { orientation: "h", x: 0.5, xref: "container", xanchor: "center", y: 0, yref: "container", yanchor: "bottom" };
+  layout.legend = { ...layout.legend, ...below };
+  layout.font.size = 11;
+  if (!layout.scene) layout.margin = { ...layout.margin, l: 50, r: 10 };
+  if (layout.coloraxis) layout.coloraxis = { ...layout.coloraxis, showscale: false };
+  // Axes with equal scales need no more height than width.
+  if ([layout.xaxis, layout.yaxis].some((axis) => axis.scaleanchor)) layout.height = Math.min(layout.height || 500, 500);
+}
+
 /** Return a copy of a plotly layout in the colors of the page. */
 function themed(layout, narrow) {
   const axis = { gridcolor: color("rule"), zerolinecolor: color("rule"), linecolor: color("soft") };
@@ -31,7 +42,7 @@ function themed(layout, narrow) {
   }
   const scale = (result.coloraxis || {}).colorscale; // White becomes the color of the page.
   if (scale) result.coloraxis.colorscale = scale.map(([at, c]) => [at, c === "#ffffff" ? color("paper") : c]);
-  if (narrow) result.font.size = 11;
+  if (narrow) adaptToNarrowScreen(result);
   return result;
 }
 
@@ -73,27 +84,4 @@ function scalable(plot, size = null) {
   const [width, height] = size || ["width", "height"].map((key) => svgs[0].getAttribute(key));
   for (const svg of svgs) svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
   plot.style.setProperty("--shape", `${width} / ${height}`);
-}
-
-/** On narrow screens, place the legend below the plot, where it covers neither points nor labels. */
-async function fit(plot) {
-  if (plot.clientWidth >= NARROW) return;
-  const boxes = (parts) => Array.from(plot.querySelectorAll(parts), (part) => part.getBoundingClientRect());
-  const small = { "margin.l": 60, "margin.r": 10, "font.size": 11, "legend.orientation": "h" };
-  if (plot.layout.coloraxis) small["coloraxis.showscale"] = false;
-  const square = [plot.layout.xaxis, plot.layout.yaxis].some((axis) => axis && axis.scaleanchor);
-  if (square && plot.layout.height > 1.3 * plot.clientWidth) {
-    small.height = 1.3 * plot.clientWidth; // Axes with equal scales need no more height.
-    plot.style.height = `${small.height}px`;
-  }
-  await Plotly.relayout(plot, small);
-  // The legend reduces the height of the plot, which determines its position: repeat.
-  for (let i = 0; i < 3 && boxes(".nsewdrag").length; i++) {
-    const areas = boxes(".nsewdrag");
-    const [top, end] = [Math.min(...areas.map((area) => area.top)), Math.max(...areas.map((area) => area.bottom))];
-    const labels = Math.max(end, ...boxes(".g-xtitle, .xtick").map((label) => label.bottom));
-    const place = { x: 0, xanchor: "left", yanchor: "top", yref: "paper", y: (end - labels - 10) / (end - top) };
-    const layout = Object.entries(place).map(([key, value]) => [`legend.${key}`, value]);
-    await Plotly.relayout(plot, Object.fromEntries(layout));
-  }
 }
