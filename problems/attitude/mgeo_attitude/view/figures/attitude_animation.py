@@ -156,11 +156,11 @@ def draw_attitude(
             *_draw_sphere(),
             _draw_arrow("Sun", environment.sun[0], 4)
             | {"meta": {"rotation": "Sun", "faint": SHADOW}},
-            _draw_arrow("field", field, 5) | {"meta": {"rotation": "field"}},
+            _draw_arrow("magnetic field", field, 5) | {"meta": {"rotation": "field"}},
             *(_place_in_space(trace, attitude[0]) for trace in (*_draw_box(), *axes)),
         ],
         "layout": {
-            "title": build_title("Attitude in space"),
+            "title": build_title("Attitude in the inertial frame"),
             "scene": {
                 **{f"{axis}axis": {"visible": False, "range": [-1.2, 1.2]} for axis in "xyz"},
                 "aspectmode": "manual",
