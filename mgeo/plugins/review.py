@@ -26,12 +26,15 @@ class Section:
         Table with row names as index, or with a RangeIndex for rows without names.
     note : str
         Text below the table.
+    is_detail : bool
+        False for a section of the first page, True for details that follow.
     """
 
     title: str
     lines: tuple[str, ...] = ()
     table: pd.DataFrame | None = None
     note: str = ""
+    is_detail: bool = False
 
 
 @dataclass(frozen=True)

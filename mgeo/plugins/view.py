@@ -6,7 +6,7 @@ Reports, the explorer and the command line call the methods of a view.
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -52,6 +52,8 @@ class View:
     ----------
     X : array, shape (n, n_var)
         Designs of the solutions as numbers.
+    noun : str
+        Word for a solution in the field of the problem, such as "plan".
 
     Raises
     ------
@@ -73,6 +75,8 @@ class View:
        price [EUR]
     0         25.0
     """
+
+    noun: ClassVar[str] = "solution"
 
     def __init__(self, problem: Problem, X: ArrayLike) -> None:
         self.problem = problem

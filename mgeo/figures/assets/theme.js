@@ -22,8 +22,7 @@ function themed(layout, narrow) {
   const result = structuredClone(layout);
   result.paper_bgcolor = result.plot_bgcolor = "rgba(0,0,0,0)";
   result.font = { ...result.font, color: color("ink") };
-  const tip = { color: color("ink") };
-  result.hoverlabel = { ...result.hoverlabel, bgcolor: color("panel"), font: tip };
+  result.hoverlabel = { ...result.hoverlabel, bgcolor: color("panel"), font: { color: color("ink") } };
   result.legend = { ...result.legend, bgcolor: "rgba(0,0,0,0)", bordercolor: color("rule") };
   result.modebar = { bgcolor: "rgba(0,0,0,0)", color: color("soft"), activecolor: color("accent") };
   result.xaxis = result.xaxis || {};
@@ -37,9 +36,7 @@ function themed(layout, narrow) {
     }
   }
   for (const note of result.annotations || []) note.font = { ...note.font, color: color("soft") };
-  for (const menu of result.updatemenus || []) {
-    Object.assign(menu, { bgcolor: color("panel"), bordercolor: color("rule"), font: tip });
-  }
+  delete result.updatemenus; // See buildButtons.
   const scale = (result.coloraxis || {}).colorscale; // White becomes the color of the page.
   if (scale) result.coloraxis.colorscale = scale.map(([at, c]) => [at, c === "#ffffff" ? color("paper") : c]);
   if (narrow) adaptToNarrowScreen(result);
@@ -84,4 +81,53 @@ function scalable(plot, size = null) {
   const [width, height] = size || ["width", "height"].map((key) => svgs[0].getAttribute(key));
   for (const svg of svgs) svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
   plot.style.setProperty("--shape", `${width} / ${height}`);
+}
+
+/** Set a value at a dotted path, such as the paths in the buttons of plotly. */
+function setAtPath(tree, path, value) {
+  const keys = path.split(".");
+  const last = keys.pop();
+  for (const key of keys) tree = tree[key] = tree[key] || {};
+  tree[last] = value;
+}
+
+/** Return a figure after a click on one of its buttons. */
+function applyButton(figure, active) {
+  const result = structuredClone({ data: figure.data, layout: figure.layout });
+  const [menu] = result.layout.updatemenus || [];
+  if (!menu) return result;
+  const [traces, layout] = menu.buttons[active].args;
+  for (const [path, values] of Object.entries(traces)) {
+    result.data.forEach((trace, i) => setAtPath(trace, path, values[i % values.length]));
+  }
+  for (const [path, value] of Object.entries(layout)) setAtPath(result.layout, path, value);
+  return result;
+}
+
+/** Fill a bar with HTML buttons in place of those of plotly, which the keyboard does not reach. */
+function buildButtons(bar, figure, onClick) {
+  const [menu] = figure.layout.updatemenus || [];
+  bar.setAttribute("role", "group");
+  bar.setAttribute("aria-label", "Quantity on the vertical axis");
+  const buttons = (menu ? menu.buttons : []).map(({ label }, i) => {
+    const button = document.createElement("button");
+    Object.assign(button, { type: "button", textContent: label, ariaPressed: String(i === 0) });
+    button.addEventListener("click", () => {
+      buttons.forEach((other) => (other.ariaPressed = String(other === button)));
+      onClick(i);
+    });
+    return button;
+  });
+  bar.replaceChildren(...buttons);
+}
+
+/** Describe a figure to screen readers by its title, its axes and its traces. */
+function describe(node, { data, layout }) {
+  const plain = (text) => new DOMParser().parseFromString(text.replace(/<br ?\/?>/g, ", "), "text/html").body.textContent;
+  const title = (part) => ((part || {}).title || {}).text || "";
+  const names = data.filter((trace) => trace.showlegend !== false && trace.visible !== false).map((trace) => trace.name);
+  const axes = Object.keys(layout).filter((key) => /^[xy]axis\d*$/.test(key) && title(layout[key]));
+  const parts = [title(layout) || node.dataset.name, ...axes.map((key) => `${key[0]} axis: ${title(layout[key])}`), names.filter(Boolean).join(", ")];
+  node.setAttribute("role", "img");
+  node.setAttribute("aria-label", `Figure. ${parts.filter(Boolean).map(plain).join("; ")}`);
 }

@@ -60,6 +60,7 @@ class Plans(View):
         Designs.
     """
 
+    noun = "plan"
     problem: AttitudeManeuverProblem
     #: Number of independent Monte Carlo runs per plan.
     n_monte_carlo_runs: ClassVar[int] = 200
