@@ -36,7 +36,7 @@ from mgeo_attitude.view.summaries import (
 )
 
 #: Relative margin on both sides of an axis.
-_MARGIN = 0.04
+_MARGIN = 0.05
 #: Position of the label of the lower bound along the time axis.
 _LABEL_POSITION = 0.5
 _MINUTE = 60.0
