@@ -152,7 +152,11 @@ def build_report_html(
             if solution is None:
                 heading = f"Recommended {view.noun}: number {row}, {default.label}"
             (summary,) = call_optional(selected, View.summaries)
-    sections = () if review is None else review.sections
+            summary = review.summary if review else summary
+    # The warnings of the run include those of the solution.
+    sections = (
+        [section for section in review.sections if section.key != "warnings"] if review else []
+    )
     history = draw_hypervolume_history(folder, loaded.problem, run.outcome)
     data["history"] = None if history is None else build_figure_json(history)
     return render(

@@ -30,7 +30,10 @@ async function show() {
   plots.forEach((plot) => scalable(plot));
   document.body.dataset.shown = "all";
 }
+const folds = document.querySelectorAll("details");
+for (const details of folds) details.addEventListener("toggle", show); // Closed figures have no width.
 addEventListener("beforeprint", () => {
+  for (const details of folds) details.open = true;
   document.documentElement.classList.add("printed");
   recolor();
   for (const plot of plots) scalable(plot, [ON_PAPER, plot.given.layout.height || 540]);

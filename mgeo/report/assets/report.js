@@ -40,8 +40,9 @@ function drawFront() {
     traces.push(mark);
   }
   const node = byId("front");
-  const isLarge = node.clientWidth >= NARROW && !document.documentElement.classList.contains("printed");
-  Object.assign(layout, { height: isLarge ? 520 : 400, uirevision: button, clickmode: "event" });
+  const isPrinted = document.documentElement.classList.contains("printed");
+  const height = isPrinted ? 320 : node.clientWidth < NARROW ? 400 : 520;
+  Object.assign(layout, { height, uirevision: button, clickmode: "event" });
   moveTitle(layout);
   node.dataset.name = byId("heading").textContent;
   if (layout.scene) layout.margin = { l: 0, r: 0, t: 0, b: 0 };
