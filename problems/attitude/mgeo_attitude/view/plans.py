@@ -60,6 +60,7 @@ class Plans(View):
         Designs.
     """
 
+    noun = "plan"
     problem: AttitudeManeuverProblem
     noun = "plan"
     #: Number of independent Monte Carlo runs per plan.
