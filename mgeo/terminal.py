@@ -146,7 +146,8 @@ def render_section(section: Section) -> Iterator[str | RenderableType]:
             columns = {section.title: [str(name) for name in shown.index], **columns}
         yield build_text_table(columns)
         if len(shown) < len(table):
-            note = f"And {len(table) - len(shown)} more rows. {note}".strip()
+            n_more = len(table) - len(shown)
+            note = f"And {n_more} more row{'' if n_more == 1 else 's'}. {note}".strip()
     if note:
         yield format_note(wrap_text(note))
 

@@ -99,7 +99,7 @@ def _describe_run(run: Run, view: View) -> Iterator[RenderableType]:
     result = f"{n:,} {view.noun}{'' if n == 1 else 's'} on the front"
     if not n:
         result = "no feasible solution"
-    if outcome.hypervolume is not None:
+    elif outcome.hypervolume is not None:
         result += f", hypervolume {outcome.hypervolume:.4f}"
     yield escape_text(wrap_text(f"{configuration.problem}{scenario}: {result}"), "bold")
     refined = " and local refinement" if outcome.n_refined or outcome.n_added else ""
@@ -122,8 +122,8 @@ def _render_front(view: View, front: FrontSummary) -> Iterator[str | RenderableT
         reason = f"the only {noun} of the front"
     yield ""
     yield escape_text(f"Recommended: {noun} {recommended.row}, {reason}", "bold")
-    for i, section in enumerate(front.overview.values()):
-        if section.title and i > 1:
+    for i, (key, section) in enumerate(front.overview.items()):
+        if i > 1 and key != "constraints":
             yield ""
         yield from render_section(section)
     if n > 1:
@@ -141,7 +141,7 @@ def _format_labels(front: FrontSummary) -> list[str]:
 
 
 def _render_infeasibility(report: InfeasibilityReport) -> Iterator[str | RenderableType]:
-    note = "Smallest violations of the nearest solutions."
+    note = "Smallest violation by a solution, and number of solutions that violate it."
     yield ""
     yield from render_section(
         Section("Violated constraint", table=report.build_table(), note=note, max_rows=MAX_ROWS)
@@ -172,7 +172,7 @@ def _render_warning(text: str) -> RenderableType:
 
 def _render_files(folder: Path, files: list[str]) -> Iterator[str]:
     yield ""
-    yield f"Files in {folder}: {', '.join(files)}"
+    yield wrap_text(f"Files in {folder}: {', '.join(files)}", "  ")
 
 
 def _render_next_commands(view: View, folder: Path, outcome: Outcome) -> Iterator[RenderableType]:

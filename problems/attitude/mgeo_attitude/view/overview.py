@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from functools import partial
 from itertools import groupby
 
@@ -26,7 +27,7 @@ from mgeo_attitude.view.plans import Plans
 from mgeo_attitude.view.summaries import describe_ends
 
 #: Number of quantities that a terminal shows if there are more than `MAX_ROWS`.
-_MAX_QUANTITIES = 6
+_MAX_QUANTITIES = 5
 _DECIMALS = {"start [s]": 0, "duration [s]": 0, "angle [deg]": 0} | {
     f"ω{axis} [deg/s]": 2 for axis in "xyz"
 }
@@ -38,8 +39,10 @@ def build_overview(plans: Plans) -> dict[str, Section]:
     if not math.isfinite(plans.nominal.t_end[0]):
         return {"end": Section("", (f"{end}.",))}
     (constraints,) = plans.constraints()
-    text = f"{end}." if len(constraints) else f"{end}. The scenario has no constraints."
-    sections = {"end": Section("", (text,)), "accuracy": _build_accuracy_section(plans)}
+    text = f"{end}. {_describe_robust_values(plans)}"
+    if constraints.empty:
+        text += "The scenario has no constraints."
+    sections = {"end": Section("", (text.strip(),)), "accuracy": _build_accuracy_section(plans)}
     if len(constraints):
         sections["constraints"] = build_constraint_section(constraints)
     maneuvers = build_maneuver_table(plans)
@@ -47,19 +50,29 @@ def build_overview(plans: Plans) -> dict[str, Section]:
     return sections
 
 
+def _describe_robust_values(plans: Plans) -> str:
+    settings = plans.problem.scenario.monte_carlo
+    if settings is None:
+        return ""
+    if settings.mean:
+        return f"Robust values are means over {settings.n_runs} Monte Carlo runs. "
+    share = f"{100.0 * settings.quantile:g} % of {settings.n_runs}"
+    return f"Robust values hold in {share} Monte Carlo runs. "
+
+
 def _build_accuracy_section(plans: Plans) -> Section:
     table, max_rows = build_accuracy_table(plans), None
     if len(table) > MAX_ROWS:  # Attitude first, then the quantities with the smallest reduction.
         order = (table["predicted"] / table["before"]).iloc[1:].sort_values(ascending=False).index
         table, max_rows = table.loc[[table.index[0], *order]], _MAX_QUANTITIES
-    note = (
-        f"90 % of runs: not exceeded in 90 % of {plans.n_monte_carlo_runs} Monte Carlo runs with "
-        "random errors of initial attitude and rate. "
-    )
+    note = f"90 % of runs: not exceeded in 90 % of {plans.n_monte_carlo_runs} Monte Carlo runs. "
     if plans.problem.scenario.is_magnetorquer_driven:
         note += "Predicted: root mean square of these runs. "
-    has_bound = "lower bound" in table
-    note += f"Lower bound: {'for any maneuver of this duration' if has_bound else 'not known'}."
+    note += (
+        "Ratio: predicted / lower bound for any maneuver of this duration."
+        if "lower bound" in table
+        else "No lower bound can be proved for this scenario."
+    )
     return Section("1-sigma, worst axis", table=table, note=note, max_rows=max_rows)
 
 
@@ -85,11 +98,8 @@ def build_accuracy_table(plans: Plans) -> pd.DataFrame:
         "predicted": predicted * factors,
         "90 % of runs": plans.monte_carlo_sigma[0] * factors,
     }
-    try:
+    with suppress(NoLowerBoundError):
         lower_bound = plans.problem.lower_bound
-    except NoLowerBoundError:
-        pass
-    else:
         step = round(plans.nominal.t_end[0] / model.step)
         bounds = np.array([lower_bound.compute_sigma(name)[step] for name in model.suite.blocks])
         columns |= {"lower bound": bounds * factors, "ratio": predicted / bounds}
@@ -159,26 +169,26 @@ def build_front_table(plans: Plans) -> pd.DataFrame:
     -------
     DataFrame
         Columns: ``ends after [s]`` or ``converges after [s]``; ``attitude 1-sigma [deg]`` about the
-        worst body axis; ``trace`` of the covariance; ``trace / lower bound``, if a lower bound can
-        be proved. The robust time and trace come first if the scenario has Monte Carlo runs.
-        Further objectives follow.
+        worst body axis; ``trace [of covariance]``; ``trace / [lower bound]``, if a lower bound can
+        be proved; and further objectives. If the scenario has Monte Carlo runs, ``robust time [s]``
+        and ``robust [trace]`` replace time and trace.
     """
-    problem = plans.problem
+    problem, result = plans.problem, plans.nominal
     event = "ends after" if problem.model.ends_with_last_maneuver else "converges after"
-    result, sigma_deg = plans.nominal, np.degrees(plans.sigma[:, :3].max(axis=1))
-    names = {"t_end": "robust time [s]", "trace": "robust trace"}
     objectives = dict(zip(problem.objectives, plans.F.T, strict=True))
-    columns = {}
+    labels = dict(zip(problem.objectives, problem.obj_names, strict=True))
+    sigma_deg = np.degrees(plans.sigma[:, :3].max(axis=1))
+    columns = {
+        f"{event} [s]": result.t_end,
+        "attitude 1-sigma [deg]": sigma_deg,
+        "trace [of covariance]": result.trace,
+    }
     if problem.scenario.monte_carlo:
-        columns = {names[key]: F for key, F in objectives.items() if key in names}
-        event = f"nominal {event.split()[0]}"
-    columns |= {f"{event} [s]": result.t_end, "attitude 1-sigma [deg]": sigma_deg}
-    columns["trace"] = result.trace
-    try:
+        robust = {"t_end": "robust time [s]", "trace": "robust [trace]"}
+        columns = {robust[key]: F for key, F in objectives.items() if key in robust}
+        columns["attitude 1-sigma [deg]"] = sigma_deg
+    with suppress(NoLowerBoundError):
         bounds = problem.lower_bound.evaluate_trace(result.t_end)
-        columns["trace / lower bound"] = result.trace / bounds
-    except NoLowerBoundError:
-        pass
-    others = zip(problem.objectives, problem.obj_names, plans.F.T, strict=True)
-    columns |= {label: F for key, label, F in others if key not in names}
+        columns["trace / [lower bound]"] = result.trace / bounds
+    columns |= {labels[key]: F for key, F in objectives.items() if key not in ("t_end", "trace")}
     return pd.DataFrame(columns)
