@@ -110,14 +110,18 @@ def test_calibration(tmp_path, monkeypatch):
 def test_which_satellite(folder):
     _, coils = blocks("which-satellite.md", "sh")
     run(coils.strip(), "--evaluations", "60", "--quiet")
-    assert "ramp to maneuver 1" in run("mgeo attitude show runs/1u --pick min-trace")
+    assert "ramp to maneuver 1" in run(
+        "mgeo attitude show runs/1u --pick min-trace --section phases"
+    )
 
 
 @pytest.mark.slow
 def test_limits(folder):
     run(blocks("limits.md", "sh")[0].strip(), "--evaluations", "240", "--quiet")
     run("mgeo report runs/limits")
-    assert "ramp to maneuver 1" in run("mgeo attitude show runs/limits --pick min-trace")
+    assert "ramp to maneuver 1" in run(
+        "mgeo attitude show runs/limits --pick min-trace --section phases"
+    )
 
 
 @pytest.mark.slow

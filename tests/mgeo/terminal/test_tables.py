@@ -7,16 +7,9 @@ import pandas as pd
 import pytest
 from rich.console import Console
 
+from mgeo._text import format_column, format_key, format_number, wrap_text
 from mgeo.plugins.review import Section
-from mgeo.terminal import (
-    build_table,
-    format_column,
-    format_key,
-    format_number,
-    is_within_width,
-    render_section,
-    wrap_text,
-)
+from mgeo.terminal import build_table, is_within_width, render_section
 
 TITLES = ("", "best t_end [s]", "knee", "between", "x, y, z in turn, there and back", "best trace")
 ROWS = [
