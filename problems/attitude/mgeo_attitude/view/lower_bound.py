@@ -6,21 +6,16 @@ The bounds are computed in `mgeo_attitude.lower_bound`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
-import pandas as pd
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.filter.history import FilterHistory
-from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.lower_bound.curves import LowerBound
 from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.criteria import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import list_block_units
-from mgeo_attitude.view.plans import Plans
 from mgeo_attitude.view.summaries import format_duration
 
 #: Relative tolerance for rounding errors of the filter, which the lower bound does not include.
@@ -75,49 +70,13 @@ def list_infeasible_requirements(problem: AttitudeManeuverProblem) -> list[str]:
         min_sigma = (1.0 - _ROUNDING) * float(bound.compute_sigma(name)[first:].min())
         if min_sigma > max_sigma:
             lines.append(
-                f"required 1-sigma of {unit.label}: {max_sigma * unit.factor:.4g} {unit.unit} "
-                f"cannot be reached within {format_duration(model.duration)} by any maneuver: "
-                f"relax it to more than {_round_up(min_sigma * unit.factor)} {unit.unit}, use "
-                "better sensors, or allow a longer duration"
+                f"Required 1-sigma of {unit.label}: no maneuver reaches "
+                f"{max_sigma * unit.factor:.4g} {unit.unit} within "
+                f"{format_duration(model.duration)}. Relax it to more than "
+                f"{_round_up(min_sigma * unit.factor)} {unit.unit}, use better sensors, or allow a "
+                "longer duration."
             )
     return lines
-
-
-def summarize_lower_bound(plans: Plans, sample: Plans, sample_label: str) -> list[str]:
-    """Return a list with one line of text that compares the traces of the plans of a front with
-    their lower bounds.
-
-    The line has the ratio of the default solution of the front and the median ratio of a sample of
-    the plans. If no lower bound can be proved, it has the reason.
-
-    Parameters
-    ----------
-    plans : Plans
-        All plans of the front.
-    sample : Plans
-        The sample, usually `plans` or a part of them.
-    sample_label : str
-        Phrase for the sample, such as "50 evaluated plans".
-    """
-    from mgeo.runs.summary import select_default_solution
-
-    problem = plans.problem
-    try:
-        bound = problem.lower_bound
-    except NoLowerBoundError as reason:
-        return [f"no lower bound of the trace: {reason}"]
-    ratios = sample.nominal.trace / bound.evaluate_trace(sample.nominal.t_end)
-    rows = np.flatnonzero(np.isfinite(plans.F).all(axis=1))
-    if not len(rows) or np.isnan(ratios).all():
-        return []
-    row = int(rows[select_default_solution(problem, plans.F[rows]).row])
-    default = plans.select([row]).nominal
-    (min_trace,) = bound.evaluate_trace(default.t_end)
-    return [
-        f"the lower bound of the trace after {format_duration(default.t_end[0])} is "
-        f"{min_trace:.3g}: solution {row} has {default.trace[0] / min_trace:.2f} times its bound; "
-        f"the median of {sample_label} is {np.nanmedian(ratios):.2f} times"
-    ]
 
 
 def compute_bound_curves(problem: AttitudeManeuverProblem, t_end: Floats) -> Floats:
@@ -149,56 +108,6 @@ def compute_bound_curves(problem: AttitudeManeuverProblem, t_end: Floats) -> Flo
     if problem.scenario.monte_carlo:
         curves = np.minimum.accumulate(curves)
     return np.column_stack([bound.times, curves])[indices]
-
-
-def compare_with_lower_bound(
-    model: FilterModel, bound: LowerBound, history: FilterHistory
-) -> pd.DataFrame:
-    """Return a table that compares the worst-axis 1-sigmas at the end of a plan with their lower
-    bounds.
-
-    Parameters
-    ----------
-    model : FilterModel
-    bound : LowerBound
-    history : FilterHistory
-        Covariance history of the plan until its convergence.
-
-    Returns
-    -------
-    DataFrame
-        One row per 3-vector of the state. Columns: ``unit``, ``predicted``, ``lower bound`` and
-        ``predicted / lower bound [-]``.
-    """
-    step = round(history.t_end / model.step)
-    units = list_block_units(model.suite)
-    factors = np.array([unit.factor for unit in units])
-    worst = history.sigma[-1].reshape(-1, 3).max(axis=1)
-    bounds = np.array([bound.compute_sigma(name)[step] for name in model.suite.blocks])
-    return pd.DataFrame(
-        {
-            "unit": [unit.unit for unit in units],
-            "predicted": worst * factors,
-            "lower bound": bounds * factors,
-            "predicted / lower bound [-]": worst / bounds,
-        },
-        index=pd.Index([unit.label for unit in units], name="error"),
-    )
-
-
-def describe_lower_bound(bound: LowerBound, t_end: float, trace: float) -> Iterator[str]:
-    """Yield a line of text with the ratio of the trace of a plan to its lower bound, and a second
-    line if the bound contains relaxations.
-
-    A relaxation is a simplification by which the bound is lower than necessary.
-    """
-    (min_trace,) = bound.evaluate_trace(np.array([t_end]))
-    yield (
-        f"the trace is {trace / min_trace:.2f} times its lower bound, which is {min_trace:.3g} "
-        f"after {format_duration(t_end)}"
-    )
-    if bound.relaxations:
-        yield f"relaxation of the lower bound: {'; '.join(bound.relaxations)}"
 
 
 def _round_up(value: float) -> str:

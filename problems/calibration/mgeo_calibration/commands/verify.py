@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from mgeo_attitude.commands.files import SelectedPlan
-from mgeo_attitude.commands.show import render_table
 from mgeo_attitude.plan.run_folder import PROBLEM
-from mgeo_attitude.plan.tables import TABLES
+from mgeo_attitude.plan.tables import build_sections
 
+from mgeo.plugins.review import format_section
 from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
 from mgeo_calibration.commands.fly import format_constraints
 from mgeo_calibration.simulators.plan_comparison import format_gyro_guidance
@@ -50,7 +50,8 @@ def print_verification(picked: SelectedPlan, verification: Verification, output:
         ),
         format_note(f"NEES per state {verification.nees:.3f}; {describe_power(verification)}"),
     )
-    output.print(*render_table(TABLES["monte_carlo"], plan))
+    for section in build_sections(plan, ["objectives"]):
+        output.print(escape_text(f"\n{section.title}", "bold"), format_section(section))
     if len(verification.path_constraints):
         output.print(
             *build_titled_table("path constraints violated", verification.path_constraints),
