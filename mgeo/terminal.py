@@ -9,6 +9,7 @@ import json
 import os
 import re
 import sys
+import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from mgeo._text import format_column, is_number, wrap_text
+from mgeo._text import TEXT_WIDTH, format_column, is_number, wrap_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
     from mgeo.plugins.review import Section
 
+#: Space between the columns of a table [columns].
+_GAP = 2
 _PIPE_WIDTH = 400  # width of tables in pipes and files [columns], unless COLUMNS is set
 _stdout_stack: list[TextIO] = []  # the original stdout while `reserve_stdout` is active
 
@@ -156,16 +159,31 @@ def build_text_table(columns: Mapping[str, Sequence[str]]) -> Table:
     """Return a borderless terminal table, given the texts of each column by title.
 
     A unit in the title, such as ``time [s]``, is in a second line of the head. Columns of numbers
-    are right-aligned.
+    are right-aligned. If the table is wider than `TEXT_WIDTH`, the heads are wrapped.
     """
-    table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 2, 0, 0))
-    for title, texts in columns.items():
-        head = re.sub(r" +\[([^\[]*)\]$", r"\n\1", title)
+    heads = [re.sub(r" +\[([^\[]*)\]$", r"\n\1", title) for title in columns]
+    widths = [max(map(len, texts), default=1) for texts in columns.values()]
+    gaps = _GAP * (len(heads) - 1)
+    if sum(map(max, widths, map(_measure, heads))) + gaps > TEXT_WIDTH:
+        heads = [
+            "\n".join(
+                textwrap.fill(line, max(width, _measure(head.replace(" ", "\n"))))
+                for line in head.splitlines()
+            )
+            for head, width in zip(heads, widths, strict=True)
+        ]
+    table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, _GAP, 0, 0))
+    for head, texts in zip(heads, columns.values(), strict=True):
         justify: JustifyMethod = "right" if all(map(is_number, texts)) else "left"
         table.add_column(escape_text(head, "bold"), justify=justify, overflow="fold")
     for row in zip(*columns.values(), strict=True):
         table.add_row(*map(escape_text, row))
     return table
+
+
+def _measure(text: str) -> int:
+    """Return the length of the longest line of a text."""
+    return max(map(len, text.splitlines()), default=1)
 
 
 def is_within_width(content: Table, width: int) -> bool:

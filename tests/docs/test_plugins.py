@@ -63,7 +63,7 @@ def test_the_package_is_solved_by_its_name(package):
 
     solve, report = re.findall(r"^mgeo .*", PAGE, re.MULTILINE)[:2]
     found = json.loads(mgeo(f"{solve} --json"))
-    assert re.fullmatch(r".* l at .* °C yield .* %", found["summary"]["text"])
+    assert re.fullmatch(r".* l at .* °C yield .* %", found["recommended"]["summary"])
     front = np.loadtxt(package / found["folder"] / "front.csv", delimiter=",", skiprows=1)
     volume, loss = front[np.argsort(front[:, 2])][:, 2:4].T
     assert len(front) > 20

@@ -141,7 +141,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         self._n_runs = scenario.monte_carlo.n_runs if scenario.monte_carlo else 0
         self._cache = EvaluationCache()
         self.obj_names = tuple(entry.label for entry in self._build_objectives())
-        self.obj_labels = tuple("time" if key == "t_end" else key for key in self.objectives)
+        self.obj_labels = tuple(
+            "time" if key == "t_end" else key.replace("_", "-") for key in self.objectives
+        )
         self.constraint_names = tuple(entry.label for entry in list_constraints(scenario))
         limits = scenario.maneuvers
         upper = np.array([limits.max_rate_deg_s] * 3 + [limits.max_duration])

@@ -62,7 +62,6 @@ class Plans(View):
 
     noun = "plan"
     problem: AttitudeManeuverProblem
-    noun = "plan"
     #: Number of independent Monte Carlo runs per plan.
     n_monte_carlo_runs: ClassVar[int] = 200
 
