@@ -82,7 +82,8 @@ def format_number(value: float, decimals: int | None = None, digits: int = 3) ->
     if math.isinf(value) or not (value == 0.0 or 1e-3 <= abs(value) < 1e6):
         return f"{value:.{digits - 1}e}" if decimals is None else f"{value:.{decimals}f}"
     if decimals is None:
-        decimals = max(digits - 1 - math.floor(math.log10(abs(value))), 0) if value else 0
+        exponent = int(f"{value:.{digits - 1}e}".partition("e")[2])  # after rounding
+        decimals = max(digits - 1 - exponent, 0) if value else 0
     return f"{value + 0.0:.{decimals}f}"
 
 

@@ -56,9 +56,9 @@ def test_records_have_units_in_keys():
 
 
 def test_numbers_keep_their_integer_digits():
-    values = [999.9, 1234.5, 0.000123456, 2e9, np.nan]
+    values = [999.9, 1234.5, 0.000123456, 2e9, np.nan, 0.99999]
     texts = [row[0] for row in format_cells(pd.DataFrame({"a": values}))[1:]]
-    assert texts == ["1000", "1234", "1.23e-04", "2.00e+09", ""]
+    assert texts == ["1000", "1234", "1.23e-04", "2.00e+09", "", "1.00"]
     assert [row[0] for row in format_cells(pd.DataFrame({"a": [10.0, 500.0]}))] == [
         "a",
         "10",

@@ -88,7 +88,7 @@ def load_plan(
         )
     if flags:
         raise ValueError(f"{source} is a single plan: {flags[0]} applies to run folders only")
-    return SelectedPlan(read_json(source), source.name)
+    return SelectedPlan(read_json(source), f"plan file {source.name}")
 
 
 def check_targets(

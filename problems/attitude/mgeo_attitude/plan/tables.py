@@ -138,7 +138,7 @@ def _describe_constraints(plan: ManeuverPlan) -> str:
 def _build_timeline(plan: ManeuverPlan) -> pd.DataFrame:
     table = build_maneuver_table(plan.view)
     starts = format_time_stamps(plan.scenario.epoch, table["start [s]"].to_numpy())
-    return table.assign(**{"start UTC": starts})
+    return table.assign(**{"start UTC": starts}).rename_axis("phase")
 
 
 def _format_timeline(table: pd.DataFrame) -> pd.DataFrame:
