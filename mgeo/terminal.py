@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout
@@ -19,8 +20,13 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
+from mgeo._text import format_column, is_number, wrap_text
+
 if TYPE_CHECKING:
     import pandas as pd
+    from rich.console import JustifyMethod
+
+    from mgeo.plugins.review import Section
 
 _PIPE_WIDTH = 400  # width of tables in pipes and files [columns], unless COLUMNS is set
 _stdout_stack: list[TextIO] = []  # the original stdout while `reserve_stdout` is active
@@ -114,6 +120,51 @@ def build_table(
         )
     for row in entries:
         table.add_row(*(escape_text(_format_value(value, digits)) for value in row))
+    return table
+
+
+def render_section(section: Section) -> Iterator[str | RenderableType]:
+    """Yield the printable parts of a section: title, lines of text, table and note.
+
+    The title is the head of the first column if the rows of the table have names. The note begins
+    with the number of the rows that are left out.
+    """
+    import pandas as pd
+
+    table, note = section.table, section.note
+    has_names = table is not None and not isinstance(table.index, pd.RangeIndex)
+    if section.title and not has_names:
+        yield escape_text(section.title, "bold")
+    yield from map(wrap_text, section.lines)
+    if table is not None:
+        shown = table.iloc[: section.max_rows]
+        columns = {
+            str(name): format_column(shown[name].tolist(), section.decimals.get(str(name)))
+            for name in shown.columns
+        }
+        if has_names:
+            columns = {section.title: [str(name) for name in shown.index], **columns}
+        yield build_text_table(columns)
+        if len(shown) < len(table):
+            n_more = len(table) - len(shown)
+            note = f"And {n_more} more row{'' if n_more == 1 else 's'}. {note}".strip()
+    if note:
+        yield format_note(wrap_text(note))
+
+
+def build_text_table(columns: Mapping[str, Sequence[str]]) -> Table:
+    """Return a borderless terminal table, given the texts of each column by title.
+
+    A unit in the title, such as ``time [s]``, is in a second line of the head. Columns of numbers
+    are right-aligned.
+    """
+    table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 2, 0, 0))
+    for title, texts in columns.items():
+        head = re.sub(r" +\[([^\[]*)\]$", r"\n\1", title)
+        justify: JustifyMethod = "right" if all(map(is_number, texts)) else "left"
+        table.add_column(escape_text(head, "bold"), justify=justify, overflow="fold")
+    for row in zip(*columns.values(), strict=True):
+        table.add_row(*map(escape_text, row))
     return table
 
 

@@ -5,17 +5,16 @@ A section is declared once and is shown by the terminal, HTML pages and JSON out
 
 from __future__ import annotations
 
-import re
 import textwrap
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
+
+from mgeo._text import TEXT_WIDTH, format_column, format_key, is_number, wrap_text
 
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Width of texts in the terminal [columns].
-TEXT_WIDTH = 80
 _GAP = "  "
 
 
@@ -33,6 +32,11 @@ class Section:
         may end with a unit in brackets, as in ``duration [s]``.
     note : str
         Text below the table, which says what the table shows.
+    decimals : mapping of str to int
+        Columns that a terminal shows with a fixed number of decimals, by title. All other numbers
+        have three significant digits.
+    max_rows : int, optional
+        Maximum number of rows that a terminal shows.
     key : str
         Name of the section in options and in JSON output.
     is_detail : bool
@@ -43,6 +47,8 @@ class Section:
     lines: tuple[str, ...] = ()
     table: pd.DataFrame | None = None
     note: str = ""
+    decimals: Mapping[str, int] = field(default_factory=dict)
+    max_rows: int | None = None
     key: str = ""
     is_detail: bool = False
 
@@ -76,16 +82,9 @@ def format_section(section: Section, width: int = TEXT_WIDTH) -> str:
         Width available for the table. Paragraphs are not wider than `TEXT_WIDTH`.
     """
     table = [] if section.table is None else [format_table(section.table, width)]
-    paragraphs = [wrap_text(line, width) for line in (*section.lines, section.note) if line]
+    paragraphs = [wrap_text(line, width=width) for line in (*section.lines, section.note) if line]
     n_lines = len(section.lines)
     return "\n".join([*paragraphs[:n_lines], *table, *paragraphs[n_lines:]])
-
-
-def wrap_text(text: str, width: int = TEXT_WIDTH) -> str:
-    """Wrap a paragraph at the given width or at `TEXT_WIDTH`, whichever is smaller."""
-    return textwrap.fill(
-        text, min(width, TEXT_WIDTH), break_long_words=False, break_on_hyphens=False
-    )
 
 
 def format_table(table: pd.DataFrame, width: int = TEXT_WIDTH) -> str:
@@ -121,16 +120,16 @@ def format_table(table: pd.DataFrame, width: int = TEXT_WIDTH) -> str:
         cells[longest] = [
             textwrap.wrap(text, widths[longest]) or [""] for (text,) in cells[longest]
         ]
-    first = [] if isinstance(table.index, pd.RangeIndex) else [0]
-    parts = _split_columns(widths, first, width, len(widths))
+    names = [] if isinstance(table.index, pd.RangeIndex) else [0]
+    parts = _split_columns(widths, names, width, len(widths))
     if len(parts) > 1:  # Distribute the columns evenly.
-        parts = _split_columns(widths, first, width, -(-len(widths) // len(parts)) + len(first))
+        parts = _split_columns(widths, names, width, -(-len(widths) // len(parts)) + len(names))
     return "\n\n".join(
         _join_columns(
             [heads[j] for j in part],
             [[column[i] for column in (cells[j] for j in part)] for i in range(len(table))],
             [widths[j] for j in part],
-            [kinds[j] == "number" for j in part],
+            [kinds[j] == "number" and j not in names for j in part],
         )
         for part in parts
     )
@@ -155,7 +154,7 @@ def _split_title(title: str, width: int) -> list[str]:
     words = name.split(" ")
     halves = [[" ".join(words[:i]), " ".join(words[i:])] for i in range(1, len(words))]
     lines = min(halves, key=lambda half: max(map(len, half)), default=[name])
-    return [*([name] if len(name) <= width else lines), *([f"[{unit}"] if unit else [])]
+    return [*([name] if len(name) <= width else lines), *([unit.removesuffix("]")] if unit else [])]
 
 
 def _join_columns(
@@ -190,18 +189,6 @@ def build_records(table: pd.DataFrame) -> list[dict[Any, Any]]:
     return complete.set_axis([format_key(str(c)) for c in complete], axis=1).to_dict("records")
 
 
-def format_key(title: str) -> str:
-    """Convert the title of a column to a key in JSON output.
-
-    Examples
-    --------
-    >>> [format_key(title) for title in ("rate x [deg/s]", "attitude 1-sigma [deg]", "ratio [-]")]
-    ['rate_x_deg_s', 'attitude_1sigma_deg', 'ratio']
-    """
-    text = title.lower().replace("1-sigma", "1sigma").replace("%", "percent")
-    return "_".join(re.findall(r"[a-z0-9]+", text))
-
-
 def format_cells(table: pd.DataFrame, digits: int = 3) -> list[list[str]]:
     """Convert a table to rows of strings, of which the first contains the column titles.
 
@@ -210,15 +197,14 @@ def format_cells(table: pd.DataFrame, digits: int = 3) -> list[list[str]]:
     table : DataFrame
         The index becomes the first column, unless it is a RangeIndex.
     digits : int
-        Significant digits of floats; larger numbers have all digits before the decimal point. NaN
-        becomes an empty string.
+        Significant digits of floats; large numbers have all digits before the decimal point, and
+        a column of integral numbers has no decimals. NaN becomes an empty string.
     """
     import pandas as pd
 
     head = [str(name) for name in table.columns]
-    rows = [
-        [_format_value(value, digits) for value in row] for row in table.astype(object).to_numpy()
-    ]
+    columns = [format_column(table.iloc[:, j].tolist(), digits=digits) for j in range(len(head))]
+    rows = [list(row) for row in zip(*columns, strict=True)]
     if isinstance(table.index, pd.RangeIndex):
         return [head, *rows]
     return [
@@ -241,22 +227,6 @@ def find_column_kinds(rows: Sequence[Sequence[str]]) -> list[str]:
         ``"number"`` if every cell of the column is a number or empty.
     """
     return [
-        "number" if all(_is_number(value) for value in column[1:]) else "text"
+        "number" if all(is_number(value) for value in column[1:]) else "text"
         for column in zip(*rows, strict=True)
     ]
-
-
-def _is_number(value: str) -> bool:
-    try:
-        float(value or "nan")
-    except ValueError:
-        return False
-    return True
-
-
-def _format_value(value: object, digits: int) -> str:
-    if isinstance(value, float):
-        rounded = f"{value:.{digits}g}"
-        text = f"{value:.0f}" if 10.0**digits <= abs(float(rounded)) < 1e7 else rounded
-        return "" if value != value else text
-    return str(value)

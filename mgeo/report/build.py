@@ -172,7 +172,7 @@ def build_report_html(
         noun=view.noun,
         heading=heading,
         summary=summary,
-        warnings=call_optional(view, View.remarks) if is_feasible else [],
+        warnings=call_optional(view, View.warnings) if is_feasible else [],
         infeasibility=explain_infeasibility(view) if run.outcome.nearest else None,
         folder=folder.resolve().name,
         run=run,

@@ -42,19 +42,16 @@ def test_first_page_shows_the_knee(run, folder, front, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     plan = front.select_plan("knee")
     text = run("show", folder).stdout
-    check_screen(text, max_lines=50)
+    check_screen(text, max_lines=55)
     assert f"{front.find_row('knee')} of {len(front.X)}" in text.splitlines()[0]
     assert format_duration(plan.t_end) in text
     attitude = plan.accuracy.loc["attitude"]
-    assert parse_table(text, "Predicted accuracy")["attitude"] == [
-        "deg",
-        *(
-            f"{attitude[name]:.3g}"
-            for name in ("before", "predicted", "90 % of runs", "lower bound", "ratio")
-        ),
-    ]
-    maneuver = parse_table(text, "Timeline")["maneuver 1"]
-    assert [float(cell) for cell in maneuver[2:5]] == pytest.approx(plan.design[:3], abs=5e-4)
+    unit, *numbers = parse_table(text, "Predicted accuracy")["attitude"]
+    names = ["before", "predicted", "90 % of runs", "lower bound", "ratio"]
+    assert unit == "deg"
+    assert [float(cell) for cell in numbers] == pytest.approx(attitude[names].to_list(), rel=5e-3)
+    maneuver = parse_table(text, "Timeline")["1"]
+    assert [float(cell) for cell in maneuver[2:5]] == pytest.approx(plan.design[:3], abs=5e-3)
     assert [f"\n{s.title}\n" in text for s in build_sections(plan)[1:]] == [
         s.key in FIRST_PAGE for s in build_sections(plan)[1:]
     ]

@@ -46,11 +46,15 @@ def test_sections_equal_tables_of_the_plan(plan, sections, key):
 
 
 def test_shares_of_error_sources_add_up(sections):
-    np.testing.assert_allclose(sections["budget"].table.sum(), 100.0, atol=0.6)  # Rounded to 0.1.
+    shares = sections["budget"].table.astype(float)
+    np.testing.assert_allclose(shares.sum(), 100.0, atol=0.6)  # Rounded to 0.1.
 
 
 def test_largest_error_sources_come_first(plan, sections):
-    drivers, budget = sections["drivers"].table, sections["budget"].table["attitude [%]"]
+    drivers, budget = (
+        sections["drivers"].table,
+        sections["budget"].table["attitude [%]"].astype(float),
+    )
     assert drivers["error source"].to_list() == budget.nlargest(3).index.to_list()
     assert (drivers["1-sigma if halved"] < plan.attitude_sigma_deg).all()
 
@@ -61,13 +65,10 @@ def test_phases_show_the_worst_axis(plan, sections):
     np.testing.assert_array_equal(shown["attitude [deg]"], expected[axes].max(axis=1))
 
 
-def test_ratio_to_the_lower_bound(plan):
-    table = plan.accuracy
-    np.testing.assert_allclose(table["predicted"] / table["lower bound"], table["ratio"])
-    assert (table["ratio"] >= 1.0 - 1e-9).all()
-    assert table.loc["attitude", "predicted"] == plan.attitude_sigma_deg
+def test_trace_is_compared_with_the_lower_bound(plan):
     (row,) = plan.compare_trace_with_lower_bound().to_numpy()
     assert row[0] == plan.trace >= row[1]
+    assert row[2] == pytest.approx(row[0] / row[1])
 
 
 def test_every_name_has_a_section():

@@ -36,7 +36,7 @@ def test_full_disk_is_one_error_and_loses_only_one_file(mgeo, monkeypatch, name)
     error = f"[Errno 28] No space left on device: 'a/{name}'"
     if name == "run.checkpoint":
         assert done.exit_code == 0
-        assert done.stdout.splitlines()[-1] == f"no checkpoint: {error}"
+        assert error in done.stdout.replace("\n  ", " ")
     else:
         assert done.exit_code == 2
         assert done.stderr.splitlines()[-1] == f"Error: {error}"
@@ -44,5 +44,5 @@ def test_full_disk_is_one_error_and_loses_only_one_file(mgeo, monkeypatch, name)
         assert "To continue after correcting the error: mgeo resume a" in done.stderr
         assert mgeo("resume", "a").exit_code == 0
     else:
-        assert ", knee: " in done.stdout.splitlines()[0]
+        assert "knee" in done.stdout
     assert len(read_run("a").outcome.F) > 1

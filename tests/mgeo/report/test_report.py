@@ -98,7 +98,7 @@ def hostile_run(solved, monkeypatch):
         "describe": lambda self: pd.DataFrame({EVIL: [EVIL] * len(self.X)}),
         "solution_figures": lambda self: [{EVIL: figure} for _ in self.X],
         "summaries": lambda self: [EVIL] * len(self.X),
-        "remarks": lambda self: [EVIL],
+        "warnings": lambda self: [EVIL],
         "review": lambda self: review,
     }.items():
         monkeypatch.setattr(CantileverView, name, value)

@@ -223,8 +223,8 @@ def check(
     """
     import numpy as np
 
+    from mgeo._text import wrap_text
     from mgeo.plugins.problems import read_scenario
-    from mgeo.plugins.review import wrap_text
     from mgeo_attitude.filter.reference import compare_filters
     from mgeo_attitude.plan.run_folder import PROBLEM
     from mgeo_attitude.problem import AttitudeManeuverProblem

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from mgeo.plugins.review import format_table, wrap_text
+from mgeo._text import wrap_text
+from mgeo.plugins.review import format_table
 from mgeo.terminal import Output, build_console
 from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.export_formats import find_format
@@ -36,7 +37,7 @@ def print_export(
     }
     table = pd.DataFrame.from_dict(rows, "index", columns=["format", "contents"])
     title = f"Exported {selected.name}, scenario {plan.scenario.name}"
-    output.print(wrap_text(title, width), "", format_table(table.rename_axis("file"), width))
+    output.print(wrap_text(title, width=width), "", format_table(table.rename_axis("file"), width))
     for path in contents:
         if path.suffix == ".json":
             output.print(

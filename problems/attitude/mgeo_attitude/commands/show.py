@@ -6,7 +6,8 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-from mgeo.plugins.review import build_records, format_section, wrap_text
+from mgeo._text import wrap_text
+from mgeo.plugins.review import build_records, format_section
 from mgeo.report.review_page import render_review_page
 from mgeo.store.atomic import write_file
 from mgeo.terminal import Output, build_console, escape_text
@@ -36,13 +37,13 @@ def print_plan(selected: SelectedPlan, keys: Collection[str], output: Output) ->
         if section.key == SUMMARY:
             output.print(escape_text(title, "bold"), format_section(section, width))
             for line in (*list_warnings(plan), *warn_of_late_convergence(plan)):
-                output.print(wrap_text(f"Warning: {line}", width))
+                output.print(wrap_text(f"Warning: {line}", "  ", width))
         else:
             output.print(escape_text(f"\n{section.title}", "bold"), format_section(section, width))
     others = [key for key in SECTION_KEYS if key not in keys]
     if others:
         text = f"Other sections: {', '.join(others)}. Use --section NAME, or --all."
-        output.print("", wrap_text(text, width))
+        output.print("", wrap_text(text, width=width))
 
 
 def build_plan_document(selected: SelectedPlan, keys: Collection[str]) -> dict[str, Any]:

@@ -34,7 +34,7 @@ def build_plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
     rates = draw_maneuvers(plan.problem, solutions, plan.view.hold_end)
     has_hold = any(phase.label.startswith(HOLD_LABEL) for phase in plan.phases)
     hold = "gray: the last rates are held" if has_hold else ""
-    apply_style(rates, "Body rates", hold).update_layout(annotations=())
+    apply_style(rates, "Body rates", hold).layout.annotations = ()
     return {
         "timeline": rates,
         "accuracy": _draw_uncertainty_by_phase(plan),

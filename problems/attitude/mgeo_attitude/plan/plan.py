@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from contextlib import suppress
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -28,6 +27,7 @@ from mgeo_attitude.settings.types import DEG
 from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 from mgeo_attitude.view.maneuver_view import ManeuverView
 from mgeo_attitude.view.observability import covariance, error_budget, improvements
+from mgeo_attitude.view.overview import build_accuracy_table
 from mgeo_attitude.view.summaries import format_duration
 
 #: Remaining share of an initial 1-sigma above which an error counts as not calibrated.
@@ -343,29 +343,10 @@ class ManeuverPlan(Settings):
 
     @cached_property
     def accuracy(self) -> pd.DataFrame:
-        """Table of the 1-sigmas about the worst body axis, before the plan and at `t_end`.
-
-        One row per 3-vector of the state. Columns: ``unit``; ``before``; ``predicted``, see
-        `sigma`; ``90 % of runs``, the value that 90 % of Monte Carlo runs do not exceed; ``lower
-        bound`` over all maneuvers of the same duration; and ``ratio`` of the predicted value to the
-        lower bound. The last two are missing if no lower bound can be proved.
+        """Table of the 1-sigmas about the worst body axis, before the plan and at `t_end`, with
+        their lower bounds; see `overview.build_accuracy_table` for the columns.
         """
-        model, units = self.problem.model, list_block_units(self.problem.model.suite)
-        factors = np.array([unit.factor for unit in units])
-        before, predicted = (
-            each.reshape(-1, 3).max(axis=1) * factors for each in (model.initial_sigma, self.sigma)
-        )
-        columns: dict[str, object] = {
-            "unit": [unit.unit for unit in units],
-            "before": before,
-            "predicted": predicted,
-            "90 % of runs": self.view.monte_carlo_sigma[0] * factors,
-        }
-        with suppress(NoLowerBoundError):
-            curves, step = self.problem.lower_bound, self.to_steps(self.t_end)
-            bound = factors * [curves.compute_sigma(name)[step] for name in model.suite.blocks]
-            columns |= {"lower bound": bound, "ratio": predicted / bound}
-        return pd.DataFrame(columns, pd.Index([unit.label for unit in units], name="quantity"))
+        return build_accuracy_table(self.view)
 
     def compare_trace_with_lower_bound(self) -> pd.DataFrame:
         """Return a table with one row: the trace at `t_end`, its lower bound over all maneuvers,

@@ -5,45 +5,23 @@ from __future__ import annotations
 import math
 
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.view.summaries import COVARIANCE_LOST, format_duration
+from mgeo_attitude.view.summaries import describe_ends, format_duration
 
 
 def describe_plan(plan: ManeuverPlan) -> list[str]:
     """Return sentences on the convergence time, the attitude accuracy and the constraints of a
     plan.
     """
-    if math.isnan(plan.view.nominal.t_end[0]):
-        return [f"{COVARIANCE_LOST[0].upper()}{COVARIANCE_LOST[1:]}."]
-    return [
-        " ".join([_describe_end(plan), *_describe_accuracy(plan)]),
-        " ".join([*_describe_time_after_convergence(plan), _describe_constraints(plan)]),
-    ]
-
-
-def _describe_end(plan: ManeuverPlan) -> str:
-    time = format_duration(plan.t_end)
-    if plan.problem.model.ends_with_last_maneuver:
-        return f"The maneuvers end after {time}."
-    (monte_carlo_t_end,) = plan.view.monte_carlo_t_end
-    if not plan.converged:
-        return f"The filter does not converge within {time}."
-    if math.isnan(monte_carlo_t_end):
-        return f"The filter converges after {time}."
-    if math.isinf(monte_carlo_t_end):
-        return (
-            f"The filter converges after {time} in the nominal run. Fewer than 90 % of Monte Carlo "
-            "runs converge."
-        )
-    robust_time = format_duration(monte_carlo_t_end)
-    return (
-        f"The filter converges after {time}, and in 90 % of Monte Carlo runs within {robust_time}."
-    )
+    (end,) = describe_ends(plan.view)
+    first = [f"{end}.", *_describe_accuracy(plan)]
+    second = [*_describe_hold(plan), *_describe_constraints(plan)]
+    return [" ".join(sentences) for sentences in (first, second) if sentences]
 
 
 def _describe_accuracy(plan: ManeuverPlan) -> list[str]:
     attitude = plan.accuracy.iloc[0]
     sentences = [
-        f"The predicted attitude accuracy is then {attitude['predicted']:.2g} deg (1-sigma, worst "
+        f"The predicted attitude accuracy is {attitude['predicted']:.2g} deg (1-sigma, worst "
         f"body axis), and at most {attitude['90 % of runs']:.2g} deg in 90 % of Monte Carlo runs."
     ]
     if "ratio" in attitude:
@@ -54,27 +32,20 @@ def _describe_accuracy(plan: ManeuverPlan) -> list[str]:
     return sentences
 
 
-def _describe_time_after_convergence(plan: ManeuverPlan) -> list[str]:
-    hold, slew_back = [], []
-    if plan.hold_end > plan.t_end:
-        hold = [
-            f"The last rates are held until {format_duration(plan.hold_end)} for runs that "
-            "converge later."
-        ]
-    if plan.slew_back:
-        end = format_duration(plan.duration)
-        slew_back = [f"The slew back to the initial attitude ends after {end}."]
-    return hold + slew_back
+def _describe_hold(plan: ManeuverPlan) -> list[str]:
+    if plan.hold_end <= plan.t_end:
+        return []
+    time = format_duration(plan.hold_end)
+    return [f"The last rates are held until the robust convergence time, {time}."]
 
 
-def _describe_constraints(plan: ManeuverPlan) -> str:
+def _describe_constraints(plan: ManeuverPlan) -> list[str]:
     table = plan.build_constraint_table()
     n, violated = len(table), table.index[~table["satisfied"].astype(bool)]
-    if not n:
-        return "The scenario has no constraints."
     if len(violated):
-        return f"{len(violated)} of {n} constraints are violated: {', '.join(violated)}."
-    return "The constraint is satisfied." if n == 1 else f"All {n} constraints are satisfied."
+        return [f"{len(violated)} of {n} constraints are violated: {', '.join(violated)}."]
+    satisfied = "The constraint is satisfied." if n == 1 else f"All {n} constraints are satisfied."
+    return [satisfied] if n else []
 
 
 def list_warnings(plan: ManeuverPlan) -> list[str]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from itertools import groupby
 
 import numpy as np
 import pandas as pd
@@ -13,12 +12,14 @@ import pandas as pd
 from mgeo.plugins.review import Review, Section
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.filter.error_budget import GYRO_NOISE
+from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from mgeo_attitude.maneuvers.motion import HOLD_LABEL, RAMP_PREFIX
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.summary import describe_plan, list_warnings
 from mgeo_attitude.plan_sections import FIRST_PAGE, SECTION_KEYS, SUMMARY
 from mgeo_attitude.view.margins import INTERVALS_AFTER_CONVERGENCE
 from mgeo_attitude.view.observability.error_budget import TOTAL
+from mgeo_attitude.view.overview import build_maneuver_table
 from mgeo_attitude.view.satellite import build_instrument_table, describe_satellite
 from mgeo_attitude.view.summaries import format_nominal_suffix
 
@@ -51,7 +52,7 @@ class PlanSection:
 
 
 def build_sections(plan: ManeuverPlan, keys: Collection[str] = SECTION_KEYS) -> list[Section]:
-    """Return sections about a plan that are not empty, in the order of `SECTION_KEYS`.
+    """Return sections about a plan in the order of `SECTION_KEYS`.
 
     Parameters
     ----------
@@ -68,11 +69,14 @@ def build_sections(plan: ManeuverPlan, keys: Collection[str] = SECTION_KEYS) -> 
         sections.append(Section("Summary", tuple(describe_plan(plan)), key=SUMMARY))
     for key, each in SECTIONS.items():
         if key in keys:
-            table = each.columns(each.table(plan))
-            if not table.empty:
-                note = each.note(plan)
-                is_detail = key not in FIRST_PAGE
-                sections.append(Section(each.title, (), table, note, key, is_detail))
+            table, note, is_detail = each.table(plan), each.note(plan), key not in FIRST_PAGE
+            if table.empty:  # The note has the reason.
+                sections.append(Section(each.title, (note,), key=key, is_detail=is_detail))
+            else:
+                columns = each.columns(table)
+                sections.append(
+                    Section(each.title, (), columns, note, key=key, is_detail=is_detail)
+                )
     return sections
 
 
@@ -114,6 +118,8 @@ def _select_constraint_columns(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _describe_constraints(plan: ManeuverPlan) -> str:
+    if plan.build_constraint_table().empty:
+        return "The scenario has no constraints."
     text = "Margin: distance from the bound; negative if the constraint is violated."
     if any(each.attitude_sigmas for each in plan.scenario.path_constraints):
         text += (
@@ -129,34 +135,23 @@ def _describe_constraints(plan: ManeuverPlan) -> str:
     return text
 
 
-def _build_maneuver_table(plan: ManeuverPlan) -> pd.DataFrame:
-    """Return the start, duration, commanded rates and rotation angle of each maneuver. A ramp
-    belongs to the maneuver that it leads to.
-    """
-    rows = {}
-    for label, group in groupby(plan.phases, lambda each: each.label.removeprefix(RAMP_PREFIX)):
-        phases = list(group)
-        start, end = phases[0].start, phases[-1].end
-        angle = sum(phase.rotation_deg for phase in phases)
-        rates = phases[0].commanded_deg_s
-        rows[label.replace(HOLD_LABEL, "hold")] = (start, end - start, *rates, angle)
-    columns = ["start [s]", "duration [s]"]
-    columns += [f"rate {axis} [deg/s]" for axis in "xyz"] + ["rotation [deg]"]
-    table = pd.DataFrame.from_dict(rows, "index", columns=columns).rename_axis("maneuver")
+def _build_timeline(plan: ManeuverPlan) -> pd.DataFrame:
+    table = build_maneuver_table(plan.view)
     starts = format_time_stamps(plan.scenario.epoch, table["start [s]"].to_numpy())
     return table.assign(**{"start UTC": starts})
 
 
 def _format_timeline(table: pd.DataFrame) -> pd.DataFrame:
-    columns = _format_times(_format_columns(table, "^rate", "{:+.3f}"))
+    columns = _format_times(_format_columns(table, "^ω", "{:+.2f}"))
     return columns.drop(columns="start UTC")
 
 
 def _describe_timeline(plan: ManeuverPlan) -> str:
     (epoch,) = format_time_stamps(plan.scenario.epoch, np.zeros(1))
     text = (
-        f"Start: time after {epoch[:_STAMP_LENGTH]} UTC. Rates: commanded body rates. Rotation: "
-        "accumulated angle."
+        f"Start: time after {epoch[:_STAMP_LENGTH]} UTC. ω: commanded body rates. Angle: "
+        "accumulated rotation. Largest reduction: quantity whose 1-sigma decreases by the largest "
+        "factor."
     )
     labels = [phase.label for phase in plan.phases]
     if any(label.startswith(RAMP_PREFIX) for label in labels):
@@ -174,13 +169,10 @@ def _describe_accuracy(plan: ManeuverPlan) -> str:
     )
     text = (
         f"1-sigma about the worst body axis. Predicted: {predicted}. 90 % of runs: not exceeded in "
-        "90 % of 200 Monte Carlo runs with random errors."
+        "90 % of 200 Monte Carlo runs."
     )
     if "lower bound" in plan.accuracy:
-        text += (
-            " Lower bound: no maneuver of this duration has a smaller 1-sigma. Ratio: predicted "
-            "over lower bound."
-        )
+        text += " Lower bound: for any maneuver of this duration. Ratio: predicted / lower bound."
     return text
 
 
@@ -193,6 +185,10 @@ def _build_axes_table(plan: ManeuverPlan) -> pd.DataFrame:
         values = table[name].to_numpy().reshape(-1, 3)
         columns |= {f"{name} {axis}": values[:, i] for i, axis in enumerate("xyz")}
     return pd.DataFrame(columns, pd.Index(names, name="quantity"))
+
+
+def _name_run(plan: ManeuverPlan) -> str:
+    return " in the nominal run" if format_nominal_suffix(plan.scenario) else ""
 
 
 def _select_axes_columns(table: pd.DataFrame) -> pd.DataFrame:
@@ -208,7 +204,8 @@ def _compute_budget_shares(table: pd.DataFrame) -> pd.DataFrame:
     """Convert the 1-sigmas of an error budget to shares of the variances [%]."""
     shares = 100.0 * (table.drop(TOTAL) / table.loc[TOTAL]) ** 2
     names = [re.sub(r" \[.*", " [%]", name) for name in map(str, table)]
-    return shares.round(1).set_axis(names, axis=1).rename_axis("error source")
+    shares = shares.set_axis(names, axis=1).rename_axis("error source")
+    return _format_columns(shares, "", "{:.1f}")
 
 
 def _format_times(table: pd.DataFrame) -> pd.DataFrame:
@@ -247,8 +244,11 @@ def _select_comparison_columns(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _describe_lower_bound(plan: ManeuverPlan) -> str:
+    try:
+        relaxations = plan.problem.lower_bound.relaxations
+    except NoLowerBoundError as reason:
+        return f"No lower bound can be proved: {reason}."
     text = "No maneuver of this duration has a smaller trace than the lower bound."
-    relaxations = plan.problem.lower_bound.relaxations
     if relaxations:
         text += (
             " Simplifications that make the bound smaller than necessary: "
@@ -282,9 +282,7 @@ SECTIONS = {
         _describe_constraints,
         _select_constraint_columns,
     ),
-    "timeline": PlanSection(
-        "Timeline", _build_maneuver_table, _describe_timeline, _format_timeline
-    ),
+    "timeline": PlanSection("Timeline", _build_timeline, _describe_timeline, _format_timeline),
     "accuracy": PlanSection(
         "Predicted accuracy",
         lambda plan: plan.accuracy,
@@ -294,10 +292,9 @@ SECTIONS = {
         "Accuracy drivers",
         ManeuverPlan.find_error_drivers,
         lambda plan: (
-            "Largest error sources of the 1-sigma about the worst body axis, with their share of "
-            "the variance"
-            + format_nominal_suffix(plan.scenario)
-            + ". If halved: 1-sigma that the same maneuvers give with half of the error source."
+            "Largest error sources of the 1-sigma about the worst body axis"
+            f"{_name_run(plan)}, with their share of the variance. If halved: 1-sigma that the "
+            "same maneuvers give with half of the error source."
         ),
     ),
     "axes": PlanSection(

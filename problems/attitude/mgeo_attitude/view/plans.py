@@ -25,8 +25,8 @@ from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 
 #: Share of Monte Carlo runs that do not exceed the displayed value, as a number and in words.
-MONTE_CARLO_SHARE, MONTE_CARLO_SHARE_TEXT = 0.9, "9 of 10 Monte Carlo runs"
-#: Largest number of plans that remarks and figures evaluate. For each, 200 runs take 1 to 2 s.
+MONTE_CARLO_SHARE, MONTE_CARLO_SHARE_TEXT = 0.9, "90 % of Monte Carlo runs"
+#: Largest number of plans that warnings and figures evaluate. For each, 200 runs take 1 to 2 s.
 _MAX_EVALUATED = 50
 
 
@@ -62,6 +62,7 @@ class Plans(View):
 
     noun = "plan"
     problem: AttitudeManeuverProblem
+    noun = "plan"
     #: Number of independent Monte Carlo runs per plan.
     n_monte_carlo_runs: ClassVar[int] = 200
 
@@ -250,8 +251,8 @@ class Plans(View):
         """Time until which each plan keeps the rate of its last maneuver [s], shape (n,).
 
         Without Monte Carlo runs this is the nominal convergence time. With Monte Carlo runs, it is
-        the time at which at least 9 of 10 runs have converged, or the end of the scenario if too
-        few runs converge. It is NaN if the covariance lost positivity.
+        the time at which 90 % of the runs have converged, or the end of the scenario if too few
+        runs converge. It is NaN if the covariance lost positivity.
         """
         problem, t_end = self.problem, self.nominal.t_end
         errors = problem.scenario.monte_carlo
@@ -318,6 +319,6 @@ def select_sample_rows(n: int) -> Ints:
 
 def format_plan_count(rows: Ints, n: int) -> str:
     """Return a phrase with the number of evaluated plans: "50 plans" if these are all n plans,
-    otherwise "50 evaluated plans".
+    otherwise "50 sampled plans".
     """
-    return f"{len(rows)} plans" if len(rows) == n else f"{len(rows)} evaluated plans"
+    return f"{len(rows)} plans" if len(rows) == n else f"{len(rows)} sampled plans"
