@@ -13,11 +13,14 @@ import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import ExitCode, convert_input_errors, get_interrupt_exit_code
-from mgeo.terminal import Output, build_table, escape_text
+from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
     from mgeo.studies.study_file import Study
+
+
+_MAX_ROWS = 10  # maximum number of rows of the table of significantly better algorithms
 
 
 def study(
@@ -100,22 +103,17 @@ def schema(
 def _print_results(
     study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output
 ) -> int:
-    """Print the tables and conclusions of a study, and return the exit code."""
+    """Print the conclusions and tables of a study, and return the exit code."""
     from mgeo.store.run_folder import REPORT_FILE
-    from mgeo.studies.conclusions import format_conclusions, format_published_table
+    from mgeo.studies.conclusions import format_conclusions, list_warnings, summarize_study
+    from mgeo.studies.summary_tables import (
+        build_behind_table,
+        build_published_table,
+        build_rank_table,
+        build_result_table,
+    )
 
-    for label, comparison in comparisons.items():
-        overview, sentences = (
-            comparison.format_overview(),
-            format_conclusions(comparison, study.control),
-        )
-        columns = build_table(["", *overview.columns], overview.itertuples(name=None))
-        output.print(escape_text(f"\n{label}", style="bold"), columns, *sentences)
-        published = format_published_table(study, comparison)
-        if published is not None and study.published is not None:
-            values = build_table(["", *published.columns], published.itertuples(name=None))
-            output.print(f"compared with {study.published.source}:", values)
-    output.print(f"\nwritten: {folder / REPORT_FILE}")
+    summary = summarize_study(comparisons, study.control)
     output.print_document(
         {
             "title": study.title,
@@ -124,15 +122,36 @@ def _print_results(
             "evaluations": study.evaluations,
             "per_variable": study.per_variable,
             "seeds": list(study.seeds),
+            "conclusions": [] if summary is None else summary.conclusions,
+            "ranks": [] if summary is None else to_records(summary.ranks),
             "problems": {
                 label: _build_document(each, study.control) for label, each in comparisons.items()
             },
         }
     )
-    for label, comparison in comparisons.items():
-        for text in comparison.describe_failures(label):
-            output.print_note(f"Note: {text}")
-    n_failed = sum(_count_runs(comparison, "failed") for comparison in comparisons.values())
+    output.print(escape_text(study.title, style="bold"), study.format_size(), "")
+    if len(comparisons) > 1 and summary is not None:
+        output.print(*summary.conclusions)
+        tables = [build_rank_table(comparisons, summary), build_behind_table(summary, _MAX_ROWS)]
+    else:
+        (comparison,) = comparisons.values()
+        output.print(*format_conclusions(comparison, study.control))
+        tables = [
+            build_result_table(comparison),
+            build_published_table(study, comparison),
+        ]
+    for titled in tables:
+        if titled is not None:
+            table = build_titled_table(titled.title, titled.table)
+            output.print(*table, format_note(titled.note))
+    for text in list_warnings(comparisons):
+        output.print_note(f"Warning: {text}")
+    figure = "ranks" if len(comparisons) > 1 else "anytime"
+    output.print(
+        f"\nwritten: {folder / REPORT_FILE}",
+        f"draw a figure for a paper: mgeo report {folder} --figure {figure} --paper",
+    )
+    n_failed = sum(_count_runs(each, "failed") for each in comparisons.values())
     if n_failed:
         output.print_note(f"{n_failed} runs failed; --resume repeats them")
     return ExitCode.INCOMPLETE if n_failed else ExitCode.SUCCESS
@@ -162,6 +181,7 @@ def _build_document(comparison: Comparison, control: str | None) -> dict[str, An
     return {
         "n_finished": _count_runs(comparison, "finished"),
         "n_failed": _count_runs(comparison, "failed"),
+        "conclusions": format_conclusions(comparison, control),
         "ranking": comparison.rank_algorithms(),
         "algorithms": {
             label: {
@@ -170,7 +190,6 @@ def _build_document(comparison: Comparison, control: str | None) -> dict[str, An
             }
             for label in comparison.algorithms
         },
-        "conclusions": format_conclusions(comparison, control),
     }
 
 
