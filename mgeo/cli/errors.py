@@ -112,14 +112,12 @@ class ExitCode(IntEnum):
 
 #: Descriptions of the exit codes, for the help.
 EXIT_CODES: Mapping[ExitCode, str] = {
-    ExitCode.SUCCESS: "done",
-    ExitCode.ERROR: "an error in mgeo or in a problem; --debug shows the traceback",
-    ExitCode.BAD_INPUT: "bad input: arguments, files, options, an error in a plugin, or a full "
-    "disk; existing files are intact",
-    ExitCode.INCOMPLETE: "done, but no solution satisfies all constraints, runs of a study failed, "
-    "or a check failed",
-    ExitCode.INTERRUPTED: "Ctrl-C; the results so far are saved",
-    ExitCode.TERMINATED: "SIGTERM; the results so far are saved",
+    ExitCode.SUCCESS: "success",
+    ExitCode.ERROR: "error in mgeo or in a problem; --debug prints the traceback",
+    ExitCode.BAD_INPUT: "invalid input (options, files, plugins), or a full disk",
+    ExitCode.INCOMPLETE: "no solution satisfies all constraints, or runs or checks failed",
+    ExitCode.INTERRUPTED: "interrupted by Ctrl-C; the results so far are saved",
+    ExitCode.TERMINATED: "ended by SIGTERM; the results so far are saved",
 }
 
 

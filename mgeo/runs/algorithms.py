@@ -213,8 +213,9 @@ def describe_algorithm(name: str) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``name``, ``label``, ``description`` and ``parameters``, a list of dicts of ``name``,
-        ``default`` and ``meaning``.
+        ``name``, ``label``, ``library`` ("mgeo", "pymoo" or the package of a plugin),
+        ``description`` and ``parameters``, a list of dicts of ``name``, ``default`` and
+        ``meaning``.
 
     Raises
     ------
@@ -230,11 +231,18 @@ def describe_algorithm(name: str) -> dict[str, Any]:
         label, description = ALGORITHMS[name].label, ALGORITHMS[name].description
     else:
         label, description = name, (inspect.getdoc(_load_class(name)) or "").partition("\n")[0]
+    library = "pymoo" if _has_population_only(name) else _load_class(name).__module__.split(".")[0]
     rows = [
         {"name": key, "default": value, "meaning": meanings.get(key, "")}
         for key, value in defaults.items()
     ]
-    return {"name": name, "label": label, "description": description, "parameters": rows}
+    return {
+        "name": name,
+        "label": label,
+        "library": library,
+        "description": description,
+        "parameters": rows,
+    }
 
 
 def _has_population_only(name: str) -> bool:

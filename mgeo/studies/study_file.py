@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import product
-from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -164,17 +163,21 @@ class Study(StudySettings):
         steps = [step * factor for step in self.grid if step <= self.evaluations]
         return self.evaluations * factor, steps
 
+    @property
+    def n_runs(self) -> int:
+        """Number of runs: one for each problem, algorithm and seed."""
+        return len(self.problems) * len(self.algorithms) * len(self.seeds)
+
     def format_size(self) -> str:
         """Return the numbers of problems, algorithms, seeds, runs and evaluations as text."""
-        numbers = len(self.problems), len(self.algorithms), len(self.seeds)
-        sizes = [
-            f"{n:,} {noun}{'' if n == 1 else 's'}"
-            for n, noun in zip(numbers, ("problem", "algorithm", "seed"), strict=True)
-        ]
+        counts = {
+            "problem": len(self.problems),
+            "algorithm": len(self.algorithms),
+            "seed": len(self.seeds),
+        }
+        sizes = ", ".join(f"{n:,} {noun}{'' if n == 1 else 's'}" for noun, n in counts.items())
         unit = " per variable" if self.per_variable else ""
-        return (
-            f"{', '.join(sizes)}: {prod(numbers):,} runs of {self.evaluations:,} evaluations{unit}"
-        )
+        return f"{sizes}: {self.n_runs:,} runs of {self.evaluations:,} evaluations{unit}"
 
     def with_budget(self, evaluations: int | None = None, seeds: int | None = None) -> Study:
         """Return a copy of the study with another number of evaluations or another number of seeds.

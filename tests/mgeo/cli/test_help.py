@@ -33,6 +33,15 @@ def test_examples_in_the_help_are_valid_command_lines(mgeo, command):
             pass  # An invalid command line raises an exception.
 
 
+@pytest.mark.parametrize("command", [None, *EXAMPLES])
+def test_help_fits_into_a_terminal(mgeo, monkeypatch, command):
+    monkeypatch.setenv("COLUMNS", "80")
+    text = mgeo(*filter(None, [command]), "--help").stdout
+    assert max(map(len, text.splitlines())) <= 80
+    assert not re.search(r"[{<]|x>=|\.\.\.$", text.partition("COMMAND [ARGS]...")[2] or text)
+    assert "General options:" in text
+
+
 def test_version_option_lists_packages(mgeo):
     project = Path(__file__).parents[3] / "pyproject.toml"
     version = tomllib.loads(project.read_text())["project"]["version"]

@@ -11,8 +11,8 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli.app import format_examples
 from mgeo.cli.errors import convert_input_errors
+from mgeo.cli.help_text import format_examples
 from mgeo.cli.options import Debug, Json
 from mgeo.terminal import Output, build_table
 
