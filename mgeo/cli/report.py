@@ -21,48 +21,64 @@ def report(
         list[Path],
         typer.Argument(
             metavar="DIR [DIR]",
-            help="Folder of a run or study, or two run folders or solution files to compare.",
+            help="Folder of a run or of a study, or two runs or solution files to compare.",
         ),
     ],
     out: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
+            rich_help_panel="Page",
             help="File to write [default: DIR/report.html, or comparison.html for two runs].",
         ),
     ] = None,
     solution: Annotated[
         int | None,
-        typer.Option(metavar="N", min=0, help="Number of the solution to review [default: knee]."),
+        typer.Option(
+            metavar="N",
+            min=0,
+            rich_help_panel="Page",
+            help="Number of the solution that the printed page reviews [default: knee].",
+        ),
     ] = None,
     png: Annotated[
         bool,
-        typer.Option("--png", help="Also write the figures as PNG, into figures/ next to FILE."),
+        typer.Option(
+            "--png",
+            rich_help_panel="Figures",
+            help="Also write the figures as PNG, into figures/ next to FILE.",
+        ),
     ] = False,
     pdf: Annotated[
         bool,
-        typer.Option("--pdf", help="Also write the figures as PDF, into figures/ next to FILE."),
+        typer.Option(
+            "--pdf",
+            rich_help_panel="Figures",
+            help="Also write the figures as PDF, into figures/ next to FILE.",
+        ),
     ] = False,
     figure: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Write only this figure, such as front, knee-rates or ranks, and no report; as "
-            "PNG unless --pdf is given. Can be repeated.",
+            rich_help_panel="Figures",
+            help="Write only this figure, such as front, knee-rates or ranks, and no page; as PNG "
+            "unless --pdf is given. Can be repeated.",
         ),
     ] = None,
     paper: Annotated[
         bool,
         typer.Option(
             "--paper",
-            help="Draw the figures for a paper: 88 mm wide, 8-point serif, no title, PDF.",
+            rich_help_panel="Figures",
+            help="Write the figures as PDF for a paper: 88 mm wide, 8-point serif, no title.",
         ),
     ] = False,
     problem: Annotated[
         list[str] | None,
         typer.Option(
             metavar="MODULE:CLASS",
-            help="Class of a problem, required if the problem has no installed name; can be "
+            help="Class of a problem. Required if the run was made with MODULE:CLASS. Can be "
             "repeated.",
         ),
     ] = None,
@@ -70,13 +86,12 @@ def report(
     quiet: options.Quiet = False,
     debug: options.Debug = False,
 ) -> None:
-    """Write an HTML report of a run, or of two runs side by side.
+    """Write an HTML report of a run or of two runs side by side, or figures for a paper.
 
     The page shows the configuration, the front and each solution, and loads nothing from the
-    network. Printed, it is a review document of one solution. Figures show the front, the
-    hypervolume, the knee, and the best solution of each objective. PNG and PDF files require
-    kaleido (pip install 'mgeo[png]') and Chrome or Chromium. A study has a report already, so that
-    only its figures are written. Without options, their names are listed.
+    network. Printed, it is a review document of one solution. A study has a report already: the
+    command writes its figures or, without options, lists their names. Figures require kaleido
+    (pip install 'mgeo[png]') and Chrome or Chromium.
     """
     from mgeo.report.build import build_report_html
     from mgeo.report.compare import build_comparison_html
@@ -149,6 +164,8 @@ def _check_options(
     out: Path | None,
     solution: int | None,
 ) -> None:
+    if len(sources) == 1 and not sources[0].exists():
+        raise FileNotFoundError(f"there is no folder {sources[0]}")
     if len(sources) > 2:
         raise ValueError(f"{len(sources)} runs: expected one run, or two runs to compare")
     if len(sources) == 2 and (formats or solution is not None):

@@ -177,6 +177,7 @@ def solve(
             parameters["n_walkers"] = walkers
         run = prepare_run(
             problem,
+            scenario_file=scenario if scenario and scenario.endswith(".toml") else None,
             parameters=parameters,
             options=read_scenario(problem, scenario, after=after, trusted_classes=(problem,)),
             algorithm=algorithm_option,

@@ -24,33 +24,72 @@ _MAX_ROWS = 10  # maximum number of rows of the table of significantly better al
 
 
 def study(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Study file in TOML.")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE",
+            help="Study file in TOML: problems, algorithms, seeds and number of evaluations.",
+        ),
+    ],
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder to write [default: studies/FILE].")
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            rich_help_panel="Output",
+            help="Folder to write [default: studies/FILE].",
+        ),
     ] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Continue the interrupted study in the folder.")
+        bool,
+        typer.Option(
+            "--resume",
+            rich_help_panel="Output",
+            help="Continue the interrupted study in the folder.",
+        ),
     ] = False,
     evaluations: Annotated[
-        int | None, typer.Option(min=1, help="Budget of each run [default: from FILE].")
+        int | None,
+        typer.Option(
+            min=1,
+            metavar="N",
+            rich_help_panel="Runs",
+            help="Number of evaluations of each run [default: from FILE].",
+        ),
     ] = None,
     seeds: Annotated[
-        int | None, typer.Option(min=1, help="Number of seeds [default: from FILE].")
+        int | None,
+        typer.Option(
+            min=1,
+            metavar="N",
+            rich_help_panel="Runs",
+            help="Number of seeds [default: from FILE].",
+        ),
     ] = None,
-    jobs: Annotated[int, typer.Option(help="Number of processes; -1 for one per processor.")] = -1,
+    jobs: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            rich_help_panel="Runs",
+            help="Number of processes; -1 for one per processor.",
+        ),
+    ] = -1,
     cluster: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="Run on the Dask cluster of this scheduler."),
+        typer.Option(
+            metavar="ADDRESS",
+            rich_help_panel="Runs",
+            help="Run on a Dask cluster, given the address of its scheduler.",
+        ),
     ] = None,
     dry_run: options.DryRun = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
     debug: options.Debug = False,
 ) -> None:
-    """Compare algorithms as specified in a study file, and write tables and figures.
+    """Compare algorithms on problems by statistical tests, and write a report.
 
     Each run is stored in the folder when it finishes, so that --resume can continue an interrupted
-    study.
+    study. The exit code is 3 if a run failed.
     """
     from mgeo.studies.comparison import ComparisonWarning
     from mgeo.studies.study import run_study
@@ -88,7 +127,9 @@ def study(
 
 
 def schema(
-    kind: Annotated[Literal["study"], typer.Argument(help="Kind of the files.")],
+    kind: Annotated[
+        Literal["study"], typer.Argument(metavar="KIND", help="Kind of the files: study.")
+    ],
     debug: options.Debug = False,
 ) -> None:
     """Print the JSON Schema of study files, for completion and validation in editors.
@@ -160,6 +201,8 @@ def _print_results(
 @contextmanager
 def _start_workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
     """Context manager that yields the number of processes, or None if a Dask cluster is used."""
+    if jobs == 0:
+        raise ValueError("--jobs 0: expected a number of processes, or -1 for one per processor")
     if cluster is None:
         yield jobs
         return
@@ -169,7 +212,11 @@ def _start_workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
         raise ValueError("--cluster requires Dask: pip install 'mgeo[distributed]'") from error
     import joblib
 
-    with Client(cluster), joblib.parallel_config("dask"):
+    try:
+        client = Client(cluster)
+    except (OSError, ValueError) as error:
+        raise ValueError(f"--cluster {cluster}: {error}") from error
+    with client, joblib.parallel_config("dask"):
         yield None
 
 

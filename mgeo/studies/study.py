@@ -148,8 +148,9 @@ def _build_experiments(
     """
     experiments = {}
     for configuration in study.problems:
-        label, problem = configuration.label, configuration.build()
+        label = configuration.label
         try:
+            problem = configuration.build()
             validate_space_arguments(problem, parts=configuration.parts)
         except ValueError as error:
             raise ValueError(f"{label}: {error}") from error

@@ -54,6 +54,12 @@ def test_version_option_lists_packages(mgeo):
     ("arguments", "message"),
     [
         (["--nonsense"], r"No such option:? '?--nonsense'? \(see mgeo --help\)"),
+        (["algorithms", "--jso"], r"There is no option --jso; did you mean --json\? \(see .*"),
+        (["study", "a.toml", "--seeds", "x"], r"--seeds x: expected an integer \(see .*"),
+        (["study", "a.toml", "--seeds", "0"], r"--seeds 0: expected at least 1 \(see .*"),
+        (["schema", "nothing"], r"KIND nothing: .*'study' \(see .*"),
+        (["suite", "catalog", "none.toml"], r"none.toml: no such file or directory"),
+        (["report", "none"], r"there is no folder none"),
         (["solv"], r"No such command 'solv'.* \(see mgeo --help\)"),
         (["solve"], r"Missing argument '(?i:problem)' \(see mgeo solve --help\)"),
         (["study", "a", "b"], r"Got unexpected extra argument.*b.* \(see mgeo study --help\)"),
