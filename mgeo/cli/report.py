@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -20,7 +21,7 @@ def report(
     sources: Annotated[
         list[Path],
         typer.Argument(
-            metavar="DIR [DIR]",
+            metavar="DIR",
             help="Folder of a run or of a study, or two runs or solution files to compare.",
         ),
     ],
@@ -103,7 +104,7 @@ def report(
     )
     from mgeo.store.atomic import write_file, write_files
     from mgeo.store.run_folder import REPORT_FILE, STUDY_FILE
-    from mgeo.studies.comparison_files import read_comparisons
+    from mgeo.studies.comparison_files import format_folder_name, read_comparisons
     from mgeo.studies.report import draw_study_figures
 
     output = Output(quiet, json)
@@ -118,9 +119,8 @@ def report(
         path = out or (Path(COMPARISON_FILE) if is_pair else first / REPORT_FILE)
         _check_page_path(path)
         if is_study:
-            figures = draw_study_figures(
-                read_comparisons(first, trusted_classes=trusted_classes), figure_names
-            )
+            comparisons = read_comparisons(first, trusted_classes=trusted_classes)
+            figures = draw_study_figures(comparisons, figure_names)
         elif is_pair:
             page = build_comparison_html(*sources, trusted_classes=trusted_classes)
         else:
@@ -142,11 +142,15 @@ def report(
         if page:
             write_file(path, page.encode())
     if page:
-        output.print(f"written: {path} ({len(page) / 1e6:.1f} MB)")
+        output.print(f"written: {path} ({len(page) / 1e6:.1f} MB), a page for any browser")
     if files:
         output.print(f"written: {folder} ({len(files)} files)")
     elif is_study:
-        output.print(f"report: {path}", f"figures, for --figure: {', '.join(figures)}")
+        prefixes = "|".join(re.escape(f"{format_folder_name(label)}-") for label in comparisons)
+        names = dict.fromkeys(re.sub(rf"^({prefixes})", "", name) for name in figures)
+        output.print(f"report: {path}", f"figures for --figure: {', '.join(names)}")
+        if len(comparisons) > 1:
+            output.print(f"figure of one problem: {next(n for n in figures if n not in names)}")
     output.print_document(
         {
             **({"compared": list(map(str, sources))} if is_pair else {"folder": str(first)}),
