@@ -28,7 +28,7 @@ def test_python_code_prints_the_robust_result(monkeypatch, capsys):
     figures = []
     monkeypatch.setattr(go.Figure, "show", lambda figure: figures.append(figure))
     exec(code.replace("20_000", "1_080"), {})
-    assert "deg in 9 of 10 Monte Carlo runs" in capsys.readouterr().out
+    assert "deg in 90 % of Monte Carlo runs" in capsys.readouterr().out
     assert len(figures) == 1
 
 

@@ -17,7 +17,7 @@ from mgeo.cli.errors import ExitCode, StopRequest, collect_stop_requests, conver
 from mgeo.cli.summary import format_duration, print_summary
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures.page import render_figure_page
-from mgeo.plugins.protocol import call_optional, get_column_names
+from mgeo.plugins.protocol import call_optional
 from mgeo.plugins.view import View, build_front_figure, build_view
 from mgeo.runs.algorithms import complete_parameters
 from mgeo.runs.prepare import PreparedRun
@@ -26,16 +26,17 @@ from mgeo.store import run_folder
 from mgeo.store.atomic import check_writable, lock_folder, write_file
 from mgeo.store.provenance import list_problem_versions
 from mgeo.store.run import Outcome, Run, RunConfiguration
-from mgeo.terminal import Output, build_console, escape_text
+from mgeo.terminal import Output, build_console, escape_text, wrap_text
 
 _MAX_PROGRESS_SHARE = 0.02  # maximum share of the run time that the progress display may use
-_STOP_MESSAGE = "stopping after this generation; Ctrl-C again to stop at once"
+_STOP_MESSAGE = "Stopping after this generation. Press Ctrl-C again to stop at once."
 
 
 class Progress:
     """Callback that displays the progress of a run, and stops the run after a signal.
 
-    On a terminal, the display is redrawn in place. In a pipe or a log, it is printed as lines.
+    On a terminal, the display is redrawn in place. In a pipe or a log, the title, a line per minute
+    and a line at the end are printed.
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ class Progress:
         self._console = console
         self._title = escape_text(title, style="bold")
         self._request = request
-        self.interval = 0.25 if console.is_terminal else 10.0
+        self.interval = 0.25 if console.is_terminal else 60.0
         self._next_update = 0.0
         self._state: SolveState | None = None
         self._status = ""
@@ -74,6 +75,7 @@ class Progress:
         """Context manager that displays progress, in place on a terminal and else line by line."""
         if not self._console.is_terminal:
             self._print(self._title)
+            self._next_update = time.monotonic() + self.interval
             yield
             self._update()
         else:
@@ -105,15 +107,8 @@ class Progress:
         completed = min(state.n_evaluations, state.budget)
         self._bar.update(self._task, total=state.budget, completed=completed, done=done)
         if not self._console.is_terminal:
-            task, left = self._bar.tasks[0], self._bar.tasks[0].time_remaining
-            elapsed = format_duration(state.elapsed_time)
-            remaining = "-" if left is None else format_duration(left)
-            self._print(
-                escape_text(
-                    f"{task.percentage:3.0f}%  {done}  {self._status}  elapsed {elapsed}  "
-                    f"left {remaining}"
-                )
-            )
+            percentage, elapsed = self._bar.tasks[0].percentage, format_duration(state.elapsed_time)
+            self._print(escape_text(f"{percentage:.0f} %: {done} in {elapsed}, {self._status}"))
 
     def _print(self, line: Any) -> None:
         self._console.print(line, soft_wrap=True)
@@ -148,7 +143,8 @@ def execute_run(run: PreparedRun, folder: Path, output: Output, max_time: float 
     """
     if reasons := call_optional(build_view(run.problem), View.infeasibility_reasons):
         output.print(
-            "no solution can satisfy all constraints", *(f"  {reason}" for reason in reasons)
+            escape_text("No solution can satisfy all constraints", "bold"),
+            *(wrap_text(f"- {reason}", "  ") for reason in reasons),
         )
         output.print_document({"infeasibility_reasons": reasons})
         return ExitCode.INCOMPLETE
@@ -213,20 +209,16 @@ def format_run_title(run: RunConfiguration) -> str:
 
 
 def _format_state(state: SolveState) -> str:
-    """Return a status line: front size, best objectives, hypervolume and failed evaluations."""
+    """Return a status line: front size, hypervolume, refined solutions and failed evaluations."""
     _, F = state.build_front()
-    entries = {"front": f"{len(F):,}"}
-    if state.refinement is not None:
-        entries["refined"] = (
-            f"{int(state.refinement.is_replaced.sum()) + state.refinement.n_added:,}"
-        )
-    if failed := sum(state.failures.values()):
-        entries["failed"] = f"{failed:,}"
-    if len(F):
-        best = zip(get_column_names(state.problem)[1], F.min(axis=0), strict=True)
-        entries |= {f"best {name}": f"{value:.6g}" for name, value in best}
+    parts = [f"{len(F):,} on the front"]
     if (hypervolume := state.compute_hypervolume(F)) is not None:
-        entries["hypervolume"] = f"{hypervolume:.4f}"
+        parts.append(f"hypervolume {hypervolume:.4f}")
+    if state.refinement is not None:
+        n_refined = int(state.refinement.is_replaced.sum()) + state.refinement.n_added
+        parts.append(f"{n_refined:,} refined")
+    if failed := sum(state.failures.values()):
+        parts.append(f"{failed:,} failed")
     if state.checkpoint_error is not None:
-        entries["no checkpoint:"] = state.checkpoint_error
-    return "  ".join(f"{name} {text}" for name, text in entries.items())
+        parts.append(f"no checkpoint: {state.checkpoint_error}")
+    return ", ".join(parts)

@@ -5,6 +5,7 @@ The rest of the package calls problems through these functions, which accept any
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -38,6 +39,9 @@ class ProblemMixin:
     var_names, obj_names, constraint_names : sequence of str, optional
         Names, with units, of variables, objectives and inequality constraints. The defaults are
         ``x1``, ``f1`` and ``g1``, and so on.
+    obj_labels : sequence of str, optional
+        Short names of the objectives, for labels of solutions such as ``min-mass``. The defaults
+        are the names of the objectives without units.
     function_name : str
         Name of the test function, if the problem is one of several instances or sizes of a
         function. Studies average over the instances of a function before they compare algorithms.
@@ -57,6 +61,7 @@ class ProblemMixin:
 
     var_names: Sequence[str] | None = None
     obj_names: Sequence[str] | None = None
+    obj_labels: Sequence[str] | None = None
     constraint_names: Sequence[str] | None = None
     function_name: str = ""
 
@@ -326,6 +331,15 @@ def describe_size(problem: Problem) -> dict[str, Any]:
         "objectives": list(objectives),
         "constraints": int(problem.n_ieq_constr + problem.n_eq_constr),
     }
+
+
+def get_objective_labels(problem: Problem) -> tuple[str, ...]:
+    """Return a short name of each objective, for labels of solutions such as ``min-mass``."""
+    labels = getattr(problem, "obj_labels", None)
+    if labels is not None:
+        return tuple(labels)
+    names = get_column_names(problem)[1]
+    return tuple(re.sub(r" *\[.*\]$", "", name).replace(" ", "-") for name in names)
 
 
 def get_indicator_map(problem: Problem) -> Callable[[ArrayLike], FloatArray] | None:

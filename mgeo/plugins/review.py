@@ -5,8 +5,8 @@ Commands and reports write these documents for a reviewer who approves a solutio
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -26,12 +26,19 @@ class Section:
         Table with row names as index, or with a RangeIndex for rows without names.
     note : str
         Text below the table.
+    decimals : mapping of str to int
+        Columns that a terminal shows with a fixed number of decimals, by title. All other numbers
+        have three significant digits.
+    max_rows : int, optional
+        Maximum number of rows that a terminal shows.
     """
 
     title: str
     lines: tuple[str, ...] = ()
     table: pd.DataFrame | None = None
     note: str = ""
+    decimals: Mapping[str, int] = field(default_factory=dict)
+    max_rows: int | None = None
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ Reports, the explorer and the command line call the methods of a view.
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,8 +26,10 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
     from pymoo.core.problem import Problem
 
-    from mgeo.plugins.review import Review
+    from mgeo.plugins.review import Review, Section
 
+#: Maximum number of rows of a table on the screen of a solution.
+MAX_ROWS = 8
 #: Largest absolute value of a satisfied equality constraint, as in pymoo.
 EQUALITY_TOLERANCE = 1e-4
 
@@ -52,6 +54,8 @@ class View:
     ----------
     X : array, shape (n, n_var)
         Designs of the solutions as numbers.
+    noun : str
+        Word for a solution in the field of the problem, such as "plan".
 
     Raises
     ------
@@ -73,6 +77,8 @@ class View:
        price [EUR]
     0         25.0
     """
+
+    noun: ClassVar[str] = "solution"
 
     def __init__(self, problem: Problem, X: ArrayLike) -> None:
         self.problem = problem
@@ -117,6 +123,41 @@ class View:
             for row in self.F.tolist()
         ]
 
+    def overview(self) -> dict[str, Section]:
+        """Return what a person needs to know about a single solution, on less than one screen.
+
+        ``mgeo solve`` prints the sections for the recommended solution. The view must have exactly
+        one solution.
+
+        Returns
+        -------
+        dict of str to Section
+            Sections by their keys in JSON documents. The default consists of `summaries`, if the
+            problem defines them, `describe` and `constraints`.
+        """
+        from mgeo.plugins.review import Section
+
+        (constraints,) = self.constraints()
+        lines = tuple(self.summaries()) if has_override(self, View.summaries) else ()
+        table = self.describe().T.set_axis(["value"], axis="columns").rename_axis("quantity")
+        sections = {
+            "summary": Section("", lines),
+            "values": Section(self.noun.capitalize(), table=table, max_rows=MAX_ROWS),
+        }
+        if len(constraints):
+            sections["constraints"] = build_constraint_section(constraints)
+        return sections
+
+    def front_table(self) -> pd.DataFrame:
+        """Return a table for the comparison of solutions, with one row each and few columns.
+
+        ``mgeo solve`` prints the rows of about five solutions of the front. The default is a table
+        of the objectives.
+        """
+        import pandas as pd
+
+        return pd.DataFrame(self.F, columns=list(get_column_names(self.problem)[1]))
+
     def constraints(self) -> list[pd.DataFrame]:
         """Return one table per solution, with the value, bound and margin of each constraint.
 
@@ -152,9 +193,27 @@ class View:
         """
         return {}
 
-    def remarks(self) -> list[str]:
-        """Return a list of one-line remarks on the set of solutions, empty by default."""
-        return []
+    def warnings(self) -> list[str]:
+        """Return a list of warnings on the solutions and their problem; by default, the `notes`.
+
+        A warning is one sentence on the fact, and one on what to do.
+        """
+        return self.notes()
+
+    def next_commands(self, folder: str) -> dict[str, str]:
+        """Return commands that continue with the solutions of a run folder; empty by default.
+
+        Parameters
+        ----------
+        folder : str
+            Run folder.
+
+        Returns
+        -------
+        dict of str to str
+            Commands by purpose, such as ``{"Print the plan": "mgeo attitude show runs/a"}``.
+        """
+        return {}
 
     def suggestions(self) -> list[str]:
         """Return a list of one-line suggestions to make an infeasible problem feasible.
@@ -208,15 +267,11 @@ class View:
         """
         from mgeo.plugins.review import Review, Section
 
-        description, (constraints,) = self.describe(), self.constraints()
         facts = tuple(f"{name}: {text}" for name, text in self.facts().items())
-        sections = [Section("Problem", facts)] if facts else []
-        table = description.T.rename(columns={description.index[0]: "value"})
-        sections.append(Section("Solution", table=table))
-        if len(constraints):
-            sections.append(Section("Constraints", table=constraints))
+        problem = (Section("Problem", facts),) if facts else ()
         title, (summary,) = type(self.problem).__name__, self.summaries()
-        return Review(title, summary, tuple(sections))
+        sections = tuple(each for each in View.overview(self).values() if each.title)
+        return Review(title, summary, (*problem, *sections))
 
     def infeasibility_reasons(self) -> list[str]:
         """Return a list of one-line reasons why no design of the problem can be feasible.
@@ -330,6 +385,32 @@ def compute_violations(G: FloatArray, H: FloatArray) -> FloatArray:
     return np.hstack(
         [np.asarray(G, dtype=float), np.abs(np.asarray(H, dtype=float)) - EQUALITY_TOLERANCE]
     )
+
+
+def build_constraint_section(constraints: pd.DataFrame) -> Section:
+    """Return a section with a table of the constraints of one solution, smallest margins first.
+
+    Parameters
+    ----------
+    constraints : DataFrame
+        Table of one solution, as in `View.constraints`.
+    """
+    import pandas as pd
+
+    from mgeo.plugins.review import Section
+
+    scale = constraints["bound_value"].abs().replace(0.0, np.nan).fillna(1.0)
+    order = np.argsort((constraints["margin"] / scale).to_numpy(float), kind="stable")
+    table = constraints.iloc[order]
+    columns: dict[str, Any] = {"unit": table["unit"]} if table["unit"].ne("").any() else {}
+    if table["value"].notna().any():
+        bounds = zip(table["bound_type"], table["bound_value"], strict=True)
+        columns["value"] = table["value"]
+        columns["bound"] = [f"{bound_type} {value:.4g}" for bound_type, value in bounds]
+    n_violated = int((table["margin"] < 0.0).sum())
+    state = f"{n_violated} of {len(table)} violated" if n_violated else "satisfied"
+    frame = pd.DataFrame(columns | {"margin": table["margin"]}, index=table.index)
+    return Section(f"Constraints ({state})", table=frame, max_rows=MAX_ROWS)
 
 
 def _convert_to_numbers(problem: Problem, X: ArrayLike) -> FloatArray:

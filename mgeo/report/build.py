@@ -35,7 +35,7 @@ from mgeo.plugins.view import View
 from mgeo.report.history import draw_hypervolume_history
 from mgeo.report.loaded_run import load_run
 from mgeo.report.solutions import Json, build_figure_json, build_solutions_json, format_script_json
-from mgeo.runs.summary import explain_infeasibility, summarize_default_solution
+from mgeo.runs.summary import explain_infeasibility
 from mgeo.store.readers import read_json
 from mgeo.store.run import Run
 from mgeo.store.run_folder import VERIFICATION_FILES, check_verification
@@ -147,10 +147,10 @@ def build_report_html(
         selected = view.select([row])
         if has_override(view, View.review):
             review = call_optional(selected, View.review)
-        if is_feasible and solution is None:
-            summary = str(summarize_default_solution(view))
-        elif is_feasible:
-            summary = f"solution {row} of {n:,}: {call_optional(selected, View.summaries)[0]}"
+        if is_feasible:
+            label = f" ({default.label})" if solution is None else ""
+            (text,) = call_optional(selected, View.summaries)
+            summary = f"{view.noun.capitalize()} {row} of {n:,}{label}: {text}"
     history = draw_hypervolume_history(folder, loaded.problem, run.outcome)
     data["history"] = None if history is None else build_figure_json(history)
     return render(
@@ -160,7 +160,7 @@ def build_report_html(
         format_cells=format_cells,
         find_column_kinds=find_column_kinds,
         summary=summary,
-        remarks=call_optional(view, View.remarks) if is_feasible else [],
+        remarks=call_optional(view, View.warnings) if is_feasible else [],
         infeasibility=explain_infeasibility(view) if run.outcome.nearest else None,
         folder=folder.resolve().name,
         run=run,

@@ -92,7 +92,7 @@ def load_run(folder: Path, trusted_classes: Collection[str] = ()) -> LoadedRun:
         default = representatives[0]
     else:
         X, F = outcome.X, outcome.F
-        representatives = select_representative_solutions(problem, F, outcome.objectives)
+        representatives = select_representative_solutions(problem, F)
         default = select_default_solution(problem, F) if representatives else None
     title = f"{configuration.problem} · {configuration.algorithm} · seed {configuration.seed}"
     return LoadedRun(run, problem, build_view(problem, X, F), representatives, default, title)

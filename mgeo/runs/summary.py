@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo.plugins.protocol import call_optional, get_indicator_map, has_override
+from mgeo.plugins.protocol import call_optional, get_indicator_map, get_objective_labels
 from mgeo.plugins.view import View
 from mgeo.runs.hypervolume import scale_objectives
 
@@ -17,53 +17,12 @@ if TYPE_CHECKING:
     import pandas as pd
     from pymoo.core.problem import Problem
 
+    from mgeo.plugins.review import Section
+
 # In fronts scaled to size 1, distances below this value are rounding errors.
 _FLATNESS_TOLERANCE = 1e-9
 _MARGIN_COLUMNS = ["margin", "unit", "value", "bound_type", "bound_value"]
 _MAX_RELAXATIONS = 3  # Maximum number of suggested combinations of constraints to relax.
-
-
-@dataclass(frozen=True)
-class SolutionSummary:
-    """Summary of the default solution of a front, which is the knee if the front has one.
-
-    Attributes
-    ----------
-    row, n_solutions : int
-        Row of the solution in the front, and number of solutions.
-    label : str
-        Reason for the choice, such as "knee".
-    text : str
-        Summary of the solution by its problem.
-    violations : tuple of str
-        Constraints that the problem reports as violated although the solution is feasible.
-    """
-
-    row: int
-    n_solutions: int
-    label: str
-    text: str
-    violations: tuple[str, ...] = ()
-
-    def __str__(self) -> str:
-        line = f"solution {self.row} of {self.n_solutions:,}, {self.label}: {self.text}"
-        return "; ".join([line, *(f"BUT {text}" for text in self.violations)])
-
-
-def summarize_default_solution(view: View) -> SolutionSummary:
-    """Summarize the default solution of the front that a view presents: the knee if there is one.
-
-    Without a knee, the default solution is the minimum of the first objective. The front must have
-    at least one solution.
-    """
-    shown = select_default_solution(view.problem, view.F)
-    chosen = view.select([shown.row])
-    (text,) = call_optional(chosen, View.summaries)
-    # Solutions of a front satisfy the constraints of the optimization, so margins are evaluated
-    # only if the problem reports further constraints.
-    (margins,) = list_constraint_margins(chosen) if has_override(view, View.constraints) else [[]]
-    violations = tuple(str(margin) for margin in margins if not margin.is_satisfied)
-    return SolutionSummary(shown.row, len(view.X), shown.label, text, violations)
 
 
 @dataclass(frozen=True)
@@ -75,16 +34,67 @@ class RepresentativeSolution:
     row : int
         Row of the solution.
     label : str
-        Reason, such as "knee" or "best mass".
+        Reason, such as "knee", "min-mass" or "between".
     """
 
     row: int
     label: str
 
 
-def select_representative_solutions(
-    problem: Problem, F: ArrayLike, objective_names: tuple[str, ...]
-) -> list[RepresentativeSolution]:
+@dataclass(frozen=True)
+class FrontSummary:
+    """Summary of a front: the recommended solution, about five solutions, and warnings.
+
+    Attributes
+    ----------
+    recommended : RepresentativeSolution
+        Knee of the front or, without a knee, the solution with the smallest first objective.
+    text : str
+        Summary of the recommended solution in one line.
+    overview : dict of str to Section
+        Overview of the recommended solution.
+    constraints : DataFrame
+        Constraints of the recommended solution, as in `View.constraints`.
+    front : DataFrame
+        Rows of `View.front_table`, with the row in the front as index and the column ``label``.
+    warnings : list of str
+        Warnings of the problem.
+    """
+
+    recommended: RepresentativeSolution
+    text: str
+    overview: dict[str, Section]
+    constraints: pd.DataFrame
+    front: pd.DataFrame
+    warnings: list[str]
+
+
+def summarize_front(view: View) -> FrontSummary:
+    """Summarize the front that a view presents, which has at least one solution."""
+    recommended = select_default_solution(view.problem, view.F)
+    solution = view.select([recommended.row])
+    (text,) = call_optional(solution, View.summaries)
+    (constraints,) = call_optional(solution, View.constraints)
+    representatives = select_representative_solutions(view.problem, view.F)
+    rows = [each.row for each in representatives]
+    front = call_optional(view.select(rows), View.front_table).set_axis(rows, axis="index")
+    front.insert(0, "label", [each.label for each in representatives])
+    overview = call_optional(solution, View.overview)
+    # Warnings can take seconds to compute.
+    warnings = list(call_optional(view, View.warnings))
+    # Solutions of a front satisfy the constraints of the optimization, but a problem may report
+    # further constraints.
+    violated = [str(name) for name in constraints.index[constraints["margin"] < 0.0]]
+    if violated:
+        warnings.insert(
+            0,
+            f"The recommended {view.noun} violates a constraint: {', '.join(violated)}. "
+            f"Choose another {view.noun}, or change the constraint.",
+        )
+    return FrontSummary(recommended, text, overview, constraints, front, warnings)
+
+
+def select_representative_solutions(problem: Problem, F: ArrayLike) -> list[RepresentativeSolution]:
     """Return about five representative solutions of a front: extremes, knee, and points in between.
 
     The solutions are sorted by the first objective. There are more than five if the front has more
@@ -97,21 +107,19 @@ def select_representative_solutions(
         Problem of the front.
     F : array_like, shape (n, n_obj)
         Objectives of the front.
-    objective_names : tuple of str
-        Names of the objectives, for the labels.
 
     Returns
     -------
     list of RepresentativeSolution
-        Labels are "best" and the name of the objective, "knee", and "between".
+        Labels are "min-" and the name of the objective, "knee", and "between".
     """
     front = np.asarray(F, dtype=float)
     if not len(front):
         return []
     points = _scale_front(problem, front)
     labels: dict[int, list[str]] = {}
-    for row, name in zip(find_extremes(points), objective_names, strict=True):
-        labels.setdefault(row, []).append(f"best {name}")
+    for row, name in zip(find_extremes(points), get_objective_labels(problem), strict=True):
+        labels.setdefault(row, []).append(f"min-{name}")
     knee_row = find_knee(points)
     if knee_row is not None:
         labels[knee_row] = ["knee"]
@@ -139,7 +147,8 @@ def select_default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSol
     row = find_knee(points)
     if row is not None:
         return RepresentativeSolution(row, "knee")
-    return RepresentativeSolution(find_extremes(points)[0], "best of the first objective")
+    label = get_objective_labels(problem)[0]
+    return RepresentativeSolution(find_extremes(points)[0], f"min-{label}")
 
 
 def find_extremes(points: NDArray[np.float64]) -> list[int]:
@@ -273,20 +282,62 @@ def _parse_margins(tables: list[pd.DataFrame]) -> list[list[ConstraintMargin]]:
 
 
 @dataclass(frozen=True)
+class Violation:
+    """Constraint that is violated by the solutions nearest to feasibility.
+
+    Attributes
+    ----------
+    smallest : ConstraintMargin
+        Smallest violation.
+    n_violating, n_solutions : int
+        Number of solutions that violate the constraint, and number of all solutions.
+    """
+
+    smallest: ConstraintMargin
+    n_violating: int
+    n_solutions: int
+
+    def __str__(self) -> str:
+        return f"{self.smallest} ({self.n_violating} of {self.n_solutions} nearest solutions)"
+
+
+@dataclass(frozen=True)
 class InfeasibilityReport:
     """Report on a run without a feasible solution: violated constraints, and suggestions.
 
     Attributes
     ----------
-    violations : tuple of str
-        Each constraint that one of the nearest solutions violates, with the smallest violation and
-        the number of these solutions.
+    violations : tuple of Violation
+        Constraints that the nearest solutions violate.
     suggestions : tuple of str
         Suggestions of the problem, followed by sets of constraints to relax, smallest sets first.
     """
 
-    violations: tuple[str, ...]
+    violations: tuple[Violation, ...]
     suggestions: tuple[str, ...]
+
+    def build_table(self) -> pd.DataFrame:
+        """Return the violations as a table with the smallest violation of each constraint.
+
+        Columns: ``unit``, ``value``, ``bound`` and ``violation``; and ``solutions``, the number of
+        violating solutions. Columns without content are left out.
+        """
+        import pandas as pd
+
+        margins = [each.smallest for each in self.violations]
+        table = pd.DataFrame(
+            {
+                "unit": [margin.unit for margin in margins],
+                "value": [margin.value for margin in margins],
+                "bound": [f"{margin.bound_type} {margin.bound_value:.4g}" for margin in margins],
+                "violation": [-margin.margin for margin in margins],
+                "solutions": [f"{v.n_violating} of {v.n_solutions}" for v in self.violations],
+            },
+            index=pd.Index([margin.name for margin in margins], name="constraint"),
+        )
+        has_units, has_values = table["unit"].ne("").any(), table["value"].notna().any()
+        empty = [] if has_values else ["value", "bound"]
+        return table.drop(columns=empty + ([] if has_units else ["unit"]))
 
 
 def explain_infeasibility(view: View) -> InfeasibilityReport:
@@ -315,9 +366,9 @@ def explain_infeasibility(view: View) -> InfeasibilityReport:
             by_name.setdefault(margin.name, []).append(margin)
         names = frozenset(margin.name for margin in row)
         terms = " and ".join(margin.format_relaxation() for margin in row)
-        relaxations.setdefault(names, f"relax {terms}")
+        relaxations.setdefault(names, f"Relax {terms}.")
     violations = (
-        f"{max(margins, key=lambda m: m.margin)} at least ({len(margins)} of {len(rows)})"
+        Violation(max(margins, key=lambda m: m.margin), len(margins), len(rows))
         for margins in by_name.values()
     )
     smallest = list(relaxations.values())[:_MAX_RELAXATIONS]

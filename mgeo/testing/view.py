@@ -8,12 +8,12 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
 from mgeo.figures.motion import validate_motion
-from mgeo.plugins.review import Review
+from mgeo.plugins.review import Review, Section
 from mgeo.plugins.view import View, build_view
 from mgeo.testing.check import convert_to_check_error, require, require_equal
 
 _FIGURES = ("solution_figures", "figure_dicts")
-_LINES = ("remarks", "suggestions", "infeasibility_reasons", "notes")
+_LINES = ("warnings", "suggestions", "infeasibility_reasons", "notes")
 _CONSTRAINT_COLUMNS = {"unit", "value", "bound_type", "bound_value", "margin"}
 
 
@@ -39,7 +39,7 @@ def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:
         view, empty = build_view(problem, X), build_view(problem)
     require(isinstance(view, View), f"view(X) = {view!r:.80}: expected a View")
     n = len(X)
-    for name in ("describe", "quick_metrics"):
+    for name in ("describe", "quick_metrics", "front_table"):
         table = _call_method(view, name)
         is_table = isinstance(table, pd.DataFrame) and len(table) == n
         _require(is_table, name, table, f"a DataFrame of {n} rows")
@@ -64,9 +64,18 @@ def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:
         lines = _call_method(view, name)
         are_texts = isinstance(lines, list) and all(isinstance(line, str) for line in lines)
         _require(are_texts, name, lines, "a list of texts")
-    for presented, name, kind in ((view, "figures", dict), (view.select([0]), "review", Review)):
+    single = view.select([0])
+    for presented, name, kind in ((view, "figures", dict), (single, "review", Review)):
         value = _call_method(presented, name)
         _require(isinstance(value, kind), name, value, f"a {kind.__name__}")
+    sections = _call_method(single, "overview")
+    are_sections = isinstance(sections, dict) and all(
+        isinstance(section, Section) for section in sections.values()
+    )
+    _require(are_sections, "overview", sections, "a dict of sections")
+    with convert_to_check_error("next_commands() of the view"):
+        commands = view.next_commands("runs/a")
+    _require(isinstance(commands, dict), "next_commands", commands, "a dict of texts")
     for name in ("infeasibility_reasons", "notes", "facts"):
         _call_method(empty, name)
     with convert_to_check_error("front_summary(F) must return JSON values"):

@@ -43,7 +43,7 @@ def test_commands(tmp_path, monkeypatch):
             invoke(line)
     assert Path("runs/first/report.html").stat().st_size > 1_000_000
     result = json.loads(Path("result.json").read_text())
-    assert set(result) | set(result["summary"]) == documented("solve")
+    assert set(result) | set(result["recommended"]) == documented("solve")
     assert set(json.loads(Path("study.json").read_text())) <= documented("study")
     for line, command in (
         ("mgeo solve attitude --evaluations 1080 --dry-run --json", "solve --dry-run"),

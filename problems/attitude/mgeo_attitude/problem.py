@@ -101,6 +101,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     var_names: list[str]
     obj_names: tuple[str, ...]
+    obj_labels: tuple[str, ...]
     constraint_names: tuple[str, ...]
     without_effect = ("threads",)
 
@@ -140,6 +141,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         self._n_runs = scenario.monte_carlo.n_runs if scenario.monte_carlo else 0
         self._cache = EvaluationCache()
         self.obj_names = tuple(entry.label for entry in self._build_objectives())
+        self.obj_labels = tuple("time" if key == "t_end" else key for key in self.objectives)
         self.constraint_names = tuple(entry.label for entry in list_constraints(scenario))
         limits = scenario.maneuvers
         upper = np.array([limits.max_rate_deg_s] * 3 + [limits.max_duration])

@@ -106,6 +106,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         self._cache = EvaluationCache()
         self._constraints = list_constraints(self.scenario)
         self.obj_names = tuple(objective.label for objective in self._list_objectives())
+        self.obj_labels = self.objectives
         self.constraint_names = tuple(constraint.label for constraint in self._constraints)
         variables = {
             place.name: Choice(options=list(place.options)) for place in self.suites.places

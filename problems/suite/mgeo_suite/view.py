@@ -11,11 +11,18 @@ from mgeo_attitude import Evaluation
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.view.margins import build_constraint_tables
-from mgeo_attitude.view.summaries import format_duration, format_maneuvers, format_two_digits
+from mgeo_attitude.view.summaries import (
+    COVARIANCE_LOST,
+    format_duration,
+    format_maneuvers,
+    format_two_digits,
+)
 from numpy.typing import ArrayLike
 
-from mgeo.plugins.view import View
+from mgeo.plugins.review import Section
+from mgeo.plugins.view import MAX_ROWS, View, build_constraint_section
 from mgeo_suite.problem import SensorSuiteProblem
 
 if TYPE_CHECKING:
@@ -32,6 +39,7 @@ class SuiteView(View):
     """
 
     problem: SensorSuiteProblem
+    noun = "suite"
 
     @cached_property
     def choices(self) -> Ints:
@@ -69,8 +77,6 @@ class SuiteView(View):
         axes; t_end; the suite as text; the option of each mounting place; and each maneuver as
         text.
         """
-        import pandas as pd
-
         problem, result, resources = self.problem, self.evaluation, self.resources
         sigma = attitude_accuracy_deg(result.covariance)
         columns: dict[str, object] = {
@@ -95,17 +101,35 @@ class SuiteView(View):
         for i, choice in enumerate(self.choices):
             t_end = self.evaluation.t_end[i]
             if np.isnan(t_end):
-                lines.append("the covariance of the filter lost its positive definiteness")
+                lines.append(COVARIANCE_LOST)
                 continue
             accuracy = format_two_digits(
                 float(attitude_accuracy_deg(self.evaluation.covariance[i]))
             )
             suite = self.problem.suites.describe_suite(choice)
             lines.append(
-                f"{self.resources[i, 0]:.4g} kEUR; attitude {accuracy} deg (1-sigma, worst of all "
-                f"axes) after {format_duration(t_end)}; {suite}"
+                f"{self.resources[i, 0]:.4g} kEUR: attitude {accuracy} deg (1-sigma, worst of all "
+                f"axes) after {format_duration(t_end)}, with {suite}"
             )
         return lines
+
+    def overview(self) -> dict[str, Section]:
+        """Return the summary, the constraints and the maneuvers of a single design."""
+        (constraints,), (maneuvers,) = self.constraints(), self.maneuvers
+        rates = maneuvers.reshape(-1, VARIABLES_PER_MANEUVER)
+        columns = {"duration [s]": rates[:, 3]}
+        columns |= {f"ω{axis} [deg/s]": rates[:, i] for i, axis in enumerate("xyz")}
+        decimals = {name: 0 if name == "duration [s]" else 2 for name in columns}
+        numbers = pd.Index([str(m + 1) for m in range(len(rates))], name="maneuver")
+        sections = {"summary": Section("", tuple(f"{line}." for line in self.summaries()))}
+        if len(constraints):
+            sections["constraints"] = build_constraint_section(constraints)
+        table = pd.DataFrame(columns, index=numbers)
+        return sections | {"maneuvers": Section("Maneuver", (), table, "", decimals, MAX_ROWS)}
+
+    def front_table(self) -> pd.DataFrame:
+        """Return a table of cost, accuracy and end time, with one row per design."""
+        return self.describe().iloc[:, :5]
 
     def constraints(self) -> list[pd.DataFrame]:
         bounds = [

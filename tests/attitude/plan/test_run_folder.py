@@ -46,7 +46,7 @@ def test_plans_are_selected_by_rule_and_by_time(run, run_folder):
         expected_knee[0],
         pytest.approx(expected_knee[1], rel=1e-9),
     )
-    representatives = select_representative_solutions(front.problem, F, front.problem.obj_names)
+    representatives = select_representative_solutions(front.problem, F)
     assert [s.row for s in representatives if s.label == "knee"] == [front.find_row("knee")]
     times = F[:, 0]
     for seconds in (0.0, 1900.0, 1e9):

@@ -33,14 +33,20 @@ def test_document_of_solve_and_resume(mgeo):
     assert document == json.loads(Path("a/run.json").read_text()) | {
         "folder": "a",
         "files": ["front.csv", "front.npz", "run.json", "front.html", "run.checkpoint"],
-        "checkpoint_error": None,
-        "summary": document["summary"],
+        "recommended": document["recommended"],
+        "front": document["front"],
         "infeasibility": None,
-        "remarks": [f"{document['n_solutions']} beams, of steel"],
+        "warnings": [f"{document['n_solutions']} beams, of steel"],
     }
-    assert document["summary"].keys() == {"row", "n_solutions", "label", "text", "violations"}
+    recommended, front = document["recommended"], document["front"]
+    assert recommended.keys() == {"solution", "label", "summary", "values", "constraints"}
+    assert [row["label"] for row in front if row["solution"] == recommended["solution"]] == [
+        recommended["label"]
+    ]
+    F = read_run("a").outcome.F
+    assert [row["mass_kg"] for row in front] == F[[row["solution"] for row in front], 0].tolist()
     assert document["hypervolume"] == read_run("a").outcome.hypervolume
-    assert "100%  80 of 80 evaluations" in done.stderr
+    assert "80 of 80 evaluations" in done.stderr
     longer = mgeo("resume", "a", "--evaluations", 160, "--json", "--quiet")
     assert (parse_output(longer)["n_evaluations"], longer.stderr) == (160, "")
 

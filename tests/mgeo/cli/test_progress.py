@@ -1,7 +1,6 @@
 """Progress display of a run."""
 
 import io
-import re
 
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.problems.multi import ZDT1
@@ -19,13 +18,18 @@ def test_progress_in_a_pipe_is_lines_without_escapes():
     with progress.display():
         outcome = solve(ZDT1(), NSGA2(pop_size=20), 60, 1, progress)
     title, first, *_, last = console.file.getvalue().splitlines()
-    f1, f2 = outcome.F.min(axis=0)
     assert title == "title [s]"
-    assert re.fullmatch(
-        r" 33%  20 of 60 evaluations  front \d+  .*  elapsed 0:00:0\d  left -", first
-    )
-    assert re.fullmatch(
-        rf"100%  60 of 60 evaluations  front {len(outcome.F)}  best f1 {f1:.6g}  best f2 {f2:.6g}"
-        r"  elapsed 0:00:0\d  left 0:00:00",
-        last,
-    )
+    assert "20 of 60 evaluations" in first
+    assert "60 of 60 evaluations" in last
+    assert f"{len(outcome.F)} on the front" in last
+    assert max(map(len, (first, last))) <= 80
+
+
+def test_short_run_in_a_pipe_is_two_lines():
+    console = Console(file=io.StringIO(), width=100, force_terminal=False)
+    progress = Progress(console, "title", StopRequest())
+    with progress.display():
+        solve(ZDT1(), NSGA2(pop_size=20), 60, 1, progress)
+    first, last = console.file.getvalue().splitlines()
+    assert first == "title"
+    assert "60 of 60 evaluations" in last

@@ -46,8 +46,8 @@ def test_extended_run_equals_longer_run(mgeo):
     before = read_checkpoint_metadata(Path("a") / CHECKPOINT_FILE)["wall_time_s"]
     done = mgeo("resume", "a", "--evaluations", 400)
     assert done.exit_code == 0, done.output
-    assert "finished after 400 evaluations" in done.stdout
-    assert "100%  400 of 400 evaluations" in done.stderr
+    assert "400 evaluations" in done.stdout
+    assert "400 of 400 evaluations" in done.stderr
     longer = read_run("a")
     assert are_equal(longer, expected)
     assert longer.outcome.start_time == first.outcome.start_time
@@ -154,8 +154,8 @@ def test_run_after_a_kill_and_ctrl_c_equals_uninterrupted_run(
     monkeypatch.setattr("stand_in.SlowCantilever._evaluate", evaluate_and_interrupt)
     stopped = mgeo("resume", "a")
     assert stopped.exit_code == 130, stopped.output
-    assert "interrupted after" in stopped.stdout
-    assert stopped.stdout.splitlines()[-1] == "to continue: mgeo resume a"
+    assert "interrupted after" in stopped.stdout.lower()
+    assert stopped.stdout.splitlines()[-1].endswith("mgeo resume a")
     assert 0 < json.loads(Path("a/run.json").read_text())["n_evaluations"] < 240
     done = mgeo("resume", "a")
     assert done.exit_code == 0, done.output

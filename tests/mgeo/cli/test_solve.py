@@ -50,27 +50,28 @@ def test_problem_known_to_be_infeasible_is_not_searched(mgeo, monkeypatch):
     )
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     assert done.exit_code == 3
-    assert done.stdout == f"no solution can satisfy all constraints\n  {reason}\n"
+    assert reason in done.stdout
     assert not Path("a").exists()
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--json")
     assert (done.exit_code, json.loads(done.stdout)) == (3, {"infeasibility_reasons": [reason]})
 
 
-def test_table_shows_five_solutions_as_the_problem_describes_them(mgeo, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "400")  # Rows must not be wrapped.
+def test_screen_has_recommended_solution_and_five_of_the_front(mgeo):
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     F = read_run("a").outcome.F
-    rows = {}
-    for line in done.stdout.splitlines():
-        name, *cells = re.split(r"  +", line.strip())
-        rows[name] = cells
-    assert len(rows["deflection [mm]"]) == 5
-    mass = [float(cell) for cell in rows["mass [kg]"]]
-    assert mass == sorted(mass)
-    assert mass[0] == pytest.approx(F[:, 0].min(), rel=1e-4)
-    assert 1e-3 * float(rows["deflection [mm]"][-1]) == pytest.approx(F[:, 1].min(), rel=1e-4)
-    assert "knee" in done.stdout
-    assert "a/front.html" in done.stdout
+    lines = done.stdout.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert len(lines) <= 40
+    rows = [line.split() for line in lines if re.match(r" *\d+  ", line)]
+    assert len(rows) == 5
+    numbers = [int(row[0]) for row in rows]
+    np.testing.assert_allclose([float(row[-2]) for row in rows], F[numbers, 0], rtol=0.01)
+    (knee,) = [number for number, row in zip(numbers, rows, strict=True) if "knee" in row]
+    assert [line for line in lines if f"solution {knee}," in line]
+    mass, deflection = F[knee]
+    assert [line for line in lines if f"{mass:.3g} kg that sag {1000 * deflection:.3g} mm" in line]
+    assert "mgeo report a" in done.stdout
+    assert [line for line in lines if line == f"Warning: {len(F)} beams, of steel"]
 
 
 def test_options_are_stored_in_the_configuration(mgeo):
@@ -97,8 +98,8 @@ def test_run_ends_after_max_time_and_can_be_resumed(mgeo):
     flags = ("--algorithm", "mgeo-real", "--walkers", "4", "--evaluations", 10**8)
     done = mgeo("solve", "cantilever", *flags, "--max-time", "0.003m", "--out", "a")
     assert done.exit_code == 0, done.output
-    assert "stopped by --max-time after" in done.stdout
-    assert done.stdout.splitlines()[-1] == "to continue: mgeo resume a"
+    assert "stopped by --max-time after" in done.stdout.lower()
+    assert done.stdout.splitlines()[-1].endswith("mgeo resume a")
     first = read_run("a").outcome
     assert (first.stop_reason, first.wall_time_s >= 0.18) == ("max_time", True)
     assert mgeo("resume", "a", "--max-time", 0.1).exit_code == 0
@@ -190,8 +191,9 @@ def test_failures_are_counted_by_cause(mgeo, monkeypatch):
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     assert done.exit_code == 0, done.output
     ((cause, n),) = read_run("a").outcome.failures.items()
-    assert f"failed evaluations: {n}; {cause} ({n})" in done.stdout
-    assert f"  failed {n}  " in done.stderr
+    assert f"{n} evaluations failed" in done.stdout
+    assert cause in done.stdout.replace("\n  ", " ")
+    assert f"{n} failed" in done.stderr
 
 
 @pytest.mark.slow
@@ -204,18 +206,18 @@ def test_run_without_feasible_solutions_reports_the_nearest(mgeo, monkeypatch):
         flags = ("--algorithm", algorithm, "--evaluations", "400", "--out", algorithm)
         done = mgeo("solve", "bnh", *flags)
         assert done.exit_code == 3, done.output
-        assert "no feasible solution was found; the nearest" in done.stdout
+        assert max(map(len, done.stdout.splitlines())) <= 80
         outcome = read_run(algorithm).outcome
         assert outcome.X.shape == (0, 2)
         # The first constraint function is x1 + 1, which is at least 1.
         nearest = outcome.nearest
         assert 1 <= len(nearest) <= 10
         assert nearest.violation[0, 0] == 1.0 + nearest.X[0, 0]
-        relaxation = float(re.search(r"relax g1 by (\S+)", done.stdout)[1])
+        relaxation = float(re.search(r"g1 by (\S+)\.", done.stdout)[1])
         assert 0.0 <= relaxation / nearest.violation[0, 0] - 1.0 < 0.01
     done = mgeo("solve", "bnh", *flags, "--overwrite", "--json")
     document = json.loads(done.stdout)
-    assert (done.exit_code, document["n_nearest"] > 0, document["summary"]) == (3, True, None)
+    assert (done.exit_code, document["n_nearest"] > 0, document["recommended"]) == (3, True, None)
     assert "nearest.csv" in document["files"]
     assert document["infeasibility"]["violations"]
-    assert document["infeasibility"]["suggestions"][0].startswith("relax g1 by ")
+    assert "g1 by " in document["infeasibility"]["suggestions"][0]

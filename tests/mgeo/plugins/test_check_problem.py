@@ -192,8 +192,8 @@ def describe_and_modify(view):
             r"summaries\(\) .*an entry for each of 10",
         ),
         (
-            build_problem_with_view(remarks=lambda view: "one"),
-            r"remarks\(\) .* = 'one': expected a list of texts",
+            build_problem_with_view(warnings=lambda view: "one"),
+            r"warnings\(\) .* = 'one': expected a list of texts",
         ),
         (
             build_problem_with_view(figures=lambda view: 1 / 0),

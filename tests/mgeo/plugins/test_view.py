@@ -24,7 +24,7 @@ class Plain(Problem):
 
 
 class Counted(View):
-    def remarks(self):
+    def warnings(self):
         return [f"{len(self.X)} of {self.problem.n_var}"]
 
 
@@ -58,14 +58,16 @@ def test_given_objectives_are_not_evaluated_again():
 
 def test_view_of_problem_replaces_default_view():
     view = build_view(WithView(), X)
-    assert call_optional(view, View.remarks) == ["3 of 2"]
-    assert has_override(view, View.remarks)
+    assert call_optional(view, View.warnings) == ["3 of 2"]
+    assert has_override(view, View.warnings)
     assert not has_override(view, View.describe)
-    assert view.select([1]).remarks() == ["1 of 2"]
-    assert build_view(WithView()).remarks() == ["0 of 2"]
+    assert view.select([1]).warnings() == ["1 of 2"]
+    assert build_view(WithView()).warnings() == ["0 of 2"]
 
 
 def test_default_review_contains_description_and_constraints():
     review = build_view(Plain(), X[:1]).review()
     assert (review.title, review.summary) == ("Plain", "f1 0.5, f2 0.0625")
-    assert [section.title for section in review.sections] == ["Solution", "Constraints"]
+    values, constraints = (section.table for section in review.sections)
+    assert values["value"].to_dict() == {"f1": 0.5, "f2": 0.0625, "a [m]": 0.5, "b": 0.25}
+    assert constraints["margin"].to_dict() == {"g1": 0.25, "h1": EQUALITY_TOLERANCE - 0.25}

@@ -47,7 +47,7 @@ def test_error_without_a_browser_names_the_browsers(folder, monkeypatch):
 
 
 def test_error_for_unknown_figure_suggests_the_nearest_name(folder):
-    names = {"front", "hypervolume", "knee-bar", "best-mass-kg-bar", "best-deflection-m-bar"}
+    names = {"front", "hypervolume", "knee-bar", "min-mass-bar", "min-deflection-bar"}
     assert set(draw_run_figures(folder)) == names
     message = check_refused(folder, mgeo("report", folder, "--figure", "knee-bra"))
     assert "'knee-bra'" in message

@@ -16,6 +16,10 @@ class PlainProblem(Problem):
         super().__init__(n_var=1, n_obj=n_obj, xl=0, xu=1)
 
 
+class NamedProblem(PlainProblem):
+    obj_names = ("life-cycle cost [EUR]", "t_end [s]")
+
+
 class LogProblem(PlainProblem):
     def map_to_indicator_space(self, F):
         return np.log10(np.asarray(F))
@@ -29,19 +33,17 @@ def build_quarter_circle(n):
 
 def test_quarter_circle_is_represented_by_extremes_knee_and_two_points():
     F = build_quarter_circle(101)[::-1]
-    chosen = select_representative_solutions(PlainProblem(), F, ("a", "b"))
-    assert [h.label for h in chosen] == ["best a", "between", "knee", "between", "best b"]
+    chosen = select_representative_solutions(PlainProblem(), F)
+    assert [h.label for h in chosen] == ["min-f1", "between", "knee", "between", "min-f2"]
     assert [h.row for h in chosen] == [100, 75, 50, 25, 0]
 
 
 def test_knee_is_computed_in_indicator_space():
     # The logarithms form a straight line except for one point, which is not the linear knee.
     F = np.array([[1.0, 1000.0], [10.0, 100.0], [300.0, 2.0], [1000.0, 1.0]])
-    labels = {h.row: h.label for h in select_representative_solutions(LogProblem(), F, ("a", "b"))}
+    labels = {h.row: h.label for h in select_representative_solutions(LogProblem(), F)}
     assert labels[2] == "knee"
-    linear = {
-        h.row: h.label for h in select_representative_solutions(PlainProblem(), F, ("a", "b"))
-    }
+    linear = {h.row: h.label for h in select_representative_solutions(PlainProblem(), F)}
     assert linear[1] == "knee"
 
 
@@ -50,8 +52,8 @@ def test_straight_and_concave_fronts_have_no_knee(bulge):
     x = np.linspace(0, 1, 11)
     F = np.column_stack([x, 1 - x + bulge * np.sin(np.pi * x)])
     assert find_knee(F) is None
-    labels = [h.label for h in select_representative_solutions(PlainProblem(), F, ("a", "b"))]
-    assert labels == ["best a", "between", "between", "between", "best b"]
+    labels = [h.label for h in select_representative_solutions(PlainProblem(), F)]
+    assert labels == ["min-f1", "between", "between", "between", "min-f2"]
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -71,7 +73,7 @@ def test_knee_of_three_objectives_is_farthest_from_plane():
     F = np.vstack([1 - np.eye(3), sphere])
     # The corners 1 - e_i span the plane sum = 2, so the farthest point has the smallest sum.
     assert find_knee(F) == np.argmin(F.sum(axis=1))
-    chosen = select_representative_solutions(PlainProblem(3), F, ("a", "b", "c"))
+    chosen = select_representative_solutions(PlainProblem(3), F)
     assert len(chosen) == 5
     assert {0, 1, 2} <= {find_extremes(F)[i] for i in range(3)} | {h.row for h in chosen}
 
@@ -81,5 +83,16 @@ def test_default_solution_is_knee_or_best_of_first_objective():
     assert select_default_solution(PlainProblem(), F) == RepresentativeSolution(50, "knee")
     straight = np.array([[2.0, 0.0], [0.0, 2.0], [1.0, 1.0]])
     shown = select_default_solution(PlainProblem(), straight)
-    assert shown == RepresentativeSolution(1, "best of the first objective")
+    assert shown == RepresentativeSolution(1, "min-f1")
     assert select_default_solution(PlainProblem(1), [[3.0]]).row == 0
+
+
+def test_labels_are_names_without_units_or_those_of_the_problem():
+    def labels(problem):
+        chosen = select_representative_solutions(problem, [[0.0, 2.0], [2.0, 0.0]])
+        return [each.label for each in chosen]
+
+    assert labels(NamedProblem()) == ["min-life-cycle-cost", "min-t_end"]
+    problem = NamedProblem()
+    problem.obj_labels = ("cost", "time")
+    assert labels(problem) == ["min-cost", "min-time"]

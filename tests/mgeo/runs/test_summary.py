@@ -1,11 +1,11 @@
-"""Summary of the solution that represents a front by default."""
+"""Summary of a front and of its recommended solution."""
 
 import numpy as np
 from pymoo.problems import get_problem
 
 from mgeo.algorithms import MGEODirected
 from mgeo.plugins.view import build_view
-from mgeo.runs.summary import summarize_default_solution
+from mgeo.runs.summary import summarize_front
 from tests.mgeo.solved import solve
 
 from .test_constraint_margins import ColumnWithView
@@ -24,23 +24,31 @@ class LooseColumn(ColumnWithView):
 
 def summarize(problem):
     outcome = solve(problem, MGEODirected(), 400, seed=1)
-    return summarize_default_solution(build_view(problem, outcome.X, outcome.F))
+    return summarize_front(build_view(problem, outcome.X, outcome.F))
 
 
-def test_violated_constraint_of_view_is_reported():
+def test_violated_constraint_of_view_is_a_warning():
     summary = summarize(LooseColumn())
-    (violation,) = summary.violations
-    assert violation == "height: 3 m, at most 2 m: exceeded by 1 m"
-    assert str(summary) == f"solution 0 of 1, {summary.label}: f1 -7; BUT {violation}"
+    (height,) = summary.constraints["value"]
+    assert height > 2.5
+    assert summary.overview["constraints"].table["margin"].to_dict() == {"height": 2.0 - height}
+    assert [line for line in summary.warnings if "height" in line]
 
 
-def test_summary_without_violated_constraints():
+def test_satisfied_constraints_are_no_warning():
     class StrictColumn(LooseColumn):
         def _evaluate(self, X, out, *args, **kwargs):
             out["F"], out["G"] = -X.sum(axis=1), X[:, :1] - 1.5
 
     for problem in (StrictColumn(), get_problem("zdt1")):
-        summary = summarize(problem)
-        assert summary.violations == ()
-        assert "BUT" not in str(summary)
-        assert np.isfinite(float(summary.text.split()[-1]))
+        assert summarize(problem).warnings == []
+
+
+def test_rows_of_the_front_are_those_of_the_problem():
+    problem = get_problem("zdt1")
+    outcome = solve(problem, MGEODirected(), 400, seed=1)
+    summary = summarize_front(build_view(problem, outcome.X, outcome.F))
+    np.testing.assert_array_equal(summary.front[["f1", "f2"]], outcome.F[summary.front.index])
+    assert summary.front["label"].iloc[0] == "min-f1"
+    assert summary.front["label"].iloc[-1] == "min-f2"
+    assert summary.front["label"][summary.recommended.row] == summary.recommended.label

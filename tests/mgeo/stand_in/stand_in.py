@@ -30,7 +30,7 @@ class CantileverView(View):
             f"{m:.3g} kg that sag {1000 * d:.3g} mm" for m, d in zip(mass, deflection, strict=True)
         ]
 
-    def remarks(self):
+    def warnings(self):
         return [f"{len(self.X)} beams, of steel"]
 
     def figures(self):

@@ -385,10 +385,7 @@ def list_assumptions(wheels: Wheels | None, magnetorquers: Magnetorquers | None)
     The tuple is empty if the scenario models wheels or magnetorquers completely.
     """
     if wheels is None and magnetorquers is None:
-        return (
-            "body rates are assumed to be independent of actuators: the scenario has neither "
-            "[wheels] nor [magnetorquers]",
-        )
+        return ("Actuators do not limit the body rates. Add [wheels] or [magnetorquers].",)
     if (
         wheels is not None
         and magnetorquers is not None
@@ -396,8 +393,8 @@ def list_assumptions(wheels: Wheels | None, magnetorquers: Magnetorquers | None)
         and not magnetorquers.unloads_wheels
     ):
         return (
-            "the wheels are assumed to store all momentum: magnetorquers unload them during a plan "
-            "only with magnetorquers.unloads_wheels = true",
+            "The wheels store all momentum. Set magnetorquers.unloads_wheels = true if the "
+            "magnetorquers unload them during a plan.",
         )
     return ()
 

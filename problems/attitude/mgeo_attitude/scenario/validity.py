@@ -307,7 +307,8 @@ def find_validity_violations(scenario: Scenario) -> tuple[str, ...]:
     if scenario.prior is not None:  # A calibration leaves smaller errors than these bounds.
         return ()
     return tuple(
-        f"{key} = {value:g}: the linear covariance was found to be consistent up to {upper_bound:g}"
+        f"{key} = {value:g}: the predicted covariance is known to be consistent up to "
+        f"{upper_bound:g}"
         for key, value, upper_bound in list_validity_ranges(scenario)
         if value > upper_bound
     )

@@ -559,6 +559,7 @@ def list_block_units(suite: Suite) -> list[BlockUnit]:
     units = []
     for block, unit in suite.units.items():
         source, _, state = block.rpartition(".")
-        label = f"{source} {state.replace('_', ' ')}".strip()
+        owner = source.removeprefix("environment_errors")
+        label = f"{owner} {state.replace('_', ' ')}".strip()
         units.append(BlockUnit(label, unit.text, unit.factor))
     return units

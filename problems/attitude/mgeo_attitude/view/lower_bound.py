@@ -20,7 +20,6 @@ from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.criteria import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import list_block_units
-from mgeo_attitude.view.plans import Plans
 from mgeo_attitude.view.summaries import format_duration
 
 #: Relative tolerance for rounding errors of the filter, which the lower bound does not include.
@@ -75,49 +74,13 @@ def list_infeasible_requirements(problem: AttitudeManeuverProblem) -> list[str]:
         min_sigma = (1.0 - _ROUNDING) * float(bound.compute_sigma(name)[first:].min())
         if min_sigma > max_sigma:
             lines.append(
-                f"required 1-sigma of {unit.label}: {max_sigma * unit.factor:.4g} {unit.unit} "
-                f"cannot be reached within {format_duration(model.duration)} by any maneuver: "
-                f"relax it to more than {_round_up(min_sigma * unit.factor)} {unit.unit}, use "
-                "better sensors, or allow a longer duration"
+                f"Required 1-sigma of {unit.label}: no maneuver reaches "
+                f"{max_sigma * unit.factor:.4g} {unit.unit} within "
+                f"{format_duration(model.duration)}. Relax it to more than "
+                f"{_round_up(min_sigma * unit.factor)} {unit.unit}, use better sensors, or allow a "
+                "longer duration."
             )
     return lines
-
-
-def summarize_lower_bound(plans: Plans, sample: Plans, sample_label: str) -> list[str]:
-    """Return a list with one line of text that compares the traces of the plans of a front with
-    their lower bounds.
-
-    The line has the ratio of the default solution of the front and the median ratio of a sample of
-    the plans. If no lower bound can be proved, it has the reason.
-
-    Parameters
-    ----------
-    plans : Plans
-        All plans of the front.
-    sample : Plans
-        The sample, usually `plans` or a part of them.
-    sample_label : str
-        Phrase for the sample, such as "50 evaluated plans".
-    """
-    from mgeo.runs.summary import select_default_solution
-
-    problem = plans.problem
-    try:
-        bound = problem.lower_bound
-    except NoLowerBoundError as reason:
-        return [f"no lower bound of the trace: {reason}"]
-    ratios = sample.nominal.trace / bound.evaluate_trace(sample.nominal.t_end)
-    rows = np.flatnonzero(np.isfinite(plans.F).all(axis=1))
-    if not len(rows) or np.isnan(ratios).all():
-        return []
-    row = int(rows[select_default_solution(problem, plans.F[rows]).row])
-    default = plans.select([row]).nominal
-    (min_trace,) = bound.evaluate_trace(default.t_end)
-    return [
-        f"the lower bound of the trace after {format_duration(default.t_end[0])} is "
-        f"{min_trace:.3g}: solution {row} has {default.trace[0] / min_trace:.2f} times its bound; "
-        f"the median of {sample_label} is {np.nanmedian(ratios):.2f} times"
-    ]
 
 
 def compute_bound_curves(problem: AttitudeManeuverProblem, t_end: Floats) -> Floats:

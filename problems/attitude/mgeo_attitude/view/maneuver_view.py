@@ -10,13 +10,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from mgeo.plugins.review import Review
+from mgeo.plugins.review import Review, Section
 from mgeo_attitude.criteria.constraints import list_constraints
-from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER_OBJECTIVES
+from mgeo_attitude.criteria.objectives import PAPER_OBJECTIVES
 from mgeo_attitude.scenario.validity import find_implausible_values, find_validity_violations
-from mgeo_attitude.view import lower_bound, margins, satellite, suggestions, summaries
+from mgeo_attitude.view import lower_bound, margins, overview, satellite, suggestions, summaries
 from mgeo_attitude.view.plans import (
-    MONTE_CARLO_SHARE_TEXT,
     Plans,
     format_plan_count,
     select_sample_rows,
@@ -63,24 +62,34 @@ class ManeuverView(Plans):
             result += margins.build_constraint_tables(bounds, row[None], [after])
         return result
 
-    def remarks(self) -> list[str]:
-        """Return lines of text on the plans as a group: robustness, margins after convergence, and
-        lower bound. Warnings on the scenario follow.
+    def overview(self) -> dict[str, Section]:
+        return overview.build_overview(self)
 
-        The lines count the plans that reach their predicted objectives in most Monte Carlo runs,
-        and those that satisfy their constraints until the end of the plan. If there are many plans,
-        a sample of them is evaluated.
+    def front_table(self) -> pd.DataFrame:
+        return overview.build_front_table(self)
+
+    def warnings(self) -> list[str]:
+        """Return warnings on the plans as a group, and the `notes` on the scenario.
+
+        The warnings count the plans that exceed their predicted objectives in Monte Carlo runs, and
+        those that violate constraints after convergence. If there are many plans, a sample of them
+        is evaluated.
         """
         if not len(self.X):
             return self.notes()
         rows = select_sample_rows(len(self.X))
         sample, sample_label = self.select(rows), format_plan_count(rows, len(self.X))
         return [
-            _summarize_robustness(sample, sample_label),
-            *margins.summarize_margins(sample, sample_label),
-            *lower_bound.summarize_lower_bound(self, sample, sample_label),
+            *_list_robustness_warnings(sample, sample_label),
+            *margins.list_margin_warnings(sample, sample_label),
             *self.notes(),
         ]
+
+    def next_commands(self, folder: str) -> dict[str, str]:
+        return {
+            "Print the plan in full": f"mgeo attitude show {folder}",
+            "Verify the plan by simulation": f"mgeo attitude verify {folder}",
+        }
 
     def suggestions(self) -> list[str]:
         return suggestions.suggest_changes(self)
@@ -131,7 +140,7 @@ class ManeuverView(Plans):
         """
         scenario = self.problem.scenario
         validity = [
-            f"{line} (docs/consistency.md): verify a plan"
+            f"{line}. Check a plan with mgeo attitude verify."
             for line in find_validity_violations(scenario)
         ]
         return [*find_implausible_values(scenario), *scenario.assumptions, *validity]
@@ -148,17 +157,20 @@ class ManeuverView(Plans):
         return summaries.count_front_points(self.problem.scenario, np.atleast_2d(F))
 
 
-def _summarize_robustness(plans: Plans, sample_label: str) -> str:
-    names = list(plans.problem.obj_names)
-    if plans.problem.model.ends_with_last_maneuver:
-        # The design fixes t_end, so that every run reaches it.
-        names = [name for name in names if name != OBJECTIVES["t_end"].label] or names
+def _list_robustness_warnings(plans: Plans, sample_label: str) -> list[str]:
     # The comparison is false for NaN, the result of a lost covariance.
     is_reached = plans.monte_carlo_objectives - plans.F <= TOLERANCE * np.abs(plans.F)
-    is_robust = is_reached.all(axis=1) & ~np.isinf(plans.monte_carlo_t_end)
-    ratio = plans.compare_with_monte_carlo()[f"Monte Carlo / predicted {names[0]}"]
-    return (
-        f"{is_robust.sum()} of {sample_label} reach their objectives within {TOLERANCE:.0%} in "
-        f"{MONTE_CARLO_SHARE_TEXT}; the ratio of {names[0]} in these runs to the plan's is "
-        f"{ratio.median():.3g} in the median, {ratio.max():.3g} at most"
-    )
+    n_overrun = int((~is_reached.all(axis=1) | np.isinf(plans.monte_carlo_t_end)).sum())
+    if not n_overrun:
+        return []
+    problem = plans.problem
+    # The design may fix t_end, so that every run reaches it.
+    is_fixed = problem.model.ends_with_last_maneuver
+    labels = [label for label in problem.obj_labels if not (is_fixed and label == "time")]
+    advice = "Use --robust for plans that hold in 90 % of runs."
+    if problem.scenario.monte_carlo:
+        advice = "Increase n_runs of [monte_carlo]."
+    return [
+        f"{n_overrun} of {sample_label} exceed the predicted {' or '.join(labels)} by more than "
+        f"{100.0 * TOLERANCE:.0f} % in one of ten Monte Carlo runs. {advice}"
+    ]

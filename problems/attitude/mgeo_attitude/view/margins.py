@@ -166,24 +166,23 @@ def _compute_final_attitude_error(
     return _SIGMAS * float(attitude_accuracy_deg(result.covariance[0]))
 
 
-def summarize_margins(plans: Plans, sample_label: str) -> list[str]:
-    """Return a list with one line of text on how many plans satisfy all constraints after
-    convergence.
+def list_margin_warnings(plans: Plans, sample_label: str) -> list[str]:
+    """Return a list with a warning if plans violate constraints after convergence.
 
-    The line names the violated constraints. The list is empty if the scenario has no such
-    constraints.
+    The warning names the violated constraints. The list is empty if there are none.
     """
-    if not has_constraints_after_convergence(plans.problem.scenario):
-        return []
     violated_labels = [
         {label for label, (*_, margin) in after.items() if margin < 0.0}
         for after in compute_margins_after_convergence(plans)
     ]
-    n_satisfied = sum(not each for each in violated_labels)
-    line = f"{n_satisfied} of {sample_label} satisfy all constraints after convergence"
-    if labels := sorted(set().union(*violated_labels)):
-        line += f"; the other plans violate {', '.join(labels)}"
-    return [line]
+    labels = sorted(set().union(*violated_labels))
+    if not labels:
+        return []
+    n_violating = sum(map(bool, violated_labels))
+    return [
+        f"{n_violating} of {sample_label} violate a constraint after convergence "
+        f"({', '.join(labels)}). Check the constraints of a plan with mgeo attitude show."
+    ]
 
 
 def compute_interval_margins(

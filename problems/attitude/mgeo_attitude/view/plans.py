@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from mgeo.plugins.view import View
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
-from mgeo_attitude.criteria.objectives import OBJECTIVES, attitude_sigma_deg
+from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.criteria.robustness import MonteCarloRuns, compute_quantile, evaluate_runs
 from mgeo_attitude.filter.evaluator import Evaluation
 from mgeo_attitude.filter.model import FilterModel
@@ -25,8 +25,8 @@ from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 
 #: Share of Monte Carlo runs that do not exceed the displayed value, as a number and in words.
-MONTE_CARLO_SHARE, MONTE_CARLO_SHARE_TEXT = 0.9, "9 of 10 Monte Carlo runs"
-#: Largest number of plans that remarks and figures evaluate. For each, 200 runs take 1 to 2 s.
+MONTE_CARLO_SHARE, MONTE_CARLO_SHARE_TEXT = 0.9, "90 % of Monte Carlo runs"
+#: Largest number of plans that warnings and figures evaluate. For each, 200 runs take 1 to 2 s.
 _MAX_EVALUATED = 50
 
 
@@ -61,6 +61,7 @@ class Plans(View):
     """
 
     problem: AttitudeManeuverProblem
+    noun = "plan"
     #: Number of independent Monte Carlo runs per plan.
     n_monte_carlo_runs: ClassVar[int] = 200
 
@@ -135,7 +136,16 @@ class Plans(View):
         """0.9-quantile over Monte Carlo runs of the attitude 1-sigma about the worst body axis
         [deg], shape (n,).
         """
-        return self._evaluate_runs()[:, self.problem.n_obj]
+        sigma_deg: Floats = np.degrees(self.monte_carlo_sigma[:, 0])
+        return sigma_deg
+
+    @property
+    def monte_carlo_sigma(self) -> Floats:
+        """0.9-quantile over Monte Carlo runs of the 1-sigma of each 3-vector of the state about the
+        worst body axis, shape (n, n_blocks), in the internal units of the filter.
+        """
+        first = self.problem.n_obj
+        return self._evaluate_runs()[:, first : first + len(self.problem.model.suite.blocks)]
 
     @cached_property
     def sigma(self) -> Floats:
@@ -147,15 +157,15 @@ class Plans(View):
         independent Monte Carlo runs.
         """
         if self.problem.scenario.is_magnetorquer_driven:
-            return self._evaluate_runs()[:, self.problem.n_obj + 1 :]
+            return self._evaluate_runs()[:, -len(self.problem.model.initial_sigma) :]
         return np.sqrt(np.diagonal(self.nominal.covariance, axis1=1, axis2=2))
 
     def _evaluate_runs(self, n_runs: int | None = None, seed: int | None = None) -> Floats:
         """Evaluate the plans over independent Monte Carlo runs, and return statistics over the runs
         as columns of an array.
 
-        The columns are the 0.9-quantiles of the objectives and of the worst-axis attitude 1-sigma
-        [deg], then the root mean square of the 1-sigma of each state.
+        The columns are the 0.9-quantiles of the objectives and of the worst-axis 1-sigma of each
+        3-vector of the state, then the root mean square of the 1-sigma of each state.
         """
         problem = self.problem
         errors = problem.scenario.monte_carlo or MonteCarloSettings()
@@ -168,12 +178,13 @@ class Plans(View):
         def compute_values(model: FilterModel, result: Evaluation) -> Floats:
             objectives = problem.compute_values(model, result)[:, : problem.n_obj]
             variances = np.diagonal(result.covariance, axis1=1, axis2=2)
-            return np.column_stack([objectives, attitude_sigma_deg(result.covariance), variances])
+            worst = np.sqrt(variances.reshape(len(variances), -1, 3).max(axis=2))
+            return np.column_stack([objectives, worst, variances])
 
         def compute_statistics(X: Floats) -> Floats:
             runs = MonteCarloRuns(problem.scenario, problem.model, errors)
             values = evaluate_runs(runs, X, compute_values, problem.threads, True)
-            criteria, variances = np.split(values, [problem.n_obj + 1], axis=2)
+            criteria, variances = np.split(values, [-len(problem.model.initial_sigma)], axis=2)
             return np.hstack(
                 [compute_quantile(criteria, MONTE_CARLO_SHARE), np.sqrt(variances.mean(axis=0))]
             )
@@ -239,8 +250,8 @@ class Plans(View):
         """Time until which each plan keeps the rate of its last maneuver [s], shape (n,).
 
         Without Monte Carlo runs this is the nominal convergence time. With Monte Carlo runs, it is
-        the time at which at least 9 of 10 runs have converged, or the end of the scenario if too
-        few runs converge. It is NaN if the covariance lost positivity.
+        the time at which 90 % of the runs have converged, or the end of the scenario if too few
+        runs converge. It is NaN if the covariance lost positivity.
         """
         problem, t_end = self.problem, self.nominal.t_end
         errors = problem.scenario.monte_carlo
@@ -307,6 +318,6 @@ def select_sample_rows(n: int) -> Ints:
 
 def format_plan_count(rows: Ints, n: int) -> str:
     """Return a phrase with the number of evaluated plans: "50 plans" if these are all n plans,
-    otherwise "50 evaluated plans".
+    otherwise "50 sampled plans".
     """
-    return f"{len(rows)} plans" if len(rows) == n else f"{len(rows)} evaluated plans"
+    return f"{len(rows)} plans" if len(rows) == n else f"{len(rows)} sampled plans"

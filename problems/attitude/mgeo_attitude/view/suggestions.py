@@ -37,9 +37,10 @@ def suggest_changes(plans: Plans) -> list[str]:
         if source is not None:
             name = units[source].label
             lines.append(
-                f"required 1-sigma of {unit.label}: most of the error is caused by {name}, which "
-                f"these plans do not observe ({remaining:.0%} of its initial 1-sigma is left): "
-                f"reduce the initial uncertainty of {name}, or relax the requirement"
+                f"Required 1-sigma of {unit.label}: {name} causes most of the error, and the "
+                f"maneuvers do not make it observable ({100.0 * remaining:.0f} % of its initial "
+                f"1-sigma is left). Reduce the initial uncertainty of {name}, or relax the "
+                "requirement."
             )
     return lines
 

@@ -20,66 +20,71 @@ from mgeo_attitude.sensors.suite import Suite, list_block_units
 from mgeo_attitude.view.plans import MONTE_CARLO_SHARE_TEXT, Plans
 
 #: Summary of a plan whose covariance was lost.
-COVARIANCE_LOST = "the filter's covariance lost positivity"
+COVARIANCE_LOST = "The covariance of the filter lost positivity"
 #: Name of the column with the ratio of the trace to its lower bound.
 BOUND_RATIO_COLUMN = "trace / lower bound [-]"
 
 
 def summarize_plans(plans: Plans) -> list[str]:
-    """Return one line of text per plan with its convergence time and its predicted 1-sigmas.
+    """Return one line of text per plan with its end and its predicted 1-sigmas.
 
-    The 1-sigmas are those of the attitude and of each bias about the worst body axis. A robust
-    convergence time comes first. If the design fixes t_end, the line has the attitude 1-sigma that
-    9 of 10 Monte Carlo runs do not exceed.
+    The 1-sigmas are those of the attitude and of each bias about the worst body axis. If the design
+    fixes t_end, the line has the attitude 1-sigma that 90 % of Monte Carlo runs do not exceed.
 
     Returns
     -------
     list of str
     """
-    model = plans.problem.model
-    monte_carlo_sigma = (
-        plans.monte_carlo_sigma_deg
-        if model.ends_with_last_maneuver
-        else np.full(len(plans.X), np.nan)
-    )
-    times = plans.nominal.t_end, plans.robust_t_end, plans.monte_carlo_t_end, monte_carlo_sigma
-    return [_summarize_plan(plans, *row) for row in zip(plans.sigma, *times, strict=True)]
+    suite, is_monte_carlo = plans.problem.model.suite, plans.problem.scenario.is_magnetorquer_driven
+    lines = [
+        f"{end}: {_describe_sigma(suite, sigma, is_monte_carlo)}"
+        if math.isfinite(t_end)
+        else COVARIANCE_LOST
+        for end, sigma, t_end in zip(
+            describe_ends(plans), plans.sigma, plans.nominal.t_end, strict=True
+        )
+    ]
+    if not plans.problem.model.ends_with_last_maneuver:
+        return lines
+    return [
+        f"{line}; attitude {format_two_digits(sigma)} deg in {MONTE_CARLO_SHARE_TEXT}"
+        if math.isfinite(sigma)
+        else line
+        for line, sigma in zip(lines, plans.monte_carlo_sigma_deg, strict=True)
+    ]
 
 
-def _summarize_plan(
-    plans: Plans,
-    sigma: Floats,
-    t_end: float,
-    robust_t_end: float,
-    monte_carlo_t_end: float,
-    monte_carlo_sigma: float,
-) -> str:
+def describe_ends(plans: Plans) -> list[str]:
+    """Return one sentence per plan, without a period, on the time at which it ends or converges."""
+    times = plans.nominal.t_end, plans.monte_carlo_t_end, plans.end_times
+    return [
+        _describe_end(plans, *row) for row in zip(*(each.tolist() for each in times), strict=True)
+    ]
+
+
+def _describe_end(plans: Plans, t_end: float, monte_carlo_t_end: float, end: float) -> str:
     if not math.isfinite(t_end):
         return COVARIANCE_LOST
-    is_monte_carlo = plans.problem.scenario.is_magnetorquer_driven
-    sigmas = _describe_sigma(plans.problem.model.suite, sigma, is_monte_carlo)
-    robustness = (
-        None if math.isnan(monte_carlo_t_end) else format_convergence_time(monte_carlo_t_end)
-    )
-    if math.isfinite(monte_carlo_sigma):
-        robustness = (
-            f"attitude {format_two_digits(monte_carlo_sigma)} deg in {MONTE_CARLO_SHARE_TEXT}"
-        )
-    converged, after = t_end < plans.problem.model.nonconvergence_time, format_duration(t_end)
-    if math.isnan(robust_t_end):
-        nominal = (
-            f"{after}; then {sigmas}" if converged else f"not converged; after {after} {sigmas}"
-        )
-        return "; ".join(filter(None, [nominal, robustness]))
-    robust_time = (
-        f"robust time {format_duration(robust_t_end)}"
-        if robust_t_end < math.inf
-        else "no robust time"
-    )
-    nominal = f"{after}, then {sigmas}" if converged else f"not converged, after {after} {sigmas}"
-    return "; ".join(
-        filter(None, [robust_time, robustness, nominal if is_monte_carlo else f"nominal {nominal}"])
-    )
+    model, scenario = plans.problem.model, plans.problem.scenario
+    after = format_duration(t_end)
+    is_converged = t_end < model.nonconvergence_time
+    nominal = f"converges after {after}" if is_converged else f"does not converge within {after}"
+    if model.ends_with_last_maneuver:
+        text = f"Ends after {after}"
+    elif math.isnan(monte_carlo_t_end) or monte_carlo_t_end == t_end:
+        text = nominal.capitalize()
+    elif math.isinf(monte_carlo_t_end):
+        text = f"Fewer than {MONTE_CARLO_SHARE_TEXT} converge; the nominal run {nominal}"
+    elif scenario.monte_carlo or not is_converged or scenario.is_magnetorquer_driven:
+        text = f"Converges within {format_duration(monte_carlo_t_end)} in {MONTE_CARLO_SHARE_TEXT}"
+        if not scenario.is_magnetorquer_driven:  # Otherwise no run is nominal.
+            text += f"; the nominal run {nominal}"
+    else:
+        within = format_duration(monte_carlo_t_end)
+        text = f"Converges after {after}, in {MONTE_CARLO_SHARE_TEXT} within {within}"
+    if scenario.maneuvers.slew_back and math.isfinite(end):
+        text += f"; the slew back ends after {format_duration(end)}"
+    return text
 
 
 def _describe_sigma(suite: Suite, sigma: Floats, is_monte_carlo: bool) -> str:
@@ -101,7 +106,7 @@ def format_nominal_suffix(scenario: Scenario) -> str:
 
 
 def format_convergence_time(t_end: float) -> str:
-    """Format the time within which 9 of 10 Monte Carlo runs converge, as a phrase.
+    """Format the time within which 90 % of Monte Carlo runs converge, as a phrase.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
 from mgeo_attitude.criteria.objectives import attitude_sigma_deg
 from mgeo_attitude.criteria.robustness import draw_runs
 from mgeo_attitude.scenario import MonteCarloSettings, PathConstraint
-from mgeo_attitude.view.plans import select_sample_rows
+from mgeo_attitude.view.plans import MONTE_CARLO_SHARE_TEXT, select_sample_rows
 
 from mgeo.evaluation.dominance import find_front_rows
 from mgeo.figures.style import escape_markup
@@ -46,7 +46,7 @@ def test_points_are_objectives_and_attitude_sigma(figure, problem, X, F):
 
 def test_monte_carlo_values_have_their_own_boundary(figure, problem, X):
     values = problem.view(X[select_sample_rows(len(X))]).monte_carlo_objectives
-    boundary = read_trace_points(figure, "in 9 of 10 Monte Carlo runs")
+    boundary = read_trace_points(figure, f"in {MONTE_CARLO_SHARE_TEXT}")
     np.testing.assert_array_equal(boundary, values[find_front_rows(values)])
 
 

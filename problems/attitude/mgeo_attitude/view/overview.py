@@ -1,0 +1,194 @@
+"""Overview of one plan: when it ends, its accuracy, its constraints and its maneuvers."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from functools import partial
+from itertools import groupby
+
+import numpy as np
+import pandas as pd
+
+from mgeo.plugins.review import Section
+from mgeo.plugins.view import MAX_ROWS, build_constraint_section
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.history import run_filter
+from mgeo_attitude.lower_bound.samples import NoLowerBoundError
+from mgeo_attitude.maneuvers.motion import (
+    HOLD_LABEL,
+    LATE_CONVERGENCE_SUFFIX,
+    RAMP_PREFIX,
+    Phase,
+)
+from mgeo_attitude.sensors.suite import list_block_units
+from mgeo_attitude.trajectory.trajectory import Trajectory
+from mgeo_attitude.view.plans import Plans
+from mgeo_attitude.view.summaries import describe_ends
+
+#: Number of quantities that a terminal shows if there are more than `MAX_ROWS`.
+_MAX_QUANTITIES = 5
+_DECIMALS = {"start [s]": 0, "duration [s]": 0, "angle [deg]": 0} | {
+    f"ω{axis} [deg/s]": 2 for axis in "xyz"
+}
+
+
+def build_overview(plans: Plans) -> dict[str, Section]:
+    """Return the overview of a view with one plan: its end, accuracy, constraints and maneuvers."""
+    (end,) = describe_ends(plans)
+    if not math.isfinite(plans.nominal.t_end[0]):
+        return {"end": Section("", (f"{end}.",))}
+    (constraints,) = plans.constraints()
+    text = f"{end}. {_describe_robust_values(plans)}"
+    if constraints.empty:
+        text += "The scenario has no constraints."
+    sections = {"end": Section("", (text.strip(),)), "accuracy": _build_accuracy_section(plans)}
+    if len(constraints):
+        sections["constraints"] = build_constraint_section(constraints)
+    maneuvers = build_maneuver_table(plans)
+    sections["maneuvers"] = Section("Maneuver", (), maneuvers, "", _DECIMALS, MAX_ROWS)
+    return sections
+
+
+def _describe_robust_values(plans: Plans) -> str:
+    settings = plans.problem.scenario.monte_carlo
+    if settings is None:
+        return ""
+    if settings.mean:
+        return f"Robust values are means over {settings.n_runs} Monte Carlo runs. "
+    share = f"{100.0 * settings.quantile:g} % of {settings.n_runs}"
+    return f"Robust values hold in {share} Monte Carlo runs. "
+
+
+def _build_accuracy_section(plans: Plans) -> Section:
+    table, max_rows = build_accuracy_table(plans), None
+    if len(table) > MAX_ROWS:  # Attitude first, then the quantities with the smallest reduction.
+        order = (table["predicted"] / table["before"]).iloc[1:].sort_values(ascending=False).index
+        table, max_rows = table.loc[[table.index[0], *order]], _MAX_QUANTITIES
+    note = f"90 % of runs: not exceeded in 90 % of {plans.n_monte_carlo_runs} Monte Carlo runs. "
+    if plans.problem.scenario.is_magnetorquer_driven:
+        note += "Predicted: root mean square of these runs. "
+    note += (
+        "Ratio: predicted / lower bound for any maneuver of this duration."
+        if "lower bound" in table
+        else "No lower bound can be proved for this scenario."
+    )
+    return Section("1-sigma, worst axis", table=table, note=note, max_rows=max_rows)
+
+
+def build_accuracy_table(plans: Plans) -> pd.DataFrame:
+    """Return a table of the 1-sigma of each 3-vector of the state about its worst body axis, for a
+    view with one plan.
+
+    Returns
+    -------
+    DataFrame
+        One row per 3-vector. Columns: ``unit``; ``before`` the plan; ``predicted`` at the end;
+        ``90 % of runs``, the value that 90 % of Monte Carlo runs do not exceed; ``lower bound`` of
+        the predicted value over all maneuvers of the same duration, and ``ratio`` of the predicted
+        value to it. The last two are missing if no lower bound can be proved.
+    """
+    model = plans.problem.model
+    units = list_block_units(model.suite)
+    factors = np.array([unit.factor for unit in units])
+    predicted = _find_worst_axes(plans.sigma[0])
+    columns: dict[str, object] = {
+        "unit": [unit.unit for unit in units],
+        "before": _find_worst_axes(model.initial_sigma) * factors,
+        "predicted": predicted * factors,
+        "90 % of runs": plans.monte_carlo_sigma[0] * factors,
+    }
+    with suppress(NoLowerBoundError):
+        lower_bound = plans.problem.lower_bound
+        step = round(plans.nominal.t_end[0] / model.step)
+        bounds = np.array([lower_bound.compute_sigma(name)[step] for name in model.suite.blocks])
+        columns |= {"lower bound": bounds * factors, "ratio": predicted / bounds}
+    return pd.DataFrame(columns, index=pd.Index([unit.label for unit in units], name="quantity"))
+
+
+def _find_worst_axes(sigma: Floats) -> Floats:
+    worst: Floats = sigma.reshape(-1, 3).max(axis=1)
+    return worst
+
+
+def build_maneuver_table(plans: Plans) -> pd.DataFrame:
+    """Return a table of the maneuvers, the constant-rate hold and the slew back, for a view with
+    one plan.
+
+    A maneuver includes the preceding change of the rate.
+
+    Returns
+    -------
+    DataFrame
+        One row per maneuver, by number, then ``hold`` and ``slew back``. Columns: ``start [s]``;
+        ``duration [s]``; the commanded rates ``ωx [deg/s]`` to ``ωz [deg/s]``; ``angle [deg]``, the
+        accumulated rotation; ``largest reduction [of 1-sigma]``, the quantity whose worst-axis
+        1-sigma decreases by the largest factor in the maneuver; and ``times``, the factor.
+    """
+    model = plans.problem.model
+    trajectory = plans.compute_trajectory(0)
+    sigma = run_filter(model, plans.X[0]).sigma.reshape(-1, len(model.suite.blocks), 3).max(axis=2)
+    labels = [unit.label for unit in list_block_units(model.suite)]
+    rows = []
+    for name, group in groupby(trajectory.phases, key=partial(_name_phase, trajectory)):
+        parts = list(group)
+        start, end = parts[0].start, parts[-1].end
+        longest = max(parts, key=lambda part: part.duration)
+        rates = zip("xyz", longest.commanded_deg_s, strict=True)
+        quantity, factor = "", math.nan
+        first, last = (min(round(t / model.step), len(sigma) - 1) for t in (start, end))
+        if first < last:  # Otherwise the filter has converged before.
+            factors = sigma[first] / sigma[last]
+            quantity, factor = labels[factors.argmax()], factors.max()
+        rows.append(
+            {
+                "maneuver": name,
+                "start [s]": start,
+                "duration [s]": end - start,
+                **{f"ω{axis} [deg/s]": rate for axis, rate in rates},
+                "angle [deg]": sum(part.rotation_deg for part in parts),
+                "largest reduction [of 1-sigma]": quantity,
+                "times": factor,
+            }
+        )
+    return pd.DataFrame(rows).set_index("maneuver")
+
+
+def _name_phase(trajectory: Trajectory, phase: Phase) -> str:
+    if phase.start >= trajectory.design_end:
+        return "slew back"
+    if phase.label.endswith(LATE_CONVERGENCE_SUFFIX) or phase.label == HOLD_LABEL:
+        return "hold"
+    return phase.label.removeprefix(RAMP_PREFIX).removeprefix("maneuver ")
+
+
+def build_front_table(plans: Plans) -> pd.DataFrame:
+    """Return a table for the comparison of plans, one row each.
+
+    Returns
+    -------
+    DataFrame
+        Columns: ``ends after [s]`` or ``converges after [s]``; ``attitude 1-sigma [deg]`` about the
+        worst body axis; ``trace [of covariance]``; ``trace / [lower bound]``, if a lower bound can
+        be proved; and further objectives. If the scenario has Monte Carlo runs, ``robust time [s]``
+        and ``robust [trace]`` replace time and trace.
+    """
+    problem, result = plans.problem, plans.nominal
+    event = "ends after" if problem.model.ends_with_last_maneuver else "converges after"
+    objectives = dict(zip(problem.objectives, plans.F.T, strict=True))
+    labels = dict(zip(problem.objectives, problem.obj_names, strict=True))
+    sigma_deg = np.degrees(plans.sigma[:, :3].max(axis=1))
+    columns = {
+        f"{event} [s]": result.t_end,
+        "attitude 1-sigma [deg]": sigma_deg,
+        "trace [of covariance]": result.trace,
+    }
+    if problem.scenario.monte_carlo:
+        robust = {"t_end": "robust time [s]", "trace": "robust [trace]"}
+        columns = {robust[key]: F for key, F in objectives.items() if key in robust}
+        columns["attitude 1-sigma [deg]"] = sigma_deg
+    with suppress(NoLowerBoundError):
+        bounds = problem.lower_bound.evaluate_trace(result.t_end)
+        columns["trace / [lower bound]"] = result.trace / bounds
+    columns |= {labels[key]: F for key, F in objectives.items() if key not in ("t_end", "trace")}
+    return pd.DataFrame(columns)

@@ -1,0 +1,174 @@
+"""Overview of a plan, comparison of plans, warnings, and the screen of ``mgeo solve``."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.lower_bound.samples import NoLowerBoundError
+from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.view.overview import build_accuracy_table, build_maneuver_table
+from typer.testing import CliRunner
+
+from mgeo.cli.app import app
+
+DESIGN = (0.9, 0.5, -1.0, 150.0, -1.0, 0.8, 0.6, 200.0, 0.7, -0.6, 1.0, 180.0)
+SHORT = {"preset": "cubesat_6u", "duration": 1200.0, "maneuvers": {"count": 3}}
+WHEELS = {"inertia": [0.13, 0.1, 0.05], "max_torque": 1e-3, "max_momentum": 5e-3}
+CAMERA = {"name": "camera", "boresight": [0.0, 0.0, 1.0], "half_angle_deg": 20.0}
+
+
+def build_plan(**options):
+    return ManeuverPlan(Scenario.from_dict(SHORT | options), DESIGN)
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return build_plan()
+
+
+def test_accuracy_is_that_of_the_plan_and_of_its_lower_bound(plan):
+    table, compared = build_accuracy_table(plan.view), plan.compare_with_lower_bound()
+    for name in ("unit", "predicted", "lower bound"):
+        assert table[name].tolist() == compared[name].tolist()
+    np.testing.assert_allclose(table["ratio"], compared["predicted / lower bound [-]"])
+    before = plan.build_accuracy_table()["before"].to_numpy().reshape(-1, 3).max(axis=1)
+    np.testing.assert_allclose(table["before"], before)
+    (attitude,) = plan.view.monte_carlo_sigma_deg
+    assert table["90 % of runs"].iloc[0] == pytest.approx(attitude)
+    assert (table["90 % of runs"] > 0.5 * table["predicted"]).all()
+
+
+def test_lower_bound_is_left_out_if_none_can_be_proved(monkeypatch):
+    def fail(self):
+        raise NoLowerBoundError("none")
+
+    monkeypatch.setattr(AttitudeManeuverProblem, "lower_bound", property(fail))
+    overview = build_plan().view.overview()
+    assert "lower bound" not in overview["accuracy"].table
+    assert "trace / [lower bound]" not in build_plan().view.front_table()
+
+
+def test_maneuvers_are_those_of_the_timeline(plan):
+    table, timeline = build_maneuver_table(plan.view), plan.build_timeline()
+    assert table.index.tolist() == ["1", "2", "3"]
+    for name, other in (
+        ("start [s]",) * 2,
+        ("duration [s]",) * 2,
+        ("angle [deg]", "rotation [deg]"),
+    ):
+        assert table[name].tolist() == timeline[other].tolist()
+    assert table["ωx [deg/s]"].tolist() == list(DESIGN[::4])
+    uncertainty = plan.compute_uncertainty_by_phase()
+    worst = uncertainty.filter(regex="attitude").max(axis=1).to_numpy()
+    assert table["largest reduction [of 1-sigma]"].iloc[0] == "attitude"
+    assert table["times"].iloc[0] == pytest.approx(worst[0] / worst[1])
+
+
+def test_maneuver_includes_its_ramp_and_slew_back_is_one_row():
+    plan = build_plan(
+        wheels=WHEELS, maneuvers={"count": 3, "max_acceleration_deg_s2": 0.05, "slew_back": True}
+    )
+    table, timeline = build_maneuver_table(plan.view), plan.build_timeline()
+    assert table.index.tolist() == ["1", "2", "3", "slew back"]
+    assert len(timeline) > len(table)
+    assert table["angle [deg]"].sum() == pytest.approx(timeline["rotation [deg]"].sum())
+    assert table["duration [s]"].sum() == pytest.approx(plan.duration)
+    assert table["ωx [deg/s]"].tolist()[:3] == list(DESIGN[::4])
+
+
+def test_front_table_has_robust_values_first_and_further_objectives_last():
+    options = {"objectives": ["t_end", "trace", "angle"], "monte_carlo": {"n_runs": 4}}
+    problem = AttitudeManeuverProblem(Scenario.from_dict(SHORT | options))
+    view = problem.view([DESIGN])
+    table = view.front_table()
+    np.testing.assert_array_equal(table.iloc[:, [0, 1, -1]], view.F)
+    assert table["attitude 1-sigma [deg]"].iloc[0] == pytest.approx(
+        np.degrees(view.sigma[0, :3].max())
+    )
+
+
+def find_warnings(view, text):
+    return [line for line in view.warnings() if text in line]
+
+
+def test_warning_if_no_actuators_limit_the_rates(plan):
+    assert len(find_warnings(plan.view, "[wheels]")) == 1
+    assert find_warnings(build_plan(wheels=WHEELS).view, "[wheels]") == []
+
+
+def test_warning_if_monte_carlo_runs_exceed_the_prediction(plan):
+    def count(F):
+        view = plan.problem.view(np.tile(DESIGN, (4, 1)))
+        view.F = np.tile(F, (4, 1))
+        return [int(line.split()[0]) for line in find_warnings(view, "--robust")]
+
+    values = plan.view.monte_carlo_objectives[0]
+    assert count(values) == []
+    assert count(values * [1.0, 0.5]) == [4]
+
+
+def test_warning_if_initial_errors_are_beyond_validity():
+    view = build_plan(initial={"attitude_deg": 40.0}).view
+    assert len(find_warnings(view, "initial.attitude_deg = 40")) == 1
+
+
+def test_warning_if_a_constraint_is_violated_after_convergence():
+    options = {"path_constraints": [CAMERA], "monte_carlo": {"n_runs": 4}}
+    options["convergence"] = {"rule": "trace"}
+    view = build_plan(**options).view
+    margins = view.constraints()[0]["margin"].filter(regex="camera .*")
+    violated = [name for name, margin in margins.items() if "hold" in name and margin < 0.0]
+    assert bool(find_warnings(view, "after convergence")) == bool(violated)
+
+
+@pytest.mark.cases(1)
+@pytest.mark.parametrize(
+    "scenario", ["cubesat_6u", "paper", "cubesat_6u_full", "microsatellite", "cubesat_1u"]
+)
+def test_screen_is_at_most_80_by_40(scenario, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
+    arguments = ["solve", "attitude", "--scenario", scenario, "--evaluations", "120", "--out", "a"]
+    done = CliRunner().invoke(app, arguments, prog_name="mgeo")
+    assert done.exit_code == 0, done.output
+    lines = done.stdout.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert len(lines) <= 40
+    assert [line for line in lines if line.endswith("mgeo attitude show a")]
+
+
+def test_screen_has_the_numbers_of_the_document(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("short.toml").write_text(
+        'preset = "cubesat_6u"\nduration = 1200.0\nmaneuvers.count = 2\n'
+        "wheels = {inertia = [0.13, 0.1, 0.05], max_torque = 1e-3, max_momentum = 3e-3}\n"
+        "required_sigma.attitude_deg = 5.0\n"
+    )
+    arguments = ["solve", "attitude", "--scenario", "short.toml", "--evaluations", "80"]
+    text, json_text = (
+        CliRunner().invoke(app, [*arguments, *more], prog_name="mgeo").stdout
+        for more in (["--out", "a"], ["--out", "b", "--json"])
+    )
+    document = json.loads(json_text)
+    recommended, lines = document["recommended"], text.splitlines()
+    attitude = recommended["accuracy"][0]
+    assert attitude["quantity"] == "attitude"
+    (row,) = [line.split() for line in lines if line.startswith("attitude  ")]
+    keys = ("before", "predicted", "90_percent_of_runs", "lower_bound", "ratio")
+    np.testing.assert_allclose([float(v) for v in row[2:]], [attitude[k] for k in keys], rtol=0.006)
+    assert {each["constraint"] for each in recommended["constraints"]} == {
+        "wheel momentum",
+        "required 1-sigma of attitude",
+    }
+    for each in recommended["constraints"]:
+        (row,) = [line for line in lines if line.startswith(each["constraint"])]
+        assert float(row.split()[-1]) == pytest.approx(each["margin"], rel=0.006)
+    starts = [each["start_s"] for each in recommended["maneuvers"]]
+    rows = [re.match(r" *(\d+|hold) +(\d+) +\d+ +-?\d\.\d\d ", line) for line in lines]
+    assert [float(row[2]) for row in rows if row] == pytest.approx(starts, abs=0.5)
+    times = [each["ends_after_s"] for each in document["front"]]
+    assert times == sorted(times)
+    assert document["front"][0]["label"].startswith("min-time")
