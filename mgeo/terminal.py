@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 #: Space between the columns of a table [columns].
 _GAP = 2
 _PIPE_WIDTH = 400  # width of tables in pipes and files [columns], unless COLUMNS is set
+_NUMBER = re.compile(r"([-+]?[\d.,]+(e[-+]\d+)?|nan|inf|-|None|)( ± [\d.]+)?( ?%)?", re.IGNORECASE)
 _stdout_stack: list[TextIO] = []  # the original stdout while `reserve_stdout` is active
 
 
@@ -103,7 +104,9 @@ def reserve_stdout() -> Iterator[None]:
 def build_table(
     titles: Iterable[object], rows: Iterable[Sequence[object]], digits: int = 5
 ) -> Table:
-    """Return a borderless terminal table; text columns are left-aligned, all others right-aligned.
+    """Return a borderless terminal table; columns of numbers are right-aligned.
+
+    A number can also be a text, such as "0.68 ± 0.11" or "12 %"; "-" stands for a missing value.
 
     Parameters
     ----------
@@ -117,9 +120,9 @@ def build_table(
     entries = list(rows)
     table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 3, 0, 0))
     for i, title in enumerate(titles):
-        is_text = all(isinstance(row[i], str) for row in entries)
+        is_number = all(_NUMBER.fullmatch(str(row[i])) for row in entries)
         table.add_column(
-            escape_text(title), justify="left" if is_text else "right", overflow="fold"
+            escape_text(title), justify="right" if is_number else "left", overflow="fold"
         )
     for row in entries:
         table.add_row(*(escape_text(_format_value(value, digits)) for value in row))

@@ -89,7 +89,11 @@ def _build_pymoo(name: str, options: Mapping[str, Any]) -> Problem:
     try:
         problem: Problem = get_problem(name, **options)
     except Exception as error:  # pymoo raises Exception itself for unknown names.
-        raise ValueError(f"pymoo has no problem {name!r} with {dict(options)}: {error}") from error
+        if type(error) is Exception:
+            raise ValueError(
+                f"pymoo has no problem {name!r}: expected a name such as zdt1, dtlz2 or wfg4"
+            ) from error
+        raise ValueError(f"problem 'pymoo:{name}' with {dict(options)}: {error}") from error
     reject_unknown_options(f"pymoo:{name}", type(problem), options)
     if isinstance(problem, ZDT5):
         # ZDT5 is defined on bit strings (Zitzler, Deb & Thiele 2000); pymoo declares floats.

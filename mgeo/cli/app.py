@@ -7,20 +7,24 @@ import os
 import platform
 import sys
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from importlib import metadata
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand, TyperGroup
 
 from mgeo.cli import explore, listing, report, solve, study
 from mgeo.cli.errors import (
-    EXIT_CODES,
     ExitCode,
     print_warning,
     raise_on_sigterm,
     report_errors,
+)
+from mgeo.cli.help_text import (
+    Command,
+    CommandGroup,
+    format_examples,
+    format_exit_codes,
 )
 from mgeo.plugins.discovery import (
     ALGORITHMS,
@@ -34,8 +38,9 @@ from mgeo.plugins.discovery import (
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "solve": (
         "mgeo solve attitude",
-        "mgeo solve attitude --scenario cubesat_6u --algorithm nsga2 --set population=50",
-        "mgeo solve attitude --robust",
+        "mgeo solve attitude --scenario cubesat_6u --dry-run",
+        "mgeo solve attitude --scenario cubesat_6u --robust",
+        "mgeo solve pymoo:zdt1 --algorithm nsga2 --set population=50",
         "mgeo solve attitude --seed 2 --json | jq .hypervolume.value",
     ),
     "resume": (
@@ -63,20 +68,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
 }
 
 
-def format_examples(command: str, examples: Mapping[str, Iterable[str]] = EXAMPLES) -> str:
-    """Return the section "Examples" of a command's help text.
-
-    Parameters
-    ----------
-    command
-        Name of the command.
-    examples
-        Example command lines by command. Default: those of the commands of mgeo.
-    """
-    return "\n".join(["\b", "Examples:", *(f"  {line}" for line in examples[command])])
-
-
-class CommandGroup(TyperGroup):
+class _CommandGroup(CommandGroup):
     """Command group that prints its help, and exits with code 2, if no subcommand is given."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -86,7 +78,7 @@ class CommandGroup(TyperGroup):
         return super().parse_args(ctx, args)
 
 
-class RootCommandGroup(CommandGroup):
+class RootCommandGroup(_CommandGroup):
     """Root command group, which adds the commands of installed plugins and reports errors.
 
     An error of a command is printed as one line on stderr and sets the exit code, see `ExitCode`.
@@ -121,13 +113,13 @@ class RootCommandGroup(CommandGroup):
         return name, command, rest
 
 
-class _PluginCommandStub(TyperCommand):
+class _PluginCommandStub(Command):
     """Placeholder for the command group of a plugin, so that ``mgeo --help`` imports no plugin."""
 
     def __init__(self, plugin: Plugin) -> None:
         distribution = plugin.entry_point.dist
         summary = None if distribution is None else distribution.metadata["Summary"]
-        super().__init__(name=plugin.name, short_help=summary)
+        super().__init__(name=plugin.name, short_help=summary, rich_help_panel="Problems")
         self._plugin = plugin
 
     def load(self) -> Any:
@@ -143,18 +135,20 @@ class _PluginCommandStub(TyperCommand):
 
 
 def _build_group(plugin: Plugin) -> Any:
+    application = plugin.load()
+    for command in application.registered_commands:
+        command.cls = Command
     root = typer.Typer(rich_markup_mode=None)
-    root.add_typer(plugin.load(), name=plugin.name, cls=CommandGroup)
+    root.add_typer(application, name=plugin.name, cls=_CommandGroup)
     return typer.main.get_group(root).commands[plugin.name]
 
 
 app = typer.Typer(
     name="mgeo",
     cls=RootCommandGroup,
-    help="Solve multiobjective problems by generalized extremal optimization.",
-    epilog="\n\n".join(
-        ["Exit codes:", *(f"{int(code)}: {text}" for code, text in EXIT_CODES.items())]
-    ),
+    help="Solve multiobjective problems by generalized extremal optimization, and compare "
+    "algorithms.",
+    epilog=format_exit_codes() + "\n\nThe help of each command has examples: mgeo solve --help",
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["--help", "-h"]},
@@ -204,15 +198,15 @@ def _root(
         os.environ["NO_COLOR"] = "1"
 
 
-for _command in (
-    solve.solve,
-    solve.resume,
-    report.report,
-    explore.explore,
-    listing.problems,
-    listing.algorithms,
-    study.study,
-    study.schema,
-):
-    _summary = (_command.__doc__ or "").partition("\n")[0]
-    app.command(epilog=format_examples(_command.__name__), short_help=_summary)(_command)
+for _group, _commands in {
+    "Runs": (solve.solve, solve.resume, report.report, explore.explore),
+    "Studies": (study.study, study.schema),
+    "Lists": (listing.problems, listing.algorithms),
+}.items():
+    for _command in _commands:
+        app.command(
+            cls=Command,
+            rich_help_panel=_group,
+            epilog=format_examples(_command.__name__, EXAMPLES),
+            short_help=(_command.__doc__ or "").partition("\n")[0],
+        )(_command)

@@ -13,7 +13,7 @@ from mgeo.plugins.protocol import call_optional, describe_size, has_override
 from mgeo.plugins.view import View, build_view
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store import run_folder
-from mgeo.terminal import Output, build_key_value_table
+from mgeo.terminal import Output, build_key_value_table, build_table, escape_text
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -46,20 +46,20 @@ def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
     if run.record:
         files.append(f"{run_folder.RECORD_FOLDER}/")
     warnings, facts = call_optional(view, View.notes), call_optional(view, View.facts)
-    texts = {
-        "size": _format_size(size),
-        "budget": f"{configuration.evaluations:,} evaluations",
-        "folder": str(folder),
-        "files": ", ".join(files),
-        **(
-            {"refinement": "after the search, not part of the budget"}
-            if configuration.refine
-            else {}
-        ),
-        **facts,
-        **({"warnings": "; ".join(warnings)} if warnings else {}),
-    }
-    output.print(format_run_title(configuration), build_key_value_table(texts))
+    search = f"{configuration.evaluations:,} evaluations"
+    if configuration.initial_designs:
+        search += f", from {configuration.initial_designs} initial designs"
+    if configuration.refine:
+        search += ", then local refinement"
+    texts = {"search": search, **_format_size(size), "folder": str(folder)}
+    output.print(
+        escape_text(f"Dry run: {format_run_title(configuration)}", "bold"),
+        build_key_value_table(texts | {"files": ", ".join(files)}),
+    )
+    if facts:
+        output.print("", build_key_value_table(facts))
+    for text in warnings:
+        output.print(f"\nWarning: {text}")
     output.print_document(
         {
             "dry_run": True,
@@ -92,14 +92,19 @@ def print_study_size(
     """
     sizes = {label: describe_size(problem) for label, problem in problems.items()}
     algorithms = [algorithm.label for algorithm in study.algorithms]
-    n_runs = len(study.problems) * len(algorithms) * len(study.seeds)
-    unit = " per variable" if study.per_variable else ""
-    texts = {label: _format_size(size) for label, size in sizes.items()} | {
-        "algorithms": ", ".join(algorithms),
-        "budget": f"{n_runs:,} runs of {study.evaluations:,} evaluations{unit}",
-        "folder": str(folder),
-    }
-    output.print(study.title, build_key_value_table(texts))
+    rows = [
+        (label, len(size["variables"]), len(size["objectives"]), size["constraints"])
+        for label, size in sizes.items()
+    ]
+    output.print(
+        escape_text(f"Dry run: {study.title}", "bold"),
+        study.format_size(),
+        "",
+        build_table(("problem", "variables", "objectives", "constraints"), rows),
+        "",
+        build_table(("algorithm",), [(name,) for name in algorithms]),
+        f"\nfolder: {folder}",
+    )
     output.print_document(
         {
             "dry_run": True,
@@ -108,15 +113,15 @@ def print_study_size(
             "algorithms": algorithms,
             "evaluations": study.evaluations,
             "per_variable": study.per_variable,
-            "n_runs": n_runs,
+            "n_runs": study.n_runs,
             "folder": str(folder),
         }
     )
 
 
-def _format_size(size: Mapping[str, Any]) -> str:
-    objectives = ", ".join(size["objectives"])
-    return (
-        f"variables: {len(size['variables'])}, objectives: {objectives}, "
-        f"constraints: {size['constraints']}"
-    )
+def _format_size(size: Mapping[str, Any]) -> dict[str, str]:
+    return {
+        "variables": str(len(size["variables"])),
+        "objectives": ", ".join(size["objectives"]),
+        "constraints": str(size["constraints"]),
+    }

@@ -112,14 +112,12 @@ class ExitCode(IntEnum):
 
 #: Descriptions of the exit codes, for the help.
 EXIT_CODES: Mapping[ExitCode, str] = {
-    ExitCode.SUCCESS: "done",
-    ExitCode.ERROR: "an error in mgeo or in a problem; --debug shows the traceback",
-    ExitCode.BAD_INPUT: "bad input: arguments, files, options, an error in a plugin, or a full "
-    "disk; existing files are intact",
-    ExitCode.INCOMPLETE: "done, but no solution satisfies all constraints, runs of a study failed, "
-    "or a check failed",
-    ExitCode.INTERRUPTED: "Ctrl-C; the results so far are saved",
-    ExitCode.TERMINATED: "SIGTERM; the results so far are saved",
+    ExitCode.SUCCESS: "success",
+    ExitCode.ERROR: "error in mgeo or in a problem; --debug prints the traceback",
+    ExitCode.BAD_INPUT: "invalid input (options, files, plugins), or a full disk",
+    ExitCode.INCOMPLETE: "no solution satisfies all constraints, or runs or checks failed",
+    ExitCode.INTERRUPTED: "interrupted by Ctrl-C; the results so far are saved",
+    ExitCode.TERMINATED: "ended by SIGTERM; the results so far are saved",
 }
 
 
@@ -144,7 +142,7 @@ def convert_input_errors(
     except BrokenPipeError:  # typer ends the command silently.
         raise
     except error_types as error:
-        raise InputError(str(error) or type(error).__name__) from error
+        raise InputError(_format_input_error(error)) from error
 
 
 @contextmanager
@@ -186,10 +184,34 @@ def get_interrupt_exit_code(error: KeyboardInterrupt) -> ExitCode:
     return ExitCode.TERMINATED if isinstance(error, TerminationInterrupt) else ExitCode.INTERRUPTED
 
 
+def _format_input_error(error: Exception) -> str:
+    """Return the message of an exception; errors of the file system begin with the path."""
+    if isinstance(error, OSError) and error.filename is not None and error.strerror:
+        return f"{error.filename}: {error.strerror[0].lower()}{error.strerror[1:]}"
+    return str(error) or type(error).__name__
+
+
+def _format_usage_error(error: Any) -> str:
+    """Return the message of an invalid command line, with the value and what was expected."""
+    if possibilities := getattr(error, "possibilities", None):
+        names = " or ".join(sorted(possibilities))
+        return f"There is no option {error.option_name}; did you mean {names}?"
+    find_details = getattr(error.__cause__, "errors", None)
+    if find_details is None or getattr(error, "param", None) is None:
+        return str(error.format_message()).rstrip(".")
+    # typer converts values by pydantic, whose messages do not state the value.
+    from mgeo.validation.tables import format_expectation
+
+    details, parameter = find_details()[0], error.param
+    is_option = parameter.param_type_name == "option"
+    name = max(parameter.opts, key=len) if is_option else parameter.metavar
+    return f"{name} {details['input']}: {format_expectation(details['msg'])}"
+
+
 def _describe_error(error: BaseException, ctx: typer.Context) -> tuple[str, ExitCode]:
     if isinstance(error, UsageError):
         error_context: Any = getattr(error, "ctx", None) or ctx
-        message = error.format_message().rstrip(".")  # type: ignore[attr-defined]
+        message = _format_usage_error(error)
         return f"{message} (see {error_context.command_path} --help)", ExitCode.BAD_INPUT
     if isinstance(error, KeyboardInterrupt):
         return "interrupted", get_interrupt_exit_code(error)

@@ -19,15 +19,18 @@ def explore(
         Path | None,
         typer.Option(
             metavar="DIR|FILE.json",
-            help="Folder into which the page saves solutions, or default file for them "
-            "[default: DIR/plan.json].",
+            help="Folder or file into which the page saves solutions [default: DIR/plan.json].",
         ),
     ] = None,
     port: Annotated[
-        int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1; 0 for any free port.")
+        int,
+        typer.Option(min=0, max=65535, metavar="N", help="Port on 127.0.0.1; 0 for any free port."),
     ] = 0,
     browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
+        bool,
+        typer.Option(
+            "--browser/--no-browser", help="Open the page in the browser [default: --browser]."
+        ),
     ] = True,
     problem: options.Problem = None,
     json: options.Json = False,
@@ -36,8 +39,8 @@ def explore(
 ) -> None:
     """Explore the solutions of a run in the browser: filter, select, modify and save them.
 
-    A modified design is evaluated while its slider moves. The page is accessible only from this
-    machine, at the printed address, until Ctrl-C. The command requires Dash
+    The page evaluates a modified design while its slider moves. The page is accessible from this
+    machine only, at the printed address, until Ctrl-C. The command requires Dash
     (pip install 'mgeo[explore]').
     """
     output = Output(quiet, json)
@@ -46,7 +49,10 @@ def explore(
 
         server = ExplorerServer(folder, save=save, problem=problem, port=port)
     with server:
-        output.print(server.url, "accessible only from this machine; Ctrl-C ends the server")
+        output.print(
+            f"Page: {server.url}",
+            "The page is accessible from this machine only. End the server with Ctrl-C.",
+        )
         output.print_document(
             {"url": server.url, "folder": str(folder), "save": str(save or folder)}
         )

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import typer
+from rich.padding import Padding
 
+from mgeo.benchmarks.collections import EXAMPLES_BY_PREFIX
 from mgeo.cli import options
 from mgeo.cli.errors import convert_input_errors
 from mgeo.plugins.discovery import Plugin, PluginError, list_plugins, list_preset_names
@@ -13,29 +15,42 @@ from mgeo.terminal import Output, build_table, escape_text
 
 
 def problems(json: options.Json = False, debug: options.Debug = False) -> None:
-    """List the installed problems."""
+    """List the installed problems, with their objectives and presets."""
     descriptions = [_describe_problem(plugin) for plugin in list_plugins()]
     output = Output(json=json)
     output.print_document({"problems": descriptions})
     if not descriptions:
-        output.print(
-            "no problem is installed; for the attitude problem: pip install ./problems/attitude"
-        )
+        output.print("No problem is installed. Install one with: pip install mgeo-attitude")
         return
-    titles = ("name", "distribution", "version", "variables", "objectives")
     rows = [
-        (*(each[key] for key in titles[:3]), len(each["variables"]), ", ".join(each["objectives"]))
+        (
+            each["name"],
+            len(each["variables"]),
+            ", ".join(each["objectives"]),
+            each["distribution"],
+        )
         for each in descriptions
+        if not each["error"]
     ]
-    errors = [f"Error: {each['name']}: {each['error']}" for each in descriptions if each["error"]]
-    output.print(build_table(titles, rows), *(escape_text(error, style="red") for error in errors))
+    output.print(build_table(("problem", "variables", "objectives", "package"), rows))
+    presets = [(each["name"], name) for each in descriptions for name in each["presets"]]
+    if presets:
+        output.print("", build_table(("problem", "preset for --scenario"), presets))
+    output.print(
+        f"\nTest problems: {', '.join(EXAMPLES_BY_PREFIX.values())}",
+        f"Next: mgeo solve {descriptions[0]['name']} --dry-run",
+    )
+    for each in descriptions:
+        if each["error"]:
+            output.print_note(f"Error: {each['name']}: {each['error']}")
 
 
 def algorithms(
     name: Annotated[
         str | None,
         typer.Argument(
-            help="Name of an algorithm, or MODULE:CLASS.",
+            metavar="NAME",
+            help="Algorithm whose parameters are listed: a name, or a class as MODULE:CLASS.",
             autocompletion=options.complete_algorithms,
         ),
     ] = None,
@@ -49,23 +64,29 @@ def algorithms(
     if name is None:
         descriptions = [_describe_algorithm(each) for each in list_algorithms()]
         output.print_document({"algorithms": descriptions})
-        rows = [
-            [each["name"], each["label"], each["error"] or each["description"]]
-            for each in descriptions
-        ]
-        output.print(build_table(("name", "algorithm", "description"), rows))
+        output.print(
+            build_table(
+                ("algorithm", "library", "method and use"),
+                [
+                    (each["name"], each["library"], each["error"] or each["description"])
+                    for each in descriptions
+                ],
+            ),
+            "\nParameters of an algorithm: mgeo algorithms NAME",
+        )
         return
     with convert_input_errors():
         description = describe_algorithm(name)
     output.print_document(description)
-    rows = [
-        [p["name"], _format_default(p["default"]), p["meaning"]] for p in description["parameters"]
-    ]
     output.print(
-        f"{name}: {description['description']}",
-        build_table(("parameter", "default", "description"), rows),
-        "set a parameter by --set NAME=VALUE",
+        escape_text(f"{name}: {description['label']}, {description['description']}", "bold")
     )
+    for parameter in description["parameters"]:
+        output.print(
+            f"\n{parameter['name']} = {_format_default(parameter['default'])}",
+            Padding(escape_text(parameter["meaning"]), (0, 0, 0, 4)),
+        )
+    output.print(f"\nSet a parameter: mgeo solve PROBLEM --algorithm {name} --set NAME=VALUE")
 
 
 def _describe_algorithm(name: str) -> dict[str, Any]:
@@ -77,6 +98,7 @@ def _describe_algorithm(name: str) -> dict[str, Any]:
         return {
             "name": name,
             "label": name,
+            "library": "",
             "description": "",
             "parameters": [],
             "error": str(error),

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
+from mgeo.cli.help_text import GENERAL_OPTIONS
 from mgeo.plugins.discovery import list_plugins, list_preset_names
 from mgeo.terminal import reserve_stdout
 
@@ -52,25 +53,34 @@ def _reserve_stdout_for_json(ctx: typer.Context, is_requested: bool) -> bool:
     return is_requested
 
 
-RunFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the run.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
+RunFolder = Annotated[
+    Path, typer.Argument(metavar="DIR", help="Folder that `mgeo solve` has written.")
+]
+Quiet = Annotated[
+    bool,
+    typer.Option("--quiet", "-q", rich_help_panel=GENERAL_OPTIONS, help="Print errors only."),
+]
 Json = Annotated[
     bool,
     typer.Option(
         "--json",
         callback=_reserve_stdout_for_json,
-        help="Print the result as one JSON document, and nothing else, on stdout.",
+        rich_help_panel=GENERAL_OPTIONS,
+        help="Print the result as one JSON document on stdout, and all other output on stderr.",
     ),
 ]
 Debug = Annotated[
     bool,
-    typer.Option("--debug", help="Print the traceback of an error."),
+    typer.Option(
+        "--debug", rich_help_panel=GENERAL_OPTIONS, help="Print the traceback of an error."
+    ),
 ]
 DryRun = Annotated[
     bool,
     typer.Option(
         "--dry-run",
-        help="Print the size of the run and the files that it would write, without running.",
+        rich_help_panel="Output",
+        help="Check the input, and print what would be computed and written, without running.",
     ),
 ]
 
@@ -78,18 +88,26 @@ Problem = Annotated[
     str | None,
     typer.Option(
         metavar="MODULE:CLASS",
-        help="Class of the problem of the run, required if the problem has no installed name.",
+        help="Class of the problem. Required if the run was made with MODULE:CLASS.",
     ),
 ]
 Walkers = Annotated[
-    int | None, typer.Option("--walkers", help="Number of walkers, the parallel searches.")
+    int | None,
+    typer.Option(
+        "--walkers",
+        metavar="N",
+        rich_help_panel="Search",
+        help="Number of walkers, which are the parallel search trajectories of the MGEO family.",
+    ),
 ]
 Settings = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
         metavar="NAME=VALUE",
-        help="Parameter of the algorithm, such as sigma=0.5 or population=50; can be repeated.",
+        rich_help_panel="Search",
+        help="Parameter of the algorithm, such as tau=2 or population=50. Can be repeated. "
+        "`mgeo algorithms NAME` lists the parameters.",
     ),
 ]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -20,49 +21,65 @@ def report(
     sources: Annotated[
         list[Path],
         typer.Argument(
-            metavar="DIR [DIR]",
-            help="Folder of a run or study, or two run folders or solution files to compare.",
+            metavar="DIR",
+            help="Folder of a run or of a study, or two runs or solution files to compare.",
         ),
     ],
     out: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
+            rich_help_panel="Page",
             help="File to write [default: DIR/report.html, or comparison.html for two runs].",
         ),
     ] = None,
     solution: Annotated[
         int | None,
-        typer.Option(metavar="N", min=0, help="Number of the solution to review [default: knee]."),
+        typer.Option(
+            metavar="N",
+            min=0,
+            rich_help_panel="Page",
+            help="Number of the solution that the printed page reviews [default: knee].",
+        ),
     ] = None,
     png: Annotated[
         bool,
-        typer.Option("--png", help="Also write the figures as PNG, into figures/ next to FILE."),
+        typer.Option(
+            "--png",
+            rich_help_panel="Figures",
+            help="Also write the figures as PNG, into figures/ next to FILE.",
+        ),
     ] = False,
     pdf: Annotated[
         bool,
-        typer.Option("--pdf", help="Also write the figures as PDF, into figures/ next to FILE."),
+        typer.Option(
+            "--pdf",
+            rich_help_panel="Figures",
+            help="Also write the figures as PDF, into figures/ next to FILE.",
+        ),
     ] = False,
     figure: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Write only this figure, such as front, knee-rates or ranks, and no report; as "
-            "PNG unless --pdf is given. Can be repeated.",
+            rich_help_panel="Figures",
+            help="Write only this figure, such as front, knee-rates or ranks, and no page; as PNG "
+            "unless --pdf is given. Can be repeated.",
         ),
     ] = None,
     paper: Annotated[
         bool,
         typer.Option(
             "--paper",
-            help="Draw the figures for a paper: 88 mm wide, 8-point serif, no title, PDF.",
+            rich_help_panel="Figures",
+            help="Write the figures as PDF for a paper: 88 mm wide, 8-point serif, no title.",
         ),
     ] = False,
     problem: Annotated[
         list[str] | None,
         typer.Option(
             metavar="MODULE:CLASS",
-            help="Class of a problem, required if the problem has no installed name; can be "
+            help="Class of a problem. Required if the run was made with MODULE:CLASS. Can be "
             "repeated.",
         ),
     ] = None,
@@ -70,13 +87,12 @@ def report(
     quiet: options.Quiet = False,
     debug: options.Debug = False,
 ) -> None:
-    """Write an HTML report of a run, or of two runs side by side.
+    """Write an HTML report of a run or of two runs side by side, or figures for a paper.
 
     The page shows the configuration, the front and each solution, and loads nothing from the
-    network. Printed, it is a review document of one solution. Figures show the front, the
-    hypervolume, the knee, and the best solution of each objective. PNG and PDF files require
-    kaleido (pip install 'mgeo[png]') and Chrome or Chromium. A study has a report already, so that
-    only its figures are written. Without options, their names are listed.
+    network. Printed, it is a review document of one solution. A study has a report already: the
+    command writes its figures or, without options, lists their names. Figures require kaleido
+    (pip install 'mgeo[png]') and Chrome or Chromium.
     """
     from mgeo.report.build import build_report_html
     from mgeo.report.compare import build_comparison_html
@@ -88,7 +104,7 @@ def report(
     )
     from mgeo.store.atomic import write_file, write_files
     from mgeo.store.run_folder import REPORT_FILE, STUDY_FILE
-    from mgeo.studies.comparison_files import read_comparisons
+    from mgeo.studies.comparison_files import format_folder_name, read_comparisons
     from mgeo.studies.report import draw_study_figures
 
     output = Output(quiet, json)
@@ -103,9 +119,8 @@ def report(
         path = out or (Path(COMPARISON_FILE) if is_pair else first / REPORT_FILE)
         _check_page_path(path)
         if is_study:
-            figures = draw_study_figures(
-                read_comparisons(first, trusted_classes=trusted_classes), figure_names
-            )
+            comparisons = read_comparisons(first, trusted_classes=trusted_classes)
+            figures = draw_study_figures(comparisons, figure_names)
         elif is_pair:
             page = build_comparison_html(*sources, trusted_classes=trusted_classes)
         else:
@@ -127,11 +142,15 @@ def report(
         if page:
             write_file(path, page.encode())
     if page:
-        output.print(f"written: {path} ({len(page) / 1e6:.1f} MB)")
+        output.print(f"written: {path} ({len(page) / 1e6:.1f} MB), a page for any browser")
     if files:
         output.print(f"written: {folder} ({len(files)} files)")
     elif is_study:
-        output.print(f"report: {path}", f"figures, for --figure: {', '.join(figures)}")
+        prefixes = "|".join(re.escape(f"{format_folder_name(label)}-") for label in comparisons)
+        names = dict.fromkeys(re.sub(rf"^({prefixes})", "", name) for name in figures)
+        output.print(f"report: {path}", f"figures for --figure: {', '.join(names)}")
+        if len(comparisons) > 1:
+            output.print(f"figure of one problem: {next(n for n in figures if n not in names)}")
     output.print_document(
         {
             **({"compared": list(map(str, sources))} if is_pair else {"folder": str(first)}),
@@ -149,6 +168,8 @@ def _check_options(
     out: Path | None,
     solution: int | None,
 ) -> None:
+    if len(sources) == 1 and not sources[0].exists():
+        raise FileNotFoundError(f"there is no folder {sources[0]}")
     if len(sources) > 2:
         raise ValueError(f"{len(sources)} runs: expected one run, or two runs to compare")
     if len(sources) == 2 and (formats or solution is not None):

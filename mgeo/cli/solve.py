@@ -34,7 +34,9 @@ MaxTime = Annotated[
     typer.Option(
         metavar="TIME",
         parser=_parse_duration,
-        help="End the run after this time: seconds, or 10m, 2h. `mgeo resume` continues the run.",
+        rich_help_panel="Search",
+        help="End the run after this time, such as 90 (seconds), 10m or 2h. `mgeo resume` "
+        "continues the run.",
     ),
 ]
 
@@ -43,8 +45,9 @@ def solve(
     problem: Annotated[
         str,
         typer.Argument(
-            help="Name from `mgeo problems`, a class as module:Class, or a test problem such as "
-            "pymoo:zdt1.",
+            metavar="PROBLEM",
+            help="Problem to solve: a name from `mgeo problems`, a test problem such as "
+            "pymoo:zdt1, or a class as MODULE:CLASS.",
             autocompletion=options.complete_problems,
         ),
     ],
@@ -52,7 +55,8 @@ def solve(
         str | None,
         typer.Option(
             metavar="FILE.toml|PRESET",
-            help="Options of the problem: a file, or the name of a preset.",
+            rich_help_panel="Problem",
+            help="Scenario: a file with the options of the problem, or the name of a preset.",
             autocompletion=options.complete_scenarios,
         ),
     ] = None,
@@ -60,6 +64,7 @@ def solve(
         Path | None,
         typer.Option(
             metavar="FILE.json",
+            rich_help_panel="Problem",
             help="Start from an earlier result, such as a calibration, if the problem supports it. "
             "A scenario file then contains only the options that differ.",
         ),
@@ -68,15 +73,17 @@ def solve(
         bool,
         typer.Option(
             "--robust",
-            help="Solve the robust variant of the problem, which has uncertain parameters, if "
-            "there is one.",
+            rich_help_panel="Problem",
+            help="Require that the objectives hold in 90 % of Monte Carlo runs with random errors, "
+            "if the problem supports it.",
         ),
     ] = False,
     algorithm: Annotated[
         str | None,
         typer.Option(
             metavar="NAME|MODULE:CLASS",
-            help="Name from `mgeo algorithms`, or a class as module:Class [default: mgeo-directed; "
+            rich_help_panel="Search",
+            help="Algorithm: a name from `mgeo algorithms`, or a class [default: mgeo-directed; "
             "mgeo-staged with --robust].",
             autocompletion=options.complete_algorithms,
         ),
@@ -87,23 +94,36 @@ def solve(
         int | None,
         typer.Option(
             min=1,
-            help="Budget of evaluations [default: 5000 generations of one candidate per variable].",
+            metavar="N",
+            rich_help_panel="Search",
+            help="Number of evaluations of the problem [default: `--dry-run` prints it].",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of all random numbers.")] = 1,
+    seed: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            metavar="N",
+            rich_help_panel="Search",
+            help="Seed of all random numbers. Equal seeds give equal results.",
+        ),
+    ] = 1,
     initial_designs: Annotated[
         int | None,
         typer.Option(
             min=0,
+            metavar="N",
+            rich_help_panel="Search",
             help="Number of initial designs that the problem suggests [default: the recommendation "
-            "of the problem; 0 with --robust, --evaluations, an algorithm or its parameters].",
+            "of the problem; 0 with --robust, --evaluations, --algorithm, --walkers or --set].",
         ),
     ] = None,
     refine: Annotated[
         bool | None,
         typer.Option(
             "--refine/--no-refine",
-            help="Refine the front by a local search after the run, in addition to the budget "
+            rich_help_panel="Search",
+            help="Refine the front by gradient steps after the search, beyond --evaluations "
             "[default: as for --initial-designs].",
         ),
     ] = None,
@@ -112,15 +132,24 @@ def solve(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Folder to write [default: runs/PROBLEM-ALGORITHM-seedSEED; "
-            "runs/PROBLEM-robust-ALGORITHM-seedSEED with --robust].",
+            rich_help_panel="Output",
+            help="Folder to write [default: runs/PROBLEM-ALGORITHM-seedN; "
+            "runs/PROBLEM-robust-ALGORITHM-seedN with --robust].",
         ),
     ] = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the run in an existing folder.")
+        bool,
+        typer.Option(
+            "--overwrite", rich_help_panel="Output", help="Replace the run in an existing folder."
+        ),
     ] = False,
     record: Annotated[
-        bool, typer.Option("--record", help="Write every evaluation into DIR/evaluations.")
+        bool,
+        typer.Option(
+            "--record",
+            rich_help_panel="Output",
+            help="Write every evaluation into DIR/evaluations.",
+        ),
     ] = False,
     dry_run: options.DryRun = False,
     json: options.Json = False,
@@ -129,10 +158,9 @@ def solve(
 ) -> None:
     """Search for the Pareto front of a problem, and write it into a folder.
 
-    The folder contains front.csv, front.npz (constraints of each solution), run.json (configuration
-    and statistics) and front.html. Ctrl-C ends the run after the current generation and saves the
-    results. A second Ctrl-C ends it at once. Algorithms of the MGEO family also write
-    run.checkpoint for `mgeo resume`. `mgeo algorithms NAME` lists the parameters of an algorithm.
+    The folder contains the solutions (front.csv, front.npz), the configuration (run.json), a figure
+    (front.html) and, for algorithms of the MGEO family, a checkpoint for `mgeo resume`. Ctrl-C ends
+    the run after the current generation and saves the results; a second Ctrl-C ends it at once.
     """
     from mgeo.plugins.problems import read_scenario
     from mgeo.runs.algorithms import select_default_algorithm
@@ -149,6 +177,7 @@ def solve(
             parameters["n_walkers"] = walkers
         run = prepare_run(
             problem,
+            scenario_file=scenario if scenario and scenario.endswith(".toml") else None,
             parameters=parameters,
             options=read_scenario(problem, scenario, after=after, trusted_classes=(problem,)),
             algorithm=algorithm_option,
@@ -175,13 +204,18 @@ def resume(
     folder: options.RunFolder,
     evaluations: Annotated[
         int | None,
-        typer.Option(min=1, help="New budget, counted from the beginning of the run."),
+        typer.Option(
+            min=1,
+            metavar="N",
+            rich_help_panel="Search",
+            help="New number of evaluations, counted from the beginning of the run.",
+        ),
     ] = None,
     algorithm: Annotated[
         str | None,
         typer.Option(
             metavar="MODULE:CLASS",
-            help="Class of the algorithm of the run, required if the algorithm has no name.",
+            help="Class of the algorithm. Required if the run was made with MODULE:CLASS.",
         ),
     ] = None,
     problem: options.Problem = None,
@@ -190,7 +224,8 @@ def resume(
         bool,
         typer.Option(
             "--check/--no-check",
-            help="Refuse to resume if the software versions or the values of the problem differ.",
+            help="Refuse to resume if the software versions or the values of the problem differ "
+            "[default: --check].",
         ),
     ] = True,
     json: options.Json = False,

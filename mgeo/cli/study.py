@@ -13,41 +13,83 @@ import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import ExitCode, convert_input_errors, get_interrupt_exit_code
-from mgeo.terminal import Output, build_table, escape_text
+from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
     from mgeo.studies.study_file import Study
 
 
+_MAX_ROWS = 10  # maximum number of rows of the table of significantly better algorithms
+
+
 def study(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Study file in TOML.")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE",
+            help="Study file in TOML: problems, algorithms, seeds and number of evaluations.",
+        ),
+    ],
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder to write [default: studies/FILE].")
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            rich_help_panel="Output",
+            help="Folder to write [default: studies/FILE].",
+        ),
     ] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Continue the interrupted study in the folder.")
+        bool,
+        typer.Option(
+            "--resume",
+            rich_help_panel="Output",
+            help="Continue the interrupted study in the folder.",
+        ),
     ] = False,
     evaluations: Annotated[
-        int | None, typer.Option(min=1, help="Budget of each run [default: from FILE].")
+        int | None,
+        typer.Option(
+            min=1,
+            metavar="N",
+            rich_help_panel="Runs",
+            help="Number of evaluations of each run [default: from FILE].",
+        ),
     ] = None,
     seeds: Annotated[
-        int | None, typer.Option(min=1, help="Number of seeds [default: from FILE].")
+        int | None,
+        typer.Option(
+            min=1,
+            metavar="N",
+            rich_help_panel="Runs",
+            help="Number of seeds [default: from FILE].",
+        ),
     ] = None,
-    jobs: Annotated[int, typer.Option(help="Number of processes; -1 for one per processor.")] = -1,
+    jobs: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            rich_help_panel="Runs",
+            help="Number of processes; -1 for one per processor.",
+        ),
+    ] = -1,
     cluster: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="Run on the Dask cluster of this scheduler."),
+        typer.Option(
+            metavar="ADDRESS",
+            rich_help_panel="Runs",
+            help="Run on a Dask cluster, given the address of its scheduler.",
+        ),
     ] = None,
     dry_run: options.DryRun = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
     debug: options.Debug = False,
 ) -> None:
-    """Compare algorithms as specified in a study file, and write tables and figures.
+    """Compare algorithms on problems by statistical tests, and write a report.
 
     Each run is stored in the folder when it finishes, so that --resume can continue an interrupted
-    study.
+    study. The exit code is 3 if a run failed.
     """
     from mgeo.studies.comparison import ComparisonWarning
     from mgeo.studies.study import run_study
@@ -85,7 +127,9 @@ def study(
 
 
 def schema(
-    kind: Annotated[Literal["study"], typer.Argument(help="Kind of the files.")],
+    kind: Annotated[
+        Literal["study"], typer.Argument(metavar="KIND", help="Kind of the files: study.")
+    ],
     debug: options.Debug = False,
 ) -> None:
     """Print the JSON Schema of study files, for completion and validation in editors.
@@ -100,22 +144,17 @@ def schema(
 def _print_results(
     study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output
 ) -> int:
-    """Print the tables and conclusions of a study, and return the exit code."""
+    """Print the conclusions and tables of a study, and return the exit code."""
     from mgeo.store.run_folder import REPORT_FILE
-    from mgeo.studies.conclusions import format_conclusions, format_published_table
+    from mgeo.studies.conclusions import format_conclusions, list_warnings, summarize_study
+    from mgeo.studies.summary_tables import (
+        build_behind_table,
+        build_published_table,
+        build_rank_table,
+        build_result_table,
+    )
 
-    for label, comparison in comparisons.items():
-        overview, sentences = (
-            comparison.format_overview(),
-            format_conclusions(comparison, study.control),
-        )
-        columns = build_table(["", *overview.columns], overview.itertuples(name=None))
-        output.print(escape_text(f"\n{label}", style="bold"), columns, *sentences)
-        published = format_published_table(study, comparison)
-        if published is not None and study.published is not None:
-            values = build_table(["", *published.columns], published.itertuples(name=None))
-            output.print(f"compared with {study.published.source}:", values)
-    output.print(f"\nwritten: {folder / REPORT_FILE}")
+    summary = summarize_study(comparisons, study.control)
     output.print_document(
         {
             "title": study.title,
@@ -124,15 +163,36 @@ def _print_results(
             "evaluations": study.evaluations,
             "per_variable": study.per_variable,
             "seeds": list(study.seeds),
+            "conclusions": [] if summary is None else summary.conclusions,
+            "ranks": [] if summary is None else to_records(summary.ranks),
             "problems": {
                 label: _build_document(each, study.control) for label, each in comparisons.items()
             },
         }
     )
-    for label, comparison in comparisons.items():
-        for text in comparison.describe_failures(label):
-            output.print_note(f"Note: {text}")
-    n_failed = sum(_count_runs(comparison, "failed") for comparison in comparisons.values())
+    output.print(escape_text(study.title, style="bold"), study.format_size(), "")
+    if len(comparisons) > 1 and summary is not None:
+        output.print(*summary.conclusions)
+        tables = [build_rank_table(comparisons, summary), build_behind_table(summary, _MAX_ROWS)]
+    else:
+        (comparison,) = comparisons.values()
+        output.print(*format_conclusions(comparison, study.control))
+        tables = [
+            build_result_table(comparison),
+            build_published_table(study, comparison),
+        ]
+    for titled in tables:
+        if titled is not None:
+            table = build_titled_table(titled.title, titled.table)
+            output.print(*table, format_note(titled.note))
+    for text in list_warnings(comparisons):
+        output.print_note(f"Warning: {text}")
+    figure = "ranks" if len(comparisons) > 1 else "anytime"
+    output.print(
+        f"\nwritten: {folder / REPORT_FILE}",
+        f"draw a figure for a paper: mgeo report {folder} --figure {figure} --paper",
+    )
+    n_failed = sum(_count_runs(each, "failed") for each in comparisons.values())
     if n_failed:
         output.print_note(f"{n_failed} runs failed; --resume repeats them")
     return ExitCode.INCOMPLETE if n_failed else ExitCode.SUCCESS
@@ -141,6 +201,8 @@ def _print_results(
 @contextmanager
 def _start_workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
     """Context manager that yields the number of processes, or None if a Dask cluster is used."""
+    if jobs == 0:
+        raise ValueError("--jobs 0: expected a number of processes, or -1 for one per processor")
     if cluster is None:
         yield jobs
         return
@@ -150,7 +212,11 @@ def _start_workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
         raise ValueError("--cluster requires Dask: pip install 'mgeo[distributed]'") from error
     import joblib
 
-    with Client(cluster), joblib.parallel_config("dask"):
+    try:
+        client = Client(cluster)
+    except (OSError, ValueError) as error:
+        raise ValueError(f"--cluster {cluster}: {error}") from error
+    with client, joblib.parallel_config("dask"):
         yield None
 
 
@@ -162,6 +228,7 @@ def _build_document(comparison: Comparison, control: str | None) -> dict[str, An
     return {
         "n_finished": _count_runs(comparison, "finished"),
         "n_failed": _count_runs(comparison, "failed"),
+        "conclusions": format_conclusions(comparison, control),
         "ranking": comparison.rank_algorithms(),
         "algorithms": {
             label: {
@@ -170,7 +237,6 @@ def _build_document(comparison: Comparison, control: str | None) -> dict[str, An
             }
             for label in comparison.algorithms
         },
-        "conclusions": format_conclusions(comparison, control),
     }
 
 

@@ -35,8 +35,6 @@ from importlib.metadata import EntryPoint
 from pkgutil import resolve_name
 from typing import Any
 
-from mgeo.benchmarks.collections import EXAMPLES_BY_PREFIX
-
 PROBLEMS = "mgeo.problems"
 ALGORITHMS = "mgeo.algorithms"
 COMMANDS = "mgeo.commands"
@@ -177,10 +175,10 @@ def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
         )
     from mgeo.validation.arguments import format_suggestion  # Deferred: imports NumPy.
 
-    tests = f"; a test problem such as {', '.join(EXAMPLES_BY_PREFIX.values())}"
+    tests = ", a test problem such as pymoo:zdt1" if group == PROBLEMS else ""
     raise PluginError(
-        f"no {noun} is named {name!r}: expected one of {', '.join(plugins)}"
-        f"{tests if group == PROBLEMS else ''}; or module:Class{format_suggestion(name, plugins)}"
+        f"there is no {noun} {name!r}: expected {', '.join(plugins)}{tests}, or module:Class"
+        f"{format_suggestion(name, plugins)}"
     )
 
 

@@ -17,7 +17,7 @@ from mgeo.plugins.view import View
 from mgeo.report.history import draw_hypervolume_history
 from mgeo.report.loaded_run import load_run
 from mgeo.report.solutions import draw_front
-from mgeo.validation.arguments import validate_choice
+from mgeo.validation.arguments import format_suggestion
 
 #: Default width and height of a figure [px].
 _DEFAULT_SIZE = (900, 560)
@@ -68,7 +68,11 @@ def draw_run_figures(
                 figures_by_name[_build_figure_name(solution.label, str(name))] = figure
     available = {name: figure for name, figure in figures_by_name.items() if figure is not None}
     for name in names:
-        validate_choice("figure", name, available)
+        if name not in available:
+            raise ValueError(
+                f"the run has no figure {name!r}: expected a name such as "
+                f"{', '.join(list(available)[:3])}{format_suggestion(name, available)}"
+            )
     return {name: available[name] for name in names or available}
 
 

@@ -153,7 +153,8 @@ def use_suggested_designs(algorithm: Algorithm, n_suggested: int) -> None:
     n_max = getattr(algorithm, "n_walkers", None) or getattr(algorithm, "pop_size", None)
     if n_max is not None and n_suggested > n_max:
         raise ValueError(
-            f"initial_designs = {n_suggested}: expected at most {n_max}, the initial size of {name}"
+            f"initial_designs = {n_suggested}: expected at most {n_max}, the number of walkers or "
+            f"population size of {name}"
         )
     if isinstance(algorithm, ExtremalOptimization):
         algorithm.sampling = SuggestedSampling(n_suggested)
@@ -180,8 +181,8 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     is_built_in = ":" in name or name in ALGORITHMS
     if not is_built_in and name not in (names := list_algorithms()):
         raise ValueError(
-            f"there is no algorithm {name!r}: expected one of {', '.join(names)}, or module:Class"
-            f"{format_suggestion(name, names)}"
+            f"there is no algorithm {name!r}: expected a name from `mgeo algorithms`, or "
+            f"module:Class{format_suggestion(name, names)}"
         )
     if not isinstance(parameters, Mapping):
         raise TypeError(f"parameters = {parameters!r}: expected a mapping of names to values")
@@ -189,7 +190,10 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     for key in parameters:
         if key not in defaults:
             expected = ", ".join(defaults) or "none"
-            raise ValueError(f"algorithm {name!r} has no parameter {key!r}: expected {expected}")
+            raise ValueError(
+                f"algorithm {name!r} has no parameter {key!r}: expected {expected}"
+                f"{format_suggestion(key, defaults)}"
+            )
     basic_defaults = {key: value for key, value in defaults.items() if _is_basic_value(value)}
     return basic_defaults | dict(parameters)
 
@@ -213,8 +217,9 @@ def describe_algorithm(name: str) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``name``, ``label``, ``description`` and ``parameters``, a list of dicts of ``name``,
-        ``default`` and ``meaning``.
+        ``name``, ``label``, ``library`` ("mgeo", "pymoo" or the package of a plugin),
+        ``description`` and ``parameters``, a list of dicts of ``name``, ``default`` and
+        ``meaning``.
 
     Raises
     ------
@@ -230,11 +235,18 @@ def describe_algorithm(name: str) -> dict[str, Any]:
         label, description = ALGORITHMS[name].label, ALGORITHMS[name].description
     else:
         label, description = name, (inspect.getdoc(_load_class(name)) or "").partition("\n")[0]
+    library = "pymoo" if _has_population_only(name) else _load_class(name).__module__.split(".")[0]
     rows = [
         {"name": key, "default": value, "meaning": meanings.get(key, "")}
         for key, value in defaults.items()
     ]
-    return {"name": name, "label": label, "description": description, "parameters": rows}
+    return {
+        "name": name,
+        "label": label,
+        "library": library,
+        "description": description,
+        "parameters": rows,
+    }
 
 
 def _has_population_only(name: str) -> bool:

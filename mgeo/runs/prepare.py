@@ -14,6 +14,7 @@ from pymoo.core.problem import Problem
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.plugins import protocol
+from mgeo.plugins.discovery import PluginError
 from mgeo.plugins.problems import is_class_path, load_problem
 from mgeo.runs.algorithms import (
     build_algorithm,
@@ -27,7 +28,7 @@ from mgeo.store.checkpoint import Checkpoint, read_checkpoint_metadata, resume
 from mgeo.store.recorder import Recorder
 from mgeo.store.run import CheckpointMetadata, Outcome, RunConfiguration
 from mgeo.store.run_folder import CHECKPOINT_FILE, RECORD_FOLDER
-from mgeo.validation.entries import convert_file_errors
+from mgeo.validation.entries import FileError, convert_file_errors
 from mgeo.validation.tables import validate_table
 
 
@@ -150,6 +151,7 @@ def prepare_run(
     problem: str,
     options: Mapping[str, Any] | None = None,
     *,
+    scenario_file: str | None = None,
     algorithm: str | None = None,
     parameters: Mapping[str, Any] | None = None,
     evaluations: int | None = None,
@@ -170,6 +172,8 @@ def prepare_run(
         Name of the problem, as for `mgeo.plugins.problems.load_problem`.
     options : mapping, optional
         Options of the problem.
+    scenario_file : str, optional
+        File from which the options were read, for error messages.
     algorithm : str, optional
         Name of the algorithm. Default: `select_default_algorithm`.
     parameters : mapping, optional
@@ -200,7 +204,14 @@ def prepare_run(
     uses_recommendation = not (robust or algorithm or parameters or evaluations)
     algorithm = algorithm or select_default_algorithm(robust)
     all_parameters = complete_parameters(algorithm, parameters or {})
-    built = load_problem(problem, options, trusted_classes=(problem,))
+    try:
+        built = load_problem(problem, options, trusted_classes=(problem,))
+    except PluginError:
+        raise
+    except (ValueError, TypeError) as error:
+        if scenario_file is None:
+            raise
+        raise FileError(f"{scenario_file}: {error}") from error
     if robust:
         built = protocol.get_robust_problem(built)
     optimizer = build_algorithm(algorithm, all_parameters, built)
@@ -271,8 +282,8 @@ def resume_run(
     path = Path(folder) / CHECKPOINT_FILE
     if not path.is_file():
         raise FileNotFoundError(
-            f"{folder} cannot be resumed: there is no {CHECKPOINT_FILE} in it; only algorithms of "
-            "the MGEO family write one"
+            f"{folder} cannot be resumed: there is no {CHECKPOINT_FILE}. Expected the folder of a "
+            "run by an algorithm of the MGEO family"
         )
     data = read_checkpoint_metadata(path)
     with convert_file_errors(path):

@@ -19,7 +19,7 @@ class AlgorithmRecord:
     label : str
         Name in reports and documentation.
     description : str
-        Description in one line.
+        Method, and when to use it, in one line.
     path : str
         ``module:Class``, imported when the algorithm is built.
     population_arguments : tuple of str
@@ -53,20 +53,28 @@ def _build_pymoo_record(
     population_arguments: tuple[str, ...] = _POPULATION_SIZE,
 ) -> AlgorithmRecord:
     path = f"pymoo.algorithms.{module_path}"
-    return AlgorithmRecord(name, label, f"{description}, of pymoo", path, population_arguments)
+    return AlgorithmRecord(name, label, description, path, population_arguments)
 
 
 #: Built-in algorithms, of mgeo and pymoo. Installed plugins add further algorithms by entry points.
 RECORDS = (
     _build_mgeo_record(
-        "mgeo-real", "MGEO_real", "MGEOReal", "normal steps of one variable, as published"
+        "mgeo-real", "MGEO_real", "MGEOReal", "published MGEO_real: normal steps of one variable"
     ),
     _build_mgeo_record(
-        "mgeo-real2", "MGEO_real2", "MGEOReal2", "steps of several sizes, as published"
+        "mgeo-real2",
+        "MGEO_real2",
+        "MGEOReal2",
+        "published MGEO_real2: normal steps of several sizes",
     ),
-    _build_mgeo_record("mgeo-canonical", "MGEO", "MGEOCanonical", "flips of one bit, as published"),
     _build_mgeo_record(
-        "mgeo-var", "MGEO_var", "MGEOVar", "flips of one bit of each variable, as published"
+        "mgeo-canonical",
+        "MGEO",
+        "MGEOCanonical",
+        "published MGEO: variables as bits, flips of one bit",
+    ),
+    _build_mgeo_record(
+        "mgeo-var", "MGEO_var", "MGEOVar", "published MGEO_var: one bit flip in each variable"
     ),
     _build_mgeo_record(
         DEFAULT_ALGORITHM,
@@ -78,53 +86,78 @@ RECORDS = (
         ROBUST_ALGORITHM,
         "staged MGEO",
         "MGEOStaged",
-        "evaluation by fidelity levels; the default with --robust",
+        "cheap evaluations first; the default with --robust",
     ),
     _build_pymoo_record(
-        "nsga2", "NSGA-II", "moo.nsga2:NSGA2", "nondominated sorting and crowding distance"
+        "nsga2",
+        "NSGA-II",
+        "moo.nsga2:NSGA2",
+        "nondominated sorting and crowding; 2 or 3 objectives",
     ),
     _build_pymoo_record(
-        "nsga3", "NSGA-III", "moo.nsga3:NSGA3", "reference directions", _DIRECTIONS_AND_SIZE
+        "nsga3",
+        "NSGA-III",
+        "moo.nsga3:NSGA3",
+        "reference directions; 3 or more objectives",
+        _DIRECTIONS_AND_SIZE,
     ),
     _build_pymoo_record(
         "u-nsga3",
         "U-NSGA-III",
         "moo.unsga3:UNSGA3",
-        "NSGA-III with tournaments",
+        "NSGA-III with tournaments; any number of objectives",
         _DIRECTIONS_AND_SIZE,
     ),
     _build_pymoo_record(
-        "spea2", "SPEA2", "moo.spea2:SPEA2", "strength Pareto evolutionary algorithm"
+        "spea2", "SPEA2", "moo.spea2:SPEA2", "strength Pareto selection; 2 or 3 objectives"
     ),
     _build_pymoo_record(
-        "sms-emoa", "SMS-EMOA", "moo.sms:SMSEMOA", "selection by hypervolume contribution"
+        "sms-emoa",
+        "SMS-EMOA",
+        "moo.sms:SMSEMOA",
+        "hypervolume contribution; 2 or 3 objectives",
     ),
     _build_pymoo_record(
-        "age-moea2", "AGE-MOEA-II", "moo.age2:AGEMOEA2", "selection by the front's geometry"
+        "age-moea2",
+        "AGE-MOEA-II",
+        "moo.age2:AGEMOEA2",
+        "estimated geometry of the front; any front shape",
     ),
     AlgorithmRecord(
         "moead",
         "MOEA/D",
-        "decomposition, without constraints, of pymoo",
+        "decomposition; only problems without constraints",
         "pymoo.algorithms.moo.moead:MOEAD",
         _REFERENCE_DIRECTIONS,
         supports_constraints=False,
     ),
     _build_pymoo_record(
-        "ctaea", "C-TAEA", "moo.ctaea:CTAEA", "two archives, for constraints", _REFERENCE_DIRECTIONS
+        "ctaea",
+        "C-TAEA",
+        "moo.ctaea:CTAEA",
+        "two archives; problems with constraints",
+        _REFERENCE_DIRECTIONS,
     ),
-    _build_pymoo_record("gde3", "GDE3", "moo.gde3:GDE3", "differential evolution"),
+    _build_pymoo_record("gde3", "GDE3", "moo.gde3:GDE3", "differential evolution; real variables"),
     _build_pymoo_record(
-        "nsde", "NSDE", "moo.nsde:NSDE", "differential evolution with nondominated sorting"
+        "nsde",
+        "NSDE",
+        "moo.nsde:NSDE",
+        "differential evolution and NSGA-II; real variables",
     ),
     _build_pymoo_record(
-        "mopso-cd", "MOPSO-CD", "moo.mopso_cd:MOPSO_CD", "particle swarm, crowding distance"
+        "mopso-cd",
+        "MOPSO-CD",
+        "moo.mopso_cd:MOPSO_CD",
+        "particle swarm with crowding; real variables",
     ),
-    _build_pymoo_record("cmopso", "CMOPSO", "moo.cmopso:CMOPSO", "competitive particle swarm"),
+    _build_pymoo_record(
+        "cmopso", "CMOPSO", "moo.cmopso:CMOPSO", "competitive particle swarm; real variables"
+    ),
     AlgorithmRecord(
         "rvea",
         "RVEA",
-        "reference vectors, of pymoo; the result is its nondominated part",
+        "reference vectors; 3 or more objectives",
         "mgeo.runs.pymoo_algorithms:FrontRVEA",
         _REFERENCE_DIRECTIONS,
     ),
@@ -132,7 +165,7 @@ RECORDS = (
         "random",
         "random search",
         "soo.nonconvex.random_search:RandomSearch",
-        "uniform points",
+        "uniformly random points, as a baseline",
         ("n_points_per_iteration",),
     ),
 )

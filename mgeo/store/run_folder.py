@@ -132,7 +132,10 @@ def read_run(folder: Path | str) -> Run:
     folder = Path(folder)
     path = folder / RUN_FILE
     if not path.exists():
-        raise FileNotFoundError(f"{folder} holds no run: there is no {RUN_FILE}")
+        raise FileNotFoundError(
+            f"{folder} holds no run: there is no {RUN_FILE}. Expected "
+            "a folder that `mgeo solve` has written"
+        )
     data = read_json(path)
     with convert_file_errors(path):
         file_format = get_entry(data, "format", int)

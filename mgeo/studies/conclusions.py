@@ -1,11 +1,18 @@
-"""Conclusions of a comparison, as sentences and small tables for report pages."""
+"""Conclusions of comparisons and studies, as sentences and small tables."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
+import numpy as np
 import pandas as pd
 
+from mgeo.studies.aggregation import (
+    KEY_COLUMNS,
+    compute_average_ranks,
+    compute_problem_values,
+)
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.indicators import Indicator
 from mgeo.studies.statistics import SIGNIFICANCE_LEVEL, holm_correction
@@ -15,9 +22,9 @@ from mgeo.studies.study_file import Study
 def format_conclusions(comparison: Comparison, control: str | None = None) -> list[str]:
     """Return sentences that name the best algorithm and compare it with every other algorithm.
 
-    Two sentences describe the default indicator. Further sentences describe the other indicators,
-    and the parts of the front where the best algorithm is significantly worse. The notes of the
-    comparison come last; with fewer than two algorithms, only the notes are returned.
+    The first sentences describe the default indicator. Further sentences describe the other
+    indicators, and the parts of the front on which the best algorithm is significantly worse.
+    There are no sentences for fewer than two algorithms with finished runs.
 
     Parameters
     ----------
@@ -34,41 +41,187 @@ def format_conclusions(comparison: Comparison, control: str | None = None) -> li
     """
     order = comparison.rank_algorithms()
     if len(order) < 2:
-        return [*comparison.notes]
+        return []
     first, second = order[:2]
     is_control = first == control
     title = comparison.select_indicator().title
-    values = comparison.format_overview()[title]
     rivals = compare_with_rivals(comparison, first, is_control=is_control)
-    is_different, is_better = rivals["p_holm"] < SIGNIFICANCE_LEVEL, rivals["A"] > 0.5
     groups = {
-        "significantly better than": rivals[is_different & is_better],
-        "significantly worse than": rivals[is_different & ~is_better],
-        "not significantly different from": rivals[~is_different],
+        "significantly better than": rivals.index[rivals["result"] == "ahead"],
+        "not significantly different from": rivals.index[rivals["result"] == "even"],
+        "significantly worse than": rivals.index[rivals["result"] == "behind"],
     }
-    differences = [f"{text} {_format_rivals(rows)}" for text, rows in groups.items() if len(rows)]
+    differences = [f"{text} {join_names(names)}" for text, names in groups.items() if len(names)]
     sentences = [
-        f"By {title}, {first} ranks first: {values[first]}, then {second}: {values[second]}.",
-        f"{first} is {'; '.join(differences)}. A is the probability that a run of {first} beats "
-        "a run of the other algorithm; Mann-Whitney test with Holm's correction for "
-        f"{'its own pairs' if is_control else 'all pairs'}, {100 * SIGNIFICANCE_LEVEL:g} %.",
+        f"{first} ranks first by {title}, followed by {second}.",
+        f"{first} is {'; '.join(differences)}.",
     ]
+    others = {i.title: comparison.rank_algorithms(i.name)[0] for i in comparison.indicators[1:]}
+    if confirming := [title for title, best in others.items() if best == first]:
+        sentences.append(f"{first} also ranks first by {join_names(confirming)}.")
     for indicator in comparison.indicators[1:]:
-        best = comparison.rank_algorithms(indicator.name)[0]
-        sentence = f"By {indicator.title}, {best} ranks first"
+        best = others[indicator.title]
         if best != first:
-            rivals = compare_with_rivals(comparison, first, indicator.name, is_control=is_control)
-            effect, p = rivals.loc[best].to_numpy(float)
-            sentence += f"; {first} against {best}: A = {effect:.2f}, p = {p:.2g}"
-        sentences.append(f"{sentence}.")
-    for part in comparison.part_indicators:
-        rivals = compare_with_rivals(comparison, first, part.name, is_control=is_control)
-        better = rivals[(rivals["p_holm"] < SIGNIFICANCE_LEVEL) & (rivals["A"] < 0.5)]
-        if len(better):
+            result = compare_with_rivals(comparison, first, indicator.name, is_control=is_control)
+            extent = "" if result.loc[best, "result"] == "behind" else "not "
             sentences.append(
-                f"By {part.title}, {first} is significantly worse than {_format_rivals(better)}."
+                f"{best} ranks first by {indicator.title}, {extent}significantly better than "
+                f"{first}."
             )
-    return [*sentences, *comparison.notes]
+    for part in comparison.part_indicators:
+        result = compare_with_rivals(comparison, first, part.name, is_control=is_control)
+        names = result.index[result["result"] == "behind"]
+        if len(names):
+            sentences.append(
+                f"By {part.title}, {first} is significantly worse than {join_names(names)}."
+            )
+    return sentences
+
+
+def format_test_method(is_control: bool) -> str:
+    """Return the name of the test of two algorithms on one problem, with its correction."""
+    pairs = "the pairs of this algorithm" if is_control else "all pairs"
+    return (
+        f"Mann-Whitney test at {100 * SIGNIFICANCE_LEVEL:g} %, with Holm's correction for {pairs}"
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class StudySummary:
+    """Results of one algorithm of a study against every other algorithm, over all problems.
+
+    Attributes
+    ----------
+    algorithm : str
+        Label of the algorithm: the control or, without a control, the algorithm of the best average
+        rank.
+    is_control : bool
+        Whether the algorithm is the control of the study.
+    ranks : DataFrame
+        One row per algorithm, best first: ``average_rank`` of the median default indicator;
+        ``best_on``, the number of problems on which the algorithm has the best median; ``ahead``,
+        ``even`` and ``behind``, the numbers of problems on which `algorithm` is significantly
+        better, not significantly different, and significantly worse than this algorithm; and
+        ``p_holm`` of the signed-rank test over problems.
+    pairs : DataFrame
+        One row per problem and other algorithm: ``problem`` and ``algorithm``, with the columns of
+        `compare_with_rivals`.
+    conclusions : list of str
+        Sentences, of which the first is the answer.
+    """
+
+    algorithm: str
+    is_control: bool
+    ranks: pd.DataFrame
+    pairs: pd.DataFrame
+    conclusions: list[str]
+
+
+def summarize_study(
+    comparisons: Mapping[str, Comparison], control: str | None = None
+) -> StudySummary | None:
+    """Compare the control or the best algorithm of a study with every other one over all problems.
+
+    Parameters
+    ----------
+    comparisons : mapping of str to Comparison
+        Finished comparisons by problem label.
+    control : str, optional
+        Label of the control algorithm, see `format_conclusions`.
+
+    Returns
+    -------
+    StudySummary or None
+        None for fewer than two algorithms with finished runs.
+    """
+    ranked = {label: c for label, c in comparisons.items() if len(c.rank_algorithms()) > 1}
+    if not ranked:
+        return None
+    values = compute_problem_values(comparisons)
+    last = values.loc[values.groupby("problem", sort=False)["evaluations"].idxmax()]
+    medians = last.drop(columns=list(KEY_COLUMNS))
+    # All problems are compared at the end of their budgets, whatever these are.
+    ranks = compute_average_ranks(last.assign(variables=0, evaluations=0), control)
+    ranks = ranks.set_index("algorithm")[["average_rank", "p_holm"]]
+    is_control = any(control in c.rank_algorithms() for c in ranked.values())
+    name = str(control if is_control else ranks.index[0])
+    pairs = pd.concat(
+        {
+            label: compare_with_rivals(comparison, name, is_control=is_control)
+            for label, comparison in ranked.items()
+            if name in comparison.rank_algorithms()
+        },
+        names=["problem", "algorithm"],
+    ).reset_index()
+    counts = pd.crosstab(pairs["algorithm"], pairs["result"])
+    counts = counts.reindex(columns=["ahead", "even", "behind"], fill_value=0)
+    ranks.insert(1, "best_on", medians.eq(medians.max(axis=1), axis=0).sum())
+    ranks = ranks.join(counts)[["average_rank", "best_on", *counts, "p_holm"]]
+    return StudySummary(
+        name, is_control, ranks, pairs, _format_summary(comparisons, name, ranks, pairs)
+    )
+
+
+def _format_summary(
+    comparisons: Mapping[str, Comparison], name: str, ranks: pd.DataFrame, pairs: pd.DataFrame
+) -> list[str]:
+    best = str(ranks.index[0])
+    averages = {str(label): f"{rank:.2f}" for label, rank in ranks["average_rank"].items()}
+    results = pairs.groupby("problem", sort=False)["result"].agg(set).to_dict()
+    n_best = int(ranks["best_on"][name])
+    n_ahead = sum(found == {"ahead"} for found in results.values())
+    behind = [str(label) for label, found in results.items() if "behind" in found]
+    sentences = [
+        f"{name} has the {format_criterion(comparisons)} on {n_best} of "
+        f"{len(comparisons)} problems.",
+        f"Its average rank of {averages[name]} is the best of {len(ranks)} algorithms."
+        if name == best
+        else f"{best} has the best average rank: {averages[best]}, against {averages[name]} of "
+        f"{name}.",
+    ]
+    if n_ahead:
+        sentences.append(
+            f"{name} is significantly better than every other algorithm on {n_ahead} of "
+            f"{len(comparisons)} problems."
+        )
+    if behind:
+        sentences.append(
+            f"{name} is significantly worse than at least one algorithm on {len(behind)}: "
+            f"{join_names(behind)}."
+        )
+    else:
+        sentences.append("No algorithm is significantly better on any problem.")
+    return sentences
+
+
+def list_warnings(comparisons: Mapping[str, Comparison]) -> list[str]:
+    """Return sentences on failed runs and on conditions that limit the validity of a study.
+
+    A note that applies to several problems is returned once, with the labels of these problems.
+    """
+    labels_by_note: dict[str, list[str]] = {}
+    for label, comparison in comparisons.items():
+        for note in comparison.notes:
+            labels_by_note.setdefault(note.removeprefix(f"{label}: "), []).append(label)
+    failures = [text for label, c in comparisons.items() for text in c.describe_failures(label)]
+    return [*(f"{join_names(k)}: {note}" for note, k in labels_by_note.items()), *failures]
+
+
+def format_criterion(comparisons: Mapping[str, Comparison]) -> str:
+    """Return the criterion by which algorithms rank, such as "largest median hypervolume"."""
+    indicators = {c.select_indicator().name: c.select_indicator() for c in comparisons.values()}
+    if len(indicators) > 1:
+        return "best median indicator"
+    (indicator,) = indicators.values()
+    return f"{'largest' if indicator.is_maximized else 'smallest'} median {indicator.title}"
+
+
+def join_names(names: Iterable[str], n_max: int = 6) -> str:
+    """Join names as text, with commas and "and"; further names than `n_max` are only counted."""
+    shown = list(map(str, names))
+    if len(shown) > n_max:
+        shown = [*shown[:n_max], f"{len(shown) - n_max} more"]
+    return " and ".join([", ".join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)
 
 
 def compare_with_rivals(
@@ -92,7 +245,9 @@ def compare_with_rivals(
     -------
     DataFrame
         One row per other algorithm, best first: ``A``, the probability that a run of the algorithm
-        beats a run of the other, and ``p_holm`` of the Mann-Whitney test with Holm's correction.
+        is better than a run of the other; ``p_holm`` of the Mann-Whitney test with Holm's
+        correction; and ``result``: "ahead" or "behind" if the algorithm is significantly better or
+        worse, otherwise "even".
 
     Raises
     ------
@@ -104,7 +259,10 @@ def compare_with_rivals(
     is_second = pairs["b"] == name  # In these rows, A is the probability that the rival wins.
     effect = pairs["A"].where(~is_second, 1.0 - pairs["A"])
     p = holm_correction(pairs["p"]) if is_control else pairs["p_holm"]
-    table = pd.DataFrame({"A": effect, "p_holm": p})
+    result = np.select(
+        [np.asarray(p) >= SIGNIFICANCE_LEVEL, effect > 0.5], ["even", "ahead"], "behind"
+    )
+    table = pd.DataFrame({"A": effect, "p_holm": p, "result": result})
     table.index = pd.Index(pairs["a"].where(is_second, pairs["b"]), name="other")
     return table.loc[[other for other in comparison.rank_algorithms(indicator) if other != name]]
 
@@ -124,10 +282,6 @@ def format_control_table(
         columns[f"{indicator.title}: p (Holm)"] = rivals_table["p_holm"].map("{:.2g}".format)
     rivals = [name for name in comparison.rank_algorithms() if name != control]
     return pd.DataFrame(columns).loc[rivals].rename_axis(f"{control} against")
-
-
-def _format_rivals(rivals: pd.DataFrame) -> str:
-    return ", ".join(f"{name} (A = {effect:.2f})" for name, effect in rivals["A"].items())
 
 
 def format_published_table(study: Study, comparison: Comparison) -> pd.DataFrame | None:

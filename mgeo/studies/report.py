@@ -18,7 +18,8 @@ from mgeo.studies.comparison_files import format_folder_name
 from mgeo.studies.conclusions import (
     format_conclusions,
     format_control_table,
-    format_published_table,
+    list_warnings,
+    summarize_study,
 )
 from mgeo.studies.figures.indicators import (
     draw_anytime_curves,
@@ -27,6 +28,12 @@ from mgeo.studies.figures.indicators import (
 )
 from mgeo.studies.statistics import SIGNIFICANCE_LEVEL
 from mgeo.studies.study_file import Study
+from mgeo.studies.summary_tables import (
+    build_behind_table,
+    build_published_table,
+    build_rank_table,
+    build_result_table,
+)
 from mgeo.studies.tables import build_study_table
 from mgeo.validation.arguments import format_suggestion
 
@@ -38,19 +45,26 @@ def render_problem_page(study: Study, label: str, comparison: Comparison) -> str
     study.
     """
     runs, tests = comparison.runs, comparison.test_differences()
-    published = format_published_table(study, comparison)
+    failed = runs[runs["status"] == "failed"]
     control_table = None
     if study.control in comparison.rank_algorithms():
         control_table = format_control_table(comparison, study.control, comparison.all_indicators)
-    results = render(
-        "studies/assets/results.html",
+    summary = render(
+        "studies/assets/summary.html",
         study=study,
-        label=label,
+        subtitle=f"{label}: {len(comparison.algorithms)} algorithms, {len(study.seeds)} seeds, "
+        f"{comparison.n_eval:,} evaluations per run",
+        conclusions=format_conclusions(comparison, study.control),
+        result=build_result_table(comparison),
+    )
+    details = render(
+        "studies/assets/problem_details.html",
+        study=study,
         comparison=comparison,
-        conclusions=" ".join(format_conclusions(comparison, study.control)),
-        published=published,
+        published=build_published_table(study, comparison),
         control_table=control_table,
-        failed=runs[runs["status"] == "failed"].to_dict("records"),
+        warnings=list_warnings({label: comparison}),
+        failed=[f"{row.algorithm}, seed {row.seed}: {row.error}" for row in failed.itertuples()],
     )
     formats = {"A": "{:.3f}".format, "p": "{:.2g}".format, "p_holm": "{:.2g}".format}
     pairs = tests.pairs.assign(**{key: tests.pairs[key].map(to) for key, to in formats.items()})
@@ -62,18 +76,18 @@ def render_problem_page(study: Study, label: str, comparison: Comparison) -> str
         overall=tests.kruskal_wallis,
     )
     library = True if len(study.problems) == 1 else f"../{LIBRARY_FILE}"
-    return render_report_page(
-        study.title, [results, *comparison.draw_figures().values(), method], library
-    )
+    figures = list(comparison.draw_figures().values())
+    parts = [summary, *figures[:1], details, *figures[1:], method]
+    return render_report_page(study.title, parts, library)
 
 
 def render_study_page(
     study: Study,
     comparisons: Mapping[str, Comparison],
     ranks: pd.DataFrame,
-    remarks: Sequence[str],
+    errors: Sequence[str] = (),
 ) -> str:
-    """Return the HTML of a study's report page over all problems: indicators, ranks and runtimes.
+    """Return the HTML of a study's report page over all problems: conclusions, ranks and runtimes.
 
     Parameters
     ----------
@@ -83,20 +97,28 @@ def render_study_page(
         Finished comparisons by problem label.
     ranks : DataFrame
         Table of `mgeo.studies.aggregation.compute_average_ranks`.
-    remarks : sequence of str
-        Sentences on failures, and the notes of the comparisons.
+    errors : sequence of str
+        Sentences on problems without a finished run.
     """
-    problems = render(
+    summary = summarize_study(comparisons, study.control)
+    page = render(
+        "studies/assets/summary.html",
+        study=study,
+        subtitle=study.format_size(),
+        conclusions=[] if summary is None else summary.conclusions,
+        result=None if summary is None else build_rank_table(comparisons, summary),
+    )
+    details = render(
         "studies/assets/problems.html",
         study=study,
+        warnings=[*errors, *list_warnings(comparisons)],
+        behind=None if summary is None else build_behind_table(summary),
         problems=build_study_table(comparisons).table,
         ranks=format_average_ranks(ranks, study.per_variable),
         folders={label: format_folder_name(label) for label in comparisons},
-        remarks=remarks,
     )
     figures = _draw_aggregate_figures(comparisons).values()
-    head = render("studies/assets/head.html", study=study)
-    return render_report_page(study.title, [head, *figures, problems], LIBRARY_FILE)
+    return render_report_page(study.title, [page, *figures, details], LIBRARY_FILE)
 
 
 def format_average_ranks(ranks: pd.DataFrame, per_variable: bool) -> pd.DataFrame:

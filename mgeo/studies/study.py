@@ -21,7 +21,7 @@ from mgeo.studies.aggregation import (
 from mgeo.studies.arguments import expand_grid
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.comparison_files import select_problem_folder, write_comparison
-from mgeo.studies.conclusions import format_published_table
+from mgeo.studies.conclusions import format_published_table, list_warnings
 from mgeo.studies.execute import RUNS_FOLDER, Experiment
 from mgeo.studies.indicators import NoFeasibleSolutionError, validate_space_arguments
 from mgeo.studies.plan import list_study_versions, lock_study
@@ -148,8 +148,9 @@ def _build_experiments(
     """
     experiments = {}
     for configuration in study.problems:
-        label, problem = configuration.label, configuration.build()
+        label = configuration.label
         try:
+            problem = configuration.build()
             validate_space_arguments(problem, parts=configuration.parts)
         except ValueError as error:
             raise ValueError(f"{label}: {error}") from error
@@ -174,9 +175,8 @@ def _build_study_files(
     values = compute_problem_values(comparisons, study.per_variable)
     ranks = compute_average_ranks(values, study.control)
     table = build_study_table(comparisons)
-    remarks = [text for label, c in comparisons.items() for text in c.describe_failures(label)]
-    remarks += [*errors, *(text for c in comparisons.values() for text in c.notes)]
-    summary = table.to_markdown() + "".join(f"\n{text}\n" for text in remarks)
+    warnings = [*errors, *list_warnings(comparisons)]
+    summary = table.to_markdown() + "".join(f"\n{text}\n" for text in warnings)
     return {
         LIBRARY_FILE: get_plotlyjs().encode(),
         "summary.md": summary.encode(),
@@ -184,7 +184,7 @@ def _build_study_files(
         VALUES_FILE: encode_csv(values),
         RANKS_FILE: encode_csv(ranks),
         TARGETS_FILE: encode_csv(compute_runtime_distribution(comparisons)),
-        REPORT_FILE: render_study_page(study, comparisons, ranks, remarks).encode(),
+        REPORT_FILE: render_study_page(study, comparisons, ranks, errors).encode(),
     }
 
 

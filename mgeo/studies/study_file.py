@@ -163,6 +163,22 @@ class Study(StudySettings):
         steps = [step * factor for step in self.grid if step <= self.evaluations]
         return self.evaluations * factor, steps
 
+    @property
+    def n_runs(self) -> int:
+        """Number of runs: one for each problem, algorithm and seed."""
+        return len(self.problems) * len(self.algorithms) * len(self.seeds)
+
+    def format_size(self) -> str:
+        """Return the numbers of problems, algorithms, seeds, runs and evaluations as text."""
+        counts = {
+            "problem": len(self.problems),
+            "algorithm": len(self.algorithms),
+            "seed": len(self.seeds),
+        }
+        sizes = ", ".join(f"{n:,} {noun}{'' if n == 1 else 's'}" for noun, n in counts.items())
+        unit = " per variable" if self.per_variable else ""
+        return f"{sizes}: {self.n_runs:,} runs of {self.evaluations:,} evaluations{unit}"
+
     def with_budget(self, evaluations: int | None = None, seeds: int | None = None) -> Study:
         """Return a copy of the study with another number of evaluations or another number of seeds.
 
@@ -290,7 +306,7 @@ def _expand_problems(
     location = f"problems[{index}]."
     if table.scenario is not None and table.options is not None:
         raise ValueError(f"{location}scenario and options: expected only one of them")
-    with _add_location_to_errors(location):
+    with _add_location_to_errors(f"{location}name"):
         full_names = [name for pattern in table.name for name in expand_name(pattern)]
     for full_name, scenario in product(full_names, table.scenario or ("",)):
         label, options = format_short_name(full_name), table.options or {}
@@ -311,7 +327,7 @@ def _expand_algorithms(
     table: AlgorithmTable, index: int, allow_imports: bool
 ) -> Iterator[AlgorithmConfiguration]:
     """Yield one algorithm configuration for each combination of a name and parameter values."""
-    location = f"algorithms[{index}]."
+    location = f"algorithms[{index}]"
     parameters = table.parameters
     varied_keys = [key for key, value in parameters.items() if isinstance(value, list)]
     lists = [value if isinstance(value, list) else [value] for value in parameters.values()]
@@ -323,7 +339,7 @@ def _expand_algorithms(
             combination = dict(zip(parameters, values, strict=True))
             label = ", ".join([name, *(f"{key} = {combination[key]}" for key in varied_keys)])
             if table.label is not None:
-                label = _fill_label(table.label, location, {"name": name, **combination})
+                label = _fill_label(table.label, f"{location}.", {"name": name, **combination})
             yield AlgorithmConfiguration(label, name, combination)
 
 
@@ -343,4 +359,4 @@ def _add_location_to_errors(location: str) -> Iterator[None]:
     try:
         yield
     except ValueError as error:
-        raise ValueError(f"{location}name: {error}") from error
+        raise ValueError(f"{location}: {error}") from error

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
+import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, get_args, get_origin
@@ -28,7 +30,9 @@ def convert_file_errors(path: str | os.PathLike[str]) -> Iterator[None]:
     try:
         yield
     except (ValueError, TypeError) as error:
-        raise FileError(f"{os.fspath(path)}: {error}") from error
+        names = {tomllib.TOMLDecodeError: "TOML", json.JSONDecodeError: "JSON"}
+        syntax = f"not valid {names[type(error)]}: " if type(error) in names else ""
+        raise FileError(f"{os.fspath(path)}: {syntax}{error}") from error
 
 
 def get_entry(table: Any, key: str, kind: Any, where: str = "") -> Any:

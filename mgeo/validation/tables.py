@@ -55,6 +55,20 @@ def validate_table(model: type[T], data: Any) -> T:
         raise ValueError(_describe_first_error(error)) from None
 
 
+def format_expectation(message: str) -> str:
+    """Convert an error message of pydantic to text that begins with "expected"."""
+    for old, new in (
+        ("Value error, ", ""),
+        ("Input should be", "expected"),
+        ("a valid integer", "an integer"),
+        ("a valid ", "a "),
+        ("greater than or equal to", "at least"),
+        ("less than or equal to", "at most"),
+    ):
+        message = message.replace(old, new)
+    return message.partition(" or instance")[0].partition(", unable to parse")[0].rstrip(".")
+
+
 def _describe_first_error(validation_error: ValidationError) -> str:
     error = validation_error.errors()[0]
     parts = (f"[{key}]" if isinstance(key, int) else f".{key}" for key in error["loc"])
@@ -65,6 +79,6 @@ def _describe_first_error(validation_error: ValidationError) -> str:
         return f"{where}.{error['msg']}".lstrip(".")
     if error["type"] == "value_error":  # The messages of validators already state key and value.
         return str(error["ctx"]["error"])
-    expected = error["msg"].replace("Input should be", "expected").partition(" or instance")[0]
+    expected = format_expectation(error["msg"])
     value = "" if isinstance(error["input"], Mapping) else f" = {error['input']!r:.80}"
     return f"{where}{value}: {expected}"

@@ -65,11 +65,11 @@ class Outer(Table):
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        ({"parts": [{"size": "1"}]}, "parts[0].size = '1': expected a valid number"),
+        ({"parts": [{"size": "1"}]}, "parts[0].size = '1': expected a number"),
         ({"parts": [{"siz": 1}]}, "parts[0].siz is unknown: expected size; did you mean 'size'?"),
         ({"parts": [{}]}, "parts[0].size is missing"),
         ({}, "parts is missing"),
-        ({"parts": 3}, "parts = 3: expected a valid list"),
+        ({"parts": 3}, "parts = 3: expected a list"),
     ],
 )
 def test_first_mistake_in_table_is_reported_with_its_place(data, message):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import tomlkit
 from mgeo_suite import SensorSuiteProblem
-from mgeo_suite.view import summarize_front
+from mgeo_suite.front_summary import find_best_suites, find_lowest_prices
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
@@ -54,28 +54,26 @@ def test_conclude_names_the_best_suite_within_a_budget(run, problem):
     solved = read_run(run)
     document = json.loads(mgeo("suite", "conclude", run, "--budget", 3, "--json").stdout)
     price, accuracy = solved.outcome.F.T
-    best = accuracy[price <= 3].min()
-    assert document["summary"][0].startswith("Within 3 kEUR, the most accurate suite reaches ")
-    assert float(document["summary"][0].split()[8]) == pytest.approx(best, rel=0.05)
+    (best,) = document["budgets"]
+    assert best["attitude_sigma_deg"] == accuracy[price <= 3].min()
+    assert price[best["solution"]] == best["price_keur"] <= 3
     text = mgeo("suite", "conclude", run).stdout
-    assert text.count("Within") == 3
+    for budget in (10, 30, 60):
+        assert f"\n{budget} kEUR: " in text
 
 
-def test_summary_names_accuracies_that_need_a_star_tracker(problem, points):
+def test_summary_of_a_front_has_prices_with_and_without_a_star_tracker(problem, points):
     suite_problem = SensorSuiteProblem(problem.scenario, problem.catalog, ("price", "attitude"))
     X = points[:4].copy()
     X[:, 2] = [0, 0, 1, 1]  # Only the last two suites have a star tracker.
     F = np.array([[1.0, 0.9], [2.0, 0.5], [9.0, 0.09], [12.0, 0.05]])
-    lines = summarize_front(suite_problem, X, F, np.array([0.5, 5.0]))
-    assert lines[0] == "Within 0.5 kEUR, there is no suite."
-    assert lines[1].startswith(
-        "Within 5 kEUR, the most accurate suite reaches 0.50 deg for 2 kEUR: "
-    )
-    assert lines[2] == (
-        "An accuracy of 1 deg costs at least 1 kEUR, and without a star tracker at least 1 kEUR."
-    )
-    assert lines[3] == "An accuracy of 0.1 deg costs at least 9 kEUR and requires a star tracker."
-    assert lines[4] == "No suite of the front reaches 0.03 deg."
+    none, affordable = find_best_suites(suite_problem, X, F, [0.5, 5.0])
+    assert none["suite"] is None
+    assert (affordable["solution"], affordable["attitude_sigma_deg"]) == (1, 0.5)
+    prices = {p.pop("attitude_sigma_deg"): p for p in find_lowest_prices(suite_problem, X, F)}
+    assert list(prices[1.0].values()) == [1.0, 1.0]
+    assert list(prices[0.1].values()) == [9.0, None]
+    assert list(prices[0.03].values()) == [None, None]
 
 
 def test_catalog_is_printed_with_its_sources(file):

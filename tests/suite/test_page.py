@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from mgeo_suite import SensorSuiteProblem
-from mgeo_suite.view import summarize_front
+from mgeo_suite.front_summary import find_best_suites
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
@@ -38,6 +38,8 @@ def test_commands_of_the_page_are_valid(tmp_path, monkeypatch):
 def test_page_quotes_the_summary_of_the_stored_front():
     problem = SensorSuiteProblem()
     table = pd.read_csv(DOCS / "fronts" / "suite.csv").to_numpy()
-    lines = summarize_front(problem, table[:, :-2], table[:, -2:], [10.0, 30.0, 60.0])
-    assert "\n".join(lines) in PAGE
+    for suite in find_best_suites(problem, table[:, :-2], table[:, -2:], [10.0, 30.0, 60.0]):
+        assert f"{suite['price_keur']:.3g}" in PAGE
+        assert f"{suite['attitude_sigma_deg']:.2g}" in PAGE
+        assert suite["suite"] in PAGE
     assert problem.evaluate(table[:, :-2]) == pytest.approx(table[:, -2:], rel=1e-9)

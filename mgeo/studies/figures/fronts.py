@@ -127,7 +127,7 @@ def draw_front_panels(comparison: Comparison) -> go.Figure:
             )
             figure.add_trace(trace, row=i // _N_COLUMNS + 1, col=i % _N_COLUMNS + 1)
     set_axes(figure, ("", ""), np.concatenate(drawn))
-    figure.update_xaxes(showticklabels=True)
+    figure.update_xaxes(showticklabels=True, nticks=3, tickangle=0)
     figure.update_yaxes(showticklabels=True)
     apply_comparison_style(
         figure,

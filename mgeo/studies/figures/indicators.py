@@ -9,7 +9,7 @@ from plotly.subplots import make_subplots
 
 from mgeo._typing import FloatArray
 from mgeo.figures.front import build_axis_layout
-from mgeo.figures.style import CLICK_HINT, escape_markup
+from mgeo.figures.style import CLICK_HINT, build_log_axis_layout, escape_markup
 from mgeo.studies.aggregation import TARGET_DISTANCES
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.figures.style import (
@@ -51,7 +51,7 @@ def draw_anytime_curves(comparison: Comparison, indicator: str | None = None) ->
     )
     return apply_comparison_style(
         figure,
-        f"{chosen.title[0].upper()}{chosen.title[1:]} of all evaluations so far",
+        f"{chosen.title[0].upper()}{chosen.title[1:]} over evaluations",
         f"mean of the runs, {chosen.direction}; band: 95 % bootstrap interval of the mean"
         f"{CLICK_HINT}",
     )
@@ -172,7 +172,12 @@ def draw_critical_difference_diagram(
             "<extra></extra>",
         )
     k = len(names)
-    figure.update_xaxes(title="average rank (1 is the best)", range=[0.8, k + 0.2], dtick=1)
+    figure.update_xaxes(
+        title="average rank (1 is the best)",
+        range=[0.8, k + 0.2],
+        tick0=1,
+        dtick=1 if k <= 10 else 2,
+    )
     figure.update_yaxes(
         range=[-k - 0.6, 0.8 + 0.45 * max(1, len(groups))],
         tickvals=[-1 - i for i in range(k)],
@@ -241,11 +246,13 @@ def draw_runtime_distribution(distribution: pd.DataFrame, n_problems: int) -> go
             hovertemplate=f"<b>{escape_markup(name)}</b><br>%{{y:.1%}} of the targets<br>"
             "within %{x:,.4g} evaluations per variable<extra></extra>",
         )
-    figure.update_xaxes(title="evaluations per variable", type="log")
+    evaluations = distribution["evaluations"]
+    axis = build_log_axis_layout(evaluations[evaluations > 0]) if (evaluations > 0).any() else {}
+    figure.update_xaxes(title="evaluations per variable", **axis)
     figure.update_yaxes(title="share of targets reached", range=[0, 1], tickformat=".0%")
     return apply_comparison_style(
         figure,
-        f"Targets reached, {n_problems} problems",
-        f"targets: {TARGET_DISTANCES[0]:.0%} to {TARGET_DISTANCES[-1]:.3%} below the best "
-        f"hypervolume of a problem{CLICK_HINT}",
+        f"Hypervolume targets reached over {n_problems} problem{'s' if n_problems > 1 else ''}",
+        f"targets: {100 * TARGET_DISTANCES[0]:.0f} % to {100 * TARGET_DISTANCES[-1]:.3f} % below "
+        f"the best hypervolume of each problem{CLICK_HINT}",
     )

@@ -87,10 +87,14 @@ def _draw_front(
             hovertext=hover,
             hoverinfo="text",
         )
-    apply_style(figure, "Sensor suites", "price and attitude 1-sigma at t_end")
+    apply_style(
+        figure,
+        "Price and attitude accuracy of sensor suites",
+        "each point is a suite with its plan",
+    )
     figure.update_xaxes(title="price [kEUR]")
     axis = build_log_axis_layout(accuracy[order]) if len(order) else {}
-    figure.update_yaxes(title="attitude, 1-sigma about the worst of all axes [deg]", **axis)
+    figure.update_yaxes(title="attitude accuracy, 1-sigma about the worst axis [deg]", **axis)
     return figure
 
 
@@ -118,8 +122,8 @@ def _draw_sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints
         zmax=1.0,
         showscale=False,
     )
-    apply_style(figure, "Selected sensors", "darker: higher grade; sorted by price")
-    figure.update_xaxes(title="solutions in ascending order of price")
+    apply_style(figure, "Selected sensors of each suite", "darker: higher grade")
+    figure.update_xaxes(title="suites in ascending order of price")
     return figure
 
 
@@ -145,7 +149,7 @@ def draw_solution_figures(model: FilterModel, result: Evaluation) -> dict[str, g
         "Body rates", times, dict(zip("xyz", rates.T, strict=True)), "hv"
     )
     sigma_figure = _draw_time_series(
-        "Attitude, 1-sigma of the worst body axis", times, {"attitude": sigma}, "linear"
+        "Attitude accuracy, 1-sigma of the worst body axis", times, {"attitude": sigma}, "linear"
     )
     return {
         "rates": rate_figure.update_yaxes(title="deg/s"),

@@ -23,7 +23,6 @@ from numpy.typing import ArrayLike
 
 from mgeo.plugins.review import Section
 from mgeo.plugins.view import MAX_ROWS, View, build_constraint_section
-from mgeo_suite.catalog import NONE
 from mgeo_suite.problem import SensorSuiteProblem
 
 if TYPE_CHECKING:
@@ -180,51 +179,3 @@ class SuiteView(View):
             for level in ACCURACY_LEVELS_DEG
             if (accuracy <= level).any()
         }
-
-
-def summarize_front(
-    problem: SensorSuiteProblem, X: ArrayLike, F: Floats, budgets: Floats
-) -> list[str]:
-    """Return a list of sentences that state the most accurate suite within each budget, and the
-    minimum price for each accuracy in `ACCURACY_LEVELS_DEG` with and without a star tracker.
-
-    Parameters
-    ----------
-    problem : SensorSuiteProblem
-        Problem whose objectives include "price" and "attitude".
-    X : array_like, shape (n, n_var)
-        Designs of the front.
-    F : array, shape (n, n_obj)
-        Objectives of the front.
-    budgets : array
-        Budgets [kEUR].
-    """
-    choices, _ = problem.split_designs(X)
-    price, accuracy = (F[:, problem.objectives.index(n)] for n in ("price", "attitude"))
-    names = [problem.suites.get_option_names(choice) for choice in choices]
-    lacks_tracker = np.array([options.get("star tracker", NONE) == NONE for options in names])
-    lines = []
-    for budget in budgets:
-        rows = np.flatnonzero(price <= budget)
-        if not len(rows):
-            lines.append(f"Within {budget:g} kEUR, there is no suite.")
-            continue
-        best = rows[np.argmin(accuracy[rows])]
-        lines.append(
-            f"Within {budget:g} kEUR, the most accurate suite reaches "
-            f"{format_two_digits(accuracy[best])} deg for {price[best]:.4g} kEUR: "
-            f"{problem.suites.describe_suite(choices[best])}."
-        )
-    for level in ACCURACY_LEVELS_DEG:
-        is_reached = accuracy <= level
-        if not is_reached.any():
-            lines.append(f"No suite of the front reaches {level:g} deg.")
-            continue
-        sentence = f"An accuracy of {level:g} deg costs at least {price[is_reached].min():.4g} kEUR"
-        without_tracker = price[is_reached & lacks_tracker]
-        if len(without_tracker):
-            sentence += f", and without a star tracker at least {without_tracker.min():.4g} kEUR"
-        else:
-            sentence += " and requires a star tracker"
-        lines.append(f"{sentence}.")
-    return lines

@@ -23,15 +23,24 @@ def test_solar_time_of_ascending_node():
 def test_description_of_paper_satellite():
     scenario = dataclasses.replace(Scenario.paper(), eclipse=True)
     description = describe_satellite(AttitudeManeuverProblem(scenario))
-    assert description["satellite"] == "paper, 2018-06-05T00:00:00 to 2018-06-05T03:19:44 UTC"
-    assert "node at 22:30 local" in description["orbit"]  # This value is in the scenario file.
+    assert description["satellite"] == "paper"
+    assert description["time"] == "2018-06-05T00:00:00 UTC, 3 h 19 min 44 s"
+    assert "22:30 local" in description["ascending node"]  # This value is in the scenario file.
     assert "inclination 98.4" in description["orbit"]
     low, high = map(float, re.findall(r"(\d+) to (\d+) km", description["orbit"])[0])
     a, e = 7130.982, 0.001111
     assert (low, high) == pytest.approx((a * (1 - e) - 6378.1, a * (1 + e) - 6378.1), abs=1.0)
     problem = AttitudeManeuverProblem(scenario)
-    assert f"{1.0 - problem.environment.sunlit.mean():.0%} of the time" in description["Sun"]
-    assert "initial.attitude_deg = 5 (to 20)" in description["covariance"]
+    share = 100.0 * (1.0 - problem.environment.sunlit.mean())
+    assert description["eclipses"].startswith(f"{share:.0f} % of the time")
+    assert "consistent for" in description["predicted covariance"]
+    assert description["constraint"] == "none"
+
+
+def test_description_warns_of_initial_errors_beyond_the_validity_of_the_covariance():
+    scenario = Scenario.from_dict({"preset": "paper", "initial": {"attitude_deg": 60.0}})
+    description = describe_satellite(AttitudeManeuverProblem(scenario))
+    assert "exceed" in description["predicted covariance"]
 
 
 def test_margin_at_rest_includes_attitude_uncertainty():
@@ -46,6 +55,6 @@ def test_margin_at_rest_includes_attitude_uncertainty():
     )
     sun = problem.environment.sun @ problem.model.initial_attitude[2]
     nearest = np.degrees(np.arccos(sun.max())) - 3.0 * 5.0
-    assert (
-        f"Sun off eye {nearest:.3g} deg, at least 20 deg" in describe_satellite(problem)["at rest"]
-    )
+    description = describe_satellite(problem)
+    assert "at least 20 deg" in description["constraint"]
+    assert f"at rest {nearest:.3g} deg" in description["constraint"]

@@ -12,8 +12,9 @@ def test_dry_run_of_solve_describes_the_run_and_writes_nothing(mgeo):
     done = mgeo("solve", "cantilever", "--evaluations", 4000, "--record", "--dry-run")
     assert done.exit_code == 0, done.output
     for line in (
-        r"size +variables: 2, objectives: mass \[kg\], deflection \[m\], constraints: 0",
-        r"budget +4,000 evaluations",
+        r"variables +2",
+        r"objectives +mass \[kg\], deflection \[m\]",
+        r"search +4,000 evaluations",
         r"folder +runs/cantilever-mgeo-directed-seed1",
         r"files +front.csv, front.npz, run.json, front.html, run.checkpoint, evaluations/",
     ):
@@ -39,7 +40,7 @@ def test_dry_run_of_study_imports_no_modules_of_the_file(mgeo):
     Path("one.toml").write_text(STUDY.replace('"random"', '"untrusted:Search"'))
     done = mgeo("study", "one.toml", "--jobs", 1, "--dry-run")
     assert done.exit_code == 0, done.output
-    assert "algorithms  nsga2, untrusted:Search" in done.stdout
+    assert "untrusted:Search" in done.stdout
     (note,) = done.stderr.splitlines()
     assert note.startswith("Note: untrusted:Search: not checked")
     assert "RuntimeError: imported" in mgeo("study", "one.toml", "--jobs", 1).stderr

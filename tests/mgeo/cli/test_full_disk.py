@@ -18,7 +18,7 @@ def test_unwritable_folder_is_reported_before_the_run(mgeo, monkeypatch):
     monkeypatch.setattr("stand_in.Cantilever._evaluate", evaluate)
     with room(1000):
         done = mgeo("solve", "cantilever", "--out", "a")
-    assert (done.exit_code, done.stderr) == (2, "Error: [Errno 27] File too large: 'a'\n")
+    assert (done.exit_code, done.stderr) == (2, "Error: a: file too large\n")
 
 
 @pytest.mark.parametrize("name", ["front.csv", "run.checkpoint", "front.html"])
@@ -33,13 +33,13 @@ def test_full_disk_is_one_error_and_loses_only_one_file(mgeo, monkeypatch, name)
     with monkeypatch.context() as patch:
         patch.setattr("mgeo.store.atomic.os.fsync", fail_for_name)
         done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
-    error = f"[Errno 28] No space left on device: 'a/{name}'"
     if name == "run.checkpoint":
         assert done.exit_code == 0
-        assert error in done.stdout.replace("\n  ", " ")
+        text = " ".join(done.stdout.split())
+        assert "No space left on device: 'a/run.checkpoint'" in text
     else:
         assert done.exit_code == 2
-        assert done.stderr.splitlines()[-1] == f"Error: {error}"
+        assert done.stderr.splitlines()[-1] == f"Error: a/{name}: no space left on device"
     if name == "front.csv":
         assert "To continue after correcting the error: mgeo resume a" in done.stderr
         assert mgeo("resume", "a").exit_code == 0

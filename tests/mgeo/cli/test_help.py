@@ -33,6 +33,15 @@ def test_examples_in_the_help_are_valid_command_lines(mgeo, command):
             pass  # An invalid command line raises an exception.
 
 
+@pytest.mark.parametrize("command", [None, *EXAMPLES])
+def test_help_fits_into_a_terminal(mgeo, monkeypatch, command):
+    monkeypatch.setenv("COLUMNS", "80")
+    text = mgeo(*filter(None, [command]), "--help").stdout
+    assert max(map(len, text.splitlines())) <= 80
+    assert not re.search(r"[{<]|x>=|\.\.\.$", text.partition("COMMAND [ARGS]...")[2] or text)
+    assert "General options:" in text
+
+
 def test_version_option_lists_packages(mgeo):
     project = Path(__file__).parents[3] / "pyproject.toml"
     version = tomllib.loads(project.read_text())["project"]["version"]
@@ -45,6 +54,12 @@ def test_version_option_lists_packages(mgeo):
     ("arguments", "message"),
     [
         (["--nonsense"], r"No such option:? '?--nonsense'? \(see mgeo --help\)"),
+        (["algorithms", "--jso"], r"There is no option --jso; did you mean --json\? \(see .*"),
+        (["study", "a.toml", "--seeds", "x"], r"--seeds x: expected an integer \(see .*"),
+        (["study", "a.toml", "--seeds", "0"], r"--seeds 0: expected at least 1 \(see .*"),
+        (["schema", "nothing"], r"KIND nothing: .*'study' \(see .*"),
+        (["suite", "catalog", "none.toml"], r"none.toml: no such file or directory"),
+        (["report", "none"], r"there is no folder none"),
         (["solv"], r"No such command 'solv'.* \(see mgeo --help\)"),
         (["solve"], r"Missing argument '(?i:problem)' \(see mgeo solve --help\)"),
         (["study", "a", "b"], r"Got unexpected extra argument.*b.* \(see mgeo study --help\)"),

@@ -60,7 +60,8 @@ def test_document_of_study(mgeo):
     assert (problem["n_finished"], problem["n_failed"]) == (4, 0)
     volumes = {label: each["hypervolume"]["mean"] for label, each in problem["algorithms"].items()}
     assert problem["ranking"] == sorted(volumes, key=volumes.get, reverse=True)
-    assert " ranks first: " in problem["conclusions"][0]
+    assert problem["conclusions"][0].startswith(f"{problem['ranking'][0]} ranks first")
+    assert [row["algorithm"] for row in document["ranks"]] == problem["ranking"]
 
 
 class PrintingCantilever(Cantilever):

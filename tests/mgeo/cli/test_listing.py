@@ -8,18 +8,25 @@ from mgeo.runs.registry import ALGORITHMS
 
 
 def test_problems_are_listed_although_one_fails_to_load(mgeo):
-    lines = mgeo("problems").stdout.splitlines()
-    cells = [re.split(r"  +", line.strip()) for line in lines]
-    rows = {row[0]: row[1:] for row in cells}
-    assert rows["name"] == ["distribution", "version", "variables", "objectives"]
-    assert rows["cantilever"] == ["stand-in", "1.2.3", "2", "mass [kg], deflection [m]"]
-    assert rows["dtlz2"] == ["stand-in", "1.2.3", "10", "f1, f2, f3"]
-    (error,) = [line for line in lines if line.startswith("Error: no-module")]
+    done = mgeo("problems")
+    rows = [re.split(r"  +", line.strip()) for line in done.stdout.splitlines()]
+    assert ["cantilever", "2", "mass [kg], deflection [m]", "stand-in"] in rows
+    assert ["dtlz2", "10", "f1, f2, f3", "stand-in"] in rows
+    assert ["cantilever", "light"] in rows  # a preset
+    errors = done.stderr.splitlines()
+    (error,) = [line for line in errors if line.startswith("Error: no-module")]
     assert "No module named 'stand_in_of_nothing'" in error
 
 
-def test_algorithms_are_listed_with_their_parameters(mgeo, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "400")  # Rows must not be wrapped.
+def test_list_of_algorithms_fits_into_a_terminal(mgeo, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    rows = mgeo("algorithms").stdout.splitlines()
+    assert sum(bool(re.match(r"\S+ +(mgeo|pymoo) ", row)) for row in rows) == len(ALGORITHMS)
+    assert len(rows) == len(ALGORITHMS) + 3  # head, empty line and hint: no row is wrapped
+    assert max(map(len, rows)) <= 80
+
+
+def test_algorithms_are_listed_with_their_parameters(mgeo):
     algorithms = json.loads(mgeo("algorithms", "--json").stdout)["algorithms"]
     assert [each["name"] for each in algorithms] == list(ALGORITHMS)
     for each in algorithms:
@@ -29,11 +36,13 @@ def test_algorithms_are_listed_with_their_parameters(mgeo, monkeypatch):
         assert each["label"]
         assert each["description"]
         assert all(p["meaning"] for p in each["parameters"])
-    assert re.search(r"^nsga2 +NSGA-II +nondominated sorting", mgeo("algorithms").stdout, re.M)
+    libraries = {each["name"]: each["library"] for each in algorithms}
+    assert (libraries["mgeo-real"], libraries["rvea"]) == ("mgeo", "pymoo")
 
 
 def test_parameters_of_one_algorithm_are_listed(mgeo):
     text = " ".join(mgeo("algorithms", "mgeo-directed").stdout.split())
-    assert text.startswith("mgeo-directed: one weight vector per walker; the default parameter")
-    assert "n_walkers 16 " in text
-    assert "momentum 0.6,0.6 " in text
+    assert text.startswith("mgeo-directed: decomposition-based MGEO")
+    for parameter in complete_parameters("mgeo-directed", {}):
+        assert f" {parameter} = " in text
+    assert "momentum = 0.6,0.6 " in text

@@ -41,7 +41,7 @@ def test_another_distribution_extends_plugin_commands(mgeo):
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (["weigh", "nowhere.toml"], 2, r"\[Errno 2\] No such file or directory: 'nowhere.toml'"),
+        (["weigh", "nowhere.toml"], 2, r"nowhere.toml: no such file or directory"),
         (["weigh"], 2, r"Missing argument '(?i:file)' \(see mgeo beam weigh --help\)"),
         (["wei"], 2, r"No such command 'wei'.* \(see mgeo beam --help\)"),
         (["--nope"], 2, r"No such option:? '?--nope'? \(see mgeo beam --help\)"),

@@ -86,7 +86,7 @@ def test_record_of_resumed_run_equals_uninterrupted_run(mgeo):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["none"], "none cannot be resumed: there is no run.checkpoint in it"),
+        (["none"], "none cannot be resumed: there is no run.checkpoint"),
         (
             ["a", "--evaluations", "24"],
             "the new budget is 24 evaluations: expected at least 160, the number of evaluations",

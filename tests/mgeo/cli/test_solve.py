@@ -143,7 +143,7 @@ def test_existing_run_is_replaced_only_with_overwrite(mgeo):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["cantilevr"], "no problem is named 'cantilevr'.*did you mean 'cantilever'"),
+        (["cantilevr"], "there is no problem 'cantilevr'.*did you mean 'cantilever'"),
         (
             ["cantilever", *REAL, "--set", "sigma=1,x"],
             r"sigma\[1\] = 'x': expected a finite number > 0",

@@ -123,5 +123,5 @@ def test_missing_key_or_file_is_named(run, tmp_path):
     with pytest.raises(ValueError, match=r"run\.json: start_time is missing"):
         read_run(tmp_path)
     (tmp_path / "run.json").write_text("{")
-    with pytest.raises(ValueError, match=r"run\.json: Expecting"):
+    with pytest.raises(ValueError, match=r"run\.json: not valid JSON: Expecting"):
         read_run(tmp_path)

@@ -139,7 +139,7 @@ def test_unsupported_settings_are_rejected_before_the_search(monkeypatch):
     with pytest.raises(ValueError, match=r"problem Cantilever has no refine\(\)"):
         prepare(refine=True)
     with pytest.raises(
-        ValueError, match=r"initial_designs = 5: expected at most 4, the initial size of MGEODirect"
+        ValueError, match=r"initial_designs = 5: expected at most 4, the number of walkers"
     ):
         prepare(initial_designs=5)
     with pytest.raises(

@@ -4,7 +4,19 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from mgeo.studies.conclusions import compare_with_rivals, format_conclusions, format_control_table
+from mgeo.studies.conclusions import (
+    compare_with_rivals,
+    format_conclusions,
+    format_control_table,
+    join_names,
+    list_warnings,
+    summarize_study,
+)
+from mgeo.studies.summary_tables import (
+    build_behind_table,
+    build_rank_table,
+    build_result_table,
+)
 
 from .samples import VALUES, build_comparison, build_final_comparison
 
@@ -23,12 +35,16 @@ def test_conclusions_group_algorithms_by_significance():
         }
     )
     assert result.rank_algorithms()[:2] == ["steady", "risky"]
-    sentences = format_conclusions(result)
-    assert " ranks first: " in sentences[0]
-    assert sentences[1].startswith(
-        "steady is significantly better than third 0 (A = 1.00), third 1 (A = 1.00), third 2 "
-        "(A = 1.00); significantly worse than risky (A = 0.20). "
-    )
+    rivals = compare_with_rivals(result, "steady")
+    assert rivals["result"].to_dict() == {
+        "risky": "behind",
+        **dict.fromkeys(("third 0", "third 1", "third 2"), "ahead"),
+    }
+    first, differences, *_ = format_conclusions(result)
+    assert first.startswith("steady ranks first")
+    better, worse = differences.split(";")
+    assert "better than third 0, third 1 and third 2" in better
+    assert "worse than risky" in worse
     single = result.table.query("algorithm == 'risky'")
     assert format_conclusions(replace(result, table=single)) == []
 
@@ -40,9 +56,9 @@ def test_conclusions_report_parts_where_best_algorithm_is_worse():
     total = result.table["hypervolume"]
     first_part = 0.2 + 0.1 * (result.table["algorithm"] == "B") + total / 100
     result.table["hypervolume_1"], result.table["hypervolume_2"] = first_part, total - first_part
-    assert format_conclusions(result)[4:] == [
-        "By hypervolume, f1 to 3, A is significantly worse than B (A = 0.00)."
-    ]
+    (sentence,) = [text for text in format_conclusions(result) if "f1 to 3" in text]
+    assert "A is significantly worse than B" in sentence
+    assert not any("f1 from 3" in text for text in format_conclusions(result))
     parts_table = format_control_table(result, "A", result.part_indicators)
     assert parts_table.loc["B", "hypervolume, f1 to 3: A"] == "0.000"
     assert parts_table.loc["B", "hypervolume, f1 from 3: A"] == "1.000"
@@ -75,3 +91,66 @@ def test_p_values_of_control_are_corrected_for_its_pairs_only():
     assert table["hypervolume: A"].tolist() == ["0.000", f"{1.5 / 9:.3f}"]
     assert table["IGD+: p (Holm)"].tolist() == ["0.2", f"{p_tied:.2g}"]
     assert table.index.name == "B against"
+
+
+def build_three_problems():
+    """Return comparisons in which the control C is best, equal to A, and worse than A."""
+    steps = np.arange(8) / 1000
+    values = {"A": 0.5 + steps, "C": 0.6 + steps, "B": 0.2 + steps}
+    return {
+        "one": build_final_comparison(values),
+        "two": build_final_comparison(values | {"A": 0.6 + steps}),
+        "three": build_final_comparison(values | {"A": 0.7 + steps}),
+    }
+
+
+def test_study_summary_counts_significant_differences_over_problems():
+    comparisons = build_three_problems()
+    summary = summarize_study(comparisons, "C")
+    assert (summary.algorithm, summary.is_control) == ("C", True)
+    ranks = summary.ranks
+    assert ranks["average_rank"].to_dict() == pytest.approx({"C": 4.5 / 3, "A": 4.5 / 3, "B": 3})
+    assert ranks["best_on"].to_dict() == {"C": 2, "A": 2, "B": 0}
+    assert ranks.loc["A", ["ahead", "even", "behind"]].tolist() == [1, 1, 1]
+    assert ranks.loc["B", ["ahead", "even", "behind"]].tolist() == [3, 0, 0]
+    assert "C has the largest median hypervolume on 2 of 3 problems" in summary.conclusions[0]
+    assert any("worse" in text and "three" in text for text in summary.conclusions)
+    table = build_rank_table(comparisons, summary).table
+    assert table.loc["B"].tolist()[:5] == ["3.00", "0", "3", "0", "0"]
+    behind = build_behind_table(summary)
+    assert behind.table.reset_index().to_numpy().tolist()[0][:3] == ["three", "A", "0.00"]
+    assert len(build_behind_table(summary, 0).table) == 0
+
+
+def test_study_without_control_is_summarized_for_the_best_algorithm():
+    comparisons = build_three_problems()
+    del comparisons["three"]
+    summary = summarize_study(comparisons)
+    assert (summary.algorithm, summary.is_control) == ("C", False)
+    assert build_behind_table(summary) is None
+    one = comparisons["one"]
+    only = {"one": replace(one, table=one.table.query("algorithm == 'B'"))}
+    assert summarize_study(only) is None
+
+
+def test_equal_notes_of_several_problems_are_listed_once():
+    runs = build_comparison().table[["algorithm", "seed"]].assign(status="finished", error="")
+    runs.loc[runs.index[0], ["status", "error"]] = "failed", "ValueError: no"
+    noted = replace(build_comparison(), runs=runs)
+    comparisons = {name: replace(noted, notes=(f"{name}: is noisy",)) for name in ("p", "q")}
+    first, *failures = list_warnings(comparisons)
+    assert first == "p and q: is noisy"
+    assert len(failures) == 2
+    assert "1 of 6 runs failed" in failures[0]
+
+
+def test_result_table_is_sorted_by_rank():
+    table = build_result_table(build_comparison()).table
+    assert list(table.index) == ["A_1", "C", "B"]
+    assert list(table) == ["hypervolume", "IGD+", "additive epsilon"]
+
+
+def test_long_lists_of_names_are_shortened():
+    assert join_names("a") == "a"
+    assert join_names("abc") == "a, b and c"
+    assert join_names("abcdef", 3) == "a, b, c and 3 more"

@@ -73,12 +73,13 @@ def test_study_of_two_problems_writes_all_files(tmp_path):
     with pytest.raises(FileNotFoundError, match="no comparison of one problem: see read_compar"):
         read_comparison(out)
     page = (out / "zdt1" / "report.html").read_text()
-    assert "<h1>Two &lt;problems&gt;</h1>\n<p>First.</p>\n<p>Second &amp; last.</p>" in page
+    for part in ("<h1>Two &lt;problems&gt;</h1>", "<p>First.</p>", "<p>Second &amp; last.</p>"):
+        assert part in page
     assert page.count("Plotly.newPlot(") >= 6
     heading = "<h2>Comparison of nsga2 10 with every other algorithm</h2>"
     control_table = page.partition(heading)[2].partition("</table>")[0]
     for name in ("nsga2 20", "random 10", "random 20"):
-        assert f"<td>{name}</td>" in control_table
+        assert f">{name}</th>" in control_table
     link_pattern = r"<(?:script|link|img)[^>]*(?:src|href)=\"([^\"]*)\""
     assert set(re.findall(link_pattern, page)) == {"../plotly.min.js"}
     assert set(re.findall(link_pattern, (out / "report.html").read_text())) == {"plotly.min.js"}
@@ -152,8 +153,8 @@ def test_command_continues_a_study_only_with_resume_option(run_command, tmp_path
     outcome = run_command(*small)
     assert outcome.exit_code == 0, outcome.output
     assert (tmp_path / "studies" / "mine" / "report.html").is_file()
-    assert " ranks first: " in outcome.stdout
-    assert "written: studies/mine/report.html" in outcome.stdout
+    assert " ranks first " in outcome.stdout
+    assert "studies/mine/report.html" in outcome.stdout
     refused = run_command(*small)
     assert refused.exit_code == 2
     (line,) = refused.stderr.splitlines()
@@ -274,4 +275,6 @@ def test_reduced_study_of_published_table(tmp_path):
     area = HV(ref_point=np.ones(2))(comparison.problem.map_to_indicator_space(result.F))
     assert row["hypervolume"] == pytest.approx(area, rel=1e-12)
     page = (tmp_path / "out" / "report.html").read_text()
-    assert "Compared with" not in page  # The published values have another budget.
+    assert (
+        study.published.source not in page.partition("About this study")[0]
+    )  # The published values have another budget.

@@ -11,8 +11,8 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli.app import format_examples
 from mgeo.cli.errors import ExitCode, convert_input_errors
+from mgeo.cli.help_text import format_examples
 from mgeo.cli.options import Debug, Json, Quiet, complete_from
 from mgeo.terminal import Output, format_json
 from mgeo_attitude.export_formats import FORMATS

@@ -168,10 +168,10 @@ def read_front(folder: Path | str) -> Front:
     Examples
     --------
     >>> from mgeo_attitude.plan import read_front
-    >>> read_front("runs/none")
+    >>> read_front("runs/none")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
         ...
-    FileNotFoundError: runs/none holds no run: there is no run.json
+    FileNotFoundError: runs/none holds no run: there is no run.json...
     """
     folder = Path(folder)
     run = read_run(folder)

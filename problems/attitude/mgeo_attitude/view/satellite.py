@@ -10,44 +10,51 @@ import numpy as np
 import pandas as pd
 
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.scenario.validity import find_validity_violations, list_validity_ranges
+from mgeo_attitude.scenario.validity import find_validity_violations
 from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.settings.base import get_annotation
 from mgeo_attitude.settings.types import Unit
 from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view.margins import compute_interval_margins
+from mgeo_attitude.view.summaries import format_duration
 
-#: Largest number of eclipses in the description of the Sun.
-_MAX_ECLIPSES = 4
 _UNIT_SUFFIX = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
 
 
 def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
-    """Return a description of a satellite and its scenario, as a dict of texts by topic.
+    """Return a description of a satellite and its scenario, as a dict of short texts by topic.
 
-    The topics are satellite, orbit, Sun, magnetic field, maneuvers, constraint margins at rest, and
-    validity of the covariance. The computation takes about 0.1 s.
+    The topics are satellite, time, orbit, Sun, eclipses, magnetic field, maneuvers, constraints,
+    each with its margin while the satellite holds its initial attitude, and the validity of the
+    predicted covariance. The computation takes about 0.1 s.
     """
     scenario, environment = problem.scenario, problem.environment
-    edges = format_time_stamps(scenario.epoch, np.array([0.0, _compute_end(scenario)]))
-    start, end = (text[:19] for text in edges)
+    end = _compute_end(scenario)
+    (start,) = format_time_stamps(scenario.epoch, np.array([0.0]))
     topics = {
-        "satellite": f"{scenario.name}, {start} to {end} UTC",
+        "satellite": scenario.name,
+        "time": f"{start[:19]} UTC, {format_duration(end)}",
         "orbit": _describe_orbit(environment),
-        "Sun": _describe_sun(scenario, environment),
-        "field": _describe_field(environment),
+        "ascending node": _describe_node(environment),
+        "Sun": _describe_sun(environment),
+        "eclipses": _describe_eclipses(scenario, environment),
+        "magnetic field": _describe_field(environment),
         "maneuvers": _describe_maneuvers(scenario),
     }
-    at_rest = list(format_rest_margins(problem))
-    if at_rest:
-        topics["at rest"] = f"initial attitude until {end[11:19]}: {'; '.join(at_rest)}"
-    topics["covariance"] = _describe_validity(scenario)
+    margins = list(format_rest_margins(problem))
+    labels = [constraint.label for constraint in list_constraints(scenario)]
+    unknown = [label for label in labels if not any(text.startswith(label) for text in margins)]
+    constraints = [*margins, *unknown] or ["none"]
+    for number, text in enumerate(constraints, 1):
+        topics[f"constraint {number}" if len(constraints) > 1 else "constraint"] = text
+    topics["predicted covariance"] = _describe_validity(scenario)
     return topics
 
 
@@ -61,13 +68,16 @@ def _describe_orbit(environment: Environment) -> str:
     altitude = 1e-3 * (np.linalg.norm(position, axis=1) - EARTH_RADIUS)
     normal = np.cross(position[0], velocity[0])
     inclination = np.degrees(np.arccos(normal[2] / np.linalg.norm(normal)))
-    node = ascending_node_solar_time(position[0], velocity[0], environment.sun[0])
-    hours, minutes = divmod(round(60.0 * node), 60)
-    return (
-        f"{altitude.min():.0f} to {altitude.max():.0f} km above the Earth's equatorial radius, "
-        f"inclination {inclination:.2f} deg, ascending node at {hours % 24:02d}:{minutes:02d} "
-        "local solar time"
+    low, high = altitude.min(), altitude.max()
+    return f"altitude {low:.0f} to {high:.0f} km, inclination {inclination:.2f} deg"
+
+
+def _describe_node(environment: Environment) -> str:
+    node = ascending_node_solar_time(
+        environment.position[0], environment.velocity[0], environment.sun[0]
     )
+    hours, minutes = divmod(round(60.0 * node), 60)
+    return f"{hours % 24:02d}:{minutes:02d} local solar time"
 
 
 def ascending_node_solar_time(position: Floats, velocity: Floats, sun: Floats) -> float:
@@ -87,22 +97,24 @@ def ascending_node_solar_time(position: Floats, velocity: Floats, sun: Floats) -
     return float((12.0 + east / 15.0) % 24.0)
 
 
-def _describe_sun(scenario: Scenario, environment: Environment) -> str:
+def _describe_sun(environment: Environment) -> str:
     normal = np.cross(environment.position[0], environment.velocity[0])
     beta = np.degrees(np.arcsin(environment.sun[0] @ normal / np.linalg.norm(normal)))
-    text = f"{beta:+.1f} deg from the orbital plane"
+    return f"{beta:+.1f} deg from the orbital plane (beta angle)"
+
+
+def _describe_eclipses(scenario: Scenario, environment: Environment) -> str:
     if not scenario.eclipse:
-        return f"{text}; eclipses are not modeled"
+        return "not modeled"
     is_shown = environment.times <= _compute_end(scenario)
     dark = np.concatenate([[False], ~environment.sunlit[is_shown], [False]])
     edges = np.flatnonzero(np.diff(dark)).reshape(-1, 2)
     if not len(edges):
-        return f"{text}; no eclipse"
+        return "none"
     times = np.append(environment.times[is_shown], environment.times[is_shown][-1])
-    stamps = [format_time_stamps(scenario.epoch, times[edge]) for edge in edges[:_MAX_ECLIPSES]]
-    listed = ", ".join(f"{a[11:19]} to {b[11:19]}" for a, b in stamps)
-    more = f" and {len(edges) - _MAX_ECLIPSES} more" if len(edges) > _MAX_ECLIPSES else ""
-    return f"{text}; in the Earth's shadow {listed} UTC{more}, {dark[1:-1].mean():.0%} of the time"
+    longest = times[max(edges, key=lambda edge: times[edge[1]] - times[edge[0]])]
+    start, end = (text[11:19] for text in format_time_stamps(scenario.epoch, longest))
+    return f"{100.0 * dark[1:-1].mean():.0f} % of the time, the longest {start} to {end} UTC"
 
 
 def _describe_field(environment: Environment) -> str:
@@ -112,17 +124,14 @@ def _describe_field(environment: Environment) -> str:
 
 def _describe_maneuvers(scenario: Scenario) -> str:
     limits = scenario.maneuvers
-    text = f"{limits.count} maneuvers of at most {limits.max_rate_deg_s:g} deg/s about each axis"
+    text = f"up to {limits.count}, at most {limits.max_rate_deg_s:g} deg/s about each body axis"
     if limits.max_acceleration_deg_s2 is not None:
         text += f", {limits.max_acceleration_deg_s2:g} deg/s²"
-    actuators = (
-        "magnetorquers" if scenario.is_magnetorquer_driven else "wheels" if scenario.wheels else ""
-    )
-    return (
-        text
-        + (f", by {actuators}" if actuators else "")
-        + (", and a slew back" if limits.slew_back else "")
-    )
+    if scenario.is_magnetorquer_driven:
+        text += ", by magnetorquers"
+    elif scenario.wheels:
+        text += ", by wheels"
+    return text + (", then a slew back" if limits.slew_back else "")
 
 
 def format_rest_margins(problem: AttitudeManeuverProblem) -> Iterator[str]:
@@ -145,25 +154,17 @@ def format_rest_margins(problem: AttitudeManeuverProblem) -> Iterator[str]:
     covariance = scenario.initial_attitude_covariance
     rows = compute_interval_margins(model, trajectory, 0.0, end, covariance, "at rest")
     for label, (unit, value, bound_type, bound, margin) in rows.items():
-        state = "margin" if margin >= 0.0 else "EXCEEDED by"
+        state = "margin" if margin >= 0.0 else "violated by"
         yield (
-            f"{label.removesuffix(' at rest')} {value:.3g} {unit}, {bound_type} {bound:.3g} "
-            f"{unit}, {state} {abs(margin):.2g} {unit}"
+            f"{label.removesuffix(' at rest')}: {bound_type} {bound:.3g} {unit}; at rest "
+            f"{value:.3g} {unit}, {state} {abs(margin):.2g} {unit}"
         )
 
 
 def _describe_validity(scenario: Scenario) -> str:
-    if scenario.prior is not None:
-        return "valid: the errors after a calibration are small"
-    beyond = find_validity_violations(scenario)
-    if beyond:
-        return f"{'; '.join(beyond)}: verify a plan"
-    values = [
-        f"{key} = {value:g} (to {at:g})"
-        for key, value, at in list_validity_ranges(scenario)
-        if value
-    ]
-    return f"valid for the initial errors: {', '.join(values)}"
+    if find_validity_violations(scenario):
+        return "the initial errors exceed the range in which it is consistent"
+    return "consistent for initial errors of this size"
 
 
 def build_instrument_table(scenario: Scenario) -> pd.DataFrame:

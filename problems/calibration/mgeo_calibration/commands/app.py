@@ -12,8 +12,8 @@ from typing import Annotated, Literal
 import typer
 from mgeo_attitude.commands.app import USER_ERRORS, Overwrite, Pick, Solution, Source, Time
 
-from mgeo.cli.app import format_examples
 from mgeo.cli.errors import ExitCode, convert_input_errors
+from mgeo.cli.help_text import format_examples
 from mgeo.cli.options import Debug, Json, Quiet
 from mgeo.terminal import Output, format_json, to_records
 

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from mgeo.cli.app import format_examples
 from mgeo.cli.errors import convert_input_errors
+from mgeo.cli.help_text import format_examples
 from mgeo.cli.options import Debug, Json
-from mgeo.terminal import Output, build_table
+from mgeo.terminal import Output, build_table, escape_text
 
 app = typer.Typer(help="List the sensors of a catalog, and summarize a front of sensor suites.")
 
@@ -45,14 +45,15 @@ def catalog(
         selected = Catalog.default() if file is None else Catalog.from_toml(file)
     output = Output(json=json)
     output.print_document(selected.to_dict())
-    titles = ("", "price [kEUR]", "mass [g]", "power [mW]", "source")
-    rows: list[tuple[Any, ...]] = []
-    for section in SECTIONS:
-        for grade in getattr(selected, section):
-            cost = grade.cost
-            name = f"{section.removesuffix('s').replace('_', ' ')} {cost.name}"
-            rows.append((name, cost.price_keur, cost.mass_g, cost.power_mw, cost.source))
-    output.print(build_table(titles, rows))
+    grades = [
+        (f"{section.removesuffix('s').replace('_', ' ')} {grade.cost.name}", grade.cost)
+        for section in SECTIONS
+        for grade in getattr(selected, section)
+    ]
+    rows = [(name, cost.price_keur, cost.mass_g, cost.power_mw) for name, cost in grades]
+    output.print(build_table(("sensor", "price [kEUR]", "mass [g]", "power [mW]"), rows))
+    output.print(escape_text("\nSources", "bold"))
+    output.print(*(f"{name}: {cost.source}" for name, cost in grades))
 
 
 @app.command(epilog=format_examples("conclude", EXAMPLES))
@@ -61,19 +62,19 @@ def conclude(
     budget: Annotated[
         list[float] | None,
         typer.Option(
-            min=0.0, metavar="KEUR", help="Budget; can be repeated [default: 10, 30 and 60]."
+            min=0.0,
+            metavar="KEUR",
+            help="Budget in thousands of euros. Can be repeated [default: 10, 30 and 60].",
         ),
     ] = None,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Print the most accurate suite within each budget and the lowest price for each accuracy."""
-    import numpy as np
-
+    """Print the most accurate suite within each budget, and the lowest price of each accuracy."""
     from mgeo.plugins.problems import load_problem
     from mgeo.store.run_folder import read_run
+    from mgeo_suite.front_summary import find_best_suites, find_lowest_prices
     from mgeo_suite.problem import SensorSuiteProblem
-    from mgeo_suite.view import summarize_front
 
     with convert_input_errors():
         loaded = read_run(run)
@@ -89,8 +90,30 @@ def conclude(
             )
         if not len(loaded.outcome.F):
             raise ValueError(f"{run} has no feasible solution: expected a run with a front")
-    budgets = np.array(budget if budget else _DEFAULT_BUDGETS_KEUR)
-    lines = summarize_front(problem, loaded.outcome.X, loaded.outcome.F, budgets)
+    X, F = loaded.outcome.X, loaded.outcome.F
+    suites = find_best_suites(problem, X, F, budget or _DEFAULT_BUDGETS_KEUR)
+    prices = find_lowest_prices(problem, X, F)
     output = Output(json=json)
-    output.print_document({"summary": lines})
-    output.print(*lines)
+    output.print_document({"folder": str(run), "budgets": suites, "accuracies": prices})
+    output.print(
+        escape_text("Most accurate suite within each budget", "bold"),
+        build_table(
+            ("budget [kEUR]", "price [kEUR]", "attitude 1-sigma [deg]", "solution"),
+            [
+                [_format(each[key]) for key in ("budget_keur", "price_keur")]
+                + [_format(each["attitude_sigma_deg"], 2), _format(each["solution"])]
+                for each in suites
+            ],
+        ),
+        *(f"{each['budget_keur']:g} kEUR: {each['suite'] or 'no suite'}" for each in suites),
+        escape_text("\nLowest price of each accuracy", "bold"),
+        build_table(
+            ("attitude 1-sigma [deg]", "price [kEUR]", "without star tracker [kEUR]"),
+            [[_format(value) for value in each.values()] for each in prices],
+        ),
+        f"\nNext: mgeo report {run} --solution N",
+    )
+
+
+def _format(value: float | None, digits: int = 3) -> str:
+    return "-" if value is None else f"{value:.{digits}g}"
