@@ -113,7 +113,7 @@ def test_path_constraint_violation_is_reported(run, tmp_path, monkeypatch):
     assert guidance in document["conclusion"]
     assert guidance in " ".join(text.split())
     assert "Sun off camera is violated in 100 %" in guidance
-    assert document["gyro_guidance"][2]["simulated run"] == "Sun off camera"
+    assert document["gyro_guidance"][2]["quantity"] == "Sun off camera"
     assert document["gyro_guidance"][2]["violated [%]"] == 100.0
     (row,) = document["path_constraints"]
     assert row["path constraint"] == "Sun off camera"

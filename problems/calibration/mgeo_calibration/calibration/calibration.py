@@ -212,14 +212,13 @@ class Calibration:
             return CONSISTENT
         first = self.failures[0]
         evidence = f" ({first.evidence})" if first.evidence else ""
+        others = " (other causes are possible)" if first.alternatives else ""
         sentences = [
             f'Statistically inconsistent: the test "{first.test}" failed{evidence}.',
-            f"Likely cause: {first.cause}.",
+            f"Likely cause{others}: {first.cause}.",
         ]
         if first.action:
             sentences.append(f"Do this: {first.action}.")
-        if first.alternatives:
-            sentences.append(f"Indistinguishable: {first.alternatives.removeprefix('or ')}.")
         return " ".join(sentences)
 
     def build_test_table(self) -> pd.DataFrame:

@@ -61,10 +61,18 @@ class Failure:
     alternatives: str = ""
 
     def __str__(self) -> str:
+        return f"{self.summary}; {self.alternatives}" if self.alternatives else self.summary
+
+    @property
+    def summary(self) -> str:
+        """Cause, evidence and action in one line of text, without the alternatives."""
         evidence = f" ({self.evidence})" if self.evidence else ""
         action = f": {self.action}" if self.action else ""
-        alternatives = f"; {self.alternatives}" if self.alternatives else ""
-        return f"{self.cause}{evidence}{action}{alternatives}"
+        return f"{self.cause}{evidence}{action}"
+
+    def list_alternatives(self) -> list[str]:
+        """Return the alternatives, one line of text each."""
+        return [text.removeprefix("or ") for text in self.alternatives.split("; ") if text]
 
 
 @dataclass(frozen=True, kw_only=True)

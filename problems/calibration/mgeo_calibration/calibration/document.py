@@ -76,12 +76,14 @@ def _collect_keys(calibration: Calibration) -> dict[str, Any]:
     }
 
 
-def _derive_keys(calibration: Calibration) -> dict[str, Any]:
+def summarize(calibration: Calibration) -> dict[str, Any]:
+    """Return the derived keys of a calibration document: the verdict, parameters and tests."""
     return {
         "conclusion": calibration.conclusion,
         "is_consistent": calibration.is_consistent,
         "failures": [vars(failure) for failure in calibration.failures],
         "utc": calibration.utc,
+        "attitude_1sigma_deg": calibration.attitude_sigma_deg,
         "parameters": calibration.build_parameters(),
         "corrections": calibration.compute_corrections(),
         "tests": calibration.build_test_table().reset_index().to_dict("records"),
@@ -127,5 +129,5 @@ _FORM = DocumentFormat(
     2,
     defining_entries=_collect_keys,
     build=_build_calibration,
-    derived_entries=_derive_keys,
+    derived_entries=summarize,
 )

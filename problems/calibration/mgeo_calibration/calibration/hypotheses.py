@@ -282,7 +282,7 @@ def _list_sensor_hypotheses(
 
     def describe_drift(score: Score) -> str:
         change = size * _compute_range(_DRIFT_PROFILES, score)
-        by = f"{offset} changes by {change:.3g} {shown_unit}".rstrip()
+        by = f"{offset} changes by {_format_size(change)} {shown_unit}".rstrip()
         if not score.alternative:
             return f"{by}, at a constant rate"
         return f"{by}, fastest at about {_find_change_time(times, _DRIFT_PROFILES, score):.0f} s"
@@ -407,8 +407,12 @@ def _format_step(offset: str, size: float, unit: str, times: Floats, score: Scor
         size * _compute_range(_STEP_PROFILES, score),
         _find_change_time(times, _STEP_PROFILES, score),
     )
-    amount = f"{change:.3g} {unit}".rstrip()
+    amount = f"{_format_size(change)} {unit}".rstrip()
     return f"{offset} changes by {amount} at about {time:.0f} s"
+
+
+def _format_size(value: float) -> str:
+    return f"{value:.3g}" if value < 1000.0 else f"{value:.0f}"
 
 
 def _scale_channel(channel: Floats) -> Floats:

@@ -58,13 +58,18 @@ def build_summary_sections(
     selected = _select_tests(tests) if len(calibration.tests) > _MAX_SENSORS else tests
     title = "Tests" if selected is tests else "Tests, those of the worst sensors"
     sections.append(Section(title, table=_format_tests(selected), note=_TEST_NOTE))
-    if more := calibration.failures[1:]:
-        sections.append(
-            Section(
-                "Further findings, which may have the same cause",
-                lines=tuple(f"- {each}." for each in more),
-            )
-        )
+    failures = calibration.failures
+    findings = {
+        "Other causes that cannot be distinguished from the likely cause": [
+            text for failure in failures[:1] for text in failure.list_alternatives()
+        ],
+        "Further findings, which may have the same cause": [
+            failure.summary for failure in failures[1:]
+        ],
+    }
+    for title, texts in findings.items():
+        if texts:
+            sections.append(Section(title, lines=tuple(f"- {text}." for text in texts)))
     if reasons := calibration.list_unestimated():
         names_by_reason: dict[str, list[str]] = {}
         for name, reason in reasons.items():
@@ -120,7 +125,8 @@ def build_detail_sections(
                 "Errors that the scenario does not model",
                 table=_build_model_table(calibration),
                 lines=tuple(
-                    f"- {test.name}: {test.description}."
+                    f"- {test.name}: {test.failure.cause}"
+                    + (f"; {test.alternatives}." if test.alternatives else ".")
                     for test in calibration.model_tests
                     if test.degrees_of_freedom
                 ),
@@ -193,7 +199,9 @@ def build_recalibration_section(first: Calibration, second: Calibration) -> Sect
 def format_with_decimals(value: float, sigma: float) -> str:
     """Format an estimate with the decimals of the second significant digit of its 1-sigma."""
     decimals = 1 - math.floor(math.log10(sigma)) if sigma > 0.0 else _MAX_DECIMALS
-    return f"{value:.2e}" if decimals > _MAX_DECIMALS else f"{value:.{max(decimals, 0)}f}"
+    if decimals > _MAX_DECIMALS:
+        return f"{value:.2e}"
+    return f"{round(value, decimals) + 0.0:.{max(decimals, 0)}f}"  # No minus sign at zero.
 
 
 def _format_bound(bound: float) -> str:
@@ -223,20 +231,22 @@ def _build_parameter_table(table: pd.DataFrame) -> pd.DataFrame:
 
 def _describe_corrections(calibration: Calibration) -> tuple[str, ...]:
     """Return the equations that correct readings with the estimated parameters."""
-    states = {block.rpartition(".")[2] for block in calibration.suite.blocks}
-    lines = []
-    if "gyro.bias" in calibration.suite.blocks:
-        lines.append("Corrected rate = reported rate - gyro bias.")
-    if "misalignment" in states:
-        stretched = {"scale_factor", "nonorthogonality"} & states
-        correction = "C" if stretched else "Rᵀ"
-        bias = " - bias" if "bias" in states else ""
-        lines.append(
-            f"Corrected vector in body axes = {correction} (reading{bias}), where R rotates from "
-            "body to sensor axes by the misalignment (rotation vector)."
+    blocks = calibration.suite.blocks
+    states = {state for owner, _, state in (b.partition(".") for b in blocks) if owner != "gyro"}
+    lines = ["Corrected rate = reported rate - gyro bias."] if "gyro.bias" in blocks else []
+    errors = [name for name in ("scale_factor", "nonorthogonality") if name in states]
+    stretch = " + ".join(["I", *(name.replace("_", " ") for name in errors)])
+    factors = [f"({stretch})⁻¹"] if errors else []
+    factors += ["Rᵀ"] if "misalignment" in states else []
+    reading = "(reading - bias)" if "bias" in states else "reading"
+    if factors or "bias" in states:
+        where = (
+            "; R rotates from body to sensor axes by the misalignment (rotation vector)"
+            if "misalignment" in states
+            else ""
         )
-        if stretched:
-            lines.append("C = (I + scale factors + nonorthogonality)⁻¹ Rᵀ.")
+        lines.append(f"Corrected vector in body axes = {' '.join([*factors, reading])}{where}.")
+        lines.append('The matrices of each sensor are under "corrections" in calibration.json.')
     return tuple(lines)
 
 

@@ -22,8 +22,7 @@ app = typer.Typer()
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "verify": (
         "mgeo attitude verify plan.json --monte-carlo 500",
-        "mgeo attitude verify runs/first --pick min-trace "
-        "--out runs/first/verification-min-trace.json",
+        "mgeo attitude verify runs/first --pick min-trace --all",
     ),
     "fly": (
         "mgeo attitude fly plan.json --out telemetry.csv --truth truth.json",
@@ -208,7 +207,8 @@ def calibrate(
         str | None,
         typer.Option(
             metavar="KEY,...",
-            help="Repeat with more states, such as mag.scale_factor, or with estimated noise.",
+            help="Repeat with more states, such as mag.scale_factor, or with sensor noise "
+            "estimated from telemetry (noise).",
         ),
     ] = None,
     show_all: Annotated[
@@ -223,10 +223,10 @@ def calibrate(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Estimate the calibration parameters of gyro and sensors from telemetry.
+    """Estimate the calibration parameters of gyro and sensors from telemetry, and test them.
 
-    No prior attitude is needed. Outliers are rejected and listed. The exit code is 3 if the result
-    is statistically inconsistent with the scenario.
+    No prior attitude is needed. Outliers are rejected and listed. The exit code is 3 if telemetry
+    and scenario are statistically inconsistent.
     """
     from mgeo_attitude.scenario.validity import ImplausibleValue
 

@@ -19,7 +19,7 @@ from mgeo.store.atomic import check_writable, lock_folder, write_file
 from mgeo.terminal import Output, escape_text, to_records
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.diagnosis import CalibrationError
-from mgeo_calibration.calibration.document import build_document, to_json
+from mgeo_calibration.calibration.document import build_document, summarize, to_json
 from mgeo_calibration.calibration.sections import (
     build_detail_sections,
     build_recalibration_section,
@@ -189,8 +189,12 @@ def print_checks(error: CalibrationError, output: Output) -> None:
 def build_calibration_document(
     calibration: Calibration, predicted: pd.DataFrame | None, files: list[str]
 ) -> dict[str, Any]:
-    """Return a calibration as a JSON-serializable dict, with its comparison to a plan and the list
-    of written files.
+    """Return a calibration as a JSON-serializable dict, the verdict first, with its comparison to a
+    plan and the list of written files.
     """
-    compared = [] if predicted is None else to_records(predicted)
-    return {**build_document(calibration), "predicted": compared, "files": files}
+    return {
+        **summarize(calibration),
+        "predicted": [] if predicted is None else to_records(predicted),
+        "files": files,
+        **build_document(calibration),
+    }

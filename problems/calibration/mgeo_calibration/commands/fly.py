@@ -95,7 +95,7 @@ def build_comparison_section(title: str, frame: pd.DataFrame, note: str) -> Sect
     if "satisfied" in shown:
         satisfied = shown.pop("satisfied").map({True: "satisfied", False: "VIOLATED"})
         shown["result"] = satisfied.where(has_bound, "")
-    return Section(title, table=shown.rename_axis("quantity"), note=note)
+    return Section(title, table=shown, note=note)
 
 
 def print_simulation(

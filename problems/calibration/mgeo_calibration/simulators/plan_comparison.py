@@ -137,7 +137,7 @@ def build_constraint_table(
         beyond = limit - value if bound == "at least" else value - limit
         rows.append((unit, planned[label], value, bound, limit, not beyond > 0.0))
     columns = ["unit", "plan", "simulated", *_BOUND_COLUMNS, "satisfied"]
-    return pd.DataFrame(rows, columns=columns, index=pd.Index(simulated, name="simulated run"))
+    return pd.DataFrame(rows, columns=columns, index=pd.Index(simulated, name="quantity"))
 
 
 def simulate_gyro_guidance(
