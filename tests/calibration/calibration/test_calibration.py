@@ -21,6 +21,7 @@ from mgeo_calibration.estimation.residuals import Innovations
 from plotly.offline import get_plotlyjs
 from scipy.spatial.transform import Rotation
 
+from ...browser import opened
 from .runs import PLAN
 
 
@@ -167,3 +168,13 @@ def test_figures_and_report_contain_results(scenario, telemetry, calibration):
         assert f'src="{source}' not in ours
     named = dataclasses.replace(scenario, name="<script>x</script>")
     assert "<script>x" not in build_report(calibrate(named, telemetry))
+
+
+@pytest.mark.slow
+def test_report_fits_narrow_screen_without_console_errors(calibration, tmp_path):
+    (tmp_path / "report.html").write_text(build_report(calibration))
+    with opened(tmp_path / "report.html", width=390) as page:
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        assert page.errors() == []
+        # Keyboard users can scroll wide tables.
+        assert page.evaluate("[...document.querySelectorAll('.wide')].every(e => e.tabIndex === 0)")

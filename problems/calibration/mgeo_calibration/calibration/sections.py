@@ -125,7 +125,7 @@ def build_detail_sections(
                 "Errors that the scenario does not model",
                 table=_build_model_table(calibration),
                 lines=tuple(
-                    f"- {test.name}: {test.failure.cause}"
+                    f"- {test.name}: {test.description}"
                     + (f"; {test.alternatives}." if test.alternatives else ".")
                     for test in calibration.model_tests
                     if test.degrees_of_freedom

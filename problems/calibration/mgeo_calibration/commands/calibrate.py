@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from textwrap import fill
 from typing import Any
 
 import pandas as pd
@@ -26,10 +25,10 @@ from mgeo_calibration.calibration.sections import (
     build_summary_sections,
 )
 from mgeo_calibration.commands.screen import (
-    WIDTH,
     print_files,
     print_next_steps,
     print_sections,
+    wrap_text,
 )
 
 #: Files of the output folder and their contents, in the order of writing.
@@ -161,7 +160,7 @@ def print_calibration(
     if has_details:
         sections += build_detail_sections(calibration, predicted)
     use = " Use the calibration parameters below." if calibration.is_consistent else ""
-    output.print(escape_text(fill(f"{calibration.conclusion}{use}", WIDTH), "bold"))
+    output.print(escape_text(wrap_text(f"{calibration.conclusion}{use}"), "bold"))
     output.print(
         f"Estimates at {calibration.utc[:19]} UTC, {format_duration(calibration.time)} after the "
         "epoch.",

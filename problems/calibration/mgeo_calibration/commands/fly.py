@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from textwrap import fill
 
 import pandas as pd
 from mgeo_attitude.commands.files import SelectedPlan
@@ -14,11 +13,11 @@ from mgeo_attitude.view.summaries import format_duration
 from mgeo.plugins.review import Section
 from mgeo.terminal import Output, escape_text
 from mgeo_calibration.commands.screen import (
-    WIDTH,
     print_files,
     print_next_steps,
     print_sections,
     print_warnings,
+    wrap_text,
 )
 from mgeo_calibration.simulators.plan_comparison import VIOLATED_COLUMN
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
@@ -128,7 +127,7 @@ def print_simulation(
         f"Simulated {format_duration(telemetry.times[-1])} with the {simulator} simulator: "
         f"{len(telemetry.times)} samples of {', '.join(['gyro', *telemetry.sensors])}."
     )
-    output.print(escape_text(fill(text, WIDTH), "bold"), fill(f"Plan: {picked.summary}", WIDTH))
+    output.print(escape_text(wrap_text(text), "bold"), wrap_text(f"Plan: {picked.summary}"))
     violations = [f"The plan violates a constraint: {line}." for line in plan.list_violations()]
     print_warnings([*picked.list_warnings(), *violations], output)
     note = "Values without margin."
@@ -139,4 +138,9 @@ def print_simulation(
     print_files(files, output)
     options = "" if picked.solution is None else f" --solution {picked.solution}"
     command = f"mgeo attitude calibrate {next(iter(files))} --plan {source}{options}"
-    print_next_steps([f"Calibrate: {command}"], output)
+    steps = [f"Calibrate: {command}"]
+    if len(files) == 1:
+        steps.append(
+            "Add --truth FILE.json to write the true errors, and to continue with --after."
+        )
+    print_next_steps(steps, output)

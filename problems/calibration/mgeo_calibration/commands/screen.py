@@ -13,7 +13,14 @@ from mgeo.plugins.review import Section, find_column_kinds, format_cells
 from mgeo.terminal import Output, escape_text, format_note
 
 #: Width of text [columns].
-WIDTH = 80
+_WIDTH = 80
+
+
+def wrap_text(text: str, indent: str = "") -> str:
+    """Wrap a text at 80 columns, with all lines but the first indented."""
+    return fill(
+        text, _WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
 
 
 def print_sections(sections: Iterable[Section], output: Output) -> None:
@@ -23,14 +30,14 @@ def print_sections(sections: Iterable[Section], output: Output) -> None:
         if section.table is not None:
             output.print(_build_table(section.table))
         if section.note:
-            output.print(format_note(fill(section.note, WIDTH)))
-        output.print(*(fill(line, WIDTH, subsequent_indent="  ") for line in section.lines))
+            output.print(format_note(wrap_text(section.note)))
+        output.print(*(wrap_text(line, "  ") for line in section.lines))
 
 
 def print_warnings(lines: Iterable[str], output: Output) -> None:
     """Print warnings, one sentence each."""
     for line in lines:
-        output.print(fill(line, WIDTH))
+        output.print(wrap_text(line))
 
 
 def print_files(files: Mapping[str, str], output: Output) -> None:

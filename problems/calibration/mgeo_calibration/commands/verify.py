@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from textwrap import fill
 from typing import Any
 
 import pandas as pd
@@ -19,11 +18,11 @@ from mgeo_calibration.calibration.corrections import format_label
 from mgeo_calibration.calibration.sections import format_sigma
 from mgeo_calibration.commands.fly import build_comparison_section
 from mgeo_calibration.commands.screen import (
-    WIDTH,
     print_files,
     print_next_steps,
     print_sections,
     print_warnings,
+    wrap_text,
 )
 from mgeo_calibration.simulators.plan_comparison import format_gyro_guidance
 from mgeo_calibration.verification import (
@@ -60,12 +59,12 @@ def print_verification(
         Whether to print every axis in place of the worst axis of each quantity.
     """
     plan = picked.plan
-    output.print(escape_text(fill(format_conclusion(verification), WIDTH), "bold"))
+    output.print(escape_text(wrap_text(format_conclusion(verification)), "bold"))
     violations = plan.list_violations()
     if violations:
         text = f"The plan violates constraints of its scenario: {'; '.join(violations)}."
-        output.print(escape_text(fill(text, WIDTH), "bold"))
-    output.print(fill(f"Plan: {picked.summary}", WIDTH))
+        output.print(escape_text(wrap_text(text), "bold"))
+    output.print(wrap_text(f"Plan: {picked.summary}"))
     print_warnings(picked.list_warnings(), output)
     if suggestions := tuple(f"- {line}" for line in list_suggestions(plan, verification)):
         print_sections([Section("Suggestions", lines=suggestions)], output)
@@ -94,9 +93,10 @@ def build_sections(
         Section(
             f"Errors after {format_duration(plan.t_end)}, {axes}",
             table=_build_error_table(verification, list(states)),
-            note=f"Threshold of both ratios: {verification.max_ratio:.2f}. All states together "
-            f"have a normalized estimation error squared (NEES) of {verification.nees:.3f}, "
-            f"threshold {verification.max_nees:.3f}. {describe_power(verification)}",
+            note="rms / filter 1-sigma: relative to the 1-sigma that the filter reports. Threshold "
+            f"of both ratios: {verification.max_ratio:.2f}. All states together have a normalized "
+            f"estimation error squared (NEES) of {verification.nees:.3f}, threshold "
+            f"{verification.max_nees:.3f}. {describe_power(verification)}",
         ),
         Section(
             "Objectives",
