@@ -238,7 +238,7 @@ KINDS = {
         r"mag(\.bias depends on coil_x by | at .* bias_sensitivities)", spoil=add_torquer_field
     ),
     "orbit": FaultKind(
-        "(the satellite is .* its orbit|mag at .* correct epoch and orbit)",
+        "(the satellite is .* the declared orbit|mag at .* correct epoch and orbit)",
         lambda rng: TrueErrors(
             behind=random_sign(rng) * np.exp(rng.uniform(np.log(3.0), np.log(900.0)))
         ),
@@ -256,10 +256,10 @@ KINDS = {
     **{name: FaultKind(cause, spoil=spoil) for name, (cause, spoil) in faults.GROSS.items()},
     "ITRF": FaultKind("position at .* look like ITRF", spoil=convert_positions_to_itrf),
     "days since 1970": FaultKind(
-        "time at .* declare time_epoch", spoil=count_days_since(1970, 1, 1)
+        "time at .* Declare time_epoch", spoil=count_days_since(1970, 1, 1)
     ),
     "hours": FaultKind(
-        "time at .* declare .*time_unit", spoil=change_times(lambda t, rng: t / 3600.0)
+        "time at .* Declare .*time_unit", spoil=change_times(lambda t, rng: t / 3600.0)
     ),
     "magnetometer 90 deg off": FaultKind(
         "mag" + AXES.format("mag"), spoil=change_sensor("mag", without_times(rotate_mounting))

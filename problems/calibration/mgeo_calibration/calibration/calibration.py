@@ -249,7 +249,7 @@ class Calibration:
                 "autocorrelation",
                 test.correlation,
                 "at most",
-                test.correlation_bound,
+                test.max_correlation,
                 test.is_white,
             )
             rows[f"outliers of {name}"] = (
@@ -268,8 +268,14 @@ class Calibration:
                 prior.significance_level,
                 not prior.is_failed,
             )
-        if tested := [test for test in self.model_tests if test.degrees_of_freedom]:
-            model = min(tested, key=lambda test: (not test.is_selected, test.p))
+        # A significant error that is not selected is impossible, or explained by a selected error.
+        possible = [
+            test
+            for test in self.model_tests
+            if test.is_selected or (test.degrees_of_freedom and test.p >= test.significance_level)
+        ]
+        if possible:
+            model = min(possible, key=lambda test: (not test.is_selected, test.p))
             rows["unmodeled errors"] = (
                 f"p ({model.name})",
                 model.p,
@@ -291,8 +297,8 @@ class Calibration:
             table[f"{name}_si"] = table[name] * factors
         return table.assign(unit_si=units).to_dict("records")
 
-    def list_unestimated(self) -> dict[str, str]:
-        """Return the reason why a parameter or an error is not estimated, as a dict from its name
+    def list_uncalibrated(self) -> dict[str, str]:
+        """Return the reason why a parameter or an error is not calibrated, as a dict from its name
         to the reason.
         """
         table = self.build_table().groupby("block", sort=False)[["sigma", "prior_sigma"]].max()

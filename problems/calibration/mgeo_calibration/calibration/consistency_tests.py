@@ -139,9 +139,18 @@ class SensorTest:
         return self.nis <= self.nis_high
 
     @property
+    def max_correlation(self) -> float:
+        """Largest acceptable autocorrelation.
+
+        This is the bound for white innovations, or the correlation at which the variance ratio is 1
+        if the declared noise is larger than the actual noise.
+        """
+        return max(self.correlation_bound, (1.0 / self.nis - 1.0) / (2.0 * N_LAGS))
+
+    @property
     def is_white(self) -> bool:
         """True if the innovations have no significant positive correlation."""
-        return self.correlation <= self.correlation_bound or self.variance_ratio <= 1.0
+        return self.correlation <= self.max_correlation
 
     @property
     def has_few_outliers(self) -> bool:
@@ -167,7 +176,7 @@ class SensorTest:
                     f"innovations of {self.sensor} are not white, because an error that varies is "
                     "missing or declared too small",
                     f"autocorrelation {self.correlation:.3f}, expected at most "
-                    f"{self.correlation_bound:.3f}",
+                    f"{self.max_correlation:.3f}",
                     f"declare more gyro noise, or a varying error of {self.sensor}",
                 )
             )

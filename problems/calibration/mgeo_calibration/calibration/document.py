@@ -87,7 +87,7 @@ def summarize(calibration: Calibration) -> dict[str, Any]:
         "parameters": calibration.build_parameters(),
         "corrections": calibration.compute_corrections(),
         "tests": calibration.build_test_table().reset_index().to_dict("records"),
-        "not_estimated": calibration.list_unestimated(),
+        "not_calibrated": calibration.list_uncalibrated(),
     }
 
 

@@ -34,7 +34,7 @@ def build_summary_sections(
     calibration: Calibration, predicted: pd.DataFrame | None = None
 ) -> list[Section]:
     """Return the sections of the first page: parameters, comparison with a plan, tests, further
-    findings, and what is not estimated. Sections without content are omitted.
+    findings, and what is not calibrated. Sections without content are omitted.
 
     Parameters
     ----------
@@ -42,6 +42,7 @@ def build_summary_sections(
         Comparison with the prediction of a plan; see `Calibration.compare`.
     """
     table = calibration.build_table()
+    table = table[~table["block"].isin(calibration.suite.uncalibrated_blocks)]
     sections = [
         Section(
             "Calibration parameters"
@@ -70,12 +71,12 @@ def build_summary_sections(
     for title, texts in findings.items():
         if texts:
             sections.append(Section(title, lines=tuple(f"- {text}." for text in texts)))
-    if reasons := calibration.list_unestimated():
+    if reasons := calibration.list_uncalibrated():
         names_by_reason: dict[str, list[str]] = {}
         for name, reason in reasons.items():
             names_by_reason.setdefault(reason, []).append(format_label(name))
         lines = [f"- {', '.join(names)}: {reason}." for reason, names in names_by_reason.items()]
-        sections.append(Section("Not estimated", lines=tuple(lines)))
+        sections.append(Section("Not calibrated", lines=tuple(lines)))
     if calibration.notes:
         sections.append(Section("Notes", lines=tuple(f"- {note}." for note in calibration.notes)))
     return sections
