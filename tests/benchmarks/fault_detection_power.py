@@ -216,7 +216,9 @@ KINDS = {
     "drift of the Sun sensor": Kind("sun" + CHANGES, 5e-3, spoil=vary_size(SUN, add_drift)),
     "drift of the gyro": Kind(DRIFTS, 2e-3, spoil=vary_size(change_gyro, add_drift)),
     "walk of the gyro": Kind(DRIFTS, 2e-3, spoil=vary_size(change_gyro, add_random_walk)),
-    "orbit": Kind("the satellite is .* the declared orbit", 2.0, lambda size, rng: TrueErrors(behind=size)),
+    "orbit": Kind(
+        "the satellite is .* the declared orbit", 2.0, lambda size, rng: TrueErrors(behind=size)
+    ),
     "magnetometer and temperature": Kind(
         r"mag\.bias (depends on temperature|changes) by ",
         100.0,

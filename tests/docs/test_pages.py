@@ -90,7 +90,9 @@ def test_searches_with_actuators_have_ramps(name, evaluations, folder):
     options = f"--evaluations {evaluations} --out runs/{name} --quiet"
     run(f"mgeo solve attitude --scenario docs/scenarios/{name}.toml {options}")
     run(f"mgeo report runs/{name}")
-    assert "ramp to maneuver 1" in run(f"mgeo attitude show runs/{name} --pick min-trace --section phases")
+    assert "ramp to maneuver 1" in run(
+        f"mgeo attitude show runs/{name} --pick min-trace --section phases"
+    )
 
 
 @pytest.mark.slow
