@@ -319,7 +319,7 @@ class InfeasibilityReport:
     def build_table(self) -> pd.DataFrame:
         """Return the violations as a table with the smallest violation of each constraint.
 
-        Columns: ``unit``, ``value``, ``bound`` and ``violation``; and ``solutions``, the number of
+        Columns: ``unit``, ``value``, ``bound`` and ``violation``; and ``found in``, the number of
         violating solutions. Columns without content are left out.
         """
         import pandas as pd
@@ -331,7 +331,7 @@ class InfeasibilityReport:
                 "value": [margin.value for margin in margins],
                 "bound": [f"{margin.bound_type} {margin.bound_value:.4g}" for margin in margins],
                 "violation": [-margin.margin for margin in margins],
-                "solutions": [f"{v.n_violating} of {v.n_solutions}" for v in self.violations],
+                "found in": [f"{v.n_violating} of {v.n_solutions}" for v in self.violations],
             },
             index=pd.Index([margin.name for margin in margins], name="constraint"),
         )

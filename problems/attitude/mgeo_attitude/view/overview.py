@@ -169,9 +169,9 @@ def build_front_table(plans: Plans) -> pd.DataFrame:
     -------
     DataFrame
         Columns: ``ends after [s]`` or ``converges after [s]``; ``attitude 1-sigma [deg]`` about the
-        worst body axis; ``trace [of covariance]``; ``trace / [lower bound]``, if a lower bound can
-        be proved; and further objectives. If the scenario has Monte Carlo runs, ``robust time [s]``
-        and ``robust [trace]`` replace time and trace.
+        worst body axis; ``trace [of covariance]``; ``trace ratio to [lower bound]``, if a lower
+        bound can be proved; and further objectives. If the scenario has Monte Carlo runs, ``robust
+        time [s]`` and ``robust [trace]`` replace time and trace.
     """
     problem, result = plans.problem, plans.nominal
     event = "ends after" if problem.model.ends_with_last_maneuver else "converges after"
@@ -189,6 +189,6 @@ def build_front_table(plans: Plans) -> pd.DataFrame:
         columns["attitude 1-sigma [deg]"] = sigma_deg
     with suppress(NoLowerBoundError):
         bounds = problem.lower_bound.evaluate_trace(result.t_end)
-        columns["trace / [lower bound]"] = result.trace / bounds
+        columns["trace ratio to [lower bound]"] = result.trace / bounds
     columns |= {labels[key]: F for key, F in objectives.items() if key not in ("t_end", "trace")}
     return pd.DataFrame(columns)
