@@ -233,14 +233,14 @@ def _select_attitude_columns(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _build_comparison_table(plan: ManeuverPlan) -> pd.DataFrame:
-    return plan.compare_with_designs().rename_axis("maneuvers")
+    table = plan.compare_with_designs().rename_axis("maneuvers")
+    return table.rename(columns={"trace / first trace [-]": "trace ratio"})
 
 
 def _select_comparison_columns(table: pd.DataFrame) -> pd.DataFrame:
     errors = [name for name in map(str, table) if " 1-sigma " in name]
-    columns = table[["trace / first trace [-]", *errors]]
-    names = ["trace ratio", *(name.replace(" 1-sigma", "") for name in errors)]
-    return columns.set_axis(names, axis=1)
+    columns = table[["trace ratio", *errors]]
+    return columns.rename(columns=lambda name: name.replace(" 1-sigma", ""))
 
 
 def _describe_lower_bound(plan: ManeuverPlan) -> str:
@@ -323,7 +323,7 @@ SECTIONS = {
     ),
     "phases": PlanSection(
         "Uncertainty reduction by phase",
-        ManeuverPlan.compute_uncertainty_by_phase,
+        lambda plan: plan.compute_uncertainty_by_phase().rename_axis("phase"),
         lambda plan: (
             "1-sigma of the worst body axis at the end of each phase. Share: contribution of the "
             "phase to the total decrease of the logarithm of the trace."
