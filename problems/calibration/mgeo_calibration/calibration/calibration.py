@@ -225,7 +225,7 @@ class Calibration:
         """Return the results of all tests, one row per test.
 
         The prior is tested by the block with the smallest p-value, and errors that the scenario
-        does not model by the most significant error.
+        does not model by the error that is closest to its significance level.
 
         Returns
         -------
@@ -275,7 +275,9 @@ class Calibration:
             if test.is_selected or (test.degrees_of_freedom and test.p >= test.significance_level)
         ]
         if possible:
-            model = min(possible, key=lambda test: (not test.is_selected, test.p))
+            model = min(
+                possible, key=lambda test: (not test.is_selected, test.p / test.significance_level)
+            )
             rows["unmodeled errors"] = (
                 f"p ({model.name})",
                 model.p,

@@ -18,15 +18,15 @@ from mgeo_calibration.calibration.recalibration import compare_calibrations, des
 MAX_OUTLIERS = 100
 #: Number of decimals beyond which a value is shown with an exponent.
 _MAX_DECIMALS = 6
-
 #: Largest number of sensors of which the first page shows every test.
 _MAX_SENSORS = 3
 #: Meaning of the tests.
 _TEST_NOTE = (
     "Noise: normalized innovations squared (NIS), 1 if readings scatter as declared. Whiteness: "
-    "correlation of successive innovations, 0 if no varying error is missing. Prior: agreement "
-    "with the initial 1-sigmas. Unmodeled errors: the most significant one. Correct telemetry "
-    f"fails any of the tests with a probability of {100.0 * SIGNIFICANCE:.0f} %."
+    "correlation of successive innovations, 0 if no varying error is missing. Prior: p-value of "
+    "the agreement with the initial 1-sigmas. Unmodeled errors: p-value of the most significant "
+    "error that the scenario omits. Correct telemetry fails any of the tests with a probability of "
+    f"{100.0 * SIGNIFICANCE:.0f} %."
 )
 
 
