@@ -171,9 +171,9 @@ def _finish(figure: go.Figure, x_title: str) -> go.Figure:
     figure.update_xaxes(title=x_title)
     figure.update_layout(
         template="plotly_white",
-        height=340,
-        margin={"l": 60, "r": 20, "t": 40, "b": 50},
-        legend={"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0.0},
+        height=380,
+        margin={"l": 60, "r": 20, "t": 30, "b": 50},
+        legend={"orientation": "h", "y": -0.22, "yanchor": "top", "x": 0.0},
     )
     return figure
 

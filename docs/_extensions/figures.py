@@ -34,11 +34,14 @@ SOURCES = (
     _ERRORS,
 )
 
-_LIMITS = {"free": ("cubesat_6u", "#1f5fa8"), "limits": ("with limits.toml", "#c8501e")}
+_LIMITS = {
+    "free": ("without constraints", "#1f5fa8"),
+    "limits": ("with the constraints of limits.toml", "#c8501e"),
+}
 _STARTS = {
-    "free": ("from GCRS", "#1f5fa8"),
-    "nadir": ("from nadir", "#c8501e"),
-    "sun": ("from the Sun", "#3d8b4f"),
+    "free": ("body axes along GCRS", "#1f5fa8"),
+    "nadir": ("nadir pointing", "#c8501e"),
+    "sun": ("Sun pointing", "#3d8b4f"),
 }
 #: Name, samples that it goes through, with velocities or not, and color.
 _POLYNOMIALS = (
@@ -86,24 +89,27 @@ def _fronts(runs: Mapping[str, tuple[str, str]]) -> go.Figure:
     figure = go.Figure()
     for symbol, (run, (name, color)) in zip(SYMBOLS, runs.items(), strict=False):
         table = pd.read_csv(_FRONTS / f"{run}.csv").sort_values("t_end [s]")
+        table = table[table["t_end [s]"] >= 100.0]
         time, trace = table["t_end [s]"], table["trace [-]"]
         figure.add_scatter(
             x=time.tolist(),
             y=trace.tolist(),
             mode="lines+markers",
             line={"shape": "hv", "color": color, "width": 1},
-            marker={"size": 6, "symbol": symbol},
+            marker={"size": 5, "symbol": symbol},
             name=name,
             text=_hover_texts(table),
             hovertemplate="%{x:.0f} s, trace %{y:.3g}<br>%{text}<extra></extra>",
         )
-    figure.update_xaxes(title="t_end [s]")
-    figure.update_yaxes(title="trace [-]", type="log", dtick=1, exponentformat="power")
+    times = [100, 200, 500, 1000, 2000, 5000]
+    figure.update_xaxes(title="end of the plan, t_end [s]", type="log", tickvals=times)
+    title = "trace of the covariance [-]"
+    figure.update_yaxes(title=title, type="log", dtick=1, exponentformat="power")
     figure.update_layout(
         template="plotly_white",
-        height=460,
-        margin={"l": 60, "r": 20, "t": 20, "b": 50},
-        legend={"x": 1.0, "xanchor": "right", "y": 1.0},
+        height=420,
+        margin={"l": 60, "r": 20, "t": 30, "b": 50},
+        legend={"orientation": "h", "y": -0.2, "yanchor": "top", "x": 0.0},
     )
     return figure
 
@@ -198,9 +204,9 @@ def tracker() -> go.Figure:
     for begin, end in edges.reshape(-1, 2):
         span = {"fillcolor": "#2a9d5c", "opacity": 0.15, "line_width": 0, "layer": "below"}
         figure.add_vrect(float(times[begin]), float(times[end - 1]), **span)
-    figure.update_xaxes(title="time [s]; green: it measures", row=2, col=1)
-    figure.update_yaxes(title="off boresight [deg]", row=1, col=1)
-    figure.update_yaxes(title="deg/s", row=2, col=1)
+    figure.update_xaxes(title="time [s]; green: the star tracker measures", row=2, col=1)
+    figure.update_yaxes(title="angle to the boresight [deg]", row=1, col=1)
+    figure.update_yaxes(title="rate [deg/s]", row=2, col=1)
     figure.update_layout(
         template="plotly_white", height=520, margin={"l": 60, "r": 20, "t": 20, "b": 50}
     )
@@ -230,7 +236,7 @@ def wheels() -> go.Figure:
             )
     figure.add_hline(2.0, line={"color": "#333", "width": 1, "dash": "dash"})
     figure.update_xaxes(title="time [s]")
-    figure.update_yaxes(title="greatest so far [mN m s]", rangemode="tozero")
+    figure.update_yaxes(title="largest momentum until then [mN m s]", rangemode="tozero")
     figure.update_layout(
         template="plotly_white", height=380, margin={"l": 60, "r": 20, "t": 20, "b": 50}
     )
