@@ -54,11 +54,10 @@ def rank(f: FloatArray, violation: FloatArray, tie_breakers: FloatArray) -> IntA
 def draw_position(uniform: FloatArray, n: int | IntArray, tau: float | FloatArray) -> IntArray:
     """Draw positions in a ranking of n candidates; rank k has a probability proportional to k^-tau.
 
-    The rank k is the position plus 1. The probabilities are equation (10) of
-    docs/explanation/models-and-filter.md. GEO is usually described by another procedure with the
-    same distribution: draw a rank uniformly, accept the rank with probability k^-tau, and repeat
-    until a rank is accepted (de Sousa et al. 2003). Here, the inverse of the cumulative
-    distribution needs a single random number.
+    The rank k is the position plus 1. GEO is usually described by another procedure with the same
+    distribution: draw a rank uniformly, accept the rank with probability k^-tau, and repeat until a
+    rank is accepted (de Sousa et al. 2003). Here, the inverse of the cumulative distribution needs
+    a single random number.
 
     Parameters
     ----------

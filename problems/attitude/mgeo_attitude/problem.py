@@ -377,9 +377,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         """Scale objectives to comparable ranges, in which performance indicators such as the
         hypervolume are computed.
 
-        For t_end and trace the scaling is equation (11) of the paper, with (log10 trace + 6) / 5
-        for the trace. With the preset "paper", the reference point (1, 1) bounds every useful
-        solution.
+        For t_end and trace the scaling is t_end / duration and (log10 trace + 6) / 5; see
+        docs/explanation/paper.md. With the preset "paper", the reference point (1, 1) bounds every
+        useful solution.
 
         Parameters
         ----------

@@ -134,7 +134,7 @@ def update(
 
     The code computes P ← P - K H P with the gain K = P Hᵀ (R + H P Hᵀ)⁻¹, equation (4) of
     docs/explanation/models-and-filter.md. Up to three measurement rows are processed together. With
-    R + H P Hᵀ = L Lᵀ and the scaled gain G = P Hᵀ L⁻ᵀ, the update is P ← P - G Gᵀ, equation (8).
+    R + H P Hᵀ = L Lᵀ and the scaled gain G = P Hᵀ L⁻ᵀ, the update is P ← P - G Gᵀ, equation (9).
 
     The states in `considered` have zero gain: G Gᵀ is not subtracted where both states are
     considered. With K = [K₁; 0] and the optimal gain K₁ of the estimated states, the result equals
