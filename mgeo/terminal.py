@@ -131,7 +131,7 @@ def build_table(
     entries = list(rows)
     table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 3, 0, 0))
     for i, title in enumerate(titles):
-        is_number = all(_NUMBER.fullmatch(str(row[i])) for row in entries)
+        is_number = all(_is_number(str(row[i])) for row in entries)
         table.add_column(
             escape_text(title), justify="right" if is_number else "left", overflow="fold"
         )
@@ -238,11 +238,7 @@ def wrap_text(text: str, indent: str = "") -> str:
 
 
 def _is_number(text: str) -> bool:
-    try:
-        float(text or "nan")
-    except ValueError:
-        return False
-    return True
+    return _NUMBER.fullmatch(text) is not None
 
 
 def is_within_width(content: Table, width: int) -> bool:

@@ -13,7 +13,7 @@ from mgeo.plugins.protocol import call_optional, describe_size, has_override
 from mgeo.plugins.view import View, build_view
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store import run_folder
-from mgeo.terminal import Output, build_key_value_table, build_table, escape_text
+from mgeo.terminal import Output, build_key_value_table, build_table, escape_text, wrap_text
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -59,7 +59,7 @@ def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
     if facts:
         output.print("", build_key_value_table(facts))
     for text in warnings:
-        output.print(f"\nWarning: {text}")
+        output.print(f"\n{wrap_text(f'Warning: {text}')}")
     output.print_document(
         {
             "dry_run": True,
