@@ -1,6 +1,6 @@
 """How the site is built: ``sphinx-build -W docs docs/_build``. Nothing in it needs a network.
 
-The notebooks of ``../notebooks`` are pages of it, through the link ``docs/notebooks``.
+The notebooks of ``../notebooks`` are pages of it, through the link ``docs/tutorials/notebooks``.
 """
 
 import gc
@@ -78,7 +78,7 @@ pygments_style = "default"  # of contrast 4.5 and more
 
 
 #: Of the pages that take seconds those that end the second of two processes with the first.
-_LAST = ("studies/results", "paper")
+_LAST = ("studies/results", "explanation/paper")
 
 
 def setup(app: Any) -> None:
@@ -87,4 +87,4 @@ def setup(app: Any) -> None:
 
 
 def _turn(name: str) -> int:
-    return (name in _LAST) - (name == "tutorial")
+    return (name in _LAST) - (name == "tutorials/attitude-control")

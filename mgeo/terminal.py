@@ -6,7 +6,6 @@ The commands of mgeo and of its plugins use this module.
 from __future__ import annotations
 
 import json
-import math
 import os
 import re
 import sys
@@ -22,16 +21,17 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
+from mgeo._text import TEXT_WIDTH, format_column, is_number, wrap_text
+
 if TYPE_CHECKING:
     import pandas as pd
     from rich.console import JustifyMethod
 
     from mgeo.plugins.review import Section
 
-#: Width of texts [columns].
-TEXT_WIDTH = 80
+#: Space between the columns of a table [columns].
+_GAP = 2
 _PIPE_WIDTH = 400  # width of tables in pipes and files [columns], unless COLUMNS is set
-_NUMBER = re.compile(r"([-+]?[\d.,]+(e[-+]\d+)?|nan|inf|-|None|)( ± [\d.]+)?( ?%)?", re.IGNORECASE)
 _stdout_stack: list[TextIO] = []  # the original stdout while `reserve_stdout` is active
 
 
@@ -89,18 +89,6 @@ def to_records(frame: pd.DataFrame) -> list[dict[Any, Any]]:
     return complete.to_dict("records")
 
 
-def format_key(title: str) -> str:
-    """Convert the title of a column or section to a key of a JSON document.
-
-    Examples
-    --------
-    >>> format_key("attitude 1-sigma [deg]"), format_key("rate x [deg/s]"), format_key("trace [-]")
-    ('attitude_1sigma_deg', 'rate_x_deg_s', 'trace')
-    """
-    text = title.lower().replace("1-sigma", "1sigma").replace("%", "percent")
-    return re.sub(r"[^a-z0-9]+", "_", text).strip("_")
-
-
 @contextmanager
 def reserve_stdout() -> Iterator[None]:
     """Context manager that redirects stdout to stderr, except for `Output.print_document`."""
@@ -131,10 +119,8 @@ def build_table(
     entries = list(rows)
     table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 3, 0, 0))
     for i, title in enumerate(titles):
-        is_number = all(_is_number(str(row[i])) for row in entries)
-        table.add_column(
-            escape_text(title), justify="right" if is_number else "left", overflow="fold"
-        )
+        justify: JustifyMethod = "right" if all(is_number(str(r[i])) for r in entries) else "left"
+        table.add_column(escape_text(title), justify=justify, overflow="fold")
     for row in entries:
         table.add_row(*(escape_text(_format_value(value, digits)) for value in row))
     return table
@@ -173,72 +159,31 @@ def build_text_table(columns: Mapping[str, Sequence[str]]) -> Table:
     """Return a borderless terminal table, given the texts of each column by title.
 
     A unit in the title, such as ``time [s]``, is in a second line of the head. Columns of numbers
-    are right-aligned.
+    are right-aligned. If the table is wider than `TEXT_WIDTH`, the heads are wrapped.
     """
-    table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 2, 0, 0))
-    for title, texts in columns.items():
-        head = re.sub(r" +\[([^\[]*)\]$", r"\n\1", title)
-        justify: JustifyMethod = "right" if all(map(_is_number, texts)) else "left"
+    heads = [re.sub(r" +\[([^\[]*)\]$", r"\n\1", title) for title in columns]
+    widths = [max(map(len, texts), default=1) for texts in columns.values()]
+    gaps = _GAP * (len(heads) - 1)
+    if sum(map(max, widths, map(_measure, heads))) + gaps > TEXT_WIDTH:
+        heads = [
+            "\n".join(
+                textwrap.fill(line, max(width, _measure(head.replace(" ", "\n"))))
+                for line in head.splitlines()
+            )
+            for head, width in zip(heads, widths, strict=True)
+        ]
+    table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, _GAP, 0, 0))
+    for head, texts in zip(heads, columns.values(), strict=True):
+        justify: JustifyMethod = "right" if all(map(is_number, texts)) else "left"
         table.add_column(escape_text(head, "bold"), justify=justify, overflow="fold")
     for row in zip(*columns.values(), strict=True):
         table.add_row(*map(escape_text, row))
     return table
 
 
-def format_column(values: Sequence[object], decimals: int | None = None) -> list[str]:
-    """Format the values of a column for people to read.
-
-    Parameters
-    ----------
-    values : sequence
-        Numbers and texts. NaN becomes an empty text.
-    decimals : int, optional
-        Number of decimals. By default, a column of integers has none, and all other numbers have
-        three significant digits.
-    """
-    finite = [float(v) for v in values if isinstance(v, Real) and math.isfinite(v)]
-    if decimals is None and all(n.is_integer() and abs(n) < 1e6 for n in finite):
-        decimals = 0
-    return [
-        str(value) if not isinstance(value, Real) else format_number(float(value), decimals)
-        for value in values
-    ]
-
-
-def format_number(value: float, decimals: int | None = None) -> str:
-    """Format a number with three significant digits, or with a fixed number of decimals.
-
-    Integer digits are not rounded below a million. NaN becomes an empty text.
-
-    Examples
-    --------
-    >>> format_number(1234.5), format_number(0.0336), format_number(2.048e-06), format_number(1.1)
-    ('1234', '0.0336', '2.05e-06', '1.10')
-    """
-    if math.isnan(value):
-        return ""
-    if math.isinf(value) or not (value == 0.0 or 1e-3 <= abs(value) < 1e6):
-        return f"{value:.{2 if decimals is None else decimals}{'e' if decimals is None else 'f'}}"
-    if decimals is None:
-        decimals = max(2 - math.floor(math.log10(abs(value))), 0) if value else 0
-    return f"{value + 0.0:.{decimals}f}"
-
-
-def wrap_text(text: str, indent: str = "") -> str:
-    """Wrap a text to `TEXT_WIDTH` columns; all lines but the first are indented."""
-    # A number and its percent sign stay together: a no-break space is no place for a new line.
-    lines = textwrap.wrap(
-        text.replace(" %", "\N{NO-BREAK SPACE}%"),
-        TEXT_WIDTH,
-        subsequent_indent=indent,
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
-    return "\n".join(lines).replace("\N{NO-BREAK SPACE}", " ")
-
-
-def _is_number(text: str) -> bool:
-    return _NUMBER.fullmatch(text) is not None
+def _measure(text: str) -> int:
+    """Return the length of the longest line of a text."""
+    return max(map(len, text.splitlines()), default=1)
 
 
 def is_within_width(content: Table, width: int) -> bool:

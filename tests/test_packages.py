@@ -32,7 +32,8 @@ def set_version(*arguments, root=ROOT):
 
 def test_command_sets_the_version_everywhere(tmp_path):
     assert set_version().stdout.strip() == read_project(PROJECTS[0])["version"]
-    for path in [*PROJECTS, ROOT / "CITATION.cff", ROOT / "docs/citing.md", ROOT / ".ci/version"]:
+    others = ("CITATION.cff", "docs/reference/citing.md", ".ci/version")
+    for path in [*PROJECTS, *(ROOT / name for name in others)]:
         copy = tmp_path / path.relative_to(ROOT)
         copy.parent.mkdir(parents=True, exist_ok=True)
         copy.write_bytes(path.read_bytes())

@@ -39,7 +39,7 @@ def came_out(plan: ManeuverPlan) -> pd.DataFrame:
 def _flight(name: str, plan: str) -> pd.DataFrame:
     """Predicted and achieved 1-sigma of each error, and the true error over it."""
     found = read_calibration(f"{name}calibration/calibration.json")
-    true = pd.DataFrame(json.loads(Path(f"{name}truth.json").read_text())["table"])
+    true = pd.DataFrame(json.loads(Path(f"{name}truth.json").read_text())["parameters"])
     estimates, sigma = found.build_table(), found.compare(read_json(plan)).iloc[3:]
     error = (estimates["estimate"] - true["value"]).abs() / estimates["sigma"]
     return sigma.assign(block=estimates["block"].to_numpy(), error=error.to_numpy())

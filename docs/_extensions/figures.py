@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import concept_figures
 import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
@@ -25,7 +26,13 @@ _KNEE = 1323.0
 _ERRORS = _FRONTS.parent / "errors.csv"
 
 #: Files that figures are drawn from; a page is built again when one of them changes.
-SOURCES = (Path(__file__), _TRACKER, *sorted(_FRONTS.glob("*.csv")), _ERRORS)
+SOURCES = (
+    Path(__file__),
+    Path(concept_figures.__file__),
+    _TRACKER,
+    *sorted(_FRONTS.glob("*.csv")),
+    _ERRORS,
+)
 
 _LIMITS = {"free": ("cubesat_6u", "#1f5fa8"), "limits": ("with limits.toml", "#c8501e")}
 _STARTS = {
@@ -284,6 +291,7 @@ FIGURES: dict[str, Callable[[], go.Figure]] = {
     "floor": floor,
     "calibration": calibration,
     "suite": suite,
+    **concept_figures.FIGURES,
 }
 
 

@@ -38,12 +38,26 @@ def box(figure: Any, name: str, docname: str) -> nodes.raw:
     script = f'<script src="{library}"></script>'
     named = f'<div role="figure" aria-label="{escape(label(figure))}">{text}</div>'
     without = f"<noscript>{escape(label(figure))}: a figure that needs JavaScript.</noscript>"
-    return nodes.raw("", f'<div class="plotly-box">{script}{named}{without}</div>', format="html")
+    classes = "plotly-box" + (" fits-phone" if has_free_sides(figure) else "")
+    return nodes.raw("", f'<div class="{classes}">{script}{named}{without}</div>', format="html")
+
+
+def has_free_sides(figure: Any) -> bool:
+    """Return whether no legend is beside the plot, so that the plot fits a narrow screen."""
+    layout = _layout(figure)
+    return layout.get("showlegend") is False or layout.get("legend", {}).get("orientation") == "h"
+
+
+def _layout(figure: Any) -> dict[str, Any]:
+    layout: dict[str, Any] = (figure if isinstance(figure, dict) else figure.to_plotly_json())[
+        "layout"
+    ]
+    return layout
 
 
 def label(figure: Any) -> str:
     """What a figure shows: its title, or else one axis against the other."""
-    layout = (figure if isinstance(figure, dict) else figure.to_plotly_json())["layout"]
+    layout = _layout(figure)
 
     def text(*path: str) -> str:
         value: Any = layout

@@ -50,9 +50,9 @@ def load_ipython_extension(shell: Any) -> None:
 
 
 def terminal(options: str, cell: str) -> None:
-    """Run commands, and show them and what they print."""
+    """Run commands, and show them and what they print; those of ``%%terminal fails`` must fail."""
     lines = cell.splitlines()
-    shown = "\n".join(printed(line) for line in lines).rstrip()
+    shown = "\n".join(printed(line, options == "fails") for line in lines).rstrip()
     _show(("sh", cell.strip()), *([("text", shown)] if shown else []))
 
 
@@ -62,8 +62,8 @@ def save(name: str, cell: str) -> None:
     _show((Path(name).suffix[1:], cell.strip()))
 
 
-def printed(command: str) -> str:
-    """What a command writes to a terminal; messages on stderr only if it fails."""
+def printed(command: str, fails: bool = False) -> str:
+    """What a command writes to a terminal; messages on stderr only if it is expected to fail."""
     if _SMALL:
         command = re.sub(r"(?<=--evaluations )\d+", "960", command)
         command = command.replace("attitude verify", "attitude verify --monte-carlo 20")
@@ -76,8 +76,10 @@ def printed(command: str) -> str:
         written = reading.result()
         os.close(outside)
         # A short search may find a plan that does not keep its promise.
-        if code not in ((0, 3) if _SMALL else (0,)):
+        if fails != (code != 0) and not (_SMALL and code == 3):
             raise RuntimeError(f"{command}\n{messages.read()}")
+        if fails:
+            written += messages.read().encode()
     lines = written.decode().replace(_RESET, "").splitlines()
     return "\n".join(line.rstrip() for line in lines) + "\n"
 

@@ -1,11 +1,12 @@
-"""Figures of the kinds of candidates of `MGEODirected`, in two variables, for directed.md.
+"""Figures of the kinds of candidates of `MGEODirected`, in two variables, for the page on the
+MGEO family.
 
 The archive consists of eleven points along a curved valley, and the walker is near the valley. All
 candidates come from the functions that the algorithm uses.
 """
 
 import numpy as np
-import plotly.graph_objects as go
+from family import draw_kind
 
 from mgeo import MGEODirected
 from mgeo.algorithms.moves import Attraction, draw_joint_steps, draw_momentum_steps
@@ -17,7 +18,6 @@ ALONG = np.linspace(0.15, 0.85, 11)
 ARCHIVE = np.column_stack([ALONG, 0.25 + 0.8 * (ALONG - 0.35) ** 2])
 NEAREST = ARCHIVE[5]
 LOW, HIGH = np.zeros(2), np.ones(2)
-COLOR = "#0072b2"
 
 
 def normal_steps(rng):
@@ -66,17 +66,10 @@ def recombinations(rng):
 def kind_figure(candidates):
     """Return a scatter plot of the candidates that one of the functions above draws."""
     X = np.clip(candidates(np.random.default_rng(1)), LOW, HIGH)
-    figure = go.Figure()
-    for name, points, marker in (
-        ("candidates", X, {"color": COLOR, "size": 4, "opacity": 0.5}),
-        ("archive", ARCHIVE, {"color": "black", "size": 8, "symbol": "circle-open"}),
-        ("nearest of the archive", NEAREST[None], {"color": "black", "size": 8}),
-        ("walker", WALKER[None], {"color": "#d55e00", "size": 12, "symbol": "x"}),
-        ("its best point", BEST[None], {"color": "#d55e00", "size": 10, "symbol": "diamond"}),
-    ):
-        figure.add_scatter(x=points[:, 0], y=points[:, 1], mode="markers", name=name, marker=marker)
-    figure.update_xaxes(title="first variable", range=[-0.02, 1.02])
-    figure.update_yaxes(title="second variable", range=[-0.02, 1.02])
-    return figure.update_layout(
-        template="plotly_white", height=380, width=560, margin={"l": 60, "r": 20, "t": 20, "b": 50}
-    )
+    points = {
+        "archive": ARCHIVE,
+        "nearest archived point": NEAREST,
+        "walker": WALKER,
+        "best point of the walker": BEST,
+    }
+    return draw_kind(X, points)

@@ -2,8 +2,8 @@
 
     .venv/bin/python docs/studies/mixed.py [SEEDS]
 
-prints the table of docs/algorithms.md, with mean and standard deviation of the hypervolume of all
-evaluations, and writes the hypervolume of each run to data/mixed.csv.
+writes the hypervolume of all evaluations of each run to data/mixed.csv, which
+docs/studies/results.md shows, and prints mean and standard deviation.
 """
 
 import sys

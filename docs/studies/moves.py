@@ -2,7 +2,7 @@
 
     .venv/bin/python docs/studies/moves.py
 
-from the folder above docs writes data/moves.csv, which directed.md plots. For each kind of
+from the folder above docs writes data/moves.csv, which parts.md plots. For each kind of
 candidate and each interval of a run, the table contains the share of all candidates, of the
 candidates that entered the front, and of the gain of hypervolume. The problems are 14 functions of
 COCO in 10 variables (an instance for tuning) and the paper's satellite. Needs the extra: pip
@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from draw import format_for_page
 from plotly.subplots import make_subplots
 
 from mgeo import MGEODirected, ParetoArchive
@@ -117,8 +118,8 @@ def moves_figure():
     """Return a figure of the shares in the gain of hypervolume and in the candidates, by kind."""
     table = pd.read_csv(DATA)
     titles = {"COCO": "14 functions of COCO, 10 variables", "satellite": "the paper's satellite"}
-    figure = make_subplots(cols=2, subplot_titles=list(titles.values()), shared_yaxes=True)
-    for column, problems in enumerate(titles, 1):
+    figure = make_subplots(rows=2, subplot_titles=list(titles.values()), vertical_spacing=0.1)
+    for row, problems in enumerate(titles, 1):
         for kind, color in zip(KINDS, ("#009e73", "#0072b2", "#d55e00", "#cc79a7"), strict=True):
             rows = table[(table["problems"] == problems) & (table["kind"] == kind)]
             for value, dash in (("gain", "solid"), ("candidates", "dot")):
@@ -127,15 +128,14 @@ def moves_figure():
                     y=rows[value],
                     line={"color": color, "dash": dash},
                     name=f"{kind}, {value}",
-                    showlegend=column == 1,
-                    row=1,
-                    col=column,
+                    showlegend=row == 1,
+                    row=row,
+                    col=1,
                 )
-        figure.update_xaxes(type="log", title="evaluations per variable", row=1, col=column)
-    figure.update_yaxes(title="share", range=[0, 1], row=1, col=1)
-    return figure.update_layout(
-        template="plotly_white", height=420, margin={"l": 60, "r": 20, "t": 50, "b": 50}
-    )
+    figure.update_xaxes(type="log", tickvals=EDGES[1:], tickformat=",d")
+    figure.update_xaxes(title="evaluations per variable", row=2, col=1)
+    figure.update_yaxes(title="share", range=[0, 1], tickformat=".0%")
+    return format_for_page(figure, 760).update_layout(margin_t=60)
 
 
 def main():

@@ -56,7 +56,7 @@ class ExtremalOptimization(Algorithm, ABC):
     `restart_idle_walkers`, and extends `create_state` and `reset_walkers` if it has additional
     state. It can call `restart_walkers` and `get_archived_points`. It must store each constructor
     parameter as an attribute of the same name, and all data that persist between generations in a
-    `mgeo.algorithms.run_state.RunState`. `docs/your-algorithm.md` has an example.
+    `mgeo.algorithms.run_state.RunState`. `docs/how-to/write-an-algorithm.md` has an example.
 
     Parameters
     ----------

@@ -235,7 +235,7 @@ class DirectedMoves(ExtremalOptimization):
 
     A subclass declares the parameters `extreme_weights`, `difference`, `momentum`,
     `max_candidates` and `bounds`, and implements `accept` and `restart_idle_walkers`. The class
-    constants were tuned by a parameter search; docs/studies/results.md shows the loss without each
+    constants were tuned by a parameter search; docs/studies/parts.md shows the loss without each
     mechanism. A derived class can override them.
 
     A walker has *mixed* weights if several objectives have positive weight, and *extreme* weights

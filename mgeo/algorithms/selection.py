@@ -10,8 +10,8 @@ the best fitness so far of the walker in A-GEO1, and its current fitness in A-GE
 
 The rules follow Barroca & de Sousa, "A new adaptive evolutionary algorithm for design optimization"
 (2019), as implemented in leobeckerdaluz/GEO_OptimizationAlgorithms (AGEO_Mechanism.cs).
-docs/algorithms.md explains the interpretation of these sources and the extension to several
-objectives.
+docs/explanation/algorithms.md explains the interpretation of these sources and the extension to
+several objectives.
 """
 
 import math
@@ -54,10 +54,10 @@ def rank(f: FloatArray, violation: FloatArray, tie_breakers: FloatArray) -> IntA
 def draw_position(uniform: FloatArray, n: int | IntArray, tau: float | FloatArray) -> IntArray:
     """Draw positions in a ranking of n candidates; rank k has a probability proportional to k^-tau.
 
-    The rank k is the position plus 1. The probabilities are equation (10) of docs/theory.md. GEO is
-    usually described by another procedure with the same distribution: draw a rank uniformly, accept
-    the rank with probability k^-tau, and repeat until a rank is accepted (de Sousa et al. 2003).
-    Here, the inverse of the cumulative distribution needs a single random number.
+    The rank k is the position plus 1. GEO is usually described by another procedure with the same
+    distribution: draw a rank uniformly, accept the rank with probability k^-tau, and repeat until a
+    rank is accepted (de Sousa et al. 2003). Here, the inverse of the cumulative distribution needs
+    a single random number.
 
     Parameters
     ----------

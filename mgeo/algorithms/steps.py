@@ -199,7 +199,7 @@ def perturb(
     """Add a random step to each variable, and return the new values, which are within the bounds.
 
     The perturbed value is x + sigma scale(x) z with z from the law (Mainenti-Lopes, Souza & de
-    Sousa 2012), equation (9) of docs/theory.md. Each candidate uses one of the perturbed values.
+    Sousa 2012). Each candidate uses one of the perturbed values.
 
     Parameters
     ----------

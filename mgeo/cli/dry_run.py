@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mgeo._text import wrap_text
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.execution import format_run_title
 from mgeo.figures.front import MAX_OBJECTIVES
@@ -13,7 +14,7 @@ from mgeo.plugins.protocol import call_optional, describe_size, has_override
 from mgeo.plugins.view import View, build_view
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store import run_folder
-from mgeo.terminal import Output, build_key_value_table, build_table, escape_text, wrap_text
+from mgeo.terminal import Output, build_key_value_table, build_table, escape_text
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem

@@ -13,6 +13,7 @@ from rich import progress
 from rich.console import Console, Group
 from rich.live import Live
 
+from mgeo._text import wrap_text
 from mgeo.cli.errors import ExitCode, StopRequest, collect_stop_requests, convert_input_errors
 from mgeo.cli.summary import format_duration, print_summary
 from mgeo.evaluation.evaluator import EvaluationError
@@ -26,7 +27,7 @@ from mgeo.store import run_folder
 from mgeo.store.atomic import check_writable, lock_folder, write_file
 from mgeo.store.provenance import list_problem_versions
 from mgeo.store.run import Outcome, Run, RunConfiguration
-from mgeo.terminal import Output, build_console, escape_text, wrap_text
+from mgeo.terminal import Output, build_console, escape_text
 
 _MAX_PROGRESS_SHARE = 0.02  # maximum share of the run time that the progress display may use
 _STOP_MESSAGE = "Stopping after this generation. Press Ctrl-C again to stop at once."

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from mgeo._text import wrap_text
 from mgeo.cli import options
 from mgeo.cli.errors import ExitCode, convert_input_errors, get_interrupt_exit_code
-from mgeo.terminal import Output, escape_text, render_section, to_records, wrap_text
+from mgeo.terminal import Output, escape_text, render_section, to_records
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import RenderableType
 
+from mgeo._text import format_column, format_key, wrap_text
 from mgeo.plugins.protocol import call_optional
 from mgeo.plugins.review import Section
 from mgeo.plugins.view import MAX_ROWS, View
@@ -23,11 +24,8 @@ from mgeo.terminal import (
     Output,
     build_text_table,
     escape_text,
-    format_column,
-    format_key,
     render_section,
     to_records,
-    wrap_text,
 )
 
 if TYPE_CHECKING:

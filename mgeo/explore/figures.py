@@ -33,16 +33,27 @@ def draw_parallel_coordinates(table: pd.DataFrame, names: Sequence[str]) -> go.F
     dimensions = []
     for name in names:
         values = table[name].to_numpy(float)
-        dimension = {"label": _wrap_label(name), "name": name, "values": values}
-        if is_logarithmic(table[name]):
-            exponents = np.log10(values)
-            ticks = np.linspace(exponents.min(), exponents.max(), 5)
-            texts = [f"{value:.3g}" for value in 10.0**ticks]
-            dimension |= {"values": exponents, "tickvals": ticks, "ticktext": texts}
-        dimensions.append(dimension)
+        is_log = is_logarithmic(table[name])
+        values = np.log10(values) if is_log else values
+        # Ticks at both ends replace the labels of the range, which would cover a second title line.
+        ticks = np.linspace(values.min(), values.max(), 5)
+        texts = [_format_tick(10.0**tick if is_log else tick) for tick in ticks]
+        dimensions.append(
+            {
+                "label": _wrap_label(name),
+                "name": name,
+                "values": values,
+                "tickvals": ticks,
+                "ticktext": texts,
+            }
+        )
     line = {"color": dimensions[0]["values"] if dimensions else COLORS[0], "colorscale": "Viridis"}
     figure = go.Figure(go.Parcoords(dimensions=dimensions, line=line, labelfont={"size": 12}))
     return figure.update_layout(height=380, margin={"l": 70, "r": 70, "t": 85, "b": 25})
+
+
+def _format_tick(value: float) -> str:
+    return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
 def _wrap_label(name: str) -> str:

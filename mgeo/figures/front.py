@@ -9,7 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from mgeo.figures.style import GRID_COLOR, escape_markup
+from mgeo.figures.style import COLORS, GRID_COLOR, build_log_axis_layout, escape_markup
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,9 +21,8 @@ MAX_OBJECTIVES = 3
 MAX_HOVER_TEXTS = 2000
 
 _MIN_LOG_RATIO = 20.0  # Minimum ratio of the largest to the smallest value on a logarithmic axis.
-_COLOR = "#1f5fa8"
-_MARKER = {"size": 7, "color": _COLOR, "line": {"width": 0.5, "color": "white"}}
-_MARKER_3D = {"size": 4, "color": _COLOR}
+_MARKER = {"size": 7, "color": COLORS[0], "line": {"width": 0.5, "color": "white"}}
+_MARKER_3D = {"size": 4, "color": COLORS[0]}
 _BOUNDARY = {"shape": "hv", "width": 1, "color": "#9db7d5"}
 
 
@@ -140,16 +139,14 @@ def build_axis_layout(
     is_3d : bool
         Whether the axis belongs to a three-dimensional figure.
     """
-    is_log = needs_log_axis(values)
-    is_narrow = is_log and values.max() / values.min() < 1e4
-    largest = np.abs(values).max() if len(values) else 1.0
-    return {
+    layout: dict[str, object] = {
         "title": {"text": escape_markup(name, is_3d=is_3d)},
-        "type": "log" if is_log else "linear",
-        "dtick": "D2" if is_narrow else None,  # Labels are at 1, 2 and 5.
-        "exponentformat": "none" if not is_log and 1e-3 <= largest < 1e5 else "power",
         "gridcolor": GRID_COLOR,
     }
+    if needs_log_axis(values):
+        return layout | build_log_axis_layout(values)
+    largest = np.abs(values).max() if len(values) else 1.0
+    return layout | {"exponentformat": "none" if 1e-3 <= largest < 1e5 else "power"}
 
 
 def needs_log_axis(values: NDArray[np.float64]) -> bool:

@@ -55,7 +55,7 @@ def render_figure_page(figure: go.Figure, title: str, note: str = "") -> str:
     note : str
         Text above the figure.
     """
-    body, heading = _convert_to_html(figure, height="100%")
+    body, heading = convert_to_html(figure, height="100%")
     return render("figures/assets/page.html", title=title, heading=heading, note=note, figure=body)
 
 
@@ -82,7 +82,7 @@ def render_report_page(
         if isinstance(part, str):
             html_parts.append(Markup(part))
             continue
-        figure, heading = _convert_to_html(
+        figure, heading = convert_to_html(
             part, f"figure{n_figures}", library if not n_figures else False
         )
         html_parts.append(Markup(render("figures/assets/heading.html", heading=heading)) + figure)
@@ -92,15 +92,15 @@ def render_report_page(
 
 def render_figure(figure: go.Figure) -> Markup:
     """Return a figure as HTML, for a page that includes the template ``scripts.html``."""
-    return _convert_to_html(figure)[0]
+    return convert_to_html(figure)[0]
 
 
-def _convert_to_html(
+def convert_to_html(
     figure: go.Figure, name: str = "figure", library: bool | str = True, height: str | None = None
 ) -> tuple[Markup, list[str]]:
     """Return a figure without its title as HTML, and the lines of its title as a list of strings.
 
-    The page shows the title as a heading, which wraps.
+    A page shows the title as a heading, which wraps.
 
     Parameters
     ----------

@@ -20,11 +20,28 @@ PAGE_HEIGHT = 560
 SYMBOLS = ("circle", "diamond", "square", "cross", "triangle-up", "x", "star")
 
 #: Hints for interactive use in subtitles.
-HOVER_HINT = "; hover over one for its plan"
-CLICK_HINT = "; click the legend to hide"
+HOVER_HINT = "; hover over a point for details"
+CLICK_HINT = "; click on the legend to hide a line"
 
 GRAY = "#767676"
 GRID_COLOR = "#e3e6ea"
+
+#: Colors that have the same meaning in all figures.
+PREDICTION_COLOR, MONTE_CARLO_COLOR, REQUIREMENT_COLOR = COLORS[0], COLORS[1], COLORS[3]
+LOWER_BOUND_COLOR = GRAY
+
+#: Legend below the plot, in as many rows as the width of the figure requires, so that it covers
+#: neither points nor labels on screens of any width.
+LEGEND = {
+    "orientation": "h",
+    "x": 0.5,
+    "xref": "container",
+    "xanchor": "center",
+    "y": 0.01,
+    "yref": "container",
+    "yanchor": "bottom",
+    "bgcolor": "rgba(0,0,0,0)",
+}
 
 # Ratio of the largest to the smallest value from which only powers of ten are labeled.
 _MIN_DECADES_RATIO = 1e3
@@ -79,8 +96,8 @@ def apply_style(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
         },
         font={"size": 14, "color": "#222222"},
         hoverlabel={"align": "left", "bgcolor": "white", "font": {"color": "#222222"}},
-        legend={"bgcolor": "rgba(255,255,255,0.8)", "bordercolor": GRID_COLOR, "borderwidth": 1},
-        margin={"l": 90, "r": 40, "t": 105, "b": 70},
+        legend=LEGEND,
+        margin={"l": 70, "r": 20, "t": 105, "b": 80},
     )
     lines = {"gridcolor": GRID_COLOR, "linecolor": GRAY, "showline": True, "zeroline": False}
     figure.update_xaxes(**lines, ticks="outside")
@@ -102,7 +119,12 @@ def build_log_axis_layout(values: ArrayLike) -> dict[str, Any]:
         if high < _MIN_DIGITS_RATIO * low
         else {"dtick": "D2" if high < _MIN_DECADES_RATIO * low else 1}
     )
-    return {"type": "log", "exponentformat": "power", **steps}
+    return {"type": "log", "tickformat": find_number_format(low, high), **steps}
+
+
+def find_number_format(low: float, high: float) -> str:
+    """Return plotly's format of numbers in a range: decimal if short, otherwise with exponent."""
+    return "~g" if low >= 1e-4 and high < 1e5 else "~e"
 
 
 def format_for_print(figure: go.Figure) -> go.Figure:

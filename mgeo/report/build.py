@@ -139,18 +139,24 @@ def build_report_html(
     n, is_feasible = len(view.X), default is not None and not run.outcome.nearest
     if solution is not None and not 0 <= solution < n:
         raise ValueError(f"solution {solution}: expected 0 to {n - 1}")
-    data: Json = {"table": None}
-    summary, review = None, None
+    data: Json = {"table": None, "noun": view.noun}
+    heading, summary, review = "", "", None
     if default is not None:
         row = default.row if solution is None else solution
-        data = build_solutions_json(loaded) | {"first": row}
+        data |= build_solutions_json(loaded) | {"first": row}
         selected = view.select([row])
         if has_override(view, View.review):
             review = call_optional(selected, View.review)
         if is_feasible:
-            label = f" ({default.label})" if solution is None else ""
-            (text,) = call_optional(selected, View.summaries)
-            summary = f"{view.noun.capitalize()} {row} of {n:,}{label}: {text}"
+            heading = f"{view.noun.capitalize()} {row}"
+            if solution is None:
+                heading = f"Recommended {view.noun}: number {row}, {default.label}"
+            (summary,) = call_optional(selected, View.summaries)
+            summary = review.summary if review else summary
+    # The warnings of the run include those of the solution.
+    sections = (
+        [section for section in review.sections if section.key != "warnings"] if review else []
+    )
     history = draw_hypervolume_history(folder, loaded.problem, run.outcome)
     data["history"] = None if history is None else build_figure_json(history)
     return render(
@@ -159,8 +165,14 @@ def build_report_html(
         review=review,
         format_cells=format_cells,
         find_column_kinds=find_column_kinds,
+        review_sections=(
+            [section for section in sections if not section.is_detail],
+            [section for section in sections if section.is_detail],
+        ),
+        noun=view.noun,
+        heading=heading,
         summary=summary,
-        remarks=call_optional(view, View.warnings) if is_feasible else [],
+        warnings=call_optional(view, View.warnings) if is_feasible else [],
         infeasibility=explain_infeasibility(view) if run.outcome.nearest else None,
         folder=folder.resolve().name,
         run=run,

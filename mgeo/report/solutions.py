@@ -193,8 +193,8 @@ def draw_front(view: View, title: str) -> go.Figure | None:
     """Return a figure of a front, in which each point has its row number as ``customdata``.
 
     The figure "front" of the problem is used if its points have ``customdata``, see
-    ``docs/plugins.md``. Otherwise, the objectives are drawn, or None is returned if there are more
-    than three.
+    ``docs/tutorials/plugin.md``. Otherwise, the objectives are drawn, or None is returned if there
+    are more than three.
 
     Parameters
     ----------

@@ -43,8 +43,8 @@ def compute_problem_values(
     -------
     DataFrame
         One row per ``problem`` and ``evaluations``, with the ``function`` of the problem (its label
-        if the problem declares none, see ``docs/plugins.md``), its number of ``variables``, and one
-        column per algorithm. Tables of several studies can be concatenated.
+        if the problem declares none, see ``docs/tutorials/plugin.md``), its number of
+        ``variables``, and one column per algorithm. Tables of several studies can be concatenated.
     """
     rows = [
         row

@@ -21,7 +21,7 @@ def test_report_contains_small_figures_once(tmp_path):
     run = small_run(AttitudeManeuverProblem(scenario))
     write_run(tmp_path / "run", run)
     html = build_report_html(tmp_path / "run")
-    for title in ("Body rates", "Sun and field seen from the body", "gyro bias, 1-sigma"):
+    for title in ("Body rates", "Directions in the body frame", "Gyro bias, predicted 1-sigma"):
         assert html.count(title) == 1  # Titles that all plans share appear once.
     assert html.count("</script>") == 3
 

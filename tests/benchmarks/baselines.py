@@ -1,4 +1,4 @@
-"""Compare optimized plans with single-axis sequences, for the table of docs/plans.md.
+"""Compare optimized plans with single-axis sequences, for the table of docs/how-to/export-plans.md.
 
 Run ``python -m tests.benchmarks.baselines`` in the root of the repository. It solves two scenarios,
 which takes one to two minutes each.
@@ -45,7 +45,7 @@ def main() -> None:
             "\n\n".join([heading, compare_at_equal_durations(front), compare_with_front(front)])
         )
     print(*parts, sep="\n\n")
-    write_table(DOCS / "plans.md", "measured tables", parts[0])
+    write_table(DOCS / "how-to/export-plans.md", "measured tables", parts[0])
 
 
 def compare_at_equal_durations(front: Front) -> str:

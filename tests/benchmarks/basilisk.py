@@ -1,5 +1,5 @@
 """Simulate flights of plans with Basilisk, calibrate, and write the table and the figure of
-docs/basilisk.md.
+docs/validation/basilisk.md.
 
 ``OMP_NUM_THREADS=1 python -m tests.benchmarks.basilisk 50`` simulates 50 flights of each plan. A
 flight that is already in docs/basilisk.jsonl is not repeated. Flights of all plans alternate, so
@@ -33,7 +33,7 @@ from ..three import three
 from .pages import DOCS, ROOT, add_result, read_results, write_table
 
 RESULTS = DOCS / "basilisk.jsonl"
-PAGE, PICTURE = DOCS / "basilisk.md", DOCS / "images" / "basilisk.svg"
+PAGE, PICTURE = DOCS / "validation/basilisk.md", DOCS / "images" / "basilisk.svg"
 PLANS = json.loads(
     (ROOT / "tests/calibration/simulators/basilisk/plans.json").read_text(encoding="utf-8")
 )["scenarios"]

@@ -3,7 +3,7 @@ calibrate.
 
 ``OMP_NUM_THREADS=1 python -m tests.benchmarks.basilisk_tumbles 50`` simulates 50 flights of each
 kind. A flight that is already in docs/basilisk_tumbles.jsonl is not repeated. The script prints the
-table that docs/basilisk.md summarizes.
+table that docs/validation/basilisk.md summarizes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Simulate the cases of docs/consistency.md and write its table and figure.
+"""Simulate the cases of docs/validation/consistency.md and write its table and figure.
 
 ``python -m tests.benchmarks.consistency plans remedies map`` takes about ten minutes on two cores.
 A case that is already in docs/consistency.jsonl is not simulated again.
@@ -26,7 +26,7 @@ from .cases import FORMER_CUBESAT, FORMER_PAPER
 from .pages import DOCS, ROOT, add_result, read_results, write_table
 
 RESULTS = DOCS / "consistency.jsonl"
-PAGE, PICTURE = DOCS / "consistency.md", DOCS / "images" / "consistency.svg"
+PAGE, PICTURE = DOCS / "validation/consistency.md", DOCS / "images" / "consistency.svg"
 PLANS = json.loads((ROOT / "tests/calibration/simulation/plans.json").read_text(encoding="utf-8"))
 
 SEED = 20250

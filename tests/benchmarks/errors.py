@@ -1,4 +1,4 @@
-"""Compute the data of the figure and the table of docs/errors.md.
+"""Compute the data of the figure and the table of docs/validation/sensor-errors.md.
 
 Run ``python -m tests.benchmarks.errors`` in the root of the repository. It takes a minute.
 """
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from .pages import DOCS, format_table, write_table
 
-PAGE, DATA = DOCS / "errors.md", DOCS / "errors.csv"
+PAGE, DATA = DOCS / "validation/sensor-errors.md", DOCS / "errors.csv"
 
 ORBITAL_PERIOD = 5992.0
 N_ORBITS = 10

@@ -193,10 +193,10 @@ LARGE_BIAS_SCENARIO = dataclasses.replace(
 )
 DRIFTS, CHANGES = r"gyro\.bias (drifts|decays|changes) by ", r"\.bias changes by "
 KINDS = {
-    "magnetometer late": Kind("mag is .* s late", 0.1, build_latency_errors("mag")),
-    "magnetometer early": Kind("mag is .* s early", -0.1, build_latency_errors("mag")),
-    "Sun sensor late": Kind("sun is .* s late", 0.1, build_latency_errors("sun")),
-    "Sun sensor early": Kind("sun is .* s early", -0.1, build_latency_errors("sun")),
+    "magnetometer late": Kind("mag readings lag", 0.1, build_latency_errors("mag")),
+    "magnetometer early": Kind("mag readings precede", -0.1, build_latency_errors("mag")),
+    "Sun sensor late": Kind("sun readings lag", 0.1, build_latency_errors("sun")),
+    "Sun sensor early": Kind("sun readings precede", -0.1, build_latency_errors("sun")),
     "magnetometer's scale": Kind(
         r"mag\.scale_factor is ", 2e-3, spoil=vary_size(MAG, add_scale_error)
     ),
@@ -216,19 +216,21 @@ KINDS = {
     "drift of the Sun sensor": Kind("sun" + CHANGES, 5e-3, spoil=vary_size(SUN, add_drift)),
     "drift of the gyro": Kind(DRIFTS, 2e-3, spoil=vary_size(change_gyro, add_drift)),
     "walk of the gyro": Kind(DRIFTS, 2e-3, spoil=vary_size(change_gyro, add_random_walk)),
-    "orbit": Kind("the satellite is .* its orbit", 2.0, lambda size, rng: TrueErrors(behind=size)),
+    "orbit": Kind(
+        "the satellite is .* the declared orbit", 2.0, lambda size, rng: TrueErrors(behind=size)
+    ),
     "magnetometer and temperature": Kind(
-        r"mag\.bias (follows temperature|changes) by ",
+        r"mag\.bias (depends on temperature|changes) by ",
         100.0,
         spoil=vary_size(MAG, add_temperature_bias),
     ),
     "Sun sensor and temperature": Kind(
-        r"sun\.bias (follows temperature|changes) by ",
+        r"sun\.bias (depends on temperature|changes) by ",
         5e-3,
         spoil=vary_size(SUN, add_temperature_bias),
     ),
     "gyro and temperature": Kind(
-        r"gyro\.bias (follows temperature|drifts|changes) by ",
+        r"gyro\.bias (depends on temperature|drifts|changes) by ",
         2e-3,
         spoil=vary_size(change_gyro, add_temperature_bias),
     ),
@@ -247,7 +249,7 @@ def get_failure(scenario: Scenario, telemetry: Telemetry) -> str:
         calibration = calibrate(scenario, telemetry)
     except ValueError as error:
         return str(error)
-    return calibration.failures[0] if calibration.failures else ""
+    return str(calibration.failures[0]) if calibration.failures else ""
 
 
 def run_kind(kind: Kind) -> list[tuple[float, float, bool]]:

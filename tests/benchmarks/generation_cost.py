@@ -1,8 +1,8 @@
 """Time of a generation outside the problem, compared with pymoo's NSGA-II with as many offspring.
 
 ``python -m tests.benchmarks.generation_cost`` measures all cases on an idle machine within a few
-minutes, and prints the table that docs/performance.md summarizes. Processor time is measured,
-because it does not depend on other programs.
+minutes, and prints the table that docs/validation/performance.md summarizes. Processor time is
+measured, because it does not depend on other programs.
 """
 
 from __future__ import annotations

@@ -304,11 +304,7 @@ def run_flight(name: str, simulator: str, number: int) -> Outcome:
             verdict = "not converged" if is_divergent else "refused"
             return Outcome(verdict, shorten_message(str(error)))
     nees, x = normalize_error(calibration, telemetry)
-    reason = (
-        ""
-        if calibration.is_consistent
-        else shorten_message(calibration.conclusion.split(": ", 1)[1])
-    )
+    reason = "" if calibration.is_consistent else shorten_message(str(calibration.failures[0]))
     verdict = "consistent" if calibration.is_consistent else "inconsistent"
     return Outcome(verdict, reason, float(np.abs(x).max()), float(nees))
 

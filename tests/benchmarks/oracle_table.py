@@ -1,5 +1,4 @@
-"""Table of docs/algorithms.md that compares published results with those of the algorithms of this
-project.
+"""Table of docs/explanation/algorithms.md: published results and those of this project.
 
 ``python -m tests.benchmarks.oracle_table FILE [FIRST:LAST]`` appends one row to FILE for each
 oracle in a slice of `ORACLES`, by default for all. An oracle takes about 20 s.

@@ -1,4 +1,4 @@
-"""Search robust plans and write the table and the figure of docs/robust.md.
+"""Search robust plans and write the table and the figure of docs/how-to/robust-plans.md.
 
 ``python -m tests.benchmarks.robust SEEDS`` runs the searches of the seeds 1 to SEEDS.
 docs/robust.jsonl has a line for each preset, search and seed: CPU time, the predicted front, and
@@ -32,7 +32,7 @@ from ..three import three
 from .pages import DOCS, add_result, read_results, write_table
 
 DATA = DOCS / "robust.jsonl"
-PAGE, PICTURE = DOCS / "robust.md", DOCS / "images" / "robust.svg"
+PAGE, PICTURE = DOCS / "how-to/robust-plans.md", DOCS / "images" / "robust.svg"
 PRESETS = ("paper", "cubesat_6u")
 #: Seed of the Monte Carlo runs that evaluate the fronts. No search uses it.
 EVALUATION_SEED = 999

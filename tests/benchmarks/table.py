@@ -1,4 +1,4 @@
-"""Measure the filter step and write the tables of docs/performance.md.
+"""Measure the filter step and write the tables of docs/validation/performance.md.
 
 Run ``python -m tests.benchmarks.table`` in the root of the repository on an idle machine. It takes
 a minute.
@@ -30,7 +30,7 @@ def main() -> None:
             format_growth_table(speed.time_tasks(speed.build_growth_tasks(), ROUNDS)),
         )
     )
-    write_table(DOCS / "performance.md", "measured tables", tables)
+    write_table(DOCS / "validation/performance.md", "measured tables", tables)
     print(tables)
 
 

@@ -19,6 +19,6 @@ def test_generation_costs_at_most_as_much_as_generation_of_nsga2(
         f"\n{offspring} offspring, {n_obj} objectives: NSGA-II {cost.theirs:.2f} ms, {variant} "
         f"{cost.ours:.2f} ms ({cost.ratio:.2f}) with a front of {cost.before} to {cost.after}"
     )
-    # Four walkers search the nearest of 10,000 points; see docs/performance.md.
+    # Four walkers search the nearest of 10,000 points; see docs/validation/performance.md.
     is_exception = variant == "directed" and offspring == 12 and front == 10_000
     assert cost.ratio <= (1.4 if is_exception else 1.0)

@@ -11,6 +11,8 @@ from mgeo_calibration import Verification, simulate, verification, verify
 from mgeo_calibration.verification import compute_predictions, describe_failures, format_conclusion
 from scipy.stats import chi2
 
+from mgeo.studies.statistics import holm_correction
+
 from ..three import three
 
 
@@ -23,10 +25,9 @@ def build_verification(predicted=1.0, claimed=1.0, p=(1.0, 1.0), nees_p=1.0, n=2
 
 def test_conclusion_states_failed_tests():
     """One failed state is enough, against prediction or filter covariance, and so is the NEES."""
-    assert format_conclusion(build_verification(1.1)) == (
-        "achieved: no error is larger than predicted, the largest 1.10 times its 1-sigma "
-        "(sun bias y), or larger than the filter covariance (200 Monte Carlo runs, one test at 1%)"
-    )
+    achieved = build_verification(1.1)
+    assert achieved.is_achieved
+    assert "1.10 times its predicted 1-sigma (sun bias y)" in format_conclusion(achieved)
     known, unknown = (
         build_verification(1.3, 1.0, (0.001, 1.0)),
         build_verification(1.3, 1.25, (0.001, 0.002)),
@@ -34,15 +35,37 @@ def test_conclusion_states_failed_tests():
     assert not known.is_achieved
     assert not unknown.is_achieved
     assert (known.states_above_prediction, known.overconfident_states) == (["sun bias y"], [])
-    assert describe_failures(known) == [
-        "sun bias (y) 1.30 times the predicted 1-sigma, the filter covariance reflects it"
-    ]
-    assert describe_failures(unknown) == [
-        "sun bias (y) 1.30 times the predicted 1-sigma, the filter is overconfident by 1.25"
-    ]
-    assert describe_failures(build_verification(nees_p=0.001)) == [
-        "the filter is overconfident by 1.10 over all states together"
-    ]
+    for found, filter_note in ((known, "covers"), (unknown, "factor of 1.25")):
+        (line,) = describe_failures(found)
+        assert "sun bias (y) is 1.30 times its predicted 1-sigma" in line
+        assert filter_note in line
+        assert line in format_conclusion(found)
+    (line,) = describe_failures(build_verification(nees_p=0.001))
+    assert "overconfident by a factor of 1.10 over all states together" in line
+
+
+@pytest.mark.parametrize("n_failed", [0, 2])
+def test_thresholds_separate_failed_from_passed_tests(n_failed):
+    """The p-values are those that Holm's method gives for the ratios."""
+    n, m = 50, 18
+    ratios = np.concatenate([np.linspace(1.5, 1.6, n_failed), np.linspace(0.9, 1.2, m - n_failed)])
+    p = holm_correction(chi2.sf(n * np.concatenate([ratios, np.ones(m), [1.0]]) ** 2, n))
+    table = pd.DataFrame(
+        {
+            "rms / predicted [-]": ratios,
+            "rms / filter 1-sigma [-]": 1.0,
+            "p, predicted": p[:m],
+            "p, filter": p[m:-1],
+        },
+        index=[f"block{k} x" for k in range(m)],
+    )
+    found = Verification(n, table, 1.0, float(p[-1]), pd.DataFrame())
+    assert found.find_failed_states() == list(table.index[ratios > found.max_ratio])
+    assert len(found.find_failed_states()) == n_failed
+    # A ratio slightly below the threshold passes, and one slightly above fails.
+    for factor, fails in ((0.999, False), (1.001, True)):
+        tail = chi2.sf(n * (factor * found.max_ratio) ** 2, n)
+        assert (tail * (2 * m + 1 - n_failed) < 0.01) == fails
 
 
 def test_detectable_ratio_has_declared_power():
@@ -107,7 +130,7 @@ def test_underestimated_noise_is_detected(short_plan, monkeypatch):
     found = verify(short_plan, n_runs=20)
     assert not found.is_achieved
     assert any(state.startswith("sun bias") for state in found.states_above_prediction)
-    assert any(line.startswith("sun bias") for line in describe_failures(found))
+    assert any("the sun bias" in line for line in describe_failures(found))
 
 
 def test_fewer_than_two_runs_raise(short_plan):

@@ -17,6 +17,12 @@ def blocks(name, language):
     return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
 
 
+def saved_files(name):
+    """Return the text of each file that cells ``%%save FILE`` of a page write, by file name."""
+    text = (DOCS / name).read_text(encoding="utf-8")
+    return dict(re.findall(r"^%%save (\S+)\n(.*?)^```", text, re.DOTALL | re.MULTILINE))
+
+
 def run(command, *more, codes=(0,)):
     """Run a command line of ``mgeo`` in this process.
 

@@ -1,4 +1,4 @@
-"""The commands of docs/command-line.md, and the keys of their JSON documents."""
+"""The commands of docs/reference/command-line.md, and the keys of their JSON documents."""
 
 import json
 import re
@@ -21,7 +21,7 @@ name = ["mgeo-real", "nsga2"]
 
 def documented(command):
     """Return the keys in the row of a command."""
-    page = (DOCS / "command-line.md").read_text(encoding="utf-8")
+    page = (DOCS / "reference/command-line.md").read_text(encoding="utf-8")
     (row,) = re.findall(rf"^\| .*`{command}`[^|]*\| (.*) \|$", page, re.MULTILINE)
     return set(re.findall(r"`(\w+)`", row))
 
@@ -38,7 +38,7 @@ def invoke(line):
 def test_commands(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("study.toml").write_text(STUDY)
-    for block in blocks("command-line.md", "sh"):
+    for block in blocks("reference/command-line.md", "sh"):
         for line in block.splitlines():
             invoke(line)
     assert Path("runs/first/report.html").stat().st_size > 1_000_000

@@ -1,4 +1,4 @@
-"""The example package of docs/plugins.md: complete, checked by its own tests, and solved."""
+"""The example package of docs/tutorials/plugin.md: complete, tested and solved."""
 
 import importlib
 import json
@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 
-PAGE = (Path(__file__).parents[2] / "docs" / "plugins.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "tutorials/plugin.md").read_text(encoding="utf-8")
 FILE = re.compile(r"`([\w/]+\.(?:py|toml))`[^`]*(?:`[^`\n]+`[^`]*)*```\w+\n(.*?)```", re.DOTALL)
 
 
@@ -63,7 +63,7 @@ def test_the_package_is_solved_by_its_name(package):
 
     solve, report = re.findall(r"^mgeo .*", PAGE, re.MULTILINE)[:2]
     found = json.loads(mgeo(f"{solve} --json"))
-    assert re.fullmatch(r".* l at .* °C yield .* %", found["summary"]["text"])
+    assert re.fullmatch(r".* l at .* °C yield .* %", found["recommended"]["summary"])
     front = np.loadtxt(package / found["folder"] / "front.csv", delimiter=",", skiprows=1)
     volume, loss = front[np.argsort(front[:, 2])][:, 2:4].T
     assert len(front) > 20

@@ -1,4 +1,4 @@
-"""The code and the commands of docs/runs.md."""
+"""The code and the commands of docs/how-to/long-runs.md."""
 
 import pytest
 
@@ -11,7 +11,7 @@ from .pages import blocks, run
 def test_python(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {"__name__": "runs"}
-    for code in blocks("runs.md", "python"):
+    for code in blocks("how-to/long-runs.md", "python"):
         exec(code, names)
     assert len(names["best"]) == 20
     assert 0 < names["evaluator"].n_failed < 1000
@@ -20,7 +20,7 @@ def test_python(tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_commands(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (commands,) = blocks("runs.md", "sh")
+    (commands,) = blocks("how-to/long-runs.md", "sh")
     outcomes = []
     for command in commands.splitlines():
         run(command)

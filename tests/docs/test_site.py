@@ -61,17 +61,26 @@ def test_links_and_files_exist_and_nothing_is_loaded_from_elsewhere(site):
 
 
 def test_cited_equations_exist(site):
-    text = (site / "theory.html").read_text(encoding="utf-8")
-    numbers = [int(number) for number in re.findall(r'<span class="eqno">\((\d+)\)', text)]
-    assert numbers == list(range(1, len(numbers) + 1))
-    assert text.count("<math") > len(numbers)
-    cited = set()
+    """A citation names its page, or means the page of models and filter."""
+    numbers = {}
+    for path in (site / "explanation").glob("*.html"):
+        text = path.read_text(encoding="utf-8")
+        found = [int(number) for number in re.findall(r'<span class="eqno">\((\d+)\)', text)]
+        assert found == list(range(1, len(found) + 1))
+        assert text.count("<math") >= len(found)
+        numbers[path.stem] = set(found)
+    cited = {page: set() for page in numbers}
+    citation = re.compile(
+        r"[Ee]quations?\s+(\(\d+\)(?:(?:,| and| to) \(\d+\))*)"
+        r"(?:(?:\s+of\s+docs/explanation/|\]\()([\w-]+)\.md)?"
+    )
     for path in SOURCES:
-        for found in re.findall(
-            r"[Ee]quations? (\(\d+\)(?:(?:,| and| to) \(\d+\))*)", path.read_text("utf-8")
-        ):
-            cited |= {int(number) for number in re.findall(r"\d+", found)}
-    assert {2, 3, 4, 5} <= cited <= set(numbers)
+        page = path.stem if path.parent.name == "explanation" else "models-and-filter"
+        for found, named in citation.findall(path.read_text("utf-8")):
+            cited[named or page] |= {int(number) for number in re.findall(r"\d+", found)}
+    assert {2, 3, 4, 5} <= cited["models-and-filter"]
+    for page, found in cited.items():
+        assert found <= numbers[page], page
 
 
 def test_a_browser_draws_the_figures_without_a_network(site, tmp_path):
@@ -85,7 +94,10 @@ def test_a_browser_draws_the_figures_without_a_network(site, tmp_path):
         "--virtual-time-budget=8000",
         "--dump-dom",
     ]
-    for page, n_figures in (("limits", 3), ("notebooks/1_first_run", 3)):
+    for page, n_figures in (
+        ("how-to/describe-your-satellite", 4),
+        ("tutorials/notebooks/1_first_run", 3),
+    ):
         path = (site / page).with_suffix(".html").as_uri()
         shown = subprocess.run(
             [*command, path], capture_output=True, text=True, check=True, timeout=120
@@ -95,7 +107,7 @@ def test_a_browser_draws_the_figures_without_a_network(site, tmp_path):
 
 def test_the_tutorial_calibrates_twice(site):
     """Both flights reduce the uncertainty, and the errors are within 5 sigma."""
-    text = (site / "tutorial.html").read_text(encoding="utf-8")
+    text = (site / "tutorials" / "attitude-control.html").read_text(encoding="utf-8")
     rows = re.findall(r"<tr>\s*<th>([\w.]+)</th>(.*?)</tr>", text, re.DOTALL)
     table = {block: re.findall("<td>(.*?)</td>", row) for block, row in rows}
     assert {block.partition(".")[0] for block in table} == {"gyro", "sun", "mag"}

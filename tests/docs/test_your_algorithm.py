@@ -1,4 +1,4 @@
-"""The variant of docs/your-algorithm.md: its test, its commands and its study."""
+"""The variant of docs/how-to/write-an-algorithm.md: its test, its commands and its study."""
 
 import importlib
 import json
@@ -16,7 +16,7 @@ from mgeo.store.run_folder import read_run
 
 from .pages import blocks, run
 
-PAGE = "your-algorithm.md"
+PAGE = "how-to/write-an-algorithm.md"
 NAME = "cauchy:MGEOCauchy"
 
 

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from mgeo.cli.app import app
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGE = (DOCS / "suite.md").read_text(encoding="utf-8")
+PAGE = (DOCS / "how-to/choose-sensors.md").read_text(encoding="utf-8")
 
 
 def list_code_blocks(language):

@@ -1,11 +1,23 @@
 // Pages that only show figures: draw them in the colors of the page, and again if the colors change.
 const ON_PAPER = 700; // Width in print [px of 1/96 inch], at which letters have the size of the text.
 const plots = Array.from(document.querySelectorAll(".plotly-graph-div"));
-for (const plot of plots) plot.given = structuredClone({ data: plot.data, layout: plot.layout });
+for (const plot of plots) {
+  plot.given = structuredClone({ data: plot.data, layout: plot.layout });
+  plot.active = 0; // index of the pressed button
+  describe(plot, plot.given);
+  if (!plot.layout.updatemenus) continue;
+  const bar = document.createElement("div");
+  bar.className = "buttons screen-only";
+  buildButtons(bar, plot.given, (i) => {
+    plot.active = i;
+    show();
+  });
+  plot.parentNode.before(bar);
+}
 
 function recolor() {
   return plots.map((plot) => {
-    const { data, layout } = plot.given;
+    const { data, layout } = applyButton(plot.given, plot.active);
     const onPaper = document.documentElement.classList.contains("printed");
     const shown = themed(layout, !onPaper && plot.clientWidth < NARROW);
     if (onPaper) Object.assign(shown, { width: ON_PAPER, height: layout.height || 540 });
@@ -15,11 +27,13 @@ function recolor() {
 
 async function show() {
   await Promise.all(recolor());
-  await Promise.all(plots.map(fit));
   plots.forEach((plot) => scalable(plot));
   document.body.dataset.shown = "all";
 }
+const folds = document.querySelectorAll("details");
+for (const details of folds) details.addEventListener("toggle", show); // Closed figures have no width.
 addEventListener("beforeprint", () => {
+  for (const details of folds) details.open = true;
   document.documentElement.classList.add("printed");
   recolor();
   for (const plot of plots) scalable(plot, [ON_PAPER, plot.given.layout.height || 540]);

@@ -4,6 +4,17 @@ const NARROW = 500; // Width [px] below which the legend is placed under the plo
 
 const color = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
 
+/** Place the legend below the plot, and reduce margins and text. */
+function adaptToNarrowScreen(layout) {
+  const below = { orientation: "h", x: 0.5, xref: "container", xanchor: "center", y: 0, yref: "container", yanchor: "bottom" };
+  layout.legend = { ...layout.legend, ...below };
+  layout.font.size = 11;
+  if (!layout.scene) layout.margin = { ...layout.margin, l: 50, r: 10 };
+  if (layout.coloraxis) layout.coloraxis = { ...layout.coloraxis, showscale: false };
+  // Axes with equal scales need no more height than width.
+  if ([layout.xaxis, layout.yaxis].some((axis) => axis.scaleanchor)) layout.height = Math.min(layout.height || 500, 500);
+}
+
 /** Return a copy of a plotly layout in the colors of the page. */
 function themed(layout, narrow) {
   const axis = { gridcolor: color("rule"), zerolinecolor: color("rule"), linecolor: color("soft") };
@@ -11,8 +22,7 @@ function themed(layout, narrow) {
   const result = structuredClone(layout);
   result.paper_bgcolor = result.plot_bgcolor = "rgba(0,0,0,0)";
   result.font = { ...result.font, color: color("ink") };
-  const tip = { color: color("ink") };
-  result.hoverlabel = { ...result.hoverlabel, bgcolor: color("panel"), font: tip };
+  result.hoverlabel = { ...result.hoverlabel, bgcolor: color("panel"), font: { color: color("ink") } };
   result.legend = { ...result.legend, bgcolor: "rgba(0,0,0,0)", bordercolor: color("rule") };
   result.modebar = { bgcolor: "rgba(0,0,0,0)", color: color("soft"), activecolor: color("accent") };
   result.xaxis = result.xaxis || {};
@@ -26,12 +36,10 @@ function themed(layout, narrow) {
     }
   }
   for (const note of result.annotations || []) note.font = { ...note.font, color: color("soft") };
-  for (const menu of result.updatemenus || []) {
-    Object.assign(menu, { bgcolor: color("panel"), bordercolor: color("rule"), font: tip });
-  }
+  delete result.updatemenus; // See buildButtons.
   const scale = (result.coloraxis || {}).colorscale; // White becomes the color of the page.
   if (scale) result.coloraxis.colorscale = scale.map(([at, c]) => [at, c === "#ffffff" ? color("paper") : c]);
-  if (narrow) result.font.size = 11;
+  if (narrow) adaptToNarrowScreen(result);
   return result;
 }
 
@@ -75,25 +83,51 @@ function scalable(plot, size = null) {
   plot.style.setProperty("--shape", `${width} / ${height}`);
 }
 
-/** On narrow screens, place the legend below the plot, where it covers neither points nor labels. */
-async function fit(plot) {
-  if (plot.clientWidth >= NARROW) return;
-  const boxes = (parts) => Array.from(plot.querySelectorAll(parts), (part) => part.getBoundingClientRect());
-  const small = { "margin.l": 60, "margin.r": 10, "font.size": 11, "legend.orientation": "h" };
-  if (plot.layout.coloraxis) small["coloraxis.showscale"] = false;
-  const square = [plot.layout.xaxis, plot.layout.yaxis].some((axis) => axis && axis.scaleanchor);
-  if (square && plot.layout.height > 1.3 * plot.clientWidth) {
-    small.height = 1.3 * plot.clientWidth; // Axes with equal scales need no more height.
-    plot.style.height = `${small.height}px`;
+/** Set a value at a dotted path, such as the paths in the buttons of plotly. */
+function setAtPath(tree, path, value) {
+  const keys = path.split(".");
+  const last = keys.pop();
+  for (const key of keys) tree = tree[key] = tree[key] || {};
+  tree[last] = value;
+}
+
+/** Return a figure after a click on one of its buttons. */
+function applyButton(figure, active) {
+  const result = structuredClone({ data: figure.data, layout: figure.layout });
+  const [menu] = result.layout.updatemenus || [];
+  if (!menu) return result;
+  const [traces, layout] = menu.buttons[active].args;
+  for (const [path, values] of Object.entries(traces)) {
+    result.data.forEach((trace, i) => setAtPath(trace, path, values[i % values.length]));
   }
-  await Plotly.relayout(plot, small);
-  // The legend reduces the height of the plot, which determines its position: repeat.
-  for (let i = 0; i < 3 && boxes(".nsewdrag").length; i++) {
-    const areas = boxes(".nsewdrag");
-    const [top, end] = [Math.min(...areas.map((area) => area.top)), Math.max(...areas.map((area) => area.bottom))];
-    const labels = Math.max(end, ...boxes(".g-xtitle, .xtick").map((label) => label.bottom));
-    const place = { x: 0, xanchor: "left", yanchor: "top", yref: "paper", y: (end - labels - 10) / (end - top) };
-    const layout = Object.entries(place).map(([key, value]) => [`legend.${key}`, value]);
-    await Plotly.relayout(plot, Object.fromEntries(layout));
-  }
+  for (const [path, value] of Object.entries(layout)) setAtPath(result.layout, path, value);
+  return result;
+}
+
+/** Fill a bar with HTML buttons in place of those of plotly, which the keyboard does not reach. */
+function buildButtons(bar, figure, onClick) {
+  const [menu] = figure.layout.updatemenus || [];
+  bar.setAttribute("role", "group");
+  bar.setAttribute("aria-label", "Quantity on the vertical axis");
+  const buttons = (menu ? menu.buttons : []).map(({ label }, i) => {
+    const button = document.createElement("button");
+    Object.assign(button, { type: "button", textContent: label, ariaPressed: String(i === 0) });
+    button.addEventListener("click", () => {
+      buttons.forEach((other) => (other.ariaPressed = String(other === button)));
+      onClick(i);
+    });
+    return button;
+  });
+  bar.replaceChildren(...buttons);
+}
+
+/** Describe a figure to screen readers by its title, its axes and its traces. */
+function describe(node, { data, layout }) {
+  const plain = (text) => new DOMParser().parseFromString(text.replace(/<br ?\/?>/g, ", "), "text/html").body.textContent;
+  const title = (part) => ((part || {}).title || {}).text || "";
+  const names = data.filter((trace) => trace.showlegend !== false && trace.visible !== false).map((trace) => trace.name);
+  const axes = Object.keys(layout).filter((key) => /^[xy]axis\d*$/.test(key) && title(layout[key]));
+  const parts = [title(layout) || node.dataset.name, ...axes.map((key) => `${key[0]} axis: ${title(layout[key])}`), names.filter(Boolean).join(", ")];
+  node.setAttribute("role", "img");
+  node.setAttribute("aria-label", `Figure. ${parts.filter(Boolean).map(plain).join("; ")}`);
 }

@@ -14,50 +14,35 @@ function fillPlaceholders(tree, values) {
 
 function draw(node, figure, bar = true) {
   const isPrinted = document.documentElement.classList.contains("printed");
-  const layout = themed(figure.layout, node.clientWidth < NARROW);
-  if (isPrinted) layout.width = bar ? 700 : 345; // In px of 1/96 inch, so that letters are as large as in the text.
+  const layout = themed(figure.layout, !isPrinted && node.clientWidth < NARROW);
+  // Sizes of printed figures are in px of 1/96 inch, so that letters are as large as in the text.
+  if (isPrinted) {
+    Object.assign(layout, { width: bar ? 700 : 345, font: { ...layout.font, size: 11 } });
+    if (!bar) layout.height = 230;
+  }
   const options = bar ? config : { ...config, displayModeBar: false };
   const drawn = Plotly.react(node, recolored(figure.data), layout, options);
   node.classList.add("plotly-graph-div");
+  describe(node, figure);
   scalable(node);
   return drawn.then(() => scalable(node));
 }
 
-/** Set a value at a dotted path, such as the paths in the buttons of plotly. */
-function setAtPath(tree, path, value) {
-  const keys = path.split(".");
-  const last = keys.pop();
-  for (const key of keys) tree = tree[key] = tree[key] || {};
-  tree[last] = value;
-}
-
-/** Return a figure after a click on one of its buttons, so that the next solution keeps its state. */
-function applyButton(figure, active) {
-  const result = structuredClone({ data: figure.data, layout: figure.layout });
-  const [menu] = result.layout.updatemenus || [];
-  if (!menu) return result;
-  const [traces, layout] = menu.buttons[active].args;
-  for (const [path, values] of Object.entries(traces)) {
-    result.data.forEach((trace, i) => setAtPath(trace, path, values[i % values.length]));
-  }
-  for (const [path, value] of Object.entries(layout)) setAtPath(result.layout, path, value);
-  menu.active = active;
-  return result;
-}
-
 // Tables -------------------------------------------------------------------------------------
 
-/** Format a value; numbers have five significant digits. */
+/** Format a value; numbers have four significant digits. */
 function formatValue(value) {
   if (typeof value !== "number") return String(value);
   const size = Math.abs(value);
   const plain = size === 0 || (size >= 1e-3 && size < 1e6);
-  const [digits, power] = plain ? [value.toPrecision(5)] : value.toExponential(4).split("e");
+  if (size >= 1e4 && plain) return value.toFixed(0);
+  const [digits, power] = plain ? [value.toPrecision(4)] : value.toExponential(3).split("e");
   return String(Number(digits)) + (power ? "e" + Number(power) : "");
 }
 
-function addCell(row, kind, text) {
+function addCell(row, kind, text, scope) {
   const node = row.appendChild(document.createElement(kind));
   node.textContent = text;
+  if (scope) node.scope = scope;
   return node;
 }

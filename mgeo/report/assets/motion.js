@@ -293,6 +293,7 @@ function drawGrid(box, figures) {
   return Promise.all(names.map((name, i) => {
     const place = box.children[i];
     const figure = figures[name];
+    place.firstChild.dataset.name = name; // for its description, if the figure has no title
     place.classList.toggle("moving", "motion" in (figure.layout.meta || {}));
     place.moving = (figure.layout.meta || {}).motion ? figure : null;
     place.replaceChildren(place.firstChild); // Remove the controls of the previous figure.

@@ -13,17 +13,16 @@ function findPoint(traces, row) {
   return null;
 }
 
-/** Move the title above the figure, so that its lines can break and no button covers them. */
+/** Show the title above the figure, where its lines can break. */
 function moveTitle(layout) {
   const text = (layout.title || {}).text || "";
-  delete layout.title;
   const lines = text.split(/<br *\/?>/).map((line) => {
     return new DOMParser().parseFromString(line, "text/html").body.textContent.trim();
   });
   byId("heading").textContent = lines[0] === document.title ? "" : lines[0]; // It repeats the title of the page.
   byId("subtitle").textContent = lines.slice(1).join(" ");
-  const { t = 100 } = layout.margin || {};
-  if (text) layout.margin = { ...layout.margin, t: Math.max(t - 45, 50) }; // The buttons need room.
+  layout.title = {};
+  layout.margin = { ...layout.margin, t: 30 };
 }
 
 function drawFront() {
@@ -31,89 +30,62 @@ function drawFront() {
     byId("front").textContent = "The front has more than three objectives. Select a solution in the list or the table.";
     return;
   }
-  const front = applyButton(data.front, button);
-  const point = findPoint(front.data, selected);
-  const mark = [];
+  const { data: traces, layout } = applyButton(data.front, button);
+  const point = findPoint(traces, selected);
   if (point) {
     const { trace, index } = point;
-    const ring = { symbol: "circle-open", size: 18, line: { width: 3 } };
-    ring.color = color("accent");
-    const marker = { type: trace.type, mode: "markers", marker: ring, hoverinfo: "skip" };
-    for (const key of ["x", "y", "z"]) if (trace[key]) marker[key] = [trace[key][index]];
-    for (const key of ["xaxis", "yaxis", "scene"]) if (trace[key]) marker[key] = trace[key];
-    mark.push({ ...marker, showlegend: false });
+    const ring = { symbol: "circle-open", size: 20, color: color("accent"), line: { width: 3 } };
+    const mark = { type: trace.type, mode: "markers", marker: ring, hoverinfo: "skip", showlegend: false };
+    for (const key of ["x", "y", "z"]) if (trace[key]) mark[key] = [trace[key][index]];
+    traces.push(mark);
   }
   const node = byId("front");
-  const narrow = node.clientWidth < 500;
-  const layout = front.layout;
-  layout.height = narrow ? 420 : 560;
-  layout.uirevision = "front"; // A click preserves the zoom.
-  layout.clickmode = "event";
+  const isPrinted = document.documentElement.classList.contains("printed");
+  const height = isPrinted ? 320 : node.clientWidth < NARROW ? 400 : 520;
+  Object.assign(layout, { height, uirevision: button, clickmode: "event" });
   moveTitle(layout);
-  if (layout.scene) layout.margin = { l: 0, r: 0, t: 50, b: 0 };
-  if (narrow) {
-    if (!layout.scene) layout.margin = { ...layout.margin, l: 60, r: 10, t: layout.xaxis2 ? 95 : 50 }; // An upper axis needs room.
-    const below = { orientation: "h", x: 0, xanchor: "left", y: -0.25, yref: "paper", yanchor: "top" };
-    layout.legend = { ...layout.legend, ...below };
-  }
-  return draw(node, { data: [...front.data, ...mark], layout }).then(() => {
+  node.dataset.name = byId("heading").textContent;
+  if (layout.scene) layout.margin = { l: 0, r: 0, t: 0, b: 0 };
+  return draw(node, { data: traces, layout }).then(() => {
     node.removeAllListeners("plotly_click");
     node.on("plotly_click", (event) => {
       const row = event.points.map((point) => point.customdata).find(Number.isInteger);
       if (row !== undefined) choose(row);
-    });
-    node.removeAllListeners("plotly_buttonclicked");
-    node.on("plotly_buttonclicked", (event) => {
-      button = event.active;
-      setTimeout(drawFront); // Plotly redraws the front without the mark.
     });
   });
 }
 
 // One solution -------------------------------------------------------------------------------
 
-function fillDescription(row) {
-  const body = byId("descriptions");
+function fillFacts(id, rows) {
+  const body = byId(id);
   body.replaceChildren();
+  for (const [name, text] of rows) {
+    const line = body.insertRow();
+    addCell(line, "th", name, "row");
+    addCell(line, "td", text);
+  }
+  return body;
+}
+
+function fillDescription(row) {
   const values = data.descriptions.rows[row];
   const names = values ? data.descriptions.columns : [];
-  names.forEach((name, j) => {
-    const line = body.insertRow();
-    addCell(line, "th", name).scope = "row";
-    addCell(line, "td", formatValue(values[j]));
-  });
+  fillFacts("descriptions", names.map((name, j) => [name, formatValue(values[j])]));
 }
 
 function fillConstraints(row) {
-  const body = byId("constraints");
-  body.replaceChildren();
   const margins = data.constraints[row] || [];
   byId("margins").hidden = margins.length === 0;
-  for (const [name, isSatisfied, text] of margins) {
-    const line = body.insertRow();
-    addCell(line, "th", name).scope = "row";
-    const node = addCell(line, "td", "");
-    for (const part of text.split(/(\S*e-\d+)/)) { // Lines must not break at the hyphen of a number.
-      const span = node.appendChild(document.createElement("span"));
-      span.textContent = part;
-      if (/e-\d+$/.test(part)) span.className = "number";
-    }
-    if (!isSatisfied) node.className = "exceeded";
-  }
+  const body = fillFacts("constraints", margins.map(([name, , text]) => [name, text]));
+  margins.forEach(([, isSatisfied], i) => body.rows[i].cells[1].classList.toggle("exceeded", !isSatisfied));
 }
 
 function fillVariables(row) {
-  const body = byId("variables");
-  body.replaceChildren();
   const [low, high] = data.bounds;
-  low.forEach((least, j) => {
-    const line = body.insertRow();
-    const value = data.table.rows[row][j];
-    addCell(line, "th", data.table.columns[j]).scope = "row";
-    const node = addCell(line, "td", `${formatValue(value)} within ${formatValue(least)} to ${formatValue(high[j])} `);
-    const meter = node.appendChild(document.createElement("meter"));
-    Object.assign(meter, { min: least, max: high[j], value });
-  });
+  const values = data.table.rows[row];
+  const format = (j) => `${formatValue(values[j])} within ${formatValue(low[j])} to ${formatValue(high[j])}`;
+  fillFacts("variables", low.map((_, j) => [data.table.columns[j], format(j)]));
 }
 
 function drawFigures(row) {
@@ -123,11 +95,16 @@ function drawFigures(row) {
   return drawGrid(byId("figures"), figures);
 }
 
+/** Return the number of a solution with its label, such as "12 (knee)". */
+function nameSolution(row) {
+  const label = data.labels[row];
+  return String(row) + (label ? ` (${label})` : "");
+}
+
 async function choose(row) {
   if (!(row in data.table.rows)) return;
   selected = row;
-  const label = data.labels[row];
-  byId("selected").textContent = `Solution ${row}` + (label ? ` (${label})` : "");
+  byId("selected").textContent = nameSolution(row);
   byId("summary").textContent = data.summaries[row] || "";
   byId("solution").value = String(row);
   history.replaceState(null, "", `#solution=${row}`);
@@ -161,7 +138,7 @@ function fillTable() {
     for (const { value } of shownColumns) addCell(line, "td", Number.isNaN(value(row)) ? "" : formatValue(value(row)));
   }
   const rest = order.length > MAX_ROWS ? `, of which ${MAX_ROWS} are shown` : "";
-  byId("shown").textContent = `${order.length} solutions${rest}; click on a heading to sort`;
+  byId("shown").textContent = `${order.length} rows${rest}; click on a heading to sort`;
 }
 
 /**
@@ -194,11 +171,11 @@ function makeTable() {
   order = data.table.rows.map((_, row) => row);
   const head = byId("table").tHead.insertRow();
   shownColumns = listColumns();
-  for (const column of [{ name: "solution", value: (row) => row }, ...shownColumns]) {
-    const heading = addCell(head, "th", column.name);
-    heading.tabIndex = 0;
-    heading.addEventListener("click", () => sortBy(column, heading));
-    heading.addEventListener("keydown", (event) => event.key === "Enter" && sortBy(column, heading));
+  for (const column of [{ name: data.noun, value: (row) => row }, ...shownColumns]) {
+    const heading = addCell(head, "th", "", "col");
+    const sort = heading.appendChild(document.createElement("button"));
+    Object.assign(sort, { type: "button", textContent: column.name });
+    sort.addEventListener("click", () => sortBy(column, heading));
   }
   fillTable();
 }
@@ -230,17 +207,22 @@ function readHash() {
 if (data.table) {
   const select = byId("solution");
   data.figure_rows.forEach((row) => {
-    const label = data.labels[row];
-    select.add(new Option(String(row) + (label ? ` (${label})` : ""), String(row)));
+    select.add(new Option(nameSolution(row), String(row)));
   });
   byId("thinned").hidden = Object.keys(data.figures.common).length === 0;
   select.addEventListener("change", () => choose(Number(select.value)));
   byId("previous").addEventListener("click", () => step(-1));
   byId("next").addEventListener("click", () => step(1));
+  if (data.front) {
+    buildButtons(byId("buttons"), data.front, (i) => {
+      button = i;
+      drawFront();
+    });
+  }
   byId("download").addEventListener("click", download);
   addEventListener("hashchange", () => choose(readHash()));
   addEventListener("keydown", (event) => {
-    if (event.target.closest("input, select, textarea") || event.altKey || event.ctrlKey) return;
+    if (event.target.closest("input, select, .wide") || event.altKey || event.ctrlKey) return; // They use the keys.
     if (event.key === "ArrowLeft") step(-1);
     if (event.key === "ArrowRight") step(1);
   });
@@ -251,8 +233,10 @@ if (data.table) {
   makeTable();
   selected = readHash();
 }
+const closed = [...document.querySelectorAll("details")];
 function setPrinted(on) {
   document.documentElement.classList.toggle("printed", on);
+  for (const details of closed) details.open = on;
   redraw();
 }
 addEventListener("beforeprint", () => setPrinted(true));

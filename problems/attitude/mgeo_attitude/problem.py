@@ -50,7 +50,7 @@ _N_RUNS, _QUANTILE = 512, 0.95
 #: Recommended number of initial designs, and of evaluations before local refinement.
 _N_INITIAL_DESIGNS, _N_EVALUATIONS_BEFORE_REFINEMENT = 12, 6_000
 #: Smallest number of maneuvers for these recommendations: default, and by convergence rule; see
-#: docs/how-good.md.
+#: docs/how-to/better-plans.md.
 _MIN_MANEUVERS, _MIN_MANEUVERS_BY_RULE = 6, {"end": 3}
 #: Number of Monte Carlo runs at each fidelity level except the last one.
 _FIDELITIES = 0, 16, 64
@@ -141,7 +141,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         self._n_runs = scenario.monte_carlo.n_runs if scenario.monte_carlo else 0
         self._cache = EvaluationCache()
         self.obj_names = tuple(entry.label for entry in self._build_objectives())
-        self.obj_labels = tuple("time" if key == "t_end" else key for key in self.objectives)
+        self.obj_labels = tuple(
+            "time" if key == "t_end" else key.replace("_", "-") for key in self.objectives
+        )
         self.constraint_names = tuple(entry.label for entry in list_constraints(scenario))
         limits = scenario.maneuvers
         upper = np.array([limits.max_rate_deg_s] * 3 + [limits.max_duration])
@@ -379,9 +381,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         """Scale objectives to comparable ranges, in which performance indicators such as the
         hypervolume are computed.
 
-        For t_end and trace the scaling is equation (11) of the paper, with (log10 trace + 6) / 5
-        for the trace. With the preset "paper", the reference point (1, 1) bounds every useful
-        solution.
+        For t_end and trace the scaling is t_end / duration and (log10 trace + 6) / 5; see
+        docs/explanation/paper.md. With the preset "paper", the reference point (1, 1) bounds every
+        useful solution.
 
         Parameters
         ----------

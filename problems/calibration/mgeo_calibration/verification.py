@@ -103,6 +103,38 @@ class Verification:
         )
 
     @property
+    def max_ratio(self) -> float:
+        """Largest ratio of actual error to 1-sigma that a state may have without failing."""
+        return float(np.sqrt(chi2.isf(self._level, self.n_runs) / self.n_runs))
+
+    @property
+    def max_nees(self) -> float:
+        """Largest NEES per state that the filter may have without failing."""
+        n = self.n_runs * len(self.table)
+        return float(chi2.isf(self._level, n) / n)
+
+    @property
+    def _level(self) -> float:
+        """Significance level of the last test in Holm's sequence, which separates the tests that
+        fail from those that pass.
+        """
+        p = [*self.table[list(_P_COLUMNS.values())].to_numpy().ravel(), self.nees_p]
+        n_failed = int(np.sum(np.array(p) < SIGNIFICANCE_LEVEL))
+        return SIGNIFICANCE_LEVEL / max(len(p) - n_failed, 1)
+
+    def find_failed_states(self) -> list[str]:
+        """Return the names of the states whose errors exceed the prediction or the filter
+        1-sigma.
+        """
+        return list(dict.fromkeys([*self.states_above_prediction, *self.overconfident_states]))
+
+    def find_worst_axes(self) -> list[str]:
+        """Return the state with the largest error ratio of each block, largest ratio first."""
+        worst = self.table[[PREDICTED_RATIO, FILTER_RATIO]].max(axis=1)
+        by_block = worst.groupby(lambda state: state.rpartition(" ")[0])
+        return list(worst[by_block.idxmax()].sort_values(ascending=False).index)
+
+    @property
     def detectable_ratio(self) -> float:
         """Smallest ratio of actual error to 1-sigma that this number of runs detects with a
         probability of `DETECTION_POWER`.
@@ -220,57 +252,66 @@ def compute_predictions(plan: ManeuverPlan, runs: MonteCarloResult) -> Floats:
 
 
 def format_conclusion(verification: Verification) -> str:
-    """Return the conclusion for the user in one line: the plan achieves its accuracy, with the
+    """Return the verdict in one sentence: the plan achieves its predicted accuracy, with the
     largest error ratio, or it does not, with the failed tests.
     """
-    at = f"{verification.n_runs} Monte Carlo runs, one test at {SIGNIFICANCE_LEVEL:.0%}"
-    if not verification.is_achieved:
-        return f"not achieved: {'; '.join(describe_failures(verification))} ({at})"
+    runs = f"in {verification.n_runs} Monte Carlo runs"
+    if failures := describe_failures(verification):
+        n_more = len(failures) - 1
+        more = f"; {n_more} more quantities fail" if n_more else ""
+        return f"The plan does not achieve its predicted accuracy {runs}: {failures[0]}{more}."
     ratio = verification.table[PREDICTED_RATIO]
     return (
-        f"achieved: no error is larger than predicted, the largest {ratio.max():.2f} times its "
-        f"1-sigma ({ratio.idxmax()}), or larger than the filter covariance ({at})"
+        f"The plan achieves its predicted accuracy {runs}: the largest error is {ratio.max():.2f} "
+        f"times its predicted 1-sigma ({ratio.idxmax()})."
     )
 
 
 def describe_failures(verification: Verification) -> list[str]:
-    """Return one line of text per state block whose errors are too large, with the error ratio and
-    whether the filter covariance is consistent with the errors.
+    """Return one line of text per state block whose errors are too large, largest ratio first, with
+    the error ratio and whether the filter covariance is consistent with the errors.
 
     If only the NEES fails, the result is one line on the filter as a whole.
     """
     lines = []
-    blocks: dict[str, list[str]] = {}
-    for state in dict.fromkeys(
-        [*verification.states_above_prediction, *verification.overconfident_states]
-    ):
-        blocks.setdefault(state.rpartition(" ")[0], []).append(state)
+    blocks: dict[str, list[str]] = {
+        state.rpartition(" ")[0]: [] for state in verification.find_worst_axes()
+    }
+    for state in verification.find_failed_states():
+        blocks[state.rpartition(" ")[0]].append(state)
     for block, states in blocks.items():
+        if not states:
+            continue
         predicted, filter_ratio = (
             verification.table.loc[states, ratio].max() for ratio in (PREDICTED_RATIO, FILTER_RATIO)
         )
         axes = ", ".join(state.rpartition(" ")[2] for state in states)
         is_overconfident = any(state in verification.overconfident_states for state in states)
         filter_note = (
-            f"the filter is overconfident by {filter_ratio:.2f}"
+            f"the filter is overconfident by a factor of {filter_ratio:.2f}"
             if is_overconfident
-            else "the filter covariance reflects it"
+            else "the 1-sigma of the filter covers the error"
         )
-        lines.append(f"{block} ({axes}) {predicted:.2f} times the predicted 1-sigma, {filter_note}")
+        lines.append(
+            f"the rms error of the {block} ({axes}) is {predicted:.2f} times its predicted "
+            f"1-sigma, and {filter_note}"
+        )
     if not lines and verification.nees_p < SIGNIFICANCE_LEVEL:
         factor = math.sqrt(verification.nees)
-        lines.append(f"the filter is overconfident by {factor:.2f} over all states together")
+        lines.append(
+            f"the filter is overconfident by a factor of {factor:.2f} over all states together"
+        )
     return lines
 
 
 def describe_power(verification: Verification) -> str:
-    """Return one line of text with the smallest error ratio that the number of runs suffices to
-    detect, and the probability that a valid plan is rejected.
+    """Return a text with the smallest error ratio that the number of runs suffices to detect, and
+    the probability that a valid plan is rejected.
     """
     return (
-        f"an error {verification.detectable_ratio:.2f} times too large is detected with a "
-        f"probability of {DETECTION_POWER:.0%}; a valid plan is rejected with a probability of "
-        f"{SIGNIFICANCE_LEVEL:.0%}"
+        f"These runs detect an error of {verification.detectable_ratio:.2f} times its 1-sigma with "
+        f"a probability of {100.0 * DETECTION_POWER:.0f} %, and reject a valid plan with a "
+        f"probability of {100.0 * SIGNIFICANCE_LEVEL:.0f} %."
     )
 
 
@@ -282,20 +323,20 @@ def list_suggestions(plan: ManeuverPlan, verification: Verification) -> Iterator
         return
     scenario, outside = plan.scenario, find_validity_violations(plan.scenario)
     if outside:
-        yield f"reduce the initial uncertainty: {'; '.join(outside)}"
+        yield f"Reduce the initial uncertainty: {'; '.join(outside)}."
     elif scenario.prior is None:
-        known = f"initial.attitude_deg, {scenario.initial.attitude_deg:g} here"
-        yield f"reduce the initial uncertainty, for example of the attitude ({known})"
+        known = f"initial.attitude_deg = {scenario.initial.attitude_deg:g}"
+        yield f"Reduce the initial uncertainty, for example of the attitude ({known})."
     if plan.t_end < scenario.duration:
         yield (
-            f"choose a plan that converges later than {format_duration(plan.t_end)}: --pick "
-            "min-trace, or --time SECONDS; the effect of the first, nonlinear updates then decays"
+            f"Choose a plan that converges later than {format_duration(plan.t_end)}, with --pick "
+            "min-trace or --time SECONDS. The effect of the first, nonlinear updates then decays."
         )
     yield (
-        "choose other settings of the on-board filter: docs/consistency.md compares Jacobians at "
-        "the estimate, covariance reset and second-order updates"
+        "Choose other settings of the on-board filter: the documentation on filter consistency "
+        "compares Jacobians at the estimate, covariance reset and second-order updates."
     )
     yield (
-        "relax the requirement: multiply the predicted 1-sigma by the ratio in its row, or set a "
-        "required_sigma with a margin for it"
+        "Accept a lower accuracy: multiply the predicted 1-sigma by the ratio in its row, or set "
+        "required_sigma with a margin."
     )

@@ -1,6 +1,5 @@
-"""Commands of ``mgeo attitude``: help texts and JSON output."""
+"""Commands of ``mgeo attitude``: help texts."""
 
-import json
 import re
 import shlex
 
@@ -23,13 +22,3 @@ def test_examples_of_every_command_are_valid(run, command):
         assert (program, group, name) == ("mgeo", "attitude", command)
         with GROUP.commands[command].make_context(command, arguments):
             pass
-
-
-def test_show_and_export_print_json(run, folder, front, tmp_path):
-    plan = front.select_plan("min-trace")
-    document = json.loads(run("show", folder, "--pick", "min-trace", "--json").stdout)
-    assert (document["t_end_s"], document["trace"]) == (plan.t_end, plan.trace)
-    assert len(document["timeline"]) == len(plan.phases)
-    assert len(document["least_observable"]) == 5
-    file = tmp_path / "plan.json"
-    assert json.loads(run("export", folder, file, "--json").stdout) == {"files": [str(file)]}

@@ -1,5 +1,8 @@
 """``mgeo attitude export``: files from which the plan is read back."""
 
+import json
+import math
+
 import brahe.ccsds
 import pytest
 from mgeo_attitude.plan import read_json, to_csv, to_uplink_csv
@@ -9,8 +12,11 @@ def test_export_in_several_formats(run, folder, front, tmp_path):
     paths = [tmp_path / f"plan{suffix}" for suffix in (".json", ".csv", ".aem", ".uplink.csv")]
     flags = ("--pick", "min-trace", "--originator", "INPE", "--aem-version", "2.0")
     done = run("export", folder, *paths, *flags)
-    assert done.stdout.splitlines() == [f"wrote {path}" for path in paths]
     plan = front.select_plan("min-trace")
+    rows = {line.split("  ")[0]: line for line in done.stdout.splitlines()}
+    assert rows.keys() >= {str(path) for path in paths}
+    n_epochs = 1 + sum(math.ceil(phase.duration) for phase in plan.phases)
+    assert f"{n_epochs:,} epochs" in rows[str(paths[2])]
     assert read_json(paths[0]) == plan
     assert paths[1].read_text(encoding="utf-8") == to_csv(plan)
     message = brahe.ccsds.AEM.from_file(str(paths[2]))
@@ -46,6 +52,11 @@ def test_violating_plan_is_rejected_without_force(run, violating, tmp_path):
     assert read_json(paths[0]) == read_json(violating)
     assert f"# VIOLATED CONSTRAINT: {violation}\nrow," in paths[1].read_text(encoding="utf-8")
     assert f"\nCOMMENT VIOLATED CONSTRAINT: {violation}\n" in paths[2].read_text(encoding="utf-8")
+
+
+def test_files_are_listed_in_json(run, folder, tmp_path):
+    path = tmp_path / "plan.json"
+    assert json.loads(run("export", folder, path, "--json").stdout)["files"] == [str(path)]
 
 
 @pytest.mark.cases(2)

@@ -1,4 +1,4 @@
-"""Convergence by the rule "trace", equation (6) of docs/theory.md."""
+"""Convergence by the rule "trace", equation (6) of docs/explanation/models-and-filter.md."""
 
 import dataclasses
 

@@ -22,7 +22,7 @@ WHEELS = {"inertia": [0.1, 0.1, 0.1], "max_momentum": 0.1}
 @pytest.mark.parametrize("gyro", [False, "none", None, []])
 def test_scenario_without_gyro_is_rejected(gyro):
     with pytest.raises(
-        InvalidValue, match=r"gyro = .*the filter needs a gyro.*docs/errors\.md"
+        InvalidValue, match=r"gyro = .*the filter needs a gyro.*docs/how-to/describe-sensors\.md"
     ) as error:
         Scenario.from_dict({"preset": "paper", "gyro": gyro})
     assert "\n" not in str(error.value)

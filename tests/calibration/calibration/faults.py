@@ -16,7 +16,7 @@ def names_cause(cause: str, line: str) -> bool:
     """Return True if a message starts with a cause, or contains the cause among its
     alternatives.
     """
-    return re.match(f"(?:either )?(?:{cause})|either .*, or (?:{cause})", line) is not None
+    return re.match(f"(?:{cause})|.*; or (?:{cause})", line) is not None
 
 
 SCENARIO = short(Scenario.cubesat_6u(), 3000.0)
@@ -196,20 +196,20 @@ GROSS = {
         change_gyro(lambda t, rows, rng: -rows),
     ),
     "gyro times ten": (
-        r"gyro at .* declare gyro\.unit",
+        r"gyro at .* Declare gyro\.unit",
         change_gyro(lambda t, rows, rng: 10.0 * rows),
     ),
     "gyro in deg/h": (
-        r"gyro at .* declare gyro\.unit",
+        r"gyro at .* Declare gyro\.unit",
         change_gyro(lambda t, rows, rng: 3600.0 * rows),
     ),
-    "minutes": (".* at .* declare .*time_unit", change_times(lambda t, rng: t / 60.0)),
-    "milliseconds": (".* at .* declare .*time_unit", change_times(lambda t, rng: 1e3 * t)),
-    "days": (".* at .* declare .*time_unit", change_times(lambda t, rng: t / 86400.0)),
-    "Excel": ("time at .* declare time_epoch", count_days_since(1899, 12, 30)),
-    "MJD": ("time at .* declare time_epoch", count_days_since(1858, 11, 17)),
+    "minutes": (".* at .* Declare .*time_unit", change_times(lambda t, rng: t / 60.0)),
+    "milliseconds": (".* at .* Declare .*time_unit", change_times(lambda t, rng: 1e3 * t)),
+    "days": (".* at .* Declare .*time_unit", change_times(lambda t, rng: t / 86400.0)),
+    "Excel": ("time at .* Declare time_epoch", count_days_since(1899, 12, 30)),
+    "MJD": ("time at .* Declare time_epoch", count_days_since(1858, 11, 17)),
     "local time": (
-        "mag at .* declare time_epoch, time_unit and time_system",
+        "mag at .* Declare time_epoch, time_unit and time_system",
         change_times(lambda t, rng: t + 1800.0 * random_sign(rng) * rng.integers(2, 24)),
     ),
 }

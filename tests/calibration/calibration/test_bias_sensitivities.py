@@ -67,8 +67,9 @@ def test_missing_sensitivity_is_identified_and_can_be_added(telemetry):
     first = calibrate(PLAIN, telemetry)
     assert not first.is_consistent
     assert any(
-        line.startswith("mag.bias follows ") and line.endswith(": mag.bias_sensitivities")
-        for line in first.failures
+        failure.cause.startswith("mag.bias depends on ")
+        and "set mag.bias_sensitivities" in failure.action
+        for failure in first.failures
     )
     again = recalibrate(first, telemetry, ["mag.current", "mag.temp", "gyro.temp"])
     assert again.is_consistent, again.conclusion

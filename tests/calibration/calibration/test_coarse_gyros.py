@@ -24,8 +24,8 @@ def beacons():
 @pytest.mark.slow
 def test_noisy_gyro_is_identified_with_consistent_noise(beacons):
     scenario, calibrated = beacons
-    key = r"declare gyro\.angle_random_walk_deg_per_sqrt_h"
-    with pytest.raises(ValueError, match=rf"^gyro is noisier than declared, .*: {key}") as refused:
+    key = r"Set gyro\.angle_random_walk_deg_per_sqrt_h"
+    with pytest.raises(ValueError, match=rf"^gyro is noisier than declared, .* {key}") as refused:
         calibrated(scenario)
     said = re.search(
         r"about ([0-9.]+) deg/sqrt\(h\).*sample_noise_deg_s = ([0-9.]+)", str(refused.value)

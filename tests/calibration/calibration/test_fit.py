@@ -124,14 +124,14 @@ LOST = "beyond the chi-square gate|does not converge"
     [
         (
             scale_columns("mag", 1e-9),
-            r"mag at .* 4.*e-05 nT \(median\), expected .*declare unit = 'T' of mag",
+            r"mag at .* 4.*e-05 nT \(median\), expected .*Declare unit = 'T' of mag",
         ),
-        (scale_columns("mag", 1e-3), r"mag at .* declare unit = 'uT' of mag"),
+        (scale_columns("mag", 1e-3), r"mag at .* Declare unit = 'uT' of mag"),
         (
             scale_columns("sun", 57.3),
-            r"sun at .* a length of 57 .* about 1 -; declare unit or scale of sun",
+            r"sun at .* a length of 57 .* about 1 -. Declare unit or scale of sun",
         ),
-        (scale_columns("gyro", np.radians(1.0)), r"gyro at .*declare gyro\.unit"),
+        (scale_columns("gyro", np.radians(1.0)), r"gyro at .*Declare gyro\.unit"),
         (lambda f: scale_columns("sun", np.nan)(f)[:100], "do not determine an attitude"),
         (scale_columns("mag_x", -1.0), LOST),
         (scale_columns("gyro", -1.0), LOST),
@@ -145,7 +145,7 @@ def test_invalid_telemetry_raises(scenario, telemetry, change, message):
 
 def test_divergence_message_states_diverged_estimate(scenario, telemetry):
     report = (
-        r"the fit does not converge: \S+ [xyz] is \S+ \S+, \S+ prior sigmas of \S+ \S+ "
+        r"the fit does not converge: \S+ [xyz] is \S+ \S+, \S+ initial 1-sigmas of \S+ \S+ "
         r"from its prior; the last iteration rotates the attitude by \S+ deg at \d+ s"
     )
     with pytest.raises(ValueError, match=report):

@@ -28,7 +28,7 @@ def test_implausible_readings_are_rejected_as_outliers(name, value):
     craft = TrueErrors(spikes={(name, k): value for k in samples})
     telemetry = simulate_readings(SCENARIO, MOTIONS["plan"], 1, craft, duration=1500.0)
     table = calibrate_consistently(telemetry).build_outlier_table()
-    listed = table.loc[table["sensor"] == name, "time"]
+    listed = table.loc[table["sensor"] == name, "time_s"]
     assert set(telemetry.times[list(samples)]) <= set(listed)
 
 

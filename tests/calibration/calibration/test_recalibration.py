@@ -35,7 +35,7 @@ def first(flight):
 
 @pytest.mark.slow
 def test_scale_factors_and_noise_are_estimated_and_compared(flight, first):
-    assert first.failures[0].startswith("mag.scale_factor is ")
+    assert str(first.failures[0]).startswith("mag.scale_factor is ")
     found = recalibrate(first, flight, ["mag.scale_factor", "noise"])
     assert found.is_consistent, found.conclusion
     scale = found.build_table().set_index("block").loc["mag.scale_factor"]

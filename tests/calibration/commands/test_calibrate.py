@@ -15,8 +15,8 @@ from mgeo_calibration import calibrate
 from mgeo_calibration.calibration.document import read_json
 from mgeo_calibration.commands.calibrate import FILES
 
-from ...attitude.commands.test_show import parse_table
 from ..calibration.runs import PLAN, short, simulate_from_any_attitude
+from .screens import parse_table
 
 ROOT = Path(__file__).parents[3]
 
@@ -46,22 +46,19 @@ def test_output_files_include_comparison_with_plan(run, flight, tmp_path):
     )
     text = run(*arguments).stdout
     found = calibrate(scenario, telemetry)
-    promised = found.compare(ManeuverPlan(scenario, PLAN))
-    printed = parse_table(
-        text, f"1-sigma at {found.time:.6g} s, predicted by the plan and achieved: plan.json"
-    )
-    assert printed["mag bias x"][1:3] == [
-        f"{promised.loc['mag bias x', name]:.4g}" for name in ("predicted", "achieved")
-    ]
+    predicted = found.compare(ManeuverPlan(scenario, PLAN))
+    printed = parse_table(text, "Predicted and achieved 1-sigma, worst axis")
+    bias = predicted.loc[[f"mag bias {axis}" for axis in "xyz"]]
+    expected = bias[["predicted", "achieved"]].max()
+    np.testing.assert_allclose([float(cell) for cell in printed["mag bias"][1:3]], expected, 0.05)
+    assert all(str(out / name) in text for name in FILES)
     assert sorted(path.name for path in out.iterdir()) == sorted(FILES)
     np.testing.assert_array_equal(read_json(out / "calibration.json").states, found.states)
     written = pd.read_csv(out / "calibration.csv", dtype=str)
     np.testing.assert_array_equal(
         written["estimate"].astype(float), found.build_table()["estimate"]
     )
-    page = (out / "calibration.html").read_text()
-    assert f"1-sigmas predicted by the plan for {found.time:.6g} s" in page
-    assert 'class="dataframe wrapped"' in page  # Long correction parameters wrap.
+    assert "Predicted and achieved 1-sigma" in (out / "calibration.html").read_text()
     assert "exists" in run(*arguments, code=2).stderr
     run(*arguments, "--overwrite", "--quiet")
 
@@ -71,11 +68,18 @@ def test_json_document_has_documented_keys(run, flight):
     found = json.loads(
         run("calibrate", folder / "telemetry.csv", "--plan", folder / "plan.json", "--json").stdout
     )
-    page = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "reference/command-line.md").read_text(encoding="utf-8")
     (row,) = re.findall(r"^\| `attitude calibrate` \| (.*) \|$", page, re.MULTILINE)
     assert list(found) == re.findall(r"`(\w+)`", row)
-    assert found["consistent"] is True
+    assert found["is_consistent"] is True
+    assert found["failures"] == []
     assert len(found["predicted"]) == 18
+    assert all(row["is_passed"] for row in found["tests"])
+    (bias,) = (
+        row for row in found["parameters"] if (row["block"], row["axis"]) == ("mag.bias", "x")
+    )
+    assert (bias["unit"], bias["unit_si"]) == ("nT", "T")
+    assert bias["estimate_si"] == pytest.approx(1e-9 * bias["estimate"])
 
 
 def test_inconsistent_calibration_exits_with_code_3(run, flight, tmp_path):
@@ -83,11 +87,35 @@ def test_inconsistent_calibration_exits_with_code_3(run, flight, tmp_path):
     quiet = dataclasses.replace(scenario.sensors[1], noise_nt=350.0)
     dataclasses.replace(scenario, sensors=(scenario.sensors[0], quiet)).save(tmp_path / "q.toml")
     done = run("calibrate", folder / "telemetry.csv", "--scenario", tmp_path / "q.toml", code=3)
-    last = done.stdout.splitlines()[-1]
-    assert last.startswith(
-        "statistically inconsistent (tests of the innovations failed): mag scatters more than "
-        "its noise"
-    )
+    verdict = " ".join(done.stdout.partition("\n\n")[0].split())
+    assert verdict.startswith('Statistically inconsistent: the test "noise of mag" failed (NIS ')
+    assert "--fit noise" in verdict
+    assert "not to be used" in done.stdout
+    assert parse_table(done.stdout, "Tests")["noise of mag"][-1] == "FAILED"
+
+
+def test_screen_has_verdict_parameters_and_tests_within_80_columns(run, flight, monkeypatch):
+    folder, scenario, telemetry = flight
+    monkeypatch.setenv("COLUMNS", "80")
+    command = ("calibrate", folder / "telemetry.csv", "--plan", folder / "plan.json")
+    summary, complete = run(*command).stdout, run(*command, "--all").stdout
+    lines = summary.splitlines()
+    assert "statistically consistent" in lines[0]
+    assert len(lines) <= 55
+    assert max(map(len, complete.splitlines())) <= 80
+    found = calibrate(scenario, telemetry)
+    printed = parse_table(summary, "Calibration parameters")
+    table = found.build_table().groupby("block", sort=False)
+    for block, rows in table:
+        unit, *values, sigma, _ = printed[block.replace(".", " ")]
+        assert unit == rows["unit"].iloc[0]
+        np.testing.assert_allclose(
+            [float(value) for value in values], rows["estimate"], atol=0.06 * rows["sigma"].max()
+        )
+        assert float(sigma) == pytest.approx(rows["sigma"].max(), rel=0.05)
+    assert parse_table(summary, "Tests").keys() >= {"noise of sun", "whiteness of mag", "prior"}
+    tests = parse_table(complete, "Errors that the scenario does not model")
+    assert tests.keys() >= set(found.build_model_test_table().index)
 
 
 def test_scenario_with_another_epoch_than_plan_raises(run, flight, tmp_path):
@@ -102,20 +130,19 @@ def test_scenario_with_another_epoch_than_plan_raises(run, flight, tmp_path):
 
 
 @pytest.mark.slow
-def test_diagnose_prints_checks_of_failed_calibration(run, flight, tmp_path):
+def test_all_checks_of_refused_telemetry_are_printed(run, flight, tmp_path):
     folder, _, telemetry = flight
     fast = dataclasses.replace(telemetry, gyro_deg_s=3600.0 * telemetry.gyro_deg_s)
     fast.to_csv(tmp_path / "t.csv")
     command = ("calibrate", tmp_path / "t.csv", "--plan", folder / "plan.json")
-    done = run(*command, "--diagnose", code=2)
-    message = done.stderr.removeprefix("Error: ").partition(" (")[0]
+    done = run(*command, "--all", code=2)
+    message = done.stderr.removeprefix("Error: ").partition(" Message of the fit")[0]
     assert message.startswith("gyro at row ")
-    tests = parse_table(done.stdout, "Attitude-independent checks")
-    (check,) = [name for name, text in tests.items() if text and text[0].startswith("gyro at row ")]
-    report = json.loads(run(*command, "--diagnose", "--json", code=2).stdout)
+    assert "gyro at row " in done.stdout
+    report = json.loads(run(*command, "--all", "--json", code=2).stdout)
     assert report["error"].startswith(message)
-    (finding,) = [each["finding"] for each in report["checks"] if each["check"] == check]
-    assert finding.startswith("gyro at row ")
+    findings = [finding for each in report["checks"].values() for finding in each]
+    assert f"{findings[0]}." == message
     assert run(*command, code=2).stdout == ""
 
 
@@ -153,16 +180,11 @@ def test_invalid_telemetry_leaves_no_files(run, flight, tmp_path):
 
 
 @pytest.mark.slow
-def test_diagnose_and_fit_print_tests_and_comparison(run, flight):
+def test_repeated_calibration_is_compared_with_the_first(run, flight):
     folder, _, _ = flight
     command = ("calibrate", folder / "telemetry.csv", "--plan", folder / "plan.json")
-    printed = run(*command, "--diagnose", "--fit", " mag.scale_factor").stdout
-    titles = (
-        "Errors outside the scenario's model",
-        "Estimate and prior",
-        "With and without the additions",
-    )
-    assert all(title in printed for title in titles)
-    assert "orbit.along_track" in printed
+    printed = run(*command, "--fit", " mag.scale_factor").stdout
+    rows = parse_table(printed, "Comparison of the repeated calibration with the first calibration")
+    assert rows["mag scale factor x"]
     refused = run(*command, "--fit", "mag.gain", code=2)
     assert "fit = 'mag.gain': " in refused.stderr

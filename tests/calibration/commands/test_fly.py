@@ -33,16 +33,18 @@ def test_telemetry_equals_python_result_and_truth_has_calibration_keys(run, plan
     found, path = plan
     out, truth = tmp_path / "telemetry.csv", tmp_path / "truth.json"
     text = run("fly", path, "--seed", 3, "--out", out, "--truth", truth).stdout
-    assert "601 samples to 600 s of gyro, sun, mag, simulator kinematic" in text
+    assert "601 samples of gyro, sun, mag" in text
+    assert f"mgeo attitude calibrate {out} --plan {path}" in text
+    assert str(truth) in text
     expected = simulate_telemetry(found.scenario, found, 3)
     off = compare_with_plan(found, expected).loc[END_ERROR, "simulated"]
-    assert re.search(rf"\npointing error, end +deg +0 +{off:.4g} *\n", text)
+    assert re.search(rf"\n{END_ERROR} +deg +0 +{off:.4g} *\n", text)
     read = read_telemetry(out, found.scenario)
     np.testing.assert_array_equal(read.gyro_deg_s, expected.gyro_deg_s[-len(read.times) :])
     document = json.loads(truth.read_text())
     assert document["states"]["mag.bias"] == expected.truth.states[-1, 15:18].tolist()
     calibration = calibrate(found.scenario, read)
-    table, rows = calibration.build_table(), document["table"]
+    table, rows = calibration.build_table(), document["parameters"]
     for key in ("block", "axis", "unit"):
         assert [row[key] for row in rows] == table[key].tolist()
     errors = np.array([row["value"] for row in rows]) - table["estimate"]

@@ -60,15 +60,15 @@ def test_followup_plan_is_solved_simulated_and_calibrated(run, flown, tmp_path, 
         assert before["states"][block] == after["states"][block]
     text = run("calibrate", "2.csv", "--plan", "second.json", "--out", "c", "--json").stdout
     document = json.loads(text)
-    assert document["consistent"]
+    assert document["is_consistent"]
     x = np.array(
         [
             (row["value"] - one["estimate"]) / one["sigma"]
-            for row, one in zip(after["table"], document["table"], strict=True)
+            for row, one in zip(after["parameters"], document["parameters"], strict=True)
         ]
     )
     assert np.abs(x).max() < 4.2
-    sigma = [row["sigma"] for row in document["table"]]
+    sigma = [row["sigma"] for row in document["parameters"]]
     assert (np.array(sigma)[3:] < found.build_table()["sigma"].to_numpy()[3:]).all()
     assert {p.name for p in Path("c").iterdir()} >= {"calibration.json", "calibration.html"}
 

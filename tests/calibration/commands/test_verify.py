@@ -14,6 +14,8 @@ from mgeo_calibration.simulators.plan_comparison import format_gyro_guidance
 from mgeo.report.build import build_report_html, read_verifications
 from mgeo.store.run_folder import read_run
 
+from .screens import parse_table
+
 
 @pytest.mark.slow
 def test_result_file_appears_in_report(run, folder, front, tmp_path):
@@ -77,8 +79,8 @@ def test_invalid_input_exits_with_code_2(run, folder, tmp_path):
 
 
 @pytest.mark.slow
-def test_path_constraint_violation_is_reported(run, tmp_path):
-    """The violation appears in the conclusion, as a table, and in the result document."""
+def test_path_constraint_violation_is_reported(run, tmp_path, monkeypatch):
+    """The violation appears in the verdict, as a table, and in the result document."""
     scenario = dataclasses.replace(
         Scenario.paper(),
         duration=400.0,
@@ -95,14 +97,23 @@ def test_path_constraint_violation_is_reported(run, tmp_path):
     (steered, _, open_loop, _) = found.path_constraints.loc["Sun off camera"]
     assert steered == open_loop == 100.0  # The camera passes the Sun.
     arguments = ("verify", tmp_path / "plan.json", "--monte-carlo", "4", "--seed", "2")
+    monkeypatch.setenv("COLUMNS", "80")
     text = run(*arguments, code=3).stdout
-    assert "path constraints violated" in text
+    assert "its predicted accuracy in 4 Monte Carlo runs" in " ".join(text.split())
+    assert max(map(len, text.splitlines())) <= 80
+    errors = parse_table(text, "Errors after ")
+    assert set(found.find_worst_axes()) <= errors.keys()
+    worst = found.find_worst_axes()[0]
+    assert errors[worst][-1] == ("FAILED" if worst in found.find_failed_states() else "passed")
+    assert parse_table(text, "Violations of path constraints")["Sun off camera"][0] == "100"
+    assert "attitude y" in run(*arguments, "--all", code=3).stdout
     document = json.loads(run(*arguments, "--json", code=3).stdout)
-    assert "Sun off camera violated in 100 % of runs" in document["conclusion"]
-    assert f"; {format_gyro_guidance(found.gyro_guidance)[0]}" in document["conclusion"]
-    assert format_gyro_guidance(found.gyro_guidance)[0] in " ".join(text.split())
-    assert "Sun off camera violated in 100 %" in format_gyro_guidance(found.gyro_guidance)[0]
-    assert document["gyro_guidance"][2]["simulated run"] == "Sun off camera"
+    (guidance,) = format_gyro_guidance(found.gyro_guidance)
+    assert "Sun off camera is violated in 100 % of runs" in document["conclusion"]
+    assert guidance in document["conclusion"]
+    assert guidance in " ".join(text.split())
+    assert "Sun off camera is violated in 100 %" in guidance
+    assert document["gyro_guidance"][2]["quantity"] == "Sun off camera"
     assert document["gyro_guidance"][2]["violated [%]"] == 100.0
     (row,) = document["path_constraints"]
     assert row["path constraint"] == "Sun off camera"

@@ -49,8 +49,8 @@ def change_columns(frame, **columns):
         (lambda f: change_columns(f, time=(slice(200, 300), 5e5)),
          r"^gyro_x at time 500000.* in row 2\d\d and .* in row .*time_fraction"),
         (lambda f: f.assign(time=f["time"] + 1e6 * (f["time"] > 200)),
-         r"^time at row 201, time 200.0+ s: 1000001.0+ s until .* declare time_epoch"),
-        (lambda f: f.assign(time=f["time"] + 1.5e9), "^time at row 1, .*IGRF.* declare time_epoch"),
+         r"^time at row 201, time 200.0+ s: 1000001.0+ s until .* Declare time_epoch"),
+        (lambda f: f.assign(time=f["time"] + 1.5e9), "^time at row 1, .*IGRF.* Declare time_epoch"),
         (lambda f: f.assign(time=f["time"] - 1.5e9), "^time at row 1, .*within a year"),
         (lambda f: f.assign(time=f["time"] / 86400.0), r"^time at row 1, .*1.16e-05.*time_unit"),
         (lambda f: f.assign(mag_z=f["mag_z"] * 0.0 + 5.0),
@@ -106,7 +106,7 @@ def test_declared_gyro_bias_is_not_reported_as_wrong_unit(frame):
 @pytest.mark.parametrize("factor", [np.pi / 180.0, 180.0 / np.pi, 3600.0, 1e-3])
 def test_rates_in_another_unit_contradict_observed_vectors(telemetry, factor):
     wrong = dataclasses.replace(telemetry, gyro_deg_s=factor * telemetry.gyro_deg_s)
-    assert "declare gyro.unit" in describe_findings(PAPER, wrong)["rates against vectors"][0]
+    assert "Declare gyro.unit" in describe_findings(PAPER, wrong)["rates against vectors"][0]
 
 
 def test_healthy_telemetry_has_no_findings(telemetry):
@@ -165,7 +165,7 @@ def test_positions_in_another_frame_or_time_scale_are_identified(frame):
     for name, there in frames.items():
         own = frame.copy()
         own[POSITION] = gcrs.transform_to(there).cartesian.xyz.to_value("m").T
-        with pytest.raises(ValueError, match=rf"row 1, .* look like (TOD or )?{name}; declare pos"):
+        with pytest.raises(ValueError, match=rf"row 1, .* look like (TOD or )?{name}. Declare pos"):
             read_telemetry(own, PAPER)
         declared = TelemetryMapping(position=PositionChannels(frame=name))
         found = read_telemetry(own, PAPER, declared).position
@@ -174,6 +174,6 @@ def test_positions_in_another_frame_or_time_scale_are_identified(frame):
         assert read_telemetry(own, PAPER, asserted).position is not None
     late = frame.assign(time=frame["time"] + 18.0)
     late[POSITION] = where
-    with pytest.raises(ValueError, match="time tags look like GPS time: 18 s; declare time_system"):
+    with pytest.raises(ValueError, match=r"look like GPS time: 18 s\. Declare time_system"):
         read_telemetry(late, PAPER)
     assert read_telemetry(late, PAPER, TelemetryMapping(time_system="UTC")).position is not None

@@ -73,7 +73,7 @@ def test_known_front_is_found(solver, case):
 
 
 # A-GEO1 of plain bit strings is excluded, because it leaves mean gaps of up to 0.03
-# (docs/algorithms.md).
+# (docs/explanation/algorithms.md).
 ADAPTIVE = [("real", "a-geo2"), ("canonical", "a-geo2"), ("var", "a-geo2")]
 ADAPTIVE += [("real2", "a-geo1"), ("canonical-gray", "a-geo1")]
 

@@ -1,7 +1,7 @@
 """Single-objective variants agree with published results, with 20 runs of 100,000 evaluations.
 
-docs/algorithms.md compares all published results. The tests use one result per kind of step, which
-is cheap to compute and whose mean does not depend on one or two bad runs.
+docs/explanation/algorithms.md compares all published results. The tests use one result per kind of
+step, which is cheap to compute and whose mean does not depend on one or two bad runs.
 """
 
 import numpy as np

@@ -63,7 +63,8 @@ class Page(HTMLParser):
 
     def handle_starttag(self, tag, attrs):
         self.tags.append(tag)
-        self.loading += [(tag, v) for name, v in attrs if name in ("src", "href", "srcset")]
+        links = [v for name, v in attrs if name in ("src", "href", "srcset")]
+        self.loading += [(tag, v) for v in links if not v.startswith("#")]
         self.loading += [(tag, name) for name, _ in attrs if name.startswith("on")]
         self._reading = ("id", "data") in attrs
 

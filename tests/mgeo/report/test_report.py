@@ -14,7 +14,7 @@ from mgeo.plugins.problems import load_problem
 from mgeo.plugins.review import Review, Section
 from mgeo.report.build import build_report_html
 from mgeo.report.history import compute_hypervolume_history
-from mgeo.runs.summary import summarize_front
+from mgeo.runs.summary import select_default_solution
 from mgeo.store.run_folder import read_run, write_run
 
 from .conftest import Page, mgeo
@@ -62,7 +62,9 @@ def test_report_loads_no_resources_and_has_all_solutions(solved):
     rows = np.concatenate([t.get("customdata", []) for t in page.data["front"]["data"]])
     assert sorted(rows) == list(range(len(outcome.X)))
     view = load_problem("cantilever").view(outcome.X)
-    assert summarize_front(view).text in html
+    default = select_default_solution(view.problem, outcome.F)
+    assert f"number {default.row}, {default.label}" in html
+    assert view.summaries()[default.row] in html
     assert page.data["summaries"]["0"] == view.summaries()[0]
 
 

@@ -16,6 +16,7 @@ from mgeo.cli.help_text import format_examples
 from mgeo.cli.options import Debug, Json, Quiet, complete_from
 from mgeo.terminal import Output, format_json
 from mgeo_attitude.export_formats import FORMATS
+from mgeo_attitude.plan_sections import FIRST_PAGE, SECTION_KEYS
 
 app = typer.Typer(help="Calibration maneuvers: select a plan of a front, analyze it and export it.")
 
@@ -24,7 +25,8 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo attitude show runs/attitude-mgeo-directed-seed1",
         "mgeo attitude show runs/attitude-mgeo-directed-seed1 --solution 12",
         "mgeo attitude show runs/attitude-mgeo-directed-seed1 --time 3000 --html plan.html",
-        "mgeo attitude show plan.json --json | jq .t_end_s",
+        "mgeo attitude show plan.json --section budget --section improvements",
+        "mgeo attitude show plan.json --json | jq .summary.t_end_s",
     ),
     "export": (
         "mgeo attitude export runs/first plan.json plan.uplink.csv --pick min-trace",
@@ -71,33 +73,48 @@ def show(
     pick: Pick = None,
     time: Time = None,
     solution: Solution = None,
+    section: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="Section to print, repeatable: "
+            + ", ".join(SECTION_KEYS)
+            + " [default: the first five].",
+            autocompletion=complete_from(SECTION_KEYS),
+        ),
+    ] = None,
+    all_sections: Annotated[bool, typer.Option("--all", help="Print all sections.")] = False,
     html: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Also write the plan's figures.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Also write a page with all sections and figures."),
     ] = None,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Print a plan: timeline, accuracy, error budget and observability.
+    """Print a plan: summary, constraints, timeline, predicted accuracy and accuracy drivers.
 
-    The comparison at the end lists simple maneuvers that need no optimizer. They have the total
-    maneuver time of the plan and are evaluated at its end.
+    JSON output has all sections, unless --section selects some.
     """
+    from mgeo.validation.arguments import validate_choice
     from mgeo_attitude.commands.files import check_targets, load_plan
-    from mgeo_attitude.commands.show import build_plan_document, print_plan, write_figures
+    from mgeo_attitude.commands.show import build_plan_document, print_plan, write_plan_page
 
     with convert_input_errors(USER_ERRORS):
+        for name in section or ():
+            validate_choice("--section", name, SECTION_KEYS)
         check_targets([html], overwrite)
         picked = load_plan(source, pick, time, solution)
         output = Output(quiet, json)
+        keys = section or (SECTION_KEYS if all_sections else FIRST_PAGE)
         if output.is_text:
-            print_plan(picked, output)
+            print_plan(picked, keys, output)
         if json:
-            output.print_document(build_plan_document(picked))
+            output.print_document(build_plan_document(picked, section or SECTION_KEYS))
         if html:
-            write_figures(picked.plan, html)
-            output.print(f"wrote {html}")
+            write_plan_page(picked.plan, html)
+            output.print(f"Written: {html}")
 
 
 @app.command(epilog=format_examples("export", EXAMPLES))
@@ -153,13 +170,13 @@ def export(
 ) -> None:
     """Export a plan to files. The suffix of each file name selects the format.
 
-    Each file is written atomically.
-
     A plan that violates a constraint of its scenario is rejected, unless --force is given.
     """
     from mgeo.store.atomic import write_file
+    from mgeo_attitude.commands.export import print_export
     from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
     from mgeo_attitude.plan.files import build_plan_content
+    from mgeo_attitude.plan.summary import list_warnings, warn_of_late_convergence
 
     with convert_input_errors(USER_ERRORS):
         check_targets(files, overwrite, tuple(each.suffix for each in FORMATS))
@@ -177,13 +194,15 @@ def export(
             "spacing": spacing,
         }
         contents = {path: build_plan_content(picked.plan, path, options) for path in files}
+        warnings = [*list_warnings(picked.plan), *warn_of_late_convergence(picked.plan)]
         output = Output(quiet, json)
-        for line in () if quiet else picked.list_warnings() + picked.describe_hold():
-            output.print_note(line)
+        for line in () if quiet else warnings:
+            output.print_note(f"Warning: {line}")
         for path, content in contents.items():
             write_file(path, content)
-            output.print(f"wrote {path}")
-    output.print_document({"files": [str(path) for path in contents]})
+        if output.is_text:
+            print_export(picked, contents, spacing, output)
+    output.print_document({"files": [str(path) for path in contents], "warnings": warnings})
 
 
 @app.command(epilog=format_examples("check", EXAMPLES))
@@ -204,6 +223,7 @@ def check(
     """
     import numpy as np
 
+    from mgeo._text import wrap_text
     from mgeo.plugins.problems import read_scenario
     from mgeo_attitude.filter.reference import compare_filters
     from mgeo_attitude.plan.run_folder import PROBLEM
@@ -215,9 +235,20 @@ def check(
         designs = rng.uniform(problem.xl, problem.xu, (plans, problem.n_var))
         difference = compare_filters(problem.model, designs)
     output = Output(quiet, json)
-    output.print(f"{problem.scenario.name}: {difference}, {TOLERANCE:g} allowed")
-    output.print_document(vars(difference))
-    raise typer.Exit(ExitCode.SUCCESS if difference.is_within(TOLERANCE) else ExitCode.INCOMPLETE)
+    agrees = difference.is_within(TOLERANCE)
+    verdict = "agrees" if agrees else "does NOT agree"
+    ends = "equal" if difference.has_equal_ends else "DIFFERENT"
+    output.print(
+        wrap_text(
+            f"The compiled filter {verdict} with filterpy: the largest relative difference of a "
+            f"variance is {difference.max_difference:.2g}, with a tolerance of {TOLERANCE:g}. "
+            f"The convergence times are {ends}."
+        ),
+        f"Compared: {difference.n_designs} random plans of {problem.scenario.name}, "
+        f"{difference.n_samples:,} filter steps.",
+    )
+    output.print_document({"agrees": agrees, "tolerance": TOLERANCE} | vars(difference))
+    raise typer.Exit(ExitCode.SUCCESS if agrees else ExitCode.INCOMPLETE)
 
 
 @app.command(epilog=format_examples("schema", EXAMPLES))

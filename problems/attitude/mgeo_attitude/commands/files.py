@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,7 @@ from mgeo.store.atomic import check_writable
 from mgeo_attitude.plan.files import read_json
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import CHOICES, read_front
-from mgeo_attitude.view.summaries import format_convergence_time, format_duration
+from mgeo_attitude.plan.summary import list_warnings
 
 
 @dataclass(frozen=True)
@@ -30,38 +29,8 @@ class SelectedPlan:
         return f"{self.name}: {self.plan.summary}"
 
     def list_warnings(self) -> list[str]:
-        """Return one line of text for each warning: calibration parameters that the plan hardly
-        improves, and modeling assumptions.
-        """
-        errors = self.plan.list_uncalibrated_errors()
-        lines = [f"this plan hardly reduces the error of {', '.join(errors)}"] if errors else []
-        return [f"Note: {line}" for line in (*lines, *self.plan.scenario.assumptions)]
-
-    def describe_hold(self) -> list[str]:
-        """Return a list with one line of text on how long the last rate must be held until Monte
-        Carlo runs converge. The list is empty if no hold is needed.
-
-        The commands of a plan without Monte Carlo runs are those of its nominal run, although most
-        Monte Carlo runs may converge later.
-        """
-        plan = self.plan
-        if plan.scenario.monte_carlo:
-            return [f"Note: {line}" for line in plan.describe_hold()]
-        (monte_carlo_t_end,) = plan.view.monte_carlo_t_end
-        if not monte_carlo_t_end > plan.t_end:
-            return []
-        event = "the slew back begins" if plan.slew_back else "commands end"
-        # With magnetorquers, the body rotates freely after the last maneuver.
-        can_hold = (
-            monte_carlo_t_end < math.inf
-            and not plan.slew_back
-            and not plan.scenario.is_magnetorquer_driven
-        )
-        hold = ": hold the last rate until then" if can_hold else ""
-        return [
-            f"Note: {event} after {format_duration(plan.t_end)}, when the filter has converged in "
-            f"the nominal run; {format_convergence_time(monte_carlo_t_end)}{hold}"
-        ]
+        """Return one line of text for each warning; see `plan.summary.list_warnings`."""
+        return [f"Warning: {line}" for line in list_warnings(self.plan)]
 
 
 def load_plan(
@@ -105,10 +74,10 @@ def load_plan(
         front = read_front(source)
         choice = pick or "knee" if time is None else time
         number = front.find_row(choice) if solution is None else solution
-        reason = f", {choice}" if isinstance(choice, str) and solution is None else ""
-        name = f"solution {number} of {len(front.X)}{reason}"
+        reason = f" ({choice})" if isinstance(choice, str) and solution is None else ""
+        name = f"plan {number} of {len(front.X)}{reason}"
         if not front.is_feasible:
-            name = f"no plan of this run satisfies all constraints; nearest solution {number}"
+            name = f"no plan of this run satisfies all constraints; nearest plan {number}"
         return SelectedPlan(front.get_solution(number), name, number)
     if not source.exists():
         raise FileNotFoundError(f"{source}: expected a run folder or a plan file, found neither")
@@ -119,7 +88,7 @@ def load_plan(
         )
     if flags:
         raise ValueError(f"{source} is a single plan: {flags[0]} applies to run folders only")
-    return SelectedPlan(read_json(source), source.name)
+    return SelectedPlan(read_json(source), f"plan file {source.name}")
 
 
 def check_targets(

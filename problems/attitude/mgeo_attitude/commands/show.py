@@ -1,107 +1,85 @@
-"""Output of ``mgeo attitude show``: tables for the terminal, JSON and figures."""
+"""Output of ``mgeo attitude show``: sections for the terminal, JSON and the page of a plan."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-from rich.console import RenderableType
-
-from mgeo.figures.page import render_report_page
+from mgeo._text import wrap_text
+from mgeo.plugins.review import build_records, format_section
+from mgeo.report.review_page import render_review_page
 from mgeo.store.atomic import write_file
-from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
+from mgeo.terminal import Output, build_console, escape_text
 from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
-from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from mgeo_attitude.plan.figures import build_plan_figures
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.plan.tables import TABLES, PlanTable
+from mgeo_attitude.plan.summary import list_warnings, warn_of_late_convergence
+from mgeo_attitude.plan.tables import SECTIONS, build_review, build_sections
+from mgeo_attitude.plan_sections import SECTION_KEYS, SUMMARY
 
 
-def print_plan(selected: SelectedPlan, output: Output) -> None:
-    """Print the summary of a plan, its warnings and all its tables to the terminal."""
-    plan = selected.plan
-    orbits = plan.t_end / plan.scenario.orbit.period
-    output.print(
-        escape_text(selected.summary, "bold"),
-        *selected.list_warnings(),
-        f"scenario {plan.scenario.name}: {_describe_end(plan)} at {plan.t_end:.6g} s ({orbits:.3f} "
-        f"orbits), trace {plan.trace:.4g}",
-        *plan.describe_lower_bound(),
-        *plan.describe_hold(),
-    )
-    for table in TABLES.values():
-        output.print(*render_table(table, plan))
+def print_plan(selected: SelectedPlan, keys: Collection[str], output: Output) -> None:
+    """Print sections about a plan to the terminal; the summary comes with warnings.
 
-
-def render_table(table: PlanTable, plan: ManeuverPlan) -> Iterator[RenderableType | str]:
-    """Yield the printable parts of a table about a plan: title, rows, note and lines of text.
-
-    Nothing is yielded if the table has no rows.
+    Parameters
+    ----------
+    selected : SelectedPlan
+    keys : collection of str
+        Names of the sections.
+    output : Output
     """
-    section = table.build_section(plan)
-    if section is None or section.table is None:
-        return
-    yield from build_titled_table(
-        section.title, section.table.T if table.is_wide else section.table
-    )
-    if section.note:
-        yield format_note(section.note)
-    yield from section.lines
+    plan, width = selected.plan, build_console().width
+    name = f"{selected.name[0].upper()}{selected.name[1:]}"
+    title = f"{name}, scenario {plan.scenario.name}"
+    for section in build_sections(plan, keys):
+        if section.key == SUMMARY:
+            output.print(escape_text(title, "bold"), format_section(section, width))
+            for line in (*list_warnings(plan), *warn_of_late_convergence(plan)):
+                output.print(wrap_text(f"Warning: {line}", "  ", width))
+        else:
+            output.print(escape_text(f"\n{section.title}", "bold"), format_section(section, width))
+    others = [key for key in SECTION_KEYS if key not in keys]
+    if others:
+        text = f"Other sections: {', '.join(others)}. Use --section NAME, or --all."
+        output.print("", wrap_text(text, width=width))
 
 
-def _describe_end(plan: ManeuverPlan) -> str:
-    if plan.problem.model.ends_with_last_maneuver:
-        state = "ended"
-    else:
-        state = "converged" if plan.converged else "not converged at the end of the run,"
-    return f"nominal run {state}" if plan.scenario.monte_carlo else state
+def build_plan_document(selected: SelectedPlan, keys: Collection[str]) -> dict[str, Any]:
+    """Return the JSON output of ``mgeo attitude show`` as a dict keyed by section.
 
-
-def build_plan_document(selected: SelectedPlan) -> dict[str, Any]:
-    """Return the JSON output of ``mgeo attitude show`` as a dict. Each table is a list of dicts,
-    one per row.
+    The summary is a dict, and each table is a list of dicts, one per row.
     """
     plan = selected.plan
-    tables = {
-        key: to_records(each.table(plan)) for key, each in TABLES.items() if key != "worst_axis"
-    }
+    tables = {key: build_records(each.table(plan)) for key, each in SECTIONS.items() if key in keys}
+    return ({SUMMARY: _build_summary(selected)} if SUMMARY in keys else {}) | tables
+
+
+def _build_summary(selected: SelectedPlan) -> dict[str, Any]:
+    plan, attitude = selected.plan, selected.plan.accuracy.iloc[0]
+    (monte_carlo_t_end,) = plan.view.monte_carlo_t_end
     return {
         "solution": selected.solution,
-        "summary": plan.summary,
-        "uncalibrated_errors": plan.list_uncalibrated_errors(),
-        "attitude_sigma_deg": plan.attitude_sigma_deg,
-        "attitude_accuracy_deg": float(attitude_accuracy_deg(plan.covariance)),
         "scenario": plan.scenario.name,
+        "design": list(plan.design),
         "converged": plan.converged,
         "t_end_s": plan.t_end,
+        "t_end_90_percent_of_runs_s": monte_carlo_t_end,
         "hold_end_s": plan.hold_end,
         "duration_s": plan.duration,
         "trace": plan.trace,
-        "design": list(plan.design),
-        "lower_bound": _describe_lower_bound(plan),
-        "error_drivers": plan.describe_error_drivers(),
-        **tables,
+        "attitude_1sigma_deg": plan.attitude_sigma_deg,
+        "attitude_1sigma_any_axis_deg": float(attitude_accuracy_deg(plan.covariance)),
+        "attitude_1sigma_90_percent_of_runs_deg": attitude["90 % of runs"],
+        "attitude_lower_bound_deg": attitude.get("lower bound"),
+        "constraints_satisfied": not plan.list_violations(),
+        "uncalibrated_errors": plan.list_uncalibrated_errors(),
+        "warnings": [*list_warnings(plan), *warn_of_late_convergence(plan)],
     }
 
 
-def _describe_lower_bound(plan: ManeuverPlan) -> dict[str, Any]:
-    try:
-        bound = plan.problem.lower_bound
-    except NoLowerBoundError as reason:
-        return {"reason": str(reason)}
-    min_trace = float(bound.trace[plan.to_steps(plan.t_end)])
-    return {
-        "trace": min_trace,
-        "ratio": plan.trace / min_trace,
-        "worst_axis": to_records(plan.compare_with_lower_bound()),
-        "relaxations": list(bound.relaxations),
-    }
-
-
-def write_figures(plan: ManeuverPlan, path: Path) -> None:
-    html = render_report_page(
-        f"plan, {plan.scenario.name}", list(build_plan_figures(plan).values())
-    )
+def write_plan_page(plan: ManeuverPlan, path: Path) -> None:
+    """Write the HTML page of a plan."""
+    html = render_review_page(build_review(plan), build_plan_figures(plan))
     write_file(path, html.encode())

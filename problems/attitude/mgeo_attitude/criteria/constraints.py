@@ -218,9 +218,9 @@ def _compute_max_wheel_momentum(result: Evaluation, inertia: Floats, allocation:
 
 
 def _build_path_constraint(index: int, constraint: PathConstraint) -> Constraint:
-    sigmas, margin_text = constraint.attitude_sigmas, "and" if constraint.keep_in else "less"
+    sigmas = constraint.attitude_sigmas
     angle = Bound(
-        f"{constraint.label} {margin_text} {sigmas:g} sigma" if sigmas else constraint.label,
+        f"{constraint.label}, {sigmas:g}-sigma margin" if sigmas else constraint.label,
         lambda result: result.path_angle[:, index],
         np.radians(constraint.half_angle_deg),
         "deg",

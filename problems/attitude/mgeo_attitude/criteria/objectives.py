@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from mgeo_attitude.filter.model import FilterModel
     from mgeo_attitude.scenario.scenario import Scenario
 
-#: Keys of the objectives of the paper, equation (5) of docs/theory.md.
+#: Keys of the objectives of the paper, equation (5) of docs/explanation/models-and-filter.md.
 PAPER_OBJECTIVES = ("t_end", "trace")
 
 #: Prefix of the key of a trace over some blocks of the state, as in ``trace:attitude,gyro.bias``.

@@ -34,10 +34,10 @@ def predict(P: Triangle, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
     """Generate code for the time update of the covariance, given the nonzero entries of the
     transition matrix F and of the process-noise covariance Q.
 
-    The update is P ← F P Fᵀ + Q, equation (3) of docs/theory.md. A row that is missing in F is
-    a row of the identity matrix without process noise, for a constant state. The states after the
-    last state on which other states depend must form blocks of three, and F and Q must be diagonal
-    there.
+    The update is P ← F P Fᵀ + Q, equation (3) of docs/explanation/models-and-filter.md. A row that
+    is missing in F is a row of the identity matrix without process noise, for a constant state. The
+    states after the last state on which other states depend must form blocks of three, and F and Q
+    must be diagonal there.
 
     Parameters
     ----------
@@ -133,8 +133,8 @@ def update(
     not estimate the states in `considered`, which have zero gain.
 
     The code computes P ← P - K H P with the gain K = P Hᵀ (R + H P Hᵀ)⁻¹, equation (4) of
-    docs/theory.md. Up to three measurement rows are processed together. With R + H P Hᵀ = L Lᵀ and
-    the scaled gain G = P Hᵀ L⁻ᵀ, the update is P ← P - G Gᵀ, equation (8).
+    docs/explanation/models-and-filter.md. Up to three measurement rows are processed together. With
+    R + H P Hᵀ = L Lᵀ and the scaled gain G = P Hᵀ L⁻ᵀ, the update is P ← P - G Gᵀ, equation (9).
 
     The states in `considered` have zero gain: G Gᵀ is not subtracted where both states are
     considered. With K = [K₁; 0] and the optimal gain K₁ of the estimated states, the result equals

@@ -56,7 +56,7 @@ def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
     the dynamics matrix A and the process-noise density of the continuous-time error model.
 
     F = exp(A dt) and Q is the integral of exp(A s) diag(density) exp(A s)ᵀ over the step, equation
-    (7) of docs/theory.md.
+    (8) of docs/explanation/models-and-filter.md.
 
     The step is halved until the Taylor series of F and Q converge fast, then doubled by F ← F F and
     Q ← Q + F Q Fᵀ. The result equals that of Van Loan (IEEE Transactions on Automatic Control 23

@@ -24,6 +24,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.history import build_measurement_model
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.suite import Suite, list_block_units
 
 
@@ -34,7 +35,7 @@ class ErrorBudget(NamedTuple):
     Attributes
     ----------
     sources : tuple of str
-        ``initial gyro bias``, ``noise of gyro``, ``drift of gyro bias``, ``noise of sun``...
+        ``initial gyro bias``, ``gyro noise``, ``gyro bias drift``, ``Sun sensor noise``...
     variances : array, shape (s, n_states)
         Contributions in squared filter units. The sum over the sources is the diagonal of the
         covariance.
@@ -42,6 +43,29 @@ class ErrorBudget(NamedTuple):
 
     sources: tuple[str, ...]
     variances: Floats
+
+
+GYRO_NOISE = "gyro noise"
+
+
+def format_initial_error(label: str) -> str:
+    """Return the name of the error source that an initial error is, such as "initial gyro bias"."""
+    return f"initial {label}"
+
+
+def format_drift(label: str) -> str:
+    """Return the name of the process noise of an error as error source: "gyro bias drift"."""
+    return f"{label} drift"
+
+
+def format_sensor_noise(sensor: Sensor) -> str:
+    """Return the name of the measurement noise of a sensor as error source.
+
+    A sensor with the default name of its class is called by its kind, as in "Sun sensor noise".
+    """
+    is_default = sensor.name == getattr(type(sensor), "name", None)
+    kind = " ".join(sensor.kind.split("-")[-2:]).replace("sun", "Sun")
+    return f"{kind if is_default else sensor.name} noise"
 
 
 class _Update(NamedTuple):
@@ -86,16 +110,14 @@ def compute_error_budget(model: FilterModel, design: ArrayLike, t_end: float) ->
             "ij,sjk,ik->si", adjoint, step.process_noise, adjoint, optimize=True
         )
         adjoint = adjoint @ step.transition
-    initial = [f"initial {labels[b]}" for b in suite.blocks]
+    initial = [format_initial_error(labels[b]) for b in suite.blocks]
     if (model.initial_correlation == np.eye(n)).all():
         initial_variances = (adjoint**2 * model.initial_sigma**2).reshape(n, -1, 3).sum(axis=2).T
     else:  # Correlated initial errors cannot be separated.
         initial = ["initial errors, correlated"]
         initial_variances = np.einsum("ij,jk,ik->i", adjoint, start, adjoint)[None]
-    drifts = [
-        "noise of gyro" if b == "attitude" else f"drift of {labels[b]}" for b in driven_blocks
-    ]
-    noises = [f"noise of {sensor.name}" for sensor in suite.sensors]
+    drifts = [GYRO_NOISE if b == "attitude" else format_drift(labels[b]) for b in driven_blocks]
+    noises = [format_sensor_noise(sensor) for sensor in suite.sensors]
     return ErrorBudget(
         (*initial, *drifts, *noises),
         np.vstack([initial_variances, drift_variances, noise_variances]),

@@ -62,8 +62,9 @@ def run_filter(model: FilterModel, design: ArrayLike) -> FilterHistory:
     """Run the compiled covariance filter for one design, and return its time history: 1-sigmas,
     covariance trace and attitude at each sample.
 
-    The filter consists of equations (2) to (4) of docs/theory.md. `run_reference_filter` computes
-    the same history with filterpy in about a hundred times the time.
+    The filter consists of equations (2) to (4) of docs/explanation/models-and-filter.md.
+    `run_reference_filter` computes the same history with filterpy in about a hundred times the
+    time.
 
     Parameters
     ----------

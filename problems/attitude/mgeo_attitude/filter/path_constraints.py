@@ -11,13 +11,13 @@ end,
 with the unit rotation axis n. The direction s moves in a straight line. For a fixed direction, the
 derivative of the cosine a · s is a multiple of sin(θ - θ₀), so that its zero follows from its
 values at both ends of the step. The motion of the direction changes the derivative so little that
-the same formula applies. See docs/theory.md.
+the same formula applies. See docs/explanation/maneuvers-and-constraints.md.
 
 The attitude in a step is controlled with the estimates before the step. The margin therefore uses
-the covariance predicted for the end of the step, before the measurements at the end, equation (14)
-of docs/theory.md. The arc tangent and the eigenvalues use only ``+ - * /`` and roots, which the
-compiled filter executes in vector registers. Scalars are symbols of generated code, or arrays with
-one value per step.
+the covariance predicted for the end of the step, before the measurements at the end, equation (3)
+of docs/explanation/maneuvers-and-constraints.md. The arc tangent and the eigenvalues use only
+``+ - * /`` and roots, which the compiled filter executes in vector registers. Scalars are symbols
+of generated code, or arrays with one value per step.
 """
 
 from __future__ import annotations

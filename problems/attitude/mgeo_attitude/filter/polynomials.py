@@ -1,10 +1,10 @@
 """Compiled exact discretization of attitude and gyro bias by polynomials of the rate matrix.
 
-With W = -[ω×], all matrices of equation (2) of docs/theory.md for attitude and bias are polynomials
-of W. Because W³ = -|ω|² W, a polynomial has three coefficients (p, q, r), which represent
-p I + q W + r W². The series of F and Q are sums of such triples. They take a ninth of the time of
-`discretization.discretize`, which matters if the body rate changes in every step. The process noise
-must be equal about all axes, since Q is otherwise not a polynomial of W.
+With W = -[ω×], all matrices of equation (2) of docs/explanation/models-and-filter.md for attitude
+and bias are polynomials of W. Because W³ = -|ω|² W, a polynomial has three coefficients (p, q, r),
+which represent p I + q W + r W². The series of F and Q are sums of such triples. They take a ninth
+of the time of `discretization.discretize`, which matters if the body rate changes in every step.
+The process noise must be equal about all axes, since Q is otherwise not a polynomial of W.
 """
 
 import math

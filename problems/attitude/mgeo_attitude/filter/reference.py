@@ -64,13 +64,6 @@ class Agreement:
         """
         return self.has_equal_ends and self.max_difference <= tolerance
 
-    def __str__(self) -> str:
-        ends = "all t_end are equal" if self.has_equal_ends else "some t_end DIFFER"
-        return (
-            f"{self.n_designs} random plans, {self.n_samples:,} samples: {ends}, the largest "
-            f"relative difference of a variance is {self.max_difference:.2g}"
-        )
-
 
 def compare_filters(model: FilterModel, designs: ArrayLike) -> Agreement:
     """Run the compiled filter and the reference filter for each of n designs, and return the

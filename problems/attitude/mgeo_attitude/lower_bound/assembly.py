@@ -1,6 +1,6 @@
 """Lower bound of the covariance over all plans of a scenario, and the relaxations behind the bound.
 
-The equations (20) to (29) are those of docs/theory.md.
+The docstrings cite equations (2) to (11) of docs/explanation/lower-bound.md.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def _bound_inertial(
     as the attitude error. The bounds follow from a covariance recursion with the joint information
     of all sensors.
 
-    See equation (22) of docs/theory.md.
+    See equation (4) of docs/explanation/lower-bound.md.
     """
     suite, names = model.suite, information.inertial_blocks
     indices = np.concatenate([_list_block_states(suite, name) for name in names])
@@ -131,7 +131,7 @@ def _bound_by_mean(
     in each sample. A scalar covariance recursion bounds the mean eigenvalue of the information
     matrix.
 
-    See equation (24) of docs/theory.md.
+    See equation (9) of docs/explanation/lower-bound.md.
     """
     start = np.array([[3.0 / np.trace(initial_information)]])
     variances = run_covariance_recursion(
@@ -157,7 +157,7 @@ def _bound_gyro(
 ) -> Iterator[tuple[str, BlockBounds]]:
     """Yield the name and the covariance bounds of each gyro error, such as the bias.
 
-    See equations (25) and (26) of docs/theory.md.
+    See equations (6) and (7) of docs/explanation/lower-bound.md.
     """
     suite, times = Suite(model.suite.gyro, ()), model.times
     noise_densities, matrices = (
@@ -210,7 +210,7 @@ def _bound_sensors(
     """Yield the name and the covariance bounds of each sensor or environment error that is not
     among `information.inertial_blocks`. All other states are assumed known.
 
-    See equation (23) of docs/theory.md.
+    See equation (5) of docs/explanation/lower-bound.md.
     """
     for name, block_information in information.blocks.items():
         states = _list_block_states(model.suite, name)
@@ -243,7 +243,7 @@ def _bound_common_modes(
     inertial and body-fixed errors that measurements can distinguish only if the body rotates, such
     as the attitude error and a misalignment.
 
-    See equation (28) of docs/theory.md.
+    See equation (10) of docs/explanation/lower-bound.md.
     """
     suite = model.suite
     if (model.initial_correlation != np.eye(len(initial_information))).any():

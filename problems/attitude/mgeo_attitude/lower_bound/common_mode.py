@@ -92,7 +92,7 @@ def bound_dynamics_information(
     the rotation of the body. The smaller its process noise, the more information contradicts this
     motion.
 
-    See equation (29) of docs/theory.md.
+    See equation (11) of docs/explanation/lower-bound.md.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def bound_common_modes(
     """Yield lower bounds on the sum of the three variances of an inertial error and of each
     body-fixed error that has the same effect on the measurements.
 
-    See equation (28) of docs/theory.md.
+    See equation (10) of docs/explanation/lower-bound.md.
 
     Parameters
     ----------

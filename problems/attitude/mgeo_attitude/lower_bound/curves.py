@@ -70,9 +70,9 @@ def bounds_from_information(initial_information: Floats, max_trace: Floats) -> B
     trace of the measured information.
 
     With the initial information Y and the measured information K, the covariance is (Y + K)⁻¹. By
-    equation (21) the best K has the eigenvectors of Y and raises the smallest eigenvalues to a
-    common level (water filling), because the bounds are convex and decreasing functions of the
-    eigenvalues.
+    equation (3) of docs/explanation/lower-bound.md the best K has the eigenvectors of Y and raises
+    the smallest eigenvalues to a common level (water filling), because the bounds are convex and
+    decreasing functions of the eigenvalues.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def _bound_trace_at_end(model: FilterModel, trace: Floats) -> Floats:
     """Return, for each time, the lower bound on the weighted trace of a plan that ends at this
     time.
 
-    See equation (27) of docs/theory.md.
+    See equation (8) of docs/explanation/lower-bound.md.
     """
     if model.rule != "trace":
         return trace
@@ -250,7 +250,7 @@ def _bound_criteria(model: FilterModel, bounds: Mapping[str, BlockBounds]) -> di
     """Return lower bounds on three objectives of the normalized covariance (mean variance, log
     determinant, largest eigenvalue) as a dict by objective, with one value per time.
 
-    See equation (13) of docs/theory.md.
+    See equation (7) of docs/explanation/models-and-filter.md.
     """
     suite = model.suite
     states = suite.calibrated_indices

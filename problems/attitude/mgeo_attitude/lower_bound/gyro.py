@@ -49,7 +49,7 @@ def bound_through_attitude(
     """Return lower bounds on the eigenvalues of the covariance of a gyro error that affects
     measurements only through the attitude.
 
-    See equation (25) of docs/theory.md.
+    See equation (6) of docs/explanation/lower-bound.md.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def bound_with_known_attitude(
     """Return lower bounds on the eigenvalues of the covariance of a gyro bias, assuming that the
     attitude is known at all times.
 
-    The variances solve the Riccati equation p' = -2 λ p + q - p² / r, equation (26), with the decay
+    The variances solve the Riccati equation p' = -2 λ p + q - p² / r, equation (7), with the decay
     rate λ and noise density q of the error and the angle random walk r. The initial values p are
     the eigenvalues of the initial covariance.
 
@@ -116,7 +116,7 @@ def run_covariance_recursion(
     """Run the covariance recursion of a Kalman filter with diagonal transition and process-noise
     matrices, and return the covariance after each sample.
 
-    See equation (22) of docs/theory.md.
+    See equation (4) of docs/explanation/lower-bound.md.
 
     Each step computes P⁻ = F P F + Q and P = ((P⁻)⁻¹ + J)⁻¹ with the information J of a sample.
 

@@ -57,7 +57,8 @@ class SlewLimits:
         """Return the shortest time [s] in which the body rate can change by the given amounts
         within the limits.
 
-        The rate changes along a straight line, with the torque J dω/dt; see equation (12).
+        The rate changes along a straight line, with the torque J dω/dt; see equation (1)
+        of docs/explanation/maneuvers-and-constraints.md.
 
         Parameters
         ----------

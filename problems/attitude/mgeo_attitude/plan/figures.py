@@ -7,16 +7,18 @@ import dataclasses
 import plotly.graph_objects as go
 
 from mgeo.figures.style import COLORS, apply_style, build_log_axis_layout, select_symbol
+from mgeo_attitude.maneuvers.motion import HOLD_LABEL
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.view.figures.style import PlottedSolutions, build_line_style
 from mgeo_attitude.view.figures.time_series import draw_maneuvers
+from mgeo_attitude.view.observability.error_budget import TOTAL
 from mgeo_attitude.view.summaries import format_nominal_suffix
 
 
 def build_plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
     """Return plotly figures of the body rates, the uncertainty by phase, the error budget and the
-    correlations of a plan, as a dict by name.
+    correlations of a plan, as a dict by the section of the plan that each figure belongs to.
 
     Parameters
     ----------
@@ -25,15 +27,19 @@ def build_plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
     Returns
     -------
     dict of str to plotly Figure
-        Figures with the keys ``rates``, ``uncertainty_by_phase``, ``error_budget`` and
-        ``correlation``.
+        Figures with the keys ``timeline``, ``accuracy``, ``drivers`` and ``axes``; see
+        `mgeo_attitude.plan_sections`.
     """
     solutions = dataclasses.replace(PlottedSolutions.from_plans(plan.view), labels=("plan",))
+    rates = draw_maneuvers(plan.problem, solutions, plan.view.hold_end)
+    has_hold = any(phase.label.startswith(HOLD_LABEL) for phase in plan.phases)
+    hold = "gray: the last rates are held" if has_hold else ""
+    apply_style(rates, "Body rates", hold).layout.annotations = ()
     return {
-        "rates": draw_maneuvers(plan.problem, solutions),
-        "uncertainty_by_phase": _draw_uncertainty_by_phase(plan),
-        "error_budget": _draw_error_budget(plan),
-        "correlation": _draw_correlation(plan),
+        "timeline": rates,
+        "accuracy": _draw_uncertainty_by_phase(plan),
+        "drivers": _draw_error_budget(plan),
+        "axes": _draw_correlation(plan),
     }
 
 
@@ -55,26 +61,24 @@ def _draw_uncertainty_by_phase(plan: ManeuverPlan) -> go.Figure:
             customdata=worst[:, index],
             hovertemplate=f"{block.label} %{{customdata:.4g}} {block.unit} (%{{y:.3g}})",
         )
-    title = "1-sigma at the end of each phase, relative to its initial value"
-    apply_style(
-        figure, title, "worst body axis of each error" + format_nominal_suffix(plan.scenario)
-    )
+    subtitle = "1-sigma of the worst body axis at the end of each phase"
+    apply_style(figure, "Uncertainty reduction", subtitle + format_nominal_suffix(plan.scenario))
     figure.update_layout(hovermode="x unified", height=460)
     return figure.update_yaxes(
-        build_log_axis_layout(worst / worst[0]), title_text="1-sigma / initial 1-sigma [-]"
+        build_log_axis_layout(worst / worst[0]), title_text="1-sigma / initial 1-sigma"
     )
 
 
 def _draw_error_budget(plan: ManeuverPlan) -> go.Figure:
     table = plan.compute_error_budget()
-    share = 100.0 * (table / table.loc["all"]) ** 2
+    share = 100.0 * (table / table.loc[TOTAL]) ** 2
     figure = go.Figure()
-    for index, source in enumerate(table.index[:-1]):
+    for index, source in enumerate(table.index.drop(TOTAL)):
         pattern = ("", "/", "x", ".")[
             index // len(COLORS) % 4
         ]  # The pattern distinguishes equal colors.
         figure.add_bar(
-            y=table.columns,
+            y=[block.label for block in list_block_units(plan.problem.model.suite)],
             x=share.loc[source],
             name=source,
             orientation="h",
@@ -82,7 +86,8 @@ def _draw_error_budget(plan: ManeuverPlan) -> go.Figure:
             customdata=table.loc[source],
             hovertemplate=f"{source} %{{customdata:.3g}} (%{{x:.1f}} % of the variance)",
         )
-    apply_style(figure, "Error budget at t_end", "share of the variance of the worst body axis")
+    subtitle = "share of each error source in the variance of the worst body axis"
+    apply_style(figure, "Error budget", subtitle + format_nominal_suffix(plan.scenario))
     figure.update_layout(barmode="stack", height=320 + 30 * len(table.columns))
     figure.update_yaxes(autorange="reversed", title_text="")
     return figure.update_xaxes(range=[0.0, 100.0], title_text="share of the variance [%]")
@@ -106,8 +111,8 @@ def _draw_correlation(plan: ManeuverPlan) -> go.Figure:
     )
     apply_style(
         figure,
-        "Correlation of the errors at t_end",
-        "a combination of strongly correlated errors has a smaller uncertainty than either error",
+        "Correlation of the errors",
+        "the difference or sum of strongly correlated errors is known better than either error",
     )
     figure.update_layout(height=260 + 30 * len(table), margin={"l": 150, "b": 150})
     figure.update_xaxes(tickangle=-60, showgrid=False)

@@ -25,9 +25,9 @@ from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.settings.types import DEG
 from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
-from mgeo_attitude.view import lower_bound
 from mgeo_attitude.view.maneuver_view import ManeuverView
 from mgeo_attitude.view.observability import covariance, error_budget, improvements
+from mgeo_attitude.view.overview import build_accuracy_table
 from mgeo_attitude.view.summaries import format_duration
 
 #: Remaining share of an initial 1-sigma above which an error counts as not calibrated.
@@ -341,38 +341,31 @@ class ManeuverPlan(Settings):
             index=pd.Index(states.names, name="state"),
         )
 
-    def compare_with_lower_bound(self) -> pd.DataFrame:
-        """Return a table that compares the predicted 1-sigmas at `t_end` with their lower bounds,
-        each about the worst body axis.
-
-        The lower bound holds for every maneuver; see `lower_bound.compare_with_lower_bound` for the
-        columns of the table.
-
-        Raises
-        ------
-        NoLowerBoundError
-            If no lower bound is proved.
+    @cached_property
+    def accuracy(self) -> pd.DataFrame:
+        """Table of the 1-sigmas about the worst body axis, before the plan and at `t_end`, with
+        their lower bounds; see `overview.build_accuracy_table` for the columns.
         """
-        return lower_bound.compare_with_lower_bound(
-            self.problem.model, self.problem.lower_bound, self.history
-        )
+        return build_accuracy_table(self.view)
 
-    def describe_lower_bound(self) -> list[str]:
-        """Return lines of text on the ratio of the trace at `t_end` to its lower bound over all
-        maneuvers.
+    def compare_trace_with_lower_bound(self) -> pd.DataFrame:
+        """Return a table with one row: the trace at `t_end`, its lower bound over all maneuvers,
+        and their ratio. The table is empty if no lower bound can be proved.
         """
+        columns = ["predicted", "lower bound", "ratio"]
         try:
-            curves = self.problem.lower_bound
-        except NoLowerBoundError as reason:
-            return [f"no lower bound of the trace: {reason}"]
-        return list(lower_bound.describe_lower_bound(curves, self.t_end, self.trace))
+            (min_trace,) = self.problem.lower_bound.evaluate_trace(np.array([self.t_end]))
+        except NoLowerBoundError:
+            return pd.DataFrame(columns=columns)
+        row = [self.trace, min_trace, self.trace / min_trace]
+        return pd.DataFrame([row], ["trace [-]"], columns).rename_axis("quantity")
 
     def list_uncalibrated_errors(self) -> list[str]:
         """Return the names of the calibration parameters whose 1-sigma stays above half of its
-        initial value.
+        initial value, with the remaining share, as in "sun bias (92 %)".
 
-        Each name comes with the remaining share of the initial 1-sigma. Plans with a short t_end
-        may satisfy the convergence rule because the filter stalls; this list reveals them.
+        Plans with a short t_end may satisfy the convergence rule because the filter stalls; this
+        list reveals them.
         """
         suite = self.problem.model.suite
         # The reference is the uncertainty before any calibration, because a plan that follows a
@@ -381,7 +374,7 @@ class ManeuverPlan(Settings):
         remaining = (np.sqrt(np.diag(self.covariance)) / initial).reshape(-1, 3).max(axis=1)
         blocks = list_block_units(suite)
         return [
-            f"{block.label} ({100.0 * share:.0f} % of the initial 1-sigma is left)"
+            f"{block.label} ({100.0 * share:.0f} %)"
             for block, share in zip(blocks, remaining, strict=True)
             if share > UNCALIBRATED_SHARE
         ]
@@ -439,23 +432,20 @@ class ManeuverPlan(Settings):
         return self._error_budget.copy()
 
     def evaluate_improvements(self) -> pd.DataFrame:
-        """Return a table of the worst-axis 1-sigmas that the plan would reach if one input were
-        improved, with one row per improvement.
-
-        Inputs are initial uncertainties, sensor noise, and the duration of the plan; see
+        """Return a table of the worst-axis 1-sigmas that the plan would reach if one error source
+        were halved or if the plan were longer, with one row per change; see
         `improvements.evaluate_improvements`.
         """
         return self._improvements.copy()
 
-    def describe_error_drivers(self) -> list[str]:
-        """Return lines of text with the largest error sources and the most effective improvements,
-        one line for each 1-sigma that the scenario constrains.
+    def find_error_drivers(self) -> pd.DataFrame:
+        """Return a table of the three largest error sources of each 1-sigma that the scenario
+        constrains, or of the attitude if the scenario has no such requirements.
 
-        Without requirements there is one line for the attitude. See
-        `error_budget.describe_error_drivers`.
+        See `error_budget.find_error_drivers` for the columns.
         """
-        return error_budget.describe_error_drivers(
-            self.problem.model, self._error_budget, self._improvements, self.history
+        return error_budget.find_error_drivers(
+            self.problem.model, self._error_budget, self._improvements
         )
 
     def compute_measurement_times(self) -> pd.DataFrame:

@@ -70,7 +70,8 @@ class PathConstraint(Settings):
 
     For the Earth's disc, angles are measured from the limb and are negative inside of the disc. The
     Sun counts in sunlight only. The axis follows from the estimated attitude: the constraint has a
-    margin of `attitude_sigmas` times the 1-sigma of the angle, see equation (14) of docs/theory.md.
+    margin of `attitude_sigmas` times the 1-sigma of the angle, see equation (3) of
+    docs/explanation/maneuvers-and-constraints.md.
 
     Examples
     --------

@@ -35,7 +35,7 @@ DETERMINED_KEYS = ("preset", "prior")
 _SAME_INSTANT = 1e-3
 
 #: Text of the entry ``conclusion`` in a statistically consistent calibration.
-CONSISTENT = "statistically consistent"
+CONSISTENT = "The telemetry is statistically consistent with the model."
 
 #: Key of a scenario that accepts a statistically inconsistent calibration.
 ACCEPT_INCONSISTENT = "accept_inconsistent"

@@ -53,11 +53,6 @@ class Convergence(Settings):
     allow_rise: bool = False
     """true if the filter also counts as converged when the trace rises over the window"""
 
-    @property
-    def time_label(self) -> str:
-        """Name of t_end in messages, such as ``time to converge``."""
-        return "a plan's end" if self.rule == "end" else "time to converge"
-
 
 @dataclass(frozen=True, kw_only=True)
 class MonteCarloSettings(Settings):

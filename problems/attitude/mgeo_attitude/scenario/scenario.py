@@ -60,9 +60,7 @@ from mgeo_attitude.settings.base import Settings, TableClasses, to_table
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.settings.types import DisplayName, Instant, Seconds
 
-_NO_GYRO = (
-    "expected a [gyro] table: the filter needs a gyro, see 'Without a gyro' in docs/errors.md"
-)
+_NO_GYRO = "expected a [gyro] table: the filter needs a gyro, see docs/how-to/describe-sensors.md"
 
 
 @dataclass(frozen=True, kw_only=True)

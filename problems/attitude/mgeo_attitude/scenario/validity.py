@@ -242,7 +242,7 @@ class OutsideValidity(UserWarning):
 
 
 #: Largest initial 1-sigma per axis for which the NEES of the estimator is within its 99 % bounds
-#: for both presets; see docs/consistency.md.
+#: for both presets; see docs/validation/consistency.md.
 MAX_ATTITUDE_DEG = 20.0
 MAX_MISALIGNMENT_DEG = 1.0
 MAX_GYRO_BIAS_DEG_S = 0.01
@@ -288,8 +288,8 @@ def find_validity_violations(scenario: Scenario) -> tuple[str, ...]:
     """Return a message for each initial 1-sigma that is too large for the linear covariance, which
     may then be overconfident. The tuple is empty if there is none.
 
-    The initial uncertainties are compared with the ranges of docs/consistency.md, in which one
-    uncertainty at a time was varied from the presets. A scenario within the ranges is not
+    The initial uncertainties are compared with the ranges of docs/validation/consistency.md, in
+    which one uncertainty at a time was varied from the presets. A scenario within the ranges is not
     guaranteed to be consistent; `simulate` tests it.
 
     Parameters

@@ -6,14 +6,10 @@ The bounds are computed in `mgeo_attitude.lower_bound`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
-import pandas as pd
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.filter.history import FilterHistory
-from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.lower_bound.curves import LowerBound
 from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from mgeo_attitude.problem import AttitudeManeuverProblem
@@ -112,56 +108,6 @@ def compute_bound_curves(problem: AttitudeManeuverProblem, t_end: Floats) -> Flo
     if problem.scenario.monte_carlo:
         curves = np.minimum.accumulate(curves)
     return np.column_stack([bound.times, curves])[indices]
-
-
-def compare_with_lower_bound(
-    model: FilterModel, bound: LowerBound, history: FilterHistory
-) -> pd.DataFrame:
-    """Return a table that compares the worst-axis 1-sigmas at the end of a plan with their lower
-    bounds.
-
-    Parameters
-    ----------
-    model : FilterModel
-    bound : LowerBound
-    history : FilterHistory
-        Covariance history of the plan until its convergence.
-
-    Returns
-    -------
-    DataFrame
-        One row per 3-vector of the state. Columns: ``unit``, ``predicted``, ``lower bound`` and
-        ``predicted / lower bound [-]``.
-    """
-    step = round(history.t_end / model.step)
-    units = list_block_units(model.suite)
-    factors = np.array([unit.factor for unit in units])
-    worst = history.sigma[-1].reshape(-1, 3).max(axis=1)
-    bounds = np.array([bound.compute_sigma(name)[step] for name in model.suite.blocks])
-    return pd.DataFrame(
-        {
-            "unit": [unit.unit for unit in units],
-            "predicted": worst * factors,
-            "lower bound": bounds * factors,
-            "predicted / lower bound [-]": worst / bounds,
-        },
-        index=pd.Index([unit.label for unit in units], name="error"),
-    )
-
-
-def describe_lower_bound(bound: LowerBound, t_end: float, trace: float) -> Iterator[str]:
-    """Yield a line of text with the ratio of the trace of a plan to its lower bound, and a second
-    line if the bound contains relaxations.
-
-    A relaxation is a simplification by which the bound is lower than necessary.
-    """
-    (min_trace,) = bound.evaluate_trace(np.array([t_end]))
-    yield (
-        f"the trace is {trace / min_trace:.2f} times its lower bound, which is {min_trace:.3g} "
-        f"after {format_duration(t_end)}"
-    )
-    if bound.relaxations:
-        yield f"relaxation of the lower bound: {'; '.join(bound.relaxations)}"
 
 
 def _round_up(value: float) -> str:

@@ -167,10 +167,12 @@ def _list_robustness_warnings(plans: Plans, sample_label: str) -> list[str]:
     # The design may fix t_end, so that every run reaches it.
     is_fixed = problem.model.ends_with_last_maneuver
     labels = [label for label in problem.obj_labels if not (is_fixed and label == "time")]
+    names = " or ".join(labels).replace("-", " ")
+    verb = "exceeds" if n_overrun == 1 else "exceed"
     advice = "Use --robust for plans that hold in 90 % of runs."
     if problem.scenario.monte_carlo:
         advice = "Increase n_runs of [monte_carlo]."
     return [
-        f"{n_overrun} of {sample_label} exceed the predicted {' or '.join(labels)} by more than "
+        f"{n_overrun} of {sample_label} {verb} the predicted {names} by more than "
         f"{100.0 * TOLERANCE:.0f} % in one of ten Monte Carlo runs. {advice}"
     ]

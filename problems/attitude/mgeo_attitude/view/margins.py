@@ -179,8 +179,9 @@ def list_margin_warnings(plans: Plans, sample_label: str) -> list[str]:
     if not labels:
         return []
     n_violating = sum(map(bool, violated_labels))
+    verb = "violates" if n_violating == 1 else "violate"
     return [
-        f"{n_violating} of {sample_label} violate a constraint after convergence "
+        f"{n_violating} of {sample_label} {verb} a constraint after convergence "
         f"({', '.join(labels)}). Check the constraints of a plan with mgeo attitude show."
     ]
 

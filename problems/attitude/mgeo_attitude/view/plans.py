@@ -60,8 +60,8 @@ class Plans(View):
         Designs.
     """
 
-    problem: AttitudeManeuverProblem
     noun = "plan"
+    problem: AttitudeManeuverProblem
     #: Number of independent Monte Carlo runs per plan.
     n_monte_carlo_runs: ClassVar[int] = 200
 

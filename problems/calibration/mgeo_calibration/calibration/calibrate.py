@@ -151,9 +151,9 @@ def _calibrate_without_fit(
     if walk is not None:
         sample = walk / (60.0 * np.sqrt(np.median(data.durations)))
         raise CalibrationError(
-            f"gyro is noisier than declared, about {walk:.2g} deg/sqrt(h): declare "
-            f"gyro.angle_random_walk_deg_per_sqrt_h, or gyro.sample_noise_deg_s = {sample:.2g} "
-            f"({error})"
+            f"gyro is noisier than declared, about {walk:.2g} deg/sqrt(h). Set "
+            f"gyro.angle_random_walk_deg_per_sqrt_h, or gyro.sample_noise_deg_s = {sample:.2g}, in "
+            f"the scenario. Message of the fit: {error}"
         )
     checks = run_checks(scenario, telemetry, data)
     if not list_data_faults(checks):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.calibration.consistency_tests import (
+    MAX_OUTLIER_FRACTION,
+    Failure,
     PriorTest,
     SensorTest,
     list_prior_contradictions,
@@ -24,6 +27,7 @@ from mgeo_calibration.calibration.consistency_tests import (
 from mgeo_calibration.calibration.corrections import (
     compute_corrections,
     convert_block,
+    convert_to_si,
     list_telemetry_units,
 )
 from mgeo_calibration.calibration.model_tests import ModelTest, compute_variance_ratio
@@ -32,6 +36,9 @@ from mgeo_calibration.estimation.residuals import History
 if TYPE_CHECKING:
     import plotly.graph_objects as go
     from mgeo_attitude.plan.plan import ManeuverPlan
+
+#: Ratio of the final to the initial 1-sigma above which a parameter is hardly observable.
+_UNOBSERVED_RATIO = 0.9
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -110,6 +117,11 @@ class Calibration:
         """UTC of the last sample as an ISO 8601 string."""
         return format_time_stamps(self.scenario.epoch, [self.time])[0]
 
+    @property
+    def attitude_sigma_deg(self) -> float:
+        """1-sigma of the attitude at the last sample about the worst body axis [deg]."""
+        return float(np.degrees(np.sqrt(np.diag(self.covariance)[:3].max())))
+
     def build_table(self) -> pd.DataFrame:
         """Return the estimated calibration parameters as a table with one row per parameter and
         axis.
@@ -145,15 +157,16 @@ class Calibration:
         return compute_corrections(self.suite, self.states)
 
     @property
-    def failures(self) -> list[str]:
-        """One-line descriptions of the failed consistency tests, as a list. The list is empty for a
-        consistent calibration.
+    def failures(self) -> list[Failure]:
+        """Failed consistency tests, the most likely cause first. The list is empty for a consistent
+        calibration.
 
         `data_faults` come first. Contradictions of the prior and unmodeled errors follow, starting
         with the group of the largest chi-square. Failed innovation tests come last, because an
         unmodeled error also affects the innovations of healthy sensors.
         """
-        innovation_failures = [text for test in self.tests for text in test.describe_failures()]
+        data_failures = [Failure("telemetry", fault) for fault in self.data_faults]
+        innovation_failures = [failure for test in self.tests for failure in test.list_failures()]
         # Chi-squares of model tests are divided by the variance ratio.
         variance_ratio = compute_variance_ratio(self.tests)
         # A change since an earlier calibration resembles a change soon after the first sample.
@@ -167,16 +180,21 @@ class Calibration:
                 0.0
                 if test.description.startswith(tuple(changed_blocks))
                 else variance_ratio * test.chi_square,
-                test.summary,
+                test.failure,
             )
             for test in self.model_tests
             if test.is_selected
         ]
-        prior_causes = sorted(list_prior_contradictions(self.prior_tests), reverse=True)
-        first, second = sorted(
-            (prior_causes, model_causes), key=lambda causes: causes[:1], reverse=True
+        prior_causes = sorted(
+            list_prior_contradictions(self.prior_tests), key=itemgetter(0), reverse=True
         )
-        return [*self.data_faults, *(text for _, text in first + second), *innovation_failures]
+        first, second = sorted(
+            (prior_causes, model_causes),
+            key=lambda causes: causes[0][0] if causes else -np.inf,
+            reverse=True,
+        )
+        causes = [failure for _, failure in first + second]
+        return [*data_failures, *causes, *innovation_failures]
 
     @property
     def is_consistent(self) -> bool:
@@ -187,24 +205,123 @@ class Calibration:
 
     @property
     def conclusion(self) -> str:
-        """Conclusion for the user in one line: the calibration is consistent, or which tests failed
-        and why.
+        """Verdict for the user: the telemetry is consistent, or the first failed test with its
+        likely cause and what to do.
         """
         if self.is_consistent:
             return CONSISTENT
-        failures = "; ".join(self.failures)
-        return f"statistically inconsistent ({self._failed_tests} failed): {failures}"
+        first = self.failures[0]
+        evidence = f" ({first.evidence})" if first.evidence else ""
+        others = " (other causes are possible)" if first.alternatives else ""
+        sentences = [
+            f'Statistically inconsistent: the test "{first.test}" failed{evidence}.',
+            f"Likely cause{others}: {first.cause}.",
+        ]
+        if first.action:
+            sentences.append(f"Do this: {first.action}.")
+        return " ".join(sentences)
 
-    @property
-    def _failed_tests(self) -> str:
-        has_failed = {
-            "data": bool(self.data_faults),
-            "prior": any(test.is_failed for test in self.prior_tests),
-            "model": any(test.is_selected for test in self.model_tests),
-            "innovations": any(test.describe_failures() for test in self.tests),
-        }
-        failed = [f"the {name}" for name, has_failed_test in has_failed.items() if has_failed_test]
-        return f"tests of {' and '.join(failed)}"
+    def build_test_table(self) -> pd.DataFrame:
+        """Return the results of all tests, one row per test.
+
+        The prior is tested by the block with the smallest p-value, and errors that the scenario
+        does not model by the most significant error.
+
+        Returns
+        -------
+        DataFrame
+            Columns: ``statistic``; ``value``; ``bound_type`` ("at most" or "at least"),
+            ``bound_value``; and ``is_passed``.
+        """
+        rows: dict[str, tuple[str, float, str, float, bool]] = {}
+        if self.data_faults:
+            rows["telemetry"] = "faults", float(len(self.data_faults)), "at most", 0.0, False
+        for test in self.tests:
+            name = test.sensor
+            rows[f"noise of {name}"] = (
+                "NIS per component",
+                test.nis,
+                "at most",
+                test.nis_high,
+                test.is_noise_as_declared,
+            )
+            rows[f"whiteness of {name}"] = (
+                "autocorrelation",
+                test.correlation,
+                "at most",
+                test.max_correlation,
+                test.is_white,
+            )
+            rows[f"outliers of {name}"] = (
+                "share [%]",
+                test.outlier_percentage,
+                "at most",
+                100.0 * MAX_OUTLIER_FRACTION,
+                test.has_few_outliers,
+            )
+        if self.prior_tests:
+            prior = min(self.prior_tests, key=lambda test: test.p)
+            rows["prior"] = (
+                f"p ({prior.block})",
+                prior.p,
+                "at least",
+                prior.significance_level,
+                not prior.is_failed,
+            )
+        # A significant error that is not selected is impossible, or explained by a selected error.
+        possible = [
+            test
+            for test in self.model_tests
+            if test.is_selected or (test.degrees_of_freedom and test.p >= test.significance_level)
+        ]
+        if possible:
+            model = min(possible, key=lambda test: (not test.is_selected, test.p))
+            rows["unmodeled errors"] = (
+                f"p ({model.name})",
+                model.p,
+                "at least",
+                model.significance_level,
+                not model.is_selected,
+            )
+        columns = ["statistic", "value", "bound_type", "bound_value", "is_passed"]
+        index = pd.Index(list(rows), name="test")
+        return pd.DataFrame(list(rows.values()), index=index, columns=columns)
+
+    def build_parameters(self) -> list[dict[Any, Any]]:
+        """Return the rows of `build_table` as JSON-serializable dicts, with their values also in SI
+        units.
+        """
+        table = self.build_table()
+        units, factors = zip(*map(convert_to_si, table["unit"]), strict=True)
+        for name in ("estimate", "sigma", "prior_sigma"):
+            table[f"{name}_si"] = table[name] * factors
+        return table.assign(unit_si=units).to_dict("records")
+
+    def list_uncalibrated(self) -> dict[str, str]:
+        """Return the reason why a parameter or an error is not calibrated, as a dict from its name
+        to the reason.
+        """
+        table = self.build_table().groupby("block", sort=False)[["sigma", "prior_sigma"]].max()
+        ratios = table["sigma"] / table["prior_sigma"]
+        considered, processes = self.suite.considered_blocks, self.suite.processes
+        reasons = {}
+        for block, ratio in ratios.items():
+            if block in considered:
+                reasons[str(block)] = "considered by the scenario, keeps its prior"
+            elif block in processes:
+                reasons[str(block)] = "varies with time, no constant correction"
+            elif ratio > _UNOBSERVED_RATIO:
+                reasons[str(block)] = (
+                    f"hardly observable, {100.0 * ratio:.0f} % of the initial 1-sigma remains"
+                )
+        for test in self.model_tests:
+            if not test.degrees_of_freedom:
+                reasons[test.name] = f"not in the scenario, {test.description}"
+        tested = {test.sensor for test in self.tests}
+        for sensor in self.scenario.sensors:
+            if sensor.name not in tested:
+                reasons[sensor.name] = "no usable readings"
+        return reasons
 
     def build_sensor_test_table(self) -> pd.DataFrame:
         """Return the innovation tests as a table with one row per sensor. Columns are the fields of
@@ -225,10 +342,10 @@ class Calibration:
         return tabulate_tests(ModelTest, self.model_tests, "name")
 
     def build_outlier_table(self) -> pd.DataFrame:
-        """Return the rejected readings as a table with the columns ``time``, ``sensor`` and
+        """Return the rejected readings as a table with the columns ``time_s``, ``sensor`` and
         ``chi_square``.
         """
-        return pd.DataFrame(list(self.outliers), columns=["time", "sensor", "chi_square"])
+        return pd.DataFrame(list(self.outliers), columns=["time_s", "sensor", "chi_square"])
 
     @property
     def attitude(self) -> pd.DataFrame:
@@ -310,10 +427,10 @@ class Calibration:
         Returns
         -------
         DataFrame
-            Columns: ``unit`` of telemetry, ``predicted``, ``achieved`` and their ratio. The
-            prediction is the linear covariance of the plan at the last sample, or at the end of the
-            plan's scenario if that is earlier; ``attrs["time_s"]`` is the time. ``attrs["motion"]``
-            describes the simulated motion where it is ambiguous.
+            Columns: ``unit`` of telemetry, ``predicted``, ``achieved``, and ``ratio`` of achieved
+            to predicted. The prediction is the linear covariance of the plan at the last sample, or
+            at the end of the plan's scenario if that is earlier; ``attrs["time_s"]`` is the time.
+            ``attrs["motion"]`` describes the simulated motion where it is ambiguous.
 
         Raises
         ------
@@ -347,7 +464,7 @@ class Calibration:
                 "unit": [unit.text for unit in each],
                 "predicted": predicted,
                 "achieved": achieved,
-                "achieved / predicted [-]": achieved / predicted,
+                "ratio": achieved / predicted,
             },
             index=pd.Index(StateLabels.from_suite(model.suite).names, name="state"),
         )

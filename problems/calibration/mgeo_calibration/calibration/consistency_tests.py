@@ -34,6 +34,47 @@ _MIN_RMS_RATIO = 0.5
 ALL_STATES = "all"
 
 
+@dataclass(frozen=True)
+class Failure:
+    """Failed test of a calibration: the evidence, the likely cause and the remedy.
+
+    ``str(failure)`` is one line of text.
+
+    Attributes
+    ----------
+    test : str
+        Name of the test.
+    cause : str
+        Most likely cause.
+    evidence : str
+        Test statistic and its expected value; empty for checks of the telemetry.
+    action : str
+        What the user should do; empty if the cause includes it.
+    alternatives : str
+        Other causes that cannot be distinguished from this one, with their actions.
+    """
+
+    test: str
+    cause: str
+    evidence: str = ""
+    action: str = ""
+    alternatives: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.summary}; {self.alternatives}" if self.alternatives else self.summary
+
+    @property
+    def summary(self) -> str:
+        """Cause, evidence and action in one line of text, without the alternatives."""
+        evidence = f" ({self.evidence})" if self.evidence else ""
+        action = f": {self.action}" if self.action else ""
+        return f"{self.cause}{evidence}{action}"
+
+    def list_alternatives(self) -> list[str]:
+        """Return the alternatives, one line of text each."""
+        return [text.removeprefix("or ") for text in self.alternatives.split("; ") if text]
+
+
 @dataclass(frozen=True, kw_only=True)
 class SensorTest:
     """Result of the innovation tests of one sensor: NIS, whiteness and share of outliers.
@@ -87,24 +128,67 @@ class SensorTest:
         """
         return self.correlation < -self.correlation_bound
 
-    def describe_failures(self) -> list[str]:
-        """Return one line of text for each failed test of the sensor: NIS, whiteness or share of
-        outliers.
+    @property
+    def outlier_percentage(self) -> float:
+        """Percentage of the readings that are outliers."""
+        return 100.0 * self.n_outliers / self.n_readings
+
+    @property
+    def is_noise_as_declared(self) -> bool:
+        """True if the innovations do not scatter more than the declared noise."""
+        return self.nis <= self.nis_high
+
+    @property
+    def max_correlation(self) -> float:
+        """Largest acceptable autocorrelation.
+
+        This is the bound for white innovations, or the correlation at which the variance ratio is 1
+        if the declared noise is larger than the actual noise.
         """
+        return max(self.correlation_bound, (1.0 / self.nis - 1.0) / (2.0 * N_LAGS))
+
+    @property
+    def is_white(self) -> bool:
+        """True if the innovations have no significant positive correlation."""
+        return self.correlation <= self.max_correlation
+
+    @property
+    def has_few_outliers(self) -> bool:
+        """True if the share of outliers is acceptable."""
+        return self.n_outliers <= MAX_OUTLIER_FRACTION * self.n_readings
+
+    def list_failures(self) -> list[Failure]:
+        """Return the failed tests of the sensor: noise, whiteness and share of outliers."""
         result = []
-        if not self.nis <= self.nis_high:
+        if not self.is_noise_as_declared:
             result.append(
-                f"{self.sensor} scatters more than its noise (NIS {self.nis:.3f}, expected "
-                f"{self.nis_low:.3f} to {self.nis_high:.3f})"
+                Failure(
+                    f"noise of {self.sensor}",
+                    f"{self.sensor} readings scatter more than their declared noise",
+                    f"NIS {self.nis:.3f}, expected at most {self.nis_high:.3f}",
+                    "repeat with --fit noise, and declare the noise that is printed",
+                )
             )
-        if not self.correlation <= self.correlation_bound and not self.variance_ratio <= 1.0:
+        if not self.is_white:
             result.append(
-                f"innovations of {self.sensor} are not white (correlation {self.correlation:.3f}, "
-                f"expected at most {self.correlation_bound:.3f})"
+                Failure(
+                    f"whiteness of {self.sensor}",
+                    f"innovations of {self.sensor} are not white, because an error that varies is "
+                    "missing or declared too small",
+                    f"autocorrelation {self.correlation:.3f}, expected at most "
+                    f"{self.max_correlation:.3f}",
+                    f"declare more gyro noise, or a varying error of {self.sensor}",
+                )
             )
-        if self.n_outliers > MAX_OUTLIER_FRACTION * self.n_readings:
-            share = 100.0 * self.n_outliers / self.n_readings
-            result.append(f"{share:.2g} % of {self.sensor} are outliers")
+        if not self.has_few_outliers:
+            result.append(
+                Failure(
+                    f"outliers of {self.sensor}",
+                    f"{self.outlier_percentage:.2g} % of the {self.sensor} readings are outliers",
+                    f"expected at most {100.0 * MAX_OUTLIER_FRACTION:.2g} %",
+                    f"correct or remove these readings, or declare more noise of {self.sensor}",
+                )
+            )
         return result
 
     def describe_excess_noise(self) -> list[str]:
@@ -119,8 +203,8 @@ class SensorTest:
             ("deg", np.degrees(self.rms_noise)) if is_angle else (self.unit, self.rms_noise)
         )
         return [
-            f"{self.sensor}: sigmas are too large by {1.0 / less:.3g}; measured "
-            f"{less * declared:.3g} {unit}, the scenario declares {declared:.3g}"
+            f"{self.sensor}: the declared noise of {declared:.3g} {unit} is larger than the "
+            f"measured noise of {less * declared:.3g} {unit}, and all 1-sigmas are too large"
         ]
 
 
@@ -143,12 +227,14 @@ def describe_overestimated_errors(
         )
         if rms < _MIN_RMS_RATIO * declared:
             result.append(
-                f"{block} is declared with {unit.factor * declared:.3g} {unit.text}; telemetry "
-                f"shows at most {unit.factor * rms:.2g}"
+                f"{block} is declared with {unit.factor * declared:.3g} {unit.text}, but "
+                f"telemetry shows at most {unit.factor * rms:.2g} {unit.text}"
             )
     names = ", ".join(f"{test.sensor} ({test.correlation:.3f})" for test in negative_tests)
     causes = "; ".join(result) or "noise or steps of the gyro are declared larger than they are"
-    return (f"innovations of {names} correlate negatively, sigmas are too large: {causes}",)
+    return (
+        f"innovations of {names} correlate negatively, so all 1-sigmas are too large: {causes}",
+    )
 
 
 def compute_nis_bounds(n_values: int, n_tests: float) -> tuple[float, float]:
@@ -278,17 +364,35 @@ class PriorTest:
         return self.p < self.significance_level
 
     @property
-    def description(self) -> str:
-        """One line on the distance of the estimate from its prior, with chi-square and p-value."""
-        off = format_chi_square(self.chi_square, self.degrees_of_freedom, self.p)
+    def failure(self) -> Failure:
+        """Description of the failed test."""
+        evidence = format_chi_square(
+            self.chi_square, self.degrees_of_freedom, self.p, self.significance_level
+        )
         if self.block == ALL_STATES:
-            return f"the estimate contradicts the prior {off}"
-        return f"{self.block} is {self.max_deviation_sigmas:.3g} prior sigmas from its prior {off}"
+            cause = "the estimates together contradict their prior"
+            action = "check mounting, units and the initial 1-sigmas of the scenario"
+        else:
+            cause = (
+                f"{self.block} differs from its prior by {self.max_deviation_sigmas:.3g} initial "
+                "1-sigmas"
+            )
+            action = (
+                f"check mounting and units; if they are right, increase the initial 1-sigma of "
+                f"{self.block}"
+            )
+        return Failure("prior", cause, evidence, action)
 
 
-def format_chi_square(chi_square: float, degrees_of_freedom: int, p: float) -> str:
-    chance = f"p = {p:.1g}" if p > 1e-300 else "p < 1e-300"
-    return f"(chi-square {chi_square:.4g} of {degrees_of_freedom}, {chance})"
+def format_chi_square(
+    chi_square: float, degrees_of_freedom: int, p: float, significance_level: float
+) -> str:
+    chance = f"p = {p:.2g}" if p > 1e-300 else "p < 1e-300"
+    freedom = f"{degrees_of_freedom} degree{'s' if degrees_of_freedom > 1 else ''} of freedom"
+    return (
+        f"chi-square {chi_square:.4g} with {freedom}, {chance}, expected at least "
+        f"{significance_level:.2g}"
+    )
 
 
 def tabulate_tests(test_class: type[Any], tests: Sequence[Any], index: str) -> pd.DataFrame:
@@ -301,15 +405,14 @@ def tabulate_tests(test_class: type[Any], tests: Sequence[Any], index: str) -> p
     return frame.drop(columns="significance_level", errors="ignore")
 
 
-def list_prior_contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, str]]:
-    """Return the chi-square and a one-line description of each failed prior test, as a list of
-    pairs.
+def list_prior_contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, Failure]]:
+    """Return the chi-square and the description of each failed prior test, as a list of pairs.
 
     The test of all states is included only if no block fails.
     """
     failed = [test for test in tests if test.is_failed]
     blocks = [test for test in failed if test.block != ALL_STATES]
-    return [(test.chi_square, test.description) for test in blocks or failed]
+    return [(test.chi_square, test.failure) for test in blocks or failed]
 
 
 def count_prior_tests(prior: PriorEstimate) -> int:

@@ -20,6 +20,17 @@ from scipy.spatial.transform import Rotation
 
 #: Unit of gyro rates in telemetry.
 DEG_S = Unit("deg/s", "deg_s", float(np.degrees(1.0)))
+#: SI unit of each telemetry unit, and the factor that converts a value to it.
+_SI_UNITS = {
+    "deg": ("rad", float(np.radians(1.0))),
+    "arcmin": ("rad", float(np.radians(1.0 / 60.0))),
+    "deg/s": ("rad/s", float(np.radians(1.0))),
+    "nT": ("T", 1e-9),
+    "ppm": ("-", 1e-6),
+    "m": ("m", 1.0),
+    "s": ("s", 1.0),
+    "-": ("-", 1.0),
+}
 
 
 def compute_corrections(suite: Suite, states: Floats) -> dict[str, Any]:
@@ -123,6 +134,23 @@ def list_telemetry_units(suite: Suite) -> dict[str, Unit]:
             for each in owner.bias_sensitivities
         }
     return {block: biases.get(block, unit) for block, unit in units.items()}
+
+
+def format_label(name: str) -> str:
+    """Format the name of a state block or of a state for display, such as ``gyro bias``."""
+    owner, _, state = name.rpartition(".")
+    label = f"{owner} {state.replace('_', ' ')}" if owner else name
+    return label.removeprefix("environment_errors ")
+
+
+def convert_to_si(unit: str) -> tuple[str, float]:
+    """Return the SI unit of a telemetry unit such as ``deg/s``, and the factor of the conversion.
+
+    The denominator of a bias sensitivity, such as ``degC`` in ``nT per degC``, stays.
+    """
+    numerator, per, denominator = unit.partition(" per ")
+    si_unit, factor = _SI_UNITS[numerator]
+    return f"{si_unit}{per}{denominator}", factor
 
 
 def convert_block(suite: Suite, states: Floats, block: str) -> Floats:

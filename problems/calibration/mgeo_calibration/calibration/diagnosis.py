@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import pandas as pd
 from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo_calibration.estimation.axis_mistakes import find_axis_mistakes
@@ -53,12 +52,5 @@ class CalibrationError(ValueError):
 
     def __init__(self, message: str, checks: CheckResults | None = None) -> None:
         result = list_data_faults(checks or {})
-        super().__init__(f"{result[0]} ({message})" if result else message)
+        super().__init__(f"{result[0]}. Message of the fit: {message}" if result else message)
         self.checks = checks or {}
-
-    def build_check_table(self) -> pd.DataFrame:
-        """Return a table with one row per telemetry check, whose column ``finding`` contains all
-        findings of the check.
-        """
-        rows = {name: "; ".join(result) or "nothing" for name, result in self.checks.items()}
-        return pd.DataFrame({"finding": rows}).rename_axis("check")

@@ -1,9 +1,8 @@
 """JSON documents of calibrations: conversion, reading and writing.
 
 The keys ``scenario``, ``time_s``, ``quaternion``, ``rate_deg_s``, ``states``, ``covariance``,
-``tests``, ``prior_tests``, ``model_tests``, ``data_faults``, ``notes`` and ``outliers`` define the
-calibration. ``utc``, ``table``, ``corrections`` and ``conclusion`` are derived from the other keys
-and ignored on reading.
+``sensor_tests``, ``prior_tests``, ``model_tests``, ``data_faults``, ``notes`` and ``outliers``
+define the calibration. The other keys are derived from them and ignored on reading.
 """
 
 from __future__ import annotations
@@ -68,21 +67,27 @@ def read_json(path: Path | str) -> Calibration:
 def _collect_keys(calibration: Calibration) -> dict[str, Any]:
     return {
         **calibration.to_entries(),
-        "tests": [vars(test) for test in calibration.tests],
+        "sensor_tests": [vars(test) for test in calibration.tests],
         "prior_tests": [vars(test) for test in calibration.prior_tests],
         "model_tests": [vars(test) for test in calibration.model_tests],
         "data_faults": list(calibration.data_faults),
         "notes": list(calibration.notes),
-        "outliers": [list(one) for one in calibration.outliers],
+        "outliers": calibration.build_outlier_table().to_dict("records"),
     }
 
 
-def _derive_keys(calibration: Calibration) -> dict[str, Any]:
+def summarize(calibration: Calibration) -> dict[str, Any]:
+    """Return the derived keys of a calibration document: the verdict, parameters and tests."""
     return {
-        "utc": calibration.utc,
-        "table": calibration.build_table().to_dict("records"),
-        "corrections": calibration.compute_corrections(),
         "conclusion": calibration.conclusion,
+        "is_consistent": calibration.is_consistent,
+        "failures": [vars(failure) for failure in calibration.failures],
+        "utc": calibration.utc,
+        "attitude_1sigma_deg": calibration.attitude_sigma_deg,
+        "parameters": calibration.build_parameters(),
+        "corrections": calibration.compute_corrections(),
+        "tests": calibration.build_test_table().reset_index().to_dict("records"),
+        "not_calibrated": calibration.list_uncalibrated(),
     }
 
 
@@ -97,10 +102,10 @@ def _build_calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibrat
         rate_deg_s=np.array(prior.rate_deg_s),
         states=prior.estimates,
         covariance=np.array(prior.covariance),
-        tests=_read_tests(SensorTest, table, "tests"),
+        tests=_read_tests(SensorTest, table, "sensor_tests"),
         outliers=tuple(
-            (float(time), str(sensor), float(square))
-            for time, sensor, square in get_entry(table, "outliers", _ROWS)
+            (float(row["time_s"]), str(row["sensor"]), float(row["chi_square"]))
+            for row in get_entry(table, "outliers", _TABLES)
         ),
         prior_tests=_read_tests(PriorTest, table, "prior_tests"),
         model_tests=_read_tests(ModelTest, table, "model_tests"),
@@ -124,5 +129,5 @@ _FORM = DocumentFormat(
     2,
     defining_entries=_collect_keys,
     build=_build_calibration,
-    derived_entries=_derive_keys,
+    derived_entries=summarize,
 )

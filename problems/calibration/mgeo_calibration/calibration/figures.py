@@ -10,11 +10,20 @@ import plotly.graph_objects as go
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.view.figures.style import build_line_style
 
-from mgeo.figures.style import COLORS, GRAY, apply_style, build_log_axis_layout, select_symbol
+from mgeo.figures.style import (
+    COLORS,
+    GRAY,
+    apply_style,
+    build_log_axis_layout,
+    select_symbol,
+)
+from mgeo_calibration.calibration.corrections import format_label
 from mgeo_calibration.estimation.residuals import History
 
 #: Approximate number of points per line; more cannot be distinguished.
 N_POINTS = 1500
+#: Legend above the plot, where narrow screens have space.
+_LEGEND = {"orientation": "h", "x": 0.0, "y": 1.02, "yanchor": "bottom"}
 
 
 def draw_calibration_figures(
@@ -47,12 +56,12 @@ def _plot_parameters(table: pd.DataFrame) -> go.Figure:
     figure = go.Figure()
     for number, block in enumerate(table["block"].unique()):
         rows = table[table["block"] == block]
-        label = str(block).replace("_", " ")
+        label = format_label(str(block))
         prior = rows["prior_sigma"]
         figure.add_scatter(
-            x=[f"{label} {axis}" for axis in rows["axis"]],
-            y=rows["change"] / prior,
-            error_y={"array": 3.0 * rows["sigma"] / prior, "thickness": 1.5, "width": 5},
+            x=rows["change"] / prior,
+            y=[f"{label} {axis}" for axis in rows["axis"]],
+            error_x={"array": 3.0 * rows["sigma"] / prior, "thickness": 1.5, "width": 5},
             mode="markers",
             name=label,
             marker={
@@ -65,13 +74,14 @@ def _plot_parameters(table: pd.DataFrame) -> go.Figure:
         )
     apply_style(
         figure,
-        "Calibration parameters",
-        "estimate minus prior with 3-sigma bars, in units of the prior 1-sigma",
+        "Change of the calibration parameters",
+        "estimates relative to their prior with 3-sigma bars; shaded: initial 1-sigma",
     )
-    figure.add_hline(y=0.0, line={"color": GRAY, "width": 1})
-    figure.update_layout(height=480, showlegend=False)
-    figure.update_xaxes(tickangle=-60)
-    return figure.update_yaxes(title_text="change / initial 1-sigma [-]")
+    figure.add_vrect(-1.0, 1.0, fillcolor=GRAY, opacity=0.15, line_width=0, layer="below")
+    figure.add_vline(x=0.0, line={"color": GRAY, "width": 1})
+    figure.update_layout(height=190 + 22 * len(table), showlegend=False)
+    figure.update_xaxes(title_text="(estimate - prior) / initial 1-sigma [-]")
+    return figure.update_yaxes(autorange="reversed", tickmode="linear")
 
 
 def _plot_innovations(names: Sequence[str], history: History) -> go.Figure:
@@ -95,11 +105,11 @@ def _plot_innovations(names: Sequence[str], history: History) -> go.Figure:
     apply_style(
         figure,
         "Normalized innovations squared",
-        "mean per component over consecutive readings; 1 for the declared noise",
+        "mean per component over consecutive readings; 1 if readings scatter as declared",
     )
     figure.add_hline(y=1.0, line={"color": GRAY, "width": 1})
-    figure.update_layout(height=420)
-    figure.update_xaxes(title_text="time [s]")
+    figure.update_layout(height=420, legend=_LEGEND)
+    figure.update_xaxes(title_text="time after the epoch [s]")
     return figure.update_yaxes(title_text="NIS per component [-]")
 
 
@@ -108,7 +118,10 @@ def _plot_attitude(history: History) -> go.Figure:
     figure = go.Figure()
     drawn: list[Floats] = []
     for number, (name, sigma) in enumerate(
-        (("filter", history.filtered_sigma), ("smoother", history.smoothed_sigma))
+        (
+            ("filter, earlier readings", history.filtered_sigma),
+            ("smoother, all readings", history.smoothed_sigma),
+        )
     ):
         worst = np.degrees(sigma[shown].max(axis=1))
         drawn.append(worst)
@@ -120,9 +133,9 @@ def _plot_attitude(history: History) -> go.Figure:
             line=build_line_style(number),
             hovertemplate=f"{name} %{{y:.4g}} deg at %{{x:.0f}} s<extra></extra>",
         )
-    apply_style(figure, "Attitude", "1-sigma about the worst body axis")
-    figure.update_layout(height=420)
-    figure.update_xaxes(title_text="time [s]")
+    apply_style(figure, "Attitude accuracy", "1-sigma about the worst body axis")
+    figure.update_layout(height=420, legend=_LEGEND)
+    figure.update_xaxes(title_text="time after the epoch [s]")
     return figure.update_yaxes(
-        build_log_axis_layout(np.concatenate(drawn)), title_text="1-sigma [deg]"
+        build_log_axis_layout(np.concatenate(drawn)), title_text="attitude 1-sigma [deg]"
     )

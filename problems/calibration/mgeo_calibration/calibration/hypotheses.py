@@ -20,13 +20,14 @@ from mgeo_calibration.estimation.batch import RATE_MAGNITUDES, Batch
 from mgeo_calibration.estimation.residuals import Innovations
 from mgeo_calibration.estimation.score import ModelError, ModelErrorCombination, Score
 from mgeo_calibration.estimation.smoother import Solution
-from mgeo_calibration.telemetry.columns import find_channel
+from mgeo_calibration.telemetry.columns import find_channel, split_name_and_unit
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-#: Advice for errors that no state can model.
-_SPLIT_ADVICE = "calibrate the data before and after the change separately"
-_TIMING_ADVICE = 'rate = "instantaneous" under [gyro] of the mapping, or its times'
-_REMOVAL_ADVICE = "no state models this error, correct the readings"
+#: Actions for errors that no key of the scenario models.
+_SPLIT_ACTION = "calibrate the data before and after the change separately"
+_TIMING_ACTION = 'set rate = "instantaneous" under [gyro] of the mapping, or correct its times'
+_REMOVAL_ACTION = "correct the readings, because no state models this error"
+_ORBIT_ACTION = "check the orbit, the epoch and the clock of the telemetry"
 #: Scenario key that models the dependence of an error on a housekeeping channel.
 _SENSITIVITY_KEYS = {
     "bias": "bias_sensitivities",
@@ -67,14 +68,14 @@ _AXES_ERRORS = {
 @dataclass(frozen=True)
 class Hypothesis:
     """Hypothesis of a score test: the telemetry contains an error that the scenario does not model.
-    The hypothesis names the scenario key that would model the error.
+    The action of the hypothesis usually names the scenario key that models the error.
 
     Attributes
     ----------
     name : str
         Gyro or sensor, and error: for example ``mag.latency``.
-    key : str
-        Key of the scenario that models the error, or advice.
+    action : str
+        What the user should do if the error exists, as an imperative.
     describe : function
         Formats the estimate of a score with its 1-sigma and unit.
     options : tuple of ModelError or ModelErrorCombination
@@ -84,7 +85,7 @@ class Hypothesis:
     is_possible : function
         Returns whether a score is physically possible.
     observability_condition : str
-        Condition that makes the error observable.
+        Condition in which the error is not observable.
     alternative_coefficient : float, optional
         Coefficient of an alternative convention that the user may have overlooked.
     weight : float
@@ -93,12 +94,12 @@ class Hypothesis:
     """
 
     name: str
-    key: str
+    action: str
     describe: Callable[[Score], str]
     options: tuple[ModelError | ModelErrorCombination, ...]
     is_applicable: bool = True
     is_possible: Callable[[Score], bool] = lambda score: True
-    observability_condition: str = "telemetry"
+    observability_condition: str = "in this telemetry"
     alternative_coefficient: float | None = None
     weight: float = 1.0
 
@@ -126,13 +127,14 @@ def build_hypotheses(
             latency_error = model_errors.build_latency_error(index, rates, changes)
             tested += _list_sensor_hypotheses(solution, index, latency_error, channels)
     sensors = solution.batch.suite.sensors
-    track, shifted = (
-        "its orbit along the track",
-        model_errors.build_along_track_error(len(sensors), changes),
+    shifted = model_errors.build_along_track_error(len(sensors), changes)
+    describe = partial(
+        _format_time_shift,
+        "the satellite is {} s behind the declared orbit",
+        "the satellite is {} s ahead of the declared orbit",
     )
-    describe = partial(_format_latency, "the satellite is", f"behind {track}", f"ahead of {track}")
     has_field = any(isinstance(sensor, Magnetometer) for sensor in sensors)
-    tested.append(Hypothesis("orbit.along_track", "orbit, epoch", describe, (shifted,), has_field))
+    tested.append(Hypothesis("orbit.along_track", _ORBIT_ACTION, describe, (shifted,), has_field))
     return {each.name: each for each in tested if each.is_applicable}
 
 
@@ -169,6 +171,11 @@ def has_sensitivity(owner: Gyro | Sensor, column: str, error: str = "bias") -> b
     )
 
 
+def _set_key(key: str, fit_key: str | None = None) -> str:
+    """Format the action of setting a scenario key, or of estimating the state with --fit."""
+    return f"set {key} in the scenario" + (f", or try --fit {fit_key}" if fit_key else "")
+
+
 def _list_gyro_hypotheses(
     solution: Solution, rates: Floats, channels: Mapping[str, Floats]
 ) -> Iterator[Hypothesis]:
@@ -179,7 +186,7 @@ def _list_gyro_hypotheses(
     def describe_decay(score: Score) -> str:
         result, sigma = score.estimate[0] / duration, score.sigma[0] / duration
         decay = format_with_sigma(gyro.bias_decay + result, sigma)
-        return f"gyro.bias decays by {decay} 1/s, not {gyro.bias_decay:g}"
+        return f"gyro.bias decays by {decay} 1/s, declared {gyro.bias_decay:g} 1/s"
 
     def is_decay_possible(score: Score) -> bool:
         total = gyro.bias_decay * duration + score.estimate[0]
@@ -189,8 +196,8 @@ def _list_gyro_hypotheses(
         by = size * _compute_range(_DRIFT_PROFILES, score)
         walk = math.radians(by) / math.sqrt(duration)
         return (
-            f"gyro.bias drifts by {by:.2g} deg/s, as with a random walk of about {walk:.1g}, not "
-            f"{max(gyro.effective_rate_random_walk):g} rad/s^1.5"
+            f"gyro.bias drifts by {by:.2g} deg/s, as with a random walk of about {walk:.1g}, "
+            f"declared {max(gyro.effective_rate_random_walk):g} rad/s^1.5"
         )
 
     def describe_noise(score: Score) -> str:
@@ -211,7 +218,7 @@ def _list_gyro_hypotheses(
     walk, name = "gyro.angle_random_walk_deg_per_sqrt_h", "gyro.bias_decay"
     yield Hypothesis(
         name,
-        name,
+        _set_key(name),
         describe_decay,
         decay,
         is_possible=is_decay_possible,
@@ -219,17 +226,17 @@ def _list_gyro_hypotheses(
     )
     yield Hypothesis(
         "gyro.drift",
-        "gyro.rate_random_walk",
+        _set_key("gyro.rate_random_walk"),
         describe_drift,
         model_errors.build_profile_errors(drift_error, _DRIFT_PROFILES),
     )
     yield Hypothesis(
         "gyro.step",
-        _SPLIT_ADVICE,
+        _SPLIT_ACTION,
         steps,
         model_errors.build_profile_errors(drift_error, _STEP_PROFILES),
     )
-    yield Hypothesis("gyro.noise", walk, describe_noise, noise, weight=_RARE_WEIGHT)
+    yield Hypothesis("gyro.noise", _set_key(walk), describe_noise, noise, weight=_RARE_WEIGHT)
     modeled = {*gyro.states()} | (
         {"scale_asymmetry"} if has_sensitivity(gyro, RATE_MAGNITUDES[0]) else set()
     )
@@ -242,12 +249,16 @@ def _list_gyro_hypotheses(
         )
     yield Hypothesis(
         "gyro.latency",
-        _TIMING_ADVICE,
-        partial(_format_latency, "gyro reports rates", "early", "late"),
+        _TIMING_ACTION,
+        partial(
+            _format_time_shift,
+            "gyro rates precede their times by {} s",
+            "gyro rates lag their times by {} s",
+        ),
         (model_errors.build_gyro_time_tag_error(rates, durations),),
         # With a single sensor, a latency of the gyro is equivalent to a latency of the sensor.
         is_applicable=int(solution.is_used.any(axis=1).sum()) > 1,
-        observability_condition="rotation",
+        observability_condition="without rotations",
         alternative_coefficient=0.5 * float(np.median(durations)) / model_errors.LARGE_DELAY_S,
     )
     for column, channel in channels.items():
@@ -262,6 +273,7 @@ def _list_sensor_hypotheses(
 ) -> Iterator[Hypothesis]:
     times, sensor = solution.batch.times, solution.batch.suite.sensors[index]
     name, states, unit = sensor.name, sensor.states(), find_innovation_unit(sensor)
+    shown_unit = unit.text.removeprefix("-")
     size = model_errors.LARGE_OFFSET * float(np.max(sensor.noise_sigmas())) * unit.factor
     offset, drift_error = (
         f"{name}.{sensor.offset_state}",
@@ -269,31 +281,36 @@ def _list_sensor_hypotheses(
     )
 
     def describe_drift(score: Score) -> str:
-        by = f"{offset} changes by {size * _compute_range(_DRIFT_PROFILES, score):.3g} {unit.text}"
+        change = size * _compute_range(_DRIFT_PROFILES, score)
+        by = f"{offset} changes by {_format_size(change)} {shown_unit}".rstrip()
         if not score.alternative:
-            return f"{by}, evenly"
-        return f"{by}, most about {_find_change_time(times, _DRIFT_PROFILES, score):.0f} s"
+            return f"{by}, at a constant rate"
+        return f"{by}, fastest at about {_find_change_time(times, _DRIFT_PROFILES, score):.0f} s"
 
-    steps = partial(_format_step, offset, size, unit.text, times)
+    steps = partial(_format_step, offset, size, shown_unit, times)
     yield Hypothesis(
         f"{name}.drift",
-        _SPLIT_ADVICE,
+        _SPLIT_ACTION,
         describe_drift,
         model_errors.build_profile_errors(drift_error, _DRIFT_PROFILES),
     )
     yield Hypothesis(
         f"{name}.step",
-        _SPLIT_ADVICE,
+        _SPLIT_ACTION,
         steps,
         model_errors.build_profile_errors(drift_error, _STEP_PROFILES),
     )
     yield Hypothesis(
         f"{name}.latency",
-        f"{name}.initial_latency_s",
-        partial(_format_latency, f"{name} is", "late", "early"),
+        _set_key(f"{name}.initial_latency_s", f"{name}.latency"),
+        partial(
+            _format_time_shift,
+            f"{name} readings lag their times by {{}} s",
+            f"{name} readings precede their times by {{}} s",
+        ),
         (latency,),
         is_applicable="latency" not in states,
-        observability_condition="rotation",
+        observability_condition="without rotations",
     )
     for state in ("scale_factor", "nonorthogonality"):
         if isinstance(sensor, Magnetometer):
@@ -303,7 +320,7 @@ def _list_sensor_hypotheses(
         channel = _scale_channel(each[1])
         model_error = model_errors.build_offset_channel_error(index, channel)
         yield _build_channel_hypothesis(
-            name, sensor, sensor.offset_state, each, model_error, (size, unit.text)
+            name, sensor, sensor.offset_state, each, model_error, (size, shown_unit)
         )
         if "misalignment" in states and sensor.offset_state == "bias":
             model_error = model_errors.build_misalignment_channel_error(index, channel)
@@ -320,12 +337,12 @@ def _build_axes_hypothesis(
     weight = _RARE_WEIGHT if state == "scale_asymmetry" else 1.0
     return Hypothesis(
         f"{name}.{state}",
-        f"{name}.{key}",
+        _set_key(f"{name}.{key}", f"{name}.{state}"),
         describe,
         (error,),
         is_applicable,
         is_possible=lambda score: bool(np.abs(score.estimate).max() < _MAX_COEFFICIENT),
-        observability_condition="rotation",
+        observability_condition="without rotations",
         weight=weight,
     )
 
@@ -340,15 +357,18 @@ def _build_channel_hypothesis(
 ) -> Hypothesis:
     (channel_name, values), (large, unit) = column, size
     is_offset = error == (owner.offset_state if isinstance(owner, Sensor) else "bias")
-    key = f"{name}.{_SENSITIVITY_KEYS[error]}" if error in _SENSITIVITY_KEYS else _REMOVAL_ADVICE
+    prefix = f"{name}." if is_offset else f"{name}.{error}."
+    fit_key = f"{prefix}{split_name_and_unit(channel_name)[0]}"
     return Hypothesis(
-        f"{name}.{channel_name}" if is_offset else f"{name}.{error}.{channel_name}",
-        key,
+        f"{prefix}{channel_name}",
+        _set_key(f"{name}.{_SENSITIVITY_KEYS[error]}", fit_key)
+        if error in _SENSITIVITY_KEYS
+        else _REMOVAL_ACTION,
         partial(
             _format_worst_axis,
-            f"{name}.{error} follows {channel_name} by",
+            f"{name}.{error} depends on {channel_name} by",
             large / np.ptp(values),
-            unit,
+            f"{unit} per unit".lstrip(),
         ),
         (model_error,),
         is_applicable=not has_sensitivity(owner, channel_name, error),
@@ -375,11 +395,11 @@ def _format_worst_axis(prefix: str, factor: float, unit: str, score: Score) -> s
     return " ".join(filter(None, (prefix, value, unit, f"along {'xyz'[axis]}")))
 
 
-def _format_latency(prefix: str, positive: str, negative: str, score: Score) -> str:
+def _format_time_shift(positive: str, negative: str, score: Score) -> str:
     (off,), (sigma,) = score.estimate.tolist(), score.sigma.tolist()
-    side = positive if off >= 0.0 else negative
     large = model_errors.LARGE_DELAY_S
-    return f"{prefix} {format_with_sigma(large * abs(off), large * sigma)} s {side}"
+    template = positive if off >= 0.0 else negative
+    return template.format(format_with_sigma(large * abs(off), large * sigma))
 
 
 def _format_step(offset: str, size: float, unit: str, times: Floats, score: Score) -> str:
@@ -387,7 +407,12 @@ def _format_step(offset: str, size: float, unit: str, times: Floats, score: Scor
         size * _compute_range(_STEP_PROFILES, score),
         _find_change_time(times, _STEP_PROFILES, score),
     )
-    return f"{offset} changes by {change:.3g} {unit} at about {time:.0f} s"
+    amount = f"{_format_size(change)} {unit}".rstrip()
+    return f"{offset} changes by {amount} at about {time:.0f} s"
+
+
+def _format_size(value: float) -> str:
+    return f"{value:.3g}" if value < 1000.0 else f"{value:.0f}"
 
 
 def _scale_channel(channel: Floats) -> Floats:

@@ -10,6 +10,7 @@ import numpy as np
 
 from mgeo_calibration.calibration.consistency_tests import (
     SIGNIFICANCE,
+    Failure,
     SensorTest,
     format_chi_square,
 )
@@ -34,9 +35,9 @@ class ModelTest:
     name : str
         Gyro or sensor, and error: for example ``mag.latency``.
     description : str
-        Size of the error with its 1-sigma, or the reason why it is not tested.
-    key : str
-        Key of the scenario that models the error.
+        Size of the error with its 1-sigma, or why the error cannot be tested.
+    action : str
+        What the user should do if the error exists: usually a key of the scenario to set.
     chi_square : float
         Test statistic.
     degrees_of_freedom : int
@@ -48,13 +49,13 @@ class ModelTest:
     is_selected : bool
         True if the error is significant and not explained by more significant errors.
     alternatives : str
-        Errors that cannot be distinguished from this error, with their sizes, keys and
+        Errors that cannot be distinguished from this error, with their sizes, actions and
         correlations.
     """
 
     name: str
     description: str
-    key: str
+    action: str
     chi_square: float
     degrees_of_freedom: int
     p: float
@@ -63,13 +64,14 @@ class ModelTest:
     alternatives: str = ""
 
     @property
-    def summary(self) -> str:
-        """Result of the test in one line: size and significance of the error, scenario key that
-        models the error, and alternatives.
-        """
-        significance = format_chi_square(self.chi_square, self.degrees_of_freedom, self.p)
-        text = f"{self.description} {significance}: {self.key}"
-        return f"either {text}, {self.alternatives}" if self.alternatives else text
+    def failure(self) -> Failure:
+        """Description of the failed test."""
+        evidence = format_chi_square(
+            self.chi_square, self.degrees_of_freedom, self.p, self.significance_level
+        )
+        return Failure(
+            "unmodeled errors", self.description, evidence, self.action, self.alternatives
+        )
 
 
 def run_model_tests(
@@ -115,13 +117,13 @@ def run_model_tests(
         description = (
             hypothesis.describe(score)
             if score.degrees_of_freedom
-            else (f"not tested: no {hypothesis.observability_condition} makes it observable")
+            else f"not observable {hypothesis.observability_condition}"
         )
         tests.append(
             ModelTest(
                 name=name,
                 description=description,
-                key=hypothesis.key,
+                action=hypothesis.action,
                 chi_square=score.chi_square / variance_ratio,
                 degrees_of_freedom=score.degrees_of_freedom,
                 p=score.compute_p_value(variance_ratio),
@@ -203,10 +205,10 @@ def _describe_alternatives(
         correlation = math.sqrt(max(0.0, 1.0 - unexplained))
         hypothesis = hypotheses[name]
         words.append(
-            f"or {hypothesis.describe(current_scores[name])}: {hypothesis.key} "
-            f"(correlated {correlation:.2f})"
+            f"or {hypothesis.describe(current_scores[name])} (correlation {correlation:.2f}): "
+            f"{hypothesis.action}"
         )
-    return ", ".join(words)
+    return "; ".join(words)
 
 
 def _score_hypotheses(
@@ -259,6 +261,6 @@ def _describe_doubts(
         if (most := float(moved.max())) >= _MIN_CHANGE_SIGMAS:
             block = solution.batch.suite.blocks[int(order[moved.argmax()]) // 3]
             yield (
-                f"{hypothesis.describe(score)}; if so, {block} would change by {most:.2g} of its "
-                f"1-sigmas: {hypothesis.key}"
+                f"{hypothesis.describe(score)}, which is not significant. If this is true, {block} "
+                f"changes by {most:.2g} 1-sigma: {hypothesis.action}"
             )

@@ -4,83 +4,106 @@ from __future__ import annotations
 
 import pandas as pd
 import plotly.graph_objects as go
-from markupsafe import escape
+from markupsafe import Markup
 
 from mgeo.figures.page import render_report_page
+from mgeo.plugins.review import Section, find_column_kinds, format_cells
 from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.sections import build_detail_sections, build_summary_sections
 
-#: Largest number of outliers in the report. The JSON file contains all outliers.
-MAX_OUTLIERS = 100
+#: Results in tables that are marked as violations.
+_BAD_RESULTS = ("FAILED", "FOUND")
 
 
 def build_report(calibration: Calibration, predicted: pd.DataFrame | None = None) -> str:
-    """Return an HTML page with the estimates, tests and figures of a calibration. The page loads no
-    external resources.
+    """Return an HTML page with the verdict, the parameters, their figure and the tests of a
+    calibration, followed by details. The page loads no external resources.
 
     Parameters
     ----------
     predicted : DataFrame, optional
         Comparison with the prediction of a plan; see `Calibration.compare`.
     """
-    title = f"calibration, {calibration.scenario.name}"
-    parts: list[str | go.Figure] = [
-        f"<h1>{escape(title)}</h1>",
-        f"<p>At {calibration.time:.6f} s after the epoch, {escape(calibration.utc)} UTC: "
-        f"{escape(calibration.conclusion)}.</p>",
-        *(f"<p>{escape(note)}.</p>" for note in calibration.notes),
-        _format_table(calibration.build_table().set_index("block")),
-    ]
-    if predicted is not None:
-        title = f"1-sigmas predicted by the plan for {predicted.attrs['time_s']:.6g} s"
-        title += predicted.attrs["motion"]
-        parts += [f"<h2>{title}</h2>", _format_table(predicted.reset_index())]
+    title = f"Calibration, {calibration.scenario.name}"
+    first, *summary = build_summary_sections(calibration, predicted)
     figures = calibration.draw_figures()
-    parts += [figures.pop("parameters"), "<h2>Innovations</h2>"]
-    parts.append(_format_table(calibration.build_sensor_test_table().T.reset_index()))
-    parts += [
-        "<h2>Estimate and prior</h2>",
-        _format_table(calibration.build_prior_test_table().reset_index()),
+    parts: list[str | go.Figure] = [
+        Markup("<h1>{}</h1><p><strong>{}</strong></p>").format(title, calibration.conclusion),
+        Markup(
+            "<p>Estimates at {} UTC. Attitude accuracy: {:.2g} deg (1-sigma, worst body axis).</p>"
+        ).format(calibration.utc[:19], calibration.attitude_sigma_deg),
+        render_section(first),
+        figures.pop("parameters"),
+        *map(render_section, summary),
+        '<h1 style="break-before: page">Details</h1>',
+        *figures.values(),
+        *map(render_section, build_detail_sections(calibration, predicted)),
+        render_section(_build_correction_section(calibration)),
     ]
-    if calibration.model_tests:
-        parts += [
-            "<h2>Errors outside the scenario's model</h2>",
-            _format_table(calibration.build_model_test_table().reset_index(), classes="wrapped"),
-        ]
-    parts += list(figures.values())
-    outliers = calibration.build_outlier_table()
-    if len(outliers):
-        more = f", the first {MAX_OUTLIERS}" if len(outliers) > MAX_OUTLIERS else ""
-        parts += [
-            f"<h2>{len(outliers)} outliers{more}</h2>",
-            _format_table(outliers[:MAX_OUTLIERS]),
-        ]
-    parts += ["<h2>Correction parameters</h2>", _format_corrections(calibration)]
     return render_report_page(title, parts)
 
 
-def _format_corrections(calibration: Calibration) -> str:
+def render_section(section: Section) -> Markup:
+    """Return a section as HTML: its title, table, note and lines."""
+    parts = [Markup("<h2>{}</h2>").format(section.title)]
+    if section.table is not None:
+        rows = format_cells(section.table)
+        parts.append(
+            Markup('<div class="wide" role="region" tabindex="0" aria-label="{}">').format(
+                section.title
+            )
+            + _render_table(rows)
+            + Markup("</div>")
+        )
+    if section.note:
+        parts.append(Markup('<p class="note">{}</p>').format(section.note))
+    lines = [line.removeprefix("- ") for line in section.lines]
+    if lines != list(section.lines):
+        items = Markup("").join(Markup("<li>{}</li>").format(line) for line in lines)
+        parts.append(Markup("<ul>{}</ul>").format(items))
+    else:
+        parts += [Markup("<p>{}</p>").format(line) for line in lines]
+    return Markup("").join(parts)
+
+
+def _render_table(rows: list[list[str]]) -> Markup:
+    """Return a table whose first row has the column titles and whose first column has the row
+    names.
+    """
+    kinds = find_column_kinds(rows)
+    styles = ["right" if kind == "number" else "left" for kind in kinds]
+    head = Markup("").join(
+        Markup('<th scope="col" style="text-align: {}">{}</th>').format(style, name)
+        for style, name in zip(styles, rows[0], strict=True)
+    )
+    body = Markup("").join(
+        Markup('<tr><th scope="row">{}</th>{}</tr>').format(
+            row[0],
+            Markup("").join(
+                Markup('<td style="text-align: {}"{}>{}</td>').format(
+                    style, Markup(' class="exceeded"') if cell in _BAD_RESULTS else "", cell
+                )
+                for style, cell in zip(styles[1:], row[1:], strict=True)
+            ),
+        )
+        for row in rows[1:]
+    )
+    return Markup("<table><thead><tr>{}</tr></thead><tbody>{}</tbody></table>").format(head, body)
+
+
+def _build_correction_section(calibration: Calibration) -> Section:
     rows = []
     for owner, entry in calibration.compute_corrections().items():
         for name, value in entry.items():
             lines = {name: value}
             if isinstance(value, list) and isinstance(value[0], list):
                 lines = {f"{name}, row {i}": row for i, row in enumerate(value, 1)}
-            rows += [
-                {"name": owner, "parameter": at, "value": _format_value(v)}
-                for at, v in lines.items()
-            ]
-    return _format_table(pd.DataFrame(rows), classes="wrapped")
+            rows += [(owner, at, _format_value(v)) for at, v in lines.items()]
+    table = pd.DataFrame(rows, columns=["sensor", "parameter", "value"])
+    return Section("Correction parameters with full precision", table=table)
 
 
 def _format_value(value: object) -> str:
     if isinstance(value, list):
         return "[" + ", ".join(map(_format_value, value)) + "]"
     return f"{value:.9g}" if isinstance(value, float) else str(value)
-
-
-def _format_table(frame: pd.DataFrame, classes: str | None = None) -> str:
-    shown = frame.reset_index() if frame.index.name else frame
-    text: str = shown.map(lambda x: f"{x:.5g}" if isinstance(x, float) else x).to_html(
-        index=False, border=0, classes=classes
-    )
-    return text

@@ -22,8 +22,7 @@ app = typer.Typer()
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "verify": (
         "mgeo attitude verify plan.json --monte-carlo 500",
-        "mgeo attitude verify runs/first --pick min-trace "
-        "--out runs/first/verification-min-trace.json",
+        "mgeo attitude verify runs/first --pick min-trace --all",
     ),
     "fly": (
         "mgeo attitude fly plan.json --out telemetry.csv --truth truth.json",
@@ -33,7 +32,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "calibrate": (
         "mgeo attitude calibrate telemetry.csv --scenario mine.toml --out calibration",
         "mgeo attitude calibrate telemetry.csv --plan plan.json --mapping columns.toml",
-        "mgeo attitude calibrate telemetry.csv --scenario mine.toml --diagnose --fit noise",
+        "mgeo attitude calibrate telemetry.csv --scenario mine.toml --all --fit noise",
     ),
 }
 
@@ -54,6 +53,7 @@ def verify(
             "folder, for `mgeo report`].",
         ),
     ] = None,
+    show_all: Annotated[bool, typer.Option("--all", help="Print every axis.")] = False,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
     json: Json = False,
@@ -82,11 +82,10 @@ def verify(
         for warning in caught:
             output.print_note(f"Note: {warning.message}")
         document = command.build_verification_document(picked, result, seed)
-        command.print_verification(picked, result, output)
-        output.print_document(document)
         if target := out or command.build_result_path(source, picked, seed):
             write_file(target, f"{format_json(document)}\n".encode())
-            output.print(f"written: {target}")
+        command.print_verification(picked, result, target, output, has_all_axes=show_all)
+        output.print_document(document)
     is_verified = result.is_achieved and not document["violations"]
     raise typer.Exit(ExitCode.SUCCESS if is_verified else ExitCode.INCOMPLETE)
 
@@ -157,12 +156,18 @@ def fly(
         telemetry.to_csv(out)
         if truth:
             write_file(truth, encode_json(document))
-    files = [str(path) for path in (out, truth) if path]
+    files = {str(out): "telemetry"}
+    if truth:
+        files[str(truth)] = "true attitude and errors at the last sample, for --after"
     output = Output(quiet, json)
-    command.print_simulation(picked, telemetry, compared, simulator, files, output)
-    samples = len(telemetry.times)
+    command.print_simulation(source, picked, telemetry, compared, simulator, files, output)
     output.print_document(
-        {"files": files, "samples": samples, "truth": document, "comparison": to_records(compared)}
+        {
+            "files": list(files),
+            "n_samples": len(telemetry.times),
+            "comparison": to_records(compared),
+            "truth": document,
+        }
     )
 
 
@@ -202,13 +207,15 @@ def calibrate(
         str | None,
         typer.Option(
             metavar="KEY,...",
-            help="Repeat with more states, such as mag.scale_factor, or with estimated noise.",
+            help="Repeat with more states, such as mag.scale_factor, or with sensor noise "
+            "estimated from telemetry (noise).",
         ),
     ] = None,
-    diagnose: Annotated[
+    show_all: Annotated[
         bool,
         typer.Option(
-            "--diagnose", help="Print the results of all tests, not only of failed tests."
+            "--all",
+            help="Also print every axis and every test; all checks if telemetry is refused.",
         ),
     ] = False,
     overwrite: Overwrite = False,
@@ -216,10 +223,10 @@ def calibrate(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Estimate the calibration parameters of gyro and sensors from telemetry.
+    """Estimate the calibration parameters of gyro and sensors from telemetry, and test them.
 
-    No prior attitude is needed. Outliers are rejected and listed. The exit code is 3 if the result
-    is statistically inconsistent with the scenario.
+    No prior attitude is needed. Outliers are rejected and listed. The exit code is 3 if telemetry
+    and scenario are statistically inconsistent.
     """
     from mgeo_attitude.scenario.validity import ImplausibleValue
 
@@ -256,19 +263,14 @@ def calibrate(
             else:
                 result = run_calibration(used_scenario, samples, declarations)
         except CalibrationError as error:
-            if diagnose:
+            if show_all:
                 command.print_checks(error, output)
             raise
         predicted = result.compare(selected_plan) if selected_plan else None
         first = result
         if fit is not None:
             result = recalibrate(first, samples, [key.strip() for key in fit.split(",")])
-        command.print_calibration(result, predicted, picked, output)
-        if diagnose:
-            command.print_tests(result, output)
-        if result is not first:
-            command.print_comparison(first, result, output)
         files = command.write_calibration(result, predicted, out) if out else []
-    output.print(*(f"wrote {file}" for file in files))
+    command.print_calibration(result, first, predicted, files, output, has_details=show_all)
     output.print_document(command.build_calibration_document(result, predicted, files))
     raise typer.Exit(ExitCode.SUCCESS if result.is_consistent else ExitCode.INCOMPLETE)

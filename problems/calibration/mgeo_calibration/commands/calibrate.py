@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,16 +11,33 @@ from mgeo_attitude.commands.files import SelectedPlan, load_plan
 from mgeo_attitude.environment.times import format_instant
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.view.summaries import format_duration
 
+from mgeo.plugins.review import Section
 from mgeo.store.atomic import check_writable, lock_folder, write_file
-from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
+from mgeo.terminal import Output, escape_text, to_records
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.diagnosis import CalibrationError
-from mgeo_calibration.calibration.document import build_document, to_json
-from mgeo_calibration.calibration.recalibration import compare_calibrations, describe_noise
+from mgeo_calibration.calibration.document import build_document, summarize, to_json
+from mgeo_calibration.calibration.sections import (
+    build_detail_sections,
+    build_recalibration_section,
+    build_summary_sections,
+)
+from mgeo_calibration.commands.screen import (
+    print_files,
+    print_next_steps,
+    print_sections,
+    wrap_text,
+)
 
-#: Files of the output folder, in the order of writing.
-FILES = ("calibration.csv", "attitude.csv", "calibration.html", "calibration.json")
+#: Files of the output folder and their contents, in the order of writing.
+FILES = {
+    "calibration.csv": "calibration parameters",
+    "attitude.csv": "attitude at every sample",
+    "calibration.html": "report with figures",
+    "calibration.json": "all results, for programs and for --after",
+}
 
 
 def select_scenario(text: str | None, plan: ManeuverPlan | None) -> Scenario:
@@ -112,72 +130,70 @@ def write_calibration(
 
 def print_calibration(
     calibration: Calibration,
+    first: Calibration,
     predicted: pd.DataFrame | None,
-    picked: SelectedPlan | None,
+    files: Sequence[str],
     output: Output,
+    *,
+    has_details: bool,
 ) -> None:
-    """Print the estimates, innovation tests, notes and conclusion of a calibration and, if a plan
-    is given, the comparison with the plan.
+    """Print the verdict, parameters, tests and findings of a calibration, the written files and the
+    next command.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    first : Calibration
+        Calibration before the repetition with more states; equal to `calibration` if there is no
+        repetition.
+    predicted : DataFrame, optional
+        Comparison with the prediction of a plan; see `Calibration.compare`.
+    files : sequence of str
+        Written files.
+    output : Output
+    has_details : bool
+        Whether to print every axis and every test, too.
     """
-    table = calibration.build_table().set_index("block")
+    sections = build_summary_sections(calibration, predicted)
+    if first is not calibration:
+        sections.append(build_recalibration_section(first, calibration))
+    if has_details:
+        sections += build_detail_sections(calibration, predicted)
+    use = " Use the calibration parameters below." if calibration.is_consistent else ""
+    output.print(escape_text(wrap_text(f"{calibration.conclusion}{use}"), "bold"))
     output.print(
-        f"scenario {calibration.scenario.name}: calibrated at {calibration.time:.6g} s, "
-        f"{calibration.utc} UTC",
-        *build_titled_table("Calibration parameters", table),
-        *build_titled_table("Innovations", calibration.build_sensor_test_table().T),
-        format_note("before, after: rms of the residuals without and with the calibration"),
+        f"Estimates at {calibration.utc[:19]} UTC, {format_duration(calibration.time)} after the "
+        "epoch.",
+        f"Attitude accuracy: {calibration.attitude_sigma_deg:.2g} deg (1-sigma, worst body axis).",
     )
-    if predicted is not None and picked is not None:
-        time = f"{predicted.attrs['time_s']:.6g} s"
-        time += predicted.attrs["motion"]
-        title = f"1-sigma at {time}, predicted by the plan and achieved: {picked.name}"
-        output.print(*build_titled_table(title, predicted), *picked.list_warnings())
-    for text in calibration.notes:
-        output.print(format_note(text))
-    output.print("", escape_text(calibration.conclusion, "bold"))
+    print_sections(sections, output)
+    print_files({file: FILES[Path(file).name] for file in files}, output)
+    steps = ["Add --all to print every axis and every test."] if not has_details else []
+    if not files:
+        steps.append("Add --out DIR to write the results and an HTML report.")
+    elif calibration.is_consistent:
+        steps.append(f"Plan the next maneuvers: mgeo solve attitude --after {files[-1]}")
+    print_next_steps(steps, output)
 
 
 def print_checks(error: CalibrationError, output: Output) -> None:
     """Print the findings of the attitude-independent checks after a calibration has failed."""
-    table = error.build_check_table()
-    output.print(*build_titled_table("Attitude-independent checks", table))
-    output.print_document({"error": str(error), "checks": to_records(table)})
-
-
-def print_tests(calibration: Calibration, output: Output) -> None:
-    """Print the results of the tests for unmodeled errors, the comparison of the estimate with the
-    prior, and the faults in the data.
-    """
-    columns = ["description", "chi_square", "degrees_of_freedom", "p", "is_selected", "key"]
-    output.print(
-        *build_titled_table(
-            "Errors outside the scenario's model", calibration.build_model_test_table()[columns]
-        )
-    )
-    output.print(*build_titled_table("Estimate and prior", calibration.build_prior_test_table()))
-    for fault in calibration.data_faults:
-        output.print(f"fault in the data: {fault}")
-
-
-def print_comparison(first: Calibration, second: Calibration, output: Output) -> None:
-    output.print(
-        *build_titled_table("With and without the additions", compare_calibrations(first, second)),
-        format_note("change / sigma: change of the estimate in units of its 1-sigma"),
-        format_note(f"noise: {describe_noise(second)}"),
-        format_note(f"without: {first.conclusion}"),
-    )
+    lines = [
+        f"- {name}: {'; '.join(findings) or 'passed'}." for name, findings in error.checks.items()
+    ]
+    print_sections([Section("Checks of the telemetry", lines=tuple(lines))], output)
+    output.print_document({"error": str(error), "checks": dict(error.checks)})
 
 
 def build_calibration_document(
     calibration: Calibration, predicted: pd.DataFrame | None, files: list[str]
 ) -> dict[str, Any]:
-    """Return a calibration as a JSON-serializable dict, with its comparison to a plan and the list
-    of written files.
+    """Return a calibration as a JSON-serializable dict, the verdict first, with its comparison to a
+    plan and the list of written files.
     """
-    compared = [] if predicted is None else to_records(predicted)
     return {
-        **build_document(calibration),
-        "consistent": calibration.is_consistent,
-        "predicted": compared,
+        **summarize(calibration),
+        "predicted": [] if predicted is None else to_records(predicted),
         "files": files,
+        **build_document(calibration),
     }

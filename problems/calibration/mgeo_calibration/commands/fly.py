@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
+
 import pandas as pd
 from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.view.summaries import format_duration
 
-from mgeo.terminal import Output, build_titled_table, escape_text, format_note
+from mgeo.plugins.review import Section
+from mgeo.terminal import Output, escape_text
+from mgeo_calibration.commands.screen import (
+    print_files,
+    print_next_steps,
+    print_sections,
+    print_warnings,
+    wrap_text,
+)
+from mgeo_calibration.simulators.plan_comparison import VIOLATED_COLUMN
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 
@@ -59,55 +72,75 @@ def simulate_plan(
     )
 
 
-#: Note on simulated runs with magnetorquers.
-_MAGNETORQUER_NOTE = format_note(
-    "magnetorquers act in the true attitude, which is not controlled to the plan"
-)
+def build_comparison_section(title: str, frame: pd.DataFrame, note: str) -> Section:
+    """Return a comparison of true values with the plan as a section.
 
+    The columns ``bound_type`` and ``bound_value`` become one text such as ``at most 5``. Rows
+    without a constraint have empty cells.
 
-def format_constraints(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return a copy of a constraint table for the terminal. The columns ``bound`` and ``limit``
-    become one text such as ``at most 5``, and rows without a limit have blank cells.
+    Parameters
+    ----------
+    title : str
+    frame : DataFrame
+        Result of `compare_with_plan` or `summarize_gyro_guidance`.
+    note : str
+        Text below the table.
     """
-    shown = frame.drop(columns="bound")
-    limits = zip(frame["bound"], frame["limit"], strict=True)
-    shown["limit"] = [f"{bound} {limit:.4g}" if bound else "" for bound, limit in limits]
-    none = (frame["bound"] == "").to_numpy()
-    for name in {"satisfied", "violated [%]"} & set(shown.columns):
-        shown[name] = ["" if n else value for n, value in zip(none, shown[name], strict=True)]
-    return shown
+    has_bound = frame["bound_type"] != ""
+    bounds = frame["bound_type"] + frame["bound_value"].map(" {:.4g}".format)
+    titles = {"bound_value": "constraint", VIOLATED_COLUMN: "violated runs [%]"}
+    shown = frame.drop(columns="bound_type").rename(columns=titles)
+    shown["constraint"] = bounds.where(has_bound, "")
+    if "satisfied" in shown:
+        satisfied = shown.pop("satisfied").map({True: "satisfied", False: "VIOLATED"})
+        shown["result"] = satisfied.where(has_bound, "")
+    return Section(title, table=shown, note=note)
 
 
 def print_simulation(
+    source: Path,
     picked: SelectedPlan,
     telemetry: Telemetry,
     comparison: pd.DataFrame,
     simulator: str,
-    files: list[str],
+    files: Mapping[str, str],
     output: Output,
 ) -> None:
-    """Print the plan of a simulated run, its comparison with the run, and the list of written
-    files.
+    """Print what was simulated, its comparison with the plan, the written files and the next
+    command.
 
     Parameters
     ----------
+    source : Path
+        Run folder or plan file.
+    picked : SelectedPlan
+    telemetry : Telemetry
     comparison : DataFrame
         Result of `compare_with_plan`.
+    simulator : str
+    files : mapping of str to str
+        Written files and their contents.
+    output : Output
     """
-    output.print(
-        escape_text(picked.summary, "bold"),
-        *picked.list_warnings(),
-        *(
-            f"Note: the plan violates a constraint: {line}"
-            for line in picked.plan.list_violations()
-        ),
-        f"{len(telemetry.times)} samples to {telemetry.times[-1]:.6g} s of gyro, "
-        f"{', '.join(telemetry.sensors)}, simulator {simulator}",
-        *build_titled_table(
-            f"Plan and simulation until {comparison.attrs['time_s']:.6g} s",
-            format_constraints(comparison),
-        ),
-        format_note("values of plan and simulation without margin"),
-        *([_MAGNETORQUER_NOTE] if picked.plan.scenario.is_magnetorquer_driven else []),
-        *(f"wrote {file}" for file in files),
+    plan = picked.plan
+    text = (
+        f"Simulated {format_duration(telemetry.times[-1])} with the {simulator} simulator: "
+        f"{len(telemetry.times)} samples of {', '.join(['gyro', *telemetry.sensors])}."
     )
+    output.print(escape_text(wrap_text(text), "bold"), wrap_text(f"Plan: {picked.summary}"))
+    violations = [f"The plan violates a constraint: {line}." for line in plan.list_violations()]
+    print_warnings([*picked.list_warnings(), *violations], output)
+    note = "Values without margin."
+    if plan.scenario.is_magnetorquer_driven:
+        note += " Magnetorquers act in the true attitude, which is not controlled to the plan."
+    title = f"True motion and plan until {format_duration(comparison.attrs['time_s'])}"
+    print_sections([build_comparison_section(title, comparison, note)], output)
+    print_files(files, output)
+    options = "" if picked.solution is None else f" --solution {picked.solution}"
+    command = f"mgeo attitude calibrate {next(iter(files))} --plan {source}{options}"
+    steps = [f"Calibrate: {command}"]
+    if len(files) == 1:
+        steps.append(
+            "Add --truth FILE.json to write the true errors, and to continue with --after."
+        )
+    print_next_steps(steps, output)

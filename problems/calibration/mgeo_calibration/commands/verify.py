@@ -6,15 +6,28 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 from mgeo_attitude.commands.files import SelectedPlan
-from mgeo_attitude.commands.show import render_table
+from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
-from mgeo_attitude.plan.tables import TABLES
+from mgeo_attitude.view.summaries import format_duration
 
-from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
-from mgeo_calibration.commands.fly import format_constraints
+from mgeo.plugins.review import Section
+from mgeo.terminal import Output, escape_text, to_records
+from mgeo_calibration.calibration.corrections import format_label
+from mgeo_calibration.calibration.sections import format_sigma
+from mgeo_calibration.commands.fly import build_comparison_section
+from mgeo_calibration.commands.screen import (
+    print_files,
+    print_next_steps,
+    print_sections,
+    print_warnings,
+    wrap_text,
+)
 from mgeo_calibration.simulators.plan_comparison import format_gyro_guidance
 from mgeo_calibration.verification import (
+    FILTER_RATIO,
+    PREDICTED_RATIO,
     SIGNIFICANCE_LEVEL,
     Verification,
     describe_failures,
@@ -23,49 +36,115 @@ from mgeo_calibration.verification import (
     list_suggestions,
 )
 
-#: Short column names for the terminal.
-_SHORT_COLUMNS = {
-    "rms / predicted [-]": "/ predicted",
-    "rms / filter 1-sigma [-]": "/ filter 1-sigma",
-}
 
+def print_verification(
+    picked: SelectedPlan,
+    verification: Verification,
+    target: Path | None,
+    output: Output,
+    *,
+    has_all_axes: bool,
+) -> None:
+    """Print the verdict, suggestions, error table and constraint violations of a verification, the
+    written file and the next command.
 
-def print_verification(picked: SelectedPlan, verification: Verification, output: Output) -> None:
-    """Print the conclusion, suggestions, error table and constraint violations of a
-    verification.
+    Parameters
+    ----------
+    picked : SelectedPlan
+    verification : Verification
+    target : Path, optional
+        Written file.
+    output : Output
+    has_all_axes : bool
+        Whether to print every axis in place of the worst axis of each quantity.
     """
     plan = picked.plan
-    shown = verification.table.iloc[:, :5].rename(columns=_SHORT_COLUMNS)
-    output.print(
-        escape_text(picked.summary, "bold"),
-        *(escape_text(f"violated constraint: {line}", "bold") for line in plan.list_violations()),
-        escape_text(format_conclusion(verification), "bold"),
-        *picked.list_warnings(),
-    )
-    if ways := list(list_suggestions(plan, verification)):
-        output.print(escape_text("suggestions", "bold"), *(escape_text(f"  {way}") for way in ways))
-    output.print(
-        *build_titled_table(
-            f"{verification.n_runs} Monte Carlo runs, errors at {plan.t_end:.6g} s", shown
+    output.print(escape_text(wrap_text(format_conclusion(verification)), "bold"))
+    violations = plan.list_violations()
+    if violations:
+        text = f"The plan violates constraints of its scenario: {'; '.join(violations)}."
+        output.print(escape_text(wrap_text(text), "bold"))
+    output.print(wrap_text(f"Plan: {picked.summary}"))
+    print_warnings(picked.list_warnings(), output)
+    if suggestions := tuple(f"- {line}" for line in list_suggestions(plan, verification)):
+        print_sections([Section("Suggestions", lines=suggestions)], output)
+    print_sections(build_sections(plan, verification, has_all_axes=has_all_axes), output)
+    if target:
+        print_files({str(target): "result, which `mgeo report` shows"}, output)
+    print_next_steps([] if has_all_axes else ["Add --all to print every axis."], output)
+
+
+def build_sections(
+    plan: ManeuverPlan, verification: Verification, *, has_all_axes: bool
+) -> list[Section]:
+    """Return the tables of a verification: errors, objectives, path constraints and gyro-based
+    guidance.
+
+    Parameters
+    ----------
+    plan : ManeuverPlan
+    verification : Verification
+    has_all_axes : bool
+        Whether the errors are those of every axis, or of the worst axis of each quantity.
+    """
+    axes = "every axis" if has_all_axes else "worst axis of each quantity"
+    states = verification.table.index if has_all_axes else verification.find_worst_axes()
+    sections = [
+        Section(
+            f"Errors after {format_duration(plan.t_end)}, {axes}",
+            table=_build_error_table(verification, list(states)),
+            note="rms / filter 1-sigma: relative to the 1-sigma that the filter reports. Threshold "
+            f"of both ratios: {verification.max_ratio:.2f}. All states together have a normalized "
+            f"estimation error squared (NEES) of {verification.nees:.3f}, threshold "
+            f"{verification.max_nees:.3f}. {describe_power(verification)}",
         ),
-        format_note(f"NEES per state {verification.nees:.3f}; {describe_power(verification)}"),
-    )
-    output.print(*render_table(TABLES["monte_carlo"], plan))
+        Section(
+            "Objectives",
+            table=_build_objective_table(plan.compare_with_monte_carlo()),
+            note="Monte Carlo: not exceeded in 90 % of 200 runs with the errors of [monte_carlo].",
+        ),
+    ]
     if len(verification.path_constraints):
-        output.print(
-            *build_titled_table("path constraints violated", verification.path_constraints),
-            format_note(
-                "steered: attitude control with the estimate; open loop: exact rates of the plan"
-            ),
+        sections.append(
+            Section(
+                "Violations of path constraints, percentage of runs and of time",
+                table=verification.path_constraints.rename(
+                    columns=lambda name: name.replace(":", "")
+                ),
+                note="Steered: a controller follows the plan with the estimated attitude. Open "
+                "loop: the planned rates are executed exactly.",
+            )
         )
     if len(verification.gyro_guidance):
-        output.print(
-            *build_titled_table(
+        sections.append(
+            build_comparison_section(
                 "Monte Carlo runs with gyro-based guidance",
-                format_constraints(verification.gyro_guidance),
-            ),
-            *(format_note(line) for line in format_gyro_guidance(verification.gyro_guidance)),
+                verification.gyro_guidance,
+                format_gyro_guidance(verification.gyro_guidance)[0],
+            )
         )
+    return sections
+
+
+def _build_error_table(verification: Verification, states: list[str]) -> pd.DataFrame:
+    table, failed = verification.table.loc[states], verification.find_failed_states()
+    return pd.DataFrame(
+        {
+            "quantity": [format_label(state) for state in states],
+            "unit": table["unit"].to_numpy(),
+            "predicted 1-sigma": [format_sigma(value) for value in table["predicted"]],
+            "rms error": [format_sigma(value) for value in table["rms"]],
+            "rms / predicted": [f"{value:.2f}" for value in table[PREDICTED_RATIO]],
+            "rms / filter 1-sigma": [f"{value:.2f}" for value in table[FILTER_RATIO]],
+            "result": ["FAILED" if state in failed else "passed" for state in states],
+        }
+    )
+
+
+def _build_objective_table(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the comparison of objectives with short column titles."""
+    shown = table.rename_axis("objective")
+    return shown.rename(columns=lambda name: name.removesuffix(" [-]"))
 
 
 def build_verification_document(
@@ -76,22 +155,30 @@ def build_verification_document(
     """
     plan = picked.plan
     table = verification.table.reset_index()
-    lines = [
-        *(f"violated constraint: {line}" for line in plan.list_violations()),
+    violations = plan.list_violations()
+    sentences = [
         format_conclusion(verification),
-        f"NEES per state {verification.nees:.3f}",
+        *(f"The plan violates a constraint: {line}." for line in violations),
+        f"NEES per state {verification.nees:.3f}, threshold {verification.max_nees:.3f}.",
         describe_power(verification),
         *_describe_constraints(verification),
         *format_gyro_guidance(verification.gyro_guidance),
     ]
     return {
-        "title": f"{verification.n_runs} Monte Carlo runs of the plan with t_end "
-        f"{plan.t_end:.6g} s and trace {plan.trace:.5g}, seed {seed}",
-        "conclusion": "; ".join(lines),
-        "seed": seed,
-        "findings": [] if verification.is_achieved else describe_failures(verification),
+        "title": f"{verification.n_runs} Monte Carlo runs of the plan that converges after "
+        f"{format_duration(plan.t_end)}, seed {seed}",
+        "conclusion": " ".join(sentences),
+        "is_achieved": bool(verification.is_achieved),
+        "failures": [] if verification.is_achieved else describe_failures(verification),
+        "violations": violations,
         "suggestions": list(list_suggestions(plan, verification)),
-        "level": SIGNIFICANCE_LEVEL,
+        "t_end_s": plan.t_end,
+        "n_runs": verification.n_runs,
+        "seed": seed,
+        "significance_level": SIGNIFICANCE_LEVEL,
+        "max_ratio": verification.max_ratio,
+        "nees": verification.nees,
+        "max_nees": verification.max_nees,
         "detectable_ratio": verification.detectable_ratio,
         "columns": [str(name) for name in table.columns],
         "rows": table.to_numpy(object).tolist(),
@@ -100,8 +187,6 @@ def build_verification_document(
         "problem": PROBLEM,
         "options": plan.problem.to_options(),
         "design": list(plan.design),
-        "achieved": bool(verification.is_achieved),
-        "violations": plan.list_violations(),
         "path_constraints": to_records(verification.path_constraints),
         "gyro_guidance": to_records(verification.gyro_guidance),
         "monte_carlo": to_records(plan.compare_with_monte_carlo()),
@@ -123,4 +208,4 @@ def _describe_constraints(verification: Verification) -> Iterator[str]:
             f"the time) {way}"
             for way in ("steered", "open loop")
         )
-        yield f"{name} violated in {ways}"
+        yield f"{name} is violated in {ways}."

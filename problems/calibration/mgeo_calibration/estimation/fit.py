@@ -311,8 +311,8 @@ def _describe_divergence(solution: Solution, prior: PriorEstimate) -> str:
     correction = np.linalg.norm(solution.stochastic_errors[:, :3], axis=1)
     return (
         f"{block} {'xyz'[worst % 3]} is {unit.factor * estimate.states[0, worst]:.3g} {unit.text}, "
-        f"{sigmas[worst]:.3g} prior sigmas of {unit.factor * prior.sigma[worst]:.3g} {unit.text} "
-        f"from its prior; the last iteration rotates the attitude by "
+        f"{sigmas[worst]:.3g} initial 1-sigmas of {unit.factor * prior.sigma[worst]:.3g} "
+        f"{unit.text} from its prior; the last iteration rotates the attitude by "
         f"{np.degrees(correction.max()):.2g} deg at "
         f"{solution.batch.times[correction.argmax()]:.0f} s"
     )

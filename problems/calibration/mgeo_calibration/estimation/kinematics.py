@@ -216,9 +216,9 @@ def discretize_dynamics(
     """Return the transition matrices and the process noise covariances of n steps, for attitude,
     gyro states and varying sensor states.
 
-    The matrices are those of equation (7) of docs/theory.md. Attitude and gyro use a power series,
-    the independent sensor processes the exact solution. The bias sensitivities of the gyro act on
-    the attitude as constant biases.
+    The matrices are those of equation (8) of docs/explanation/models-and-filter.md. Attitude and
+    gyro use a power series, the independent sensor processes the exact solution. The bias
+    sensitivities of the gyro act on the attitude as constant biases.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ NO_CHANNELS = np.zeros(0)
 class FilterSettings(Settings):
     """Settings of the error-state Kalman filter that control the treatment of second-order effects.
 
-    The defaults are the options that `docs/consistency.md` recommends.
+    The defaults are the options that `docs/validation/consistency.md` recommends.
 
     Examples
     --------
@@ -147,7 +147,7 @@ class ErrorStateFilter:
     ) -> Estimate:
         """Return the estimate propagated over one step with the corrected gyro rates.
 
-        The covariance follows equation (3) of docs/theory.md.
+        The covariance follows equation (3) of docs/explanation/models-and-filter.md.
 
         Parameters
         ----------
@@ -214,8 +214,8 @@ class ErrorStateFilter:
         """Return the estimate updated by the readings of one sensor, and the normalized innovation
         squared of each run.
 
-        The update is equation (4) of docs/theory.md. Considered states keep their estimate and
-        covariance.
+        The update is equation (4) of docs/explanation/models-and-filter.md. Considered states keep
+        their estimate and covariance.
 
         Parameters
         ----------

@@ -28,8 +28,9 @@ from mgeo_calibration.simulators.simulated_run import (
 )
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-END_ERROR, MAX_ERROR = "pointing error, end", "pointing error, largest"
-WHEEL_MOMENTUM = "wheel momentum"
+END_ERROR, MAX_ERROR = "final pointing error", "largest pointing error"
+MAX_RATE, WHEEL_MOMENTUM = "largest body rate", "largest wheel momentum"
+_BOUND_COLUMNS = ["bound_type", "bound_value"]
 #: Upper quantile of the Monte Carlo runs in a table, in addition to the median.
 UPPER_QUANTILE = 0.9
 MEDIAN_COLUMN, QUANTILE_COLUMN, VIOLATED_COLUMN = "median", "90 % quantile", "violated [%]"
@@ -37,17 +38,17 @@ MEDIAN_COLUMN, QUANTILE_COLUMN, VIOLATED_COLUMN = "median", "90 % quantile", "vi
 
 def compare_with_plan(plan: ManeuverPlan, telemetry: Telemetry) -> pd.DataFrame:
     """Return a table that compares the true attitude of a simulated run with the plan: pointing
-    errors, path constraints and wheel momentum.
+    errors, path constraints, body rate and wheel momentum.
 
     The comparison ends at the end of the plan or at the last sample of telemetry. Rows: pointing
-    errors, path constraints and the largest momentum of a wheel.
+    errors, path constraints, the largest body rate and the largest momentum of a wheel.
 
     Returns
     -------
     DataFrame
         Columns: ``unit``; ``plan`` and ``simulated``, values of the planned and of the true
-        attitude without margin; ``bound`` ("at most", "at least" or empty), ``limit`` and
-        ``satisfied``. ``attrs["time_s"]`` is the end time [s].
+        attitude without margin; ``bound_type`` ("at most", "at least" or empty),
+        ``bound_value`` and ``satisfied``. ``attrs["time_s"]`` is the end time [s].
 
     Raises
     ------
@@ -71,8 +72,9 @@ def compare_with_plan(plan: ManeuverPlan, telemetry: Telemetry) -> pd.DataFrame:
 def compute_constraint_values(
     plan: ManeuverPlan, attitude: Floats, wheel_momentum: Floats | None = None
 ) -> dict[str, float]:
-    """Return the pointing errors [deg], the angle of each path constraint [deg] and the largest
-    wheel momentum of an attitude history, as a dict by name of the quantity.
+    """Return the pointing errors [deg], the angle of each path constraint [deg], the largest body
+    rate [deg/s] and the largest wheel momentum of an attitude history, as a dict by name of the
+    quantity.
 
     A pointing error is the angle of the rotation between an attitude and the plan's attitude at the
     same sample. The dict contains the error at the last sample and the largest error. The angle of
@@ -99,6 +101,8 @@ def compute_constraint_values(
         result[constraint.label] = _compute_constraint_angle(
             constraint, scenario, at, attitude, np.vstack([np.zeros(3), step_rotations])
         )
+    rates = np.linalg.norm(step_rotations, axis=1) / scenario.step
+    result[MAX_RATE] = float(np.degrees(rates.max(initial=0.0)))
     if scenario.wheels is not None:
         if wheel_momentum is None:
             start = plan.problem.model.initial_rate
@@ -116,7 +120,7 @@ def build_constraint_table(
     limit of the quantity, and whether the simulated value satisfies the limit. A quantity without
     limit counts as satisfied.
     """
-    limits: dict[str, tuple[str, str, float]] = {}
+    limits: dict[str, tuple[str, str, float]] = {MAX_RATE: ("deg/s", "", np.nan)}
     for each in plan.scenario.path_constraints:
         limits[each.label] = (
             "deg",
@@ -132,8 +136,8 @@ def build_constraint_table(
         unit, bound, limit = limits.get(label, ("deg", "", np.nan))
         beyond = limit - value if bound == "at least" else value - limit
         rows.append((unit, planned[label], value, bound, limit, not beyond > 0.0))
-    columns = ["unit", "plan", "simulated", "bound", "limit", "satisfied"]
-    return pd.DataFrame(rows, columns=columns, index=pd.Index(simulated, name="simulated run"))
+    columns = ["unit", "plan", "simulated", *_BOUND_COLUMNS, "satisfied"]
+    return pd.DataFrame(rows, columns=columns, index=pd.Index(simulated, name="quantity"))
 
 
 def simulate_gyro_guidance(
@@ -242,9 +246,9 @@ def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.Da
     -------
     DataFrame
         Rows as in `compare_with_plan`. Columns: ``unit``, ``plan``, median and 90 % quantile of the
-        runs on the unfavorable side, ``bound``, ``limit`` and the percentage of runs that violate
-        the constraint, NaN for a quantity without limit. Empty for a satellite with magnetorquers,
-        whose motion does not follow the gyro.
+        runs on the unfavorable side, ``bound_type``, ``bound_value`` and the percentage of runs
+        that violate the constraint, NaN for a quantity without constraint. Empty for a satellite
+        with magnetorquers, whose motion does not follow the gyro.
     """
     if plan.scenario.is_magnetorquer_driven:
         return pd.DataFrame()
@@ -258,37 +262,37 @@ def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.Da
     ]
     planned = compute_constraint_values(plan, plan.attitude[: n + 1])
     each = [build_constraint_table(plan, planned, one) for one in true_values]
-    result = each[0][["unit", "plan", "bound", "limit"]].copy()
+    result = each[0][["unit", "plan", *_BOUND_COLUMNS]].copy()
     table = np.array([one["simulated"] for one in each])
-    is_lower = (result["bound"] == "at least").to_numpy()
+    is_lower = (result["bound_type"] == "at least").to_numpy()
     for at, name in ((0.5, MEDIAN_COLUMN), (UPPER_QUANTILE, QUANTILE_COLUMN)):
         low, high = np.quantile(table, [1.0 - at, at], axis=0)
         result[name] = np.where(is_lower, low, high)
     result[VIOLATED_COLUMN] = 100.0 * np.mean(
         [~one["satisfied"].to_numpy(bool) for one in each], axis=0
     )
-    result.loc[result["bound"] == "", VIOLATED_COLUMN] = np.nan
+    result.loc[result["bound_type"] == "", VIOLATED_COLUMN] = np.nan
     return result[
-        ["unit", "plan", MEDIAN_COLUMN, QUANTILE_COLUMN, "bound", "limit", VIOLATED_COLUMN]
+        ["unit", "plan", MEDIAN_COLUMN, QUANTILE_COLUMN, *_BOUND_COLUMNS, VIOLATED_COLUMN]
     ]
 
 
 def format_gyro_guidance(summary: pd.DataFrame) -> list[str]:
-    """Return a list with one line of text that summarizes the table of `summarize_gyro_guidance`,
-    or an empty list for an empty table.
+    """Return a list with one sentence that summarizes the table of `summarize_gyro_guidance`, or an
+    empty list for an empty table.
 
-    The line states the median and the 90 % quantile of the pointing error at the end, and for each
-    constraint that some runs violate the percentage of these runs.
+    The sentence states the median and the 90 % quantile of the pointing error at the end, and for
+    each constraint that some runs violate the percentage of these runs.
     """
     if not len(summary):
         return []
     half, most = summary.loc[END_ERROR, [MEDIAN_COLUMN, QUANTILE_COLUMN]]
     violations = summary[summary[VIOLATED_COLUMN] > 0.0]
     violated = "".join(
-        f"; {label} violated in {share:.3g} %"
+        f", {label} is violated in {share:.3g} %"
         for label, share in violations[VIOLATED_COLUMN].items()
     )
     return [
-        "with gyro-based guidance from an uncertain initial attitude, half of the runs end less "
-        f"than {half:.3g} deg from the plan and 90 % less than {most:.3g} deg{violated}"
+        "With gyro-based guidance from an uncertain initial attitude, half of the runs end within "
+        f"{half:.3g} deg of the planned attitude and 90 % within {most:.3g} deg{violated}."
     ]

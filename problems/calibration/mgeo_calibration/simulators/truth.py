@@ -63,7 +63,7 @@ def build_truth_document(
     """Return the true attitude and states at the last sample as a JSON-serializable dict with the
     keys of ``calibration.json``.
 
-    ``table`` has the column ``value`` instead of ``estimate``.
+    ``parameters`` has the column ``value`` instead of ``estimate``.
     """
     assert telemetry.truth is not None
     suite = plan.scenario.suite
@@ -78,7 +78,7 @@ def build_truth_document(
         "time_s": float(telemetry.times[-1]),
         "quaternion": quaternions_from_matrices(telemetry.truth.attitude[-1:])[0].tolist(),
         "states": dict(zip(suite.blocks[1:], states.reshape(-1, 3)[1:].tolist(), strict=True)),
-        "table": [
+        "parameters": [
             {"block": block, "axis": axis, "unit": unit.text, "value": float(value)}
             for block, unit in list_telemetry_units(suite).items()
             for axis, value in zip("xyz", convert_block(suite, states, block), strict=True)

@@ -28,7 +28,7 @@ class Finding(NamedTuple):
     expected : str
         Expected value or property.
     advice : str
-        Key to declare, or treatment of the samples.
+        Key to declare or treatment of the samples, as an imperative.
     """
 
     column: str
@@ -39,7 +39,8 @@ class Finding(NamedTuple):
 
     def __str__(self) -> str:
         at = f"{self.column} at {self.place}"
-        return f"{at}: {self.value}, expected {self.expected}; {self.advice}"
+        advice = f"{self.advice[0].upper()}{self.advice[1:]}"
+        return f"{at}: {self.value}, expected {self.expected}. {advice}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -182,7 +182,7 @@ def find_inconsistent_field_strengths(samples: Samples) -> Iterator[Finding]:
         if np.median(misfit) / _NORMAL_MEDIAN > _MAX_MEDIAN_MISFIT:
             worst = int(misfit.argmax())
             value = f"{_compute_length(measured - bias)[worst]:.5g} nT without its bias"
-            expected = f"{strength[worst]:.5g} ± {sigma[worst]:.2g} nT, the field on the orbit"
+            expected = f"{strength[worst]:.5g} ± {sigma[worst]:.0f} nT, the field on the orbit"
             advice = "declare time_epoch, time_unit and time_system, correct epoch and orbit, or "
             advice += f"add bias_sensitivities, such as a magnetorquer's current, to {sensor.name}"
             yield Finding(sensor.name, samples.format_place(k[worst]), value, expected, advice)

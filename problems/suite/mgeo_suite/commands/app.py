@@ -11,10 +11,11 @@ from typing import Annotated
 
 import typer
 
+from mgeo._text import wrap_text
 from mgeo.cli.errors import convert_input_errors
 from mgeo.cli.help_text import format_examples
 from mgeo.cli.options import Debug, Json
-from mgeo.terminal import Output, build_table, escape_text, wrap_text
+from mgeo.terminal import Output, build_table, escape_text
 
 app = typer.Typer(help="List the sensors of a catalog, and summarize a front of sensor suites.")
 

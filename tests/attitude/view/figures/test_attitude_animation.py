@@ -92,11 +92,11 @@ def test_body_starts_at_initial_attitude_of_scenario(X):
 def test_sun_and_field_directions_equal_environment(problem_without_ramps, X, name):
     figure, motion = get_motion(problem_without_ramps, X[0])
     environment = problem_without_ramps.environment
-    label = {"sun": "Sun"}.get(name, name)
+    label = {"sun": "Sun", "field": "magnetic field"}[name]
     trace = next(trace for trace in figure.data if trace.name == label)
     tip = np.array([trace.x[1], trace.y[1], trace.z[1]])
     vectors = getattr(environment, name)
     for k in (0, 7, 500, 1234):
-        seen = orientation(motion["rotations"][label], environment.times[k]) @ tip
+        seen = orientation(motion["rotations"][trace.meta["rotation"]], environment.times[k]) @ tip
         exact = vectors[k] / np.linalg.norm(vectors[k])
         assert np.degrees(np.arccos(np.clip(seen @ exact, -1.0, 1.0))) < 0.05

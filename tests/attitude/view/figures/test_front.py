@@ -5,13 +5,18 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
-from mgeo_attitude.criteria.objectives import attitude_sigma_deg
+from mgeo_attitude.criteria.objectives import (
+    PAPER_OBJECTIVES,
+    attitude_sigma_deg,
+    scale_for_indicators,
+)
 from mgeo_attitude.criteria.robustness import draw_runs
 from mgeo_attitude.scenario import MonteCarloSettings, PathConstraint
 from mgeo_attitude.view.plans import MONTE_CARLO_SHARE_TEXT, select_sample_rows
 
 from mgeo.evaluation.dominance import find_front_rows
 from mgeo.figures.style import escape_markup
+from mgeo.runs.summary import find_knee
 
 
 @pytest.fixture(scope="module")
@@ -37,17 +42,30 @@ def read_trace_points(figure, name):
 def test_points_are_objectives_and_attitude_sigma(figure, problem, X, F):
     points = find_trace(figure, "plans")
     np.testing.assert_array_equal(points.customdata, np.arange(len(X)))
-    np.testing.assert_array_equal(points.x, F[:, 0])
+    np.testing.assert_array_equal(points.x, F[:, 0] / 60.0)  # minutes
     sigma = attitude_sigma_deg(problem.view(X).nominal.covariance)
     np.testing.assert_array_equal(points.y, sigma)
-    np.testing.assert_array_equal(read_trace_points(figure, "plans"), F)
-    np.testing.assert_array_equal(read_trace_points(figure, "boundary"), F[find_front_rows(F)])
+    np.testing.assert_array_equal(read_trace_points(figure, "plans"), F / [60.0, 1.0])
+    boundary = F[find_front_rows(F)] / [60.0, 1.0]
+    np.testing.assert_array_equal(read_trace_points(figure, "boundary"), boundary)
 
 
-def test_monte_carlo_values_have_their_own_boundary(figure, problem, X):
+def test_monte_carlo_values_are_marked(figure, problem, X):
     values = problem.view(X[select_sample_rows(len(X))]).monte_carlo_objectives
-    boundary = read_trace_points(figure, f"in {MONTE_CARLO_SHARE_TEXT}")
-    np.testing.assert_array_equal(boundary, values[find_front_rows(values)])
+    np.testing.assert_array_equal(
+        read_trace_points(figure, MONTE_CARLO_SHARE_TEXT), values / [60.0, 1.0]
+    )
+
+
+def test_labels_mark_extremes_and_knee(figure, F):
+    labels = next(trace for trace in figure.data if trace.text and "min-time" in trace.text)
+    assert labels.x[labels.text.index("min-time")] == F[:, 0].min() / 60.0
+    assert labels.x[labels.text.index("min-trace")] == F[F[:, 1].argmin(), 0] / 60.0
+    knee = find_knee(scale_for_indicators(PAPER_OBJECTIVES, F, Scenario.paper()))
+    assert labels.x[labels.text.index("knee")] == F[knee, 0] / 60.0
+    points = find_trace(figure, "plans")
+    assert "min-time" in points.hovertext[F[:, 0].argmin()]
+    assert "lower bound" in [text for trace in figure.data for text in trace.text or ()]
 
 
 def test_infeasible_and_unconverged_plans_are_marked(problem, X):
@@ -63,11 +81,12 @@ def test_infeasible_and_unconverged_plans_are_marked(problem, X):
 
 def test_no_point_is_below_the_lower_bound(figure, problem, F):
     times, least = read_trace_points(figure, "lower bound").T
-    assert times[0] < F[:, 0].min()
-    assert times[-1] == F[:, 0].max()
+    t_end = F[:, 0] / 60.0
+    assert times[0] < t_end.min()
+    assert times[-1] == t_end.max()
     bound = problem.lower_bound
-    np.testing.assert_array_equal(least, np.interp(times, bound.times, bound.trace))
-    assert (F[:, 1] > np.interp(F[:, 0], times, least)).all()
+    np.testing.assert_array_equal(least, np.interp(times, bound.times / 60.0, bound.trace))
+    assert (F[:, 1] > np.interp(t_end, times, least)).all()
 
 
 def test_attitude_sigma_is_quantile_over_monte_carlo_runs(problem, X):
@@ -98,7 +117,7 @@ def test_names_of_scenario_are_escaped():
     problem = AttitudeManeuverProblem(scenario)
     X = np.array([[0.5, 0.0, 0.0, 60.0] * 3])
     front = problem.view(X).figures()["front"]
-    assert f"scenario {escape_markup(markup)}; " in front.layout.title.text
+    assert f"scenario {escape_markup(markup)}, " in front.layout.title.text
     figures = [front, *problem.view(X).solution_figures()[0].values()]
     names = [trace.name for figure in figures for trace in figure.data]
     assert any("&lt;a href" in (name or "") for name in names)

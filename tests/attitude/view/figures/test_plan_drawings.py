@@ -32,7 +32,7 @@ def test_curves_equal_those_of_the_reference_filter(short_problem, X):
         for line in figures[name].data:
             final = accuracy.loc[f"{name} {line.name}"]
             np.testing.assert_allclose(line.y[-1], final["after"], rtol=1e-6)
-            assert figures[name].layout.yaxis.title.text in (final["unit"], "")
+            assert f"[{final['unit']}]" in figures[name].layout.yaxis.title.text
 
 
 def test_rates_change_at_phases_of_timeline(short_problem, X):
@@ -64,7 +64,7 @@ def test_ramp_is_drawn_as_straight_line(X):
 def test_field_direction_is_in_body_axes(short_problem, X):
     plan = ManeuverPlan.from_design(short_problem, X[0])
     (figures,) = short_problem.view(X[:1]).solution_figures()
-    field = next(trace for trace in figures["directions"].data if trace.name == "field")
+    field = next(trace for trace in figures["directions"].data if trace.name == "magnetic field")
     body = np.einsum(
         "kij,kj->ki",
         plan.history.attitude,
@@ -88,7 +88,7 @@ def test_eclipses_are_shaded_and_have_no_sun_points(X):
     np.testing.assert_array_equal(shaded[:-1], dark[:-1])  # No interval follows the last step.
     traces = {trace.name: trace for trace in figures["directions"].data}
     dark_until_end = dark[: int(figures["trace"].data[0].x[-1]) + 1]
-    share = len(traces["Sun"].x) / len(traces["field"].x)
+    share = len(traces["Sun"].x) / len(traces["magnetic field"].x)
     assert share == pytest.approx(1.0 - dark_until_end.mean(), abs=0.02)
 
 

@@ -13,7 +13,7 @@ from mgeo.runs.summary import find_knee
 def build_solutions(F):
     F = np.asarray(F, dtype=float)
     n = len(F)
-    labels = tuple(f"solution {i}" for i in range(n))
+    labels = tuple(f"plan {i}" for i in range(n))
     return PlottedSolutions(np.arange(n), np.arange(12.0 * n).reshape(n, 12), F, F[:, 0], labels)
 
 
@@ -21,11 +21,7 @@ def test_min_time_knee_and_min_trace_are_selected():
     # The knee (2, 3) lies farthest below the line from (0, 10) to (10, 0).
     F = [[10, 0], [8, 1], [0, 10], [9, 9], [2, 3], [5, 2], [1, 6]]
     selected = build_solutions(F).select_representative(find_knee(np.array(F, dtype=float)))
-    assert selected.labels == (
-        "solution 2 (min-time)",
-        "solution 4 (knee)",
-        "solution 0 (min-trace)",
-    )
+    assert selected.labels == ("plan 2, min-time", "plan 4, knee", "plan 0, min-trace")
     np.testing.assert_array_equal(selected.numbers, [2, 4, 0])
     np.testing.assert_array_equal(selected.F, [[0, 10], [2, 3], [10, 0]])
     np.testing.assert_array_equal(selected.X[:, 0], [24, 48, 0])

@@ -1,4 +1,4 @@
-"""The commands on the page docs/basilisk.md run as documented."""
+"""The commands on the page docs/validation/basilisk.md run as documented."""
 
 import re
 import shlex
@@ -15,7 +15,7 @@ pytest.importorskip(
 
 pytestmark = pytest.mark.basilisk
 
-PAGE = (Path(__file__).parents[4] / "docs" / "basilisk.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[4] / "docs" / "validation/basilisk.md").read_text(encoding="utf-8")
 
 
 def test_documented_commands_run_from_front_to_calibration(tmp_path, monkeypatch):

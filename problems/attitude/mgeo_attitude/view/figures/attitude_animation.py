@@ -156,11 +156,11 @@ def draw_attitude(
             *_draw_sphere(),
             _draw_arrow("Sun", environment.sun[0], 4)
             | {"meta": {"rotation": "Sun", "faint": SHADOW}},
-            _draw_arrow("field", field, 5) | {"meta": {"rotation": "field"}},
+            _draw_arrow("magnetic field", field, 5, "field") | {"meta": {"rotation": "field"}},
             *(_place_in_space(trace, attitude[0]) for trace in (*_draw_box(), *axes)),
         ],
         "layout": {
-            "title": build_title("Attitude in space"),
+            "title": build_title("Attitude in the inertial frame"),
             "scene": {
                 **{f"{axis}axis": {"visible": False, "range": [-1.2, 1.2]} for axis in "xyz"},
                 "aspectmode": "manual",
@@ -201,7 +201,7 @@ def _draw_sphere() -> list[dict[str, Any]]:
     ]
 
 
-def _draw_arrow(name: str, tip: Floats, index: int) -> dict[str, Any]:
+def _draw_arrow(name: str, tip: Floats, index: int, label: str | None = None) -> dict[str, Any]:
     color = COLORS[index]
     return _draw_points(
         np.vstack([0.0 * tip, tip]),
@@ -209,7 +209,7 @@ def _draw_arrow(name: str, tip: Floats, index: int) -> dict[str, Any]:
         mode="lines+markers+text",
         line={"color": color, "width": 6},
         marker={"color": color, "size": [0, 7], "line": {"width": 0}},
-        text=["", name],
+        text=["", label or name],
         textposition="bottom center",
         textfont={"color": color, "size": 16},
     )

@@ -1,19 +1,24 @@
-"""Figure of a front: attitude 1-sigma or trace against the convergence time."""
+"""Figure of a front: attitude accuracy or trace against the convergence time."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import plotly.graph_objects as go
 
 from mgeo.evaluation.dominance import find_front_rows
+from mgeo.figures.front import needs_log_axis
 from mgeo.figures.style import (
     COLORS,
     GRAY,
     HOVER_HINT,
+    LOWER_BOUND_COLOR,
+    MONTE_CARLO_COLOR,
+    PREDICTION_COLOR,
+    REQUIREMENT_COLOR,
     SYMBOLS,
     apply_style,
     build_log_axis_layout,
@@ -23,14 +28,22 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.view.figures.style import PlottedSolutions
 from mgeo_attitude.view.plans import MONTE_CARLO_SHARE_TEXT
-from mgeo_attitude.view.summaries import format_maneuvers, format_nominal_suffix
+from mgeo_attitude.view.summaries import (
+    format_duration,
+    format_maneuvers,
+    format_nominal_suffix,
+    format_two_digits,
+)
 
-#: Relative margin on both sides of the time axis.
-_TIME_MARGIN = 0.04
+#: Relative margin on both sides of an axis.
+_MARGIN = 0.05
+#: Position of the label of the lower bound along the time axis.
+_LABEL_POSITION = 0.5
+_MINUTE = 60.0
 
 
 class _Scale(NamedTuple):
-    """Quantity that the vertical axis of the front shows: the trace or the attitude 1-sigma.
+    """Quantity that the vertical axis of the front shows: the attitude accuracy or the trace.
 
     `column` is its column in arrays of t_end, trace and attitude 1-sigma. `required` is the
     required value, infinite without a requirement.
@@ -40,6 +53,31 @@ class _Scale(NamedTuple):
     title: str
     column: int
     required: float = math.inf
+
+
+class _Axis(NamedTuple):
+    """Linear or logarithmic axis with its range in the coordinates of plotly."""
+
+    is_log: bool
+    low: float
+    high: float
+
+    @classmethod
+    def from_values(cls, values: Floats, is_log: bool) -> _Axis:
+        low, high = np.nanmin(values), np.nanmax(values)
+        if is_log:
+            low, high = np.log10([low, high])
+        margin = _MARGIN * (high - low) or _MARGIN * abs(high)
+        return cls(is_log, low - margin, high + margin)
+
+    @property
+    def range(self) -> list[float]:
+        return [self.low, self.high]
+
+    def locate(self, value: float) -> float:
+        """Return the position of a value between 0 and 1 along the axis."""
+        position = math.log10(value) if self.is_log else value
+        return (position - self.low) / (self.high - self.low)
 
 
 def draw_front(
@@ -52,14 +90,13 @@ def draw_front(
     lower_bound: Floats,
     knee_index: int | None,
 ) -> go.Figure:
-    """Return a plotly figure with the attitude 1-sigma or the trace of each plan against its
+    """Return a plotly figure with the attitude accuracy or the trace of each plan against its
     convergence time.
 
-    Buttons select the 1-sigma [deg] or the trace. The hover text of a plan lists its maneuvers. The
-    traces are the boundary of the dominated region; the plans, whose ``customdata`` is their
-    number; the plans that do not converge; the boundary of the values that 9 of 10 Monte Carlo runs
-    do not exceed; the lower bound; the requirement; and the knee. The time after the end of the
-    window is shaded.
+    Buttons select the attitude 1-sigma [deg] or the trace. The hover text of a plan lists its
+    maneuvers. The traces are the boundary of the dominated region; the lower bound; the values that
+    are not exceeded in 90 % of XX and the labels
+    of min-time, knee and min-trace. The time after the end of the window is shaded.
 
     Parameters
     ----------
@@ -82,113 +119,195 @@ def draw_front(
     plotly Figure
     """
     values = np.column_stack([solutions.F, solutions.sigma_deg])
-    hover = np.array(
-        [
-            _format_hover_text(solutions, i, scenario, monte_carlo_values[i])
-            for i in range(len(values))
-        ]
+    roles = solutions.find_roles(knee_index)
+    is_converged = values[:, 0] < unconverged_t_end
+    verb, time_name = (
+        ("ends", "maneuver time")
+        if scenario.convergence.rule == "end"
+        else ("converges", "convergence time")
     )
-    span = _compute_time_range(scenario, np.append(values[:, 0], monte_carlo_values[:, 0]))
-    attitude = f"attitude 1-sigma, worst axis{format_nominal_suffix(scenario)} [deg]"
+    hover = [
+        _format_hover_text(
+            solutions.format_label(i, roles),
+            verb if is_converged[i] else "does not converge; ends",
+            solutions.X[i],
+            scenario,
+            values[i],
+            monte_carlo_values[i],
+        )
+        for i in range(len(values))
+    ]
+    values, monte_carlo_values, lower_bound = (
+        array / [_MINUTE, 1.0, 1.0] for array in (values, monte_carlo_values, lower_bound)
+    )
+    time_axis = _build_time_axis(scenario, np.append(values[:, 0], monte_carlo_values[:, 0]))
+    attitude = f"attitude accuracy{format_nominal_suffix(scenario)} [deg]"
     scales = [
         _Scale("attitude", attitude, 2, scenario.required_sigma.get("attitude_deg", math.inf)),
-        _Scale("trace", "trace of the covariance at t_end [-]", 1),
+        _Scale("trace", f"trace of the covariance{format_nominal_suffix(scenario)} [-]", 1),
     ]
-    knee = values[[] if knee_index is None else [knee_index]]
-    groups = [
-        ("plans", values[:, 0] < unconverged_t_end, COLORS[0], SYMBOLS[0]),
-        ("not converged", values[:, 0] >= unconverged_t_end, GRAY, "x"),
-    ]
-    drawn = []
-    for scale in scales:
-        columns = [0, scale.column]
-        traces = [
-            _draw_dominated_boundary(
-                values[:, columns], "boundary", {"width": 1, "color": "#b9c2cc"}
-            )
+    drawn = [
+        [
+            *_draw_boundary(values[:, [0, scale.column]]),
+            *_draw_lower_bound(lower_bound[:, [0, scale.column]], time_axis),
+            *_draw_plans(scale, solutions, values, hover, is_converged),
+            *_draw_monte_carlo(scale, solutions, verb, values, monte_carlo_values),
+            *_draw_requirement(scale, time_axis),
+            *_draw_labels(values[:, [0, scale.column]], roles, time_axis),
         ]
-        traces[0]["showlegend"] = False
-        for name, group, color, symbol in groups:
-            # An outline would hide the color of overlapping points.
-            marker = {"color": color, "symbol": symbol, "size": 8, "opacity": 0.8}
-            labels = {"customdata": solutions.numbers[group], "hovertext": hover[group]}
-            points = _draw_points(values[group][:, columns], name) | {
-                "marker": marker | {"line": {"width": 0}}
-            }
-            traces.append(points | labels | {"hoverinfo": "text"})
-        drawn.append([*traces, *_draw_lines(scale, monte_carlo_values, lower_bound, knee, span)])
+        for scale in scales
+    ]
+    axes = [_build_value_axis(traces) for traces in drawn]
     state = ", none of which satisfies all constraints" if is_infeasible else ""
     figure = apply_style(
         go.Figure(drawn[0]),
-        f"Calibration maneuvers: accuracy against {scenario.convergence.time_label}",
-        f"scenario {escape_markup(scenario.name)}; {len(values)} plans{state}{HOVER_HINT}",
+        f"Attitude accuracy against {time_name}",
+        f"1-sigma of the worst body axis; scenario {escape_markup(scenario.name)}, {len(values)} "
+        f"plans{state}{HOVER_HINT}",
     )
-    _mark_times(figure, scenario, span)
-    figure.update_xaxes(title_text="t_end [s]", tickformat="d", range=span)
-    axes = [
-        build_log_axis_layout(np.concatenate([each["y"] for each in traces])) for traces in drawn
-    ]
+    _mark_times(figure, scenario, time_axis)
+    layout = build_log_axis_layout(10.0 ** np.array(time_axis.range)) if time_axis.is_log else {}
+    figure.update_xaxes(
+        layout,
+        title_text=f"{time_name} [min]",
+        range=time_axis.range,
+    )
     figure.update_yaxes(axes[0], title_text=scales[0].title)
     return figure.update_layout(
-        # Place the legend below the axis title, where it covers neither points nor labels.
-        legend={
-            "orientation": "h",
-            "x": 1,
-            "xanchor": "right",
-            "y": 0,
-            "yref": "container",
-            "yanchor": "bottom",
-        },
         hovermode="closest",
-        margin={"t": 125, "b": 105},  # Leave room for buttons and the legend.
+        margin={"t": 125},  # Leave room for the buttons.
         updatemenus=[_build_buttons(scales, drawn, axes)],
     )
 
 
-def _draw_lines(
-    scale: _Scale, monte_carlo_values: Floats, lower_bound: Floats, knee: Floats, span: list[float]
+def _draw_boundary(points: Floats) -> Iterator[dict[str, Any]]:
+    line = {"width": 1, "color": "#b9c2cc", "shape": "hv"}
+    trace = _draw_line(points[find_front_rows(points)], "boundary", line)
+    yield trace | {"showlegend": False, "hoverinfo": "skip"}
+
+
+def _draw_lower_bound(curve: Floats, time_axis: _Axis) -> Iterator[dict[str, Any]]:
+    line = _draw_line(curve, "lower bound", {"width": 2, "color": LOWER_BOUND_COLOR})
+    template = "lower bound %{y:.3g} after %{x:.3g} min<extra></extra>"
+    yield line | {"hovertemplate": template, "showlegend": False}
+    distances = [abs(time_axis.locate(time) - _LABEL_POSITION) for time in curve[:, 0]]
+    nearest = [int(np.argmin(distances))] if distances else []
+    yield _draw_texts(curve[nearest], ["lower bound"], ["bottom left"], LOWER_BOUND_COLOR)
+
+
+def _draw_monte_carlo(
+    scale: _Scale,
+    solutions: PlottedSolutions,
+    verb: str,
+    values: Floats,
+    monte_carlo_values: Floats,
 ) -> Iterator[dict[str, Any]]:
     columns = [0, scale.column]
-    line = {"width": 1.5, "color": COLORS[2], "dash": "dot"}
-    yield _draw_dominated_boundary(
-        monte_carlo_values[:, columns], f"in {MONTE_CARLO_SHARE_TEXT}", line
-    )
-    yield {
-        **_draw_line(lower_bound[:, columns], "lower bound", {"width": 1.5, "color": GRAY}),
-        "hovertemplate": "lower bound %{y:.4g} after %{x:.6g} s<extra></extra>",
+    rows = np.flatnonzero(np.isfinite(monte_carlo_values).all(axis=1))
+    gaps = np.full((len(rows), 2), np.nan)
+    pairs = np.stack([values[rows][:, columns], monte_carlo_values[rows][:, columns], gaps], axis=1)
+    line = {"width": 1, "color": MONTE_CARLO_COLOR}
+    connections = _draw_line(pairs.reshape(-1, 2), "to the plan", line)
+    yield connections | {"showlegend": False, "hoverinfo": "skip", "opacity": 0.5}
+    hover = [
+        f"<b>plan {solutions.numbers[row]}, {MONTE_CARLO_SHARE_TEXT}</b><br>"
+        f"{verb} after {format_duration(monte_carlo_values[row, 0] * _MINUTE)}<br>"
+        f"attitude {format_two_digits(monte_carlo_values[row, 2])} deg, "
+        f"trace {monte_carlo_values[row, 1]:.3g}"
+        for row in rows
+    ]
+    marks = _draw_points(monte_carlo_values[rows][:, columns], MONTE_CARLO_SHARE_TEXT)
+    symbol = {
+        "color": MONTE_CARLO_COLOR,
+        "symbol": "diamond-open",
+        "size": 6,
+        "line": {"width": 1.5},
     }
-    required = np.array([[time, scale.required] for time in span if scale.required < math.inf])
-    line = {"width": 1.5, "color": COLORS[3], "dash": "dash"}
-    yield _draw_line(required.reshape(-1, 2), f"required, {scale.required:.4g} deg", line)
-    yield {
-        **_draw_points(knee[:, columns], "knee"),
-        "mode": "markers+text",
-        "text": ["knee"] * len(knee),
-        "textposition": "bottom left",
-        "marker": {"symbol": "circle-open", "size": 16, "color": COLORS[6], "line": {"width": 2}},
-        "hoverinfo": "skip",
-        "showlegend": False,
-    }
+    yield marks | {"marker": symbol, "hovertext": hover, "hoverinfo": "text"}
 
 
-def _compute_time_range(scenario: Scenario, times: Floats) -> list[float]:
-    first, last = float(np.nanmin(times)), float(np.nanmax(times))
-    margin = _TIME_MARGIN * (last - first) or 0.05 * last
-    if scenario.deadline < 3.0 * last:
-        last = max(last, scenario.deadline)
-    return [max(first - margin, 0.0), last + margin]
+def _draw_plans(
+    scale: _Scale,
+    solutions: PlottedSolutions,
+    values: Floats,
+    hover: Sequence[str],
+    is_converged: Any,
+) -> Iterator[dict[str, Any]]:
+    for name, group, color, symbol in (
+        ("plans", is_converged, PREDICTION_COLOR, SYMBOLS[0]),
+        ("not converged", ~is_converged, GRAY, "x"),
+    ):
+        # An outline would hide the color of overlapping points.
+        look = {"color": color, "symbol": symbol, "size": 7, "opacity": 0.8, "line": {"width": 0}}
+        points = _draw_points(values[group][:, [0, scale.column]], name) | {"marker": look}
+        labels = {"customdata": solutions.numbers[group], "hovertext": np.array(hover)[group]}
+        yield points | labels | {"hoverinfo": "text"}
 
 
-def _mark_times(figure: go.Figure, scenario: Scenario, span: list[float]) -> None:
-    text = {"textangle": -90, "xanchor": "right", "yanchor": "top", "font": {"color": GRAY}}
+def _draw_requirement(scale: _Scale, time_axis: _Axis) -> Iterator[dict[str, Any]]:
+    ends = 10.0 ** np.array(time_axis.range) if time_axis.is_log else np.array(time_axis.range)
+    points = np.array([[time, scale.required] for time in ends if scale.required < math.inf])
+    line = {"width": 1.5, "color": REQUIREMENT_COLOR, "dash": "dash"}
+    yield _draw_line(points.reshape(-1, 2), f"required accuracy, {scale.required:.4g} deg", line)
+
+
+def _draw_labels(
+    points: Floats, roles: dict[int, str], time_axis: _Axis
+) -> Iterator[dict[str, Any]]:
+    """Draw a ring and the name of each plan that has a role."""
+    rows = list(roles)
+    # The label of the knee is in the corner below the front.
+    sides = ["left" if time_axis.locate(points[row, 0]) > 0.6 else "right" for row in rows]
+    positions = [
+        "bottom left" if roles[row] == "knee" else f"top {side}"
+        for row, side in zip(rows, sides, strict=True)
+    ]
+    ring = {"symbol": "circle-open", "size": 13, "color": COLORS[6], "line": {"width": 2}}
+    texts = _draw_texts(points[rows], [roles[row] for row in rows], positions, COLORS[6])
+    yield texts | {"mode": "markers+text", "marker": ring}
+
+
+def _draw_texts(
+    points: Floats, texts: list[str], positions: list[str], color: str
+) -> dict[str, Any]:
+    style = {"text": texts, "textposition": positions, "textfont": {"color": color, "size": 13}}
+    quiet = {"mode": "text", "hoverinfo": "skip", "showlegend": False, "cliponaxis": False}
+    return _draw_points(points, "labels") | style | quiet
+
+
+def _build_time_axis(scenario: Scenario, times: Floats) -> _Axis:
+    """Return the axis of the times [min]. It includes the end of the window unless this is late."""
+    times = times[~np.isnan(times)]
+    is_log, deadline = needs_log_axis(times), scenario.deadline / _MINUTE
+    if deadline < 3.0 * times.max():
+        times = np.append(times, deadline)
+    return _Axis.from_values(times, is_log)
+
+
+def _build_value_axis(traces: list[dict[str, Any]]) -> dict[str, Any]:
+    values = np.concatenate([trace["y"] for trace in traces])
+    values = values[np.isfinite(values)]
+    axis = _Axis.from_values(values, is_log=True)
+    # The label of the lower bound is below the curve.
+    low = axis.low - 0.08 * (axis.high - axis.low)
+    return build_log_axis_layout(values) | {"range": [low, axis.high]}
+
+
+def _mark_times(figure: go.Figure, scenario: Scenario, time_axis: _Axis) -> None:
+    """Mark the orbital period and the end of the window, and shade the time after the window."""
     marks = ((scenario.orbit.period, "one orbital period"), (scenario.deadline, "window closes"))
     for time, name in marks:
-        if span[0] < time < span[1]:
-            line = {"color": GRAY, "width": 1.5, "dash": "dash"}
-            figure.add_vline(x=time, line=line, annotation={"text": name, **text})
-    if scenario.deadline < span[1]:
-        shade = {"fillcolor": "rgba(128,128,128,0.2)", "line": {"width": 0}, "layer": "below"}
-        figure.add_vrect(x0=scenario.deadline, x1=span[1], **shade)
+        position = time_axis.locate(time / _MINUTE) if time < math.inf else math.inf
+        if not 0.0 < position < 1.0:
+            continue
+        x = {"xref": "x domain", "yref": "paper"}
+        line = {"color": GRAY, "width": 1.5, "dash": "dash"}
+        figure.add_shape(type="line", x0=position, x1=position, y0=0, y1=1, line=line, **x)
+        text = {"textangle": -90, "xanchor": "right", "yanchor": "top", "showarrow": False}
+        figure.add_annotation(text=name, x=position, y=1, font={"color": GRAY}, **text, **x)
+        if time == scenario.deadline:
+            shade = {"fillcolor": "rgba(128,128,128,0.2)", "line": {"width": 0}, "layer": "below"}
+            figure.add_shape(type="rect", x0=position, x1=1, y0=0, y1=1, **shade, **x)
 
 
 def _build_buttons(
@@ -198,7 +317,8 @@ def _build_buttons(
     for scale, traces, axis in zip(scales, drawn, axes, strict=True):
         changes = {key: [np.asarray(each[key]).tolist() for each in traces] for key in "xy"}
         changes["visible"] = [each["visible"] for each in traces]
-        layout = {"yaxis.title.text": scale.title, "yaxis.dtick": axis.get("dtick")}
+        layout = {f"yaxis.{key}": value for key, value in ({"dtick": None} | axis).items()}
+        layout["yaxis.title.text"] = scale.title
         buttons.append({"label": scale.name, "method": "update", "args": [changes, layout]})
     return {
         "type": "buttons",
@@ -222,26 +342,26 @@ def _draw_line(points: Floats, name: str, line: dict[str, Any]) -> dict[str, Any
     return _draw_points(points, name) | {"mode": "lines", "line": line}
 
 
-def _draw_dominated_boundary(points: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
-    trace = _draw_line(points[find_front_rows(points)], name, {"shape": "hv", **line})
-    return {**trace, "hoverinfo": "skip"}
-
-
 def _format_hover_text(
-    solutions: PlottedSolutions, i: int, scenario: Scenario, monte_carlo_values: Floats
+    label: str,
+    verb: str,
+    x: Floats,
+    scenario: Scenario,
+    values: Floats,
+    monte_carlo_values: Floats,
 ) -> str:
-    t_end, trace = solutions.F[i]
+    t_end, trace, sigma_deg = values
     lines = [
-        f"<b>{solutions.labels[i]}</b>",
-        f"t_end {t_end:.6g} s ({t_end / scenario.orbit.period:.3f} orbits)",
-        f"trace {trace:.4g}",
-        f"attitude {solutions.sigma_deg[i]:.3g} deg (1-sigma, worst body axis)",
+        f"<b>{label}</b>",
+        f"{verb} after {format_duration(t_end)} ({t_end / scenario.orbit.period:.2f} orbits)",
+        f"attitude {format_two_digits(sigma_deg)} deg (1-sigma, worst body axis)",
+        f"trace {trace:.3g}",
     ]
     if np.isfinite(monte_carlo_values).all():
         lines.append(
-            f"in {MONTE_CARLO_SHARE_TEXT}: t_end {monte_carlo_values[0]:.6g} s, trace "
-            f"{monte_carlo_values[1]:.4g}, attitude {monte_carlo_values[2]:.3g} deg"
+            f"{MONTE_CARLO_SHARE_TEXT}: {format_duration(monte_carlo_values[0])}, attitude "
+            f"{format_two_digits(monte_carlo_values[2])} deg, trace {monte_carlo_values[1]:.3g}"
         )
-    lines.append("maneuvers, x / y / z [deg/s] for duration [s]:")
-    lines += [f"{m}: {text}" for m, text in enumerate(format_maneuvers(solutions.X[i]), 1)]
+    lines.append("maneuvers: body rates x / y / z [deg/s] for duration [s]")
+    lines += [f"{m}: {text}" for m, text in enumerate(format_maneuvers(x), 1)]
     return "<br>".join(lines)

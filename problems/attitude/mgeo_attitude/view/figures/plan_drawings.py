@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mgeo.figures.style import COLORS, GRAY, build_log_axis_layout, escape_markup
+from mgeo.figures.style import COLORS, GRAY, LEGEND, build_log_axis_layout, escape_markup
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import RateIntervals
@@ -78,11 +78,11 @@ def _draw_rates(problem: AttitudeManeuverProblem, intervals: RateIntervals) -> d
     times, rates = _build_rate_polyline(intervals, model)
     rows = simplify_curves(times, rates, _N_SAMPLES)
     lines = [_draw_line(times[rows], rates[rows, i], i) for i in range(3)]
-    bound = {"showlegend": False, "hoverinfo": "skip", "name": "limit"}
+    bound = {"showlegend": False, "hoverinfo": "skip", "name": "largest rate"}
     bound["line"] = {"color": GRAY, "dash": "dash", "width": 1}
     span = np.array([0.0, max(problem.scenario.duration, intervals.times[-1])])
     lines += [_draw_line(span, np.full(2, end), 0) | bound for end in (-limit, limit)]
-    axis = {"title": {"text": "deg/s"}, "range": [-1.15 * limit, 1.15 * limit]}
+    axis = {"title": {"text": "body rate [deg/s]"}, "range": [-1.15 * limit, 1.15 * limit]}
     return {"data": lines, "layout": _build_layout("Body rates", axis)}
 
 
@@ -110,20 +110,26 @@ def _draw_errors(
     )
     times: Floats = steps[rows].astype(np.float64) * model.step
     trace, sigma = trace[rows], sigma[rows]
+    suffix = format_nominal_suffix(problem.scenario)
     figures = {
         "trace": {
             "data": [_draw_line(times, trace, 0) | {"name": "trace", "showlegend": False}],
-            "layout": _build_layout("Trace of the covariance", build_log_axis_layout(trace)),
+            "layout": _build_layout(
+                f"Trace of the covariance{suffix}",
+                {"title": {"text": "trace [-]"}, **build_log_axis_layout(trace)},
+            ),
         }
     }
     for b, block in enumerate(list_block_units(model.suite)):
         block_sigma = sigma[:, 3 * b : 3 * b + 3] * block.factor
-        unit = block.unit if block.unit != "-" else ""
         figures[block.label] = {
             "data": [_draw_line(times, block_sigma[:, axis], axis) for axis in range(3)],
             "layout": _build_layout(
-                f"{block.label}, 1-sigma{format_nominal_suffix(problem.scenario)}",
-                {"title": {"text": unit}, **build_log_axis_layout(block_sigma)},
+                f"{block.label[0].upper()}{block.label[1:]}, predicted 1-sigma{suffix}",
+                {
+                    "title": {"text": f"1-sigma [{block.unit}]"},
+                    **build_log_axis_layout(block_sigma),
+                },
             ),
         }
     return figures
@@ -138,7 +144,7 @@ def _draw_directions(
     sunlit = steps[environment.sunlit[steps]] if problem.scenario.eclipse else steps
     traces = draw_graticule()
     for index, (name, inertial, visible_steps) in enumerate(
-        (("Sun", environment.sun, sunlit), ("field", environment.field, steps))
+        (("Sun", environment.sun, sunlit), ("magnetic field", environment.field, steps))
     ):
         style = {"marker": {"color": COLORS[4 + index], "size": 4 + index * 0.5}}
         coordinates = project_directions(
@@ -149,11 +155,11 @@ def _draw_directions(
     width, height = MAP_HALF_SIZE
     hidden = {"visible": False, "fixedrange": True}
     axis = {**hidden, "range": [-height, height], "scaleanchor": "x"}
-    layout = _build_layout("Sun and field seen from the body", axis)
+    layout = _build_layout("Directions in the body frame", axis)
     layout["xaxis"] = {**hidden, "range": [-width, width]}
     layout["margin"] |= {"l": 15, "t": 35, "b": 15}
     # The legend has a line for each cone and would cover the title if it were above the map.
-    layout["legend"] |= {"x": 0.5, "xanchor": "center", "y": -0.02, "yanchor": "top"}
+    layout["legend"] = LEGEND
     return {"data": traces, "layout": layout}
 
 
@@ -164,8 +170,12 @@ def _draw_cones(scenario: Scenario) -> list[dict[str, Any]]:
     ]
     for sensor in scenario.sensors:
         for cone in sensor.list_visibility_cones():
-            prefix = "view of" if cone.keep_in else f"{cone.direction.capitalize()} off"
-            cones.append((f"{prefix} {sensor.name}", cone, "dot" if cone.keep_in else "dash"))
+            name = (
+                f"field of view of {sensor.name}"
+                if cone.keep_in
+                else f"{cone.direction.capitalize()} exclusion of {sensor.name}"
+            )
+            cones.append((name, cone, "dot" if cone.keep_in else "dash"))
     traces = []
     for index, (name, cone, dash) in enumerate(cones):
         style = {"line": {"color": COLORS[(1 + index) % 4], "dash": dash, "width": 1.5}}
@@ -191,9 +201,10 @@ def _draw_line(times: Floats, values: Floats, index: int) -> dict[str, Any]:
 
 
 def _build_layout(text: str, axis: dict[str, Any]) -> dict[str, Any]:
+    legend = {"orientation": "h", "x": 1, "xanchor": "right", "y": 1.02, "yanchor": "bottom"}
     return {
         **build_small_layout(text),
-        "legend": {"orientation": "h", "x": 1, "xanchor": "right", "y": 1.02, "yanchor": "bottom"},
+        "legend": {**legend, "title": {"text": "body axis", "side": "left"}},
         "yaxis": axis,
     }
 

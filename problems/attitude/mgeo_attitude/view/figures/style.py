@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -63,7 +64,7 @@ class PlottedSolutions:
     sigma_deg : array, shape (n,)
         Attitude 1-sigma at t_end [deg]; see `attitude_sigma_deg`.
     labels : tuple of str
-        ``solution 3``, or ``solution 3 (min-time)`` with the reason of its selection.
+        ``plan 3``, or ``plan 3, min-time`` with the role of the plan.
     """
 
     numbers: NDArray[np.int64]
@@ -91,35 +92,46 @@ class PlottedSolutions:
                 f"X of shape {designs.shape}: expected at least one design with finite objectives"
             )
         sigma = attitude_sigma_deg(result.covariance[rows])
-        labels = tuple(f"solution {row}" for row in rows)
+        labels = tuple(f"plan {row}" for row in rows)
         return cls(rows, designs[rows], F[rows], sigma, labels)
 
-    def select_representative(self, knee_index: int | None = None) -> PlottedSolutions:
-        """Return a selection of the plans: those with the smallest t_end and the smallest trace,
-        and the knee.
-
-        If there are at most six plans, all of them are selected. The labels name the three roles.
+    def find_roles(self, knee_index: int | None = None) -> dict[int, str]:
+        """Return the names of the knee and of the plans with the smallest t_end and the smallest
+        trace, as a dict by index.
 
         Parameters
         ----------
         knee_index : int, optional
-            Row of the knee; None if there is no knee.
-
-        Returns
-        -------
-        PlottedSolutions
-            In the order of t_end.
+            Index of the knee; None if there is no knee.
         """
         front = find_front_rows(self.F)
         min_time, min_trace = int(front[0]), int(front[-1])
         roles = {} if knee_index is None else {knee_index: "knee"}
         roles[min_time] = "min-time"  # It replaces "knee" at an end of the front.
         roles[min_trace] = "min-trace" if min_trace != min_time else "min-time, min-trace"
+        return roles
+
+    def format_label(self, index: int, roles: Mapping[int, str]) -> str:
+        """Return the label of a plan with its role, such as "plan 3, min-time"."""
+        return ", ".join([self.labels[index], *([roles[index]] if index in roles else [])])
+
+    def select_representative(self, knee_index: int | None = None) -> PlottedSolutions:
+        """Return a selection of the plans: those of `find_roles`, or all if there are at most six.
+
+        Parameters
+        ----------
+        knee_index : int, optional
+            Index of the knee; None if there is no knee.
+
+        Returns
+        -------
+        PlottedSolutions
+            In the order of t_end, with roles in their labels.
+        """
+        roles = self.find_roles(knee_index)
         rows = range(len(self.F)) if len(self.F) <= MAX_SELECTED else roles
         order = sorted(rows, key=lambda row: tuple(self.F[row]))
-        labels = tuple(
-            self.labels[row] + (f" ({roles[row]})" if row in roles else "") for row in order
-        )
+        labels = tuple(self.format_label(row, roles) for row in order)
         return PlottedSolutions(
             self.numbers[order], self.X[order], self.F[order], self.sigma_deg[order], labels
         )

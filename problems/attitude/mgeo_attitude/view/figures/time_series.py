@@ -25,7 +25,11 @@ from mgeo_attitude.view.figures.style import (
     compute_panels_height,
 )
 from mgeo_attitude.view.plans import Plans, select_sample_rows
-from mgeo_attitude.view.summaries import format_nominal_suffix
+from mgeo_attitude.view.summaries import (
+    format_duration,
+    format_nominal_suffix,
+    format_two_digits,
+)
 
 #: Color of the constant-rate hold, visible on light and on dark pages.
 _HOLD_COLOR = "rgba(128,128,128,0.15)"
@@ -99,8 +103,10 @@ def draw_maneuvers(
     """
     rows = len(solutions.F)
     titles = [
-        f"{label}: t_end {t_end:.6g} s, trace {trace:.3g}"
-        for label, (t_end, trace) in zip(solutions.labels, solutions.F, strict=True)
+        f"{label}: {format_duration(t_end)}, attitude {format_two_digits(sigma)} deg"
+        for label, t_end, sigma in zip(
+            solutions.labels, solutions.F[:, 0], solutions.sigma_deg, strict=True
+        )
     ]
     figure = make_subplots(rows, 1, vertical_spacing=0.36 / rows, subplot_titles=titles)
     hold_ends = solutions.F[:, 0] if hold_ends is None else hold_ends
@@ -115,7 +121,7 @@ def draw_maneuvers(
                 showlegend=row == 1,
                 mode="lines",
                 line=build_line_style(axis, 2.5) | {"shape": "hv"},
-                hovertemplate=f"{name} %{{y:+.3f}} deg/s from %{{x:.6g}} s<extra></extra>",
+                hovertemplate=f"about {name} %{{y:+.3f}} deg/s from %{{x:.6g}} s<extra></extra>",
                 row=row,
                 col=1,
             )
@@ -130,12 +136,12 @@ def draw_maneuvers(
         )
     apply_style(
         figure,
-        "Body rates of the plans",
-        "gray: the last rate is held"
-        + (", then the slew back" if problem.scenario.maneuvers.slew_back else ""),
+        "Body rates",
+        "gray: constant-rate hold"
+        + (", followed by the slew back" if problem.scenario.maneuvers.slew_back else ""),
     )
     limit = 1.1 * problem.scenario.maneuvers.max_rate_deg_s
-    figure.update_yaxes(range=[-limit, limit], title_text="rate [deg/s]")
+    figure.update_yaxes(range=[-limit, limit], title_text="body rate [deg/s]")
     figure.update_xaxes(title_text="time [s]", tickformat="d", row=rows, col=1)
     return figure.update_layout(height=compute_panels_height(rows))
 
@@ -180,7 +186,7 @@ def draw_convergence(problem: AttitudeManeuverProblem, solutions: PlottedSolutio
     per plan in each panel.
     """
     blocks = list_block_units(problem.model.suite)
-    panels = ["trace [-]", *(f"{block.label}, 1-sigma [{block.unit}]" for block in blocks)]
+    panels = ["trace [-]", *(f"{block.label} [{block.unit}]" for block in blocks)]
     rows = -(-len(panels) // _COLUMNS)
     figure = make_subplots(
         rows,
@@ -191,9 +197,8 @@ def draw_convergence(problem: AttitudeManeuverProblem, solutions: PlottedSolutio
     )
     apply_style(
         figure,
-        "Convergence of the filter",
-        "predicted 1-sigma of the worst body axis of each error, until t_end"
-        + format_nominal_suffix(problem.scenario),
+        "Convergence of the Kalman filter",
+        f"predicted 1-sigma of the worst body axis{format_nominal_suffix(problem.scenario)}",
     )
     lines = compute_convergence_curves(problem, solutions)
     for panel in range(len(panels)):

@@ -14,10 +14,11 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.motion import Motion, Phase, list_phases
 from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.view.observability.covariance import StateLabels
-from mgeo_attitude.view.observability.improvements import select_most_effective
 
-#: Number of error sources that `describe_error_drivers` lists.
-_N_CONTRIBUTIONS = 3
+#: Number of error sources of each 1-sigma in the table of `find_error_drivers`.
+_N_DRIVERS = 3
+#: Name of the last row of an error budget, the root sum square of all contributions.
+TOTAL = "all"
 
 
 def compute_error_budget(
@@ -48,20 +49,14 @@ def compute_error_budget(
             parts_by_source.variances[:, axis], parts_by_source.variances[:, axis].sum()
         )
         columns[f"{unit.label} [{unit.unit}]"] = np.sqrt(parts) * unit.factor
-    return pd.DataFrame(columns, index=pd.Index([*parts_by_source.sources, "all"], name="source"))
+    return pd.DataFrame(columns, index=pd.Index([*parts_by_source.sources, TOTAL], name="source"))
 
 
-def describe_error_drivers(
-    model: FilterModel,
-    budget_table: pd.DataFrame,
-    improvements: pd.DataFrame,
-    history: FilterHistory,
-) -> list[str]:
-    """Return lines of text with the largest error sources and the most effective improvements, one
-    line for each 1-sigma that the scenario constrains.
-
-    Without requirements there is one line for the attitude. If an initial error is the largest
-    source, the line also has the share of its initial 1-sigma that is left.
+def find_error_drivers(
+    model: FilterModel, budget_table: pd.DataFrame, improvements: pd.DataFrame
+) -> pd.DataFrame:
+    """Return a table of the largest error sources of each 1-sigma that the scenario constrains, or
+    of the attitude if the scenario has no such requirements.
 
     Parameters
     ----------
@@ -70,30 +65,30 @@ def describe_error_drivers(
         Table of `compute_error_budget`.
     improvements : DataFrame
         Table of `improvements.evaluate_improvements`.
-    history : FilterHistory
-        Covariance history of the design until its convergence.
 
     Returns
     -------
-    list of str
+    DataFrame
+        Three rows per 3-vector of the state, the largest source first. Columns: ``quantity``;
+        ``unit``; ``error source``; ``share [%]`` of the variance; ``1-sigma``; and ``1-sigma if
+        halved``, which the plan would reach with half of the error source, or NaN for a source that
+        `improvements` does not contain.
     """
-    units, lines = list_block_units(model.suite), []
-    remaining = (history.sigma[-1] / model.initial_sigma).reshape(-1, 3).max(axis=1)
-    initial = {f"initial {unit.label}": share for unit, share in zip(units, remaining, strict=True)}
+    units, tables = list_block_units(model.suite), []
     required = [b for b in range(len(units)) if np.isfinite(model.required_sigma[3 * b])]
     for block in required or [0]:
         unit, column = units[block], budget_table.iloc[:, block]
-        parts = column.drop("all").nlargest(_N_CONTRIBUTIONS)
-        sources = ", ".join(f"{sigma:.3g} {source}" for source, sigma in parts.items())
-        axis = "xyz"[_find_worst_axis(history, block) % 3]
-        line = f"{unit.label} {axis} {column['all']:.3g} {unit.unit}: {sources}"
-        share = initial.get(str(parts.index[0]))
-        if share is not None:
-            line += f"; {share:.0%} of its initial 1-sigma is left"
-        effective = select_most_effective(improvements.iloc[:, block])
-        changes = [f"{value:.3g} {unit.unit} with {name}" for name, value in effective.items()]
-        lines.append(line + (f"; it would be {', '.join(changes)}" if changes else ""))
-    return lines
+        largest = column.drop(TOTAL).nlargest(_N_DRIVERS)
+        columns = {
+            "quantity": unit.label,
+            "unit": unit.unit,
+            "error source": largest.index,
+            "share [%]": 100.0 * (largest / column[TOTAL]).to_numpy() ** 2,
+            "1-sigma": column[TOTAL],
+            "1-sigma if halved": improvements.iloc[:, block].reindex(largest.index).to_numpy(),
+        }
+        tables.append(pd.DataFrame(columns))
+    return pd.concat(tables, ignore_index=True)
 
 
 def compute_measurement_times(

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.error_budget import (
+    GYRO_NOISE,
+    format_drift,
+    format_initial_error,
+    format_sensor_noise,
+)
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.actuation import MagnetorquerDrive
@@ -143,7 +148,7 @@ def _stack_designs(designs: list[np.ndarray]) -> np.ndarray:
     return np.array([np.append(np.zeros(longest - design.size), design) for design in designs])
 
 
-#: Factor on initial errors and noise.
+#: Factor on error sources.
 _IMPROVEMENT_FACTOR = 0.5
 #: Additional duration [s].
 _EXTRA_DURATION = 300.0
@@ -154,14 +159,14 @@ UNCHANGED = "unchanged"
 def evaluate_improvements(
     model: FilterModel, design: ArrayLike, t_end: float, rate_deg_s: float
 ) -> pd.DataFrame:
-    """Return a table of the worst-axis 1-sigmas that a plan would reach if one input were improved,
-    with one row per improvement.
+    """Return a table of the worst-axis 1-sigmas that a plan would reach if one error source were
+    halved or if the plan were longer, with one row per change.
 
-    The improvements are half of an initial 1-sigma; half of the noise of the gyro or of a sensor;
-    300 s more at the last rate; and 300 s more of rotation about a body axis, after holding the
-    last rate until `t_end`. Each improvement is one run of the filter. Constraints are not
-    evaluated. Changes of duration are omitted if the scenario ends earlier, and rotations are
-    omitted for magnetorquers.
+    The error sources are those of `filter.error_budget`: initial 1-sigmas, gyro noise, drift of the
+    gyro bias, and sensor noise. A longer plan has 300 s more at the last rate, or 300 s more of
+    rotation about a body axis after holding the last rate until `t_end`. Each change is one run of
+    the filter. Constraints are not evaluated. Longer plans are omitted if the scenario ends
+    earlier, and rotations are omitted for magnetorquers.
 
     Parameters
     ----------
@@ -175,8 +180,9 @@ def evaluate_improvements(
     Returns
     -------
     DataFrame
-        One row per change, the first one being ``unchanged``; one column per 3-vector of the state,
-        in the unit that the column name contains.
+        One row per change, the first one being ``unchanged``; rows of halved error sources have the
+        names of the sources. One column per 3-vector of the state, in the unit that the column name
+        contains.
     """
     units, step = list_block_units(model.suite), round(t_end / model.step)
     rows = {UNCHANGED: _compute_sigma(model, design, step)}
@@ -184,42 +190,20 @@ def evaluate_improvements(
         sigma = model.initial_sigma.copy()
         sigma[3 * block : 3 * block + 3] *= _IMPROVEMENT_FACTOR
         improved_model = dataclasses.replace(model, initial_sigma=sigma)
-        rows[f"half the initial {unit.label}"] = _compute_sigma(improved_model, design, step)
+        rows[format_initial_error(unit.label)] = _compute_sigma(improved_model, design, step)
     for name, suite in _halve_noise(model.suite):
         improved_model = dataclasses.replace(model, suite=suite)
-        rows[f"half the noise of {name}"] = _compute_sigma(improved_model, design, step)
+        rows[name] = _compute_sigma(improved_model, design, step)
     longer = step + round(_EXTRA_DURATION / model.step)
     if longer <= model.n_steps:
-        rows[f"{_EXTRA_DURATION:g} s more at the last rate"] = _compute_sigma(model, design, longer)
+        prefix = f"{_EXTRA_DURATION:g} s more"
+        rows[f"{prefix}, last rate"] = _compute_sigma(model, design, longer)
         for name, extended in _add_rotations(model, design, t_end, rate_deg_s):
-            rows[f"{_EXTRA_DURATION:g} s more about body {name}"] = _compute_sigma(
-                model, extended, longer
-            )
+            rows[f"{prefix}, about {name}"] = _compute_sigma(model, extended, longer)
     columns = [f"{unit.label} [{unit.unit}]" for unit in units]
     factors = np.array([unit.factor for unit in units])
     table = pd.DataFrame(np.array(list(rows.values())) * factors, columns=columns)
     return table.set_index(pd.Index(rows, name="change"))
-
-
-def select_most_effective(values: pd.Series, min_reduction: float = 0.02) -> pd.Series:
-    """Select up to two changes that reduce a 1-sigma most, given a column of
-    `evaluate_improvements`. Return the reduced 1-sigmas, indexed by the names of the changes.
-
-    Parameters
-    ----------
-    values : Series
-        Column of `evaluate_improvements`.
-    min_reduction : float
-        Share by which a change must reduce the 1-sigma; other changes are omitted.
-
-    Returns
-    -------
-    Series
-        1-sigmas by name of the change, the smallest first; empty if no change is effective.
-    """
-    effective = values[values < (1.0 - min_reduction) * values[UNCHANGED]]
-    best: pd.Series = effective.sort_values(kind="stable")[:2]
-    return best
 
 
 def _compute_sigma(model: FilterModel, design: ArrayLike, step: int) -> Floats:
@@ -234,16 +218,19 @@ def _compute_sigma(model: FilterModel, design: ArrayLike, step: int) -> Floats:
 
 
 def _halve_noise(suite: Suite) -> Iterator[tuple[str, Suite]]:
-    instruments: list[Any] = [suite.gyro, *suite.sensors]
-    for i, instrument in enumerate(instruments):
-        if not instrument.noise_parameters:
-            continue
-        improved = instruments.copy()
-        improved[i] = scale_noise(instrument, _IMPROVEMENT_FACTOR)
-        yield (
-            "gyro" if i == 0 else instrument.name,
-            Suite(improved[0], tuple(improved[1:]), suite.environment_errors),
+    gyro, sensors = suite.gyro, suite.sensors
+    yield GYRO_NOISE, dataclasses.replace(suite, gyro=scale_noise(gyro, _IMPROVEMENT_FACTOR))
+    if any(gyro.effective_rate_random_walk):
+        x, y, z = (_IMPROVEMENT_FACTOR * walk for walk in gyro.effective_rate_random_walk)
+        steadier = dataclasses.replace(
+            gyro, bias_instability_deg_per_h=None, rate_random_walk=(x, y, z)
         )
+        yield format_drift("gyro bias"), dataclasses.replace(suite, gyro=steadier)
+    for i, sensor in enumerate(sensors):
+        if sensor.noise_parameters:
+            quieter = scale_noise(sensor, _IMPROVEMENT_FACTOR)
+            changed = (*sensors[:i], quieter, *sensors[i + 1 :])
+            yield format_sensor_noise(sensor), dataclasses.replace(suite, sensors=changed)
 
 
 def _add_rotations(

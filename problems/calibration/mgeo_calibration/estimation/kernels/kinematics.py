@@ -40,8 +40,8 @@ def accumulate_rotations(step_rotations, R):
 def discretize_steps(decay, densities, rate_derivatives, rates, durations, F, Q):
     """Write the transition matrices of n steps to F and the process noise covariances to Q.
 
-    The result equals that of `filter.discretization.discretize` for each step; see equation (7) of
-    docs/theory.md.
+    The result equals that of `filter.discretization.discretize` for each step; see equation (8) of
+    docs/explanation/models-and-filter.md.
 
     Parameters
     ----------

@@ -10,8 +10,8 @@ def compute_process_noise(decay, density, rates, durations, Q):
     """Write the process noise covariances of n steps to Q, for a gyro with different noise about
     each axis.
 
-    Equation (7) of docs/theory.md gives the covariance. Q is not a polynomial in the rate, unlike
-    in `kinematics.discretize_steps`.
+    Equation (8) of docs/explanation/models-and-filter.md gives the covariance. Q is not a
+    polynomial in the rate, unlike in `kinematics.discretize_steps`.
 
     Parameters
     ----------

@@ -1,0 +1,120 @@
+"""Make the pictures of README.md and of the pages on reports and the explorer.
+
+    python -m tests.benchmarks.pictures
+
+Run it in the root of the repository, with the extras ``png`` and ``explore`` and with Chromium. It
+takes a few minutes.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from base64 import b64decode
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import plotly.graph_objects as go
+from mgeo_attitude.criteria.objectives import attitude_sigma_deg
+from mgeo_attitude.view.lower_bound import compute_bound_curves
+from selenium.webdriver import Keys
+
+from mgeo.evaluation.dominance import find_front_rows
+from mgeo.figures.style import (
+    COLORS,
+    LOWER_BOUND_COLOR,
+    SYMBOLS,
+    apply_style,
+    build_log_axis_layout,
+)
+from mgeo.report import build_report_html
+from mgeo.report.static import export_figures
+from mgeo.runs.prepare import prepare_run
+
+from ..browser import opened
+from ..mgeo.explore.test_server import served
+
+PICTURES = Path(__file__).parents[2] / "docs" / "images"
+ALGORITHMS = {"mgeo-directed": "mgeo-directed, default", "mgeo-real": "mgeo-real, published"}
+#: Run of the report and of the explorer.
+SOLVE = ("solve", "attitude", "--scenario", "cubesat_6u", "--seed", "1")
+#: Part of a report, width and height [px] and color scheme of each picture.
+REPORT_PICTURES = {
+    "report-front.png": ("header", (1185, 1000), "light"),
+    "report-plan.png": ("#solution-section", (1400, 900), "dark"),
+    "report-phone.png": ("header", (390, 1250), "light"),
+}
+
+
+def draw_fronts() -> go.Figure:
+    """Return a figure of the fronts of two algorithms and of the lower bound for the satellite of
+    the paper.
+    """
+    figure, times = go.Figure(), []
+    for index, (algorithm, name) in enumerate(ALGORITHMS.items()):
+        run = prepare_run("attitude", algorithm=algorithm)
+        X = run.solve().X
+        result = run.problem.view(X).nominal
+        points = np.column_stack([result.t_end / 60.0, attitude_sigma_deg(result.covariance)])
+        times += result.t_end.tolist()
+        line = {"shape": "hv", "width": 1, "color": COLORS[index]}
+        marker = {"color": COLORS[index], "symbol": SYMBOLS[index], "size": 7}
+        x, y = points[find_front_rows(points)].T
+        figure.add_scatter(x=x, y=y, mode="lines+markers", name=name, line=line, marker=marker)
+    t, _, sigma = compute_bound_curves(run.problem, np.array(times)).T
+    figure.add_scatter(x=t / 60.0, y=sigma, mode="lines", line_color=LOWER_BOUND_COLOR)
+    figure.data[-1].showlegend = False
+    figure.add_annotation(
+        text="lower bound", x=t[len(t) // 2] / 60.0, y=np.log10(sigma[len(t) // 2]),
+        showarrow=False, xanchor="right", yanchor="top", font_color=LOWER_BOUND_COLOR,
+    )  # fmt: skip
+    subtitle = "1-sigma of the worst body axis; satellite of the paper, 60,000 evaluations each"
+    apply_style(figure, "Attitude accuracy against convergence time", subtitle)
+    figure.update_xaxes(title_text="convergence time [min]")
+    figure.update_yaxes(build_log_axis_layout(sigma), title_text="attitude accuracy [deg]")
+    return figure.update_layout(width=900, height=480)
+
+
+def take_picture(page, path, selector, height):
+    """Write a part of a page as a PNG file, from the top of an element."""
+    page.evaluate(f"document.querySelector('{selector}').scrollIntoView()")
+    time.sleep(3.0)  # Figures are drawn when they scroll into view.
+    box = f"document.querySelector('{selector}').getBoundingClientRect()"
+    top = page.evaluate(f"{box}.top + scrollY")
+    clip = {"x": 0, "y": top, "width": page.evaluate("innerWidth"), "height": height, "scale": 1}
+    options = {"captureBeyondViewport": True, "clip": clip}
+    result = page.driver.execute_cdp_cmd("Page.captureScreenshot", options)
+    path.write_bytes(b64decode(result["data"]))
+
+
+def take_report_pictures(folder, report):
+    for name, (selector, (width, height), scheme) in REPORT_PICTURES.items():
+        with opened(report, width, color_scheme=scheme) as page:
+            page.evaluate("document.querySelector('#figures').scrollIntoView()")
+            page.until("document.querySelector('.player')")
+            take_picture(page, PICTURES / name, selector, height)
+    with served(folder) as url, opened(url, 1400) as page:
+        page.until("document.querySelectorAll('#figures .main-svg').length > 6")
+        slider = page.driver.find_elements("css selector", "[role=slider]")[3]
+        page.driver.execute_script("arguments[0].scrollIntoView()", slider)
+        slider.send_keys(Keys.END)
+        page.until("document.querySelector('#numbers').textContent.includes('%')")
+        take_picture(page, PICTURES / "explore.png", "body", 1100)
+
+
+def main() -> None:
+    files = export_figures({"front": draw_fronts()}, ("png",))
+    (PICTURES / "front.png").write_bytes(files["front.png"])
+    with TemporaryDirectory() as temporary:
+        folder, report = Path(temporary) / "run", Path(temporary) / "report.html"
+        subprocess.run(
+            [sys.executable, "-m", "mgeo", *SOLVE, "--out", str(folder), "-q"], check=True
+        )
+        report.write_text(build_report_html(folder), encoding="utf-8")
+        take_report_pictures(folder, report)
+
+
+if __name__ == "__main__":
+    main()
