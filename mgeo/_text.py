@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 #: Width of texts [columns].
 TEXT_WIDTH = 80
+_NUMBER = re.compile(r"([-+]?[\d.,]+(e[-+]?\d+)?|nan|inf|-|)( ± [\d.]+)?( ?%)?", re.IGNORECASE)
 
 
 def join_lines(text: str) -> str:
@@ -88,9 +89,5 @@ def format_number(value: float, decimals: int | None = None, digits: int = 3) ->
 
 
 def is_number(text: str) -> bool:
-    """Return True if a text is a number or empty."""
-    try:
-        float(text or "nan")
-    except ValueError:
-        return False
-    return True
+    """Return True if a text is a number, a mean ± standard deviation, a hyphen, or empty."""
+    return _NUMBER.fullmatch(text) is not None

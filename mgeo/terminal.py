@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 #: Space between the columns of a table [columns].
 _GAP = 2
 _PIPE_WIDTH = 400  # width of tables in pipes and files [columns], unless COLUMNS is set
-_NUMBER = re.compile(r"([-+]?[\d.,]+(e[-+]\d+)?|nan|inf|-|None|)( ± [\d.]+)?( ?%)?", re.IGNORECASE)
 _stdout_stack: list[TextIO] = []  # the original stdout while `reserve_stdout` is active
 
 
@@ -120,10 +119,8 @@ def build_table(
     entries = list(rows)
     table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 3, 0, 0))
     for i, title in enumerate(titles):
-        is_number = all(_NUMBER.fullmatch(str(row[i])) for row in entries)
-        table.add_column(
-            escape_text(title), justify="right" if is_number else "left", overflow="fold"
-        )
+        justify: JustifyMethod = "right" if all(is_number(str(r[i])) for r in entries) else "left"
+        table.add_column(escape_text(title), justify=justify, overflow="fold")
     for row in entries:
         table.add_row(*(escape_text(_format_value(value, digits)) for value in row))
     return table

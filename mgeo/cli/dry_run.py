@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mgeo._text import wrap_text
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.execution import format_run_title
 from mgeo.figures.front import MAX_OBJECTIVES
@@ -59,7 +60,7 @@ def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
     if facts:
         output.print("", build_key_value_table(facts))
     for text in warnings:
-        output.print(f"\nWarning: {text}")
+        output.print(f"\n{wrap_text(f'Warning: {text}')}")
     output.print_document(
         {
             "dry_run": True,

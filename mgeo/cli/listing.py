@@ -78,9 +78,7 @@ def algorithms(
     with convert_input_errors():
         description = describe_algorithm(name)
     output.print_document(description)
-    output.print(
-        escape_text(f"{name}: {description['label']}, {description['description']}", "bold")
-    )
+    output.print(escape_text(f"{name}: {description['label']}", "bold"), description["description"])
     for parameter in description["parameters"]:
         output.print(
             f"\n{parameter['name']} = {_format_default(parameter['default'])}",

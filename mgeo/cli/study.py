@@ -6,21 +6,23 @@ import warnings
 from collections.abc import Iterator
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from mgeo._text import wrap_text
 from mgeo.cli import options
 from mgeo.cli.errors import ExitCode, convert_input_errors, get_interrupt_exit_code
-from mgeo.terminal import Output, build_titled_table, escape_text, format_note, to_records
+from mgeo.terminal import Output, escape_text, render_section, to_records
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
     from mgeo.studies.study_file import Study
 
 
-_MAX_ROWS = 10  # maximum number of rows of the table of significantly better algorithms
+_MAX_ROWS = 20  # maximum number of rows of a table on the terminal
 
 
 def study(
@@ -172,21 +174,21 @@ def _print_results(
     )
     output.print(escape_text(study.title, style="bold"), study.format_size(), "")
     if len(comparisons) > 1 and summary is not None:
-        output.print(*summary.conclusions)
-        tables = [build_rank_table(comparisons, summary), build_behind_table(summary, _MAX_ROWS)]
+        output.print(*map(wrap_text, summary.conclusions))
+        tables = [build_rank_table(comparisons, summary), build_behind_table(summary)]
     else:
         (comparison,) = comparisons.values()
-        output.print(*format_conclusions(comparison, study.control))
+        output.print(*map(wrap_text, format_conclusions(comparison, study.control)))
         tables = [
             build_result_table(comparison),
             build_published_table(study, comparison),
         ]
-    for titled in tables:
-        if titled is not None:
-            table = build_titled_table(titled.title, titled.table)
-            output.print(*table, format_note(titled.note))
+    for section in tables:
+        if section is not None and section.table is not None:
+            rows = replace(section, table=section.table.reset_index(), max_rows=_MAX_ROWS)
+            output.print("", *render_section(rows))
     for text in list_warnings(comparisons):
-        output.print_note(f"Warning: {text}")
+        output.print_note(f"\n{wrap_text(f'Warning: {text}')}")
     figure = "ranks" if len(comparisons) > 1 else "anytime"
     output.print(
         f"\nwritten: {folder / REPORT_FILE}",

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import pandas as pd
 
+from mgeo.plugins.review import Section
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import (
     StudySummary,
@@ -16,15 +16,7 @@ from mgeo.studies.conclusions import (
 from mgeo.studies.study_file import Study
 
 
-class TitledTable(NamedTuple):
-    """Text table with its title, and a note that explains the columns."""
-
-    title: str
-    table: pd.DataFrame
-    note: str
-
-
-def build_rank_table(comparisons: Mapping[str, Comparison], summary: StudySummary) -> TitledTable:
+def build_rank_table(comparisons: Mapping[str, Comparison], summary: StudySummary) -> Section:
     """Build a table of average ranks and significant differences over all problems of a study.
 
     There is one row per algorithm, best first. The columns are those of `StudySummary.ranks`.
@@ -46,11 +38,11 @@ def build_rank_table(comparisons: Mapping[str, Comparison], summary: StudySummar
         }
     )
     table.loc[name, ["ahead", "even", "behind", "p"]] = "-"
-    return TitledTable(
+    return Section(
         f"Ranks over {len(comparisons)} problems",
-        table.rename_axis("algorithm"),
-        f"Best on: number of problems with the {format_criterion(comparisons)}; ties count for "
-        "each algorithm.\nAhead, even, behind: number of problems on which "
+        table=table.rename_axis("algorithm"),
+        note=f"Best on: number of problems with the {format_criterion(comparisons)}; ties count "
+        "for each algorithm.\nAhead, even, behind: number of problems on which "
         f"{name} is significantly better than, not significantly different from, and "
         "significantly worse than the algorithm "
         f"({format_test_method(summary.is_control)}).\np: signed-rank test of {name} against the "
@@ -58,19 +50,17 @@ def build_rank_table(comparisons: Mapping[str, Comparison], summary: StudySummar
     )
 
 
-def build_behind_table(summary: StudySummary, n_max: int | None = None) -> TitledTable | None:
+def build_behind_table(summary: StudySummary) -> Section | None:
     """Build a table of the algorithms that are significantly better on a problem.
 
     Parameters
     ----------
     summary : StudySummary
         Result of `mgeo.studies.conclusions.summarize_study`.
-    n_max : int, optional
-        Maximum number of rows. The note states how many rows are left out.
 
     Returns
     -------
-    TitledTable or None
+    Section or None
         None if no algorithm is significantly better on any problem.
     """
     rows = summary.pairs[summary.pairs["result"] == "behind"]
@@ -84,20 +74,15 @@ def build_behind_table(summary: StudySummary, n_max: int | None = None) -> Title
         },
         index=pd.Index(rows["problem"], name="problem"),
     )
-    note = (
-        f"A: probability that a run of {summary.algorithm} is better than a run of the algorithm."
-    )
-    n_omitted = 0 if n_max is None else max(0, len(table) - n_max)
-    if n_omitted:
-        note += f" The report contains {n_omitted} more rows."
-    return TitledTable(
+    return Section(
         f"Algorithms that are significantly better than {summary.algorithm}",
-        table[:n_max],
-        note,
+        table=table,
+        note=f"A: probability that a run of {summary.algorithm} is better than a run of the "
+        "algorithm.",
     )
 
 
-def build_result_table(comparison: Comparison) -> TitledTable:
+def build_result_table(comparison: Comparison) -> Section:
     """Build a table of the indicators of each algorithm on one problem, best algorithm first.
 
     The columns are the mean ± standard deviation of each indicator of a whole front and, if runs
@@ -109,19 +94,19 @@ def build_result_table(comparison: Comparison) -> TitledTable:
     titles = [indicator.title for indicator in comparison.indicators]
     if overview["runs"].nunique() > 1:
         titles.insert(0, "runs")
-    return TitledTable(
+    return Section(
         f"Indicators after {comparison.n_eval:,} evaluations",
-        overview.loc[order, titles].rename_axis("algorithm"),
-        "Mean ± standard deviation of the runs.",
+        table=overview.loc[order, titles].rename_axis("algorithm"),
+        note="Mean ± standard deviation of the runs.",
     )
 
 
-def build_published_table(study: Study, comparison: Comparison) -> TitledTable | None:
+def build_published_table(study: Study, comparison: Comparison) -> Section | None:
     """Build a table of published and measured values, one row per quantity and algorithm.
 
     Returns
     -------
-    TitledTable or None
+    Section or None
         None if the study has no published values, or if the published runs had another number of
         evaluations.
     """
@@ -138,8 +123,8 @@ def build_published_table(study: Study, comparison: Comparison) -> TitledTable |
     ]
     table = pd.DataFrame(rows, columns=["quantity", "algorithm", "published", "measured"])
     order = table["quantity"].unique()
-    return TitledTable(
+    return Section(
         f"Comparison with {published.source}",
-        table.set_index("quantity").loc[order],
-        "Measured: mean ± standard deviation of the runs.",
+        table=table.set_index("quantity").loc[order],
+        note="Measured: mean ± standard deviation of the runs.",
     )

@@ -119,7 +119,6 @@ def test_study_summary_counts_significant_differences_over_problems():
     assert table.loc["B"].tolist()[:5] == ["3.00", "0", "3", "0", "0"]
     behind = build_behind_table(summary)
     assert behind.table.reset_index().to_numpy().tolist()[0][:3] == ["three", "A", "0.00"]
-    assert len(build_behind_table(summary, 0).table) == 0
 
 
 def test_study_without_control_is_summarized_for_the_best_algorithm():

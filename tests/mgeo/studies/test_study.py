@@ -155,6 +155,7 @@ def test_command_continues_a_study_only_with_resume_option(run_command, tmp_path
     assert (tmp_path / "studies" / "mine" / "report.html").is_file()
     assert " ranks first " in outcome.stdout
     assert "studies/mine/report.html" in outcome.stdout
+    assert max(map(len, outcome.stdout.splitlines())) <= 80
     refused = run_command(*small)
     assert refused.exit_code == 2
     (line,) = refused.stderr.splitlines()

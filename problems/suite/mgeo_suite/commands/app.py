@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from mgeo._text import wrap_text
 from mgeo.cli.errors import convert_input_errors
 from mgeo.cli.help_text import format_examples
 from mgeo.cli.options import Debug, Json
@@ -53,7 +54,7 @@ def catalog(
     rows = [(name, cost.price_keur, cost.mass_g, cost.power_mw) for name, cost in grades]
     output.print(build_table(("sensor", "price [kEUR]", "mass [g]", "power [mW]"), rows))
     output.print(escape_text("\nSources", "bold"))
-    output.print(*(f"{name}: {cost.source}" for name, cost in grades))
+    output.print(*(wrap_text(f"{name}: {cost.source}", "  ") for name, cost in grades))
 
 
 @app.command(epilog=format_examples("conclude", EXAMPLES))
@@ -105,7 +106,10 @@ def conclude(
                 for each in suites
             ],
         ),
-        *(f"{each['budget_keur']:g} kEUR: {each['suite'] or 'no suite'}" for each in suites),
+        *(
+            wrap_text(f"{each['budget_keur']:g} kEUR: {each['suite'] or 'no suite'}", "  ")
+            for each in suites
+        ),
         escape_text("\nLowest price of each accuracy", "bold"),
         build_table(
             ("attitude 1-sigma [deg]", "price [kEUR]", "without star tracker [kEUR]"),
