@@ -86,7 +86,7 @@ def draw_front(
     else:
         figure.add_scatter3d(x=F[:, 0], y=F[:, 1], z=F[:, 2], marker=_MARKER_3D, **points)
         figure.update_scenes(dict(zip(("xaxis", "yaxis", "zaxis"), axes, strict=True)))
-        figure.update_scenes(camera_eye=dict.fromkeys("xyz", 1.45))  # Shows the whole front.
+        figure.update_scenes(camera_eye=dict.fromkeys("xyz", 1.6))  # Shows the whole front.
     return figure.update_layout(
         title=escape_markup(title),
         template="plotly_white",

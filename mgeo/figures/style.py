@@ -133,11 +133,6 @@ def format_for_print(figure: go.Figure) -> go.Figure:
     Colors and symbols are unchanged, so that traces differ in grayscale by symbol and dash.
     """
     printed = go.Figure(figure)
-    has_top_axis = printed.layout.to_plotly_json().get("xaxis2", {}).get("side") == "top"
-    if has_top_axis:  # The legend is inside the plot, where it would overlap rotated texts.
-        printed.layout.annotations = [
-            note for note in printed.layout.annotations if not note.textangle
-        ]
     has_shared_title = any((note.yshift or 0.0) < 0.0 for note in printed.layout.annotations)
     legend_traces = [
         trace for trace in printed.data if trace.showlegend is not False and _has_points(trace)
@@ -156,11 +151,12 @@ def format_for_print(figure: go.Figure) -> go.Figure:
             "title": {"text": ""},
             "orientation": "h",
             "x": 1.0,
+            "xref": "paper",
             "xanchor": "right",
-            "y": 0.99 if has_top_axis else 1.0,
+            "y": 1.0,
             "yref": "paper",
-            "yanchor": "top" if has_top_axis else "bottom",
-            "bgcolor": "rgba(255,255,255,0.9)",
+            "yanchor": "bottom",
+            "bgcolor": "rgba(0,0,0,0)",
             "borderwidth": 0,
         },
     )
@@ -173,6 +169,7 @@ def format_for_print(figure: go.Figure) -> go.Figure:
     printed.update_xaxes(axes).update_yaxes(axes)
     printed.for_each_xaxis(lambda axis: axis.update(nticks=4), selector=_is_narrow)
     printed.update_annotations(font={**_PRINT_FONT, "color": "black"})
+    printed.update_traces(textfont_size=_PRINT_FONT["size"], selector={"type": "scatter"})
     for trace in printed.data:
         for part in ("marker", "line"):
             look = getattr(trace, part, None)

@@ -42,9 +42,9 @@ ALGORITHMS = {"mgeo-directed": "mgeo-directed, default", "mgeo-real": "mgeo-real
 SOLVE = ("solve", "attitude", "--scenario", "cubesat_6u", "--seed", "1")
 #: Part of a report, width and height [px] and color scheme of each picture.
 REPORT_PICTURES = {
-    "report-front.png": ("header", (1185, 1000), "light"),
+    "report-front.png": ("header", (1185, 1040), "light"),
     "report-plan.png": ("#solution-section", (1400, 900), "dark"),
-    "report-phone.png": ("header", (390, 1250), "light"),
+    "report-phone.png": ("header", (390, 1290), "light"),
 }
 
 

@@ -18,9 +18,8 @@ for (const plot of plots) {
 function recolor() {
   return plots.map((plot) => {
     const { data, layout } = applyButton(plot.given, plot.active);
-    const onPaper = document.documentElement.classList.contains("printed");
-    const shown = themed(layout, !onPaper && plot.clientWidth < NARROW);
-    if (onPaper) Object.assign(shown, { width: ON_PAPER, height: layout.height || 540 });
+    const shown = themed(layout, !isPrinted() && plot.clientWidth < NARROW);
+    if (isPrinted()) Object.assign(shown, { width: ON_PAPER, height: layout.height || 540 });
     return Plotly.react(plot, recolored(data), shown);
   });
 }

@@ -4,6 +4,8 @@ const NARROW = 500; // Width [px] below which the legend is placed under the plo
 
 const color = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
 
+const isPrinted = () => document.documentElement.classList.contains("printed");
+
 /** Place the legend below the plot, and reduce margins and text. */
 function adaptToNarrowScreen(layout) {
   const below = { orientation: "h", x: 0.5, xref: "container", xanchor: "center", y: 0, yref: "container", yanchor: "bottom" };

@@ -13,10 +13,9 @@ function fillPlaceholders(tree, values) {
 }
 
 function draw(node, figure, bar = true) {
-  const isPrinted = document.documentElement.classList.contains("printed");
-  const layout = themed(figure.layout, !isPrinted && node.clientWidth < NARROW);
+  const layout = themed(figure.layout, !isPrinted() && node.clientWidth < NARROW);
   // Sizes of printed figures are in px of 1/96 inch, so that letters are as large as in the text.
-  if (isPrinted) {
+  if (isPrinted()) {
     Object.assign(layout, { width: bar ? 700 : 345, font: { ...layout.font, size: 11 } });
     if (!bar) layout.height = 230;
   }

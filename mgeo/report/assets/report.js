@@ -22,7 +22,7 @@ function moveTitle(layout) {
   byId("heading").textContent = lines[0] === document.title ? "" : lines[0]; // It repeats the title of the page.
   byId("subtitle").textContent = lines.slice(1).join(" ");
   layout.title = {};
-  layout.margin = { ...layout.margin, t: 30 };
+  layout.margin = { ...layout.margin, t: isPrinted() ? 15 : 30 };
 }
 
 function drawFront() {
@@ -40,8 +40,7 @@ function drawFront() {
     traces.push(mark);
   }
   const node = byId("front");
-  const isPrinted = document.documentElement.classList.contains("printed");
-  const height = isPrinted ? 320 : node.clientWidth < NARROW ? 400 : 520;
+  const height = isPrinted() ? 290 : node.clientWidth < NARROW ? 400 : 520;
   Object.assign(layout, { height, uirevision: button, clickmode: "event" });
   moveTitle(layout);
   node.dataset.name = byId("heading").textContent;

@@ -42,8 +42,7 @@ def path(solved, monkeypatch, tmp_path):
 
 
 def test_player_moves_the_figure(path):
-    with opened(path, reduced_motion="reduce") as page:
-        # The figure is not yet in view.
+    with opened(path, 390, reduced_motion="reduce") as page:  # The figure is far below the front.
         assert page.evaluate("document.querySelector('.player')") is None
         page.evaluate("document.querySelector('.moving').scrollIntoView()")
         page.until("document.querySelector('.player') !== null")

@@ -288,9 +288,9 @@ def _build_value_axis(traces: list[dict[str, Any]]) -> dict[str, Any]:
     values = np.concatenate([trace["y"] for trace in traces])
     values = values[np.isfinite(values)]
     axis = _Axis.from_values(values, is_log=True)
-    # The label of the lower bound is below the curve.
-    low = axis.low - 0.08 * (axis.high - axis.low)
-    return build_log_axis_layout(values) | {"range": [low, axis.high]}
+    # Labels are above the first plan and below the lower bound.
+    room = 0.06 * (axis.high - axis.low)
+    return build_log_axis_layout(values) | {"range": [axis.low - room, axis.high + room]}
 
 
 def _mark_times(figure: go.Figure, scenario: Scenario, time_axis: _Axis) -> None:
