@@ -30,6 +30,7 @@ extensions = [
     "sphinx.ext.viewcode",
     "docstrings",
     "algorithms",
+    "documents",
     "export_formats",
     "keys",
     "objectives",

@@ -78,7 +78,7 @@ def format_json(document: Mapping[str, Any]) -> str:
     return json.dumps(finite, indent=2, allow_nan=False)
 
 
-def to_records(frame: pd.DataFrame) -> list[dict[Any, Any]]:
+def to_records(frame: pd.DataFrame) -> list[Any]:
     """Return the rows of a DataFrame as a list of dicts keyed by column.
 
     The index is included, unless it is a RangeIndex.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mgeo._text import wrap_text
 from mgeo.algorithms.base import ExtremalOptimization
@@ -19,6 +19,7 @@ from mgeo.terminal import Output, build_key_value_table, build_table, escape_tex
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
+    from mgeo.documents import DryRun, ProblemSize, StudyDryRun
     from mgeo.studies.study_file import Study
 
 
@@ -61,17 +62,15 @@ def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
         output.print("", build_key_value_table(facts))
     for text in warnings:
         output.print(f"\n{wrap_text(f'Warning: {text}')}")
-    output.print_document(
-        {
-            "dry_run": True,
-            "configuration": configuration.model_dump(),
-            **size,
-            "facts": dict(facts),
-            "warnings": warnings,
-            "folder": str(folder),
-            "files": files,
-        }
-    )
+    document: DryRun = {
+        "dry_run": True,
+        "configuration": configuration,
+        "facts": dict(facts),
+        "warnings": warnings,
+        "folder": str(folder),
+        "files": files,
+    }
+    output.print_document({**document, **size})
 
 
 def print_study_size(
@@ -106,21 +105,20 @@ def print_study_size(
         build_table(("algorithm",), [(name,) for name in algorithms]),
         f"\nfolder: {folder}",
     )
-    output.print_document(
-        {
-            "dry_run": True,
-            "title": study.title,
-            "problems": sizes,
-            "algorithms": algorithms,
-            "evaluations": study.evaluations,
-            "per_variable": study.per_variable,
-            "n_runs": study.n_runs,
-            "folder": str(folder),
-        }
-    )
+    document: StudyDryRun = {
+        "dry_run": True,
+        "title": study.title,
+        "problems": sizes,
+        "algorithms": algorithms,
+        "evaluations": study.evaluations,
+        "per_variable": study.per_variable,
+        "n_runs": study.n_runs,
+        "folder": str(folder),
+    }
+    output.print_document(document)
 
 
-def _format_size(size: Mapping[str, Any]) -> dict[str, str]:
+def _format_size(size: ProblemSize) -> dict[str, str]:
     return {
         "variables": str(len(size["variables"])),
         "objectives": ", ".join(size["objectives"]),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.padding import Padding
@@ -13,12 +13,22 @@ from mgeo.cli.errors import convert_input_errors
 from mgeo.plugins.discovery import Plugin, PluginError, list_plugins, list_preset_names
 from mgeo.terminal import Output, build_table, escape_text
 
+if TYPE_CHECKING:
+    from mgeo.documents import (
+        AlgorithmRow,
+        AlgorithmsDocument,
+        ProblemRow,
+        ProblemsDocument,
+        ProblemSize,
+    )
+
 
 def problems(json: options.Json = False, debug: options.Debug = False) -> None:
     """List the installed problems, with their objectives and presets."""
     descriptions = [_describe_problem(plugin) for plugin in list_plugins()]
     output = Output(json=json)
-    output.print_document({"problems": descriptions})
+    document: ProblemsDocument = {"problems": descriptions}
+    output.print_document(document)
     if not descriptions:
         output.print("No problem is installed. Install one with: pip install mgeo-attitude")
         return
@@ -63,7 +73,8 @@ def algorithms(
     output = Output(json=json)
     if name is None:
         descriptions = [_describe_algorithm(each) for each in list_algorithms()]
-        output.print_document({"algorithms": descriptions})
+        document: AlgorithmsDocument = {"algorithms": descriptions}
+        output.print_document(document)
         output.print(
             build_table(
                 ("algorithm", "library", "method and use"),
@@ -87,11 +98,11 @@ def algorithms(
     output.print(f"\nSet a parameter: mgeo solve PROBLEM --algorithm {name} --set NAME=VALUE")
 
 
-def _describe_algorithm(name: str) -> dict[str, Any]:
+def _describe_algorithm(name: str) -> AlgorithmRow:
     from mgeo.runs.algorithms import describe_algorithm
 
     try:
-        return describe_algorithm(name) | {"error": None}
+        return {**describe_algorithm(name), "error": None}
     except PluginError as error:  # One broken plugin must not hide the other algorithms.
         return {
             "name": name,
@@ -103,20 +114,24 @@ def _describe_algorithm(name: str) -> dict[str, Any]:
         }
 
 
-def _describe_problem(plugin: Plugin) -> dict[str, Any]:
+def _describe_problem(plugin: Plugin) -> ProblemRow:
     from mgeo.plugins.problems import load_problem
     from mgeo.plugins.protocol import describe_size
 
-    record: dict[str, Any] = {
+    size: ProblemSize = {"variables": [], "objectives": [], "constraints": 0}
+    message = None
+    try:
+        size = describe_size(load_problem(plugin.name))
+    except (ValueError, OSError) as error:  # One broken plugin must not hide the other problems.
+        message = str(error)
+    return {
         "name": plugin.name,
         "distribution": plugin.distribution,
         "version": plugin.version,
         "presets": list_preset_names(plugin.name),
+        **size,
+        "error": message,
     }
-    try:
-        return record | describe_size(load_problem(plugin.name)) | {"error": None}
-    except (ValueError, OSError) as error:  # One broken plugin must not hide the other problems.
-        return record | {"variables": [], "objectives": [], "constraints": 0, "error": str(error)}
 
 
 def _format_default(default: object) -> str:

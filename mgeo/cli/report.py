@@ -5,13 +5,16 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import convert_input_errors
 from mgeo.terminal import Output
+
+if TYPE_CHECKING:
+    from mgeo.documents import ReportDocument
 
 FIGURES_FOLDER = "figures"
 COMPARISON_FILE = "comparison.html"
@@ -151,14 +154,16 @@ def report(
         output.print(f"report: {path}", f"figures for --figure: {', '.join(names)}")
         if len(comparisons) > 1:
             output.print(f"figure of one problem: {next(n for n in figures if n not in names)}")
-    output.print_document(
-        {
-            **({"compared": list(map(str, sources))} if is_pair else {"folder": str(first)}),
-            "file": str(path) if page or is_study else None,
-            "bytes": len(page.encode()),
-            "figures": [str(folder / name) for name in files],
-        }
-    )
+    document: ReportDocument = {
+        "file": str(path) if page or is_study else None,
+        "bytes": len(page.encode()),
+        "figures": [str(folder / name) for name in files],
+    }
+    if is_pair:
+        document["compared"] = list(map(str, sources))
+    else:
+        document["folder"] = str(first)
+    output.print_document(document)
 
 
 def _check_options(

@@ -31,6 +31,8 @@ from mgeo.terminal import (
 if TYPE_CHECKING:
     import pandas as pd
 
+    from mgeo.documents import Recommended, RunSummary
+
 
 def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
     """Print the recommended solution of a run, the front at a glance, warnings and files.
@@ -56,21 +58,20 @@ def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
     infeasibility = explain_infeasibility(view) if outcome.nearest else None
     warnings = [*(front.warnings if front else []), *_list_run_warnings(outcome)]
     files = [name for name in RUN_FILES if (folder / name).exists()]
-    output.print_document(
-        {
-            "folder": str(folder),
-            "files": files,
-            "recommended": front and _build_recommended_document(front),
-            "front": _build_records(front.front.rename_axis("solution")) if front else [],
-            "infeasibility": infeasibility
-            and {
-                "violations": _build_records(infeasibility.build_table()),
-                "suggestions": infeasibility.suggestions,
-            },
-            "warnings": warnings,
-            **build_run_document(run),
+    summary: RunSummary = {
+        "folder": str(folder),
+        "files": files,
+        "recommended": _build_recommended_document(front) if front else None,
+        "front": _build_records(front.front.rename_axis("solution")) if front else [],
+        "infeasibility": {
+            "violations": _build_records(infeasibility.build_table()),
+            "suggestions": list(infeasibility.suggestions),
         }
-    )
+        if infeasibility
+        else None,
+        "warnings": warnings,
+    }
+    output.print_document({**summary, **build_run_document(run)})
     if not output.is_text:
         return
     output.print(*_describe_run(run, view))
@@ -189,8 +190,8 @@ def _render_next_commands(view: View, folder: Path, outcome: Outcome) -> Iterato
         yield escape_text(f"{purpose + ':':<{width + 1}}  {command}")
 
 
-def _build_recommended_document(front: FrontSummary) -> dict[str, Any]:
-    tables = {
+def _build_recommended_document(front: FrontSummary) -> Recommended:
+    tables: Any = {
         key: _build_records(section.table)
         for key, section in front.overview.items()
         if section.table is not None
@@ -204,7 +205,7 @@ def _build_recommended_document(front: FrontSummary) -> dict[str, Any]:
     }
 
 
-def _build_records(table: pd.DataFrame) -> list[dict[str, Any]]:
+def _build_records(table: pd.DataFrame) -> list[Any]:
     """Return the rows of a table as dicts; the keys contain the units of the columns."""
     records = to_records(table.rename_axis(str(table.index.name or "name")))
     return [{format_key(str(key)): value for key, value in each.items()} for each in records]

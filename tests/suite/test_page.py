@@ -40,6 +40,6 @@ def test_page_quotes_the_summary_of_the_stored_front():
     table = pd.read_csv(DOCS / "fronts" / "suite.csv").to_numpy()
     for suite in find_best_suites(problem, table[:, :-2], table[:, -2:], [10.0, 30.0, 60.0]):
         assert f"{suite['price_keur']:.3g}" in PAGE
-        assert f"{suite['attitude_sigma_deg']:.2g}" in PAGE
+        assert f"{suite['attitude_1sigma_deg']:.2g}" in PAGE
         assert suite["suite"] in PAGE
     assert problem.evaluate(table[:, :-2]) == pytest.approx(table[:, -2:], rel=1e-9)

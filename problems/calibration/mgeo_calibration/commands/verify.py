@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import pandas as pd
 from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
+from mgeo_attitude.plan.tables import SECTIONS
 from mgeo_attitude.view.summaries import format_duration
 
-from mgeo.plugins.review import Section
-from mgeo.terminal import Output, escape_text, to_records
+from mgeo.plugins.review import Section, build_records
+from mgeo.terminal import Output, escape_text
 from mgeo_calibration.calibration.corrections import format_label
 from mgeo_calibration.calibration.sections import format_sigma
 from mgeo_calibration.commands.fly import build_comparison_section
@@ -35,6 +36,9 @@ from mgeo_calibration.verification import (
     format_conclusion,
     list_suggestions,
 )
+
+if TYPE_CHECKING:
+    from mgeo_calibration.documents import VerificationDocument
 
 
 def print_verification(
@@ -149,7 +153,7 @@ def _build_objective_table(table: pd.DataFrame) -> pd.DataFrame:
 
 def build_verification_document(
     picked: SelectedPlan, verification: Verification, seed: int
-) -> dict[str, Any]:
+) -> VerificationDocument:
     """Return a verification as a JSON-serializable dict, with the problem and the design of the
     verified plan.
     """
@@ -187,9 +191,9 @@ def build_verification_document(
         "problem": PROBLEM,
         "options": plan.problem.to_options(),
         "design": list(plan.design),
-        "path_constraints": to_records(verification.path_constraints),
-        "gyro_guidance": to_records(verification.gyro_guidance),
-        "monte_carlo": to_records(plan.compare_with_monte_carlo()),
+        "path_constraints": build_records(verification.path_constraints),
+        "gyro_guidance": build_records(verification.gyro_guidance),
+        "objectives": build_records(SECTIONS["objectives"].table(plan)),
     }
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,6 +16,9 @@ from mgeo.cli.errors import convert_input_errors
 from mgeo.cli.help_text import format_examples
 from mgeo.cli.options import Debug, Json
 from mgeo.terminal import Output, build_table, escape_text
+
+if TYPE_CHECKING:
+    from mgeo_suite.documents import ConcludeDocument
 
 app = typer.Typer(help="List the sensors of a catalog, and summarize a front of sensor suites.")
 
@@ -95,14 +98,15 @@ def conclude(
     suites = find_best_suites(problem, X, F, budget or _DEFAULT_BUDGETS_KEUR)
     prices = find_lowest_prices(problem, X, F)
     output = Output(json=json)
-    output.print_document({"folder": str(run), "budgets": suites, "accuracies": prices})
+    document: ConcludeDocument = {"folder": str(run), "budgets": suites, "accuracies": prices}
+    output.print_document(document)
     output.print(
         escape_text("Most accurate suite within each budget", "bold"),
         build_table(
             ("budget [kEUR]", "price [kEUR]", "attitude 1-sigma [deg]", "solution"),
             [
                 [_format(each[key]) for key in ("budget_keur", "price_keur")]
-                + [_format(each["attitude_sigma_deg"], 2), _format(each["solution"])]
+                + [_format(each["attitude_1sigma_deg"], 2), _format(each["solution"])]
                 for each in suites
             ],
         ),
@@ -113,7 +117,14 @@ def conclude(
         escape_text("\nLowest price of each accuracy", "bold"),
         build_table(
             ("attitude 1-sigma [deg]", "price [kEUR]", "without star tracker [kEUR]"),
-            [[_format(value) for value in each.values()] for each in prices],
+            [
+                (
+                    _format(each["attitude_1sigma_deg"]),
+                    _format(each["price_keur"]),
+                    _format(each["price_without_star_tracker_keur"]),
+                )
+                for each in prices
+            ],
         ),
         f"\nNext: mgeo report {run} --solution N",
     )
