@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from mgeo._text import format_duration
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.environment.constants import EARTH_RADIUS
@@ -23,7 +24,6 @@ from mgeo_attitude.settings.base import get_annotation
 from mgeo_attitude.settings.types import Unit
 from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view.margins import compute_interval_margins
-from mgeo_attitude.view.summaries import format_duration
 
 _UNIT_SUFFIX = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
 

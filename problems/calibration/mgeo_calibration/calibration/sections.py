@@ -49,8 +49,12 @@ def build_summary_sections(
             if calibration.is_consistent
             else "Calibration parameters, not to be used",
             table=_build_parameter_table(table),
-            lines=_describe_corrections(calibration),
-            note="1-sigma and initial 1-sigma: worst axis of each parameter.",
+            note="\n".join(
+                [
+                    "1-sigma and initial 1-sigma: worst axis of each parameter.",
+                    *_describe_corrections(calibration),
+                ]
+            ),
         )
     ]
     if predicted is not None:
@@ -125,14 +129,18 @@ def build_detail_sections(
             Section(
                 "Errors that the scenario does not model",
                 table=_build_model_table(calibration),
-                lines=tuple(
-                    f"- {test.name}: {test.description}"
-                    + (f"; {test.alternatives}." if test.alternatives else ".")
-                    for test in calibration.model_tests
-                    if test.degrees_of_freedom
+                note="\n".join(
+                    [
+                        "An error is found if p is below the bound and no other error explains the "
+                        "data better. Estimates if the error existed:",
+                        *(
+                            f"- {test.name}: {test.description}"
+                            + (f"; {test.alternatives}." if test.alternatives else ".")
+                            for test in calibration.model_tests
+                            if test.degrees_of_freedom
+                        ),
+                    ]
                 ),
-                note="Estimates if the error existed. An error is found if p is below the bound "
-                "and no other error explains the data better.",
             )
         )
     outliers = calibration.build_outlier_table()

@@ -10,20 +10,14 @@ import pandas as pd
 from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
-from mgeo_attitude.view.summaries import format_duration
+from mgeo_attitude.plan.summary import list_warnings
 
+from mgeo._text import format_duration
 from mgeo.plugins.review import Section
-from mgeo.terminal import Output, escape_text, to_records
+from mgeo.terminal import Output, to_records
 from mgeo_calibration.calibration.corrections import format_label
 from mgeo_calibration.calibration.sections import format_sigma
 from mgeo_calibration.commands.fly import build_comparison_section
-from mgeo_calibration.commands.screen import (
-    print_files,
-    print_next_steps,
-    print_sections,
-    print_warnings,
-    wrap_text,
-)
 from mgeo_calibration.simulators.plan_comparison import format_gyro_guidance
 from mgeo_calibration.verification import (
     FILTER_RATIO,
@@ -59,19 +53,20 @@ def print_verification(
         Whether to print every axis in place of the worst axis of each quantity.
     """
     plan = picked.plan
-    output.print(escape_text(wrap_text(format_conclusion(verification)), "bold"))
+    output.print_title(format_conclusion(verification))
     violations = plan.list_violations()
     if violations:
-        text = f"The plan violates constraints of its scenario: {'; '.join(violations)}."
-        output.print(escape_text(wrap_text(text), "bold"))
-    output.print(wrap_text(f"Plan: {picked.summary}"))
-    print_warnings(picked.list_warnings(), output)
-    if suggestions := tuple(f"- {line}" for line in list_suggestions(plan, verification)):
-        print_sections([Section("Suggestions", lines=suggestions)], output)
-    print_sections(build_sections(plan, verification, has_all_axes=has_all_axes), output)
-    if target:
-        print_files({str(target): "result, which `mgeo report` shows"}, output)
-    print_next_steps([] if has_all_axes else ["Add --all to print every axis."], output)
+        output.print_title(
+            f"The plan violates constraints of its scenario: {'; '.join(violations)}."
+        )
+    output.print_text(f"Plan: {picked.summary}.")
+    output.print_warnings(list_warnings(plan))
+    suggestions = tuple(f"- {line}" for line in list_suggestions(plan, verification))
+    sections = [Section("Suggestions", suggestions)] if suggestions else []
+    output.print("")
+    output.print_sections(*sections, *build_sections(plan, verification, has_all_axes=has_all_axes))
+    output.print_files({str(target): "result, which `mgeo report` shows"} if target else {})
+    output.print_commands({} if has_all_axes else {"Print every axis": "add --all"})
 
 
 def build_sections(
