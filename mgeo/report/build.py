@@ -168,6 +168,7 @@ def build_report_html(
             [section for section in sections if section.is_detail],
         ),
         noun=view.noun,
+        format_title=view.format_title,
         heading=heading,
         summary=summary,
         warnings=call_optional(view, View.warnings) if is_feasible else [],
