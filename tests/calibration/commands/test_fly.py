@@ -57,7 +57,10 @@ def test_telemetry_equals_python_result_and_truth_has_calibration_keys(run, plan
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        (("--simulator", "simulink"), "'simulink' is not one of 'kinematic', 'basilisk'"),
+        (
+            ("--simulator", "simulink"),
+            "simulink: expected one of 'kinematic', 'basilisk'",
+        ),
         (("--vehicle", "paper"), "--vehicle: expected only with --simulator basilisk"),
         (("--truth", "truth.csv"), "truth.csv: expected a name that ends in .json"),
     ],
