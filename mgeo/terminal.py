@@ -19,8 +19,6 @@ from rich.text import Text
 from mgeo._text import TEXT_WIDTH, wrap_text
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from mgeo.plugins.review import Section
 
 #: Styles of the parts of a section.
@@ -121,17 +119,6 @@ def format_json(document: Mapping[str, Any]) -> str:
 
     finite = to_jsonable_python(dict(document), inf_nan_mode="null")
     return json.dumps(finite, indent=2, allow_nan=False)
-
-
-def to_records(frame: pd.DataFrame) -> list[dict[Any, Any]]:
-    """Return the rows of a DataFrame as a list of dicts keyed by column.
-
-    The index is included, unless it is a RangeIndex.
-    """
-    import pandas as pd
-
-    complete = frame if isinstance(frame.index, pd.RangeIndex) else frame.reset_index()
-    return complete.to_dict("records")
 
 
 @contextmanager

@@ -14,7 +14,8 @@ import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import ExitCode, convert_input_errors, get_interrupt_exit_code
-from mgeo.terminal import Output, to_records
+from mgeo.plugins.review import build_records
+from mgeo.terminal import Output
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
@@ -167,7 +168,7 @@ def _print_results(
             "seeds": list(study.seeds),
             "conclusions": [] if summary is None else summary.conclusions,
             "warnings": warnings,
-            "ranks": [] if summary is None else to_records(summary.ranks),
+            "ranks": [] if summary is None else build_records(summary.ranks),
             "problems": {
                 label: _build_document(each, study.control) for label, each in comparisons.items()
             },

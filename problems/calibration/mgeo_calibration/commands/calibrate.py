@@ -13,9 +13,9 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo._text import format_duration
-from mgeo.plugins.review import Section
+from mgeo.plugins.review import Section, build_records
 from mgeo.store.atomic import check_writable, lock_folder, write_file
-from mgeo.terminal import Output, to_records
+from mgeo.terminal import Output
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.diagnosis import CalibrationError
 from mgeo_calibration.calibration.document import build_document, summarize, to_json
@@ -188,7 +188,7 @@ def build_calibration_document(
     """
     return {
         **summarize(calibration),
-        "predicted": [] if predicted is None else to_records(predicted),
+        "predicted": [] if predicted is None else build_records(predicted),
         "files": files,
         **build_document(calibration),
     }

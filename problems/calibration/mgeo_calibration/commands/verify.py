@@ -13,8 +13,8 @@ from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.summary import list_warnings
 
 from mgeo._text import format_duration
-from mgeo.plugins.review import Section
-from mgeo.terminal import Output, to_records
+from mgeo.plugins.review import Section, build_records
+from mgeo.terminal import Output
 from mgeo_calibration.calibration.corrections import format_label
 from mgeo_calibration.calibration.sections import format_sigma
 from mgeo_calibration.commands.fly import build_comparison_section
@@ -182,9 +182,9 @@ def build_verification_document(
         "problem": PROBLEM,
         "options": plan.problem.to_options(),
         "design": list(plan.design),
-        "path_constraints": to_records(verification.path_constraints),
-        "gyro_guidance": to_records(verification.gyro_guidance),
-        "monte_carlo": to_records(plan.compare_with_monte_carlo()),
+        "path_constraints": build_records(verification.path_constraints),
+        "gyro_guidance": build_records(verification.gyro_guidance),
+        "monte_carlo": build_records(plan.compare_with_monte_carlo()),
     }
 
 
