@@ -12,11 +12,10 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.summary import list_warnings
 
-from mgeo._text import format_duration
+from mgeo._text import format_duration, format_two_digits
 from mgeo.plugins.review import Section, build_records
 from mgeo.terminal import Output
 from mgeo_calibration.calibration.corrections import format_label
-from mgeo_calibration.calibration.sections import format_sigma
 from mgeo_calibration.commands.fly import build_comparison_section
 from mgeo_calibration.simulators.plan_comparison import format_gyro_guidance
 from mgeo_calibration.verification import (
@@ -127,8 +126,8 @@ def _build_error_table(verification: Verification, states: list[str]) -> pd.Data
         {
             "quantity": [format_label(state) for state in states],
             "unit": table["unit"].to_numpy(),
-            "predicted 1-sigma": [format_sigma(value) for value in table["predicted"]],
-            "rms error": [format_sigma(value) for value in table["rms"]],
+            "predicted 1-sigma": [format_two_digits(value) for value in table["predicted"]],
+            "rms error": [format_two_digits(value) for value in table["rms"]],
             "rms / predicted": [f"{value:.2f}" for value in table[PREDICTED_RATIO]],
             "rms / filter 1-sigma": [f"{value:.2f}" for value in table[FILTER_RATIO]],
             "result": ["FAILED" if state in failed else "passed" for state in states],
