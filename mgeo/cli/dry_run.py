@@ -54,7 +54,7 @@ def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
         search += f", from {configuration.initial_designs} initial designs"
     if configuration.refine:
         search += ", then local refinement"
-    texts = {"search": search, **_format_size(size), "folder": str(folder)}
+    texts = {"search": search, **_format_size(size, view), "folder": str(folder)}
     output.print_title(f"Dry run: {format_run_title(configuration)}")
     output.print_pairs(texts | {"files": ", ".join(files)})
     if facts:
@@ -119,9 +119,9 @@ def print_study_size(
     )
 
 
-def _format_size(size: Mapping[str, Any]) -> dict[str, str]:
+def _format_size(size: Mapping[str, Any], view: View) -> dict[str, str]:
     return {
         "variables": str(len(size["variables"])),
-        "objectives": ", ".join(size["objectives"]),
+        "objectives": ", ".join(map(view.format_title, size["objectives"])),
         "constraints": str(size["constraints"]),
     }

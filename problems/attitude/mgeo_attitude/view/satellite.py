@@ -33,7 +33,7 @@ def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
 
     The topics are satellite, time, orbit, Sun, eclipses, magnetic field, maneuvers, constraints,
     each with its margin while the satellite holds its initial attitude, and the validity of the
-    predicted covariance. The computation takes about 0.1 s.
+    predicted accuracy. The computation takes about 0.1 s.
     """
     scenario, environment = problem.scenario, problem.environment
     end = _compute_end(scenario)
@@ -54,7 +54,7 @@ def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
     constraints = [*margins, *unknown] or ["none"]
     for number, text in enumerate(constraints, 1):
         topics[f"constraint {number}" if len(constraints) > 1 else "constraint"] = text
-    topics["validity of the prediction"] = _describe_validity(scenario)
+    topics["predicted accuracy"] = _describe_validity(scenario)
     return topics
 
 
@@ -163,8 +163,8 @@ def format_rest_margins(problem: AttitudeManeuverProblem) -> Iterator[str]:
 
 def _describe_validity(scenario: Scenario) -> str:
     if find_validity_violations(scenario):
-        return "initial errors exceed the range in which predictions are consistent"
-    return "predictions are consistent for initial errors of this size"
+        return "the initial errors exceed the range in which it is consistent"
+    return "consistent for initial errors of this size"
 
 
 def build_instrument_table(scenario: Scenario) -> pd.DataFrame:
