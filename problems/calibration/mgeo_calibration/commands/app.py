@@ -15,7 +15,7 @@ from mgeo_attitude.commands.app import USER_ERRORS, Overwrite, Pick, Solution, S
 from mgeo.cli.errors import ExitCode, convert_input_errors
 from mgeo.cli.help_text import format_examples
 from mgeo.cli.options import Debug, Json, Quiet
-from mgeo.terminal import Output, format_json, to_records
+from mgeo.terminal import Output, format_json
 
 if TYPE_CHECKING:
     from mgeo_calibration.documents import SimulationDocument
@@ -141,6 +141,7 @@ def fly(
     """
     from mgeo_attitude.commands.files import check_targets, load_plan
 
+    from mgeo.plugins.review import build_records
     from mgeo.store.atomic import encode_json, write_file
     from mgeo_calibration.commands import fly as command
     from mgeo_calibration.simulators.plan_comparison import compare_with_plan
@@ -164,13 +165,14 @@ def fly(
         files[str(truth)] = "true attitude and errors at the last sample, for --after"
     output = Output(quiet, json)
     command.print_simulation(source, picked, telemetry, compared, simulator, files, output)
-    simulation: SimulationDocument = {
-        "files": list(files),
-        "n_samples": len(telemetry.times),
-        "comparison": to_records(compared),
-        "truth": document,
-    }
-    output.print_document(simulation)
+    output.print_document(
+        {
+            "files": list(files),
+            "n_samples": len(telemetry.times),
+            "comparison": build_records(compared),
+            "truth": document,
+        }
+    )
 
 
 @app.command(epilog=format_examples("calibrate", EXAMPLES))
