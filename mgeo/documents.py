@@ -282,6 +282,8 @@ class StudyDocument(TypedDict):
     """Seeds of the runs."""
     conclusions: list[str]
     """Conclusions over all problems, one sentence each."""
+    warnings: list[str]
+    """Warnings about the comparison, one sentence each."""
     ranks: list[RankRow]
     """Ranks of the algorithms over all problems, best first."""
     problems: dict[str, ProblemResults]

@@ -32,6 +32,8 @@ from mgeo.terminal import Output, build_console, escape_text
 if TYPE_CHECKING:
     from mgeo.documents import ImpossibleDocument
 
+    pass
+
 _MAX_PROGRESS_SHARE = 0.02  # maximum share of the run time that the progress display may use
 _STOP_MESSAGE = "Stopping after this generation. Press Ctrl-C again to stop at once."
 
@@ -148,7 +150,8 @@ def execute_run(run: PreparedRun, folder: Path, output: Output, max_time: float 
     if reasons := call_optional(build_view(run.problem), View.infeasibility_reasons):
         output.print_title("No solution can satisfy all constraints")
         output.print_text(*(f"- {reason}" for reason in reasons))
-        output.print_document({"infeasibility_reasons": reasons})
+        document: ImpossibleDocument = {"infeasibility_reasons": list(reasons)}
+        output.print_document(document)
         return ExitCode.INCOMPLETE
     with convert_input_errors():
         folder.mkdir(parents=True, exist_ok=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from textwrap import indent
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -80,7 +80,8 @@ def algorithms(
     output = Output(json=json)
     if name is None:
         descriptions = [_describe_algorithm(each) for each in list_algorithms()]
-        output.print_document({"algorithms": descriptions})
+        document: AlgorithmsDocument = {"algorithms": descriptions}
+        output.print_document(document)
         rows = [
             (each["name"], each["library"], each["error"] or each["description"])
             for each in descriptions

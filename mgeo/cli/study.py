@@ -144,22 +144,21 @@ def _print_results(
 
     summary = summarize_study(comparisons, study.control)
     warnings = list_warnings(comparisons)
-    output.print_document(
-        {
-            "title": study.title,
-            "folder": str(folder),
-            "report": str(folder / REPORT_FILE),
-            "evaluations": study.evaluations,
-            "per_variable": study.per_variable,
-            "seeds": list(study.seeds),
-            "conclusions": [] if summary is None else summary.conclusions,
-            "warnings": warnings,
-            "ranks": [] if summary is None else build_records(summary.ranks),
-            "problems": {
-                label: _build_document(each, study.control) for label, each in comparisons.items()
-            },
-        }
-    )
+    document: StudyDocument = {
+        "title": study.title,
+        "folder": str(folder),
+        "report": str(folder / REPORT_FILE),
+        "evaluations": study.evaluations,
+        "per_variable": study.per_variable,
+        "seeds": list(study.seeds),
+        "conclusions": [] if summary is None else summary.conclusions,
+        "warnings": warnings,
+        "ranks": [] if summary is None else build_records(summary.ranks),
+        "problems": {
+            label: _build_document(each, study.control) for label, each in comparisons.items()
+        },
+    }
+    output.print_document(document)
     output.print_title(study.title)
     output.print_text(study.format_size(), "")
     if len(comparisons) > 1 and summary is not None:

@@ -203,7 +203,8 @@ def export(
             write_file(path, content)
         if output.is_text:
             print_export(picked, contents, warnings, spacing, output)
-    output.print_document({"files": [str(path) for path in contents], "warnings": warnings})
+    exported: ExportDocument = {"files": list(map(str, contents)), "warnings": warnings}
+    output.print_document(exported)
 
 
 @app.command(epilog=format_examples("check", EXAMPLES))

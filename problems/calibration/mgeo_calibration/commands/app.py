@@ -20,6 +20,8 @@ from mgeo.terminal import Output, format_json
 if TYPE_CHECKING:
     from mgeo_calibration.documents import SimulationDocument
 
+    pass
+
 app = typer.Typer()
 
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
@@ -165,14 +167,13 @@ def fly(
         files[str(truth)] = "true attitude and errors at the last sample, for --after"
     output = Output(quiet, json)
     command.print_simulation(source, picked, telemetry, compared, simulator, files, output)
-    output.print_document(
-        {
-            "files": list(files),
-            "n_samples": len(telemetry.times),
-            "comparison": build_records(compared),
-            "truth": document,
-        }
-    )
+    simulation: SimulationDocument = {
+        "files": list(files),
+        "n_samples": len(telemetry.times),
+        "comparison": build_records(compared),
+        "truth": document,
+    }
+    output.print_document(simulation)
 
 
 @app.command(epilog=format_examples("calibrate", EXAMPLES))

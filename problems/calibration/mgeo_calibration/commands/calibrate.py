@@ -28,6 +28,8 @@ from mgeo_calibration.calibration.sections import (
 if TYPE_CHECKING:
     from mgeo_calibration.documents import CalibrationOutput, RefusalDocument
 
+    pass
+
 #: Files of the output folder and their contents, in the order of writing.
 FILES = {
     "calibration.csv": "calibration parameters",
@@ -180,7 +182,9 @@ def print_checks(error: CalibrationError, output: Output) -> None:
         f"- {name}: {'; '.join(findings) or 'passed'}." for name, findings in error.checks.items()
     ]
     output.print_sections(Section("Checks of the telemetry", lines=tuple(lines)))
-    output.print_document({"error": str(error), "checks": dict(error.checks)})
+    checks = {name: list(findings) for name, findings in error.checks.items()}
+    document: RefusalDocument = {"error": str(error), "checks": checks}
+    output.print_document(document)
 
 
 def build_calibration_document(
@@ -189,8 +193,7 @@ def build_calibration_document(
     """Return a calibration as a JSON-serializable dict, the verdict first, with its comparison to a
     plan and the list of written files.
     """
-    return {
-        **summarize(calibration),
+    entries: CalibrationOutput = {
         "predicted": [] if predicted is None else build_records(predicted),
         "files": files,
     }

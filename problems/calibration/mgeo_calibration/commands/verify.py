@@ -11,6 +11,7 @@ from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.summary import list_warnings
+from mgeo_attitude.plan.tables import SECTIONS
 
 from mgeo._text import format_duration, format_two_digits
 from mgeo.plugins.review import Section, build_records
@@ -186,7 +187,7 @@ def build_verification_document(
         "design": list(plan.design),
         "path_constraints": build_records(verification.path_constraints),
         "gyro_guidance": build_records(verification.gyro_guidance),
-        "monte_carlo": build_records(plan.compare_with_monte_carlo()),
+        "objectives": build_records(SECTIONS["objectives"].table(plan)),
     }
 
 
